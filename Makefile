@@ -1,0 +1,43 @@
+# Every habit of the project is one of these words.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.ready
+
+.PHONY: run test test-all check format bench docs clean
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	touch $@
+
+run: $(STAMP)  ## estimate the embedded flight, print a table, write a report
+	@mkdir -p out
+	@$(BIN)/driftwise demo --report out/flight.html
+
+test: $(STAMP)  ## the tests, a few minutes
+	$(BIN)/python -m pytest -m "not slow" -n 2
+
+test-all: $(STAMP)  ## the tests and the slow statistics
+	$(BIN)/python -m pytest -n 2
+
+check: $(STAMP)  ## format, lint, types, import floors
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(STAMP)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json
+	$(BIN)/python -m bench
+
+docs: $(STAMP)  ## run every example of the documentation, draw its figures
+	$(BIN)/python scripts/make_figures.py
+	$(BIN)/python -m pytest tests/test_docs.py
+
+clean:
+	rm -rf $(VENV) out site build dist

@@ -1,0 +1,40 @@
+"""driftwise: state and parameters of a drifting linear stochastic system, sample by sample, with honest error bars."""
+
+import importlib
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Joint": "estimators.joint",
+    "Step": "estimators.joint",
+    "OutputError": "models.noise",
+    "EquationError": "models.noise",
+    "NoisePolynomial": "models.noise",
+    "NoiseCovariance": "models.noise",
+    "UnknownScale": "models.scale",
+    "Never": "memory.drift",
+    "Walk": "memory.drift",
+    "Gate": "detect.gate",
+    "Status": "kernel.status",
+    "InputError": "errors",
+    "Trace": "workflow.trace",
+    "Summary": "workflow.summary",
+    "Model": "models.convert",
+    "simulate": "models.simulate",
+    "check_estimator": "workflow.laws",
+    "sample_data": "workflow.sample",
+}
+
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str):
+    if name not in _HOME:
+        raise AttributeError(f"module 'driftwise' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"driftwise.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted([*globals(), *__all__])

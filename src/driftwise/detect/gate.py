@@ -1,0 +1,41 @@
+"""Which samples are believed: all of them, or those within so many standard deviations."""
+
+from typing import NamedTuple
+
+from ..kernel.compose import choice
+
+
+class Always(NamedTuple):
+    """Every sample is believed."""
+
+
+class Gate(NamedTuple):
+    """An innovation beyond ``sigmas`` predicted standard deviations is an outlier, treated as missing.
+
+    After ``patience`` rejections in a row the next sample is believed: then it is not an outlier but a
+    change. ``settle`` observed samples are believed first. Bad at heavy-tailed noise: it trims what it should weigh.
+    """
+
+    sigmas: float = 5.0
+    patience: float = 5.0
+    settle: float = 0.0
+
+
+@choice
+def admit(gate, e, f, v, R, s2, rejected, observed):
+    """Say whether the innovation e is believed; its variance is s2 (f'v + R)."""
+
+
+@admit.on(Always)
+def _(gate, e, f, v, R, s2, rejected, observed):
+    return True
+
+
+@admit.on(Gate)
+def _(gate, e, f, v, R, s2, rejected, observed):
+    if observed < gate.settle or rejected >= gate.patience:
+        return True
+    T = R
+    for j in range(f.size):
+        T += f[j] * v[j]
+    return e * e <= gate.sigmas * gate.sigmas * s2 * T

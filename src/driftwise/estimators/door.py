@@ -1,0 +1,110 @@
+"""The door: what a user hands over is checked once, here, with words that say what is wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import InputError
+
+
+def count(name, value, least=0) -> int:
+    """Return a whole number of at least ``least``."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
+    return int(value)
+
+
+def positive(name, value) -> float:
+    """Return a positive finite number."""
+    if not (np.ndim(value) == 0 and np.isfinite(value) and value > 0):
+        raise InputError(f"{name} must be a positive finite number, got {value!r}")
+    return float(value)
+
+
+def vector(name, value, size) -> np.ndarray:
+    """Return a finite vector of the given size."""
+    value = np.asarray(value, float)
+    if value.ndim != 1 or (size is not None and len(value) != size) or not np.isfinite(value).all():
+        raise InputError(f"{name} must be a finite vector of {size or 'any'} numbers, got shape {value.shape}")
+    return value
+
+
+def covariance(name, value, size) -> np.ndarray:
+    """Return a covariance matrix from a scalar, its diagonal, or itself."""
+    value = np.asarray(value, float)
+    if not np.isfinite(value).all():
+        raise InputError(f"{name} must be finite; for a vague prior give a large number (1e10 costs no digits here)")
+    if value.shape not in ((), (size,), (size, size)):
+        raise InputError(f"{name} must be a number, ({size},) or ({size}, {size}), got shape {value.shape}")
+    full = value if value.ndim == 2 else np.diag(np.broadcast_to(value, (size,)))
+    if np.any(np.diag(full) < 0):
+        raise InputError(f"{name} must not be negative: variances on its diagonal are. Was a sign lost?")
+    if not np.allclose(full, full.T):
+        raise InputError(f"{name} must be symmetric. Was its factor given instead of the matrix?")
+    return (full + full.T) / 2
+
+
+def _numbers(name, value) -> np.ndarray:
+    try:
+        value = np.asarray(value)
+        if value.dtype.kind == "c":
+            raise TypeError
+        value = np.ascontiguousarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must hold real numbers. Is there text among them, or are its rows of unequal length?") from None
+    if np.isinf(value).any():
+        where = np.argwhere(np.isinf(value))[0].tolist()
+        raise InputError(f"{name} is infinite at index {where}; mark missing samples by NaN. Was something divided by zero?")
+    return value if value.flags.writeable else value.copy()
+
+
+def record(y, u, inputs: int):
+    """Return y (T,) and u (T, k), contiguous float64, of a record."""
+    y = _numbers("y", y)
+    if y.ndim != 1:
+        raise InputError(
+            f"y must be one-dimensional, (T,), got shape {y.shape}: the model has one output. "
+            "Did you pass inputs and outputs together, or a column as (T, 1)? Use y[:, 0]."
+        )
+    if u is None:
+        if inputs:
+            raise InputError(f"the model has {inputs} input(s) but u was not given")
+        return y, np.zeros((len(y), 0))
+    if not inputs:
+        raise InputError("u was given but the model has no input; did you forget inputs=1?")
+    u = _numbers("u", u)
+    if u.ndim == 1 and inputs == 1:
+        u = u[:, None]
+    if u.ndim != 2 or u.shape[1] != inputs:
+        raise InputError(f"u must have shape (T, {inputs}), got {u.shape}; time comes first. Is it transposed?")
+    if len(u) != len(y):
+        raise InputError(f"y has {len(y)} samples but u has {len(u)}; they must be simultaneous")
+    return y, np.ascontiguousarray(u)
+
+
+def sample(y, u, inputs: int):
+    """Return y (1, 1, 1) and u (1, 1, k) of one sample."""
+    try:
+        ys = np.array(y, np.float64).reshape(1, 1, 1)
+        us = np.array(() if u is None else u, np.float64).reshape(1, 1, inputs)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"one sample is a number y and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
+        ) from None
+    if np.isinf(ys[0, 0, 0]) or (inputs and np.isinf(us).any()):
+        raise InputError(f"y and u must be finite, or NaN where missing; got y = {y!r}, u = {u!r}")
+    return ys, us
+
+
+def fleet(y, u, series: int, inputs: int):
+    """Return y (S, T, 1), u (S, T, k) and the shape of y, for S series."""
+    y = _numbers("y", y)
+    if y.ndim not in (1, 2) or len(y) != series:
+        raise InputError(f"y must be ({series},) or ({series}, T), one row per state, got shape {y.shape}")
+    length = 1 if y.ndim == 1 else y.shape[1]
+    if (u is None) != (inputs == 0):
+        raise InputError(f"the model has {inputs} input(s); u was {'not ' if u is None else ''}given")
+    us = _numbers("u", np.zeros((series, length, 0)) if u is None else u)
+    if us.size != series * length * inputs or us.shape[0] != series:
+        raise InputError(f"u must be ({series}, {inputs}) or ({series}, T, {inputs}), got shape {us.shape}")
+    return y.reshape(series, length, 1), us.reshape(series, length, inputs), y.shape

@@ -1,0 +1,347 @@
+"""The joint filter: state and parameters of one output's ARMAX equation, exactly (Salut et al. 1979)."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..detect.gate import Always, Gate
+from ..errors import InputError
+from ..kernel import compose, ud
+from ..memory.drift import Never, Walk
+from ..models import noise as noises
+from ..models.canonical import Canonical, power_of_two
+from ..models.scale import KnownScale, UnknownScale
+from . import door
+from .joint_step import HEAD, Form, scratch_size
+
+
+class Step(NamedTuple):
+    """What one sample showed: the prediction before it, the error, its variance, and what happened."""
+
+    prediction: float
+    innovation: float
+    variance: float
+    status: int
+
+
+class Joint:
+    """Posterior of state and parameters of A(q) y = B(q) u + C(q) v, sample by sample.
+
+    The model is Salut's canonical form (1979, eqs. 2, 17-20), here with the measured state first:
+
+        x+ = shift_up(x) - a y + sum_l b_l u_l + w,    y = x[0] + sum_l b0_l u_l + w_n
+
+    Given data, it is linear in the state *and* the parameters, so the filter is the exact posterior (theorem
+    3) when the noise (w, w_n) is Gaussian with the stated covariances; every sample costs O(N^2). It runs on
+    U D U' factors, so P stays symmetric and non-negative for ever, at any prior.
+
+    Parameters
+    ----------
+    order : int
+        Order n of the model, at least 1.
+    inputs : int
+        Number of inputs k.
+    direct : bool
+        Whether u(t) acts on y(t) at once (the term b0).
+    noise : OutputError, EquationError, NoisePolynomial or NoiseCovariance
+        What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
+    memory : Never or Walk
+        Constant parameters, or a capped random walk.
+    gate : Gate, optional
+        Treat outliers as missing, before they enter F.
+    scale : UnknownScale, optional
+        All variances relative to an unknown sigma^2 with this inverse-gamma prior.
+    s0, P0 : (N,), and scalar, (N,) or (N, N), optional
+        Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]. The default is wide, in the
+        units of `y_scale` and `u_scale`.
+    y_scale, u_scale : float, (k,)
+        Typical size of the data, for the default prior; `scaled_to` sets them.
+    dt : float
+        Seconds between samples.
+    floor : float
+        Relative round-off carried by y: R_t = R + (floor max|y recent|)^2, for signals that grow for ever.
+
+    Raises
+    ------
+    InputError
+        Where a number does not fit; the message says which and why.
+
+    Notes
+    -----
+    Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Never`, orders far above the truth (nearly
+    cancelling poles and zeros are not identifiable: see `excitation`), irregular sampling, offsets (subtract them first).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
+    >>> trace = dw.Joint(2, inputs=1).scan(y, u)
+    >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
+    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.50']
+    """
+
+    def __init__(
+        self,
+        order: int,
+        inputs: int = 0,
+        direct: bool = False,
+        *,
+        noise: Any = noises.OutputError(),
+        memory: Any = Never(),
+        gate: Gate | None = None,
+        scale: UnknownScale | None = None,
+        s0=None,
+        P0=None,
+        y_scale: float = 1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+        floor: float = 1e-12,
+        form: str | None = None,
+    ):
+        self.options = dict(
+            order=order, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form,
+        )  # fmt: skip
+        self.model = model = Canonical(
+            door.count("order", order, least=1), door.count("inputs", inputs), bool(direct) and inputs > 0
+        )
+        self.dt = door.positive("dt", dt)
+        self.y_scale = door.positive("y_scale", y_scale)
+        self.u_scale = np.broadcast_to([door.positive("u_scale", v) for v in np.atleast_1d(u_scale)], (inputs,))
+        N, n = model.N, model.n
+
+        relative = scale is not None or getattr(noise, "variance", 0.0) is None
+        kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
+        self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
+        self._set_prior(s0, P0, 1e10 if relative else 1e4)
+        memory = self._resolve_memory(memory)
+        kappa = getattr(kernel_noise, "kappa", ())
+        self.form = form or ("array" if len(kappa) == N else "ud")
+        rows = N if self.form == "array" else n
+        if self.form not in ("ud", "array") or len(kappa) > rows:
+            raise InputError(f"form must be 'ud' or 'array' ('array' where noise reaches the parameters), got {form!r}")
+        if isinstance(kernel_noise, noises.Coloured):
+            kernel_noise = _pad(kernel_noise, rows)
+        columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
+        shape = Form(n, inputs, model.direct_terms, rows, columns, floor)
+        self.policies = (shape, kernel_noise, memory, gate or Always(), self.scale)
+        self.spec = compose.flatten(self.policies)
+        self.scratch_size = scratch_size(shape)
+        self.dtype = np.dtype(
+            [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
+            + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
+            + [(name, "f8", (inputs,)) for name in ("held", "steps", "pairs")]
+        )
+        assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + 3 * inputs)
+
+    def __repr__(self):
+        changed = {k: v for k, v in self.options.items() if not (v is None or (np.ndim(v) == 0 and v in (0, 1.0, False)))}
+        return f"Joint({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
+
+    # --- prior ---------------------------------------------------------------------------------------------
+
+    def _set_prior(self, s0, P0, width):
+        N, back = self.model.N, self.model.salut
+        mean = np.zeros(N) if s0 is None else door.vector("s0", s0, N)
+        self._s0 = mean[back]
+        if P0 is None:
+            gain = self.y_scale / self.u_scale
+            P0 = width * np.concatenate(
+                [np.full(self.model.n, self.y_scale**2), np.ones(self.model.n)]
+                + [np.full(self.model.n, g * g) for g in gain]
+                + [gain[: self.model.direct_terms] ** 2]
+            )
+            P = np.diag(P0)
+        else:
+            P = door.covariance("P0", P0, N)[np.ix_(back, back)]
+        try:
+            U, self._D0 = ud.factor(P)
+        except ValueError:
+            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
+        self._U0 = U[ud.packed_indices(N)]
+        self.prior_covariance = P
+
+    def _resolve_memory(self, memory):
+        if isinstance(memory, Walk):
+            m, n = self.model.N - self.model.n, self.model.n
+            q = np.broadcast_to(door.vector("q", np.atleast_1d(memory.q), None), (m,)).copy()
+            if np.any(q < 0):
+                raise InputError(f"q must not be negative (it is a variance per sample), got {memory.q!r}")
+            return Walk(q, np.diag(self.prior_covariance)[n:].copy())
+        if not isinstance(memory, Never) and type(memory) not in compose_drift_kinds():
+            raise InputError(f"memory must be Never() or Walk(q), got {memory!r}")
+        return memory
+
+    def scaled_to(self, y, u=None) -> Joint:
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        Scaling y or u by a power of two then scales every result exactly.
+        """
+        y, u = door.record(y, u, self.model.inputs)
+        return Joint(**{**self.options, "y_scale": power_of_two(y), "u_scale": [power_of_two(c) for c in u.T] or 1.0})
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
+        return self.model.names
+
+    @cached_property
+    def drive(self):
+        """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
+        return compose.driver(*map(type, self.policies))
+
+    def scratch(self) -> np.ndarray:
+        """Return memory for one run of `drive`; its contents do not matter, but no two threads may share it."""
+        return np.empty(self.scratch_size)
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = np.zeros(() if series is None else series, self.dtype)
+        n = self.model.n
+        state["x"], state["theta"] = self._s0[:n], self._s0[n:]
+        state["D"], state["U"], state["pairs"] = self._D0, self._U0, -1.0
+        return state
+
+    def _rows(self, state):
+        """Return a copy of the states as rows of numbers."""
+        state = np.array(state)
+        if state.dtype != self.dtype:
+            raise InputError("the state belongs to another estimator: start one with est.start()")
+        return state.reshape(-1).view(np.float64).reshape(state.size, -1)
+
+    def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
+        """Return the next state and what this sample showed; NaN means missing.
+
+        Parameters
+        ----------
+        state : from `start`, `update`, or a trace
+        y : the output
+        u : the input, or a sequence of k inputs
+        """
+        rows = self._rows(state)
+        ys, us = door.sample(y, u, self.model.inputs)
+        outs = np.empty((1, 1, 4))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        prediction, innovation, variance, status = outs[0, 0].tolist()
+        return rows.view(self.dtype).reshape(()), Step(prediction, innovation, variance, int(status))
+
+    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
+        """Run over a record and return its trace; ``trace.state`` continues where it ended.
+
+        Parameters
+        ----------
+        y : (T,) outputs; NaN where missing
+        u : (T,) or (T, k) inputs; NaN where missing
+        state : state to start from; a fresh one if omitted
+        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
+        time : (T,) instants in seconds; multiples of dt if omitted
+        """
+        from ..workflow.trace import Trace, width
+
+        y, u = door.record(y, u, self.model.inputs)
+        start = self.start() if state is None else state
+        rows = self._rows(start)
+        outs = np.empty((1, len(y), width(keep, self.model.N)))
+        self.drive(rows, y.reshape(1, -1, 1), u[None], outs, self.spec, self.scratch())
+        return Trace(self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time)
+
+    def tick(self, states, y, u=None):
+        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
+
+        Parameters
+        ----------
+        states : (S,) states
+        y : (S,) or (S, T) outputs
+        u : (S,), (S, k) or (S, T, k) inputs
+
+        Returns
+        -------
+        states : (S,) new states
+        steps : Step of arrays shaped like y
+        """
+        rows = self._rows(states)
+        ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
+        outs = np.empty((*ys.shape[:2], 4))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        columns = [outs[..., i].reshape(shape) for i in range(4)]
+        return rows.view(self.dtype).reshape(np.shape(states)), Step(*columns[:3], columns[3].astype(int))
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return E s(t+1 | t) in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]."""
+        s = np.concatenate([state["x"], state["theta"]], axis=-1)
+        return s[..., self.model.kernel]
+
+    def covariance(self, state) -> np.ndarray:
+        """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""
+        P = ud.unpack(state["U"], state["D"])
+        return P[..., self.model.kernel, :][..., self.model.kernel]
+
+    def scale_posterior(self, state) -> tuple[float, float]:
+        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
+        if isinstance(self.scale, KnownScale):
+            return math.inf, math.inf
+        return self.scale.alpha + float(state["observed"]) / 2, self.scale.beta + float(state["chi2"]) / 2
+
+    def sigma2(self, state) -> float:
+        """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
+        alpha, beta = self.scale_posterior(state)
+        return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
+
+    def loglik(self, state) -> float:
+        """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
+
+        Under the reference prior of an unknown scale it is known up to a constant only, which depends on N:
+        compare orders with a proper `UnknownScale(alpha, beta)`.
+        """
+        count, chi2, logdet = (float(state[k]) for k in ("observed", "chi2", "logdet"))
+        base = -0.5 * (count * math.log(2 * math.pi) + logdet)
+        if isinstance(self.scale, KnownScale):
+            return base - 0.5 * chi2
+        (alpha, beta), prior = self.scale_posterior(state), self.scale
+        if alpha <= 0:
+            return math.nan
+        constant = math.lgamma(prior.alpha) - prior.alpha * math.log(prior.beta) if prior.alpha > 0 else 0.0
+        return base + math.lgamma(alpha) - alpha * math.log(beta) - constant
+
+    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+        """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first.
+
+        A ratio near one says that the data have taught nothing about that combination of parameters (above 0.5
+        counts as unlearnt; S. Salut's identifiability, live). Directions are unit vectors in prior deviations.
+        """
+        n = self.model.n
+        P = ud.unpack(state["U"], state["D"])[n:, n:]
+        root = np.sqrt(np.diag(self.prior_covariance)[n:])
+        live = root > 0
+        ratio, vectors = np.linalg.eigh((P / np.where(live, root, 1) / np.where(live, root, 1)[:, None])[live][:, live])
+        full = np.zeros((len(ratio), len(root)))
+        full[:, live] = vectors.T
+        return [(max(float(r), 0.0), v) for r, v in zip(ratio[::-1], full[::-1])]
+
+
+def _pad(noise, rows):
+    """Let constant noise on the state reach ``rows`` rows."""
+    n = len(noise.kappa)
+    if n == rows:
+        return noise
+    kappa = np.zeros(rows)
+    kappa[:n] = noise.kappa
+    G = noise.G.reshape(-1, n)
+    full = np.zeros((len(G), rows))
+    full[:, :n] = G
+    return noise._replace(kappa=kappa, G=full.ravel())
+
+
+def compose_drift_kinds():
+    """Return the memory types that have a drift rule, a user's own among them."""
+    from ..memory.drift import drift
+
+    return tuple(drift.table)

@@ -1,0 +1,203 @@
+"""Compose small functions into one compiled driver, chosen by types, cached on disk, never stale.
+
+* ``@kernel`` marks a function that compiled code may call. It stays an ordinary Python function.
+* ``@choice`` marks a function with one implementation per policy type; ``choice.on(Type)`` adds one.
+* ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types.
+
+The driver closes over *classes* and an integer fingerprint of the sources, never over compiled functions:
+numba pickles what a closure holds into its cache key, so classes keep the key stable between processes and
+the fingerprint changes it whenever any source changes. (``docs/decisions/engine.md`` tells the story.)
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+Vector = np.ndarray  # annotation of a policy field that holds several numbers
+
+_kernels: list[Callable] = []
+_choices: list[Any] = []
+_bound: set[Callable] = set()
+_lock = threading.RLock()
+
+
+def kernel(function: Callable) -> Callable:
+    """Mark a function as callable from compiled code; return it unchanged."""
+    _kernels.append(function)
+    return function
+
+
+def choice(prototype: Callable) -> Any:
+    """Turn a prototype into a function whose first argument's type selects the implementation."""
+    table: dict[type, Callable] = {}
+
+    @functools.wraps(prototype)
+    def choose(policy, *args):
+        return table[type(policy)](policy, *args)
+
+    def on(*kinds: type) -> Callable:
+        def add(function: Callable) -> Callable:
+            table.update(dict.fromkeys(kinds, function))
+            return function
+
+        return add
+
+    choose.on, choose.table = on, table  # type: ignore[attr-defined]
+    _choices.append(choose)
+    return choose
+
+
+# --- policies as rows of numbers ---------------------------------------------------------------------------
+
+
+def flatten(policies) -> np.ndarray:
+    """Return the numbers of several policies as one row; a vector is preceded by its length."""
+    numbers: list[float] = []
+    for policy in policies:
+        for value in policy:
+            if np.ndim(value):
+                numbers.append(np.size(value))
+                numbers.extend(np.ravel(value))
+            else:
+                numbers.append(value)
+    return np.array(numbers, float)
+
+
+@functools.cache
+def _reader(kind: type) -> Callable:
+    """Write the function that reads one policy back from a row (vectors are views, nothing is copied)."""
+    lines = ["def read(kind, spec, at):"]
+    for name, annotation in inspect.get_annotations(kind, eval_str=True).items():
+        if annotation is Vector:
+            lines += ["    size = int(spec[at])", f"    {name} = spec[at + 1 : at + 1 + size]", "    at += 1 + size"]
+        else:
+            lines += [f"    {name} = spec[at]", "    at += 1"]
+    lines.append(f"    return kind({', '.join(kind._fields)}), at")  # type: ignore[attr-defined]
+    scope: dict[str, Any] = {}
+    exec("\n".join(lines), scope)
+    return scope["read"]
+
+
+def read(kind, spec, at):
+    """Return the policy of type ``kind`` that starts at ``spec[at]``, and where the next one starts."""
+    return _reader(kind)(kind, spec, at)
+
+
+# --- the three functions an estimator's form provides ------------------------------------------------------
+
+
+@choice
+def open_row(form, row):
+    """Return the named views of one state row."""
+
+
+@choice
+def open_work(form, scratch):
+    """Return the sizes as integers, and named views of the scratch row."""
+
+
+@choice
+def advance(form, noise, memory, gate, scale, state, work, y, u, out, t):
+    """Take sample ``t`` of ``y`` and ``u`` into ``state`` and write row ``t`` of ``out``."""
+
+
+def _make(Form, Noise, Memory, Gate, Scale, fingerprint):
+    """Return the driver: a loop over series, and a loop over samples inside it."""
+
+    def drive(rows, ys, us, outs, spec, scratch):
+        version = fingerprint  # part of the cache key; the code itself does not need it
+        form, at = read(Form, spec, 0)
+        noise, at = read(Noise, spec, at)
+        memory, at = read(Memory, spec, at)
+        gate, at = read(Gate, spec, at)
+        scale, at = read(Scale, spec, at)
+        work = open_work(form, scratch)
+        for i in range(rows.shape[0]):
+            state = open_row(form, rows[i])
+            y, u, out = ys[i], us[i], outs[i]
+            for t in range(y.shape[0]):
+                advance(form, noise, memory, gate, scale, state, work, y, u, out, t)
+        return version
+
+    return drive
+
+
+# --- compiling ---------------------------------------------------------------------------------------------
+
+
+@functools.cache
+def _package_hash() -> str:
+    root = Path(__file__).parent.parent
+    digest = hashlib.sha256()
+    for folder in ("kernel", "models", "memory", "detect", "estimators"):
+        for path in sorted((root / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def fingerprint(kinds) -> int:
+    """Return an integer that changes whenever a source behind the driver of ``kinds`` changes."""
+    digest = hashlib.sha256(_package_hash().encode())
+    foreign = {f for f in _kernels} | {f for c in _choices for k, f in c.table.items() if k in kinds}
+    for thing in sorted((*foreign, *kinds), key=lambda f: (f.__module__, f.__qualname__)):
+        if not thing.__module__.startswith("driftwise."):  # a user's own policy
+            digest.update(inspect.getsource(thing).encode())
+    return int.from_bytes(digest.digest()[:7], "big")
+
+
+# Nothing is allocated, so nothing needs to be counted: without `_nrt=False` reference counts take most of the time.
+OPTIONS = {"error_model": "numpy", "_nrt": False}
+
+
+def _bind() -> None:
+    """Teach numba every marked function; implementations are looked up when a driver is compiled."""
+    from numba.extending import overload
+
+    def plain(function):
+        overload(function, jit_options=OPTIONS, strict=False)(lambda *args: function)
+
+    def chosen(function):
+        def resolve(policy, *args):
+            return function.table.get(getattr(policy, "instance_class", None))
+
+        overload(function, jit_options=OPTIONS, strict=False)(resolve)
+
+    for function in _kernels:
+        if function not in _bound:
+            plain(function)
+            _bound.add(function)
+    for function in _choices:
+        if function not in _bound:
+            chosen(function)
+            _bound.add(function)
+    if read not in _bound:
+        overload(read, jit_options=OPTIONS, strict=False)(lambda kind, spec, at: _reader(kind.instance_class))
+        _bound.add(read)
+
+
+@functools.cache
+def driver(*kinds: type) -> Callable:
+    """Return the compiled ``drive(rows, ys, us, outs, spec, scratch)`` for one combination of policy types.
+
+    ``rows`` (S, W) are the states and are advanced in place, ``ys`` (S, T, p) and ``us`` (S, T, k) the
+    samples, ``outs`` (S, T, C) receives one row per sample, ``spec`` are the flattened policies and
+    ``scratch`` is any memory of the size the form asks for. All are C-contiguous float64. The global interpreter lock is released while it runs.
+    """
+    with _lock:
+        import numba
+
+        _bind()
+        return numba.njit(cache=True, nogil=True, **OPTIONS)(_make(*kinds, fingerprint(kinds)))
+
+
+def plain_driver(*kinds: type) -> Callable:
+    """Return the same driver uncompiled: slow, but every line can be stepped through."""
+    return _make(*kinds, 0)

@@ -1,0 +1,40 @@
+"""Status bits: what happened at a sample, one bit each."""
+
+from enum import IntFlag
+
+MISSING_OUTPUT = 1
+MISSING_INPUT = 2
+REJECTED = 4
+EXACT = 8
+FLOORED = 16
+PROJECTED = 32
+CAPPED = 64
+BAD_VALUE = 128
+LOST = 256
+
+
+class Status(IntFlag):
+    """What happened at a sample; several may be true at once."""
+
+    MISSING_OUTPUT = MISSING_OUTPUT  # y was NaN: exact-moment step
+    MISSING_INPUT = MISSING_INPUT  # an input was NaN: held, with the variance of its usual steps
+    REJECTED = REJECTED  # the gate took y for an outlier: treated as missing
+    EXACT = EXACT  # y was known exactly beforehand (T = 0): no update
+    FLOORED = FLOORED  # the round-off floor outweighed R
+    PROJECTED = PROJECTED  # the plug-in noise polynomial was scaled back to stability
+    CAPPED = CAPPED  # a parameter's walk was held at its prior variance
+    BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
+    LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
+
+
+MEANING = {
+    Status.MISSING_OUTPUT: "output missing",
+    Status.MISSING_INPUT: "input missing, last value held",
+    Status.REJECTED: "outlier ignored",
+    Status.EXACT: "output known exactly, nothing to learn",
+    Status.FLOORED: "noise variance raised to the round-off floor",
+    Status.PROJECTED: "noise polynomial scaled back to stability",
+    Status.CAPPED: "parameter variance held at its prior",
+    Status.BAD_VALUE: "absurd value taken as missing",
+    Status.LOST: "state lost, restarted from the range of the data",
+}

@@ -1,0 +1,148 @@
+"""The covariance as P = U D U', U unit upper triangular: never asymmetric, never negative.
+
+``U`` is packed by columns: entry (i, j), i < j, lies at ``j (j - 1) / 2 + i``. Sources: Bierman (1977),
+*Factorization Methods for Discrete Sequential Estimation*, chapters V-VI; Thornton (1976); Agee and Turner (1972).
+"""
+
+import numpy as np
+
+from .compose import kernel
+
+TINY = (64 * np.finfo(float).eps) ** 2  # a squared length that has lost all its digits
+
+
+@kernel
+def correct(U, D, f, v, R, b):
+    """Bierman's measurement update: U, D become those of P - b b'/T; b = P h; return T = h' P h + R.
+
+    ``f = U'h`` and ``v = D f``. With R = 0 the first informative column gets D = 0 exactly.
+    """
+    a = R
+    at = 0
+    for j in range(D.size):
+        fj, vj = f[j], v[j]
+        before = a
+        a = before + fj * vj
+        b[j] = vj
+        if before > 0.0:
+            lam = -fj / before
+            for i in range(j):
+                Uij = U[at + i]
+                U[at + i] = Uij + b[i] * lam
+                b[i] += Uij * vj
+            D[j] *= before / a
+        elif a > 0.0:  # so far nothing is uncertain: b is zero and the column keeps its direction
+            for i in range(j):
+                b[i] = U[at + i] * vj
+            D[j] = 0.0
+        else:
+            b[j] = 0.0
+        at += j
+    return a
+
+
+@kernel
+def orthogonalise(Y, d, rows, columns, U, D):
+    """Weighted Gram-Schmidt: U D U' = Y diag(d) Y' for the first ``rows`` indices (Thornton).
+
+    ``Y`` (rows, columns) is destroyed. A row whose remainder is pure round-off gets D = 0.
+    """
+    for i in range(rows):  # the squared length before projection, kept in D
+        s = 0.0
+        for c in range(columns):
+            s += d[c] * Y[i, c] * Y[i, c]
+        D[i] = s
+    for j in range(rows - 1, -1, -1):
+        s = 0.0
+        for c in range(columns):
+            s += d[c] * Y[j, c] * Y[j, c]
+        if s <= TINY * D[j]:
+            s = 0.0
+        D[j] = s
+        at = j * (j - 1) // 2
+        for i in range(j):
+            p = 0.0
+            if s > 0.0:
+                for c in range(columns):
+                    p += d[c] * Y[i, c] * Y[j, c]
+                p /= s
+                for c in range(columns):
+                    Y[i, c] -= p * Y[j, c]
+            U[at + i] = p
+
+
+@kernel
+def widen(U, D, i, q, a):
+    """Add variance q to element i (Agee and Turner's rank-one update); ``a`` is scratch of size N."""
+    for k in range(i):
+        a[k] = 0.0
+    a[i] = 1.0
+    for j in range(i, -1, -1):
+        aj = a[j]
+        before = D[j]
+        after = before + q * aj * aj
+        if after > 0.0 and q > 0.0:
+            D[j] = after
+            g = q * aj / after
+            at = j * (j - 1) // 2
+            for k in range(j):
+                a[k] -= aj * U[at + k]
+                U[at + k] += g * a[k]
+            q *= before / after
+
+
+@kernel
+def variance(U, D, i):
+    """Return P[i, i]."""
+    p = D[i]
+    for j in range(i + 1, D.size):
+        Uij = U[j * (j - 1) // 2 + i]
+        p += Uij * Uij * D[j]
+    return p
+
+
+@kernel
+def variances(U, D, p):
+    """Fill ``p`` with the diagonal of P."""
+    at = 0
+    for j in range(D.size):
+        p[j] = D[j]
+        for i in range(j):
+            p[i] += U[at + i] * U[at + i] * D[j]
+        at += j
+
+
+def unpack(U, D) -> np.ndarray:
+    """Return the full covariance P = U D U' of shape (..., N, N)."""
+    N = D.shape[-1]
+    full = np.zeros((*D.shape[:-1], N, N)) + np.eye(N)
+    i, j = packed_indices(N)
+    full[..., i, j] = U
+    return (full * D[..., None, :]) @ np.swapaxes(full, -1, -2)
+
+
+def packed_indices(N: int):
+    """Return the row and column indices of the packed entries of U, in storage order."""
+    j, i = np.tril_indices(N, -1)
+    return i, j
+
+
+def factor(P):
+    """Return (U (N, N), D (N,)) of a symmetric non-negative matrix; raise ValueError if it is not one.
+
+    A pivot within round-off of zero is zero; its column must then vanish too.
+    """
+    P = np.array(P, float)
+    N = len(P)
+    U, D = np.eye(N), np.zeros(N)
+    size = np.sqrt(np.diag(P).clip(0))  # Cauchy-Schwarz: |P_ij| <= size_i size_j
+    slack = 8 * N * np.finfo(float).eps
+    for j in range(N - 1, -1, -1):
+        column, pivot = P[:j, j], P[j, j]
+        if pivot <= slack * size[j] ** 2:
+            if pivot < -slack * size[j] ** 2 or np.any(np.abs(column) > np.sqrt(slack) * size[:j] * size[j]):
+                raise ValueError("the matrix has a negative eigenvalue")
+            continue
+        D[j], U[:j, j] = pivot, column / pivot
+        P[:j, :j] -= np.outer(U[:j, j], column)
+    return U, D

@@ -1,0 +1,79 @@
+"""Salut's canonical form: sizes, names and orders of its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Canonical:
+    """Order n, k inputs, with direct terms or not; N = n + n (k + 1) + direct terms unknowns.
+
+    Two orders of the same numbers: the *kernel's*, measured state first and parameters by lag (a1..an, b1..bn,
+    b0), and *Salut's*, [x_1..x_n ; a_0..a_{n-1}, b_0..b_{n-1}, b_n] with a_{n-i} = ai.
+    """
+
+    n: int
+    inputs: int = 0
+    direct: bool = False
+
+    @property
+    def direct_terms(self) -> int:
+        """Number of direct terms."""
+        return self.inputs if self.direct else 0
+
+    @property
+    def N(self) -> int:
+        """Number of unknowns, state and parameters."""
+        return self.n * (self.inputs + 2) + self.direct_terms
+
+    @cached_property
+    def salut(self) -> np.ndarray:
+        """Index that takes numbers in Salut's order to the kernel's: ``kernel = salut_ordered[salut]``."""
+        order = np.arange(self.N)
+        blocks = self.n * (self.inputs + 2)
+        order[:blocks] = order[:blocks].reshape(-1, self.n)[:, ::-1].ravel()
+        return order
+
+    @property
+    def kernel(self) -> np.ndarray:
+        """The way back (every block is reversed, so it is the same index)."""
+        return self.salut
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the parameters: a1..an, then b1..bn of each input (b1.2 is the second input's), then b0."""
+        lags = range(1, self.n + 1)
+
+        def of(i: int) -> str:
+            return f".{i + 1}" if self.inputs > 1 else ""
+
+        return (
+            [f"a{k}" for k in lags]
+            + [f"b{k}{of(i)}" for i in range(self.inputs) for k in lags]
+            + [f"b0{of(i)}" for i in range(self.direct_terms)]
+        )
+
+    def polynomials(self, theta):
+        """Return A (n + 1,) and B (k, n + 1) in powers of q^-1 for a parameter vector in kernel order."""
+        n, k = self.n, self.inputs
+        theta = np.asarray(theta, float)
+        B = np.zeros((k, n + 1))
+        B[:, 1:] = theta[n : n + n * k].reshape(k, n)
+        if self.direct:
+            B[:, 0] = theta[n + n * k :]
+        return np.concatenate([[1.0], theta[:n]]), B
+
+
+def power_of_two(values) -> float:
+    """Return the power of two nearest to the typical size of the finite values; 1 where there is none."""
+    values = np.abs(np.asarray(values, float))
+    values = values[np.isfinite(values) & (values > 0)]
+    if not values.size:
+        return 1.0
+    exponent = int(np.frexp(values.max())[1])
+    rms = np.sqrt(np.mean(np.ldexp(values, -exponent) ** 2))
+    return float(np.ldexp(1.0, exponent + round(float(np.log2(rms)))))

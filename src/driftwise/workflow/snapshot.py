@@ -1,0 +1,67 @@
+"""States and estimators as text: readable, versioned, safe to ship to another machine."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ..detect.gate import Gate
+from ..errors import InputError
+from ..memory.drift import Never, Walk
+from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError
+from ..models.scale import UnknownScale
+
+SCHEMA = 1
+KINDS = {k.__name__: k for k in (EquationError, OutputError, NoisePolynomial, NoiseCovariance, Never, Walk, Gate, UnknownScale)}
+
+
+def _plain(value: Any) -> Any:
+    if type(value).__name__ in KINDS:
+        return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
+    if isinstance(value, np.ndarray | tuple | list):
+        return np.asarray(value, float).tolist()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _rich(value: Any) -> Any:
+    if isinstance(value, dict):
+        fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
+        return KINDS[value["kind"]](**fields)
+    return np.array(value, float) if isinstance(value, list) else value
+
+
+def describe(estimator) -> str:
+    """Return the settings of an estimator as JSON; a user's own policies are not covered."""
+    for value in estimator.options.values():
+        if isinstance(value, tuple) and type(value).__name__ not in KINDS:
+            raise InputError(f"{type(value).__name__} is not one of driftwise's own policies: keep its settings yourself")
+    return json.dumps({"schema": SCHEMA, "options": {k: _plain(v) for k, v in estimator.options.items()}})
+
+
+def rebuild(text: str):
+    """Return the estimator that `describe` described."""
+    from ..estimators.joint import Joint
+
+    data = json.loads(text)
+    if data.get("schema") != SCHEMA:
+        raise InputError(f"written with schema {data.get('schema')}, this version reads {SCHEMA}; update driftwise")
+    return Joint(**{k: _rich(v) for k, v in data["options"].items()})
+
+
+def save_state(estimator, state, path) -> None:
+    """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives."""
+    rows = np.atleast_1d(state).view(np.float64).reshape(np.size(state), -1)
+    data = json.loads(describe(estimator)) | {"shape": list(np.shape(state)), "rows": [[float.hex(v) for v in row] for row in rows]}
+    with open(path, "w") as f:
+        json.dump(data, f)
+
+
+def load_state(path):
+    """Return (estimator, state) as saved."""
+    with open(path) as f:
+        data = json.load(f)
+    est = rebuild(json.dumps({"schema": data["schema"], "options": data["options"]}))
+    rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
+    return est, rows.view(est.dtype).reshape(data["shape"])

@@ -1,0 +1,250 @@
+"""The trace: what an estimator said at every sample of a record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..kernel.status import MEANING, Status
+from ..models.convert import Model
+from ..models.scale import KnownScale
+
+KEEP = ("innovations", "means", "std", "covariance")
+UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.LOST | Status.BAD_VALUE
+
+
+def width(keep: str, N: int) -> int:
+    """Return the number of columns the driver writes for each sample."""
+    if keep not in KEEP:
+        raise InputError(f"keep must be one of {', '.join(KEEP)}, got {keep!r}")
+    return 4 + (0, N, 2 * N, N + N * (N + 1) // 2)[KEEP.index(keep)]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a sample."""
+
+    sample: int
+    time: float
+    kind: str
+    text: str
+
+
+class Trace:
+    """Columns of one run, time first; what each one means stands in ``docs/conventions.md``.
+
+    ``prediction``, ``innovation`` and ``variance`` belong to y(t) given the samples before it; ``x`` and
+    ``parameters`` to x(t) and theta given the samples up to t. ``state`` continues where the trace ends.
+    """
+
+    def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
+        self.estimator, self.y, self.u, self.keep, self.state = estimator, y, u, keep, state
+        self.outs, self.observed_before = outs, observed_before
+        self.dt = estimator.dt
+        if time is None:
+            time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
+        self.time = np.asarray(time, float)
+        if self.time.shape != self.y.shape:
+            raise InputError(f"time must be ({len(y)},) like y, got shape {self.time.shape}")
+
+    def __len__(self):
+        return len(self.y)
+
+    def __repr__(self):
+        return f"Trace({len(self)} samples of {self.estimator!r}, keep={self.keep!r})"
+
+    # --- columns -------------------------------------------------------------------------------------------
+
+    @property
+    def prediction(self) -> np.ndarray:
+        """Prediction of y(t) from the samples before it, (T,)."""
+        return self.outs[:, 0]
+
+    @property
+    def innovation(self) -> np.ndarray:
+        """y(t) minus its prediction; NaN where y is missing, (T,)."""
+        return self.outs[:, 1]
+
+    @property
+    def variance(self) -> np.ndarray:
+        """Squared scale of the prediction error (its variance where the noise is known), (T,)."""
+        return self.outs[:, 2]
+
+    @property
+    def status(self) -> np.ndarray:
+        """Bits of `driftwise.Status`, (T,)."""
+        return self.outs[:, 3].astype(np.int64)
+
+    @property
+    def is_used(self) -> np.ndarray:
+        """Whether the sample taught the filter anything, (T,)."""
+        return (self.status & int(UNUSED)) == 0
+
+    @property
+    def dof(self) -> np.ndarray:
+        """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T,)."""
+        scale = self.estimator.scale
+        if isinstance(scale, KnownScale):
+            return np.full(len(self), np.inf)
+        before = self.observed_before + np.concatenate([[0], np.cumsum(self.is_used)[:-1]])[: len(self)]
+        return 2 * np.maximum(scale.alpha + before / 2, 0.5)
+
+    def _columns(self, first, count, least):
+        if KEEP.index(self.keep) < KEEP.index(least):
+            raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
+        return self.outs[:, 4 + first : 4 + first + count]
+
+    @property
+    def x(self) -> np.ndarray:
+        """State x(t) given the samples up to t, measured state first, (T, n)."""
+        return self._columns(0, self.estimator.model.n, "means")
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """Parameters in the order of ``names``, (T, m)."""
+        model = self.estimator.model
+        return self._columns(model.n, model.N - model.n, "means")
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parameter columns."""
+        return self.estimator.names
+
+    @property
+    def _std(self):
+        N = self.estimator.model.N
+        if self.keep == "covariance":
+            return np.sqrt(np.einsum("tii->ti", self.covariance).clip(0))
+        return self._columns(N, N, "std")
+
+    @property
+    def x_std(self) -> np.ndarray:
+        """Standard deviations of ``x``, (T, n)."""
+        return self._std[:, : self.estimator.model.n]
+
+    @property
+    def parameters_std(self) -> np.ndarray:
+        """Standard deviations of ``parameters``, (T, m)."""
+        return self._std[:, self.estimator.model.n :]
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of [x ; parameters], (T, N, N); needs keep="covariance"."""
+        N = self.estimator.model.N
+        packed = self._columns(N, N * (N + 1) // 2, "covariance")
+        full = np.empty((len(self), N, N))
+        j, i = np.tril_indices(N)
+        full[:, i, j] = full[:, j, i] = packed
+        return full
+
+    def band(self, level: float = 0.95) -> np.ndarray:
+        """Half-width of the prediction interval at each sample (Student-t where the scale is learnt), (T,)."""
+        return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
+
+    # --- results -------------------------------------------------------------------------------------------
+
+    def model(self, at: int = -1) -> Model:
+        """Return the model at a sample (the last by default), with the covariance of its parameters.
+
+        Sample -1 uses the final state; any other needs keep="covariance", or "std" for a diagonal one.
+        """
+        est, form = self.estimator, self.estimator.model
+        if at in (-1, len(self) - 1):
+            P = est.covariance(self.state)[np.ix_(form.salut, form.salut)][form.n :, form.n :]
+            return Model(form, np.array(self.state["theta"]), est.sigma2(self.state) * P, self.dt)
+        if self.keep == "covariance":
+            P = self.covariance[at, form.n :, form.n :]
+        else:
+            P = np.diag(self.parameters_std[at] ** 2)
+        return Model(form, self.parameters[at].copy(), P, self.dt)
+
+    def summary(self):
+        """Return the constant-memory `Summary` of this trace."""
+        from .summary import Summary
+
+        return Summary(self.estimator).add(self)
+
+    def events(self, limit: int = 10_000) -> list[Event]:
+        """Return what happened besides ordinary samples, in order, at most ``limit`` entries.
+
+        A run of the same thing is one event.
+        """
+        status, found = self.status, []
+        for bit, text in MEANING.items():
+            on = (status & int(bit)) != 0
+            starts = np.flatnonzero(on & ~np.concatenate([[False], on[:-1]]))[:limit]
+            ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))[:limit]
+            for k, end in zip(starts, ends):
+                more = f" ({end - k + 1} samples)" if end > k else ""
+                found.append(Event(int(k), float(self.time[k]), bit.name, text + more))
+        return sorted(found, key=lambda e: e.sample)[:limit]
+
+    def to_frame(self, backend: str = "pandas") -> Any:
+        """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
+        import narwhals as nw
+
+        return nw.from_dict(self.columns(), backend=backend).to_native()
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns by name, as `to_frame` and the command line write them."""
+        u = {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
+        table = {"time": self.time, "y": self.y, **u, "prediction": self.prediction, "innovation": self.innovation}
+        table |= {"variance": self.variance, "dof": self.dof, "status": self.status}
+        n = self.estimator.model.n
+        if self.keep != "innovations":
+            table |= {f"x{n - i}": c for i, c in enumerate(self.x.T)} | dict(zip(self.names, self.parameters.T))
+        if self.keep in ("std", "covariance"):
+            table |= {f"x{n - i}_std": c for i, c in enumerate(self.x_std.T)}
+            table |= {f"{name}_std": c for name, c in zip(self.names, self.parameters_std.T)}
+        return {name: np.ascontiguousarray(c) for name, c in table.items()}
+
+    def plot(self, **options) -> Any:
+        """Draw measured and predicted output, parameters and innovations with 2-sigma bands; return the Axes."""
+        from ..edge.figure import plot
+
+        return plot(self, **options)
+
+    def report(self, path, **options) -> Any:
+        """Write one self-contained HTML page that opens without a network."""
+        from ..edge.report import write
+
+        return write(self, path, **options)
+
+    # --- keeping -------------------------------------------------------------------------------------------
+
+    def save(self, path) -> None:
+        """Write the trace, with the estimator's settings and final state, to one ``.npz`` file."""
+        from .snapshot import describe
+
+        header = describe(self.estimator)
+        extra = np.array([self.observed_before])
+        state = np.atleast_1d(self.state).view(np.float64)
+        np.savez_compressed(
+            path, header=header, y=self.y, u=self.u, outs=self.outs, time=self.time, state=state, extra=extra, keep=self.keep
+        )
+
+    @classmethod
+    def load(cls, path) -> Trace:
+        """Return a saved trace."""
+        from .snapshot import rebuild
+
+        with np.load(path, allow_pickle=False) as f:
+            est = rebuild(str(f["header"]))
+            state = f["state"].view(est.dtype).reshape(())
+            return cls(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, float(f["extra"][0]), f["time"])
+
+
+def quantile(level, dof):
+    """Return the quantile of Student's t, of the normal law where ``dof`` is infinite."""
+    from scipy.special import ndtri, stdtrit
+
+    dof = np.asarray(dof, float)
+    if np.all(np.isinf(dof)):
+        return np.full(dof.shape, ndtri(level))
+    # one per distinct value: a long record has few (and large ones are normal to five digits)
+    values, back = np.unique(np.where(dof > 1e5, math.inf, dof), return_inverse=True)
+    return np.where(np.isinf(values), ndtri(level), stdtrit(np.where(np.isinf(values), 1, values), level))[back]

@@ -1,0 +1,60 @@
+"""A run in plain words."""
+
+from __future__ import annotations
+
+import math
+
+
+def pole_words(p: complex, dt: float) -> str:
+    """Return what a discrete pole means in time."""
+    r = abs(p)
+    if r < 1e-6:
+        return "a pure delay"
+    if r >= 1:
+        return "an integrator" if abs(p - 1) < 1e-3 else f"an unstable mode (|p| = {r:.3f})"
+    tau = -dt / math.log(r)
+    if abs(p.imag) > 1e-9:
+        period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real))
+        return f"an oscillation of period {period:.3g} s that decays with time constant {tau:.3g} s"
+    if p.real < 0:
+        return f"an alternating mode (pole {p.real:.2f})"
+    return f"time constant {tau:.3g} s"
+
+
+def paragraph(s) -> str:
+    """Return the sentences of a `Summary`."""
+    est, model = s.estimator, s.model
+    order = {1: "first", 2: "second", 3: "third"}.get(est.model.n, f"{est.model.n}th")
+    modes = [pole_words(p, est.dt) for p, _ in s.poles if p.imag >= 0]
+    text = f"A {order}-order model with {', '.join(modes)} "
+    text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
+    if est.model.inputs:
+        gains = [f"{g:.3g} ± {d:.2g}" for g, d in zip(model.dc_gain, model.dc_gain_std)]
+        if model.is_stable and all(math.isfinite(d) for d in model.dc_gain_std):
+            text += f" Steady-state gain {', '.join(gains)}."
+    if math.isfinite(s.nis):
+        if 0.8 <= s.nis <= 1.25:
+            text += f" The error bars can be believed (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
+        else:
+            more = "too narrow" if s.nis > 1.25 else "too wide"
+            text += f" The error bars are {more} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
+    w = s.whiteness
+    if math.isfinite(w.p_value):
+        text += (
+            " The innovations are white: nothing predictable is left."
+            if w.is_white
+            else f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try a higher order, another noise, or walking parameters."
+        )
+    if s.unlearned:
+        text += f" The data did not teach {'; '.join(d for d, _ in s.unlearned)}: the inputs do not excite them."
+    lost = [
+        f"{count} {what}"
+        for count, what in (
+            (s.missing_outputs, "outputs missing"),
+            (s.missing_inputs, "inputs missing"),
+            (s.rejected, "outliers ignored"),
+            (s.bad_values, "absurd values"),
+        )
+        if count
+    ]
+    return text + (f" Of {s.samples} samples: {', '.join(lost)}." if lost else "")
