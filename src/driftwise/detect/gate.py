@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from ..kernel.compose import choice
+from ..kernel.ud import predicted_variance
 
 
 class Always(NamedTuple):
@@ -22,20 +23,17 @@ class Gate(NamedTuple):
 
 
 @choice
-def admit(gate, e, f, v, R, s2, rejected, observed):
-    """Say whether the innovation e is believed; its variance is s2 (f'v + R)."""
+def admit(gate, e, f, D, R, s2, rejected, observed):
+    """Say whether the innovation e is believed; its variance is s2 (f' D f + R)."""
 
 
 @admit.on(Always)
-def _(gate, e, f, v, R, s2, rejected, observed):
+def _(gate, e, f, D, R, s2, rejected, observed):
     return True
 
 
 @admit.on(Gate)
-def _(gate, e, f, v, R, s2, rejected, observed):
+def _(gate, e, f, D, R, s2, rejected, observed):
     if observed < gate.settle or rejected >= gate.patience:
         return True
-    T = R
-    for j in range(f.size):
-        T += f[j] * v[j]
-    return e * e <= gate.sigmas * gate.sigmas * s2 * T
+    return e * e <= gate.sigmas * gate.sigmas * s2 * predicted_variance(f, D, R)

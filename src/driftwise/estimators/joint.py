@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
 from ..models.scale import KnownScale, UnknownScale
 from . import door
-from .joint_step import HEAD, Form, scratch_size
+from .joint_step import HEAD, INPUT, Form, scratch_size
 
 
 class Step(NamedTuple):
@@ -134,12 +135,13 @@ class Joint:
         self.dtype = np.dtype(
             [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
             + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
-            + [(name, "f8", (inputs,)) for name in ("held", "steps", "pairs")]
+            + [(name, "f8", (inputs,)) for name in ("held", "unsure", "known", "sums", "squares", "steps")]
         )
-        assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + 3 * inputs)
+        assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + INPUT * inputs)
 
     def __repr__(self):
-        changed = {k: v for k, v in self.options.items() if not (v is None or (np.ndim(v) == 0 and v in (0, 1.0, False)))}
+        defaults = inspect.signature(Joint).parameters
+        changed = {k: v for k, v in self.options.items() if k == "order" or repr(v) != repr(defaults[k].default)}
         return f"Joint({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
 
     # --- prior ---------------------------------------------------------------------------------------------
@@ -149,13 +151,7 @@ class Joint:
         mean = np.zeros(N) if s0 is None else door.vector("s0", s0, N)
         self._s0 = mean[back]
         if P0 is None:
-            gain = self.y_scale / self.u_scale
-            P0 = width * np.concatenate(
-                [np.full(self.model.n, self.y_scale**2), np.ones(self.model.n)]
-                + [np.full(self.model.n, g * g) for g in gain]
-                + [gain[: self.model.direct_terms] ** 2]
-            )
-            P = np.diag(P0)
+            P = width * np.diag(np.concatenate([np.full(self.model.n, self.y_scale**2), self._theta_units()]))
         else:
             P = door.covariance("P0", P0, N)[np.ix_(back, back)]
         try:
@@ -165,13 +161,18 @@ class Joint:
         self._U0 = U[ud.packed_indices(N)]
         self.prior_covariance = P
 
+    def _theta_units(self):
+        """Return the squared units of theta: none for a, those of y over u for b."""
+        n, gain = self.model.n, (self.y_scale / self.u_scale) ** 2
+        return np.concatenate([np.ones(n), np.repeat(gain, n), gain[: self.model.direct_terms]])
+
     def _resolve_memory(self, memory):
         if isinstance(memory, Walk):
             m, n = self.model.N - self.model.n, self.model.n
             q = np.broadcast_to(door.vector("q", np.atleast_1d(memory.q), None), (m,)).copy()
             if np.any(q < 0):
                 raise InputError(f"q must not be negative (it is a variance per sample), got {memory.q!r}")
-            return Walk(q, np.diag(self.prior_covariance)[n:].copy())
+            return Walk(q * self._theta_units(), np.diag(self.prior_covariance)[n:].copy())
         if not isinstance(memory, Never) and type(memory) not in compose_drift_kinds():
             raise InputError(f"memory must be Never() or Walk(q), got {memory!r}")
         return memory
@@ -205,7 +206,7 @@ class Joint:
         state = np.zeros(() if series is None else series, self.dtype)
         n = self.model.n
         state["x"], state["theta"] = self._s0[:n], self._s0[n:]
-        state["D"], state["U"], state["pairs"] = self._D0, self._U0, -1.0
+        state["D"], state["U"] = self._D0, self._U0
         return state
 
     def _rows(self, state):

@@ -17,7 +17,7 @@ import numpy as np
 from ..detect.gate import admit
 from ..kernel.compose import advance, choice, kernel, open_row, open_work
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
-from ..kernel.ud import correct, orthogonalise, variances
+from ..kernel.ud import correct, entry, orthogonalise, predicted_variance, variance, variances
 from ..memory.drift import drift
 from ..models.noise import Coloured, PlugIn, White, correlate
 from ..models.scale import sigma2
@@ -25,6 +25,7 @@ from ..models.scale import sigma2
 # head of the row: one number each
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
 HEAD = 8
+INPUT = 6  # numbers kept for each input
 HUGE = 1e100  # beyond this a square or a product of two would overflow
 
 
@@ -46,9 +47,12 @@ class Row(NamedTuple):
     s: np.ndarray
     D: np.ndarray
     U: np.ndarray
-    held: np.ndarray  # last known value of each input
-    steps: np.ndarray  # sum of squared steps of each input, and their number
-    pairs: np.ndarray
+    held: np.ndarray  # each input: its value, predicted while missing
+    unsure: np.ndarray  # variance of that prediction
+    known: np.ndarray  # how many values are known, and their sums of values, squares and squared steps
+    sums: np.ndarray
+    squares: np.ndarray
+    steps: np.ndarray
 
 
 class Work(NamedTuple):
@@ -58,15 +62,13 @@ class Work(NamedTuple):
     inputs: int
     direct: int
     rows: int
-    u: np.ndarray
-    unsure: np.ndarray  # variance of a held input about its true value
     f: np.ndarray
-    v: np.ndarray
     b: np.ndarray
     c: np.ndarray
     kappa: np.ndarray
     Y: np.ndarray
     d: np.ndarray
+    g: np.ndarray
 
 
 @open_row.on(Form)
@@ -77,7 +79,11 @@ def _(form, row):
     D = s + N
     U = D + N
     h = U + N * (N - 1) // 2
-    return Row(row[:s], row[s:D], row[D:U], row[U:h], row[h : h + k], row[h + k : h + 2 * k], row[h + 2 * k : h + 3 * k])
+    inputs = row[h:].reshape(INPUT, k)
+    return Row(
+        row[:s], row[s:D], row[D:U], row[U:h],
+        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
+    )  # fmt: skip
 
 
 def scratch_size(form) -> int:
@@ -85,20 +91,20 @@ def scratch_size(form) -> int:
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     m = n * (k + 1) + int(form.direct)
     width = rows + int(form.noises) + (k + 1) * (m + 1) + 2
-    return 2 * k + 5 * (n + m) + (rows + 1) * width
+    return 4 * (n + m) + (rows + 2) * width
 
 
 @open_work.on(Form)
 def _(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     N = n + n * (k + 1) + int(form.direct)
-    at = 2 * k + 5 * N
-    width = (scratch.size - at) // (rows + 1)
-    vectors = scratch[2 * k : at].reshape(5, N)
+    at = 4 * N
+    width = (scratch.size - at) // (rows + 2)
+    vectors = scratch[:at].reshape(4, N)
+    wide = scratch[at:].reshape(rows + 2, width)
     return Work(
-        n, k, int(form.direct), rows, scratch[:k], scratch[k : 2 * k],
-        vectors[0], vectors[1], vectors[2], vectors[3], vectors[4],
-        scratch[at : at + rows * width].reshape(rows, width), scratch[at + rows * width :],
+        n, k, int(form.direct), rows,
+        vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1],
     )  # fmt: skip
 
 
@@ -106,45 +112,64 @@ def _(form, scratch):
 
 
 @kernel
-def take_inputs(state, work, u, t):
-    """Copy the inputs of sample t, holding the last value of a missing one; return a status."""
+def take_inputs(state, u, t):
+    """Take the inputs of sample t into ``state.held``, a missing one as predicted; return a status."""
     status = 0
-    for l in range(work.inputs):
+    for l in range(state.held.size):
         value = u[t, l]
         if abs(value) < HUGE:
-            if state.pairs[l] >= 0.0:
+            if state.known[l] > 0.0:
                 step = value - state.held[l]
                 state.steps[l] += step * step
-            state.pairs[l] += 1.0
+            state.known[l] += 1.0
+            state.sums[l] += value
+            state.squares[l] += value * value
             state.held[l] = value
-            work.unsure[l] = 0.0
+            state.unsure[l] = 0.0
         else:
             status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
-            work.unsure[l] = state.steps[l] / max(state.pairs[l], 1.0)
-        work.u[l] = state.held[l]
+            predict_input(state, l)
     return status
 
 
 @kernel
-def project(s, U, D, u, direct, f, v):
-    """Fill f = U'h and v = D f for h = [1, 0, .., 0, u]; return H s."""
-    N = D.size
+def predict_input(state, l):
+    """One step of an AR(1) process with the mean, variance and mean squared step the input has shown so far.
+
+    rho = 1 - E step^2 / (2 var): an input that moves slowly is held, a white one is put at its mean.
+    """
+    known = state.known[l]
+    if known > 1.0:
+        mean = state.sums[l] / known
+        spread = max(state.squares[l] / known - mean * mean, 0.0)
+        rho = max(1.0 - 0.5 * state.steps[l] / ((known - 1.0) * spread), 0.0) if spread > 0.0 else 1.0
+        state.held[l] = mean + rho * (state.held[l] - mean)
+        state.unsure[l] = rho * rho * state.unsure[l] + (1.0 - rho * rho) * spread
+
+
+@kernel
+def predict_output(s, u, direct):
+    """Return H s, H = [1, 0, .., 0, u]."""
     yhat = s[0]
-    f[0] = 1.0
-    v[0] = D[0]
-    at = 0
+    first = s.size - direct
+    for l in range(direct):
+        yhat += u[l] * s[first + l]
+    return yhat
+
+
+@kernel
+def project(U, N, u, direct, f):
+    """Fill f = U' h."""
     first = N - direct
+    f[0] = 1.0
+    at = 0
     for j in range(1, N):
         at += j - 1
-        fj = U[at]
+        f[j] = U[at]
         if j >= first:
             for i in range(first, j):
-                fj += u[i - first] * U[at + i]
-            fj += u[j - first]
-            yhat += u[j - first] * s[j]
-        f[j] = fj
-        v[j] = D[j] * fj
-    return yhat
+                f[j] += u[i - first] * U[at + i]
+            f[j] += u[j - first]
 
 
 @kernel
@@ -219,98 +244,124 @@ def lay_out(U, D, f, kappa, n, rows, Y, d):
 
 
 @kernel
-def add_product(U, D, mean, first, weight, n, rows, Y, d, at):
-    """Append noise of covariance weight (P_pp + p p') to x, p the n parameters from ``first`` on.
+def add_product(U, D, mean, first, last, weight, mean_weight, n, rows, Y, d, g, at):
+    """Append noise of covariance weight P_pp + mean_weight p p' to x, p the n parameters from ``first`` on.
 
-    That is the variance of p times an independent error of variance ``weight``. Return the next column.
+    With equal weights that is p times an independent error of that variance. Parameter ``last`` (none: -1)
+    multiplies the same error into y: ``g`` takes its columns. Return the next free column.
     """
     for c in range(first, D.size):
         d[at] = weight * D[c]
-        for i in range(n):
-            j = first + i
-            Y[i, at] = U[c * (c - 1) // 2 + j] if j < c else (1.0 if j == c else 0.0)
-        for i in range(n, rows):
-            Y[i, at] = 0.0
+        g[at] = entry(U, last, c) if 0 <= last <= c else 0.0
+        for i in range(rows):
+            Y[i, at] = entry(U, first + i, c) if i < n and first + i <= c else 0.0
         at += 1
-    d[at] = weight
+    d[at] = mean_weight
+    g[at] = mean[last] if last >= 0 else 0.0
     for i in range(rows):
         Y[i, at] = mean[first + i] if i < n else 0.0
     return at + 1
 
 
 @choice
-def propagate(noise, state, work, z, yhat, R, T, is_measured, is_held):
+def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
     """Time update of mean and factors; z is the measured y, unused where there is none."""
 
 
 @propagate.on(White)
-def _(noise, state, work, z, yhat, R, T, is_measured, is_held):
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
     if is_held or not is_measured:
-        return propagate_dense(noise, state, work, z, yhat, R, T, is_measured)
+        return propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
     n = work.n
-    shift_mean(state.s, n, work.inputs, z, work.u)
-    shift_factor(state.U, state.D.size, n, work.inputs, z, work.u)
+    shift_mean(state.s, n, work.inputs, z, state.held)
+    shift_factor(state.U, state.D.size, n, work.inputs, z, state.held)
     drop_measured(state.U, state.D, n)
     return 0
 
 
 @propagate.on(PlugIn, Coloured)
-def _(noise, state, work, z, yhat, R, T, is_measured, is_held):
-    return propagate_dense(noise, state, work, z, yhat, R, T, is_measured)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+    return propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
 
 
 @kernel
-def propagate_dense(noise, state, work, z, yhat, R, T, is_measured):
+def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
     """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
     s, U, D, n, rows, kappa, Y, d = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d
     N = D.size
     flags = correlate(noise, s[n:], n, kappa, work.c)
-    at = rows  # U itself takes the first columns of Y, noise the others
+    at = add_noise(noise, state, work, R, s2, is_measured)
     if is_measured:
-        if R > noise.R:  # part of R is not w_n: regress on the whole, keep the rest as noise
-            d[at] = noise.R * (1.0 - noise.R / R)
-            for i in range(rows):
-                Y[i, at] = kappa[i]
-                kappa[i] *= noise.R / R
-            at += 1
-        rest = z - project(s, U, D, work.u, work.direct, work.f, work.v)
-        shift_mean(s, n, work.inputs, z, work.u)
+        rest = z - predict_output(s, state.held, work.direct)
+        project(U, N, state.held, work.direct, work.f)
+        shift_mean(s, n, work.inputs, z, state.held)
         for i in range(rows):
             s[i] += kappa[i] * rest
-        shift_factor(U, N, n, work.inputs, z, work.u)
+        shift_factor(U, N, n, work.inputs, z, state.held)
     else:
-        # A = F(yhat, u) - [a; 0] H, noise (kappa - [a; 0]) w_n, and the Isserlis terms T P_aa + c c'
-        for i in range(rows):
-            a = s[n + i] if i < n else 0.0
-            Y[i, at] = kappa[i] - a
-            kappa[i] = a
-        d[at] = noise.R
-        covariance_with_output(U, work.v, n, n, work.c)
-        at = add_product(U, D, s, n, T, n, rows, Y, d, at + 1)
-        d[at - 1] = 1.0  # c where the mean was
+        # F(yhat, u) - [a; 0] H, and the Isserlis terms T P_aa + c c' of the product a y
+        # (all relative to sigma^2, which a product of two covariances carries twice)
+        covariance_with_output(U, D, work.f, n, n, work.c)
+        at = add_product(U, D, s, n, -1, s2 * T, s2, n, rows, Y, d, work.g, at)
         for i in range(n):
-            Y[i, at - 1] = work.c[i]
-        shift_mean(s, n, work.inputs, yhat, work.u)
+            Y[i, at - 1] = work.c[i]  # c stands where the mean did
+        shift_mean(s, n, work.inputs, yhat, state.held)
         for i in range(n):
-            s[i] -= work.c[i]
-        shift_factor(U, N, n, work.inputs, yhat, work.u)
-    for l in range(work.inputs):
-        if work.unsure[l] > 0.0:
-            at = add_product(U, D, s, n * (l + 2), work.unsure[l], n, rows, Y, d, at)
-    at = add_columns(noise, rows, Y, d, at)
+            s[i] -= s2 * work.c[i]
+        shift_factor(U, N, n, work.inputs, yhat, state.held)
     lay_out(U, D, work.f, kappa, n, rows, Y, d)
-    orthogonalise(Y, d, rows, at, U, D)
+    orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
     return flags
 
 
 @kernel
-def covariance_with_output(U, v, first, count, c):
-    """Fill c with cov(s_i, y) = (U v)_i for ``count`` indices from ``first`` on."""
+def add_noise(noise, state, work, R, s2, is_measured):
+    """Write the noise on x into columns of Y and settle kappa; return the next free column.
+
+    Each column is noise shared by x (in Y) and y (in g). A measured y tells about it: regress on y, kappa its
+    coefficients. A missing y was replaced in F by its prediction: then kappa = [a; 0], since -a y carries it into x.
+    U itself takes the first columns of Y.
+    """
+    s, U, D, n, rows, kappa, Y, d, g = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d, work.g
+    at = rows
+    is_held = False
+    for l in range(work.inputs):
+        is_held = is_held or state.unsure[l] > 0.0
+    if is_held or not is_measured:
+        d[at], g[at] = R, 1.0
+        for i in range(rows):
+            Y[i, at] = kappa[i]
+        at += 1
+        for l in range(work.inputs):
+            unsure = state.unsure[l]
+            if unsure > 0.0:
+                b0 = D.size - work.direct + l if work.direct > 0 else -1
+                at = add_product(U, D, s, n * (l + 2), b0, unsure, unsure / s2, n, rows, Y, d, g, at)
+        if is_measured:
+            total = 0.0
+            for c in range(rows, at):
+                total += d[c] * g[c] * g[c]
+            for i in range(rows):
+                kappa[i] = 0.0
+                for c in range(rows, at):
+                    kappa[i] += d[c] * Y[i, c] * g[c]
+                kappa[i] = kappa[i] / total if total > 0.0 else 0.0
+        else:
+            for i in range(rows):
+                kappa[i] = s[n + i] if i < n else 0.0
+        for c in range(rows, at):
+            for i in range(rows):
+                Y[i, c] -= kappa[i] * g[c]
+    return add_columns(noise, rows, Y, d, at)
+
+
+@kernel
+def covariance_with_output(U, D, f, first, count, c):
+    """Fill c with cov(s_i, y) = (U D f)_i for ``count`` indices from ``first`` on."""
     for i in range(count):
-        p = v[first + i]
-        for j in range(first + i + 1, v.size):
-            p += U[j * (j - 1) // 2 + first + i] * v[j]
-        c[i] = p
+        c[i] = 0.0
+        for j in range(first + i, D.size):
+            c[i] += entry(U, first + i, j) * D[j] * f[j]
 
 
 @choice
@@ -335,10 +386,10 @@ def _(noise, rows, Y, d, at):
 
 
 @kernel
-def write(out, t, state, work, yhat, e, variance, status, s2):
+def write(out, t, state, work, yhat, e, T, status, s2):
     """Write one row of the trace: prediction, innovation, its variance, status, then s, its spread or P."""
     N, C = state.D.size, out.shape[1]
-    out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, variance, status
+    out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, T, status
     if C >= 4 + N:
         for i in range(N):
             out[t, 4 + i] = state.s[i]
@@ -352,16 +403,9 @@ def write(out, t, state, work, yhat, e, variance, status, s2):
             for i in range(j + 1):
                 p = 0.0
                 for k in range(j, N):
-                    Uik = U_entry(state.U, i, k)
-                    p += Uik * U_entry(state.U, j, k) * state.D[k]
+                    p += entry(state.U, i, k) * entry(state.U, j, k) * state.D[k]
                 out[t, at] = s2 * p
                 at += 1
-
-
-@kernel
-def U_entry(U, i, j):
-    """Return U[i, j] for i <= j."""
-    return 1.0 if i == j else U[j * (j - 1) // 2 + i]
 
 
 @kernel
@@ -379,7 +423,7 @@ def restart_state(state, work):
 @advance.on(Form)
 def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
     head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
-    status = take_inputs(state, work, u, t)
+    status = take_inputs(state, u, t)
     z = y[t, 0]
     head[PEAK] *= 0.75
     is_measured = abs(z) < HUGE
@@ -390,34 +434,31 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
         status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
 
     # project
+    s2 = sigma2(scale, head[OBSERVED], head[CHI2])
     R = noise.R
     if R > 0.0:
-        rounding = (form.floor * head[PEAK]) ** 2
+        rounding = (form.floor * head[PEAK]) ** 2 / s2
         if rounding > R:
             status |= FLOORED
         R += rounding
-    yhat = project(s, U, D, work.u, work.direct, work.f, work.v)
+    yhat = predict_output(s, state.held, work.direct)
+    project(U, D.size, state.held, work.direct, work.f)
+    Rn = R
     for l in range(work.direct):
-        if work.unsure[l] > 0.0:  # the direct term passes the error of a held input on to y
+        if state.unsure[l] > 0.0:  # the direct term passes the error of a held input on to y
             i = D.size - work.direct + l
-            b = s[i]
-            p = D[i]
-            for j in range(i + 1, D.size):
-                p += U_entry(U, i, j) ** 2 * D[j]
-            R += work.unsure[l] * (b * b + p)
-    s2 = sigma2(scale, head[OBSERVED], head[CHI2])
+            R += state.unsure[l] * (s[i] * s[i] / s2 + variance(U, D, i))
 
     # detect
     e = z - yhat if is_measured else np.nan
-    if is_measured and not admit(gate, e, work.f, work.v, R, s2, head[IN_A_ROW], head[OBSERVED]):
+    if is_measured and not admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED]):
         is_measured = False
         status |= REJECTED
     head[IN_A_ROW] = head[IN_A_ROW] + 1.0 if status & REJECTED else 0.0
 
     # correct
-    T = R
     if is_measured:
-        T = correct(U, D, work.f, work.v, R, work.b)
+        T = correct(U, D, work.f, R, work.b)
         if T > 0.0:
             for i in range(D.size):
                 s[i] += work.b[i] * (e / T)
@@ -427,8 +468,7 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
         else:
             status |= EXACT
     else:
-        for j in range(D.size):
-            T += work.f[j] * work.v[j]
+        T = predicted_variance(work.f, D, R)
     if not T < HUGE * HUGE:
         restart_state(state, work)
         status |= LOST
@@ -439,7 +479,7 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
     write(out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
 
     # predict
-    status |= propagate(noise, state, work, z, yhat, R, T, is_measured, status & MISSING_INPUT != 0)
+    status |= propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0)
     status |= drift(memory, U, D, n, work.c)
     out[t, 3] = status
     head[STATUS] = status

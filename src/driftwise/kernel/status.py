@@ -17,7 +17,7 @@ class Status(IntFlag):
     """What happened at a sample; several may be true at once."""
 
     MISSING_OUTPUT = MISSING_OUTPUT  # y was NaN: exact-moment step
-    MISSING_INPUT = MISSING_INPUT  # an input was NaN: held, with the variance of its usual steps
+    MISSING_INPUT = MISSING_INPUT  # an input was NaN: predicted from what it has shown so far
     REJECTED = REJECTED  # the gate took y for an outlier: treated as missing
     EXACT = EXACT  # y was known exactly beforehand (T = 0): no update
     FLOORED = FLOORED  # the round-off floor outweighed R
@@ -29,7 +29,7 @@ class Status(IntFlag):
 
 MEANING = {
     Status.MISSING_OUTPUT: "output missing",
-    Status.MISSING_INPUT: "input missing, last value held",
+    Status.MISSING_INPUT: "input missing, predicted",
     Status.REJECTED: "outlier ignored",
     Status.EXACT: "output known exactly, nothing to learn",
     Status.FLOORED: "noise variance raised to the round-off floor",

@@ -12,15 +12,24 @@ TINY = (64 * np.finfo(float).eps) ** 2  # a squared length that has lost all its
 
 
 @kernel
-def correct(U, D, f, v, R, b):
+def entry(U, i, j):
+    """Return U[i, j], i <= j."""
+    return 1.0 if i == j else U[j * (j - 1) // 2 + i]
+
+
+@kernel
+def correct(U, D, f, R, b):
     """Bierman's measurement update: U, D become those of P - b b'/T; b = P h; return T = h' P h + R.
 
-    ``f = U'h`` and ``v = D f``. With R = 0 the first informative column gets D = 0 exactly.
+    ``f = U'h``. With R = 0 the first informative column gets D = 0 exactly.
     """
-    a = R
+    b[0] = D[0] * f[0]
+    a = R + f[0] * b[0]
+    D[0] = D[0] * (R / a) if a > 0.0 else D[0]
     at = 0
-    for j in range(D.size):
-        fj, vj = f[j], v[j]
+    for j in range(1, D.size):
+        fj = f[j]
+        vj = D[j] * fj
         before = a
         a = before + fj * vj
         b[j] = vj
@@ -35,28 +44,35 @@ def correct(U, D, f, v, R, b):
             for i in range(j):
                 b[i] = U[at + i] * vj
             D[j] = 0.0
-        else:
-            b[j] = 0.0
         at += j
     return a
 
 
 @kernel
-def orthogonalise(Y, d, rows, columns, U, D):
+def predicted_variance(f, D, R):
+    """Return T = h' P h + R."""
+    T = R
+    for j in range(D.size):
+        T += f[j] * f[j] * D[j]
+    return T
+
+
+@kernel
+def orthogonalise(Y, d, g, rows, columns, U, D, is_exact):
     """Weighted Gram-Schmidt: U D U' = Y diag(d) Y' for the first ``rows`` indices (Thornton).
 
-    ``Y`` (rows, columns) is destroyed. A row whose remainder is pure round-off gets D = 0.
+    ``Y`` (rows, columns) is destroyed, ``g`` is scratch. Where the measurements are exact (R = 0) a row whose
+    remainder is pure round-off gets D = 0, so that what is known exactly stays so.
     """
-    for i in range(rows):  # the squared length before projection, kept in D
-        s = 0.0
-        for c in range(columns):
-            s += d[c] * Y[i, c] * Y[i, c]
-        D[i] = s
+    if is_exact:
+        for i in range(rows):  # the squared length before projection, kept in D
+            D[i] = TINY * length(Y, d, i, columns)
     for j in range(rows - 1, -1, -1):
         s = 0.0
         for c in range(columns):
-            s += d[c] * Y[j, c] * Y[j, c]
-        if s <= TINY * D[j]:
+            g[c] = d[c] * Y[j, c]
+            s += g[c] * Y[j, c]
+        if is_exact and s <= D[j]:
             s = 0.0
         D[j] = s
         at = j * (j - 1) // 2
@@ -64,11 +80,20 @@ def orthogonalise(Y, d, rows, columns, U, D):
             p = 0.0
             if s > 0.0:
                 for c in range(columns):
-                    p += d[c] * Y[i, c] * Y[j, c]
+                    p += Y[i, c] * g[c]
                 p /= s
                 for c in range(columns):
                     Y[i, c] -= p * Y[j, c]
             U[at + i] = p
+
+
+@kernel
+def length(Y, d, i, columns):
+    """Return the weighted squared length of row i."""
+    s = 0.0
+    for c in range(columns):
+        s += d[c] * Y[i, c] * Y[i, c]
+    return s
 
 
 @kernel
@@ -94,9 +119,9 @@ def widen(U, D, i, q, a):
 @kernel
 def variance(U, D, i):
     """Return P[i, i]."""
-    p = D[i]
-    for j in range(i + 1, D.size):
-        Uij = U[j * (j - 1) // 2 + i]
+    p = 0.0
+    for j in range(i, D.size):
+        Uij = entry(U, i, j)
         p += Uij * Uij * D[j]
     return p
 

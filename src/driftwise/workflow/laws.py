@@ -1,0 +1,167 @@
+"""The laws every estimator obeys, as checks anyone can run on theirs (and on their own policies inside it)."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..kernel import compose
+from .snapshot import load_state, save_state
+
+
+def same(a, b) -> bool:
+    """Say whether two arrays or states are equal bit for bit (NaN equals NaN)."""
+    a, b = np.atleast_1d(a), np.atleast_1d(b)
+    if a.dtype.names:
+        a, b = a.view(np.float64), b.view(np.float64)
+    return a.shape == b.shape and np.array_equal(a, b, equal_nan=True)
+
+
+def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
+    """Return a record (y, u) that fits the estimator: a stable plant, random inputs, gaps in both."""
+    rng = np.random.default_rng(seed)
+    n, k = estimator.model.n, estimator.model.inputs
+    a = np.poly(rng.uniform(-0.8, 0.8, n))[1:]
+    b = rng.standard_normal((k, n))
+    u = rng.standard_normal((samples, k))
+    x, y = np.zeros(n), np.empty(samples)
+    for t in range(samples):
+        y[t] = x[0] + 0.1 * rng.standard_normal()
+        x = np.append(x[1:], 0.0) - a * y[t] + u[t] @ b
+    y[rng.random(samples) < missing] = np.nan
+    u[rng.random((samples, k)) < missing / 4] = np.nan
+    return y, u if k else None
+
+
+def _part(u, where):
+    return None if u is None else u[where]
+
+
+def law_stream_record_halves_fleet(est, y, u):
+    """The same samples give the same numbers, bit for bit, whichever way they are fed."""
+    whole = est.scan(y, u)
+    state, seen = est.start(), []
+    for t in range(len(y)):
+        state, step = est.update(state, y[t], _part(u, t))
+        seen.append(step)
+    assert same(state, whole.state), "one by one differs from the record"
+    assert same([s[:3] for s in seen], whole.outs[:, :3]), "the steps differ from the trace"
+    half = len(y) // 2
+    first = est.scan(y[:half], _part(u, slice(half)))
+    second = est.scan(y[half:], _part(u, slice(half, None)), state=first.state)
+    assert same(np.concatenate([first.outs, second.outs]), whole.outs), "two halves differ from the whole"
+    assert same(first.dof, whole.dof[:half]), "the degrees of freedom of the first half differ"
+    assert same(second.dof, whole.dof[half:]), "the degrees of freedom of the second half differ"
+    states, _ = est.tick(est.start(3), np.stack([y, y[::-1], y]), None if u is None else np.stack([u, u[::-1], u]))
+    assert same(states[0], whole.state) and same(states[2], whole.state), "a series in a fleet differs from itself alone"
+
+
+def law_state_is_plain_numbers(est, y, u):
+    """A state can be copied, written down and read back; nothing changes."""
+    half = len(y) // 2
+    state = est.scan(y[:half], _part(u, slice(half))).state
+    before = state.copy()
+    est.update(state, y[half], _part(u, half))
+    assert same(state, before), "update changed the state it was given"
+    with tempfile.TemporaryDirectory() as folder:
+        save_state(est, state, Path(folder) / "state.json")
+        other, back = load_state(Path(folder) / "state.json")
+    assert same(state, back), "reading back changed the state"
+    rest = y[half:], _part(u, slice(half, None))
+    assert same(est.scan(*rest, state=state).outs, other.scan(*rest, state=back).outs), "the resumed run differs"
+
+
+def law_nan_is_missing(est, y, u):
+    """NaN means missing, in outputs and inputs; time moves, estimates stay finite, theta waits."""
+    state = est.scan(y, u).state
+    nothing = None if u is None else np.full(est.model.inputs, np.nan)
+    for _ in range(20):
+        after, step = est.update(state, np.nan, nothing)
+        assert np.isnan(step.innovation) and step.status & 1, "a missing output is not reported"
+        assert np.array_equal(after["theta"], state["theta"]), "a missing output moved the parameters"
+        assert after["samples"] == state["samples"] + 1, "time stood still"
+        state = after
+    assert np.isfinite(np.atleast_1d(state).view(float)).all(), "a gap left something that is not finite"
+    try:
+        est.update(state, np.inf, _part(u, 0))
+    except InputError:
+        return
+    raise AssertionError("infinity passed the door")
+
+
+def law_covariance_stays_a_covariance(est, y, u):
+    """P is symmetric and non-negative."""
+    trace = est.scan(y, u, keep="covariance")
+    assert np.all(trace.state["D"] >= 0), "a factor went negative"
+    P = est.covariance(trace.state)
+    assert np.linalg.eigvalsh(P).min() >= -1e-12 * np.trace(P), "P lost positivity"
+    assert np.all(trace.x_std >= 0) and np.all(trace.parameters_std >= 0)
+
+
+def law_scaling(est, y, u):
+    """Scaling the data scales the answer, exactly for powers of two (default prior, noise learnt or absent)."""
+    options = est.options
+    if options["P0"] is not None or options["s0"] is not None or getattr(options["noise"], "variance", 0) is not None:
+        return
+    c, g = 2.0**20, 2.0**-13
+    one = est.scaled_to(y, u).scan(y, u)
+    two = est.scaled_to(c * y, _times(u, g)).scan(c * y, _times(u, g))
+    assert same(c * one.prediction, two.prediction), "predictions do not scale"
+    n = est.model.n
+    assert same(one.parameters[:, :n], two.parameters[:, :n]), "a depends on the unit of y"
+    assert same(one.parameters[:, n:] * (c / g), two.parameters[:, n:]), "b does not scale by the ratio of the units"
+
+
+def _times(u, g):
+    return None if u is None else g * u
+
+
+def law_compiled_equals_plain(est, y, u):
+    """Compiled code and the same Python run line by line agree to 1e-12 (relative, prior-dominated start aside)."""
+    y, u = y[:60], _part(u, slice(60))
+    fast = est.scan(y, u)
+    rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
+    us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
+    with np.errstate(all="ignore"):
+        compose.plain_driver(*map(type, est.policies))(rows, y.reshape(1, -1, 1), us, outs, est.spec, est.scratch())
+    assert np.allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), "compiled and uncompiled traces differ"
+    a, b = np.atleast_1d(fast.state).view(float), rows[0]
+    assert np.allclose(a, b, rtol=1e-9, atol=1e-12), "compiled and uncompiled states differ"
+
+
+def law_no_wind_up(est, y, u):
+    """Without excitation the parameters' covariance stays within the prior."""
+    rest = np.zeros(2000)
+    state = est.scan(y, u).state
+    state = est.scan(rest, None if u is None else np.zeros((2000, est.model.inputs)), state=state).state
+    P, P0 = est.covariance(state), est.prior_covariance[np.ix_(est.model.salut, est.model.salut)]
+    n = est.model.n
+    assert np.all(np.diag(P)[n:] <= np.diag(P0)[n:] * (1 + 1e-9)), "a parameter is less certain than before the first sample"
+
+
+LAWS = [law for name, law in sorted(globals().items()) if name.startswith("law_")]
+
+
+def check_estimator(estimator, y=None, u=None) -> None:
+    """Raise AssertionError, naming the law, if an estimator breaks one.
+
+    Parameters
+    ----------
+    estimator : an estimator, with any policies
+    y, u : a record to check it on; a simulated one with gaps if omitted
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> dw.check_estimator(dw.Joint(1, inputs=1))
+    """
+    if y is None:
+        y, u = example(estimator)
+    for law in LAWS:
+        try:
+            law(estimator, y, u)
+        except AssertionError as broken:
+            raise AssertionError(f"{estimator!r} breaks a law: {law.__doc__} {broken}") from None
