@@ -1,0 +1,1 @@
+"""Oracles: the mathematics written down plainly, sharing no code with the library."""

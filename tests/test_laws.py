@@ -1,0 +1,118 @@
+"""Every estimator obeys the laws, with every policy once and a few chosen pairs."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import driftwise as dw
+from driftwise.workflow.laws import LAWS, example, same
+
+Q2 = np.array([[0.3, 0.1], [0.1, 0.2]])
+FULL = np.diag([0.2, 0.1, 1e-4, 1e-5, 1e-4, 1e-4])
+
+ESTIMATORS = {
+    "default": dw.Joint(2, inputs=1),
+    "AR, no input": dw.Joint(3, noise=dw.EquationError()),
+    "ARX, direct term": dw.Joint(2, inputs=1, direct=True, noise=dw.EquationError(0.01)),
+    "two inputs": dw.Joint(1, inputs=2, direct=True),
+    "known polynomial": dw.Joint(2, inputs=1, noise=dw.NoisePolynomial([0.1, -0.4], 0.01)),
+    "known covariances": dw.Joint(2, inputs=1, noise=dw.NoiseCovariance(Q2, [0.1, 0.05], 0.5)),
+    "noise on the parameters": dw.Joint(
+        2, inputs=1, noise=dw.NoiseCovariance(FULL, [0.1, 0.02, 1e-3, 0, 0, 0], 0.5), P0=10.0
+    ),
+    "walk": dw.Joint(2, inputs=1, memory=dw.Walk(1e-4)),
+    "gate": dw.Joint(2, inputs=1, gate=dw.Gate(4.0)),
+    "all together": dw.Joint(
+        3, inputs=2, direct=True, noise=dw.OutputError(0.01), memory=dw.Walk(1e-6), gate=dw.Gate(), P0=100.0
+    ),
+    "dead-beat": dw.Joint(2, inputs=1, noise=dw.EquationError(0.0), P0=100.0),
+    "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
+}
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_law(name, law):
+    est = ESTIMATORS[name]
+    law(est, *example(est))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(sorted(ESTIMATORS)),
+    seed=st.integers(0, 2**32 - 1),
+    cut=st.integers(0, 40),
+    missing=st.sampled_from([0.0, 0.2, 0.9]),
+    exponent=st.integers(-20, 20),
+)
+def test_any_cut_of_any_record_changes_nothing(name, seed, cut, missing, exponent):
+    est = ESTIMATORS[name]
+    y, u = example(est, samples=40, seed=seed, missing=missing)
+    y = np.ldexp(y, exponent)
+    whole = est.scan(y, u)
+    first = est.scan(y[:cut], None if u is None else u[:cut])
+    second = est.scan(y[cut:], None if u is None else u[cut:], state=first.state)
+    assert same(second.state, whole.state)
+    assert np.all(whole.state["D"] >= 0)
+    assert np.isfinite(np.atleast_1d(whole.state).view(float)).all()
+
+
+IDLE = [
+    (dict(memory=dw.Walk(0.0)), {}),
+    (dict(gate=dw.Gate(1e9)), {}),
+    (dict(floor=0.0), dict(floor=1e-300)),
+]
+
+
+@pytest.mark.parametrize("idle, plain", IDLE)
+def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
+    est = dw.Joint(2, inputs=1, **plain)
+    y, u = example(est)
+    assert same(est.scan(y, u).outs, dw.Joint(2, inputs=1, **idle).scan(y, u).outs)
+
+
+@given(st.floats(0.5, 2.0), st.floats(0.5, 2.0))
+@settings(max_examples=20, deadline=None)
+def test_any_scaling_scales_the_answer(c, g):
+    """Not only powers of two: with the prior given in units of the data, to round-off."""
+    est = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01), P0=np.full(6, 10.0))
+    y, u = example(est)
+    P0 = 10.0 * np.array([c * c, c * c, 1, 1, (c / g) ** 2, (c / g) ** 2])
+    scaled = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01 * c * c), P0=P0)
+    one, two = est.scan(y, u), scaled.scan(c * y, g * u)
+    np.testing.assert_allclose(c * one.prediction, two.prediction, rtol=1e-9, atol=1e-11)
+
+
+def test_threads_share_a_driver(rng=np.random.default_rng(3)):
+    from concurrent.futures import ThreadPoolExecutor
+
+    est = dw.Joint(3, inputs=1)
+    records = [example(est, samples=500, seed=s) for s in range(16)]
+    alone = [est.scan(*r).state for r in records]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda r: est.scan(*r).state, records))
+    assert all(same(a, b) for a, b in zip(alone, together))
+
+
+@pytest.mark.slow
+def test_covariance_stays_non_negative_over_ten_million_samples():
+    est = dw.Joint(2, inputs=1, noise=dw.OutputError(0.01), memory=dw.Walk(1e-9), P0=1e16)
+    state = est.start()
+    for k in range(100):
+        y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=100_000, noise_std=0.1, missing=0.01, seed=k % 7)
+        trace = est.scan(y, u, state=state, keep="innovations")
+        state = trace.state
+        assert np.all(state["D"] >= 0) and np.isfinite(np.atleast_1d(state).view(float)).all()
+        eigenvalues = np.linalg.eigvalsh(est.covariance(state))
+    assert eigenvalues[0] >= -1e-14 * eigenvalues[-1]  # round-off of the eigenvalues themselves; D is exact
+    assert state["samples"] == 1e7
+
+
+def test_covariance_stays_non_negative_over_a_million_samples():
+    est = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01), P0=1e16)
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=1_000_000, noise_std=0.1, noise="equation", seed=1)
+    state = est.scan(y, u, keep="innovations").state
+    assert np.all(state["D"] >= 0)
+    eigenvalues = np.linalg.eigvalsh(est.covariance(state))
+    assert eigenvalues[0] >= -1e-14 * eigenvalues[-1]  # round-off of the eigenvalues themselves; D is exact
