@@ -24,9 +24,17 @@ def positive(name, value) -> float:
 def vector(name, value, size) -> np.ndarray:
     """Return a finite vector of the given size."""
     value = np.asarray(value, float)
-    if value.ndim != 1 or (size is not None and len(value) != size) or not np.isfinite(value).all():
-        raise InputError(f"{name} must be a finite vector of {size or 'any'} numbers, got shape {value.shape}")
+    if value.shape != (size,) or not np.isfinite(value).all():
+        raise InputError(f"{name} must be a finite vector of {size} numbers, got shape {value.shape}")
     return value
+
+
+def each(name, value, size) -> np.ndarray:
+    """Return ``size`` finite numbers from one number for all, or one for each."""
+    value = np.asarray(value, float)
+    if value.shape not in ((), (1,), (size,)) or not np.isfinite(value).all():
+        raise InputError(f"{name} must be a finite number, or {size} of them, got shape {value.shape}")
+    return np.full(size, value) if value.size == 1 else value.copy()
 
 
 def covariance(name, value, size) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from ..detect.gate import Always, Gate
 from ..errors import InputError
 from ..kernel import compose, ud
-from ..memory.drift import Never, Walk
+from ..memory.drift import Never, Walk, drift
 from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
 from ..models.scale import KnownScale, UnknownScale
@@ -112,7 +112,9 @@ class Joint:
         )
         self.dt = door.positive("dt", dt)
         self.y_scale = door.positive("y_scale", y_scale)
-        self.u_scale = np.broadcast_to([door.positive("u_scale", v) for v in np.atleast_1d(u_scale)], (inputs,))
+        self.u_scale = door.each("u_scale", u_scale, inputs)
+        if np.any(self.u_scale <= 0):
+            raise InputError(f"u_scale must be positive, got {u_scale!r}")
         N, n = model.N, model.n
 
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
@@ -169,11 +171,11 @@ class Joint:
     def _resolve_memory(self, memory):
         if isinstance(memory, Walk):
             m, n = self.model.N - self.model.n, self.model.n
-            q = np.broadcast_to(door.vector("q", np.atleast_1d(memory.q), None), (m,)).copy()
+            q = door.each("q", memory.q, m)
             if np.any(q < 0):
                 raise InputError(f"q must not be negative (it is a variance per sample), got {memory.q!r}")
             return Walk(q * self._theta_units(), np.diag(self.prior_covariance)[n:].copy())
-        if not isinstance(memory, Never) and type(memory) not in compose_drift_kinds():
+        if type(memory) not in drift.table:
             raise InputError(f"memory must be Never() or Walk(q), got {memory!r}")
         return memory
 
@@ -340,9 +342,3 @@ def _pad(noise, rows):
     full[:, :n] = G
     return noise._replace(kappa=kappa, G=full.ravel())
 
-
-def compose_drift_kinds():
-    """Return the memory types that have a drift rule, a user's own among them."""
-    from ..memory.drift import drift
-
-    return tuple(drift.table)

@@ -1,0 +1,144 @@
+"""The engine keeps its promises: nothing compiles early, numbers never recompile, the cache is used and never stale."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.kernel import compose, ud
+from driftwise.kernel.compose import Vector
+from driftwise.memory.drift import drift
+
+PACKAGE = Path(dw.__file__).parent
+
+
+def python(code, **env):
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **env}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_import_loads_nothing_heavy():
+    code = "import sys, driftwise; print([m for m in ('numba', 'numpy', 'scipy', 'bokeh', 'pyarrow') if m in sys.modules])"
+    assert python(code) == "[]"
+
+
+def test_help_does_not_load_numba_or_numpy():
+    code = (
+        "import sys\n"
+        "from driftwise.edge.cli import main\n"
+        "sys.argv = ['driftwise', '--help']\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print('loaded', [m for m in ('numba', 'numpy', 'scipy', 'bokeh') if m in sys.modules])"
+    )
+    assert python(code).endswith("loaded []")
+
+
+def test_numbers_never_recompile():
+    a = dw.Joint(2, inputs=1, noise=dw.EquationError(0.1), memory=dw.Walk(1e-3))
+    b = dw.Joint(5, inputs=3, direct=True, noise=dw.EquationError(7.0), memory=dw.Walk(np.arange(23.0)))
+    a.update(a.start(), 0.0, 0.0)
+    b.update(b.start(), 0.0, [0.0, 0.0, 0.0])
+    assert a.drive is b.drive
+    assert len(a.drive.signatures) == 1
+
+
+def test_read_only_integer_float32_and_fortran_records_share_one_compilation():
+    est = dw.Joint(1, inputs=2)
+    rng = np.random.default_rng(0)
+    y, u = rng.integers(-5, 5, 50), np.asfortranarray(rng.integers(-5, 5, (50, 2)).astype(np.float32))
+    y.flags.writeable = u.flags.writeable = False
+    whole = est.scan(y, u)
+    again = est.scan(y.astype(float), np.ascontiguousarray(u, float))
+    assert np.array_equal(whole.outs, again.outs)
+    assert len(est.drive.signatures) == 1
+
+
+CACHED = """
+import driftwise as dw
+est = dw.Joint(1, noise=dw.EquationError(1.0), P0=1.0)
+state, step = est.update(est.start(), 1.0)
+print(sum(est.drive.stats.cache_hits.values()), float(step.variance))
+"""
+
+
+def test_cache_is_used_and_never_stale(tmp_path):
+    """A copy of the package is edited in a module other than the driver's: the edit must take effect."""
+    shutil.copytree(PACKAGE, tmp_path / "driftwise", ignore=shutil.ignore_patterns("__pycache__", "data"))
+    env = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    assert python(CACHED, **env) == "0 2.0"
+    assert python(CACHED, **env) == "1 2.0"
+    source = tmp_path / "driftwise" / "kernel" / "ud.py"
+    text = source.read_text()
+    assert text.count("a = R + f[0] * b[0]") == 1
+    source.write_text(text.replace("a = R + f[0] * b[0]", "a = 3.0 * R + f[0] * b[0]"))
+    assert python(CACHED, **env) == "0 4.0"
+    assert python(CACHED, **env) == "1 4.0"
+
+
+class Breathing(NamedTuple):
+    """A user's own memory: the parameters widen for one sample in ``period``."""
+
+    period: float
+    q: Vector
+
+
+@drift.on(Breathing)
+def _(memory, U, D, n, scratch):
+    if D[n] * memory.period < 0.01:
+        for i in range(memory.q.size):
+            ud.widen(U, D, n + i, memory.q[i], scratch)
+    return 0
+
+
+def test_a_users_own_policy_runs_compiled_in_a_few_lines():
+    est = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), memory=Breathing(7.0, np.array([1e-3, 1e-3])), P0=10.0)
+    y, u = dw.simulate([-0.8], [1.0], samples=80, noise_std=0.1, noise="equation", seed=2)
+    fast = est.scan(y, u)
+    rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
+    drive = compose.plain_driver(*map(type, est.policies))
+    drive(rows, y.reshape(1, -1, 1), u.reshape(1, -1, 1), outs, est.spec, est.scratch())
+    np.testing.assert_allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12)
+    plain = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), P0=10.0).scan(y, u)
+    assert fast.parameters_std[-1, 0] > plain.parameters_std[-1, 0]
+
+
+def test_a_change_of_a_users_policy_changes_the_fingerprint():
+    assert compose.fingerprint((Breathing,)) != compose.fingerprint(())
+
+
+@pytest.mark.parametrize("numbers", [(), (1.0,), (1.0, np.array([2.0, 3.0])), (np.array([]), 4.0)])
+def test_policies_survive_the_trip_through_a_row(numbers):
+    names = [f"p{i}" for i in range(len(numbers))]
+    kinds = [Vector if np.ndim(v) else float for v in numbers]
+    kind = NamedTuple("kind", list(zip(names, kinds)))
+    back, at = compose.read(kind, compose.flatten([kind(*numbers), kind(*numbers)]), 0)
+    assert all(np.array_equal(a, b) for a, b in zip(back, numbers))
+    assert at == len(compose.flatten([kind(*numbers)]))
+
+
+def test_history_does_not_grow():
+    """What one update allocates does not depend on how many came before."""
+    import tracemalloc
+
+    est = dw.Joint(2, inputs=1)
+    state = est.start()
+    for k in range(50):
+        state, _ = est.update(state, float(k % 3), 1.0)
+    tracemalloc.start()
+    sizes = []
+    for k in range(600):
+        state, _ = est.update(state, float(k % 3), 1.0)
+        if k % 200 == 199:
+            sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert max(sizes) - min(sizes) < 2000
