@@ -29,7 +29,7 @@ def _rich(value: Any) -> Any:
     if isinstance(value, dict):
         fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
         return KINDS[value["kind"]](**fields)
-    return np.array(value, float) if isinstance(value, list) else value
+    return value
 
 
 def describe(estimator) -> str:
