@@ -13,13 +13,14 @@ class Always(NamedTuple):
 class Gate(NamedTuple):
     """An innovation beyond ``sigmas`` predicted standard deviations is an outlier, treated as missing.
 
-    After ``patience`` rejections in a row the next sample is believed: then it is not an outlier but a
-    change. ``settle`` observed samples are believed first. Bad at heavy-tailed noise: it trims what it should weigh.
+    After ``patience`` rejections in a row it is not an outlier but a change: the next ``settle`` samples are
+    believed, and so are the first ones of a run (None: twice the number of unknowns). Bad at heavy-tailed
+    noise: it trims what it should weigh.
     """
 
     sigmas: float = 5.0
     patience: float = 5.0
-    settle: float = 0.0
+    settle: float | None = None
 
 
 @choice
@@ -34,6 +35,25 @@ def _(gate, e, f, D, R, s2, rejected, observed):
 
 @admit.on(Gate)
 def _(gate, e, f, D, R, s2, rejected, observed):
-    if observed < gate.settle or rejected >= gate.patience:
+    if observed < gate.settle or rejected < 0.0 or rejected >= gate.patience:
         return True
     return e * e <= gate.sigmas * gate.sigmas * s2 * predicted_variance(f, D, R)
+
+
+@choice
+def count_rejections(gate, rejected, is_rejected):
+    """Return the number of rejections in a row; negative while samples are believed after a change."""
+
+
+@count_rejections.on(Always)
+def _(gate, rejected, is_rejected):
+    return 0.0
+
+
+@count_rejections.on(Gate)
+def _(gate, rejected, is_rejected):
+    if is_rejected:
+        return rejected + 1.0
+    if rejected >= gate.patience:
+        return -gate.settle
+    return min(rejected + 1.0, 0.0)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..detect.gate import Always, Gate
+from ..detect.gate import Always, Gate, admit
 from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never, Walk, drift
@@ -131,7 +131,7 @@ class Joint:
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
         shape = Form(n, inputs, model.direct_terms, rows, columns, floor)
-        self.policies = (shape, kernel_noise, memory, gate or Always(), self.scale)
+        self.policies = (shape, kernel_noise, memory, self._resolve_gate(gate), self.scale)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.dtype = np.dtype(
@@ -178,6 +178,16 @@ class Joint:
         if type(memory) not in drift.table:
             raise InputError(f"memory must be Never() or Walk(q), got {memory!r}")
         return memory
+
+    def _resolve_gate(self, gate):
+        if gate is None:
+            return Always()
+        if isinstance(gate, Gate):
+            settle = 2 * self.model.N if gate.settle is None else gate.settle
+            gate = Gate(door.positive("sigmas", gate.sigmas), door.positive("patience", gate.patience), float(settle))
+        elif type(gate) not in admit.table:
+            raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
+        return gate
 
     def scaled_to(self, y, u=None) -> Joint:
         """Return the same estimator with its default prior in units of the data (powers of two).

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..detect.gate import admit
+from ..detect.gate import admit, count_rejections
 from ..kernel.compose import advance, choice, kernel, open_row, open_work
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ..kernel.ud import correct, entry, orthogonalise, predicted_variance, variance, variances
@@ -451,10 +451,10 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
 
     # detect
     e = z - yhat if is_measured else np.nan
-    if is_measured and not admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED]):
-        is_measured = False
-        status |= REJECTED
-    head[IN_A_ROW] = head[IN_A_ROW] + 1.0 if status & REJECTED else 0.0
+    if is_measured:
+        is_measured = admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_measured)
+        status |= 0 if is_measured else REJECTED
 
     # correct
     if is_measured:
