@@ -27,7 +27,9 @@ def python(code, **env):
 
 
 def test_import_loads_nothing_heavy():
-    code = "import sys, driftwise; print([m for m in ('numba', 'numpy', 'scipy', 'bokeh', 'pyarrow') if m in sys.modules])"
+    code = (
+        "import sys, driftwise; print([m for m in ('numba', 'numpy', 'scipy', 'bokeh', 'pyarrow') if m in sys.modules])"
+    )
     assert python(code) == "[]"
 
 

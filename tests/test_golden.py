@@ -54,9 +54,7 @@ def test_evidence_is_the_integral_over_the_parameter():
     given, _, _ = golden.case("G16")
     est = joint(given)
     _, states = follow(est, given["y"])
-    integral = exact.evidence_by_quadrature(
-        given["y"], given["d"][0], given["var_v"], given["s0"], given["P0"]
-    )
+    integral = exact.evidence_by_quadrature(given["y"], given["d"][0], given["var_v"], given["s0"], given["P0"])
     golden.assert_close(est.loglik(states[-1]), integral, 1e-10)
 
 

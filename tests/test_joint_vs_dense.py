@@ -102,12 +102,8 @@ def assert_follows_the_oracle(problem, form):
         sample = (p.y[t], p.u[t]) if p.structure.inputs else (p.y[t],)
         state, step = est.update(state, *sample)
         standard = np.sqrt(np.diag(expected.P[t]))
-        assert np.all(
-            np.abs(est.mean(state) - expected.s[t]) <= TOLERANCE * (standard + np.abs(expected.s[t]))
-        )
-        assert np.all(
-            np.abs(est.covariance(state) - expected.P[t]) <= TOLERANCE * np.outer(standard, standard)
-        )
+        assert np.all(np.abs(est.mean(state) - expected.s[t]) <= TOLERANCE * (standard + np.abs(expected.s[t])))
+        assert np.all(np.abs(est.covariance(state) - expected.P[t]) <= TOLERANCE * np.outer(standard, standard))
         if np.isnan(p.y[t]):
             assert np.isnan(step.innovation)
             continue
@@ -155,13 +151,9 @@ def test_a_certain_unknown_scale_is_a_known_scale(form, gaps):
     holes = [6, 13, 14, 21]
     y[holes if gaps == "outputs" else []] = np.nan
     u[holes if gaps == "inputs" else []] = np.nan
-    known = dw.Joint(
-        2, 1, True, noise=dw.EquationError(sigma2), P0=sigma2, memory=dw.Walk(1e-3 * sigma2), form=form
-    )
+    known = dw.Joint(2, 1, True, noise=dw.EquationError(sigma2), P0=sigma2, memory=dw.Walk(1e-3 * sigma2), form=form)
     scale = dw.UnknownScale(certain, certain * sigma2)
-    unknown = dw.Joint(
-        2, 1, True, noise=dw.EquationError(1.0), P0=1.0, scale=scale, memory=dw.Walk(1e-3), form=form
-    )
+    unknown = dw.Joint(2, 1, True, noise=dw.EquationError(1.0), P0=1.0, scale=scale, memory=dw.Walk(1e-3), form=form)
     expected, got = known.scan(y, u), unknown.scan(y, u)
     assert got.prediction == pytest.approx(expected.prediction, rel=TOLERANCE, abs=TOLERANCE)
     assert got.variance == pytest.approx(expected.variance, rel=TOLERANCE)
@@ -179,7 +171,7 @@ def test_gated_outlier_is_a_missing_sample(form):
     problem = Problem(st, noise, matrices, np.zeros(6), np.eye(6), y, u, 1e-3, None)
     spoiled, gap = y.copy(), y.copy()
     spoiled[17], gap[17] = 1e3, np.nan
-    gated = estimator(problem, form, gate=dw.Gate(sigmas=8.0, patience=5))
+    gated = estimator(problem, form, gate=dw.Gate(sigmas=8.0, patience=5, settle=0))
     plain = estimator(problem, form)
     got, expected = gated.scan(spoiled, u), plain.scan(gap, u)
     assert got.status[17] & dw.Status.REJECTED

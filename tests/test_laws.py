@@ -84,7 +84,7 @@ def test_any_scaling_scales_the_answer(c, g):
     np.testing.assert_allclose(c * one.prediction, two.prediction, rtol=1e-9, atol=1e-11)
 
 
-def test_threads_share_a_driver(rng=np.random.default_rng(3)):
+def test_threads_share_a_driver():
     from concurrent.futures import ThreadPoolExecutor
 
     est = dw.Joint(3, inputs=1)

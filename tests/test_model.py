@@ -53,7 +53,7 @@ def test_delta_method_agrees_with_sampling():
     spread = np.sqrt(np.mean(abs(poles - m.poles) ** 2, axis=0))
     np.testing.assert_allclose(m.poles_std, spread, rtol=0.06)
     np.testing.assert_allclose(m.dc_gain_std, np.std([o.dc_gain for o in others], axis=0), rtol=0.06)
-    G, C = m.frequency_response([0.7])
+    _, C = m.frequency_response([0.7])
     sampled = np.array([o.frequency_response([0.7])[0][:, 0] for o in others])
     np.testing.assert_allclose(C[:, 0, 0, 0], sampled.real.var(axis=0), rtol=0.1)
     np.testing.assert_allclose(C[:, 0, 1, 1], sampled.imag.var(axis=0), rtol=0.1)

@@ -40,9 +40,7 @@ def test_huge_prior(form):
     assert np.abs(est.mean(trace.state) - s).max() <= 1e-12
     golden.assert_close(est.covariance(trace.state), P, 1e-12)
     assert trace.variance.min() > 0
-    assert (
-        np.abs(trace.variance / T - 1).max() < 1e-4
-    )  # the first T are of size 1e16, and of R once s is known
+    assert np.abs(trace.variance / T - 1).max() < 1e-4  # the first T are of size 1e16, and of R once s is known
     eigenvalues = np.linalg.eigvalsh(trace.covariance)
     assert np.all(eigenvalues[:, 0] >= -1e-14 * eigenvalues[:, -1])
 
@@ -64,9 +62,7 @@ def test_scaling_the_output_by_a_power_of_two_changes_no_bit(form):
 
     def run(c):
         noise, units = dw.EquationError(0.09 * c**2), c**unit
-        est = dw.Joint(
-            2, 1, True, noise=noise, P0=5 * units**2, memory=dw.Walk(1e-6 * units[2:] ** 2), form=form
-        )
+        est = dw.Joint(2, 1, True, noise=noise, P0=5 * units**2, memory=dw.Walk(1e-6 * units[2:] ** 2), form=form)
         trace = est.scan(c * y, u)
         state = trace.state
         mean, covariance = est.mean(state) / units, est.covariance(state) / np.outer(units, units)
@@ -161,9 +157,7 @@ def run_with(d, records):
 
 def relative_state_error(traces, records, settled=500):
     """Error of x(t | t) over the standard deviation of x, per component x_1..x_n."""
-    estimate = np.array([trace.x for trace in traces])[
-        :, settled:, ::-1
-    ]  # a trace has the measured state first
+    estimate = np.array([trace.x for trace in traces])[:, settled:, ::-1]  # a trace has the measured state first
     x = records[1][:, settled:-1, -estimate.shape[-1] :]
     return np.sqrt(np.mean((estimate - x) ** 2, axis=(0, 1))) / x.std(axis=(0, 1))
 

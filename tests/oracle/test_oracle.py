@@ -22,9 +22,7 @@ def deadbeat(printed, x0, T):
     return np.array(y)
 
 
-@pytest.mark.parametrize(
-    ("name", "printed"), [("G03", ["0.24", "-1.18", "1.9"]), ("G04", ["0.24", "-1.19", "0.484"])]
-)
+@pytest.mark.parametrize(("name", "printed"), [("G03", ["0.24", "-1.18", "1.9"]), ("G04", ["0.24", "-1.19", "0.484"])])
 def test_deadbeat_is_exact_in_rationals(name, printed):
     given, expected, _ = golden.case(name)
     st = dense.Structure(3)
@@ -64,9 +62,7 @@ def test_recursion_is_batch_least_squares(st, coloured):
 def test_long_arithmetic_agrees_with_doubles():
     given, expected, _ = golden.case("G01")
     noise = dense.Noise(given["Q"], given["S"], given["R"])
-    s, P, T = exact.final(
-        dense.Structure(2, 1, True), noise, given["s0"], given["P0"], given["y"], given["u"]
-    )
+    s, P, T = exact.final(dense.Structure(2, 1, True), noise, given["s0"], given["P0"], given["y"], given["u"])
     for got, wanted in ((s, expected["s"][-1]), (P, expected["P"][-1]), (T, expected["T"])):
         golden.assert_close(got, wanted, 1e-15)
 

@@ -14,7 +14,7 @@ class Gate(NamedTuple):
     """An innovation beyond ``sigmas`` predicted standard deviations is an outlier, treated as missing.
 
     After ``patience`` rejections in a row it is not an outlier but a change: the next ``settle`` samples are
-    believed, and so are the first ones of a run (None: twice the number of unknowns). Bad at heavy-tailed
+    believed, and so are the first ones of a run (None: six times the number of unknowns). Bad at heavy-tailed
     noise: it trims what it should weigh.
     """
 

@@ -59,10 +59,14 @@ def _numbers(name, value) -> np.ndarray:
             raise TypeError
         value = np.ascontiguousarray(value, np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{name} must hold real numbers. Is there text among them, or are its rows of unequal length?") from None
+        raise InputError(
+            f"{name} must hold real numbers. Is there text among them, or are its rows of unequal length?"
+        ) from None
     if np.isinf(value).any():
         where = np.argwhere(np.isinf(value))[0].tolist()
-        raise InputError(f"{name} is infinite at index {where}; mark missing samples by NaN. Was something divided by zero?")
+        raise InputError(
+            f"{name} is infinite at index {where}; mark missing samples by NaN. Was something divided by zero?"
+        )
     return value if value.flags.writeable else value.copy()
 
 

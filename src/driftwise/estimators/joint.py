@@ -14,19 +14,19 @@ from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never, Walk, drift
 from ..models import noise as noises
-from ..models.canonical import Canonical, power_of_two
+from ..models.canonical import Canonical, power_of_two, quantum
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from .joint_step import HEAD, INPUT, Form, scratch_size
 
 
 class Step(NamedTuple):
-    """What one sample showed: the prediction before it, the error, its variance, and what happened."""
+    """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet)."""
 
-    prediction: float
-    innovation: float
-    variance: float
-    status: int
+    prediction: Any
+    innovation: Any
+    variance: Any
+    status: Any
 
 
 class Joint:
@@ -65,6 +65,9 @@ class Joint:
         Seconds between samples.
     floor : float
         Relative round-off carried by y: R_t = R + (floor max|y recent|)^2, for signals that grow for ever.
+    resolution : float
+        Step of a quantised y: its variance resolution^2 / 12 is added to R. It keeps a learnt scale from
+        vanishing while the output stands still; `scaled_to` reads it off the data.
 
     Raises
     ------
@@ -73,8 +76,9 @@ class Joint:
 
     Notes
     -----
-    Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Never`, orders far above the truth (nearly
-    cancelling poles and zeros are not identifiable: see `excitation`), irregular sampling, offsets (subtract them first).
+    Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Never`, orders far
+    above the truth (nearly cancelling poles and zeros are not identifiable: see `excitation`), irregular sampling,
+    offsets (subtract them first).
 
     Examples
     --------
@@ -101,11 +105,12 @@ class Joint:
         u_scale=1.0,
         dt: float = 1.0,
         floor: float = 1e-12,
+        resolution: float = 0.0,
         form: str | None = None,
     ):
         self.options = dict(
             order=order, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
-            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, resolution=resolution, form=form,
         )  # fmt: skip
         self.model = model = Canonical(
             door.count("order", order, least=1), door.count("inputs", inputs), bool(direct) and inputs > 0
@@ -130,7 +135,8 @@ class Joint:
         if isinstance(kernel_noise, noises.Coloured):
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
-        shape = Form(n, inputs, model.direct_terms, rows, columns, floor)
+        step = door.positive("resolution", resolution) if resolution else 0.0
+        shape = Form(n, inputs, model.direct_terms, rows, columns, floor, step**2 / 12, self.prior_covariance[0, 0])
         self.policies = (shape, kernel_noise, memory, self._resolve_gate(gate), self.scale)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
@@ -183,7 +189,7 @@ class Joint:
         if gate is None:
             return Always()
         if isinstance(gate, Gate):
-            settle = 2 * self.model.N if gate.settle is None else gate.settle
+            settle = 6 * self.model.N if gate.settle is None else gate.settle
             gate = Gate(door.positive("sigmas", gate.sigmas), door.positive("patience", gate.patience), float(settle))
         elif type(gate) not in admit.table:
             raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
@@ -192,10 +198,14 @@ class Joint:
     def scaled_to(self, y, u=None) -> Joint:
         """Return the same estimator with its default prior in units of the data (powers of two).
 
-        Scaling y or u by a power of two then scales every result exactly.
+        Scaling y or u by a power of two then scales every result exactly. Where the scale of the noise is
+        learnt, the resolution of a quantised y is read off the data too.
         """
         y, u = door.record(y, u, self.model.inputs)
-        return Joint(**{**self.options, "y_scale": power_of_two(y), "u_scale": [power_of_two(c) for c in u.T] or 1.0})
+        found = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        if not isinstance(self.scale, KnownScale) and not self.options["resolution"]:
+            found["resolution"] = quantum(y)
+        return Joint(**{**self.options, **found})
 
     # --- running -------------------------------------------------------------------------------------------
 
@@ -262,7 +272,9 @@ class Joint:
         rows = self._rows(start)
         outs = np.empty((1, len(y), width(keep, self.model.N)))
         self.drive(rows, y.reshape(1, -1, 1), u[None], outs, self.spec, self.scratch())
-        return Trace(self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time)
+        return Trace(
+            self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time
+        )
 
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
@@ -282,8 +294,10 @@ class Joint:
         ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
         outs = np.empty((*ys.shape[:2], 4))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        columns = [outs[..., i].reshape(shape) for i in range(4)]
-        return rows.view(self.dtype).reshape(np.shape(states)), Step(*columns[:3], columns[3].astype(int))
+        prediction, innovation, variance, status = (outs[..., i].reshape(shape) for i in range(4))
+        return rows.view(self.dtype).reshape(np.shape(states)), Step(
+            prediction, innovation, variance, status.astype(int)
+        )
 
     # --- reading a state -----------------------------------------------------------------------------------
 
@@ -351,4 +365,3 @@ def _pad(noise, rows):
     full = np.zeros((len(G), rows))
     full[:, :n] = G
     return noise._replace(kappa=kappa, G=full.ravel())
-

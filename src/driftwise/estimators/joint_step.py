@@ -26,6 +26,7 @@ from ..models.scale import sigma2
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
 HEAD = 8
 INPUT = 6  # numbers kept for each input
+LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 HUGE = 1e100  # beyond this a square or a product of two would overflow
 
 
@@ -38,6 +39,8 @@ class Form(NamedTuple):
     rows: float  # rows that the time update re-triangularises: n (the state), or N (noise on the parameters)
     noises: float  # columns of G
     floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
+    quantum: float  # variance of the quantisation of y
+    Px: float  # prior variance of the measured state
 
 
 class Row(NamedTuple):
@@ -409,14 +412,14 @@ def write(out, t, state, work, yhat, e, T, status, s2):
 
 
 @kernel
-def restart_state(state, work):
-    """Forget x but not theta: x = 0 with the range of the data as its standard deviation."""
-    top = max(state.head[TOP], 1.0)
-    for i in range(work.n):
+def restart_state(state, n, Px, s2):
+    """Forget x but not theta: x = 0 with ten times the range of the data as its standard deviation."""
+    top = state.head[TOP]
+    for i in range(n):
         state.s[i] = 0.0
-        state.D[i] = top * top
+        state.D[i] = 100.0 * top * top / s2 if top > 0.0 else Px
     for j in range(state.D.size):
-        for i in range(min(j, work.n)):
+        for i in range(min(j, n)):
             state.U[j * (j - 1) // 2 + i] = 0.0
 
 
@@ -437,7 +440,7 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
     s2 = sigma2(scale, head[OBSERVED], head[CHI2])
     R = noise.R
     if R > 0.0:
-        rounding = (form.floor * head[PEAK]) ** 2 / s2
+        rounding = ((form.floor * head[PEAK]) ** 2 + form.quantum) / s2
         if rounding > R:
             status |= FLOORED
         R += rounding
@@ -448,6 +451,12 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
         if state.unsure[l] > 0.0:  # the direct term passes the error of a held input on to y
             i = D.size - work.direct + l
             R += state.unsure[l] * (s[i] * s[i] / s2 + variance(U, D, i))
+
+    if not is_measured and not predicted_variance(work.f, D, R) < LIMIT * (head[TOP] ** 2 / s2 + form.Px + R):
+        restart_state(state, n, form.Px, s2)  # a gap so long that the model has lost the state
+        status |= LOST
+        yhat = predict_output(s, state.held, work.direct)
+        project(U, D.size, state.held, work.direct, work.f)
 
     # detect
     e = z - yhat if is_measured else np.nan
@@ -469,13 +478,6 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
             status |= EXACT
     else:
         T = predicted_variance(work.f, D, R)
-    if not T < HUGE * HUGE:
-        restart_state(state, work)
-        status |= LOST
-        head[STATUS] = status
-        head[SAMPLES] += 1.0
-        write(out, t, state, work, yhat, np.nan, np.inf, status, s2)
-        return
     write(out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
 
     # predict

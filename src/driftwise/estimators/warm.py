@@ -14,10 +14,11 @@ from .joint import Joint
 
 def combinations() -> list[dict[str, Any]]:
     """Return the settings that select different code: noise, memory, gate, and known or learnt scale."""
+    kinds: tuple[Any, ...] = (OutputError, EquationError, lambda v: NoisePolynomial((0.0,), v))
     return [
         dict(noise=noise(variance), memory=memory, gate=gate)
         for noise, variance, memory, gate in product(
-            (OutputError, EquationError, lambda v: NoisePolynomial([0.0], v)),
+            kinds,
             (None, 1.0),
             (Never(), Walk(1e-6)),
             (None, Gate()),

@@ -17,11 +17,11 @@ import inspect
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-Vector = np.ndarray  # annotation of a policy field that holds several numbers
+Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
 
 _kernels: list[Callable] = []
 _choices: list[Any] = []
@@ -109,8 +109,9 @@ def advance(form, noise, memory, gate, scale, state, work, y, u, out, t):
     """Take sample ``t`` of ``y`` and ``u`` into ``state`` and write row ``t`` of ``out``."""
 
 
-def _make(Form, Noise, Memory, Gate, Scale, fingerprint):
+def _make(kinds, fingerprint):
     """Return the driver: a loop over series, and a loop over samples inside it."""
+    Form, Noise, Memory, Gate, Scale = kinds
 
     def drive(rows, ys, us, outs, spec, scratch):
         version = fingerprint  # part of the cache key; the code itself does not need it
@@ -146,7 +147,7 @@ def _package_hash() -> str:
 def fingerprint(kinds) -> int:
     """Return an integer that changes whenever a source behind the driver of ``kinds`` changes."""
     digest = hashlib.sha256(_package_hash().encode())
-    foreign = {f for f in _kernels} | {f for c in _choices for k, f in c.table.items() if k in kinds}
+    foreign = set(_kernels) | {f for c in _choices for k, f in c.table.items() if k in kinds}
     for thing in sorted((*foreign, *kinds), key=lambda f: (f.__module__, f.__qualname__)):
         if not thing.__module__.startswith("driftwise."):  # a user's own policy
             digest.update(inspect.getsource(thing).encode())
@@ -154,7 +155,7 @@ def fingerprint(kinds) -> int:
 
 
 # Nothing is allocated, so nothing needs to be counted: without `_nrt=False` reference counts take most of the time.
-OPTIONS = {"error_model": "numpy", "_nrt": False}
+OPTIONS: Any = {"error_model": "numpy", "_nrt": False}
 
 
 def _bind() -> None:
@@ -189,15 +190,16 @@ def driver(*kinds: type) -> Callable:
 
     ``rows`` (S, W) are the states and are advanced in place, ``ys`` (S, T, p) and ``us`` (S, T, k) the
     samples, ``outs`` (S, T, C) receives one row per sample, ``spec`` are the flattened policies and
-    ``scratch`` is any memory of the size the form asks for. All are C-contiguous float64. The global interpreter lock is released while it runs.
+    ``scratch`` is any memory of the size the form asks for. All are C-contiguous float64. The global interpreter
+    lock is released while it runs.
     """
     with _lock:
         import numba
 
         _bind()
-        return numba.njit(cache=True, nogil=True, **OPTIONS)(_make(*kinds, fingerprint(kinds)))
+        return numba.njit(cache=True, nogil=True, **OPTIONS)(_make(kinds, fingerprint(kinds)))
 
 
 def plain_driver(*kinds: type) -> Callable:
     """Return the same driver uncompiled: slow, but every line can be stepped through."""
-    return _make(*kinds, 0)
+    return _make(kinds, 0)

@@ -15,7 +15,8 @@ class Walk(NamedTuple):
     """Each parameter takes a random step of variance ``q`` per sample, never wider than its prior.
 
     ``q`` is one number or one per parameter (order of ``state["theta"]``), in the units of `y_scale` and `u_scale`,
-    and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the covariance stays bounded.
+    and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the
+    covariance stays bounded.
     Bad at rare jumps: a q that follows them quickly is noisy in between.
     """
 

@@ -15,8 +15,9 @@ from .canonical import Canonical
 class Model:
     """Discrete state space in observer canonical form, with the covariance of its parameters.
 
-    x(t+1) = A x(t) + B u(t), y(t) = C x(t) + D u(t); C = [1, 0, ..]. Uncertainties are first order (delta method, with
-    dp/da_i = -p^i / D'(p) for a pole p): they fail near multiple poles, where sampling from ``covariance`` is the remedy.
+    x(t+1) = A x(t) + B u(t), y(t) = C x(t) + D u(t); C = [1, 0, ..]. Uncertainties are first order (delta method,
+    with dp/da_i = -p^i / D'(p) for a pole p): they fail near multiple poles, where sampling from ``covariance`` is
+    the remedy.
     """
 
     form: Canonical

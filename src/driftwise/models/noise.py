@@ -98,7 +98,9 @@ def _covariance(noise, n, N, salut):
     Q, S, R = np.array(noise.Q, float), np.array(noise.S, float), float(noise.R)
     size = len(np.atleast_1d(S))
     if Q.shape != (size, size) or size not in (n, N):
-        raise InputError(f"Q must be ({n}, {n}) with S ({n},), or ({N}, {N}) with S ({N},); got {Q.shape} and {S.shape}")
+        raise InputError(
+            f"Q must be ({n}, {n}) with S ({n},), or ({N}, {N}) with S ({N},); got {Q.shape} and {S.shape}"
+        )
     if not (np.isfinite(Q).all() and np.isfinite(S).all() and np.isfinite(R)) or not np.allclose(Q, Q.T):
         raise InputError("Q, S and R must be finite and Q symmetric")
     joint = np.zeros((N + 1, N + 1))

@@ -56,7 +56,9 @@ def law_stream_record_halves_fleet(est, y, u):
     assert same(first.dof, whole.dof[:half]), "the degrees of freedom of the first half differ"
     assert same(second.dof, whole.dof[half:]), "the degrees of freedom of the second half differ"
     states, _ = est.tick(est.start(3), np.stack([y, y[::-1], y]), None if u is None else np.stack([u, u[::-1], u]))
-    assert same(states[0], whole.state) and same(states[2], whole.state), "a series in a fleet differs from itself alone"
+    assert same(states[0], whole.state) and same(states[2], whole.state), (
+        "a series in a fleet differs from itself alone"
+    )
 
 
 def law_state_is_plain_numbers(est, y, u):
@@ -127,7 +129,9 @@ def law_compiled_equals_plain(est, y, u):
     us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
     with np.errstate(all="ignore"):
         compose.plain_driver(*map(type, est.policies))(rows, y.reshape(1, -1, 1), us, outs, est.spec, est.scratch())
-    assert np.allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), "compiled and uncompiled traces differ"
+    assert np.allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), (
+        "compiled and uncompiled traces differ"
+    )
     a, b = np.atleast_1d(fast.state).view(float), rows[0]
     assert np.allclose(a, b, rtol=1e-9, atol=1e-12), "compiled and uncompiled states differ"
 
@@ -139,7 +143,9 @@ def law_no_wind_up(est, y, u):
     state = est.scan(rest, None if u is None else np.zeros((2000, est.model.inputs)), state=state).state
     P, P0 = est.covariance(state), est.prior_covariance[np.ix_(est.model.salut, est.model.salut)]
     n = est.model.n
-    assert np.all(np.diag(P)[n:] <= np.diag(P0)[n:] * (1 + 1e-9)), "a parameter is less certain than before the first sample"
+    assert np.all(np.diag(P)[n:] <= np.diag(P0)[n:] * (1 + 1e-9)), (
+        "a parameter is less certain than before the first sample"
+    )
 
 
 LAWS = [law for name, law in sorted(globals().items()) if name.startswith("law_")]

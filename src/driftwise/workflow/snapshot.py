@@ -14,7 +14,10 @@ from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, Outp
 from ..models.scale import UnknownScale
 
 SCHEMA = 1
-KINDS = {k.__name__: k for k in (EquationError, OutputError, NoisePolynomial, NoiseCovariance, Never, Walk, Gate, UnknownScale)}
+KINDS = {
+    k.__name__: k
+    for k in (EquationError, OutputError, NoisePolynomial, NoiseCovariance, Never, Walk, Gate, UnknownScale)
+}
 
 
 def _plain(value: Any) -> Any:
@@ -36,7 +39,9 @@ def describe(estimator) -> str:
     """Return the settings of an estimator as JSON; a user's own policies are not covered."""
     for value in estimator.options.values():
         if isinstance(value, tuple) and type(value).__name__ not in KINDS:
-            raise InputError(f"{type(value).__name__} is not one of driftwise's own policies: keep its settings yourself")
+            raise InputError(
+                f"{type(value).__name__} is not one of driftwise's own policies: keep its settings yourself"
+            )
     return json.dumps({"schema": SCHEMA, "options": {k: _plain(v) for k, v in estimator.options.items()}})
 
 
@@ -53,7 +58,10 @@ def rebuild(text: str):
 def save_state(estimator, state, path) -> None:
     """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives."""
     rows = np.atleast_1d(state).view(np.float64).reshape(np.size(state), -1)
-    data = json.loads(describe(estimator)) | {"shape": list(np.shape(state)), "rows": [[float.hex(v) for v in row] for row in rows]}
+    data = json.loads(describe(estimator)) | {
+        "shape": list(np.shape(state)),
+        "rows": [[float.hex(v) for v in row] for row in rows],
+    }
     with open(path, "w") as f:
         json.dump(data, f)
 

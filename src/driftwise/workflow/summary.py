@@ -61,16 +61,18 @@ class Summary:
         used = trace.is_used
         self.observed += int(np.count_nonzero(used))
 
-        measured = np.isfinite(trace.innovation) & late
+        measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
         y, e = trace.y[measured], trace.innovation[measured]
         self._pool(y)
-        self._squares += float(e @ e)
+        self._squares += float(np.einsum("i,i->", e, e))
 
         scored = used & late & (trace.variance > 0)
         e, T, dof = trace.innovation[scored], trace.variance[scored], trace.dof[scored]
         z = e / np.sqrt(T)
         # a Student error has variance dof / (dof - 2): the ratio to it is 1 on average
-        self._nis += float(np.sum(z * z * np.where(np.isinf(dof), 1.0, np.maximum(dof - 2, 0.0) / np.where(np.isinf(dof), 1, dof))))
+        self._nis += float(
+            np.sum(z * z * np.where(np.isinf(dof), 1.0, np.maximum(dof - 2, 0.0) / np.where(np.isinf(dof), 1, dof)))
+        )
         self._covered += int(np.count_nonzero(abs(z) <= quantile(0.975, dof))) if len(z) else 0
         self._scored += len(z)
         self._correlate(z)
@@ -88,8 +90,9 @@ class Summary:
         joined = np.concatenate([self._tail, z])
         new = len(self._tail)
         for k in range(LAGS + 1):
-            a = joined[max(new, k) :]
-            self._products[k] += float(a @ joined[max(new, k) - k : len(joined) - k])
+            first = max(new, k)
+            if first < len(joined):
+                self._products[k] += np.einsum("i,i->", joined[first:], joined[first - k : len(joined) - k])
         self._tail = joined[-LAGS:]
 
     # --- the numbers ---------------------------------------------------------------------------------------
@@ -155,7 +158,9 @@ class Summary:
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
         model = self.model
-        return [(n, float(v), float(s)) for n, v, s in zip(model.names, model.values, np.sqrt(np.diag(model.covariance)))]
+        return [
+            (n, float(v), float(s)) for n, v, s in zip(model.names, model.values, np.sqrt(np.diag(model.covariance)))
+        ]
 
     @property
     def poles(self) -> list[tuple[complex, float]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..models.convert import Model
 from ..models.scale import KnownScale
 
 KEEP = ("innovations", "means", "std", "covariance")
-UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.LOST | Status.BAD_VALUE
+UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT
 
 
 def width(keep: str, N: int) -> int:
@@ -180,14 +180,14 @@ class Trace:
             ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))[:limit]
             for k, end in zip(starts, ends):
                 more = f" ({end - k + 1} samples)" if end > k else ""
-                found.append(Event(int(k), float(self.time[k]), bit.name, text + more))
+                found.append(Event(int(k), float(self.time[k]), str(bit.name), text + more))
         return sorted(found, key=lambda e: e.sample)[:limit]
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
         import narwhals as nw
 
-        return nw.from_dict(self.columns(), backend=backend).to_native()
+        return nw.from_dict(self.columns(), backend=cast(Any, backend)).to_native()
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the columns by name, as `to_frame` and the command line write them."""
@@ -224,7 +224,15 @@ class Trace:
         extra = np.array([self.observed_before])
         state = np.atleast_1d(self.state).view(np.float64)
         np.savez_compressed(
-            path, header=header, y=self.y, u=self.u, outs=self.outs, time=self.time, state=state, extra=extra, keep=self.keep
+            path,
+            header=header,
+            y=self.y,
+            u=self.u,
+            outs=self.outs,
+            time=self.time,
+            state=state,
+            extra=extra,
+            keep=self.keep,
         )
 
     @classmethod

@@ -5,13 +5,20 @@ from __future__ import annotations
 import math
 
 
-def pole_words(p: complex, dt: float) -> str:
+def is_integrator(p: complex, std: float) -> bool:
+    """Say whether a pole cannot be told from one."""
+    return abs(p - 1) < max(2 * std, 1e-6) if math.isfinite(std) else False
+
+
+def pole_words(p: complex, std: float, dt: float) -> str:
     """Return what a discrete pole means in time."""
     r = abs(p)
+    if abs(p - 1) < 0.05 and is_integrator(p, std):
+        return f"an integrator (pole {p.real:.4f} ± {std:.2g})"
     if r < 1e-6:
         return "a pure delay"
     if r >= 1:
-        return "an integrator" if abs(p - 1) < 1e-3 else f"an unstable mode (|p| = {r:.3f})"
+        return f"an unstable mode (|p| = {r:.4f} ± {std:.2g})"
     tau = -dt / math.log(r)
     if abs(p.imag) > 1e-9:
         period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real))
@@ -25,12 +32,13 @@ def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
     order = {1: "first", 2: "second", 3: "third"}.get(est.model.n, f"{est.model.n}th")
-    modes = [pole_words(p, est.dt) for p, _ in s.poles if p.imag >= 0]
+    modes = [pole_words(p, std, est.dt) for p, std in s.poles if p.imag >= 0]
     text = f"A {order}-order model with {', '.join(modes)} "
     text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
     if est.model.inputs:
         gains = [f"{g:.3g} ± {d:.2g}" for g, d in zip(model.dc_gain, model.dc_gain_std)]
-        if model.is_stable and all(math.isfinite(d) for d in model.dc_gain_std):
+        settles = all(abs(p) + 2 * std < 1 for p, std in s.poles)
+        if settles and all(math.isfinite(d) for d in model.dc_gain_std):
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
         if 0.8 <= s.nis <= 1.25:
@@ -43,7 +51,8 @@ def paragraph(s) -> str:
         text += (
             " The innovations are white: nothing predictable is left."
             if w.is_white
-            else f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try a higher order, another noise, or walking parameters."
+            else f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; "
+            "try a higher order, another noise, or walking parameters."
         )
     if s.unlearned:
         text += f" The data did not teach {'; '.join(d for d, _ in s.unlearned)}: the inputs do not excite them."

@@ -1,0 +1,1 @@
+"""The outside world: tables in, figures, reports and a command line out."""

@@ -1,0 +1,175 @@
+"""The command line: `driftwise run`, `demo`, `simulate`, `warm`. Nothing heavy loads before one runs."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from driftwise.errors import InputError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="driftwise",
+    help="State and parameters of a linear system that may drift, sample by sample, with honest error bars.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from driftwise import __version__
+
+        typer.echo(f"driftwise {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    file: Annotated[str, typer.Argument(help="CSV or Parquet table, or - for CSV on standard input.")],
+    output: Annotated[str, typer.Option("--output", "-o", help="Column of the measured output.")],
+    input: Annotated[
+        list[str] | None, typer.Option("--input", "-i", help="Column of an input; repeat for several.")
+    ] = None,
+    time: Annotated[
+        str | None, typer.Option("--time", "-t", help="Column of the time: numbers, or ISO 8601 stamps.")
+    ] = None,
+    order: Annotated[int, typer.Option("--order", "-n", help="Order of the model: how many past outputs matter.")] = 2,
+    noise: Annotated[
+        str,
+        typer.Option(help="output-error (white noise on the output), equation-error (ARX), or polynomial:d0,d1,.."),
+    ] = "output-error",
+    memory: Annotated[
+        str, typer.Option(help="never (constant parameters), or walk:Q (they drift; variance per sample).")
+    ] = "never",
+    gate: Annotated[
+        float | None, typer.Option(help="Set aside outputs this many standard deviations off, e.g. 5.")
+    ] = None,
+    direct: Annotated[bool, typer.Option("--direct", help="The input acts on the output at once (term b0).")] = False,
+    center: Annotated[
+        str, typer.Option(help="Subtract the mean or the median of the first chunk from each column, or none.")
+    ] = "mean",
+    dt: Annotated[
+        float | None, typer.Option(help="Seconds between samples; taken from --time if omitted, else 1.")
+    ] = None,
+    save: Annotated[
+        str | None, typer.Option(help="Write the trace, sample by sample, to this .parquet or .csv.")
+    ] = None,
+    report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
+    json: Annotated[str | None, typer.Option(help="Write the results as JSON; - for standard output.")] = None,
+    start: Annotated[float | None, typer.Option("--from", help="Leave out rows before this time.")] = None,
+    stop: Annotated[float | None, typer.Option("--to", help="Leave out rows after this time.")] = None,
+    chunk: Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)] = 65_536,
+) -> None:
+    """Estimate a system from a recorded table.
+
+    Reads FILE chunk by chunk (any length, constant memory), estimates state and parameters at every sample,
+    and prints what the plant is and how far it can be trusted. Empty cells are missing samples, not errors.
+
+    Example: driftwise run plant.csv --output temperature --input heater --order 2 --report report.html
+    """
+    from driftwise.edge.options import Plan
+    from driftwise.edge.runner import execute
+
+    execute(
+        Plan(
+            file,
+            output,
+            tuple(input or ()),
+            time,
+            order,
+            noise,
+            memory,
+            gate,
+            direct,
+            center,
+            dt,
+            save,
+            report,
+            json,
+            chunk,
+            start,
+            stop,
+        )
+    )
+
+
+@app.command()
+def simulate(
+    file: Annotated[str, typer.Argument(help="CSV to write; - for standard output.")] = "-",
+    a: Annotated[
+        str | None,
+        typer.Option("--a", help="a1,a2,.. of A(q) = 1 + a1/q + ..; a random stable plant if omitted."),
+    ] = None,
+    b: Annotated[str | None, typer.Option("--b", help="b1,b2,.. of the input; as long as --a.")] = None,
+    direct: Annotated[float | None, typer.Option(help="b0: the input acts at once.")] = None,
+    order: Annotated[int, typer.Option("--order", "-n", min=1, max=20, help="Order of the random plant.")] = 2,
+    samples: Annotated[int, typer.Option(min=1, help="Number of samples.")] = 1000,
+    noise_std: Annotated[float, typer.Option(min=0, help="Standard deviation of the noise.")] = 0.1,
+    noise: Annotated[
+        str, typer.Option(help="output (on the measurement) or equation (through the dynamics).")
+    ] = "output",
+    missing: Annotated[float, typer.Option(min=0, max=1, help="Fraction of the outputs to lose.")] = 0.0,
+    dt: Annotated[float, typer.Option(min=0, help="Seconds between samples.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same table.")] = 0,
+) -> None:
+    """Write a table t, u, y of a known plant, to try things on.
+
+    Example: driftwise simulate plant.csv --a -1.5,0.7 --b 1,0.5 --missing 0.1
+    """
+    from driftwise.edge.demo import write_table
+
+    write_table(file, a, b, direct, order, samples, noise_std, noise, missing, dt, seed)
+
+
+@app.command()
+def demo(
+    report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
+) -> None:
+    """Estimate a real record that comes along: an airliner's turns, and how hard it must bank as it gathers speed."""
+    from driftwise.edge.demo import fly
+
+    fly(report)
+
+
+@app.command()
+def warm() -> None:
+    """Compile ahead, so that the first estimate does not have to wait."""
+    from time import perf_counter
+
+    from driftwise.estimators.warm import warm as compile_all
+
+    start, count = perf_counter(), 0
+    for count, name in enumerate(compile_all(), 1):
+        if sys.stderr.isatty():
+            print(f"\r\033[K{count} {name[:70]}", end="", file=sys.stderr, flush=True)
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr)
+    typer.echo(f"{count} combinations compiled and stored in {perf_counter() - start:.1f} s")
+
+
+def main() -> None:
+    """Run the command line: exit code 0 when done, 1 for data that cannot be used, 2 for a wrong command."""
+    try:
+        app()
+    except InputError as error:
+        print(f"driftwise: {error}", file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

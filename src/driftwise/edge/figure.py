@@ -1,0 +1,155 @@
+"""What `trace.plot()` draws: measured against predicted, parameters with bands, standardised innovations."""
+
+from __future__ import annotations
+
+from driftwise.edge.thin import envelope, together
+
+__all__ = ["PALETTE", "plot", "steady_range"]
+
+POINTS = 5000
+PALETTE = {
+    "ink": "#1f2933",
+    "quiet": "#8794a3",
+    "grid": "#e6eaef",
+    "measured": "#475569",
+    "predicted": "#2563eb",
+    "alert": "#dc2626",
+    "warn": "#d97706",
+    "good": "#059669",
+}
+LINES = ["#2563eb", "#d97706", "#059669", "#9333ea", "#dc2626", "#0891b2", "#be185d", "#4d7c0f"]
+
+
+def plot(trace, *, labels=None, figure=None):
+    """Draw a trace and return its Axes as an array: output, parameters (denominator, numerator), innovations.
+
+    Parameters
+    ----------
+    trace : a Trace
+    labels : dict with "output", "input" and "time", names with units for the axes
+    figure : a matplotlib Figure to draw into; a new one if omitted
+    """
+    import matplotlib.pyplot as plt
+    import numpy as np
+
+    labels = {
+        "output": "output",
+        "time": "time (s)",
+        **(getattr(trace, "labels", None) or {}),
+        **(labels or {}),
+    }
+    groups = _groups(trace.names) if getattr(trace, "keep", "std") != "innovations" else []
+    rows = len(groups) + 2
+    if figure is None:
+        figure = plt.figure(figsize=(9.5, 2.1 * rows + 1.0), layout="constrained")
+    axes = figure.subplots(
+        rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [1.5] + [1] * (rows - 1)}
+    )[:, 0]
+    time = np.asarray(trace.time)
+    _output(axes[0], trace, time)
+    axes[0].set_ylabel(labels["output"])
+    for ax, (title, columns) in zip(axes[1:], groups, strict=False):
+        _parameters(ax, trace, time, columns)
+        ax.set_ylabel(title)
+    _innovations(axes[-1], trace, time)
+    axes[-1].set_xlabel(labels["time"])
+    for ax in axes:
+        _tidy(ax)
+    figure.align_ylabels(axes)
+    return axes
+
+
+def steady_range(value, std, skip: float = 0.05):
+    """Return an axis range that shows a band once the first guesses are over, or None without any."""
+    import numpy as np
+
+    value, std = np.asarray(value, float), np.asarray(std, float)
+    start = min(int(np.ceil(skip * len(value))), max(len(value) - 1, 0))
+    low, high = (value - 2 * std)[start:], (value + 2 * std)[start:]
+    good = np.isfinite(low) & np.isfinite(high)
+    if not good.any():
+        return None
+    low, high = np.quantile(low[good], 0.02), np.quantile(high[good], 0.98)
+    middle = value[start:][good]
+    low, high = min(low, np.quantile(middle, 0.005)), max(high, np.quantile(middle, 0.995))
+    pad = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
+    return float(low - pad), float(high + pad)
+
+
+def _groups(names):
+    groups = []
+    for letter, title in (("a", "denominator"), ("b", "numerator")):
+        columns = [j for j, name in enumerate(names) if name.startswith(letter)]
+        if columns:
+            groups.append((title, columns))
+    rest = [j for j, name in enumerate(names) if name[0] not in "ab"]
+    return [*groups, ("other parameters", rest)] if rest else groups
+
+
+def _output(ax, trace, time):
+    import numpy as np
+
+    i = together(POINTS, trace.y, trace.prediction)
+    center, half = np.asarray(trace.prediction)[i], 2 * np.sqrt(np.asarray(trace.variance)[i])
+    ax.fill_between(
+        time[i], center - half, center + half, color=PALETTE["predicted"], alpha=0.16, lw=0, label="2 sigma"
+    )
+    few = len(time) <= 300
+    ax.plot(
+        time[i],
+        np.asarray(trace.y)[i],
+        ".-" if few else "-",
+        color=PALETTE["measured"],
+        lw=1.8,
+        ms=4,
+        label="measured",
+    )
+    ax.plot(time[i], center, color=PALETTE["predicted"], lw=0.9, label="predicted one step ahead")
+    seen = np.asarray(trace.y)[np.isfinite(trace.y)]
+    if seen.size and seen.min() < seen.max():
+        pad = 0.12 * (seen.max() - seen.min())
+        ax.set_ylim(seen.min() - pad, seen.max() + pad)
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, fontsize=9, borderaxespad=0.2)
+
+
+def _parameters(ax, trace, time, columns):
+    import numpy as np
+
+    ranges = []
+    for count, j in enumerate(columns):
+        value = np.asarray(trace.parameters)[:, j]
+        has_band = getattr(trace, "keep", "std") != "means"
+        std = np.asarray(trace.parameters_std)[:, j] if has_band else np.zeros_like(value)
+        i = envelope(value, POINTS)
+        color = LINES[count % len(LINES)]
+        ax.fill_between(time[i], (value - 2 * std)[i], (value + 2 * std)[i], color=color, alpha=0.15, lw=0)
+        ax.plot(time[i], value[i], color=color, lw=1.3, label=trace.names[j])
+        ranges.append(steady_range(value, std))
+    ranges = [r for r in ranges if r]
+    if ranges:
+        ax.set_ylim(min(r[0] for r in ranges), max(r[1] for r in ranges))
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9, handlelength=1.2)
+
+
+def _innovations(ax, trace, time):
+    import numpy as np
+
+    z = np.asarray(trace.innovation) / np.sqrt(np.asarray(trace.variance))
+    i = envelope(z, POINTS)
+    ax.axhspan(-2, 2, color=PALETTE["predicted"], alpha=0.08, lw=0)
+    ax.axhline(0, color=PALETTE["quiet"], lw=0.6)
+    ax.plot(time[i], z[i], ".", ms=2.5, color=PALETTE["measured"])
+    far = np.flatnonzero(np.abs(z) > 3)[:POINTS]
+    ax.plot(time[far], z[far], ".", ms=4, color=PALETTE["alert"])
+    largest = np.nanmax(np.abs(z), initial=3.0)
+    ax.set_ylim(-min(largest * 1.1, 12), min(largest * 1.1, 12))
+    ax.set_ylabel("innovation / sigma")
+
+
+def _tidy(ax):
+    ax.grid(True, color=PALETTE["grid"], lw=0.7)
+    ax.set_axisbelow(True)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.spines[["left", "bottom"]].set_color(PALETTE["quiet"])
+    ax.tick_params(colors=PALETTE["ink"], labelsize=9)
+    ax.margins(x=0.01)

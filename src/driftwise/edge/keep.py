@@ -1,0 +1,140 @@
+"""What a long run keeps in memory: offsets, a thinned trace for the report, and the first events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from driftwise.workflow.trace import Trace
+
+__all__ = ["Keeper", "Offsets", "ThinTrace"]
+
+ROWS = 20_000
+EVENTS = 10_000
+
+
+@dataclass
+class Offsets:
+    """Means or medians of the first chunk, to be subtracted from every sample; `constants`: inputs that stood still."""
+
+    output: str
+    inputs: tuple[str, ...]
+    values: dict[str, float] = field(default_factory=dict)
+    constants: list[tuple[str, float]] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, chunk, record, center: str = "mean") -> Offsets:
+        found = cls(record.output, record.inputs)
+        for name in (record.output, *record.inputs):
+            seen = chunk.columns[name][np.isfinite(chunk.columns[name])]
+            if not len(seen):
+                continue
+            if seen.min() == seen.max() and name != record.output:
+                found.constants.append((name, float(seen[0])))
+            if center != "none":
+                found.values[name] = float(np.median(seen) if center == "median" else np.mean(seen))
+        return found
+
+    def taken_from(self, chunk):
+        """Return (y, u) of a chunk with the offsets subtracted; u is None without inputs."""
+        y = chunk.columns[self.output] - self.values.get(self.output, 0.0)
+        if not self.inputs:
+            return y, None
+        return y, np.stack([chunk.columns[name] - self.values.get(name, 0.0) for name in self.inputs], axis=1)
+
+    def given_back(self, y, u, prediction):
+        """Return output, inputs and prediction as they were measured."""
+        shift = self.values.get(self.output, 0.0)
+        return (
+            y + shift,
+            u + np.array([self.values.get(name, 0.0) for name in self.inputs]),
+            prediction + shift,
+        )
+
+
+class ThinTrace(Trace):
+    """Every so many samples of a trace; the degrees of freedom are those of the whole run."""
+
+    def __init__(self, *args, dof, **options):
+        super().__init__(*args, **options)
+        self._dof = dof
+
+    @property
+    def dof(self):
+        return self._dof
+
+
+class Keeper:
+    """Takes one trace after the other and keeps every 2^k-th sample, so that never more than 20 000 are held.
+
+    The status of a kept sample holds the bits of all those it stands for.
+    """
+
+    def __init__(self, estimator, offsets: Offsets):
+        self.estimator, self.offsets = estimator, offsets
+        self.events: list[Any] = []
+        self.samples, self.stride = 0, 1
+        self.state: Any = None
+        self._parts: list[tuple[np.ndarray, ...]] = []
+        self._held = 0
+
+    def add(self, trace: Trace) -> None:
+        """Take in the next stretch of the run, in the units it was estimated in."""
+        if len(self.events) < EVENTS and trace.status.any():
+            found = trace.events(EVENTS - len(self.events))
+            self.events += [replace(event, sample=event.sample + self.samples) for event in found]
+        self.state = trace.state
+        first = -self.samples % self.stride
+        if first < len(trace):
+            pick = slice(first, None, self.stride)
+            outs = trace.outs[pick].copy()
+            outs[:, 3] = _gathered(trace.status, first, self.stride, len(outs))
+            self._parts.append(
+                (
+                    trace.time[pick].copy(),
+                    trace.y[pick].copy(),
+                    trace.u[pick].copy(),
+                    outs,
+                    trace.dof[pick].copy(),
+                )
+            )
+            self._held += len(outs)
+        self.samples += len(trace)
+        while self._held > ROWS:
+            self._halve()
+
+    def _halve(self) -> None:
+        time, y, u, outs, dof = (np.concatenate(part) for part in zip(*self._parts))
+        status = outs[:, 3].astype(np.int64)
+        outs = outs[::2].copy()
+        outs[:, 3] = _gathered(status, 0, 2, len(outs))
+        self._parts = [(time[::2], y[::2], u[::2], outs, dof[::2])]
+        self._held, self.stride = len(outs), 2 * self.stride
+
+    def trace(self) -> ThinTrace:
+        """Return what was kept as a trace in the units of the file."""
+        time, y, u, outs, dof = (np.concatenate(part) for part in zip(*self._parts))
+        outs = outs.copy()
+        y, u, outs[:, 0] = self.offsets.given_back(y, u, outs[:, 0])
+        return ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof)
+
+    def table(self, trace: Trace):
+        """Return the columns of a stretch of the run as a pyarrow Table, in the units of the file."""
+        import pyarrow as pa
+
+        columns = trace.columns()
+        y, u, columns["prediction"] = self.offsets.given_back(trace.y, trace.u, trace.prediction)
+        columns["y"] = y
+        columns |= {"u" if u.shape[1] == 1 else f"u{i + 1}": column for i, column in enumerate(u.T)}
+        return pa.table({name: pa.array(column) for name, column in columns.items()})
+
+
+def _gathered(status, first: int, stride: int, count: int):
+    """Return the bits of each run of `stride` samples that starts at a kept one."""
+    if stride == 1:
+        return status
+    padded = np.zeros(count * stride, np.int64)
+    padded[: len(status) - first] = status[first:]
+    return np.bitwise_or.reduce(padded.reshape(count, stride), axis=1)

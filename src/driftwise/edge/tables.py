@@ -1,0 +1,262 @@
+"""Read the columns of a record from CSV, Parquet or standard input, chunk by chunk, in constant memory.
+
+Nothing stops a run half-way: what cannot be read as a finite number becomes NaN, is flagged in
+`Chunk.bad_cells` and counted. What makes a record useless is found before the first chunk is handed over, and
+raised as `InputError`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from driftwise.edge.checks import first_chunks, title
+from driftwise.edge.clock import Clock
+from driftwise.errors import InputError
+
+__all__ = ["Chunk", "Record", "open_record"]
+
+CHUNK_ROWS = 65_536
+
+
+class Chunk(NamedTuple):
+    """A stretch of rows.
+
+    columns : float64 array per column, NaN where missing or bad
+    bad_cells : boolean array per column, True where a cell was text, infinite or part of a ragged row
+    first_row : index of the first row, from 0
+    bad : number of bad cells
+    """
+
+    columns: dict[str, Any]
+    bad_cells: dict[str, Any]
+    first_row: int
+    bad: int
+
+    @property
+    def rows(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+
+@dataclass
+class Record:
+    """The chosen columns of a table; iterate once to get its chunks.
+
+    Attributes
+    ----------
+    output, inputs, time : names of the columns
+    units : unit per column name, where the file gives one
+    rows : rows in the file, None when only reading it to the end can tell
+    clock : the `Clock` of the time column
+    bad, first_bad, ragged : bad cells so far, where the first one is, and ragged rows so far
+    """
+
+    path: str
+    output: str
+    inputs: tuple[str, ...]
+    time: str | None
+    source: Any
+    chunk_rows: int = CHUNK_ROWS
+    clock: Clock = field(default_factory=Clock)
+    bad: int = 0
+    first_bad: str = ""
+
+    @property
+    def rows(self) -> int | None:
+        return self.source.rows
+
+    @property
+    def ragged(self) -> int:
+        return self.source.ragged
+
+    @property
+    def units(self) -> dict[str, str]:
+        return self.source.units
+
+    @property
+    def fraction(self) -> float | None:
+        """Share of the file read so far; None for a pipe."""
+        return self.source.position / self.source.size if self.source.size else None
+
+    @property
+    def columns(self) -> list[str]:
+        return [self.output, *self.inputs, *([self.time] if self.time else [])]
+
+    def __iter__(self) -> Iterator[Chunk]:
+        chunks = self._chunks()
+        yield from first_chunks(self, chunks)
+        yield from chunks
+
+    def _chunks(self) -> Iterator[Chunk]:
+        """Yield chunks of exactly `chunk_rows` rows, the last shorter: results do not depend on the file."""
+        import numpy as np
+
+        row, held, parts = 0, 0, []
+        for values, bad in self._converted():
+            parts.append((values, bad))
+            held += values.shape[1]
+            if held < self.chunk_rows:
+                continue
+            values = np.concatenate([v for v, _ in parts], axis=1) if len(parts) > 1 else values
+            bad = np.concatenate([b for _, b in parts], axis=1) if len(parts) > 1 else bad
+            start = 0
+            while held - start >= self.chunk_rows:
+                stop = start + self.chunk_rows
+                yield self._chunk(values[:, start:stop], bad[:, start:stop], row)
+                row, start = row + self.chunk_rows, stop
+            parts, held = [(values[:, start:], bad[:, start:])], held - start
+        if held:
+            yield self._chunk(
+                np.concatenate([v for v, _ in parts], axis=1),
+                np.concatenate([b for _, b in parts], axis=1),
+                row,
+            )
+
+    def _chunk(self, values, bad, row) -> Chunk:
+        import numpy as np
+
+        columns = self.columns
+        count = int(bad.sum())
+        self.bad += count
+        if count and not self.first_bad:
+            first, j = min((int(np.argmax(bad[j])), j) for j in range(len(columns)) if bad[j].any())
+            self.first_bad = f"row {row + first + 1}, column {columns[j]!r}"
+        data = {name: values[j] for j, name in enumerate(columns)}
+        if self.time:
+            data[self.time] = self.clock.push(data[self.time], row)
+        return Chunk(data, {name: bad[j] for j, name in enumerate(columns)}, row, count)
+
+    def _converted(self):
+        """Yield (values, bad), each (columns, rows), batch by batch as the file hands them over."""
+        import numpy as np
+
+        from driftwise.edge.cells import numbers
+
+        columns = self.columns
+        stamps = None
+        for arrays, ragged in self.source.batches(columns):
+            rows = len(arrays[0]) + len(ragged)
+            values, bad = np.empty((len(columns), rows)), np.zeros((len(columns), rows), bool)
+            keep = np.ones(rows, bool)
+            keep[ragged] = False
+            everything = not ragged
+            for j, (name, array) in enumerate(zip(columns, arrays, strict=True)):
+                if name == self.time:
+                    found, wrong, stamps = self._clocked(array, stamps)
+                else:
+                    found, wrong = _numbers(name, array, self.source.decimal, numbers)
+                if everything:
+                    values[j], bad[j] = found, wrong
+                else:
+                    values[j, ~keep], bad[j, ~keep] = np.nan, True
+                    values[j, keep], bad[j, keep] = found, wrong
+            yield values, bad
+
+    def _clocked(self, array, stamps):
+        import numpy as np
+
+        from driftwise.edge.cells import seconds
+
+        try:
+            values, bad, is_stamp = seconds(array, self.source.decimal)
+        except InputError as error:
+            raise InputError(f"time column {self.time!r}: {error}.") from None
+        if stamps is not None and is_stamp != stamps:  # a batch of nothing but holes or rubbish looks like numbers
+            return np.full(len(values), np.nan), np.ones(len(values), bool) if is_stamp else bad, stamps
+        seen = is_stamp or bool(np.isfinite(values).any())
+        return (self.clock.stamps(values) if is_stamp else values), bad, (is_stamp if seen else stamps)
+
+
+def open_record(path, output: str, inputs=(), time: str | None = None, chunk_rows: int = CHUNK_ROWS) -> Record:
+    """Return the chosen columns of a table as a `Record` to iterate over.
+
+    Parameters
+    ----------
+    path : file name of a CSV (plain or compressed) or Parquet table, or "-" for CSV on standard input
+    output, inputs, time : column names; a number counts columns from 1 where no column has that name
+    chunk_rows : rows of a chunk
+
+    Raises
+    ------
+    InputError
+        no such file or column, an empty table, a column without numbers, an output that never changes
+    """
+    source = _source(path)
+    try:
+        roles = [_resolve(source.names, output, "output")]
+        roles += [_resolve(source.names, name, "input") for name in inputs]
+        clock = _resolve(source.names, time, "time") if time is not None else None
+        twice = {name for name in [*roles, clock] if name and [*roles, clock].count(name) > 1}
+        if twice:
+            raise InputError(
+                f"column {min(twice)!r} is given two parts to play; output, inputs and time must be different columns."
+            )
+    except InputError as error:
+        raise InputError(f"{title(path)}: {error}") from None
+    return Record(str(path), roles[0], tuple(roles[1:]), clock, source, chunk_rows, Clock(clock or ""))
+
+
+def _source(path):
+    import pyarrow as pa
+
+    from driftwise.edge.csvfile import CsvSource
+    from driftwise.edge.parquetfile import ParquetSource
+
+    if str(path) == "-":
+        return _named(path, lambda: CsvSource(sys.stdin.buffer))
+    if not os.path.exists(path):
+        raise InputError(f"{path}: no such file.{_similar_file(Path(path))}")
+    if os.path.isdir(path):
+        raise InputError(f"{path} is a folder; give one file in it, a CSV or Parquet table.")
+    if not os.access(path, os.R_OK):
+        raise InputError(f"{path} may not be read: check the permissions of the file.")
+    with open(path, "rb") as file:
+        magic = file.read(4)
+    if magic == b"PAR1":
+        return _named(path, lambda: ParquetSource(path))
+    stream = pa.input_stream(str(path))
+    packed = type(stream).__name__ == "CompressedInputStream"
+    return _named(path, lambda: CsvSource(stream, None if packed else os.path.getsize(path)))
+
+
+def _named(path, opened):
+    try:
+        return opened()
+    except InputError as error:
+        raise InputError(f"{title(path)}: {error}") from None
+
+
+def _similar_file(path: Path) -> str:
+    from difflib import get_close_matches
+
+    folder = path.parent
+    if not folder.is_dir():
+        return f" There is no folder {folder} either."
+    close = get_close_matches(path.name, [p.name for p in folder.iterdir()], 1)
+    return f" Did you mean {folder / close[0]}?" if close else ""
+
+
+def _resolve(names, wanted: str, role: str) -> str:
+    """Return the column called `wanted`, or say which columns there are."""
+    from difflib import get_close_matches
+
+    if wanted in names:
+        return wanted
+    if wanted.isdigit() and 1 <= int(wanted) <= len(names):
+        return names[int(wanted) - 1]
+    folded = {name.casefold(): name for name in names}
+    close = get_close_matches(wanted.casefold(), folded, 3, 0.5)
+    hint = f" Did you mean {' or '.join(repr(folded[c]) for c in close)}?" if close else ""
+    shown = ", ".join(names[:30]) + (f" and {len(names) - 30} more" if len(names) > 30 else "")
+    raise InputError(f"no column {wanted!r} for the {role}.{hint} The columns are: {shown}.")
+
+
+def _numbers(name, array, decimal, numbers):
+    try:
+        return numbers(array, decimal)
+    except InputError as error:
+        raise InputError(f"column {name!r}: {error}.") from None

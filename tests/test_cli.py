@@ -1,0 +1,380 @@
+"""The command line end to end: what it prints, what it writes, how it says no."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.edge import cli, keep, runner
+from driftwise.kernel.status import Status
+
+A, B = [-1.5, 0.7], [1.0, 0.5]
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Run the command line in this process and return (exit code, standard output, standard error)."""
+
+    def run(*args):
+        monkeypatch.setattr(sys, "argv", ["driftwise", *map(str, args)])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as done:
+            code = done.code or 0
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def plant(tmp_path):
+    """Return a table of a known plant, with some outputs missing."""
+    y, u = dw.simulate(A, B, samples=1500, noise_std=0.1, missing=0.05, seed=3)
+    path = tmp_path / "plant.csv"
+    cells = [(0.5 * k, float(u[k]), "" if math.isnan(y[k]) else float(y[k])) for k in range(len(y))]
+    lines = [",".join(map(str, row)) for row in cells]
+    path.write_text("t,u,y\n" + "\n".join(lines) + "\n")
+    return str(path)
+
+
+def test_run_finds_the_plant(call, plant):
+    code, out, err = call("run", plant, "--output", "y", "--input", "u", "--time", "t")
+    assert (code, err) == (0, "")
+    for word in ("a1", "−1.5", "b2", "one-step fit", "NIS", "white", "missing outputs", "dt 0.5 s"):
+        assert word in out
+    assert "means of the first chunk were subtracted" in out
+
+
+def test_results_do_not_depend_on_the_chunks(call, plant, tmp_path):
+    found = []
+    for chunk in (64, 333, 65_536):
+        path = tmp_path / f"{chunk}.json"
+        assert call("run", plant, "-o", "y", "-i", "u", "--center", "none", "--chunk", chunk, "--json", path)[0] == 0
+        found.append(json.loads(path.read_text())["summary"])
+    exact = ("samples", "observed", "missing_outputs", "parameters", "poles", "loglik")
+    for other in found[:2]:
+        assert {k: other[k] for k in exact} == {k: found[2][k] for k in exact}
+        assert other["nis"] == pytest.approx(found[2]["nis"], rel=1e-12)
+
+
+def test_the_record_read_by_hand_gives_the_same_numbers(call, plant, tmp_path):
+    path = tmp_path / "r.json"
+    call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--center", "none", "--json", path)
+    summary = json.loads(path.read_text())["summary"]
+    table = np.genfromtxt(plant, delimiter=",", skip_header=1)
+    y, u = table[:, 2], table[:, 1]
+    trace = dw.Joint(2, inputs=1, dt=0.5).scaled_to(y, u).scan(y, u)
+    assert [p["value"] for p in summary["parameters"]] == trace.parameters[-1].tolist()
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_save_writes_every_sample_in_the_units_of_the_file(call, plant, tmp_path, ending):
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    path = str(tmp_path / f"trace.{ending}")
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--chunk", 400, "--save", path)
+    assert code == 0
+    assert path in out
+    read = pyarrow.csv.read_csv if ending == "csv" else pyarrow.parquet.read_table
+    table = read(path)
+    assert table.num_rows == 1500
+    source = np.genfromtxt(plant, delimiter=",", skip_header=1)
+    columns = {name: np.asarray(table[name], float) for name in table.column_names}
+    np.testing.assert_allclose(columns["y"], source[:, 2], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(columns["u"], source[:, 1], rtol=1e-12)
+    np.testing.assert_array_equal(columns["time"], source[:, 0])
+    seen = ~np.isnan(source[:, 2])
+    np.testing.assert_allclose((columns["y"] - columns["prediction"])[seen], columns["innovation"][seen], atol=1e-9)
+    assert {"a1", "a1_std", "variance", "dof", "status"} <= set(columns)
+
+
+def test_bad_rows_are_counted_flagged_and_passed_over(call, plant, tmp_path):
+    lines = open(plant).read().split("\n")
+    lines[100], lines[200], lines[300] = "49.5,1,broken", "99.5,1", "149.5,1,inf"
+    path, result, saved = tmp_path / "bad.csv", tmp_path / "r.json", tmp_path / "s.csv"
+    path.write_text("\n".join(lines))
+    code, out, _ = call("run", path, "-o", "y", "-i", "u", "-t", "t", "--json", result, "--save", saved, "--chunk", 150)
+    assert code == 0
+    assert "2 cells are not finite numbers" in out
+    assert "row 100, column 'y'" in out
+    assert "1 rows have too many or too few cells" in out
+    data = json.loads(result.read_text())
+    assert data["summary"]["samples"] == 1500
+    assert data["summary"]["bad_values"] == 3
+    assert data["ragged_rows"] == 1
+    status = np.genfromtxt(saved, delimiter=",", names=True)["status"].astype(int)
+    assert np.flatnonzero(status & int(Status.BAD_VALUE)).tolist() == [99, 199, 299]
+
+
+def test_duplicate_and_decreasing_stamps_are_told(call, plant):
+    lines = open(plant).read().split("\n")
+    lines[50], lines[60] = lines[50].replace("24.5", "24.0", 1), lines[60].replace("29.5", "9.5", 1)
+    open(plant, "w").write("\n".join(lines))
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t")
+    assert code == 0
+    flat = " ".join(out.split())
+    assert "time goes backwards 1 times in 't', first at row 60" in flat
+    assert "1 time stamps of 't' repeat the one before, first at row 50" in flat
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["-o", "Y"], "no column 'Y' for the output. Did you mean 'y'? The columns are: t, u, y"),
+        (["-o", "y", "-i", "nothing"], "no column 'nothing' for the input"),
+        (["-o", "y", "--noise", "pink"], "--noise must be"),
+        (["-o", "y", "--noise", "polynomial:1,x"], "numbers separated by commas"),
+        (["-o", "y", "--memory", "walk"], "--memory must be"),
+        (["-o", "y", "--gate", "-1"], "--gate must be a positive number"),
+        (["-o", "y", "--order", "0"], "order must be"),
+        (["-o", "y", "--direct"], "there is no --input"),
+        (["-o", "y", "--dt", "0"], "dt must be"),
+        (["-o", "y", "--save", "x.xlsx"], ".parquet or .csv"),
+        (["-o", "y", "--report", "nowhere/x.html"], "there is no folder nowhere"),
+        (["-o", "y", "--order", "800"], "too few for"),
+    ],
+)
+def test_input_errors_are_one_paragraph_and_exit_code_one(call, plant, options, words):
+    code, out, err = call("run", plant, *options)
+    assert code == 1
+    assert out == ""
+    assert words in err
+    assert err.startswith("driftwise: ")
+    assert err.count("\n") == 1
+
+
+def test_files_that_cannot_be_used(call, tmp_path, plant):
+    for name, content, words in (
+        ("empty.csv", "", "is empty"),
+        ("header.csv", "u,y\n", "a header but no rows"),
+        ("flat.csv", "y\n1\n1\n1\n", "a constant tells nothing"),
+        ("text.csv", "u,y\n1,a\n2,b\n", "not finite numbers"),
+        ("nan.csv", "u,y\n1,\n2,\n", "is empty in all 2 rows"),
+        ("short.csv", "y\n1\n2\n3\n", "too few"),
+    ):
+        path = tmp_path / name
+        path.write_text(content)
+        code, _, err = call("run", path, "-o", "y")
+        assert code == 1
+        assert words in err
+        assert str(path) in err
+    assert call("run", tmp_path / "plant.cvs", "-o", "y")[0] == 1
+    code, _, err = call("run", plant, "-o", "y", "--save", plant)
+    assert code == 1
+    assert "overwrite" in err
+
+
+def test_usage_errors_have_exit_code_two(call, plant):
+    assert call("run", plant)[0] == 2
+    assert call("walk", plant)[0] == 2
+    assert call("run", plant, "-o", "y", "--order", "two")[0] == 2
+
+
+def test_version_and_help(call):
+    assert call("--version") == (0, f"driftwise {dw.__version__}\n", "")
+    code, out, _ = call("run", "--help")
+    assert code == 0
+    for option in (
+        "--output",
+        "--input",
+        "--time",
+        "--order",
+        "--noise",
+        "--memory",
+        "--gate",
+        "--save",
+        "--report",
+        "--json",
+    ):
+        assert option in out
+
+
+def test_demo_ends_with_what_to_type_next(call, tmp_path):
+    code, out, err = call("demo", "--report", tmp_path / "flight.html")
+    assert (code, err) == (0, "")
+    assert "one-step fit" in out
+    assert out.rstrip().endswith("driftwise run FILE --output COLUMN --input COLUMN --report report.html")
+    assert (tmp_path / "flight.html").stat().st_size > 1e6
+
+
+def test_warm_compiles_and_says_so(call, monkeypatch):
+    from driftwise.estimators import warm
+
+    monkeypatch.setattr(warm, "warm", lambda: iter(["one", "two"]))
+    code, out, _ = call("warm")
+    assert code == 0
+    assert out.startswith("2 combinations compiled and stored in ")
+
+
+def test_help_loads_nothing_heavy():
+    program = (
+        "import sys; sys.argv = ['driftwise', '--help']\n"
+        "from driftwise.edge.cli import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "names = {'numpy', 'numba', 'pyarrow', 'scipy', 'bokeh', 'matplotlib', 'narwhals', 'pandas'}\n"
+        "heavy = names & set(sys.modules)\n"
+        "print('HEAVY', sorted(heavy))"
+    )
+    out = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    assert "HEAVY []" in out
+    assert "simulate" in out
+
+
+def test_simulate_into_run_through_a_pipe():
+    command = [sys.executable, "-m", "driftwise.edge.cli"]
+    table = subprocess.run(
+        [
+            *command,
+            "simulate",
+            "--a",
+            "-1.5,0.7",
+            "--b",
+            "1,0.5",
+            "--samples",
+            "2000",
+            "--seed",
+            "5",
+            "--missing",
+            "0.1",
+        ],
+        capture_output=True,
+        check=True,
+    )
+    assert b"2000 samples of a = -1.5, 0.7; b = 1, 0.5" in table.stderr
+    run = subprocess.run(
+        [*command, "run", "-", "--output", "y", "--input", "u", "--json", "-"],
+        input=table.stdout,
+        capture_output=True,
+        check=True,
+    )
+    values = {p["name"]: p["value"] for p in json.loads(run.stdout)["summary"]["parameters"]}
+    assert values == pytest.approx({"a1": -1.5, "a2": 0.7, "b1": 1.0, "b2": 0.5}, abs=0.03)
+    assert b"one-step fit" in run.stderr
+
+
+@pytest.mark.parametrize("order", [1, 2, 5])
+def test_simulate_random_plants_are_stable(call, tmp_path, order):
+    from driftwise.edge.demo import random_plant
+
+    for seed in range(20):
+        a, b = random_plant(order, seed)
+        assert len(a) == len(b) == order
+        assert np.abs(np.roots([1, *a])).max() < 0.96
+    path = tmp_path / "s.csv"
+    assert call("simulate", path, "--order", order, "--samples", 50, "--missing", 0.3)[0] == 0
+    again = tmp_path / "again.csv"
+    call("simulate", again, "--order", order, "--samples", 50, "--missing", 0.3)
+    assert path.read_text() == again.read_text()
+    header, first, *_ = path.read_text().split("\n")
+    assert header.replace('"', "") == "t,u,y"
+    assert first.startswith("0,")
+
+
+def test_simulate_refuses_what_does_not_fit(call, tmp_path):
+    assert "as many numbers as --a" in call("simulate", "--a", "0.5,0.1", "--b", "1")[2]
+    assert "--b is the numerator" in call("simulate", "--b", "1")[2]
+    code, _, err = call("simulate", tmp_path / "no" / "x.csv", "--samples", 10)
+    assert code == 1
+    assert "cannot be written" in err
+
+
+def test_offsets_are_subtracted_and_given_back(call, tmp_path):
+    y, u = dw.simulate(A, B, samples=2000, noise_std=0.1, seed=1)
+    path, result, saved = tmp_path / "p.csv", tmp_path / "r.json", tmp_path / "s.csv"
+    np.savetxt(path, np.column_stack([u + 7, y + 100]), delimiter=";", header="u;y", comments="")
+    call("run", path, "-o", "y", "-i", "u", "--json", result, "--save", saved)
+    data = json.loads(result.read_text())
+    assert data["offsets"] == pytest.approx({"y": np.mean(y) + 100, "u": np.mean(u) + 7})
+    values = [p["value"] for p in data["summary"]["parameters"]]
+    assert values == pytest.approx([*A, *B], abs=0.05)
+    table = np.genfromtxt(saved, delimiter=",", names=True)
+    np.testing.assert_allclose(table["y"], y + 100, rtol=1e-12)
+    assert abs(np.mean(table["prediction"][100:]) - 100) < 20
+
+
+def test_a_constant_input_is_told(call, tmp_path):
+    y, _ = dw.simulate([-0.8], samples=300, noise_std=1.0, noise="equation", seed=1)
+    path = tmp_path / "p.csv"
+    np.savetxt(path, np.column_stack([np.full(300, 3.0), y]), delimiter=",", header="u,y", comments="")
+    code, out, _ = call("run", path, "-o", "y", "-i", "u", "-n", "1")
+    assert code == 0
+    assert "input 'u' stayed at 3 in the first chunk" in out
+    assert "not identified" in out
+
+
+def test_long_runs_keep_a_thin_trace(monkeypatch):
+    monkeypatch.setattr(keep, "ROWS", 500)
+    y, u = dw.simulate(A, B, samples=6000, noise_std=0.1, seed=2, missing=0.01)
+    est = dw.Joint(2, 1).scaled_to(y, u)
+    keeper = keep.Keeper(est, keep.Offsets("y", ("u",), {"y": 2.0}))
+    whole, state = est.scan(y, u), None
+    for start in range(0, 6000, 701):
+        trace = est.scan(y[start : start + 701], u[start : start + 701], state=state)
+        state = trace.state
+        keeper.add(trace)
+    thin, stride = keeper.trace(), keeper.stride
+    assert len(thin) <= 500
+    assert stride == 16
+    np.testing.assert_array_equal(thin.time, whole.time[::stride])
+    np.testing.assert_array_equal(thin.parameters, whole.parameters[::stride])
+    np.testing.assert_array_equal(thin.dof, whole.dof[::stride])
+    np.testing.assert_array_equal(thin.y, whole.y[::stride] + 2)
+    gathered = [np.bitwise_or.reduce(whole.status[k : k + stride]) for k in range(0, 6000, stride)]
+    assert thin.status.tolist() == gathered
+    missing = [e.sample for e in keeper.events if e.kind == "MISSING_OUTPUT"]
+    assert missing
+    assert np.isnan(y[missing]).all()
+
+
+def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
+    whole = runner.open_record
+
+    class Interrupted:
+        def __init__(self, record):
+            self.record = record
+
+        def __getattr__(self, name):
+            return getattr(self.record, name)
+
+        def __iter__(self):
+            for k, chunk in enumerate(self.record):
+                if k == 3:
+                    raise KeyboardInterrupt
+                yield chunk
+
+    monkeypatch.setattr(runner, "open_record", lambda *args: Interrupted(whole(*args)))
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "--chunk", 200)
+    assert code == 0
+    assert "600 samples" in out
+    assert "stopped early" in out
+
+
+def test_memory_of_a_run_does_not_grow_with_the_file(tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    peaks = []
+    for rows in (200_000, 1_000_000):
+        path = str(tmp_path / f"{rows}.parquet")
+        rng = np.random.default_rng(0)
+        pq.write_table(pa.table({"u": rng.standard_normal(rows), "y": rng.standard_normal(rows)}), path)
+        program = (
+            "import atexit, sys, resource; from driftwise.edge.cli import main\n"
+            f"sys.argv = ['driftwise', 'run', {path!r}, '-o', 'y', '-i', 'u', '-n', '1']\n"
+            "atexit.register(lambda: print('PEAK', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))\n"
+            "main()"
+        )
+        env = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        out = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, check=True, env=env
+        ).stdout
+        peaks.append(int(out.split("PEAK")[1]) / 1024)
+    assert peaks[1] < peaks[0] + 40, f"MB: {peaks}"

@@ -1,0 +1,439 @@
+"""Tables: what is read, what is counted, what is refused, and that nothing depends on how a file is cut."""
+
+import gzip
+import io
+import math
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from driftwise.edge import checks, csvfile
+from driftwise.edge.dialect import kind, sniff
+from driftwise.edge.tables import open_record
+from driftwise.errors import InputError
+
+NaN = math.nan
+
+
+def put(tmp_path, content, name="table.csv"):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return str(path)
+
+
+def read(path, output="y", inputs=(), time=None, **options):
+    record = open_record(path, output, inputs, time, **options)
+    chunks = list(record)
+    columns = {name: np.concatenate([c.columns[name] for c in chunks]) for name in record.columns}
+    bad = {name: np.concatenate([c.bad_cells[name] for c in chunks]) for name in record.columns}
+    return record, columns, bad
+
+
+# --- dialects ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,u,y\n0,1,2.5\n1,-1,3.5\n2,0,4.5\n",
+        "t;u;y\n0;1;2.5\n1;-1;3.5\n2;0;4.5\n",
+        "t;u;y\n0;1;2,5\n1;-1;3,5\n2;0;4,5\n",
+        "t\tu\ty\n0\t1\t2.5\n1\t-1\t3.5\n2\t0\t4.5\n",
+        "t\tu\ty\n0\t1\t2,5\n1\t-1\t3,5\n2\t0\t4,5\n",
+        "t|u|y\n0|1|2.5\n1|-1|3.5\n2|0|4.5\n",
+        "  t   u    y\n  0   1  2.5\n  1  -1  3.5\n  2   0  4.5\n",
+        "# t u y\n0 1 2.5\n1 -1 3.5\n2 0 4.5\n",
+        "\ufefft,u,y\r\n0,1,2.5\r\n1,-1,3.5\r\n2,0,4.5\r\n",
+        "# made by a logger\n# on a Monday\n\nt,u,y\n\n0,1,2.5\n\n1,-1,3.5\n# a pause\n2,0,4.5\n\n\n",
+        '"t","u","y"\n"0","1","2.5"\n"1","-1","3.5"\n"2","0","4.5"\n',
+        '"t","u","y"\n"0","1","2,5"\n"1","-1","3,5"\n"2","0","4,5"\n',
+        "t , u , y\n 0 , +1 , 2.5\n1, -1.0 , 35e-1 \n2,0.,4.5",
+        "sep=;\nt;u;y\n0;1;2,5\n1;-1;3,5\n2;0;4,5\n",
+        "t,u,y\ns,V,degC\n0,1,2.5\n1,-1,3.5\n2,0,4.5\n",
+        "Logger 7\nserial: 1234\nt,u,y\n0,1,2.5\n1,-1,3.5\n2,0,4.5\n",
+        "t,u,y,\n0,1,2.5,\n1,-1,3.5,\n2,0,4.5,\n",
+        "t,u,y\n0,1,2.5,,\n1,-1,3.5,,\n2,0,4.5,,\n",
+        "t,u,y\r0,1,2.5\r1,-1,3.5\r2,0,4.5\r",
+        "t,u,y\n0,1,2.5D0\n1,-1,3.5d+00\n2,0,0.45D1\n",
+        'note,t,u,y\nok,0,1,2.5\n"a, b",1,-1,3.5\nok,2,0,4.5\n',
+    ],
+)
+def test_one_table_in_many_dialects(tmp_path, text):
+    record, columns, bad = read(put(tmp_path, text), "y", ["u"], "t")
+    assert columns["t"].tolist() == [0, 1, 2]
+    assert columns["u"].tolist() == [1, -1, 0]
+    assert columns["y"].tolist() == [2.5, 3.5, 4.5]
+    assert record.bad == record.ragged == 0
+    assert not any(flags.any() for flags in bad.values())
+
+
+def test_units_line_becomes_units(tmp_path):
+    record, _, _ = read(put(tmp_path, "t,u,y\n[s],[V],[degC]\n0,1,2.5\n1,-1,3.5\n"), "y", ["u"], "t")
+    assert record.units == {"t": "s", "u": "V", "y": "degC"}
+
+
+def test_no_header_and_columns_by_number(tmp_path):
+    _, columns, _ = read(put(tmp_path, "0,1,2.5\n1,-1,3.5\n"), "3", ["2"])
+    assert list(columns) == ["column3", "column2"]
+    assert columns["column3"].tolist() == [2.5, 3.5]
+
+
+def test_header_shorter_than_the_rows_and_repeated_names():
+    dialect = sniff(["Time,a,a,", "2024-01-01T00:00:00,1,2,3,4,", "2024-01-01T00:00:01,1,2,3,5,"])
+    assert dialect.names == ("Time", "a", "a.2", "column4", "column5", "column6")
+    assert dialect.stamps == {"Time"}
+
+
+def test_numeric_column_names_are_a_header_beside_words():
+    assert sniff(["time,101,102", "0,1,2", "1,3,4"]).names == ("time", "101", "102")
+
+
+def test_decimal_comma_only_where_no_point_was_seen():
+    assert sniff(["a;b", "1,5;2,5", "3;4"]).decimal == ","
+    assert sniff(["a;b", "1,500.5;2.5", "3;4"]).decimal == "."
+
+
+@pytest.mark.parametrize("cell", ["", "NA", "nan", "-", "null", "#N/A", " ? "])
+def test_markers_of_a_missing_value(cell, tmp_path):
+    assert kind(cell) == "missing"
+    record, columns, _ = read(put(tmp_path, f"u,y\n1,2\n2,{cell}\n3,4\n"))
+    np.testing.assert_array_equal(columns["y"], [2, NaN, 4])
+    assert record.bad == 0
+
+
+def test_one_column_keeps_blank_lines_as_missing(tmp_path):
+    _, columns, _ = read(put(tmp_path, "y\n1\n\n3\n4\n\n\n"))
+    np.testing.assert_array_equal(columns["y"], [1, NaN, 3, 4])
+
+
+def test_latin1_text_and_compression(tmp_path):
+    raw = "t;Temp °C;Zustand\n0;1,5;läuft\n1;2,5;läuft\n2;x;läuft\n".encode("latin-1")
+    for path in (put(tmp_path, raw), put(tmp_path, gzip.compress(raw), "table.csv.gz")):
+        record, columns, _ = read(path, "Temp °C", (), "t")
+        np.testing.assert_array_equal(columns["Temp °C"], [1.5, 2.5, NaN])
+        assert record.bad == 1
+
+
+# --- bad cells and rows ------------------------------------------------------------------------------------
+
+
+def test_bad_rows_are_counted_flagged_and_keep_their_place(tmp_path):
+    rows = [f"{k},{k * k}" for k in range(20)]
+    rows[5] = "5,broken"
+    rows[8] = "8"
+    rows[11] = "11,inf"
+    rows[13] = "13,169,7,8"
+    rows[15] = "u,y"  # a header again, where two recordings were joined
+    record, columns, bad = read(put(tmp_path, "u,y\n" + "\n".join(rows) + "\n"), "y", ["u"])
+    lost = [5, 8, 11, 13, 15]
+    assert np.flatnonzero(bad["y"]).tolist() == lost
+    assert np.flatnonzero(np.isnan(columns["y"])).tolist() == lost
+    good = np.setdiff1d(np.arange(20), lost)
+    assert columns["y"][good].tolist() == (good**2).tolist()
+    assert np.flatnonzero(bad["u"]).tolist() == [8, 13, 15]
+    assert (record.ragged, record.bad) == (2, 8)
+    assert record.first_bad == "row 6, column 'y'"
+
+
+def test_a_stray_quote_costs_one_row_at_most(tmp_path):
+    rows = [f"{k},{k},ok" for k in range(200)]
+    rows[50] = '50,50,5" pipe'
+    rows[70] = '70,"70,ok'
+    rows[90] = '90,90,"an open end'
+    record, columns, _ = read(put(tmp_path, "u,y,note\n" + "\n".join(rows)))
+    assert len(columns["y"]) == 200
+    assert np.isnan(columns["y"]).sum() <= 1
+    assert columns["y"][-1] == 199
+    assert record.ragged <= 1
+
+
+def test_a_column_of_mostly_text_is_refused(tmp_path):
+    path = put(tmp_path, "u,y\n" + "".join(f"{k},state{k}\n" for k in range(9)))
+    with pytest.raises(InputError, match="column 'y': 9 of the first 9 cells are not finite numbers"):
+        list(open_record(path, "y"))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    cells=st.lists(
+        st.tuples(
+            st.one_of(st.floats(-1e6, 1e6), st.just(None)),
+            st.one_of(st.floats(-1e6, 1e6), st.just(None), st.sampled_from(["text", "1.2.3", "inf", "1e999", "--5"])),
+        ),
+        min_size=3,
+        max_size=60,
+    ),
+    delimiter=st.sampled_from([",", ";", "\t", "|"]),
+    comma=st.booleans(),
+    newline=st.sampled_from(["\n", "\r\n"]),
+    chunk=st.integers(1, 50),
+    block=st.integers(8, 400),
+)
+def test_what_is_written_is_read_however_it_is_cut(tmp_path_factory, cells, delimiter, comma, newline, chunk, block):
+    comma = comma and delimiter != ","
+    bad = [isinstance(y, str) for _, y in cells]
+    values = [NaN if y is None or isinstance(y, str) else y for _, y in cells]
+
+    def write(value):
+        text = "" if value is None else value if isinstance(value, str) else repr(value)
+        return text.replace(".", ",") if comma and not isinstance(value, str) else text
+
+    lines = [delimiter.join(["k", "u", "y"])]
+    lines += [delimiter.join([str(k), write(u), write(y)]) for k, (u, y) in enumerate(cells)]
+    seen = [v for v in values if v == v]
+    if not seen or min(seen) == max(seen) or sum(bad) > len(seen) or all(u is None for u, _ in cells):
+        return
+    path = put(tmp_path_factory.mktemp("t"), newline.join(lines) + newline)
+    before, csvfile.BLOCK = csvfile.BLOCK, block
+    try:
+        record, columns, flags = read(path, "y", ["u"], "k", chunk_rows=len(cells))
+        again, cut, _ = read(path, "y", ["u"], "k", chunk_rows=chunk) if not any(bad) else (record, columns, flags)
+    finally:
+        csvfile.BLOCK = before
+    np.testing.assert_array_equal(columns["y"], values)
+    np.testing.assert_array_equal(columns["u"], [NaN if u is None else u for u, _ in cells])
+    np.testing.assert_array_equal(flags["y"], bad)
+    np.testing.assert_array_equal(columns["k"], np.arange(len(cells)))
+    assert record.bad == sum(bad)
+    np.testing.assert_array_equal(cut["y"], columns["y"])
+    np.testing.assert_array_equal(cut["u"], columns["u"])
+    assert again.bad == record.bad
+
+
+def test_small_blocks_with_comments_quotes_and_ragged_rows(tmp_path, monkeypatch):
+    rng = np.random.default_rng(3)
+    lines, expected = ["k,note,y"], []
+    for k in range(3000):
+        draw = rng.random()
+        if draw < 0.02:
+            lines.append("# a remark, with commas")
+        if draw > 0.98:
+            lines.append("")
+        if 0.4 < draw < 0.41:
+            lines.append(f"{k},{k}")
+            expected.append(NaN)
+        else:
+            note = '"two\nlines, quoted"' if 0.5 < draw < 0.52 else "x"
+            lines.append(f"{k},{note},{k / 8}")
+            expected.append(k / 8)
+    path = put(tmp_path, "\n".join(lines))
+    monkeypatch.setattr(csvfile, "HEAD", 500)
+    for block in (200, 1000, 10**6):
+        monkeypatch.setattr(csvfile, "BLOCK", block)
+        record, columns, _ = read(path)
+        np.testing.assert_array_equal(columns["y"], expected)
+        assert record.ragged == np.isnan(expected).sum()
+
+
+def test_chunks_have_exactly_the_rows_asked_for(tmp_path):
+    path = put(tmp_path, "y\n" + "\n".join(map(str, range(1003))))
+    chunks = list(open_record(path, "y", chunk_rows=100))
+    assert [c.rows for c in chunks] == [100] * 10 + [3]
+    assert [c.first_row for c in chunks] == list(range(0, 1003, 100))
+
+
+# --- Parquet -----------------------------------------------------------------------------------------------
+
+
+def parquet(tmp_path, columns, **options):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = str(tmp_path / "table.parquet")
+    pq.write_table(pa.table(columns), path, **options)
+    return path
+
+
+def test_parquet_types_and_column_selection(tmp_path):
+    import pyarrow as pa
+
+    columns = {
+        "f": pa.array([1.0, None, NaN, math.inf]),
+        "i": pa.array([1, 2, None, 4], pa.int16()),
+        "b": pa.array([True, False, None, True]),
+        "s": pa.array(["1.5", "x", None, "2"]),
+        "d": pa.array(["1", "2", "1", None]).dictionary_encode(),
+        "g": pa.array([1, 2, 3, 4], pa.float32()),
+        "other": pa.array([{"a": 1}] * 4),
+    }
+    path = parquet(tmp_path, columns)
+    record, found, bad = read(path, "g", ["f", "i", "b", "s", "d"])
+    np.testing.assert_array_equal(found["f"], [1, NaN, NaN, NaN])
+    np.testing.assert_array_equal(found["i"], [1, 2, NaN, 4])
+    np.testing.assert_array_equal(found["b"], [1, 0, NaN, 1])
+    np.testing.assert_array_equal(found["s"], [1.5, NaN, NaN, 2])
+    np.testing.assert_array_equal(found["d"], [1, 2, 1, NaN])
+    assert bad["f"].tolist() == [False, False, False, True]
+    assert bad["s"].tolist() == [False, True, False, False]
+    assert (record.rows, record.bad) == (4, 2)
+    with pytest.raises(InputError, match=r"column .other.: a column of type struct"):
+        read(path, "other")
+
+
+def test_parquet_row_groups_do_not_show(tmp_path):
+    y = np.arange(1000.0)
+    _, found, _ = read(parquet(tmp_path, {"y": y}, row_group_size=37), chunk_rows=100)
+    np.testing.assert_array_equal(found["y"], y)
+
+
+def test_memory_does_not_grow_with_the_file(tmp_path):
+    import pyarrow as pa
+
+    path = parquet(tmp_path, {"y": np.random.default_rng(0).standard_normal(2_000_000)}, row_group_size=2_000_000)
+    before, peak = pa.total_allocated_bytes(), 0
+    for _ in open_record(path, "y"):
+        peak = max(peak, pa.total_allocated_bytes() - before)
+    assert peak < 6e6, "a row group of 16 MB must not be held as a whole"
+
+
+def test_broken_parquet_says_so(tmp_path):
+    with pytest.raises(InputError, match="cut short"):
+        open_record(put(tmp_path, b"PAR1" + bytes(100), "x.parquet"), "y")
+
+
+# --- time --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        ["2024-03-01T12:00:00", "2024-03-01T12:00:00.5", "2024-03-01T12:00:01"],
+        ["2024-03-01 12:00:00", "2024-03-01 12:00:00.5", "2024-03-01 12:00:01"],
+        ["2024-03-01T12:00:00Z", "2024-03-01T12:00:00.5Z", "2024-03-01T12:00:01Z"],
+        ["2024-03-01T12:00:00+02:00", "2024-03-01T12:00:00.5+02:00", "2024-03-01T11:00:01+01:00"],
+        ["10", "10.5", "11"],
+    ],
+)
+def test_time_as_stamps_or_numbers(tmp_path, stamps):
+    record, columns, _ = read(
+        put(tmp_path, "t,y\n" + "".join(f"{s},{k}\n" for k, s in enumerate(stamps))), "y", (), "t"
+    )
+    first = 10 if stamps[0] == "10" else 0
+    np.testing.assert_allclose(columns["t"], [first, first + 0.5, first + 1], atol=1e-9)
+    assert record.clock.dt == 0.5
+    assert record.clock.notes() == []
+
+
+def test_parquet_time_stamps(tmp_path):
+    stamps = np.datetime64("2024-01-01T00:00:00", "us") + np.arange(5) * np.timedelta64(250, "ms")
+    record, columns, _ = read(parquet(tmp_path, {"t": stamps, "y": np.arange(5.0)}), "y", (), "t", chunk_rows=2)
+    np.testing.assert_allclose(columns["t"], np.arange(5) * 0.25, atol=1e-12)
+    assert record.clock.origin == "2024-01-01T00:00:00"
+
+
+def test_duplicate_and_decreasing_stamps_are_counted_across_chunks(tmp_path):
+    times = [0, 1, 2, 2, 3, 4, 3, 4, 5, 9, 10]
+    path = put(tmp_path, "t,y\n" + "".join(f"{t},{k}\n" for k, t in enumerate(times)))
+    for chunk_rows in (2, 3, 100):
+        record, columns, _ = read(path, "y", (), "t", chunk_rows=chunk_rows)
+        clock = record.clock
+        assert (clock.duplicates, clock.first_duplicate) == (1, 3)
+        assert (clock.decreases, clock.first_decrease) == (1, 6)
+        assert clock.gaps == 1
+        assert columns["t"].tolist() == times
+        assert "first at row 7" in clock.notes()[0]
+        assert "first at row 4" in clock.notes()[1]
+
+
+def test_missing_stamps_are_filled(tmp_path):
+    text = "t,y\n,0\n1,1\n2,2\n,3\n,4\n5,5\nrubbish,6\n"
+    for chunk_rows in (100, 3):
+        record, columns, _ = read(put(tmp_path, text), "y", (), "t", chunk_rows=chunk_rows)
+        assert columns["t"].tolist() == [0, 1, 2, 3, 4, 5, 6]
+        assert record.clock.missing == 4
+
+
+def test_a_batch_of_empty_stamps_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setattr(csvfile, "BLOCK", 40)
+    monkeypatch.setattr(csvfile, "HEAD", 60)
+    rows = [f"2024-01-01T00:00:{k:02d},{k}" if not 20 <= k < 40 else f",{k}" for k in range(60)]
+    record, columns, _ = read(put(tmp_path, "t,y\n" + "\n".join(rows)), "y", (), "t")
+    assert columns["t"].tolist() == list(range(60))
+    assert record.clock.missing == 20
+
+
+# --- refusals ----------------------------------------------------------------------------------------------
+
+
+def test_unknown_column_suggests_and_lists(tmp_path):
+    path = put(tmp_path, "time,heater_V,temp_degC\n0,1,2\n1,2,3\n")
+    with pytest.raises(InputError) as caught:
+        open_record(path, "temp_degc", ["heater"])
+    assert "no column 'temp_degc' for the output. Did you mean 'temp_degC'" in str(caught.value)
+    assert "time, heater_V, temp_degC" in str(caught.value)
+    with pytest.raises(InputError, match="two parts to play"):
+        open_record(path, "temp_degC", ["temp_degC"])
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "is empty"),
+        (b"\n \n\r\n", "is empty"),
+        (b"u,y\n", "a header but no rows"),
+        (b"# nothing\n# at all\n", "every line is blank or a comment"),
+        (b"u,y\n1,\n2,NA\n3,-\n", "column 'y' is empty in all 3 rows"),
+        (b"u,y\n1,5\n2,5\n3,5\n", "output column 'y' is 5 in all 3 rows: a constant"),
+        (b"u,y\n1,5\n", "in its only row"),
+        ("u,y\n1,2\n".encode("utf-16"), "UTF-16"),
+        (b"PK\x03\x04\x00\x00", "Excel workbook"),
+        (b"\x00\x01\x02" * 50, "zero bytes"),
+    ],
+)
+def test_useless_files_say_why(tmp_path, content, words):
+    path = put(tmp_path, content)
+    with pytest.raises(InputError, match=words) as caught:
+        list(open_record(path, "y"))
+    assert str(caught.value).startswith(path), "the message names the file"
+    assert "\n" not in str(caught.value), "one paragraph"
+
+
+def test_an_input_that_is_empty_is_refused_and_a_constant_one_is_not(tmp_path):
+    with pytest.raises(InputError, match="column 'u' is empty"):
+        read(put(tmp_path, "u,y\n,1\n,2\n"), "y", ["u"])
+    read(put(tmp_path, "u,y\n3,1\n3,2\n"), "y", ["u"])
+
+
+def test_missing_file_and_folder(tmp_path):
+    put(tmp_path, "y\n1\n2\n", "plant.csv")
+    with pytest.raises(InputError, match=r"no such file. Did you mean .*plant\.csv"):
+        open_record(str(tmp_path / "plan.csv"), "y")
+    with pytest.raises(InputError, match="is a folder"):
+        open_record(str(tmp_path), "y")
+    with pytest.raises(InputError, match="no folder"):
+        open_record(str(tmp_path / "away" / "x.csv"), "y")
+
+
+def test_an_output_that_starts_late_is_waited_for(tmp_path, monkeypatch):
+    path = put(tmp_path, "u,y\n" + "".join(f"{k},{'' if k < 500 else k}\n" for k in range(1000)))
+    chunks = list(open_record(path, "y", chunk_rows=64))
+    assert sum(c.rows for c in chunks) == 1000
+    monkeypatch.setattr(checks, "PATIENCE", 256)
+    with pytest.raises(InputError, match="empty in its first 256 rows"):
+        list(open_record(path, "y", chunk_rows=64))
+
+
+def test_standard_input(monkeypatch):
+    class Trickle(io.RawIOBase):
+        """A pipe that hands over a few bytes at a time."""
+
+        def __init__(self, data):
+            self.data = data
+
+        def readable(self):
+            return True
+
+        def read(self, size=-1):
+            part, self.data = self.data[: min(7, size)], self.data[min(7, size) :]
+            return part
+
+    class Stdin:
+        buffer = Trickle(b"u,y\n" + b"".join(b"%d,%d\n" % (k, k * k) for k in range(50)))
+
+    monkeypatch.setattr(sys, "stdin", Stdin)
+    record, columns, _ = read("-")
+    assert columns["y"].tolist() == [k * k for k in range(50)]
+    assert record.fraction is None
