@@ -86,7 +86,7 @@ class Joint:
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
     >>> trace = dw.Joint(2, inputs=1).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
-    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.50']
+    ['a1 -1.50', 'a2 0.70', 'b1 0.99', 'b2 0.50']
     """
 
     def __init__(
