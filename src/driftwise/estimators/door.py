@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..errors import InputError
@@ -94,16 +96,24 @@ def record(y, u, inputs: int):
     return y, np.ascontiguousarray(u)
 
 
+def _one(value, size: int) -> np.ndarray:
+    """Return (1, 1, size) of a number or a sequence; streams hand over a float, which has a short way in."""
+    if size != 1 or not isinstance(value, float | int):
+        return np.array(value, np.float64).reshape(1, 1, size)
+    one = np.empty((1, 1, 1))
+    one[0, 0, 0] = value
+    return one
+
+
 def sample(y, u, inputs: int):
     """Return y (1, 1, 1) and u (1, 1, k) of one sample."""
     try:
-        ys = np.array(y, np.float64).reshape(1, 1, 1)
-        us = np.array(() if u is None else u, np.float64).reshape(1, 1, inputs)
+        ys, us = _one(y, 1), _one(() if u is None else u, inputs)
     except (TypeError, ValueError):
         raise InputError(
             f"one sample is a number y and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
         ) from None
-    if np.isinf(ys[0, 0, 0]) or (inputs and np.isinf(us).any()):
+    if any(map(math.isinf, ys.ravel().tolist() + us.ravel().tolist())):
         raise InputError(f"y and u must be finite, or NaN where missing; got y = {y!r}, u = {u!r}")
     return ys, us
 

@@ -233,10 +233,12 @@ class Joint:
 
     def _rows(self, state):
         """Return a copy of the states as rows of numbers."""
-        state = np.array(state)
+        state = np.asarray(state)
         if state.dtype != self.dtype:
             raise InputError("the state belongs to another estimator: start one with est.start()")
-        return state.reshape(-1).view(np.float64).reshape(state.size, -1)
+        if not state.flags.c_contiguous:
+            state = np.ascontiguousarray(state)
+        return np.ndarray((state.size, self.dtype.itemsize // 8), np.float64, state).copy()  # faster than field by field
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed; NaN means missing.
@@ -252,7 +254,7 @@ class Joint:
         outs = np.empty((1, 1, 4))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
         prediction, innovation, variance, status = outs[0, 0].tolist()
-        return rows.view(self.dtype).reshape(()), Step(prediction, innovation, variance, int(status))
+        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
         """Run over a record and return its trace; ``trace.state`` continues where it ended.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..detect.gate import admit, count_rejections
-from ..kernel.compose import advance, choice, kernel, open_row, open_work
+from ..kernel.compose import advance, choice, kernel, open_row, open_work, rare
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ..kernel.ud import correct, entry, orthogonalise, predicted_variance, variance, variances
 from ..memory.drift import drift
@@ -28,6 +28,7 @@ HEAD = 8
 INPUT = 6  # numbers kept for each input
 LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 HUGE = 1e100  # beyond this a square or a product of two would overflow
+NEGLIGIBLE = 1e-60  # a variance of the state, relative to R, that no result can show
 
 
 class Form(NamedTuple):
@@ -246,7 +247,7 @@ def lay_out(U, D, f, kappa, n, rows, Y, d):
                 Y[i, c] = Uic - kappa[i] * f[c]
 
 
-@kernel
+@rare
 def add_product(U, D, mean, first, last, weight, mean_weight, n, rows, Y, d, g, at):
     """Append noise of covariance weight P_pp + mean_weight p p' to x, p the n parameters from ``first`` on.
 
@@ -314,6 +315,9 @@ def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
         shift_factor(U, N, n, work.inputs, yhat, state.held)
     lay_out(U, D, work.f, kappa, n, rows, Y, d)
     orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
+    for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
+        if D[i] < NEGLIGIBLE * R:
+            D[i] = 0.0
     return flags
 
 
@@ -358,7 +362,7 @@ def add_noise(noise, state, work, R, s2, is_measured):
     return add_columns(noise, rows, Y, d, at)
 
 
-@kernel
+@rare
 def covariance_with_output(U, D, f, first, count, c):
     """Fill c with cov(s_i, y) = (U D f)_i for ``count`` indices from ``first`` on."""
     for i in range(count):
@@ -411,7 +415,7 @@ def write(out, t, state, work, yhat, e, T, status, s2):
                 at += 1
 
 
-@kernel
+@rare
 def restart_state(state, n, Px, s2):
     """Forget x but not theta: x = 0 with ten times the range of the data as its standard deviation."""
     top = state.head[TOP]

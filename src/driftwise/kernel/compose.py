@@ -26,6 +26,7 @@ Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
 _kernels: list[Callable] = []
 _choices: list[Any] = []
 _bound: set[Callable] = set()
+_apart: set[Callable] = set()
 _lock = threading.RLock()
 
 
@@ -33,6 +34,12 @@ def kernel(function: Callable) -> Callable:
     """Mark a function as callable from compiled code; return it unchanged."""
     _kernels.append(function)
     return function
+
+
+def rare(function: Callable) -> Callable:
+    """Mark a kernel that few samples reach: it is called, not inlined, which compiles faster; return it unchanged."""
+    _apart.add(function)
+    return kernel(function)
 
 
 def choice(prototype: Callable) -> Any:
@@ -156,6 +163,10 @@ def fingerprint(kinds) -> int:
 
 # Nothing is allocated, so nothing needs to be counted: without `_nrt=False` reference counts take most of the time.
 OPTIONS: Any = {"error_model": "numpy", "_nrt": False}
+# A call hands over each field of each array in registers and on the stack: more than a hundred for a state and its
+# scratch. Inlined, a sample takes two thirds of the time. (numba hands the flag down to callees, hence both values.)
+INLINE = {**OPTIONS, "forceinline": True}
+APART = {**OPTIONS, "forceinline": False}
 
 
 def _bind() -> None:
@@ -163,13 +174,14 @@ def _bind() -> None:
     from numba.extending import overload
 
     def plain(function):
-        overload(function, jit_options=OPTIONS, strict=False)(lambda *args: function)
+        options = APART if function in _apart else INLINE
+        overload(function, jit_options=options, strict=False)(lambda *args: function)
 
     def chosen(function):
         def resolve(policy, *args):
             return function.table.get(getattr(policy, "instance_class", None))
 
-        overload(function, jit_options=OPTIONS, strict=False)(resolve)
+        overload(function, jit_options=INLINE, strict=False)(resolve)
 
     for function in _kernels:
         if function not in _bound:
