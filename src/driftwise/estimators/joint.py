@@ -136,7 +136,17 @@ class Joint:
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
         step = door.positive("resolution", resolution) if resolution else 0.0
-        shape = Form(n, inputs, model.direct_terms, rows, columns, floor, step**2 / 12, self.prior_covariance[0, 0])
+        shape = Form(
+            n,
+            inputs,
+            model.direct_terms,
+            rows,
+            columns,
+            floor,
+            step**2 / 12,
+            self.prior_covariance[0, 0],
+            1e-60 * kernel_noise.R,
+        )
         self.policies = (shape, kernel_noise, memory, self._resolve_gate(gate), self.scale)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
@@ -238,7 +248,9 @@ class Joint:
             raise InputError("the state belongs to another estimator: start one with est.start()")
         if not state.flags.c_contiguous:
             state = np.ascontiguousarray(state)
-        return np.ndarray((state.size, self.dtype.itemsize // 8), np.float64, state).copy()  # faster than field by field
+        return np.ndarray(
+            (state.size, self.dtype.itemsize // 8), np.float64, state
+        ).copy()  # faster than field by field
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed; NaN means missing.

@@ -28,7 +28,6 @@ HEAD = 8
 INPUT = 6  # numbers kept for each input
 LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 HUGE = 1e100  # beyond this a square or a product of two would overflow
-NEGLIGIBLE = 1e-60  # a variance of the state, relative to R, that no result can show
 
 
 class Form(NamedTuple):
@@ -42,6 +41,7 @@ class Form(NamedTuple):
     floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
     quantum: float  # variance of the quantisation of y
     Px: float  # prior variance of the measured state
+    least: float  # variance of the state, negligible beside R, that counts as none
 
 
 class Row(NamedTuple):
@@ -66,6 +66,7 @@ class Work(NamedTuple):
     inputs: int
     direct: int
     rows: int
+    least: float
     f: np.ndarray
     b: np.ndarray
     c: np.ndarray
@@ -107,7 +108,7 @@ def _(form, scratch):
     vectors = scratch[:at].reshape(4, N)
     wide = scratch[at:].reshape(rows + 2, width)
     return Work(
-        n, k, int(form.direct), rows,
+        n, k, int(form.direct), rows, form.least,
         vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1],
     )  # fmt: skip
 
@@ -316,7 +317,7 @@ def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
     lay_out(U, D, work.f, kappa, n, rows, Y, d)
     orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
     for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
-        if D[i] < NEGLIGIBLE * R:
+        if D[i] < work.least:
             D[i] = 0.0
     return flags
 

@@ -165,8 +165,8 @@ def fingerprint(kinds) -> int:
 OPTIONS: Any = {"error_model": "numpy", "_nrt": False}
 # A call hands over each field of each array in registers and on the stack: more than a hundred for a state and its
 # scratch. Inlined, a sample takes two thirds of the time. (numba hands the flag down to callees, hence both values.)
-INLINE = {**OPTIONS, "forceinline": True}
-APART = {**OPTIONS, "forceinline": False}
+INLINE: Any = {**OPTIONS, "forceinline": True}
+APART: Any = {**OPTIONS, "forceinline": False}
 
 
 def _bind() -> None:

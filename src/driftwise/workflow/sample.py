@@ -29,4 +29,4 @@ def sample_data(name: str) -> dict[str, np.ndarray]:
         known = ", ".join(sorted(p.stem for p in FOLDER.glob("*.csv")))
         raise InputError(f"there is no sample record {name!r}; there are: {known}")
     table = np.genfromtxt(path, delimiter=",", names=True)
-    return {column: np.ascontiguousarray(table[column], float) for column in table.dtype.names}
+    return {column: np.ascontiguousarray(table[column], float) for column in table.dtype.names or ()}
