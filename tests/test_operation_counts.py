@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.estimators import joint_step as step
+from driftwise.estimators import joint_predict, joint_row
 from driftwise.kernel import ud
 
 
@@ -79,15 +79,17 @@ def operations_of_one_step(n, noise):
     rng = np.random.default_rng(n)
     y, u = dw.simulate(np.poly(np.linspace(0.3, 0.6, n))[1:], np.ones(n), samples=60, noise_std=0.1, seed=n)
     rows = est._rows(est.scan(y, u).state)
-    rows[0, step.HEAD : step.HEAD + 2 * est.model.N] = rng.uniform(0.1, 2.0, 2 * est.model.N)  # nothing is zero by luck
+    rows[0, joint_row.HEAD : joint_row.HEAD + 2 * est.model.N] = rng.uniform(
+        0.1, 2.0, 2 * est.model.N
+    )  # nothing is zero by luck
     form, kernel_noise = est.policies[0], est.policies[1]
-    state = step.open_row(form, counted(rows[0]))
-    work = step.open_work(form, counted(est.scratch() * 0))
+    state = joint_row.open_row(form, counted(rows[0]))
+    work = joint_row.open_work(form, counted(est.scratch() * 0))
     state.held[0] = Counted(0.7)
     s, U, D = state.s, state.U, state.D
     Counted.done = 0
-    yhat = step.predict_output(s, state.held, work.direct)
-    step.project(U, D.size, state.held, work.direct, work.f)
+    yhat = joint_row.predict_output(s, state.held, work.direct)
+    joint_row.project(U, D.size, state.held, work.direct, work.f)
     e = Counted(0.3) - yhat
     T = ud.correct(U, D, work.f, Counted(kernel_noise.R), work.b)
     e = e / T
@@ -95,7 +97,7 @@ def operations_of_one_step(n, noise):
         s[i] += work.b[i] * e
     R = Counted(kernel_noise.R)
     noise = kernel_noise._replace(R=R)
-    step.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False)
+    joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False)
     return Counted.done
 
 

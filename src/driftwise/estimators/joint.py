@@ -17,7 +17,8 @@ from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two, quantum
 from ..models.scale import KnownScale, UnknownScale
 from . import door
-from .joint_step import HEAD, INPUT, Form, scratch_size
+from . import joint_step as _step  # noqa: F401  (registers the step)
+from .joint_row import HEAD, INPUT, Form, scratch_size
 
 
 class Step(NamedTuple):

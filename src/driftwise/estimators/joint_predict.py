@@ -1,0 +1,226 @@
+"""Time update of the joint filter: s(t | t) to s(t+1 | t), whatever is missing and however the noise is coloured.
+
+With w = kappa w_n + G xi the measured y tells about w: s+ = (F - kappa H) s + kappa y + G xi. Only the x rows of U
+change; they shift, and the state block is re-triangularised where its noise needs it.
+"""
+
+from ..kernel.compose import choice, kernel, rare
+from ..kernel.ud import entry, orthogonalise
+from ..models.noise import Coloured, PlugIn, White, correlate
+from .joint_row import predict_output, project
+
+
+@kernel
+def shift_mean(s, n, inputs, y, u):
+    """x+ = shift_up(x) - y a + sum_l u_l b_l."""
+    for i in range(n):
+        x = -y * s[n + i]
+        if i + 1 < n:
+            x += s[i + 1]
+        for l in range(inputs):
+            x += u[l] * s[n * (l + 2) + i]
+        s[i] = x
+
+
+@kernel
+def shift_factor(U, N, n, inputs, y, u):
+    """The same for the parameter columns of U: U[x, theta] becomes (F U)[x, theta]."""
+    at = n * (n - 1) // 2
+    for c in range(n, N):
+        for i in range(n - 1):
+            U[at + i] = U[at + i + 1]
+        U[at + n - 1] = 0.0
+        for g in range(inputs + 1):
+            weight = -y if g == 0 else u[g - 1]
+            lo = n * (g + 1)
+            for i in range(min(n, c - lo)):
+                U[at + i] += weight * U[at + lo + i]
+            if 0 <= c - lo < n:
+                U[at + c - lo] += weight
+        at += c
+
+
+@kernel
+def drop_measured(U, D, n):
+    """With no state noise the measured state leaves and a known zero enters: U[x, x] moves up, D = 0 enters."""
+    for j in range(n - 1):
+        at, after = j * (j - 1) // 2, (j + 1) * j // 2
+        for i in range(j):
+            U[at + i] = U[after + i + 1]
+        D[j] = D[j + 1]
+    at = (n - 1) * (n - 2) // 2
+    for i in range(n - 1):
+        U[at + i] = 0.0
+    D[n - 1] = 0.0
+
+
+@kernel
+def lay_out(U, D, f, kappa, n, rows, Y, d):
+    """Write (F - kappa H) U into Y and U: Y takes the columns to re-triangularise, U keeps the others.
+
+    The parameter columns of U have been shifted already.
+    """
+    N = D.size
+    for j in range(n):
+        at, d[j] = j * (j - 1) // 2, D[j]
+        for i in range(n - 1):
+            below = U[at + i + 1] if i + 1 < j else (1.0 if i + 1 == j else 0.0)
+            Y[i, j] = below - kappa[i] * f[j]
+        Y[n - 1, j] = -kappa[n - 1] * f[j]
+        for i in range(n, rows):
+            Y[i, j] = -kappa[i] * f[j]
+    for c in range(n, N):
+        at = c * (c - 1) // 2
+        if rows == n:
+            for i in range(n):
+                U[at + i] -= kappa[i] * f[c]
+        else:
+            d[c] = D[c]
+            for i in range(rows):
+                Uic = U[at + i] if i < c else (1.0 if i == c else 0.0)
+                Y[i, c] = Uic - kappa[i] * f[c]
+
+
+@rare
+def add_product(U, D, mean, first, last, weight, mean_weight, n, rows, Y, d, g, at):
+    """Append noise of covariance weight P_pp + mean_weight p p' to x, p the n parameters from ``first`` on.
+
+    With equal weights that is p times an independent error of that variance. Parameter ``last`` (none: -1)
+    multiplies the same error into y: ``g`` takes its columns. Return the next free column.
+    """
+    for c in range(first, D.size):
+        d[at] = weight * D[c]
+        g[at] = entry(U, last, c) if 0 <= last <= c else 0.0
+        for i in range(rows):
+            Y[i, at] = entry(U, first + i, c) if i < n and first + i <= c else 0.0
+        at += 1
+    d[at] = mean_weight
+    g[at] = mean[last] if last >= 0 else 0.0
+    for i in range(rows):
+        Y[i, at] = mean[first + i] if i < n else 0.0
+    return at + 1
+
+
+@choice
+def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+    """Time update of mean and factors; z is the measured y, unused where there is none."""
+
+
+@propagate.on(White)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+    if is_held or not is_measured:
+        return propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+    n = work.n
+    shift_mean(state.s, n, work.inputs, z, state.held)
+    shift_factor(state.U, state.D.size, n, work.inputs, z, state.held)
+    drop_measured(state.U, state.D, n)
+    return 0
+
+
+@propagate.on(PlugIn, Coloured)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+    return propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+
+
+@kernel
+def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
+    """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
+    s, U, D, n, rows, kappa, Y, d = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d
+    N = D.size
+    flags = correlate(noise, s[n:], n, kappa, work.c)
+    at = add_noise(noise, state, work, R, s2, is_measured)
+    if is_measured:
+        rest = z - predict_output(s, state.held, work.direct)
+        project(U, N, state.held, work.direct, work.f)
+        shift_mean(s, n, work.inputs, z, state.held)
+        for i in range(rows):
+            s[i] += kappa[i] * rest
+        shift_factor(U, N, n, work.inputs, z, state.held)
+    else:
+        # F(yhat, u) - [a; 0] H, and the Isserlis terms T P_aa + c c' of the product a y
+        # (all relative to sigma^2, which a product of two covariances carries twice)
+        covariance_with_output(U, D, work.f, n, n, work.c)
+        at = add_product(U, D, s, n, -1, s2 * T, s2, n, rows, Y, d, work.g, at)
+        for i in range(n):
+            Y[i, at - 1] = work.c[i]  # c stands where the mean did
+        shift_mean(s, n, work.inputs, yhat, state.held)
+        for i in range(n):
+            s[i] -= s2 * work.c[i]
+        shift_factor(U, N, n, work.inputs, yhat, state.held)
+    lay_out(U, D, work.f, kappa, n, rows, Y, d)
+    orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
+    for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
+        if D[i] < work.least:
+            D[i] = 0.0
+    return flags
+
+
+@kernel
+def add_noise(noise, state, work, R, s2, is_measured):
+    """Write the noise on x into columns of Y and settle kappa; return the next free column.
+
+    Each column is noise shared by x (in Y) and y (in g). A measured y tells about it: regress on y, kappa its
+    coefficients. A missing y was replaced in F by its prediction: then kappa = [a; 0], since -a y carries it into x.
+    U itself takes the first columns of Y.
+    """
+    s, U, D, n, rows, kappa, Y, d, g = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d, work.g
+    at = rows
+    is_held = False
+    for l in range(work.inputs):
+        is_held = is_held or state.unsure[l] > 0.0
+    if is_held or not is_measured:
+        d[at], g[at] = R, 1.0
+        for i in range(rows):
+            Y[i, at] = kappa[i]
+        at += 1
+        for l in range(work.inputs):
+            unsure = state.unsure[l]
+            if unsure > 0.0:
+                b0 = D.size - work.direct + l if work.direct > 0 else -1
+                at = add_product(U, D, s, n * (l + 2), b0, unsure, unsure / s2, n, rows, Y, d, g, at)
+        if is_measured:
+            total = 0.0
+            for c in range(rows, at):
+                total += d[c] * g[c] * g[c]
+            for i in range(rows):
+                kappa[i] = 0.0
+                for c in range(rows, at):
+                    kappa[i] += d[c] * Y[i, c] * g[c]
+                kappa[i] = kappa[i] / total if total > 0.0 else 0.0
+        else:
+            for i in range(rows):
+                kappa[i] = s[n + i] if i < n else 0.0
+        for c in range(rows, at):
+            for i in range(rows):
+                Y[i, c] -= kappa[i] * g[c]
+    return add_columns(noise, rows, Y, d, at)
+
+
+@rare
+def covariance_with_output(U, D, f, first, count, c):
+    """Fill c with cov(s_i, y) = (U D f)_i for ``count`` indices from ``first`` on."""
+    for i in range(count):
+        c[i] = 0.0
+        for j in range(first + i, D.size):
+            c[i] += entry(U, first + i, j) * D[j] * f[j]
+
+
+@choice
+def add_columns(noise, rows, Y, d, at):
+    """Append the constant noise columns to Y and return the next free column."""
+
+
+@add_columns.on(White, PlugIn)
+def _(noise, rows, Y, d, at):
+    return at
+
+
+@add_columns.on(Coloured)
+def _(noise, rows, Y, d, at):
+    G = noise.G
+    for k in range(G.size // rows):
+        d[at] = 1.0
+        for i in range(rows):
+            Y[i, at] = G[k * rows + i]
+        at += 1
+    return at
