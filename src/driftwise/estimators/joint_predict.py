@@ -27,16 +27,22 @@ def shift_factor(U, N, n, inputs, y, u):
     """The same for the parameter columns of U: U[x, theta] becomes (F U)[x, theta]."""
     at = n * (n - 1) // 2
     for c in range(n, N):
+        column = U[at : at + c]
         for i in range(n - 1):
-            U[at + i] = U[at + i + 1]
-        U[at + n - 1] = 0.0
+            column[i] = column[i + 1]
+        column[n - 1] = 0.0
         for g in range(inputs + 1):
             weight = -y if g == 0 else u[g - 1]
             lo = n * (g + 1)
-            for i in range(min(n, c - lo)):
-                U[at + i] += weight * U[at + lo + i]
-            if 0 <= c - lo < n:
-                U[at + c - lo] += weight
+            above = c - lo  # rows of this block above the diagonal
+            if above < n:
+                if above >= 0:
+                    for i in range(above):
+                        column[i] += weight * column[lo + i]
+                    column[above] += weight
+                break
+            for i in range(n):
+                column[i] += weight * column[lo + i]
         at += c
 
 

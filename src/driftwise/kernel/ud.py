@@ -35,9 +35,10 @@ def correct(U, D, f, R, b):
         b[j] = vj
         if before > 0.0:
             lam = -fj / before
+            column = U[at : at + j]
             for i in range(j):
-                Uij = U[at + i]
-                U[at + i] = Uij + b[i] * lam
+                Uij = column[i]
+                column[i] = Uij + b[i] * lam
                 b[i] += Uij * vj
             D[j] *= before / a
         elif a > 0.0:  # so far nothing is uncertain: b is zero and the column keeps its direction
@@ -69,9 +70,10 @@ def orthogonalise(Y, d, g, rows, columns, U, D, is_exact):
             D[i] = TINY * length(Y, d, i, columns)
     for j in range(rows - 1, -1, -1):
         s = 0.0
+        Yj = Y[j]
         for c in range(columns):
-            g[c] = d[c] * Y[j, c]
-            s += g[c] * Y[j, c]
+            g[c] = d[c] * Yj[c]
+            s += g[c] * Yj[c]
         if is_exact and s <= D[j]:
             s = 0.0
         D[j] = s
@@ -79,11 +81,12 @@ def orthogonalise(Y, d, g, rows, columns, U, D, is_exact):
         for i in range(j):
             p = 0.0
             if s > 0.0:
+                Yi = Y[i]
                 for c in range(columns):
-                    p += Y[i, c] * g[c]
+                    p += Yi[c] * g[c]
                 p /= s
                 for c in range(columns):
-                    Y[i, c] -= p * Y[j, c]
+                    Yi[c] -= p * Yj[c]
             U[at + i] = p
 
 
@@ -131,9 +134,11 @@ def variances(U, D, p):
     """Fill ``p`` with the diagonal of P."""
     at = 0
     for j in range(D.size):
-        p[j] = D[j]
+        Dj = D[j]
+        p[j] = Dj
+        column = U[at : at + j]
         for i in range(j):
-            p[i] += U[at + i] * U[at + i] * D[j]
+            p[i] += column[i] * column[i] * Dj
         at += j
 
 
