@@ -32,8 +32,8 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json
-	$(BIN)/python -m bench
+bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json and docs/benchmarks.md
+	$(BIN)/python -m bench --page docs/benchmarks.md
 
 docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py

@@ -1,0 +1,94 @@
+"""One sample at a time, and fleets."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from .clock import alternate
+from .plant import joint, record
+from .verdicts import Verdict, at_least, at_most
+
+SOURCE = "bench/calls.py"
+SERIES = 10_000
+
+
+def verdicts() -> Iterator[Verdict]:
+    """Yield the budgets of streaming calls, of fleets, and of two threads."""
+    yield from _streaming()
+    yield from _fleet("N = 6, no input", inputs=0, direct=False)
+    yield from _fleet("N = 10, input and direct term")
+    yield _threads()
+
+
+def _streaming(samples: int = 10_000) -> Iterator[Verdict]:
+    y, u = record(samples)
+    pairs = list(zip(y.tolist(), u.tolist()))
+    for noise in ("EquationError", "OutputError"):
+        est = joint(noise)
+        rows, spec, scratch, drive = est.start(1).view("f8").reshape(1, -1), est.spec, est.scratch(), est.drive
+        one_y, one_u, out = np.empty((1, 1, 1)), np.empty((1, 1, 1)), np.empty((1, 1, 4))
+
+        def raw():
+            for value, input in pairs:
+                one_y[0, 0, 0], one_u[0, 0, 0] = value, input
+                drive(rows, one_y, one_u, out, spec, scratch)
+
+        def friendly():
+            state = est.start()
+            for value, input in pairs:
+                state, _ = est.update(state, value, input)
+
+        raw_us, friendly_us = np.median(alternate(raw, friendly, rounds=7), axis=0) / samples * 1e6
+        yield at_most(f"one sample, raw call, {noise}", raw_us, 1.5, "us", SOURCE)
+        yield at_most(f"one sample, est.update, {noise}", friendly_us, 6, "us", SOURCE)
+
+
+def _fleet(what: str, **options) -> Iterator[Verdict]:
+    est = joint("EquationError", **options)
+    draw = np.random.default_rng(0)
+    y = draw.standard_normal((20, SERIES))
+    u = draw.standard_normal((20, SERIES)) if est.model.inputs else [None] * 20
+    states = [est.start(SERIES)]
+
+    def ticks():
+        for t in range(20):
+            states[0], _ = est.tick(states[0], y[t], u[t])
+
+    rows, out, scratch = est.start(SERIES).view("f8").reshape(SERIES, -1), np.empty((SERIES, 1, 4)), est.scratch()
+    inputs = np.zeros((SERIES, 1, est.model.inputs))
+
+    def raw():
+        for t in range(20):
+            est.drive(rows, y[t].reshape(-1, 1, 1), inputs, out, est.spec, scratch)
+
+    rates = 20 * SERIES / np.median(alternate(ticks, raw, rounds=7), axis=0) / 1e6
+    yield at_least(f"fleet, est.tick, {what}", rates[0], 5, "million/s", SOURCE, f"raw call {rates[1]:.1f} million/s")
+
+
+def _threads(samples: int = 20, rounds: int = 40) -> Verdict:
+    est = joint("EquationError", inputs=0, direct=False)
+    y = np.random.default_rng(0).standard_normal((SERIES, samples, 1))
+    u, out = np.zeros((SERIES, samples, 0)), np.empty((SERIES, samples, 4))
+    rows = est.start(SERIES).view("f8").reshape(SERIES, -1)
+    scratches = est.scratch(), est.scratch()
+
+    def part(of: int, parts: int) -> None:
+        cut = slice(of * SERIES // parts, (of + 1) * SERIES // parts)
+        est.drive(rows[cut], y[cut], u[cut], out[cut], est.spec, scratches[of])
+
+    seconds: dict[int, list[float]] = {1: [], 2: []}
+    with ThreadPoolExecutor(2) as pool:
+        for _ in range(rounds):
+            time.sleep(0.2)  # spread out, so that some rounds find both cores idle
+            for parts in (1, 2):
+                start = time.perf_counter()
+                list(pool.map(part, range(parts), [parts] * parts))
+                seconds[parts].append(time.perf_counter() - start)
+    value = min(seconds[1]) / min(seconds[2])
+    note = f"best wall time of {rounds}; needs two idle cores (load average {os.getloadavg()[0]:.1f})"
+    return at_least("fleet, two threads over one", value, 1.7, "x", SOURCE, note)
