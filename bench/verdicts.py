@@ -65,8 +65,8 @@ PAGE = """# Benchmarks
 Written by `make bench`; every number is measured in one run, opponents alternating with driftwise, medians of several
 rounds. What was missed is printed as plainly as what was met. `python -m bench --big` takes 1e8 rows of Parquet.
 
-The opponent in C (`bench/joint.c`) is the same U D recursion with run-time sizes, compiled with -O3 and checked to give the
-same numbers to 1e-9. filterpy is fed the matrices of every sample, built beforehand. Wall times (start-up, two threads)
+The opponent in C (`bench/joint.c`) is the same U D recursion with run-time sizes, compiled with -O3 and checked to give
+the same numbers to 1e-9. filterpy is fed the matrices of every sample, built beforehand. Wall times (start-up, threads)
 want an idle machine.
 
 This run: {met} met, {missed} missed.
