@@ -20,6 +20,10 @@ from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
 from .joint_row import HEAD, INPUT, Form, scratch_size
 
+# Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
+# not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
+WIDTH = 1e4
+
 
 class Step(NamedTuple):
     """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet)."""
@@ -126,7 +130,7 @@ class Joint:
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
-        self._set_prior(s0, P0, 1e10 if relative else 1e4)
+        self._set_prior(s0, P0)
         memory = self._resolve_memory(memory)
         kappa = getattr(kernel_noise, "kappa", ())
         self.form = form or ("array" if len(kappa) == N else "ud")
@@ -165,12 +169,12 @@ class Joint:
 
     # --- prior ---------------------------------------------------------------------------------------------
 
-    def _set_prior(self, s0, P0, width):
+    def _set_prior(self, s0, P0):
         N, back = self.model.N, self.model.salut
         mean = np.zeros(N) if s0 is None else door.vector("s0", s0, N)
         self._s0 = mean[back]
         if P0 is None:
-            P = width * np.diag(np.concatenate([np.full(self.model.n, self.y_scale**2), self._theta_units()]))
+            P = WIDTH * np.diag(np.concatenate([np.full(self.model.n, self.y_scale**2), self._theta_units()]))
         else:
             P = door.covariance("P0", P0, N)[np.ix_(back, back)]
         try:
