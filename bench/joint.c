@@ -9,6 +9,7 @@
 
 #define MAX_N 16
 #define MAX_SIZE (3 * MAX_N + 1)
+#define MAX_COLUMNS (MAX_SIZE + 1) /* state, product, spread of a */
 
 typedef struct {
     double s[MAX_SIZE], D[MAX_SIZE], U[MAX_SIZE * (MAX_SIZE - 1) / 2];
@@ -99,7 +100,7 @@ static void write(double *restrict out, const filter *p, int N, int columns, dou
         std[i] = sqrt(std[i]);
 }
 
-static double measure(filter *p, int n, double y, double u, double R, double *restrict out, int columns)
+static void measure(filter *p, int n, double y, double u, double R, double *restrict out, int columns)
 {
     int N = 3 * n + 1;
     double b[MAX_SIZE], yhat = p->s[0] + u * p->s[N - 1], e = y - yhat;
@@ -109,7 +110,6 @@ static double measure(filter *p, int n, double y, double u, double R, double *re
     p->chi2 += e * gain;
     p->logdet += log(T);
     write(out, p, N, columns, yhat, e, T);
-    return e * R / T; /* what is left of e: an estimate of the noise itself */
 }
 
 /* White equation error of variance R. out (samples, columns): prediction, innovation, variance, 0[, s[, std]]. */
@@ -126,47 +126,14 @@ void equation_error(int n, long samples, const double *y, const double *u, doubl
     }
 }
 
-/* Whether z^n + c_0 z^(n-1) + .. has all its roots in |z| < radius (Schur-Cohn). */
-static int is_inside(const double *c, int n, double inverse_radius)
-{
-    double a[MAX_N], scale = 1.0;
-    for (int i = 0; i < n; i++)
-        a[i] = c[i] * (scale *= inverse_radius);
-    for (int order = n; order > 0; order--) {
-        double k = a[order - 1];
-        if (!(fabs(k) < 1.0))
-            return 0;
-        if (order == 1)
-            break;
-        double g = 1.0 / (1.0 - k * k);
-        for (int i = 0; i < order / 2; i++) {
-            double low = a[i], high = a[order - 2 - i];
-            a[i] = (low - k * high) * g;
-            a[order - 2 - i] = (high - k * low) * g;
-        }
-    }
-    return 1;
-}
-
-static void project_roots(double *c, int n, double inverse_radius)
-{
-    for (int tries = 0; tries < 600; tries++) {
-        if (is_inside(c, n, inverse_radius))
-            return;
-        double rho = 1.0;
-        for (int i = 0; i < n; i++)
-            c[i] *= (rho *= 0.98);
-    }
-    memset(c, 0, n * sizeof *c);
-}
-
-/* Weighted Gram-Schmidt on the n x n block: U D U' = Y diag(d) Y'. A variance that no longer matters becomes 0:
- * the state's shrinks geometrically, and would spend the rest of the record in (slow) denormal numbers. */
-static void orthogonalise(double Y[MAX_N][MAX_N], const double *restrict d, int n, double negligible, filter *p)
+/* Weighted Gram-Schmidt on the rows of the x block: U D U' = Y diag(d) Y'. A variance that no longer matters becomes
+ * 0: the state's shrinks geometrically, and would spend the rest of the record in (slow) denormal numbers. */
+static void orthogonalise(double Y[MAX_N][MAX_COLUMNS], const double *restrict d, int n, int columns, double negligible,
+                          filter *p)
 {
     for (int j = n - 1; j >= 0; j--) {
-        double w[MAX_N], s = 0.0, *U = p->U + j * (j - 1) / 2;
-        for (int c = 0; c < n; c++) {
+        double w[MAX_COLUMNS], s = 0.0, *U = p->U + j * (j - 1) / 2;
+        for (int c = 0; c < columns; c++) {
             w[c] = d[c] * Y[j][c];
             s += w[c] * Y[j][c];
         }
@@ -176,44 +143,72 @@ static void orthogonalise(double Y[MAX_N][MAX_N], const double *restrict d, int 
         double inverse = s > 0.0 ? 1.0 / s : 0.0;
         for (int i = 0; i < j; i++) {
             double dot = 0.0;
-            for (int c = 0; c < n; c++)
+            for (int c = 0; c < columns; c++)
                 dot += Y[i][c] * w[c];
             U[i] = dot *= inverse;
-            for (int c = 0; c < n; c++)
+            for (int c = 0; c < columns; c++)
                 Y[i][c] -= dot * Y[j][c];
         }
     }
 }
 
-/* Output error of variance R: the noise polynomial is the plug-in a-hat, kept inside `radius`. */
-void output_error(int n, long samples, const double *y, const double *u, double R, double radius, filter *p, double *out,
-                  int columns)
+/* Output error of known variance R: the state follows x+ = shift_up(x) - a (H s) + b u, and both moments of the
+ * product a (H s) are exact for a Gaussian s. */
+void output_error(int n, long samples, const double *y, const double *u, double R, filter *p, double *out, int columns)
 {
     int N = 3 * n + 1;
     for (long t = 0; t < samples; t++, out += columns) {
-        double kappa[MAX_N], d[MAX_N], Y[MAX_N][MAX_N];
-        double rest = measure(p, n, y[t], u[t], R, out, columns);
-        memcpy(kappa, p->s + n, n * sizeof *kappa);
-        project_roots(kappa, n, 1.0 / radius);
-        shift_mean(p, n, y[t], u[t]);
-        for (int i = 0; i < n; i++)
-            p->s[i] += kappa[i] * rest;
+        double a[MAX_N], cov[MAX_N] = {0}, var[MAX_N] = {0}, d[MAX_COLUMNS], Y[MAX_N][MAX_COLUMNS], T = 0.0;
+        measure(p, n, y[t], u[t], R, out, columns);
+        double yhat = p->s[0] + u[t] * p->s[N - 1];
+        memcpy(a, p->s + n, n * sizeof *a);
 
-        const double *x = p->U;
-        for (int j = 0; j < n; x += j, j++) { /* (F - kappa h') U, x block */
+        const double *x = p->U; /* x block of (F - a H) U; T = H P H' */
+        for (int j = 0; j < n; x += j, j++) {
             double f = j ? x[0] : 1.0;
             d[j] = p->D[j];
+            T += f * f * d[j];
             for (int i = 0; i < n; i++)
-                Y[i][j] = (i + 1 < j ? x[i + 1] : i + 1 == j ? 1.0 : 0.0) - kappa[i] * f;
+                Y[i][j] = (i + 1 < j ? x[i + 1] : i + 1 == j ? 1.0 : 0.0) - a[i] * f;
         }
-        double *U = p->U + n * (n - 1) / 2;
+        double *U = p->U + n * (n - 1) / 2; /* the others; cov(a, H s) and var a on the way */
         for (int c = n; c < N; U += c, c++) {
-            double f = c == N - 1 ? U[0] + u[t] : U[0];
-            shift_column(U, c, n, y[t], u[t]);
+            double f = c == N - 1 ? U[0] + u[t] : U[0], D = p->D[c], Df = D * f;
+            int above = c - n < n ? c - n : n;
+            T += f * Df;
+            for (int i = 0; i < above; i++) {
+                cov[i] += U[n + i] * Df;
+                var[i] += U[n + i] * U[n + i] * D;
+            }
+            if (above < n) {
+                cov[above] += Df;
+                var[above] += D;
+            }
+            shift_column(U, c, n, yhat, u[t]);
             for (int i = 0; i < n; i++)
-                U[i] -= kappa[i] * f;
+                U[i] -= a[i] * f;
         }
-        orthogonalise(Y, d, n, 1e-60 * R, p);
+        double widest = 0.0;
+        for (int i = 0; i < n; i++)
+            widest = var[i] > widest ? var[i] : widest;
+
+        int at = n; /* covariance of the product: cov cov' + T P_aa, the latter only while a is not yet known well */
+        d[at] = 1.0;
+        for (int i = 0; i < n; i++)
+            Y[i][at] = cov[i];
+        at++;
+        if (widest >= 1e-6) {
+            U = p->U + n * (n - 1) / 2;
+            for (int c = n; c < N; U += c, c++, at++) {
+                d[at] = T * p->D[c];
+                for (int i = 0; i < n; i++)
+                    Y[i][at] = n + i < c ? U[n + i] : n + i == c ? 1.0 : 0.0;
+            }
+        }
+        shift_mean(p, n, yhat, u[t]);
+        for (int i = 0; i < n; i++)
+            p->s[i] -= cov[i];
+        orthogonalise(Y, d, n, at, 1e-60 * R, p);
     }
 }
 

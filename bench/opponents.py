@@ -43,13 +43,12 @@ class InC:
 
     def run(self, noise: str, est, y, u, out) -> None:
         """Filter the record from the prior of ``est`` and fill ``out`` (T, columns)."""
-        memory, number = self.start(est), ctypes.c_double
-        head = est.model.n, ctypes.c_long(len(y)), _pointer(y), _pointer(u), number(VARIANCE)
-        tail = _pointer(memory), _pointer(out), out.shape[1]
-        if noise == "EquationError":
-            self._library.equation_error(*head, *tail)
-        else:
-            self._library.output_error(*head, number(0.98), *tail)
+        memory = self.start(est)
+        filter = self._library.equation_error if noise == "EquationError" else self._library.output_error
+        filter(
+            est.model.n, ctypes.c_long(len(y)), _pointer(y), _pointer(u), ctypes.c_double(VARIANCE),
+            _pointer(memory), _pointer(out), out.shape[1],
+        )  # fmt: skip
 
 
 class FilterPy:

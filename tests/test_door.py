@@ -24,7 +24,6 @@ REFUSED = {
     "S too large": (lambda: dw.Joint(1, noise=dw.NoiseCovariance([[1.0]], [2.0], 1.0)), "standard deviation"),
     "Q of another size": (lambda: dw.Joint(2, noise=dw.NoiseCovariance(np.eye(3), np.zeros(3), 1.0)), "Q must be"),
     "d of another size": (lambda: dw.Joint(2, noise=dw.NoisePolynomial([0.1], 1.0)), "d must list the 2"),
-    "radius": (lambda: dw.Joint(1, noise=dw.OutputError(1.0, radius=1.5)), "radius"),
     "q negative": (lambda: dw.Joint(1, memory=dw.Walk(-1.0)), "q must not be negative"),
     "q of another size": (lambda: dw.Joint(2, memory=dw.Walk([1.0, 1.0, 1.0])), "q"),
     "no such memory": (lambda: dw.Joint(1, memory=0.98), "memory must be"),
@@ -45,6 +44,20 @@ REFUSED = {
     "input of update": (lambda: dw.Joint(1, inputs=2).update(dw.Joint(1, inputs=2).start(), 1.0, 1.0), "2 input(s)"),
     "fleet size": (lambda: dw.Joint(1).tick(dw.Joint(1).start(3), [1.0, 2.0]), "one row per state"),
     "fleet input": (lambda: dw.Joint(1, inputs=1).tick(dw.Joint(1, inputs=1).start(2), [1.0, 2.0]), "not given"),
+    "fleet in update": (lambda: dw.Joint(1).update(dw.Joint(1).start(3), 1.0), "advance a fleet with tick"),
+    "fleet in scan": (lambda: dw.Joint(1).scan(Y, state=dw.Joint(1).start(3)), "advance a fleet with tick"),
+    "fleet input turned": (
+        lambda: dw.Joint(1, inputs=1).tick(dw.Joint(1, inputs=1).start(2), np.ones((2, 5)), np.ones((2, 1, 5))),
+        "inputs last",
+    ),
+    "noise as a word": (lambda: dw.Joint(1, noise="output-error"), "noise must be OutputError()"),
+    "noise as a class": (lambda: dw.Joint(1, noise=dw.EquationError), "brackets"),
+    "variance as a word": (lambda: dw.Joint(1, noise=dw.EquationError("a")), "must be a number"),
+    "P0 as a word": (lambda: dw.Joint(1, P0="big"), "P0 must hold numbers"),
+    "dt as a word": (lambda: dw.Joint(1, dt="a"), "dt must be a positive"),
+    "floor": (lambda: dw.Joint(1, floor=-1.0), "floor is a relative error"),
+    "scale": (lambda: dw.Joint(1, scale=dw.UnknownScale(1.0, -1.0)), "positive beta"),
+    "numbers as text": (lambda: dw.Joint(1).scan(["1", "2"]), "text"),
     "keep": (lambda: dw.Joint(1).scan(Y, keep="all"), "keep must be one of"),
     "time": (lambda: dw.Joint(1).scan(Y, time=Y[:3]), "time must be (10,)"),
     "not kept": (lambda: dw.Joint(1).scan(Y, keep="innovations").parameters, 'keep=\'means\''),
@@ -87,3 +100,15 @@ def test_a_long_gap_with_an_unstable_model_never_overflows():
     trace = est.scan(np.r_[1.0, np.full(5000, np.nan), 1.0, 2.0])
     assert np.isfinite(np.atleast_1d(trace.state).view(float)).all()
     assert "LOST" in {e.kind for e in trace.events()}
+
+
+def test_masked_means_missing():
+    est = dw.Joint(1)
+    masked = np.ma.array([1.0, 2.0, 1e6], mask=[False, False, True])
+    assert est.scan(masked).status.tolist()[-1] & dw.Status.MISSING_OUTPUT
+
+
+def test_nothing_measured_says_nothing():
+    s = dw.Joint(2, inputs=1).scan(np.full(50, np.nan), np.ones(50)).summary()
+    assert "too few" in s.words
+    assert all(np.isinf(std) for _, _, std in s.parameters)

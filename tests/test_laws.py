@@ -13,6 +13,7 @@ FULL = np.diag([0.2, 0.1, 1e-4, 1e-5, 1e-4, 1e-4])
 
 ESTIMATORS = {
     "default": dw.Joint(2, inputs=1),
+    "output error": dw.Joint(2, inputs=1, noise=dw.OutputError()),
     "AR, no input": dw.Joint(3, noise=dw.EquationError()),
     "ARX, direct term": dw.Joint(2, inputs=1, direct=True, noise=dw.EquationError(0.01)),
     "two inputs": dw.Joint(1, inputs=2, direct=True),

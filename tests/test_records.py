@@ -51,8 +51,8 @@ def test_default_prior_predicts_like_hindsight_least_squares(record, n):
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r[0])
 def test_output_error_never_runs_away(record):
-    """White measurement noise is not what these plants have; the plug-in must still predict, and know its limits."""
+    """White measurement noise is not what these plants have; it must still predict, and know its limits."""
     y, u = columns(*record)
     s = dw.Joint(2, inputs=1).scaled_to(y, u).scan(y, u).summary()
-    assert s.fit > 15
-    assert s.coverage > 0.7
+    assert s.fit > 10
+    assert s.coverage > 0.6

@@ -19,6 +19,8 @@ _HOME = {
     "InputError": "errors",
     "Trace": "workflow.trace",
     "Summary": "workflow.summary",
+    "save_state": "workflow.snapshot",
+    "load_state": "workflow.snapshot",
     "Model": "models.convert",
     "simulate": "models.simulate",
     "check_estimator": "workflow.laws",

@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+SETTLED = 1e-6  # variance of a below which the filter of an output error leaves out the spread T P_aa
+
 
 class Structure(NamedTuple):
     """Order, number of inputs, and whether the inputs reach y directly."""
@@ -30,6 +32,12 @@ class Structure(NamedTuple):
 class Noise(NamedTuple):
     Q: np.ndarray
     S: np.ndarray
+    R: float
+
+
+class OutputError(NamedTuple):
+    """White noise of variance R on y alone; the state follows the undisturbed x_n, so it multiplies a."""
+
     R: float
 
 
@@ -81,10 +89,11 @@ def step(st, noise, s, P, y, u):
     return Step(s_next, P_next, e, T, K)
 
 
-def missing_step(st, noise, s, P, u, sigma2=1.0):
+def missing_step(st, noise, s, P, u, sigma2=1.0, settled=0.0):
     """Section 7.1: exact first two moments of s(t+1) when y(t) is missing.
 
     `sigma2` matters only when P, Q, S, R are relative to it: a product of two covariances carries it twice.
+    Below the variance `settled` of every a, the spread T P_aa of the product is left out.
     """
     Q, S, R = noise
     n, N = st.n, st.size
@@ -97,8 +106,23 @@ def missing_step(st, noise, s, P, u, sigma2=1.0):
     s_next = F @ s
     s_next[x] -= c * sigma2
     P_next = A @ P @ A.T + Q + np.outer(B, S) + np.outer(S, B) + np.outer(B, B) * R
-    P_next[x, x] += (T * P[a, a] + np.outer(c, c)) * sigma2
+    spread = T * P[a, a] if sigma2 * np.diag(P)[a].max() >= settled else 0
+    P_next[x, x] += (spread + np.outer(c, c)) * sigma2
     return s_next, P_next
+
+
+def output_error_step(st, R, s, P, y, u, sigma2=1.0):
+    """Correct with y, then move the simulation model x+ = E x - a (H s) + b u: exact moments of a Gaussian s(t | t).
+
+    The noise on y never enters x, so a missing y (NaN) only skips the correction.
+    """
+    H = row(st, u)
+    T, e, K = H @ P @ H + R, y - H @ s, np.zeros(st.size)
+    if y == y:
+        K = P @ H / T
+        s, P = s + K * e, P - np.outer(K, K) * T
+    silent = Noise(np.zeros((st.size, st.size)), np.zeros(st.size), 0.0)
+    return Step(*missing_step(st, silent, s, P, u, sigma2, SETTLED), e, T, K)
 
 
 def walk(st, P, q, P0):
@@ -107,19 +131,6 @@ def walk(st, P, q, P0):
     P = P.copy()
     P[range(st.n, st.size), range(st.n, st.size)] += np.minimum(q, np.maximum(0.0, room))
     return P
-
-
-def plug_in(st, R, radius=0.98):
-    """Section 6.3: the noise of a white measurement error, as a function of a: d = a, zeros kept inside."""
-
-    def noise(a):
-        d, powers = a, np.arange(st.n, 0, -1)
-        while np.abs(np.roots([1.0, *d[::-1]])).max(initial=0.0) >= radius:
-            d = d * 0.98**powers
-        w = np.concatenate([d, np.zeros(st.size - st.n)])
-        return Noise(np.outer(w, w) * R, w * R, R)
-
-    return noise
 
 
 def gaussian(e, T):
@@ -135,22 +146,21 @@ def student(e, T, alpha, beta):
 def run(st, noise, s, P, y, u=None, *, scale=None, q=None):
     """A record, NaN where y is missing; with `scale=(alpha, beta)` all is relative to sigma2 ~ IG.
 
-    `noise` may be a function of a: it is then asked again at every sample, with the newest estimate.
+    `noise` is a `Noise` or an `OutputError`, whose K is the gain of the correction, not of the predictor.
     """
     u = np.zeros((len(y), 0)) if u is None else np.asarray(u).reshape(len(y), st.inputs)
     alpha, beta = scale or (None, None)
     P0, loglik, rows = P, 0.0, []
     for t in range(len(y)):
-        before, known = (alpha, beta), noise
-        if callable(noise):
-            newest = s if y[t] != y[t] else step(st, noise(np.zeros(st.n)), s, P, y[t], u[t]).s
-            known = noise(newest[st.n : 2 * st.n])
-        if y[t] != y[t]:
-            s, P = missing_step(st, known, s, P, u[t], beta / alpha if scale else 1.0)
-            e = T = float("nan")
-            K = np.zeros(st.size)
+        before, sigma2 = (alpha, beta), beta / alpha if scale else 1.0
+        if isinstance(noise, OutputError):
+            s, P, e, T, K = output_error_step(st, noise.R, s, P, y[t], u[t], sigma2)
+        elif y[t] == y[t]:
+            s, P, e, T, K = step(st, noise, s, P, y[t], u[t])
         else:
-            s, P, e, T, K = step(st, known, s, P, y[t], u[t])
+            s, P = missing_step(st, noise, s, P, u[t], sigma2)
+            e, T, K = float("nan"), float("nan"), np.zeros(st.size)
+        if y[t] == y[t]:
             if scale:
                 loglik += student(e, T, alpha, beta)
                 alpha, beta = alpha + 0.5, beta + e * e / (2 * T)

@@ -91,3 +91,40 @@ def test_missing_sample_by_simulation():
     standard = np.sqrt(np.diag(covariance))
     assert np.abs((after.mean(axis=0) - mean) / standard).max() < 5 / np.sqrt(draws)
     assert np.abs((np.cov(after.T) - covariance) / np.outer(standard, standard)).max() < 0.02
+
+
+@pytest.mark.parametrize("st", [dense.Structure(1), dense.Structure(2, 1, True), dense.Structure(3, 2)])
+def test_output_error_with_known_a_is_the_polynomial_c_equal_a(st):
+    """Without doubt about a the simulation model is linear, and theorem 3 with d = a is exact."""
+    rng = np.random.default_rng(st.n)
+    y, u = record(st, 40, st.n)
+    a, R = np.poly(rng.uniform(-0.8, 0.8, st.n))[:0:-1], 0.3
+    s0 = rng.standard_normal(st.size)
+    root = rng.standard_normal((st.size, st.size))
+    s0[st.n : 2 * st.n], root[st.n : 2 * st.n] = a, 0.0
+    w = np.concatenate([a, np.zeros(st.size - st.n)])
+    expected = dense.run(st, dense.Noise(np.outer(w, w) * R, w * R, R), s0, root @ root.T, y, u)
+    got = dense.run(st, dense.OutputError(R), s0, root @ root.T, y, u)
+    golden.assert_close(got.s[-1], expected.s[-1], 1e-10)
+    golden.assert_close(got.P[-1], expected.P[-1], 1e-10)
+    assert got.loglik == pytest.approx(expected.loglik, rel=1e-12)
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_output_error_by_simulation(measured):
+    """One step from Gaussian s(t | t - 1): draws weighted by the likelihood of y, moved by the model itself."""
+    st, draws, R, u = dense.Structure(2, 1, True), 1_000_000, 1.5, np.array([0.7])
+    rng = np.random.default_rng(9)
+    s0, root = rng.standard_normal(st.size), rng.standard_normal((st.size, st.size)) * 0.4
+    y = dense.row(st, u) @ s0 + 0.5 if measured else np.nan
+    got = dense.output_error_step(st, R, s0, root @ root.T, y, u)
+    s = s0 + rng.standard_normal((draws, st.size)) @ root.T
+    clean = s @ dense.row(st, u)
+    weight = np.exp(-0.5 * (y - clean) ** 2 / R) if measured else np.ones(draws)
+    after = s.copy()
+    after[:, 0] = -s[:, 2] * clean + s[:, 4] * u
+    after[:, 1] = s[:, 0] - s[:, 3] * clean + s[:, 5] * u
+    standard = np.sqrt(np.diag(got.P))
+    mean, covariance = np.average(after, axis=0, weights=weight), np.cov(after.T, aweights=weight)
+    assert np.abs((mean - got.s) / standard).max() < 0.01
+    assert np.abs((covariance - got.P) / np.outer(standard, standard)).max() < 0.02

@@ -51,8 +51,10 @@ def run(
     order: Annotated[int, typer.Option("--order", "-n", help="Order of the model: how many past outputs matter.")] = 2,
     noise: Annotated[
         str,
-        typer.Option(help="output-error (white noise on the output), equation-error (ARX), or polynomial:d0,d1,.."),
-    ] = "output-error",
+        typer.Option(
+            help="equation-error (ARX), output-error (white noise on the sensor alone), or polynomial:d0,d1,.."
+        ),
+    ] = "equation-error",
     memory: Annotated[
         str, typer.Option(help="never (constant parameters), or walk:Q (they drift; variance per sample).")
     ] = "never",
@@ -121,8 +123,8 @@ def simulate(
     samples: Annotated[int, typer.Option(min=1, help="Number of samples.")] = 1000,
     noise_std: Annotated[float, typer.Option(min=0, help="Standard deviation of the noise.")] = 0.1,
     noise: Annotated[
-        str, typer.Option(help="output (on the measurement) or equation (through the dynamics).")
-    ] = "output",
+        str, typer.Option(help="equation (through the dynamics) or output (on the measurement).")
+    ] = "equation",
     missing: Annotated[float, typer.Option(min=0, max=1, help="Fraction of the outputs to lose.")] = 0.0,
     dt: Annotated[float, typer.Option(min=0, help="Seconds between samples.")] = 1.0,
     seed: Annotated[int, typer.Option(help="The same seed gives the same table.")] = 0,

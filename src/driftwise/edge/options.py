@@ -18,7 +18,7 @@ class Plan(NamedTuple):
     inputs: tuple[str, ...]
     time: str | None = None
     order: int = 2
-    noise: str = "output-error"
+    noise: str = "equation-error"
     memory: str = "never"
     gate: float | None = None
     direct: bool = False

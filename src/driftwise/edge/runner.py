@@ -26,6 +26,11 @@ def execute(plan: Plan) -> None:
     summary, keeper, offsets, stopped = _estimate(plan, record)
     taken = perf_counter() - start
     notes = _notes(plan, record, offsets, stopped)
+    if plan.center != "none" and summary.whiteness.p_value < 0.01:
+        notes.append(
+            "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "
+            "before a higher order."
+        )
     title = "standard input" if plan.file == "-" else plan.file
     if plan.report:
         from driftwise.edge.report import write

@@ -73,7 +73,7 @@ def _quality(summary):
     table.add_row("noise std", number(summary.noise_std, 3), "")
     table.add_row("NIS", fixed(summary.nis, 3), "ideal 1")
     table.add_row("95 % bands hold", f"{100 * summary.coverage:.1f} %", "ideal 95")
-    table.add_row("innovations", "white" if white[3] else "not white", f"p = {white[2]:.2g}")
+    table.add_row("innovations", *_whiteness(white))
     for name, count in (
         ("missing outputs", summary.missing_outputs),
         ("missing inputs", summary.missing_inputs),
@@ -87,3 +87,10 @@ def _quality(summary):
 
 def _unlearned(summary) -> list[str]:
     return [f"{text} (ratio {number(ratio, 2)})" for text, ratio in summary.unlearned]
+
+
+def _whiteness(white) -> tuple[str, str]:
+    _, _, p_value, is_white = white
+    if p_value != p_value:
+        return "too few", "to judge"
+    return "white" if is_white else "not white", f"p = {p_value:.2g}"

@@ -18,14 +18,22 @@ def count(name, value, least=0) -> int:
 
 def positive(name, value) -> float:
     """Return a positive finite number."""
-    if not (np.ndim(value) == 0 and np.isfinite(value) and value > 0):
+    is_number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not (is_number and np.isfinite(value) and value > 0):
         raise InputError(f"{name} must be a positive finite number, got {value!r}")
     return float(value)
 
 
+def _floats(name, value) -> np.ndarray:
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must hold numbers, got {value!r}") from None
+
+
 def vector(name, value, size) -> np.ndarray:
     """Return a finite vector of the given size."""
-    value = np.asarray(value, float)
+    value = _floats(name, value)
     if value.shape != (size,) or not np.isfinite(value).all():
         raise InputError(f"{name} must be a finite vector of {size} numbers, got shape {value.shape}")
     return value
@@ -33,7 +41,7 @@ def vector(name, value, size) -> np.ndarray:
 
 def each(name, value, size) -> np.ndarray:
     """Return ``size`` finite numbers from one number for all, or one for each."""
-    value = np.asarray(value, float)
+    value = _floats(name, value)
     if value.shape not in ((), (1,), (size,)) or not np.isfinite(value).all():
         raise InputError(f"{name} must be a finite number, or {size} of them, got shape {value.shape}")
     return np.full(size, value) if value.size == 1 else value.copy()
@@ -41,7 +49,7 @@ def each(name, value, size) -> np.ndarray:
 
 def covariance(name, value, size) -> np.ndarray:
     """Return a covariance matrix from a scalar, its diagonal, or itself."""
-    value = np.asarray(value, float)
+    value = _floats(name, value)
     if not np.isfinite(value).all():
         raise InputError(f"{name} must be finite; for a vague prior give a large number (1e10 costs no digits here)")
     if value.shape not in ((), (size,), (size, size)):
@@ -56,8 +64,10 @@ def covariance(name, value, size) -> np.ndarray:
 
 def _numbers(name, value) -> np.ndarray:
     try:
+        if isinstance(value, np.ma.MaskedArray):
+            value = np.ma.filled(value.astype(float), np.nan)
         value = np.asarray(value)
-        if value.dtype.kind == "c":
+        if value.dtype.kind in "cSUMm":
             raise TypeError
         value = np.ascontiguousarray(value, np.float64)
     except (TypeError, ValueError):
@@ -126,7 +136,8 @@ def fleet(y, u, series: int, inputs: int):
     length = 1 if y.ndim == 1 else y.shape[1]
     if (u is None) != (inputs == 0):
         raise InputError(f"the model has {inputs} input(s); u was {'not ' if u is None else ''}given")
-    us = _numbers("u", np.zeros((series, length, 0)) if u is None else u)
-    if us.size != series * length * inputs or us.shape[0] != series:
-        raise InputError(f"u must be ({series}, {inputs}) or ({series}, T, {inputs}), got shape {us.shape}")
+    us = _numbers("u", np.zeros((*y.shape, 0)) if u is None else u)
+    if us.shape not in ((*y.shape, inputs), y.shape if inputs == 1 else None):
+        expected = f"{(*y.shape, inputs)}" + (f" or {y.shape}" if inputs == 1 else "")
+        raise InputError(f"u must be {expected}, like y with the inputs last, got shape {us.shape}")
     return y.reshape(series, length, 1), us.reshape(series, length, inputs), y.shape

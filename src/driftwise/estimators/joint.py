@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never, Walk, drift
 from ..models import noise as noises
-from ..models.canonical import Canonical, power_of_two, quantum
+from ..models.canonical import Canonical, power_of_two
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
@@ -42,7 +42,8 @@ class Joint:
         x+ = shift_up(x) - a y + sum_l b_l u_l + w,    y = x[0] + sum_l b0_l u_l + w_n
 
     Given data, it is linear in the state *and* the parameters, so the filter is the exact posterior (theorem
-    3) when the noise (w, w_n) is Gaussian with the stated covariances; every sample costs O(N^2). It runs on
+    3) when the noise (w, w_n) is Gaussian with the stated covariances; every sample costs O(N^2). (`OutputError` is the
+    exception: there the posterior is approximate.) It runs on
     U D U' factors, so P stays symmetric and non-negative for ever, at any prior.
 
     Parameters
@@ -53,7 +54,7 @@ class Joint:
         Number of inputs k.
     direct : bool
         Whether u(t) acts on y(t) at once (the term b0).
-    noise : OutputError, EquationError, NoisePolynomial or NoiseCovariance
+    noise : EquationError, OutputError, NoisePolynomial or NoiseCovariance
         What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
     memory : Never or Walk
         Constant parameters, or a capped random walk.
@@ -70,9 +71,6 @@ class Joint:
         Seconds between samples.
     floor : float
         Relative round-off carried by y: R_t = R + (floor max|y recent|)^2, for signals that grow for ever.
-    resolution : float
-        Step of a quantised y: its variance resolution^2 / 12 is added to R. It keeps a learnt scale from
-        vanishing while the output stands still; `scaled_to` reads it off the data.
 
     Raises
     ------
@@ -91,7 +89,7 @@ class Joint:
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
     >>> trace = dw.Joint(2, inputs=1).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
-    ['a1 -1.50', 'a2 0.70', 'b1 0.99', 'b2 0.50']
+    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.48']
     """
 
     def __init__(
@@ -100,7 +98,7 @@ class Joint:
         inputs: int = 0,
         direct: bool = False,
         *,
-        noise: Any = noises.OutputError(),
+        noise: Any = noises.EquationError(),
         memory: Any = Never(),
         gate: Gate | None = None,
         scale: UnknownScale | None = None,
@@ -110,12 +108,11 @@ class Joint:
         u_scale=1.0,
         dt: float = 1.0,
         floor: float = 1e-12,
-        resolution: float = 0.0,
         form: str | None = None,
     ):
         self.options = dict(
             order=order, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
-            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, resolution=resolution, form=form,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form,
         )  # fmt: skip
         self.model = model = Canonical(
             door.count("order", order, least=1), door.count("inputs", inputs), bool(direct) and inputs > 0
@@ -129,6 +126,8 @@ class Joint:
 
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
+        if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
+            raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
         self._set_prior(s0, P0)
         memory = self._resolve_memory(memory)
@@ -140,7 +139,8 @@ class Joint:
         if isinstance(kernel_noise, noises.Coloured):
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
-        step = door.positive("resolution", resolution) if resolution else 0.0
+        if not 0.0 <= floor < 1.0:
+            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
         shape = Form(
             n,
             inputs,
@@ -148,7 +148,6 @@ class Joint:
             rows,
             columns,
             floor,
-            step**2 / 12,
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
         )
@@ -213,14 +212,11 @@ class Joint:
     def scaled_to(self, y, u=None) -> Joint:
         """Return the same estimator with its default prior in units of the data (powers of two).
 
-        Scaling y or u by a power of two then scales every result exactly. Where the scale of the noise is
-        learnt, the resolution of a quantised y is read off the data too.
+        Scaling y or u by a power of two then scales every result exactly.
         """
         y, u = door.record(y, u, self.model.inputs)
-        found = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        if not isinstance(self.scale, KnownScale) and not self.options["resolution"]:
-            found["resolution"] = quantum(y)
-        return Joint(**{**self.options, **found})
+        scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return Joint(**{**self.options, **scales})
 
     # --- running -------------------------------------------------------------------------------------------
 
@@ -240,17 +236,19 @@ class Joint:
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
-        state = np.zeros(() if series is None else series, self.dtype)
+        state = np.zeros(() if series is None else door.count("series", series), self.dtype)
         n = self.model.n
         state["x"], state["theta"] = self._s0[:n], self._s0[n:]
         state["D"], state["U"] = self._D0, self._U0
         return state
 
-    def _rows(self, state):
+    def _rows(self, state, is_one=True):
         """Return a copy of the states as rows of numbers."""
         state = np.asarray(state)
         if state.dtype != self.dtype:
             raise InputError("the state belongs to another estimator: start one with est.start()")
+        if is_one and state.shape != ():
+            raise InputError(f"one state is expected, got {state.shape}: advance a fleet with tick")
         if not state.flags.c_contiguous:
             state = np.ascontiguousarray(state)
         return np.ndarray(
@@ -309,7 +307,7 @@ class Joint:
         states : (S,) new states
         steps : Step of arrays shaped like y
         """
-        rows = self._rows(states)
+        rows = self._rows(states, is_one=False)
         ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
         outs = np.empty((*ys.shape[:2], 4))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())

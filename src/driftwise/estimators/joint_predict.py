@@ -5,9 +5,11 @@ change; they shift, and the state block is re-triangularised where its noise nee
 """
 
 from ..kernel.compose import choice, kernel, rare
-from ..kernel.ud import entry, orthogonalise
-from ..models.noise import Coloured, PlugIn, White, correlate
+from ..kernel.ud import entry, orthogonalise, predicted_variance, variance
+from ..models.noise import Coloured, Sensor, White, correlate
 from .joint_row import predict_output, project
+
+SETTLED = 1e-6  # variance of a below which a product with a is as good as linear
 
 
 @kernel
@@ -88,11 +90,11 @@ def lay_out(U, D, f, kappa, n, rows, Y, d):
 
 
 @rare
-def add_product(U, D, mean, first, last, weight, mean_weight, n, rows, Y, d, g, at):
-    """Append noise of covariance weight P_pp + mean_weight p p' to x, p the n parameters from ``first`` on.
+def add_spread(U, D, first, last, weight, n, rows, Y, d, g, at):
+    """Append noise of covariance weight P_pp to x, p the n parameters from ``first`` on; return the next column.
 
-    With equal weights that is p times an independent error of that variance. Parameter ``last`` (none: -1)
-    multiplies the same error into y: ``g`` takes its columns. Return the next free column.
+    It is the spread of p times an error of that variance. Parameter ``last`` (none: -1) multiplies the same error
+    into y: ``g`` takes its columns.
     """
     for c in range(first, D.size):
         d[at] = weight * D[c]
@@ -100,11 +102,7 @@ def add_product(U, D, mean, first, last, weight, mean_weight, n, rows, Y, d, g, 
         for i in range(rows):
             Y[i, at] = entry(U, first + i, c) if i < n and first + i <= c else 0.0
         at += 1
-    d[at] = mean_weight
-    g[at] = mean[last] if last >= 0 else 0.0
-    for i in range(rows):
-        Y[i, at] = mean[first + i] if i < n else 0.0
-    return at + 1
+    return at
 
 
 @choice
@@ -115,17 +113,32 @@ def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
 @propagate.on(White)
 def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
     if is_held or not is_measured:
-        return propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+        propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+        return
     n = work.n
     shift_mean(state.s, n, work.inputs, z, state.held)
     shift_factor(state.U, state.D.size, n, work.inputs, z, state.held)
     drop_measured(state.U, state.D, n)
-    return 0
 
 
-@propagate.on(PlugIn, Coloured)
+@propagate.on(Sensor)
 def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
-    return propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+    # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
+    # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
+    yhat = predict_output(state.s, state.held, work.direct)
+    project(state.U, state.D.size, state.held, work.direct, work.f)
+    T = predicted_variance(work.f, state.D, 0.0)
+    widest = 0.0
+    for i in range(work.n):
+        widest = max(widest, variance(state.U, state.D, work.n + i))
+    if s2 * widest < SETTLED:
+        T = 0.0  # a is known so well that the product's own spread is no part of the answer
+    propagate_dense(noise, state, work, z, yhat, 0.0, T, s2, False)
+
+
+@propagate.on(Coloured)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+    propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
 
 
 @kernel
@@ -133,7 +146,7 @@ def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
     """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
     s, U, D, n, rows, kappa, Y, d = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d
     N = D.size
-    flags = correlate(noise, s[n:], n, kappa, work.c)
+    correlate(noise, kappa)
     at = add_noise(noise, state, work, R, s2, is_measured)
     if is_measured:
         rest = z - predict_output(s, state.held, work.direct)
@@ -146,9 +159,12 @@ def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
         # F(yhat, u) - [a; 0] H, and the Isserlis terms T P_aa + c c' of the product a y
         # (all relative to sigma^2, which a product of two covariances carries twice)
         covariance_with_output(U, D, work.f, n, n, work.c)
-        at = add_product(U, D, s, n, -1, s2 * T, s2, n, rows, Y, d, work.g, at)
-        for i in range(n):
-            Y[i, at - 1] = work.c[i]  # c stands where the mean did
+        if T > 0.0:
+            at = add_spread(U, D, n, -1, s2 * T, n, rows, Y, d, work.g, at)
+        d[at] = s2
+        for i in range(rows):
+            Y[i, at] = work.c[i] if i < n else 0.0
+        at += 1
         shift_mean(s, n, work.inputs, yhat, state.held)
         for i in range(n):
             s[i] -= s2 * work.c[i]
@@ -158,7 +174,6 @@ def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
     for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
         if D[i] < work.least:
             D[i] = 0.0
-    return flags
 
 
 @kernel
@@ -183,7 +198,12 @@ def add_noise(noise, state, work, R, s2, is_measured):
             unsure = state.unsure[l]
             if unsure > 0.0:
                 b0 = D.size - work.direct + l if work.direct > 0 else -1
-                at = add_product(U, D, s, n * (l + 2), b0, unsure, unsure / s2, n, rows, Y, d, g, at)
+                at = add_spread(U, D, n * (l + 2), b0, unsure, n, rows, Y, d, g, at)
+                d[at] = unsure / s2
+                g[at] = s[b0] if b0 >= 0 else 0.0
+                for i in range(rows):
+                    Y[i, at] = s[n * (l + 2) + i] if i < n else 0.0
+                at += 1
         if is_measured:
             total = 0.0
             for c in range(rows, at):
@@ -216,7 +236,7 @@ def add_columns(noise, rows, Y, d, at):
     """Append the constant noise columns to Y and return the next free column."""
 
 
-@add_columns.on(White, PlugIn)
+@add_columns.on(White, Sensor)
 def _(noise, rows, Y, d, at):
     return at
 

@@ -31,7 +31,6 @@ class Form(NamedTuple):
     rows: float  # rows that the time update re-triangularises: n (the state), or N (noise on the parameters)
     noises: float  # columns of G
     floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
-    quantum: float  # variance of the quantisation of y
     Px: float  # prior variance of the measured state
     least: float  # variance of the state, negligible beside R, that counts as none
 

@@ -71,21 +71,9 @@ class Canonical:
 def power_of_two(values) -> float:
     """Return the power of two nearest to the typical size of the finite values; 1 where there is none."""
     values = np.abs(np.asarray(values, float))
-    values = values[np.isfinite(values) & (values > 0)]
+    values = values[(values > 0) & (values < 1e100)]
     if not values.size:
         return 1.0
     exponent = int(np.frexp(values.max())[1])
     rms = np.sqrt(np.mean(np.ldexp(values, -exponent) ** 2))
     return float(np.ldexp(1.0, exponent + round(float(np.log2(rms)))))
-
-
-def quantum(values) -> float:
-    """Return the step of quantised values: the smallest difference where at least half of them repeat; else 0."""
-    values = np.asarray(values, float)
-    values = values[np.isfinite(values)]
-    levels = np.unique(values)
-    if len(levels) < 2 or len(levels) > len(values) / 2:
-        return 0.0
-    steps = np.diff(levels)
-    steps = steps[steps > 1e-9 * np.abs(levels).max()]  # two prints of one level may differ in the last bit
-    return float(steps.min()) if len(steps) else 0.0

@@ -13,7 +13,7 @@ def simulate(
     *,
     samples: int,
     noise_std: float = 0.0,
-    noise: str = "output",
+    noise: str = "equation",
     d=None,
     direct=None,
     u=None,
@@ -32,7 +32,7 @@ def simulate(
         T.
     noise_std : float
         Standard deviation of v.
-    noise : "output" (white on y), "equation" (white in the equation), or ignored where ``d`` is given
+    noise : "equation" (white in the equation), "output" (white on y), or ignored where ``d`` is given
     d : (n,), optional
         d1..dn of C(q) = 1 + d1 q^-1 + ...
     direct : (k,), optional

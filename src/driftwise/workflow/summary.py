@@ -29,8 +29,8 @@ class Whiteness(NamedTuple):
 class Summary:
     """Numbers of a run; add one trace after the other, memory does not grow.
 
-    ``settle`` samples at the start (by default 2 N) are left out of fit, NIS, coverage and whiteness:
-    there the prior speaks.
+    The first ``settle`` measured samples (by default 2 N) are left out of fit, NIS, coverage and whiteness: there the
+    prior speaks. NIS and coverage also wait until the learnt scale has ten degrees of freedom.
     """
 
     def __init__(self, estimator, settle: int | None = None):
@@ -47,7 +47,7 @@ class Summary:
         """Take in one more stretch of the run."""
         status = trace.status
         self.state = trace.state
-        late = self.samples + np.arange(len(trace)) >= self.settle
+        late = self.observed + np.cumsum(trace.is_used) > self.settle
         self.samples += len(trace)
 
         def count(bit):
@@ -66,7 +66,7 @@ class Summary:
         self._pool(y)
         self._squares += float(np.einsum("i,i->", e, e))
 
-        scored = used & late & (trace.variance > 0)
+        scored = used & late & (trace.variance > 0) & (trace.dof >= 10)
         e, T, dof = trace.innovation[scored], trace.variance[scored], trace.dof[scored]
         z = e / np.sqrt(T)
         # a Student error has variance dof / (dof - 2): the ratio to it is 1 on average
@@ -75,7 +75,7 @@ class Summary:
         )
         self._covered += int(np.count_nonzero(abs(z) <= quantile(0.975, dof))) if len(z) else 0
         self._scored += len(z)
-        self._correlate(z)
+        self._correlate(z.clip(-4, 4))  # one giant must not drown the rest
         return self
 
     def _pool(self, y):
@@ -96,6 +96,11 @@ class Summary:
         self._tail = joined[-LAGS:]
 
     # --- the numbers ---------------------------------------------------------------------------------------
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether more outputs were measured than there are unknowns."""
+        return self.observed > self.estimator.model.N
 
     @property
     def rmse(self) -> float:
@@ -158,15 +163,15 @@ class Summary:
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
         model = self.model
-        return [
-            (n, float(v), float(s)) for n, v, s in zip(model.names, model.values, np.sqrt(np.diag(model.covariance)))
-        ]
+        std = np.sqrt(np.diag(model.covariance)) if self.is_enough else np.full(len(model.values), math.inf)
+        return [(n, float(v), float(s)) for n, v, s in zip(model.names, model.values, std)]
 
     @property
     def poles(self) -> list[tuple[complex, float]]:
         """(pole, standard deviation) of each pole, largest first."""
         model = self.model
-        return [(complex(p), float(s)) for p, s in zip(model.poles, model.poles_std)]
+        std = model.poles_std if self.is_enough else np.full(len(model.poles), math.inf)
+        return [(complex(p), float(s)) for p, s in zip(model.poles, std)]
 
     @property
     def unlearned(self) -> list[tuple[str, float]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -42,7 +43,8 @@ class Trace:
     """
 
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
-        self.estimator, self.y, self.u, self.keep, self.state = estimator, y, u, keep, state
+        self.estimator, self.keep, self.state = estimator, keep, state
+        self.y, self.u = y.copy(), u.copy()
         self.outs, self.observed_before = outs, observed_before
         self.dt = estimator.dt
         if time is None:
@@ -240,7 +242,8 @@ class Trace:
         """Return a saved trace."""
         from .snapshot import rebuild
 
-        with np.load(path, allow_pickle=False) as f:
+        path = Path(path)
+        with np.load(path if path.exists() else f"{path}.npz", allow_pickle=False) as f:
             est = rebuild(str(f["header"]))
             state = f["state"].view(est.dtype).reshape(())
             return cls(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, float(f["extra"][0]), f["time"])

@@ -31,6 +31,8 @@ def pole_words(p: complex, std: float, dt: float) -> str:
 def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
+    if not s.is_enough:
+        return f"{s.observed} measured outputs are too few for {est.model.N} unknowns: nothing can be said yet."
     order = {1: "first", 2: "second", 3: "third"}.get(est.model.n, f"{est.model.n}th")
     modes = [pole_words(p, std, est.dt) for p, std in s.poles if p.imag >= 0]
     text = f"A {order}-order model with {', '.join(modes)} "
