@@ -28,7 +28,7 @@ def nees(b0, lost_u, lost_y):
     [(1.5, 0.0, 0.0, 1.15), (0.0, 0.2, 0.0, 1.3), (0.0, 0.2, 0.2, 1.3), (1.5, 0.2, 0.0, 2.2), (1.5, 0.2, 0.2, 2.2)],
 )
 def test_lost_inputs_leave_nearly_honest_error_bars(b0, lost_u, lost_y, bound):
-    """The mean of 200 has a standard error of about 0.045; with a direct term the step is inexact, and is bounded so."""
+    """The mean of 200 has a standard error of about 0.045; with a direct term the step is inexact: bounded so."""
     value = nees(b0, lost_u, lost_y)
     print(f"b0 {b0}, inputs lost {lost_u:.0%}, outputs lost {lost_y:.0%}: {value:.2f}")
     assert 0.8 < value < bound
