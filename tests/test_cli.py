@@ -378,3 +378,14 @@ def test_memory_of_a_run_does_not_grow_with_the_file(tmp_path):
         ).stdout
         peaks.append(int(out.split("PEAK")[1]) / 1024)
     assert peaks[1] < peaks[0] + 40, f"MB: {peaks}"
+
+
+def test_an_error_code_in_a_column_is_named(tmp_path, call):
+    rng = np.random.default_rng(0)
+    y, u = rng.standard_normal(400), rng.standard_normal(400)
+    u[122] = -1e8
+    file = tmp_path / "wild.csv"
+    np.savetxt(file, np.c_[y, u], delimiter=",", header="y,u", comments="")
+    code, out, _ = call("run", file, "-o", "y", "-i", "u")
+    assert code == 0
+    assert "'u' is -1e+08 in row 123" in " ".join(out.split())

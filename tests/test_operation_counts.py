@@ -97,7 +97,7 @@ def operations_of_one_step(n, noise):
         s[i] += work.b[i] * e
     R = Counted(kernel_noise.R)
     noise = kernel_noise._replace(R=R)
-    joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False)
+    joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False, 0.0)
     return Counted.done
 
 

@@ -15,6 +15,14 @@ ROWS = 20_000
 EVENTS = 10_000
 
 
+def _extreme(name: str, values, first_row: int) -> list[tuple[str, float, int]]:
+    """Return the wildest value of a column, if it is ten thousand times farther out than nearly all others."""
+    far = np.abs(values - np.nanmedian(values))
+    row = int(np.nanargmax(far))
+    usual = np.nanpercentile(far, 99)
+    return [(name, float(values[row]), first_row + row)] if usual > 0 and far[row] > 1e4 * usual else []
+
+
 @dataclass
 class Offsets:
     """Means or medians of the first chunk, to be subtracted from every sample; `constants`: inputs that stood still."""
@@ -23,6 +31,7 @@ class Offsets:
     inputs: tuple[str, ...]
     values: dict[str, float] = field(default_factory=dict)
     constants: list[tuple[str, float]] = field(default_factory=list)
+    extremes: list[tuple[str, float, int]] = field(default_factory=list)
 
     @classmethod
     def of(cls, chunk, record, center: str = "mean") -> Offsets:
@@ -33,6 +42,7 @@ class Offsets:
                 continue
             if seen.min() == seen.max() and name != record.output:
                 found.constants.append((name, float(seen[0])))
+            found.extremes += _extreme(name, chunk.columns[name], chunk.first_row)
             if center != "none":
                 found.values[name] = float(np.median(seen) if center == "median" else np.mean(seen))
         return found

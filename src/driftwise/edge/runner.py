@@ -179,6 +179,11 @@ def _notes(plan: Plan, record: Record, offsets, stopped: bool) -> list[str]:
     if cells > 0:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
         notes.append(f"{cells} cells are not finite numbers and were taken as missing{where}.")
+    for name, value, row in offsets.extremes:
+        notes.append(
+            f"{name!r} is {value:g} in row {row + 1}, ten thousand times farther out than the rest: an error code? "
+            "Blank it, or the results are about that row."
+        )
     for name, value in offsets.constants:
         notes.append(f"input {name!r} stayed at {value:g} in the first chunk: its effect cannot be learned there.")
     if offsets.values:

@@ -106,12 +106,15 @@ def add_spread(U, D, first, last, weight, n, rows, Y, d, g, at):
 
 
 @choice
-def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
-    """Time update of mean and factors; z is the measured y, unused where there is none."""
+def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    """Time update of mean and factors; z is the measured y, unused where there is none.
+
+    ``direct`` is the variance that held inputs add to y through their direct terms.
+    """
 
 
 @propagate.on(White)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
     if is_held or not is_measured:
         propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
         return
@@ -122,12 +125,12 @@ def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
 
 
 @propagate.on(Sensor)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
     # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
     # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
     yhat = predict_output(state.s, state.held, work.direct)
     project(state.U, state.D.size, state.held, work.direct, work.f)
-    T = predicted_variance(work.f, state.D, 0.0)
+    T = predicted_variance(work.f, state.D, direct)
     widest = 0.0
     for i in range(work.n):
         widest = max(widest, variance(state.U, state.D, work.n + i))
@@ -137,7 +140,7 @@ def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
 
 
 @propagate.on(Coloured)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held):
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
     propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
 
 

@@ -158,7 +158,7 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
     write(out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
 
     # predict
-    propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0)
+    propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
     status |= drift(memory, U, D, n, work.c)
     out[t, 3] = status
     head[STATUS] = status
