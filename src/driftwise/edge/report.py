@@ -191,8 +191,13 @@ def _dynamics(parts, found, directions, trace, summary) -> str:
     boxes = []
     if found:
         outside = sum(abs(p) >= 1 for p, _ in found)
-        words = f"{outside} on or outside the circle: unstable or integrating." if outside else "All inside: stable."
-        rows = [[_complex(p), f"{abs(p):.4f}", number(s, 2), _time_constant(p, trace.dt)] for p, s in _once(found)]
+        near = sum(abs(p) < 1 <= abs(p) + 2 * s for p, s in found)
+        words = "All inside: stable."
+        if outside or near:
+            words = (
+                f"{outside} on or outside the circle, {near} within two standard errors of it: integrating or unstable."
+            )
+        rows = [[_complex(p), f"{abs(p):.4f}", number(s, 2), _time_constant(p, s, trace.dt)] for p, s in _once(found)]
         boxes.append(
             html.section(
                 "poles",
@@ -236,11 +241,12 @@ def _complex(pole: complex) -> str:
     return f"{pole.real:.4f}" if abs(pole.imag) < 1e-12 else f"{pole.real:.4f} \u00b1 {abs(pole.imag):.4f} j"
 
 
-def _time_constant(pole: complex, dt: float) -> str:
+def _time_constant(pole: complex, std: float, dt: float) -> str:
+    """Return the time constant, a dash where the pole cannot be told from one that never decays."""
     from math import log
 
     size = abs(pole)
-    return number(-dt / log(size), 3) if 0 < size < 1 else "\u2013"
+    return number(-dt / log(size), 3) if 0 < size and size + 2 * std < 1 else "\u2013"
 
 
 def _directions(summary) -> list[tuple[str, float]]:
