@@ -110,6 +110,7 @@ def test_a_users_own_policy_runs_compiled_in_a_few_lines():
     drive = compose.plain_driver(*map(type, est.policies))
     drive(rows, y.reshape(1, -1, 1), u.reshape(1, -1, 1), outs, est.spec, est.scratch())
     np.testing.assert_allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12)
+    dw.check_policy(Breathing(7.0, np.array([1e-9] * 4)))
     plain = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), P0=10.0).scan(y, u)
     assert fast.parameters_std[-1, 0] > plain.parameters_std[-1, 0]
 

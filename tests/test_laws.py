@@ -1,11 +1,15 @@
 """Every estimator obeys the laws, with every policy once and a few chosen pairs."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import driftwise as dw
+from driftwise.kernel import ud
+from driftwise.memory.drift import drift
 from driftwise.workflow.laws import LAWS, example, same
 
 Q2 = np.array([[0.3, 0.1], [0.1, 0.2]])
@@ -59,6 +63,18 @@ def test_any_cut_of_any_record_changes_nothing(name, seed, cut, missing, exponen
     assert np.isfinite(np.atleast_1d(whole.state).view(float)).all()
 
 
+class Swelling(NamedTuple):
+    """A memory without a cap: it winds up."""
+
+    q: float
+
+
+@drift.on(Swelling)
+def _(memory, U, D, n, scratch):
+    ud.widen(U, D, n, memory.q, scratch)
+    return 0
+
+
 IDLE = [
     (dict(memory=dw.Walk(0.0)), {}),
     (dict(gate=dw.Gate(1e9)), {}),
@@ -71,6 +87,13 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
     est = dw.Joint(2, inputs=1, **plain)
     y, u = example(est)
     assert same(est.scan(y, u).outs, dw.Joint(2, inputs=1, **idle).scan(y, u).outs)
+
+
+def test_a_broken_policy_is_named():
+    with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
+        dw.check_policy(Swelling(1.0))
+    with pytest.raises(dw.InputError, match="memory or a gate"):
+        dw.check_policy(0.98)
 
 
 @given(st.floats(0.5, 2.0), st.floats(0.5, 2.0))

@@ -24,6 +24,7 @@ _HOME = {
     "Model": "models.convert",
     "simulate": "models.simulate",
     "check_estimator": "workflow.laws",
+    "check_policy": "workflow.laws",
     "sample_data": "workflow.sample",
 }
 

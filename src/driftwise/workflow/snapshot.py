@@ -35,13 +35,15 @@ def _rich(value: Any) -> Any:
     return value
 
 
+def is_described(estimator) -> bool:
+    """Say whether all policies of an estimator are driftwise's own, so that `describe` covers them."""
+    return all(type(v) in KINDS.values() for v in estimator.options.values() if hasattr(v, "_fields"))
+
+
 def describe(estimator) -> str:
     """Return the settings of an estimator as JSON; a user's own policies are not covered."""
-    for value in estimator.options.values():
-        if isinstance(value, tuple) and type(value).__name__ not in KINDS:
-            raise InputError(
-                f"{type(value).__name__} is not one of driftwise's own policies: keep its settings yourself"
-            )
+    if not is_described(estimator):
+        raise InputError(f"{estimator!r} has a policy that is not driftwise's own: keep its settings yourself")
     return json.dumps({"schema": SCHEMA, "options": {k: _plain(v) for k, v in estimator.options.items()}})
 
 
