@@ -25,12 +25,7 @@ def execute(plan: Plan) -> None:
     start = perf_counter()
     summary, keeper, offsets, stopped = _estimate(plan, record)
     taken = perf_counter() - start
-    notes = _notes(plan, record, offsets, stopped)
-    if plan.center != "none" and summary.whiteness.p_value < 0.01:
-        notes.append(
-            "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "
-            "before a higher order."
-        )
+    notes = _notes(plan, record, summary, offsets, stopped)
     title = "standard input" if plan.file == "-" else plan.file
     if plan.report:
         from driftwise.edge.report import write
@@ -141,12 +136,13 @@ def _described(plan: Plan, dt: float) -> list[str]:
 def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:
     import numpy as np
 
-    unknowns = plan.order * (2 + len(record.inputs)) + (len(record.inputs) if plan.direct else 0)
+    from driftwise.models.canonical import Canonical
+
+    unknowns = Canonical(plan.order, len(record.inputs), plan.direct).N
     seen = int(np.isfinite(chunk.columns[record.output]).sum())
     if chunk.rows < record.chunk_rows and seen <= unknowns:
         raise InputError(
-            f"{record.path}: {seen} measured outputs are too few for {unknowns} unknowns (order "
-            f"{plan.order}, "
+            f"{record.path}: {seen} measured outputs are too few for {unknowns} unknowns (order {plan.order}, "
             f"{len(record.inputs)} inputs). Take a smaller --order, or is this the right column?"
         )
 
@@ -171,7 +167,7 @@ def _labels(record: Record) -> dict:
     return {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
 
 
-def _notes(plan: Plan, record: Record, offsets, stopped: bool) -> list[str]:
+def _notes(plan: Plan, record: Record, summary, offsets, stopped: bool) -> list[str]:
     notes = ["stopped early; the results are those of the rows read so far."] if stopped else []
     if record.ragged:
         notes.append(f"{record.ragged} rows have too many or too few cells; each was counted as a missing sample.")
@@ -189,7 +185,13 @@ def _notes(plan: Plan, record: Record, offsets, stopped: bool) -> list[str]:
     if offsets.values:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
         notes.append(f"{plan.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
-    return notes + record.clock.notes()
+    notes += record.clock.notes()
+    if offsets.values and not summary.whiteness.is_white:
+        notes.append(
+            "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "
+            "before a higher order."
+        )
+    return notes
 
 
 @contextmanager

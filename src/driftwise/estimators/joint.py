@@ -15,7 +15,8 @@ from ..kernel import compose, ud
 from ..memory.drift import Never, Walk, drift
 from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
-from ..models.scale import KnownScale, UnknownScale
+from ..models.convert import Model
+from ..models.scale import KnownScale, UnknownScale, sigma2
 from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
 from .joint_row import HEAD, INPUT, Form, scratch_size
@@ -328,6 +329,15 @@ class Joint:
         P = ud.unpack(state["U"], state["D"])
         return P[..., self.model.kernel, :][..., self.model.kernel]
 
+    def _theta_covariance(self, state) -> np.ndarray:
+        """Return the covariance of theta in its own order, relative to sigma^2 where that is unknown."""
+        n = self.model.n
+        return ud.unpack(state["U"], state["D"])[n:, n:]
+
+    def model_of(self, state) -> Model:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        return Model(self.model, np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state), self.dt)
+
     def scale_posterior(self, state) -> tuple[float, float]:
         """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
         if isinstance(self.scale, KnownScale):
@@ -336,8 +346,7 @@ class Joint:
 
     def sigma2(self, state) -> float:
         """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
-        alpha, beta = self.scale_posterior(state)
-        return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
+        return sigma2(self.scale, float(state["observed"]), float(state["chi2"]))
 
     def loglik(self, state) -> float:
         """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
@@ -362,7 +371,7 @@ class Joint:
         counts as unlearnt; S. Salut's identifiability, live). Directions are unit vectors in prior deviations.
         """
         n = self.model.n
-        P = ud.unpack(state["U"], state["D"])[n:, n:]
+        P = self._theta_covariance(state)
         root = np.sqrt(np.diag(self.prior_covariance)[n:])
         live = root > 0
         ratio, vectors = np.linalg.eigh((P / np.where(live, root, 1) / np.where(live, root, 1)[:, None])[live][:, live])

@@ -141,5 +141,5 @@ def _(noise, kappa):
 
 @correlate.on(Coloured)
 def _(noise, kappa):
-    for i in range(kappa.size):
-        kappa[i] = noise.kappa[i] if i < noise.kappa.size else 0.0
+    for i in range(noise.kappa.size):
+        kappa[i] = noise.kappa[i]

@@ -38,7 +38,7 @@ class Summary:
         self.settle = 2 * estimator.model.N if settle is None else settle
         self.state = estimator.start()
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
-        self.rejected = self.bad_values = self.exact = 0
+        self.rejected = self.bad_values = 0
         self._count, self._mean, self._m2 = 0, 0.0, 0.0  # of y
         self._squares, self._nis, self._covered, self._scored = 0.0, 0.0, 0, 0
         self._products, self._tail = np.zeros(LAGS + 1), np.zeros(0)
@@ -47,7 +47,8 @@ class Summary:
         """Take in one more stretch of the run."""
         status = trace.status
         self.state = trace.state
-        late = self.observed + np.cumsum(trace.is_used) > self.settle
+        used = trace.is_used
+        late = self.observed + np.cumsum(used) > self.settle
         self.samples += len(trace)
 
         def count(bit):
@@ -57,8 +58,6 @@ class Summary:
         self.missing_inputs += count(Status.MISSING_INPUT)
         self.rejected += count(Status.REJECTED)
         self.bad_values += count(Status.BAD_VALUE)
-        self.exact += count(Status.EXACT)
-        used = trace.is_used
         self.observed += int(np.count_nonzero(used))
 
         measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
@@ -70,9 +69,7 @@ class Summary:
         e, T, dof = trace.innovation[scored], trace.variance[scored], trace.dof[scored]
         z = e / np.sqrt(T)
         # a Student error has variance dof / (dof - 2): the ratio to it is 1 on average
-        self._nis += float(
-            np.sum(z * z * np.where(np.isinf(dof), 1.0, np.maximum(dof - 2, 0.0) / np.where(np.isinf(dof), 1, dof)))
-        )
+        self._nis += float(np.sum(z * z * (1 - 2 / dof)))
         self._covered += int(np.count_nonzero(abs(z) <= quantile(0.975, dof))) if len(z) else 0
         self._scored += len(z)
         self._correlate(z.clip(-4, 4))  # one giant must not drown the rest
@@ -155,9 +152,7 @@ class Summary:
     @property
     def model(self) -> Model:
         """The model at the end of the run."""
-        form, est = self.estimator.model, self.estimator
-        P = est.covariance(self.state)[np.ix_(form.salut, form.salut)][form.n :, form.n :]
-        return Model(form, np.array(self.state["theta"]), est.sigma2(self.state) * P, est.dt)
+        return self.estimator.model_of(self.state)
 
     @property
     def parameters(self) -> list[tuple[str, float, float]]:

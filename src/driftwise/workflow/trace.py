@@ -156,8 +156,7 @@ class Trace:
         """
         est, form = self.estimator, self.estimator.model
         if at in (-1, len(self) - 1):
-            P = est.covariance(self.state)[np.ix_(form.salut, form.salut)][form.n :, form.n :]
-            return Model(form, np.array(self.state["theta"]), est.sigma2(self.state) * P, self.dt)
+            return est.model_of(self.state)
         if self.keep == "covariance":
             P = self.covariance[at, form.n :, form.n :]
         else:
