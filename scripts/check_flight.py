@@ -1,6 +1,6 @@
 """Print what plain least squares finds in the shipped flight, turn by turn: python scripts/check_flight.py
 
-track(t+1) = -a1 track(t) + b1 roll(t) + offset, on the steps where all three cells are filled: the table of docs/data.md.
+track(t+1) = -a1 track(t) + b1 roll(t) + offset, where all three cells are filled: the table of docs/data.md.
 """
 
 import numpy as np
