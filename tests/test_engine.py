@@ -95,7 +95,7 @@ class Breathing(NamedTuple):
 
 
 @drift.on(Breathing)
-def _(memory, U, D, n, scratch):
+def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
     if D[n] * memory.period < 0.01:
         for i in range(memory.q.size):
             ud.widen(U, D, n + i, memory.q[i], scratch)

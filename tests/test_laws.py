@@ -31,6 +31,11 @@ ESTIMATORS = {
     "all together": dw.Joint(
         3, inputs=2, direct=True, noise=dw.OutputError(0.01), memory=dw.Walk(1e-6), gate=dw.Gate(), P0=100.0
     ),
+    "until a jump": dw.Joint(2, inputs=1, memory=dw.UntilJump(settle=10)),
+    "unknown polynomial": dw.Joint(2, inputs=1, noise=dw.UnknownPolynomial()),
+    "extended least squares": dw.Joint(
+        1, inputs=2, direct=True, noise=dw.UnknownPolynomial(variance=0.01, method="els"), memory=dw.Walk(1e-5)
+    ),
     "dead-beat": dw.Joint(2, inputs=1, noise=dw.EquationError(0.0), P0=100.0),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
 }
@@ -70,7 +75,7 @@ class Swelling(NamedTuple):
 
 
 @drift.on(Swelling)
-def _(memory, U, D, n, scratch):
+def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
     ud.widen(U, D, n, memory.q, scratch)
     return 0
 
@@ -78,6 +83,7 @@ def _(memory, U, D, n, scratch):
 IDLE = [
     (dict(memory=dw.Walk(0.0)), {}),
     (dict(gate=dw.Gate(1e9)), {}),
+    (dict(memory=dw.UntilJump(dw.CUSUM(4.0, 1e9))), {}),
     (dict(floor=0.0), dict(floor=1e-300)),
 ]
 

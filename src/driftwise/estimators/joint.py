@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..detect.cusum import CUSUM
 from ..detect.gate import Always, Gate, admit
 from ..errors import InputError
 from ..kernel import compose, ud
-from ..memory.drift import Never, Walk, drift
+from ..memory.drift import Never, Restart, UntilJump, Walk, drift
 from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
 from ..models.convert import Model
@@ -55,10 +56,10 @@ class Joint:
         Number of inputs k.
     direct : bool
         Whether u(t) acts on y(t) at once (the term b0).
-    noise : EquationError, OutputError, NoisePolynomial or NoiseCovariance
+    noise : EquationError, OutputError, NoisePolynomial, UnknownPolynomial or NoiseCovariance
         What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
-    memory : Never or Walk
-        Constant parameters, or a capped random walk.
+    memory : Never, Walk or UntilJump
+        Constant parameters, a capped random walk, or constant between detected jumps.
     gate : Gate, optional
         Treat outliers as missing, before they enter F.
     scale : UnknownScale, optional
@@ -116,7 +117,10 @@ class Joint:
             s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form,
         )  # fmt: skip
         self.model = model = Canonical(
-            door.count("order", order, least=1), door.count("inputs", inputs), bool(direct) and inputs > 0
+            door.count("order", order, least=1),
+            door.count("inputs", inputs),
+            bool(direct) and inputs > 0,
+            isinstance(noise, noises.UnknownPolynomial),
         )
         self.dt = door.positive("dt", dt)
         self.y_scale = door.positive("y_scale", y_scale)
@@ -130,7 +134,7 @@ class Joint:
         if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
             raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
-        self._set_prior(s0, P0)
+        self._set_prior(s0, P0, noise)
         memory = self._resolve_memory(memory)
         kappa = getattr(kernel_noise, "kappa", ())
         self.form = form or ("array" if len(kappa) == N else "ud")
@@ -146,6 +150,7 @@ class Joint:
             n,
             inputs,
             model.direct_terms,
+            float(model.coloured),
             rows,
             columns,
             floor,
@@ -156,11 +161,17 @@ class Joint:
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.dtype = np.dtype(
-            [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
+            [
+                (name, "f8")
+                for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top", "cell")
+            ]
             + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
-            + [(name, "f8", (inputs,)) for name in ("held", "unsure", "known", "sums", "squares", "steps")]
+            + [
+                (name, "f8", (inputs + model.coloured,))
+                for name in ("held", "unsure", "known", "sums", "squares", "steps")
+            ]
         )
-        assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + INPUT * inputs)
+        assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + INPUT * (inputs + model.coloured))
 
     def __repr__(self):
         defaults = inspect.signature(Joint).parameters
@@ -169,12 +180,19 @@ class Joint:
 
     # --- prior ---------------------------------------------------------------------------------------------
 
-    def _set_prior(self, s0, P0):
-        N, back = self.model.N, self.model.salut
-        mean = np.zeros(N) if s0 is None else door.vector("s0", s0, N)
+    def _set_prior(self, s0, P0, noise):
+        N, n, back = self.model.N, self.model.n, self.model.salut
+        c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
+        mean = np.zeros(N)
+        if s0 is not None:
+            mean = door.vector("s0", s0, N)
+        elif self.model.coloured and noise.d is not None:
+            mean[c] = noises.coefficients(noise.d, n)
         self._s0 = mean[back]
         if P0 is None:
-            P = WIDTH * np.diag(np.concatenate([np.full(self.model.n, self.y_scale**2), self._theta_units()]))
+            P = WIDTH * np.diag(np.concatenate([np.full(n, self.y_scale**2), self._theta_units()]))
+            if self.model.coloured and noise.variance is not None:
+                P[c, c] = (1.0 if noise.std is None else noise.std**2) * np.eye(n)
         else:
             P = door.covariance("P0", P0, N)[np.ix_(back, back)]
         try:
@@ -187,17 +205,25 @@ class Joint:
     def _theta_units(self):
         """Return the squared units of theta: none for a, those of y over u for b."""
         n, gain = self.model.n, (self.y_scale / self.u_scale) ** 2
-        return np.concatenate([np.ones(n), np.repeat(gain, n), gain[: self.model.direct_terms]])
+        c = np.ones(n * self.model.coloured)
+        return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms]])
 
     def _resolve_memory(self, memory):
+        N, n = self.model.N, self.model.n
+        cap = np.diag(self.prior_covariance)[n:].copy()
         if isinstance(memory, Walk):
-            m, n = self.model.N - self.model.n, self.model.n
-            q = door.each("q", memory.q, m)
+            q = door.each("q", memory.q, N - n)
             if np.any(q < 0):
                 raise InputError(f"q must not be negative (it is a variance per sample), got {memory.q!r}")
-            return Walk(q * self._theta_units(), np.diag(self.prior_covariance)[n:].copy())
+            return Walk(q * self._theta_units(), cap)
+        if isinstance(memory, UntilJump):
+            detector, step = memory.detector, door.each("step", memory.step, N - n)
+            if not isinstance(detector, CUSUM) or not (detector.ratio > 1 and detector.threshold > 0):
+                raise InputError(f"detector must be CUSUM(ratio > 1, threshold > 0), got {detector!r}")
+            settle = float(6 * N if memory.settle is None else door.count("settle", memory.settle))
+            return Restart(float(detector.ratio), float(detector.threshold), settle, step**2 * self._theta_units(), cap)
         if type(memory) not in drift.table:
-            raise InputError(f"memory must be Never() or Walk(q), got {memory!r}")
+            raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
         return memory
 
     def _resolve_gate(self, gate):
@@ -293,6 +319,45 @@ class Joint:
         return Trace(
             self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time
         )
+
+    def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None):
+        """Return state and parameters at every sample given the whole record, or the samples up to ``lag`` later.
+
+        Modified Bryson-Frazier recursion (F and P are singular here, so nothing may be inverted). Exact where the
+        filter is; around missing samples it is the best linear smoother of the filter's moments. Constant parameters
+        have one value for the whole record; `Walk` and `UntilJump` are where smoothing pays. The record is held in
+        memory, its covariances are not.
+
+        Parameters
+        ----------
+        y, u, state, time : as for `scan`
+        lag : samples to look ahead; None: to the end
+        keep : "means", "std" or "covariance"
+
+        Notes
+        -----
+        Bad at: priors so wide that P(t | T) is lost in the round-off of P(t | t-1), the first samples under
+        P0 = 1e16 say; a standard deviation is then no better than that round-off (and says so by its size). The cost of
+        a fixed lag grows with the lag.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=200, noise_std=0.1, seed=1)
+        >>> smoothed = dw.Joint(1, inputs=1).smooth(y, u)
+        >>> print(smoothed.parameters[0].round(2), smoothed.parameters_std[0].round(3))
+        [-0.8   1.01] [0.003 0.007]
+        """
+        from ..workflow.smoothed import Smoothed, width
+        from .smoother import smooth
+
+        y, u = door.record(y, u, self.model.inputs)
+        if not len(y):
+            raise InputError("y is empty: there is nothing to smooth")
+        lag = None if lag is None else door.count("lag", lag)
+        outs = np.empty((len(y), width(keep, self.model.N)))
+        final = smooth(self, y, u, self.start() if state is None else state, lag, outs)
+        return Smoothed(self, y, u, outs, keep, final, lag, time)
 
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.

@@ -6,8 +6,9 @@ change; they shift, and the state block is re-triangularised where its noise nee
 
 from ..kernel.compose import choice, kernel, rare
 from ..kernel.ud import entry, orthogonalise, predicted_variance, variance
-from ..models.noise import Coloured, Sensor, White, correlate
-from .joint_row import predict_output, project
+from ..models.noise import Coloured, Sensor, Unknown, White, correlate
+from ..models.stability import shrink_inside
+from .joint_row import HAS_KAPPA, USED_Y, predict_output, project
 
 SETTLED = 1e-6  # variance of a below which a product with a is as good as linear
 
@@ -105,6 +106,21 @@ def add_spread(U, D, first, last, weight, n, rows, Y, d, g, at):
     return at
 
 
+@rare
+def add_difference_spread(U, D, first, second, weight, n, rows, Y, d, at):
+    """Append noise of covariance weight cov(p - q) to x, p and q the n parameters from ``first`` and ``second`` on."""
+    for c in range(min(first, second), D.size):
+        d[at] = weight * D[c]
+        for i in range(rows):
+            Y[i, at] = 0.0
+            if i < n and first + i <= c:
+                Y[i, at] += entry(U, first + i, c)
+            if i < n and second + i <= c:
+                Y[i, at] -= entry(U, second + i, c)
+        at += 1
+    return at
+
+
 @choice
 def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
     """Time update of mean and factors; z is the measured y, unused where there is none.
@@ -119,6 +135,7 @@ def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
         propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
         return
     n = work.n
+    work.memo[USED_Y], work.memo[HAS_KAPPA] = z, 0.0
     shift_mean(state.s, n, work.inputs, z, state.held)
     shift_factor(state.U, state.D.size, n, work.inputs, z, state.held)
     drop_measured(state.U, state.D, n)
@@ -139,39 +156,118 @@ def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
     propagate_dense(noise, state, work, z, yhat, 0.0, T, s2, False)
 
 
+@propagate.on(Unknown)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    n, k = work.n, work.inputs
+    c = n * (k + 2)
+    shrink_inside(state.s[c : c + n], noise.radius, work.b, work.c)
+    propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+
+
 @propagate.on(Coloured)
 def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
     propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
 
 
 @kernel
+def add_square(c, weight, n, rows, Y, d, at):
+    """Append noise of covariance weight c c' to x; return the next column."""
+    d[at] = weight
+    for i in range(rows):
+        Y[i, at] = c[i] if i < n else 0.0
+    return at + 1
+
+
+@choice
+def add_missing_product(noise, state, work, R, T, s2, at):
+    """Append the spread of the product a y, y missing with variance T; return the next column."""
+
+
+@add_missing_product.on(White, Sensor, Coloured)
+def _(noise, state, work, R, T, s2, at):
+    if T <= 0.0:
+        return at
+    return add_spread(state.U, state.D, work.n, -1, s2 * T, work.n, work.rows, work.Y, work.d, work.g, at)
+
+
+@add_missing_product.on(Unknown)
+def _(noise, state, work, R, T, s2, at):
+    n, c = work.n, work.n * (work.inputs + 2)
+    if noise.spread == 0.0:
+        return add_spread(state.U, state.D, n, -1, s2 * T, n, work.rows, work.Y, work.d, work.g, at)
+    at = add_spread(state.U, state.D, n, -1, s2 * (T - R), n, work.rows, work.Y, work.d, work.g, at)
+    return add_difference_spread(state.U, state.D, c, n, s2 * R, n, work.rows, work.Y, work.d, at)
+
+
+@choice
+def add_noise_product(noise, state, work, s2, at):
+    """Append the spread of the product d v, v = y - H s; return the next column."""
+
+
+@add_noise_product.on(White, Sensor, Coloured)
+def _(noise, state, work, s2, at):
+    return at
+
+
+@add_noise_product.on(Unknown)
+def _(noise, state, work, s2, at):
+    U, D, n, first = state.U, state.D, work.n, work.n * (work.inputs + 2)
+    covariance_with_output(U, D, work.f, first, n, work.c)
+    if noise.spread == 0.0:
+        return at
+    Tx = predicted_variance(work.f, D, 0.0)
+    at = add_spread(U, D, first, -1, s2 * Tx, n, work.rows, work.Y, work.d, work.g, at)
+    return add_square(work.c, s2, n, work.rows, work.Y, work.d, at)
+
+
+@choice
+def multiply_noise(noise, state, work, v, s2):
+    """Let the innovation v pass through the unknown noise polynomial, where kappa has not done so."""
+
+
+@multiply_noise.on(White, Sensor, Coloured)
+def _(noise, state, work, v, s2):
+    pass
+
+
+@multiply_noise.on(Unknown)
+def _(noise, state, work, v, s2):
+    k, first = work.inputs, work.n * (work.inputs + 2)
+    state.held[k] = v
+    for i in range(work.n):
+        state.s[i] += (1.0 - noise.gradient) * v * state.s[first + i] - noise.spread * s2 * work.c[i]
+
+
+@kernel
 def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
     """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
     s, U, D, n, rows, kappa, Y, d = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d
-    N = D.size
-    correlate(noise, kappa)
-    at = add_noise(noise, state, work, R, s2, is_measured)
+    N, k, held = D.size, work.inputs, state.held
+    correlate(noise, s[n * (k + 2) : n * (k + 3)], kappa)
+    at, share = add_noise(noise, state, work, R, s2, is_measured)
     if is_measured:
-        rest = z - predict_output(s, state.held, work.direct)
-        project(U, N, state.held, work.direct, work.f)
-        shift_mean(s, n, work.inputs, z, state.held)
+        y = z
+        rest = z - predict_output(s, held, work.direct)
+        project(U, N, held, work.direct, work.f)
+        at = add_noise_product(noise, state, work, s2, at)
+        shift_mean(s, n, k, z, held)
         for i in range(rows):
             s[i] += kappa[i] * rest
-        shift_factor(U, N, n, work.inputs, z, state.held)
+        multiply_noise(noise, state, work, share * rest, s2)
     else:
         # F(yhat, u) - [a; 0] H, and the Isserlis terms T P_aa + c c' of the product a y
         # (all relative to sigma^2, which a product of two covariances carries twice)
+        y = yhat
         covariance_with_output(U, D, work.f, n, n, work.c)
-        if T > 0.0:
-            at = add_spread(U, D, n, -1, s2 * T, n, rows, Y, d, work.g, at)
-        d[at] = s2
-        for i in range(rows):
-            Y[i, at] = work.c[i] if i < n else 0.0
-        at += 1
-        shift_mean(s, n, work.inputs, yhat, state.held)
+        at = add_missing_product(noise, state, work, R, T, s2, at)
+        at = add_square(work.c, s2, n, rows, Y, d, at)
+        shift_mean(s, n, k, yhat, held)
         for i in range(n):
             s[i] -= s2 * work.c[i]
-        shift_factor(U, N, n, work.inputs, yhat, state.held)
+        for l in range(k, work.blocks):
+            held[l] = 0.0
+    shift_factor(U, N, n, work.blocks, y, held)
+    work.memo[USED_Y], work.memo[HAS_KAPPA] = y, 1.0
     lay_out(U, D, work.f, kappa, n, rows, Y, d)
     orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
     for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
@@ -181,14 +277,14 @@ def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
 
 @kernel
 def add_noise(noise, state, work, R, s2, is_measured):
-    """Write the noise on x into columns of Y and settle kappa; return the next free column.
+    """Write the noise on x into columns of Y and settle kappa; return the next free column and v's share of its error.
 
     Each column is noise shared by x (in Y) and y (in g). A measured y tells about it: regress on y, kappa its
     coefficients. A missing y was replaced in F by its prediction: then kappa = [a; 0], since -a y carries it into x.
     U itself takes the first columns of Y.
     """
     s, U, D, n, rows, kappa, Y, d, g = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d, work.g
-    at = rows
+    at, share = rows, 1.0
     is_held = False
     for l in range(work.inputs):
         is_held = is_held or state.unsure[l] > 0.0
@@ -216,13 +312,14 @@ def add_noise(noise, state, work, R, s2, is_measured):
                 for c in range(rows, at):
                     kappa[i] += d[c] * Y[i, c] * g[c]
                 kappa[i] = kappa[i] / total if total > 0.0 else 0.0
+            share = R / total if total > 0.0 else 0.0
         else:
             for i in range(rows):
                 kappa[i] = s[n + i] if i < n else 0.0
         for c in range(rows, at):
             for i in range(rows):
                 Y[i, c] -= kappa[i] * g[c]
-    return add_columns(noise, rows, Y, d, at)
+    return add_columns(noise, rows, Y, d, at), share
 
 
 @rare
@@ -239,7 +336,7 @@ def add_columns(noise, rows, Y, d, at):
     """Append the constant noise columns to Y and return the next free column."""
 
 
-@add_columns.on(White, Sensor)
+@add_columns.on(White, Sensor, Unknown)
 def _(noise, rows, Y, d, at):
     return at
 

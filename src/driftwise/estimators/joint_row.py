@@ -16,9 +16,11 @@ import numpy as np
 from ..kernel.compose import kernel, open_row, open_work
 
 # head of the row: one number each
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
-HEAD = 8
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP, CELL = range(9)
+HEAD = 9
 INPUT = 6  # numbers kept for each input
+MEMO = 4  # what the last step did: T (0: no correction) and e, what multiplied a, whether kappa holds
+USED_T, USED_E, USED_Y, HAS_KAPPA = range(MEMO)
 HUGE = 1e100  # beyond this a square or a product of two would overflow
 
 
@@ -28,6 +30,7 @@ class Form(NamedTuple):
     n: float
     inputs: float
     direct: float  # number of direct terms: 0 or the number of inputs
+    coloured: float  # 1 where the noise polynomial is unknown: its innovation v is one more "input", else 0
     rows: float  # rows that the time update re-triangularises: n (the state), or N (noise on the parameters)
     noises: float  # columns of G
     floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
@@ -42,7 +45,7 @@ class Row(NamedTuple):
     s: np.ndarray
     D: np.ndarray
     U: np.ndarray
-    held: np.ndarray  # each input: its value, predicted while missing
+    held: np.ndarray  # each input: its value, predicted while missing (and last, where coloured, v)
     unsure: np.ndarray  # variance of that prediction
     known: np.ndarray  # how many values are known, and their sums of values, squares and squared steps
     sums: np.ndarray
@@ -55,6 +58,7 @@ class Work(NamedTuple):
 
     n: int
     inputs: int
+    blocks: int  # inputs, and the noise v where its polynomial is unknown: each multiplies n parameters
     direct: int
     rows: int
     least: float
@@ -65,12 +69,13 @@ class Work(NamedTuple):
     Y: np.ndarray
     d: np.ndarray
     g: np.ndarray
+    memo: np.ndarray  # what the last step did, for the smoother
 
 
 @open_row.on(Form)
 def _(form, row):
-    n, k = int(form.n), int(form.inputs)
-    N = n + n * (k + 1) + int(form.direct)
+    n, k = int(form.n), int(form.inputs + form.coloured)
+    N = n * (k + 2) + int(form.direct)
     s = HEAD
     D = s + N
     U = D + N
@@ -84,23 +89,23 @@ def _(form, row):
 
 def scratch_size(form) -> int:
     """Return how many numbers of scratch a run needs."""
-    n, k, rows = int(form.n), int(form.inputs), int(form.rows)
+    n, k, rows = int(form.n), int(form.inputs + form.coloured), int(form.rows)
     m = n * (k + 1) + int(form.direct)
     width = rows + int(form.noises) + (k + 1) * (m + 1) + 2
-    return 4 * (n + m) + (rows + 2) * width
+    return 4 * (n + m) + (rows + 2) * width + MEMO
 
 
 @open_work.on(Form)
 def _(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
-    N = n + n * (k + 1) + int(form.direct)
-    at = 4 * N
-    width = (scratch.size - at) // (rows + 2)
+    blocks = k + int(form.coloured)
+    N = n * (blocks + 2) + int(form.direct)
+    at, end = 4 * N, scratch.size - MEMO
     vectors = scratch[:at].reshape(4, N)
-    wide = scratch[at:].reshape(rows + 2, width)
+    wide = scratch[at:end].reshape(rows + 2, (end - at) // (rows + 2))
     return Work(
-        n, k, int(form.direct), rows, form.least,
-        vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1],
+        n, k, blocks, int(form.direct), rows, form.least,
+        vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1], scratch[end:],
     )  # fmt: skip
 
 

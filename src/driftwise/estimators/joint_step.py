@@ -12,6 +12,7 @@ from ..memory.drift import drift
 from ..models.scale import sigma2
 from .joint_predict import propagate
 from .joint_row import (
+    CELL,
     CHI2,
     HUGE,
     IN_A_ROW,
@@ -21,6 +22,8 @@ from .joint_row import (
     SAMPLES,
     STATUS,
     TOP,
+    USED_E,
+    USED_T,
     Form,
     predict_output,
     project,
@@ -30,10 +33,10 @@ LIMIT = 1e8  # a variance so many times that of all data seen says that the stat
 
 
 @kernel
-def take_inputs(state, u, t):
+def take_inputs(state, inputs, u, t):
     """Take the inputs of sample t into ``state.held``, a missing one as predicted; return a status."""
     status = 0
-    for l in range(state.held.size):
+    for l in range(inputs):
         value = u[t, l]
         if abs(value) < HUGE:
             if state.known[l] > 0.0:
@@ -103,7 +106,7 @@ def restart_state(state, n, Px, s2):
 @advance.on(Form)
 def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
     head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
-    status = take_inputs(state, u, t)
+    status = take_inputs(state, work.inputs, u, t)
     z = y[t, 0]
     head[PEAK] *= 0.75
     is_measured = abs(z) < HUGE
@@ -143,11 +146,15 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
         status |= 0 if is_measured else REJECTED
 
     # correct
+    surprise = np.nan
+    work.memo[USED_T] = 0.0
     if is_measured:
         T = correct(U, D, work.f, R, work.b)
         if T > 0.0:
             for i in range(D.size):
                 s[i] += work.b[i] * (e / T)
+            surprise = e * e / (s2 * T)
+            work.memo[USED_T], work.memo[USED_E] = T, e
             head[OBSERVED] += 1.0
             head[CHI2] += e * e / T
             head[LOGDET] += math.log(T)
@@ -159,7 +166,7 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
 
     # predict
     propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
-    status |= drift(memory, U, D, n, work.c)
+    status |= drift(memory, head[CELL : CELL + 1], surprise, head[OBSERVED], s2, U, D, n, work.c)
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0

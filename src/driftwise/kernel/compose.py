@@ -2,7 +2,8 @@
 
 * ``@kernel`` marks a function that compiled code may call. It stays an ordinary Python function.
 * ``@choice`` marks a function with one implementation per policy type; ``choice.on(Type)`` adds one.
-* ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types.
+* ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types;
+  ``recorder(kinds)`` and ``smoother(form)`` the two loops that a smoother needs.
 
 The driver closes over *classes* and an integer fingerprint of the sources, never over compiled functions:
 numba pickles what a closure holds into its cache key, so classes keep the key stable between processes and
@@ -98,7 +99,7 @@ def read(kind, spec, at):
     return _reader(kind)(kind, spec, at)
 
 
-# --- the three functions an estimator's form provides ------------------------------------------------------
+# --- the functions an estimator's form provides ------------------------------------------------------------
 
 
 @choice
@@ -114,6 +115,21 @@ def open_work(form, scratch):
 @choice
 def advance(form, noise, memory, gate, scale, state, work, y, u, out, t):
     """Take sample ``t`` of ``y`` and ``u`` into ``state`` and write row ``t`` of ``out``."""
+
+
+@choice
+def remember(form, scale, state, work, note):
+    """Write into ``note`` what the step just taken did, as `retreat` needs it."""
+
+
+@choice
+def retreat(form, row, note, work, space):
+    """Take lambda and Lambda (in ``space``) from after a sample to before it; row is the state before it."""
+
+
+@choice
+def look_back(form, row, s2, space, out):
+    """Write mean and spread of the state before a sample, given lambda and Lambda."""
 
 
 def _make(kinds, fingerprint):
@@ -136,6 +152,50 @@ def _make(kinds, fingerprint):
         return version
 
     return drive
+
+
+def _make_recorder(kinds, fingerprint):
+    """Return the loop that steps through one series and keeps every state and what each step did."""
+    Form, Noise, Memory, Gate, Scale = kinds
+
+    def record(row, history, y, u, out, spec, scratch):
+        version = fingerprint
+        form, at = read(Form, spec, 0)
+        noise, at = read(Noise, spec, at)
+        memory, at = read(Memory, spec, at)
+        gate, at = read(Gate, spec, at)
+        scale, at = read(Scale, spec, at)
+        work = open_work(form, scratch)
+        state = open_row(form, row)
+        for t in range(y.shape[0]):
+            for i in range(row.size):
+                history[t, i] = row[i]
+            advance(form, noise, memory, gate, scale, state, work, y, u, out, t)
+            remember(form, scale, state, work, history[t, row.size :])
+        return version
+
+    return record
+
+
+def _make_smoother(Form, fingerprint):
+    """Return the loop back: modified Bryson-Frazier, over the whole history or ``lag`` samples for each."""
+
+    def smooth(history, width, count, lag, s2, outs, spec, scratch, space):
+        version = fingerprint
+        form, _ = read(Form, spec, 0)
+        work = open_work(form, scratch)
+        size = history.shape[0]
+        for t in range(count - 1, -1, -1):
+            last = t
+            if lag >= 0:
+                last = min(t + lag, size - 1)
+                space[:] = 0.0
+            for j in range(last, t - 1, -1):
+                retreat(form, history[j, :width], history[j, width:], work, space)
+            look_back(form, history[t, :width], s2 if lag < 0 else history[last, width], space, outs[t])
+        return version
+
+    return smooth
 
 
 # --- compiling ---------------------------------------------------------------------------------------------
@@ -205,21 +265,39 @@ def driver(*kinds: type) -> Callable:
     ``scratch`` is any memory of the size the form asks for. All are C-contiguous float64. The global interpreter
     lock is released while it runs.
     """
+    return _compile(lambda numbers: _make(kinds, numbers), kinds, (2, 3, 3, 3, 1, 1))
+
+
+@functools.cache
+def recorder(*kinds: type) -> Callable:
+    """Return the compiled ``record(row, history, y, u, out, spec, scratch)``: one series, every step kept."""
+    return _compile(lambda numbers: _make_recorder(kinds, numbers), kinds, (1, 2, 2, 2, 2, 1, 1))
+
+
+@functools.cache
+def smoother(form: type) -> Callable:
+    """Return the compiled ``smooth(history, width, count, lag, s2, outs, spec, scratch, space)``, from the end back."""
+    return _compile(lambda numbers: _make_smoother(form, numbers), (form,), (2, int, int, int, float, 2, 1, 1, 2))
+
+
+def _compile(make, kinds, dimensions):
+    """Compile ``make(fingerprint)`` for C-contiguous float64 arrays of these dimensions, and numbers."""
     with _lock:
         import numba
         import numba.types
 
         _bind()
-        drive = numba.njit(cache=True, nogil=True, **OPTIONS)(_make(kinds, fingerprint(kinds)))
-        plane, cube, line = (numba.types.Array(numba.float64, dimensions, "C") for dimensions in (2, 3, 1))
+        function = numba.njit(cache=True, nogil=True, **OPTIONS)(make(fingerprint(kinds)))
+        numbers = {int: numba.int64, float: numba.float64}
+        types = tuple(numbers.get(d) or numba.types.Array(numba.float64, d, "C") for d in dimensions)
         # Loops of a few turns: vector code gains nothing, and takes a sixth of the time to compile.
         config: Any = numba.config
         before, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
         try:
-            drive.compile((plane, cube, cube, cube, line, line))
+            function.compile(types)
         finally:
             config.LOOP_VECTORIZE = before
-        return drive
+        return function
 
 
 def plain_driver(*kinds: type) -> Callable:

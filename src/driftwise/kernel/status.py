@@ -7,6 +7,7 @@ MISSING_INPUT = 2
 REJECTED = 4
 EXACT = 8
 FLOORED = 16
+JUMP = 32
 CAPPED = 64
 BAD_VALUE = 128
 LOST = 256
@@ -20,6 +21,7 @@ class Status(IntFlag):
     REJECTED = REJECTED  # the gate took y for an outlier: treated as missing
     EXACT = EXACT  # y was known exactly beforehand (T = 0): no update
     FLOORED = FLOORED  # the round-off floor outweighed R
+    JUMP = JUMP  # the innovations say that the parameters have jumped: they were freed
     CAPPED = CAPPED  # a parameter's walk was held at its prior variance
     BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
@@ -31,6 +33,7 @@ MEANING = {
     Status.REJECTED: "outlier ignored",
     Status.EXACT: "output known exactly, nothing to learn",
     Status.FLOORED: "noise variance raised to the round-off floor",
+    Status.JUMP: "parameters jumped, freed again",
     Status.CAPPED: "parameter variance held at its prior",
     Status.BAD_VALUE: "absurd value taken as missing",
     Status.LOST: "state lost, restarted from the range of the data",

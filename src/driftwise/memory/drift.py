@@ -1,9 +1,10 @@
-"""How the parameters may move between samples: not at all, or as a random walk."""
+"""How the parameters may move between samples: not at all, as a random walk, or by jumps."""
 
 from typing import NamedTuple
 
-from ..kernel.compose import Vector, choice
-from ..kernel.status import CAPPED
+from ..detect.cusum import CUSUM, accumulate
+from ..kernel.compose import Vector, choice, kernel
+from ..kernel.status import CAPPED, JUMP
 from ..kernel.ud import variance, widen
 
 
@@ -24,25 +25,71 @@ class Walk(NamedTuple):
     cap: Vector = ()
 
 
+class UntilJump(NamedTuple):
+    """Nothing is forgotten until the parameters jump; then each gains variance ``step`` squared.
+
+    ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
+    The detector counts after ``settle`` measured samples (None: six times the number of unknowns). No parameter
+    becomes wider than its prior. Bad at slow drift, which never alarms (use `Walk`), and at noise whose variance
+    grows: it looks like a jump.
+    """
+
+    detector: CUSUM = CUSUM()
+    step: float = 1.0
+    settle: float | None = None
+
+
+class Restart(NamedTuple):
+    """What the kernel sees of `UntilJump`."""
+
+    ratio: float
+    threshold: float
+    settle: float
+    q: Vector
+    cap: Vector
+
+
+@kernel
+def widen_within(U, D, i, q, cap, scratch):
+    """Add variance q to element i, at most up to cap; say whether all of it found room."""
+    if q <= 0.0:
+        return True
+    room = cap - variance(U, D, i)
+    widen(U, D, i, min(q, max(room, 0.0)), scratch)
+    return room >= q
+
+
 @choice
-def drift(memory, U, D, n, scratch):
-    """Widen U D U' by one sample's drift and return a status bit."""
+def drift(memory, cell, surprise, observed, s2, U, D, n, scratch):
+    """Widen U D U' by one sample's drift and return status bits.
+
+    ``cell`` is one number the memory may keep, ``surprise`` is e^2/T of the sample (NaN where it taught nothing),
+    ``observed`` how many samples have, and P is relative to ``s2``.
+    """
 
 
 @drift.on(Never)
-def _(memory, U, D, n, scratch):
+def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
     return 0
 
 
 @drift.on(Walk)
-def _(memory, U, D, n, scratch):
+def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
-        q = memory.q[i]
-        if q > 0.0:
-            room = memory.cap[i] - variance(U, D, n + i)
-            if room < q:
-                q = max(room, 0.0)
-                status = CAPPED
-            widen(U, D, n + i, q, scratch)
+        if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
+            status = CAPPED
     return status
+
+
+@drift.on(Restart)
+def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+    if not (observed > memory.settle and surprise >= 0.0):
+        return 0
+    cell[0] = accumulate(cell[0], surprise, memory.ratio)
+    if cell[0] <= memory.threshold:
+        return 0
+    cell[0] = 0.0
+    for i in range(memory.q.size):
+        widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch)
+    return JUMP

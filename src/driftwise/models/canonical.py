@@ -10,15 +10,21 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Canonical:
-    """Order n, k inputs, with direct terms or not; N = n + n (k + 1) + direct terms unknowns.
+    """Order n, k inputs, with direct terms or not, with unknown noise polynomial or not.
 
-    Two orders of the same numbers: the *kernel's*, measured state first and parameters by lag (a1..an, b1..bn,
-    b0), and *Salut's*, [x_1..x_n ; a_0..a_{n-1}, b_0..b_{n-1}, b_n] with a_{n-i} = ai.
+    Two orders of the same numbers: the *kernel's*, measured state first and parameters by lag (a1..an, b1..bn, c1..cn,
+    b0), and *Salut's*, [x_1..x_n ; a_0..a_{n-1}, b_0..b_{n-1}, d_0..d_{n-1}, b_n] with a_{n-i} = ai, d_{n-i} = ci.
     """
 
     n: int
     inputs: int = 0
     direct: bool = False
+    coloured: bool = False
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks of n numbers: state, a, b of each input, c."""
+        return 2 + self.inputs + self.coloured
 
     @property
     def direct_terms(self) -> int:
@@ -28,14 +34,14 @@ class Canonical:
     @property
     def N(self) -> int:
         """Number of unknowns, state and parameters."""
-        return self.n * (self.inputs + 2) + self.direct_terms
+        return self.n * self.blocks + self.direct_terms
 
     @cached_property
     def salut(self) -> np.ndarray:
         """Index that takes numbers in Salut's order to the kernel's: ``kernel = salut_ordered[salut]``."""
         order = np.arange(self.N)
-        blocks = self.n * (self.inputs + 2)
-        order[:blocks] = order[:blocks].reshape(-1, self.n)[:, ::-1].ravel()
+        end = self.n * self.blocks
+        order[:end] = order[:end].reshape(-1, self.n)[:, ::-1].ravel()
         return order
 
     @property
@@ -45,7 +51,7 @@ class Canonical:
 
     @cached_property
     def names(self) -> list[str]:
-        """Names of the parameters: a1..an, then b1..bn of each input (b1.2 is the second input's), then b0."""
+        """Names of the parameters: a1..an, b1..bn of each input (b1.2 is the second input's), c1..cn, b0."""
         lags = range(1, self.n + 1)
 
         def of(i: int) -> str:
@@ -54,6 +60,7 @@ class Canonical:
         return (
             [f"a{k}" for k in lags]
             + [f"b{k}{of(i)}" for i in range(self.inputs) for k in lags]
+            + [f"c{k}" for k in lags if self.coloured]
             + [f"b0{of(i)}" for i in range(self.direct_terms)]
         )
 
@@ -64,8 +71,14 @@ class Canonical:
         B = np.zeros((k, n + 1))
         B[:, 1:] = theta[n : n + n * k].reshape(k, n)
         if self.direct:
-            B[:, 0] = theta[n + n * k :]
+            B[:, 0] = theta[n * (self.blocks - 1) :]
         return np.concatenate([[1.0], theta[:n]]), B
+
+    def noise_polynomial(self, theta):
+        """Return C (n + 1,) in powers of q^-1 for a parameter vector in kernel order; 1 where it is not a parameter."""
+        n, k = self.n, self.inputs
+        c = np.asarray(theta, float)[n * (k + 1) : n * (k + 2)] if self.coloured else np.zeros(n)
+        return np.concatenate([[1.0], c])
 
 
 def power_of_two(values) -> float:

@@ -93,7 +93,7 @@ class Model:
             J[i, :, :n] = -(G[i] / den)[:, None] * lags[:, 1:]
             J[i, :, n * (i + 1) : n * (i + 2)] = lags[:, 1:] / den[:, None]
             if self.form.direct:
-                J[i, :, n * (k + 1) + i] = 1 / den
+                J[i, :, n * (self.form.blocks - 1) + i] = 1 / den
         J = np.stack([J.real, J.imag], axis=2)
         return G, J @ self.covariance @ J.swapaxes(-1, -2)
 

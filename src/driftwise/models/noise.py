@@ -46,6 +46,25 @@ class NoisePolynomial(NamedTuple):
     variance: float | None = None
 
 
+class UnknownPolynomial(NamedTuple):
+    """Coloured noise C(z) v whose C is estimated too, an ARMAX model: names c1..cn, c_k = d_{n-k}.
+
+    ``d`` is where C starts, ``std`` how far each coefficient may be from it (it needs ``variance``, because all is
+    relative to a learnt sigma^2; None: 1 where the variance is given, anywhere where it is learnt). ``method`` is
+    "ekf" (d v multiplies two unknowns: exact first two moments of a Gaussian posterior, the best of the three), "rml"
+    (recursive maximum likelihood: the same without second-order terms) or "els" (extended least squares: the residual
+    as a known input). C's zeros are kept within ``radius`` by shrinking them. Bad at systems whose poles and zeros of C
+    nearly cancel: a is then known only as well as d is (`cramer_rao` gives the ratio). Source: Ljung and Soderstrom
+    (1983), chapter 3.
+    """
+
+    d: tuple | None = None
+    std: float | None = None
+    variance: float | None = None
+    method: str = "ekf"
+    radius: float = 0.99
+
+
 class NoiseCovariance(NamedTuple):
     """Known covariances: Q of w (n, n) or of the whole noise (N, N), S = cov(w, w_n), R = var w_n."""
 
@@ -66,6 +85,15 @@ class Sensor(NamedTuple):
     R: float
 
 
+class Unknown(NamedTuple):
+    """What the kernel sees of an unknown noise polynomial."""
+
+    R: float
+    gradient: float  # 1: v = y - H s is uncertain as s is, so regressors pass 1/C; 0: it is a known input
+    spread: float  # 1: with the second-order terms of the product d v
+    radius: float
+
+
 class Coloured(NamedTuple):
     """What the kernel sees of a constant noise: ``G`` lists its columns one after another."""
 
@@ -76,9 +104,10 @@ class Coloured(NamedTuple):
 
 def resolve(noise, n: int, N: int, salut, unit: float):
     """Return the kernel's policy for a user's noise; ``salut`` maps Salut's order to the kernel's."""
-    if not isinstance(noise, EquationError | OutputError | NoisePolynomial | NoiseCovariance):
+    if not isinstance(noise, EquationError | OutputError | NoisePolynomial | UnknownPolynomial | NoiseCovariance):
         raise InputError(
-            "noise must be OutputError(), EquationError(), NoisePolynomial(d) or NoiseCovariance(Q, S, R), "
+            "noise must be OutputError(), EquationError(), NoisePolynomial(d), UnknownPolynomial() or "
+            f"NoiseCovariance(Q, S, R), "
             f"got {noise!r}; were the brackets forgotten?"
         )
     if not isinstance(noise, NoiseCovariance):
@@ -92,14 +121,36 @@ def resolve(noise, n: int, N: int, salut, unit: float):
             return White(R)
         if isinstance(noise, OutputError):
             return Sensor(R)
-        try:
-            d = np.asarray(noise.d, float)
-        except ValueError:
-            d = np.full(0, np.nan)
-        if d.shape != (n,) or not np.all(np.isfinite(d)):
-            raise InputError(f"d must list the {n} finite coefficients d_0 .. d_{n - 1}, got {noise.d!r}")
-        return Coloured(R, d[::-1].copy(), np.zeros(0))
+        if isinstance(noise, UnknownPolynomial):
+            return _unknown(noise, R)
+        return Coloured(R, coefficients(noise.d, n)[::-1].copy(), np.zeros(0))
     return _covariance(noise, n, N, salut)
+
+
+def coefficients(d, n) -> np.ndarray:
+    """Return d_0 .. d_{n-1} as an array."""
+    try:
+        values = np.asarray(d, float)
+    except ValueError:
+        values = np.full(0, np.nan)
+    if values.shape != (n,) or not np.all(np.isfinite(values)):
+        raise InputError(f"d must list the {n} finite coefficients d_0 .. d_{n - 1}, got {d!r}")
+    return values
+
+
+def _unknown(noise, R):
+    methods = {"els": (0.0, 0.0), "rml": (1.0, 0.0), "ekf": (1.0, 1.0)}
+    if noise.method not in methods:
+        raise InputError(f"method must be one of {', '.join(methods)}, got {noise.method!r}")
+    if not 0.0 < noise.radius < 1.0:
+        raise InputError(f"radius must lie between 0 and 1, where C can be inverted, got {noise.radius!r}")
+    if R == 0.0:
+        raise InputError("an unknown noise polynomial needs noise: its variance must be positive")
+    if noise.std is not None and not (np.isfinite(noise.std) and noise.std >= 0):
+        raise InputError(f"std must be a finite number, not negative, got {noise.std!r}")
+    if noise.std is not None and noise.variance is None:
+        raise InputError("std needs variance=: with a learnt variance every prior is relative to it. A guess will do.")
+    return Unknown(R, *methods[noise.method], noise.radius)
 
 
 def _covariance(noise, n, N, salut):
@@ -129,17 +180,23 @@ def _covariance(noise, n, N, salut):
 
 
 @choice
-def correlate(noise, kappa):
-    """Fill kappa."""
+def correlate(noise, d, kappa):
+    """Fill kappa; ``d`` are the current coefficients of an unknown noise polynomial."""
 
 
 @correlate.on(White, Sensor)
-def _(noise, kappa):
+def _(noise, d, kappa):
     for i in range(kappa.size):
         kappa[i] = 0.0
 
 
+@correlate.on(Unknown)
+def _(noise, d, kappa):
+    for i in range(d.size):
+        kappa[i] = noise.gradient * d[i]
+
+
 @correlate.on(Coloured)
-def _(noise, kappa):
+def _(noise, d, kappa):
     for i in range(noise.kappa.size):
         kappa[i] = noise.kappa[i]

@@ -7,16 +7,29 @@ from typing import Any
 
 import numpy as np
 
+from ..detect.cusum import CUSUM
 from ..detect.gate import Gate
 from ..errors import InputError
-from ..memory.drift import Never, Walk
-from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError
+from ..memory.drift import Never, UntilJump, Walk
+from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
 SCHEMA = 1
 KINDS = {
     k.__name__: k
-    for k in (EquationError, OutputError, NoisePolynomial, NoiseCovariance, Never, Walk, Gate, UnknownScale)
+    for k in (
+        EquationError,
+        OutputError,
+        NoisePolynomial,
+        UnknownPolynomial,
+        NoiseCovariance,
+        Never,
+        Walk,
+        UntilJump,
+        CUSUM,
+        Gate,
+        UnknownScale,
+    )
 }
 
 

@@ -137,11 +137,7 @@ class Trace:
     def covariance(self) -> np.ndarray:
         """Covariance of [x ; parameters], (T, N, N); needs keep="covariance"."""
         N = self.estimator.model.N
-        packed = self._columns(N, N * (N + 1) // 2, "covariance")
-        full = np.empty((len(self), N, N))
-        j, i = np.tril_indices(N)
-        full[:, i, j] = full[:, j, i] = packed
-        return full
+        return unpack(self._columns(N, N * (N + 1) // 2, "covariance"), N)
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval at each sample (Student-t where the scale is learnt), (T,)."""
@@ -246,6 +242,14 @@ class Trace:
             est = rebuild(str(f["header"]))
             state = f["state"].view(est.dtype).reshape(())
             return cls(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, float(f["extra"][0]), f["time"])
+
+
+def unpack(packed, N) -> np.ndarray:
+    """Return full covariances (T, N, N) of rows that list their upper triangles by columns."""
+    full = np.empty((len(packed), N, N))
+    j, i = np.tril_indices(N)
+    full[:, i, j] = full[:, j, i] = packed
+    return full
 
 
 def quantile(level, dof):

@@ -1,0 +1,83 @@
+"""Parameters that jump: found at once, learnt anew, and no alarm where nothing happened."""
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+
+SEEDS, SAMPLES, JUMP = 100, 1000, 500
+BEFORE, AFTER, B = np.array([-1.5, 0.72]), np.array([-1.2, 0.5]), [1.0, 0.5]
+NOISE = 0.15
+
+
+@pytest.fixture(scope="module")
+def records():
+    a = np.where(np.arange(SAMPLES)[:, None] < JUMP, BEFORE, AFTER)
+    made = [dw.simulate(a, B, samples=SAMPLES, noise_std=NOISE, seed=s) for s in range(SEEDS)]
+    return np.stack([y for y, _ in made]), np.stack([u for _, u in made])[..., None]
+
+
+def follow(memory, records, noise=None):
+    """Alarms (T, S), squared error of a (T, S)."""
+    est = dw.Joint(2, 1, noise=noise or dw.EquationError(NOISE**2), memory=memory)
+    states, alarms, errors = est.start(SEEDS), [], []
+    for t in range(SAMPLES):
+        states, steps = est.tick(states, records[0][:, t], records[1][:, t])
+        alarms.append((steps.status & int(dw.Status.JUMP)) > 0)
+        truth = BEFORE if t + 1 < JUMP else AFTER
+        errors.append(np.sum((states["theta"][:, :2] - truth) ** 2, axis=1))
+    return np.array(alarms), np.array(errors)
+
+
+def rms(errors, first, stop):
+    return np.sqrt(np.mean(errors[first:stop]) / 2)
+
+
+@pytest.mark.parametrize("noise", [None, dw.EquationError()], ids=["known noise", "learnt noise"])
+def test_a_jump_is_found_and_learnt_anew(records, noise):
+    """Median delay at most 10 samples, none missed, no false alarm in 50 000 samples, rms error of a at most .03."""
+    alarms, errors = follow(dw.UntilJump(), records, noise)
+    assert not alarms[:JUMP].any()
+    delay = [int(np.argmax(found)) if found.any() else SAMPLES for found in alarms[JUMP:].T]
+    assert np.median(delay) <= 10
+    assert max(delay) < 150
+    assert rms(errors, 560, 1000) <= 0.03
+    constant = follow(dw.Never(), records, noise)[1]
+    assert np.array_equal(errors[:JUMP], constant[:JUMP])
+    assert rms(constant, 560, 1000) > 5 * rms(errors, 560, 1000)
+
+
+def test_better_than_any_random_walk(records):
+    until = follow(dw.UntilJump(), records)[1]
+    for q in (1e-5, 1e-4, 1e-3):
+        walking = follow(dw.Walk(q), records)[1]
+        # a walk pays in every quiet stretch for what it gains at the jump
+        assert rms(until, 300, 500) < rms(walking, 300, 500)
+        assert rms(until, 300, 1000) < rms(walking, 300, 1000) or rms(until, 600, 1000) < rms(walking, 600, 1000)
+
+
+def test_no_parameter_becomes_wider_than_its_prior(records):
+    est = dw.Joint(2, 1, noise=dw.EquationError(NOISE**2), memory=dw.UntilJump(step=1e6), P0=2.0)
+    trace = est.scan(records[0][0], records[1][0], keep="covariance")
+    assert (trace.status & int(dw.Status.JUMP)).any()
+    assert np.all(trace.parameters_std**2 <= 2.0 * (1 + 1e-9))
+
+
+def test_the_event_is_told(records):
+    trace = dw.Joint(2, 1, memory=dw.UntilJump()).scan(records[0][0], records[1][0])
+    told = [e for e in trace.events() if e.kind == "JUMP"]
+    assert told and JUMP <= told[0].sample < JUMP + 20
+
+
+@pytest.mark.parametrize(
+    "memory, words",
+    [
+        (dw.UntilJump(dw.CUSUM(0.5, 12.0)), "ratio > 1"),
+        (dw.UntilJump(12.0), "CUSUM"),
+        (dw.UntilJump(step=[1.0, 2.0]), "step"),
+        (dw.UntilJump(settle=-1), "settle"),
+    ],
+)
+def test_bad_settings_are_told(memory, words):
+    with pytest.raises(dw.InputError, match=words):
+        dw.Joint(2, 1, memory=memory)
