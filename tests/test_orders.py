@@ -51,7 +51,7 @@ def test_evidence_is_the_marginal_density():
 
 def counts(count, orders=range(1, 6), data=None, **options):
     best = [dw.choose_order(y, u, orders, **options).best for y, u in (data or records(count))]
-    return np.bincount(best, minlength=6)
+    return np.bincount(best, minlength=8)
 
 
 def test_right_order_of_forty_records():
@@ -62,7 +62,7 @@ def test_right_order_of_forty_records():
 @pytest.mark.parametrize("P0", [1.0, 100.0, 1e6])
 def test_right_order_of_two_hundred_records_at_any_prior(P0):
     found = counts(200, P0=P0)
-    print(f"P0 = {P0:g}: orders 1 to 5 chosen {found[1:]} times")
+    print(f"P0 = {P0:g}: orders 1 to 5 chosen {found[1:6]} times")
     assert found[2] >= 195
 
 
@@ -96,18 +96,26 @@ def test_prior_of_the_parameters_matters_little(P0):
 
 def test_why_ten():
     """A prior of 1 overfits large coefficients, one of 100 misses what shows weakly; 10 lies between."""
-    large = np.real(np.poly([0.95, 0.9 + 0.2j, 0.9 - 0.2j, 0.8]))[1:]
-    data = [dw.simulate(large, [0.1, 0.05, 0, 0], samples=300, noise_std=0.1, seed=s) for s in range(20)]
+    large = np.real(np.poly([0.98, 0.95 + 0.1j, 0.95 - 0.1j, 0.93 + 0.2j, 0.93 - 0.2j]))[1:]  # up to 9
+    data = [dw.simulate(large, [0.1, 0.05, 0, 0, 0], samples=300, noise_std=0.1, seed=s) for s in range(20)]
     weak = [dw.simulate([-0.8, 0.12], B, samples=100, noise_std=1.0, seed=s) for s in range(20)]
-    right = {P0: (counts(20, data=data, P0=P0)[4], counts(20, data=weak, P0=P0)[2]) for P0 in (1.0, 10.0, 100.0)}
-    print("right of 20, large coefficients and weak second order, by P0:", right)
+    right = {
+        P0: (counts(20, range(1, 8), data=data, P0=P0)[5], counts(20, data=weak, P0=P0)[2]) for P0 in (1.0, 10.0, 100.0)
+    }
+    print("right of 20, large coefficients of fifth order and weak ones of second, by P0:", right)
     assert right[10.0][0] == right[100.0][0] == 20 > right[1.0][0]
     assert right[1.0][1] > right[10.0][1] > right[100.0][1]
 
 
 @pytest.mark.parametrize("std", [2.0, 1e-2, 1e-4, 1e-6, 0.0])
 def test_clean_and_noisy_records(std):
-    assert counts(6, data=records(6, std))[2] == 6
+    for orders in (range(1, 6), [1, 2, 3]):  # the highest sets the level
+        data = records(6, std)
+        found = [dw.choose_order(y, u, orders) for y, u in data]
+        assert [e.best for e in found] == [2] * 6
+        assert not any("noise is not what" in e.words for e in found) or std == 0
+        runner_up = [max(set(e.orders) - {2}, key=lambda n: e.log_evidence[n - 1]) for e in found]
+        assert all(f"against order {n}" in e.words for n, e in zip(runner_up, found))
 
 
 def test_a_relative_prior_would_choose_wrongly_on_clean_records():
@@ -181,7 +189,7 @@ def test_words_and_tables():
     table = found.to_frame()
     assert table["order"].tolist() == [1, 2, 3] and table["log_evidence"].tolist() == found.log_evidence.tolist()
     assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["best"] == 2
-    assert np.all((found.nis > 0.8) & (found.nis < 1.25))
+    assert np.all((found.nis > 0.8) & (found.nis < 1.4))  # short: above 1 by N / T and more
     assert found.fit[1] == found.fit.max() or found.fit[2] == found.fit.max()
     assert found.rmse[1] == pytest.approx(0.5, rel=0.15)
 
@@ -200,6 +208,14 @@ def test_it_warns():
     is_near = [np.divide(*np.sort(e.probability)[:-3:-1]) < 3 for e in weak]
     assert 0 < sum(is_near) < 20
     assert is_near == ["nearly as probable" in e.words for e in weak]
+
+
+def test_it_says_when_the_noise_is_another():
+    """Noise that stands still for 1000 samples and then roars: the odds are not what they seem."""
+    rng = np.random.default_rng(1)
+    y, u = dw.simulate(A, B, samples=3000, noise_std=0.01, seed=1)
+    y[1000:] += 3 * rng.standard_t(1.5, 2000).clip(-50, 50)
+    assert "the noise is not what the model says" in dw.choose_order(y, u).words
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from .summary import Summary
 
 PILOT = 1000  # samples that set the units
 VAGUE = 10.0  # prior variance of the unknowns in units of the data
-SMALLEST = 1e-14  # noise variance, relative to that of y, below which the pilot's is round-off
+SMALLEST = 1e-24  # noise variance, relative to that of y, where Joint's own round-off begins
 CLOSE = 3.0  # odds below which two orders are called equally good
 
 
@@ -41,7 +41,7 @@ class OrderEvidence:
         `NoisePolynomial` and `NoiseCovariance` are as long as the order: give a function.
     P0 : float
         Prior variance of every unknown in units of the data: a's have 1, b's those of y / u, the state those of y. The
-        default 10 expects coefficients of a few units: at 1 a fourth order with poles near 1 (coefficients up to 5) is
+        default 10 expects coefficients of a few units: at 1 a fifth order with poles near 1 (coefficients up to 9) is
         overfitted, at 100 second orders that show weakly are missed.
     scale : UnknownScale, optional
         Prior of sigma^2 where the noise variance is to be learnt, the same for every order. By default
@@ -145,13 +145,9 @@ class OrderEvidence:
         self._pilot = []
         units = dict(y_scale=power_of_two(y[:PILOT]), u_scale=[power_of_two(c) for c in u[:PILOT].T] or 1.0)
         level = self._noise_level(y[:PILOT], u[:PILOT], units)
-        scale = self.scale or UnknownScale(0.5, 0.5 * level)
         settle = 2 * self._joint(self.orders[-1], units).model.N
         for n in self.orders:
-            est = self._joint(n, units)
-            is_learnt = not isinstance(est.scale, KnownScale)
-            P = np.diag(est.prior_covariance)[est.model.kernel] * (self.P0 / WIDTH / (level if is_learnt else 1.0))
-            est = Joint(**{**est.options, "P0": P, "scale": scale if is_learnt else None})
+            est = self._with_prior(n, units, level)
             self._runs[n] = est, Summary(est, settle=settle)
         return self._scan(y, u)
 
@@ -159,13 +155,30 @@ class OrderEvidence:
         noise = cast(Callable, self._noise)(n) if callable(self._noise) else self._noise
         return Joint(n, self.inputs or 0, self.direct, noise=noise, **units, **self.options)
 
+    def _with_prior(self, n, units, level) -> Joint:
+        """Return the estimator of order n under the prior that all orders share."""
+        est = self._joint(n, units)
+        is_learnt = not isinstance(est.scale, KnownScale)
+        P = np.diag(est.prior_covariance)[est.model.kernel] * (self.P0 / WIDTH / (level if is_learnt else 1.0))
+        scale = (self.scale or UnknownScale(0.5, 0.5 * level)) if is_learnt else None
+        return Joint(**{**est.options, "P0": P, "scale": scale})
+
     def _noise_level(self, y, u, units) -> float:
-        """Return the noise variance, relative to that of y, that the highest order finds in the pilot."""
-        est = self._joint(self.orders[-1], units)
-        state = est.scan(y, u if est.model.inputs else None, keep="innovations").state
-        if isinstance(est.scale, KnownScale) or state["observed"] < 2 * est.model.N:
-            return 1.0
-        return 4.0 ** round(math.log(max(est.sigma2(state), SMALLEST), 4))
+        """Return the noise variance, relative to that of y, that the highest order finds in the pilot.
+
+        Again and again, as the prior is relative to the level: each pass takes off most of what the last one put on.
+        """
+        level = 1.0
+        while level > SMALLEST:
+            est = self._with_prior(self.orders[-1], units, level)
+            state = est.scan(y, u if est.model.inputs else None, keep="innovations").state
+            if isinstance(est.scale, KnownScale) or state["observed"] < 2 * est.model.N:
+                break
+            found = 4.0 ** round(math.log(max(est.sigma2(state), SMALLEST), 4))
+            if found >= level:
+                break
+            level = found
+        return level
 
     def _scan(self, y, u) -> OrderEvidence:
         for n, (est, summary) in self._runs.items():
@@ -204,7 +217,11 @@ class OrderEvidence:
 
     @property
     def nis(self) -> np.ndarray:
-        """Mean normalised innovation squared."""
+        """Mean normalised innovation squared.
+
+        Above 1 on short records, more so at high orders: under a vague but proper prior the first N samples fit for
+        nothing and still count. Calibration is judged by a run of `Joint` with its own prior.
+        """
         return np.array([s.nis for s in self.summaries.values()])
 
     @property
@@ -237,6 +254,15 @@ class OrderEvidence:
         short = [n for n, s in summaries.items() if not s.is_enough]
         if short:
             found.append(f"{max(observed)} measured outputs are fewer than the unknowns of order {short[0]}")
+        one, rmse = summaries[best], dict(zip(self.orders, self.rmse))
+        better = min(rmse, key=lambda n: rmse[n] if math.isfinite(rmse[n]) else math.inf)
+        if rmse[better] < 0.95 * one.rmse:
+            found.append(f"order {better} has the smaller one-step error, {rmse[better]:.3g} against {one.rmse:.3g}")
+        is_long = one.observed > 30 * one.estimator.model.N
+        if is_long and not 0.8 <= one.nis <= 1.25 and not one.nis_interval.is_consistent:
+            found.append(
+                f"NIS of order {best} is {one.nis:.2f}: the noise is not what the model says, nor are the odds"
+            )
         if len(observed) > 1:
             found.append("the orders did not score the same samples: some found y exactly known beforehand")
         return found
@@ -248,7 +274,7 @@ class OrderEvidence:
         others = [n for n in self.orders if n != best]
         text = f"order {best}"
         if others:
-            second = min(others, key=lambda n: self.odds(best, n))
+            second = max(others, key=lambda n: self.summaries[n].loglik)
             text += f", odds {_ratio(self.odds(best, second))} against order {second}"
         return "; ".join([text, *self.notes])
 

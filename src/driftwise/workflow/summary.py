@@ -23,7 +23,8 @@ class Summary:
     def __init__(self, estimator, settle: int | None = None):
         self.estimator = estimator
         self.settle = 2 * estimator.model.N if settle is None else settle
-        self.state, self._model = estimator.start(), None
+        self.state = estimator.start()
+        self._model: Model | None = None
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = 0
         self._count, self._mean, self._m2 = 0, 0.0, 0.0  # of y
