@@ -59,6 +59,27 @@ def test_delta_method_agrees_with_sampling():
     np.testing.assert_allclose(C[:, 0, 1, 1], sampled.imag.var(axis=0), rtol=0.1)
 
 
+def test_transfer_function_goes_round():
+    """Time responses of scipy and python-control, from polynomials and from matrices, are the model's own."""
+    m = model()
+    u = np.random.default_rng(7).standard_normal((80, 2))
+    y, _ = m.simulate(u)
+    num, den = m.to_transfer_function()
+    assert num.shape == (2, 3) and den.tolist() == [1, -1.5, 0.7]
+    parts = [scipy.signal.dlsim(scipy.signal.dlti(row, den, dt=m.dt), u[:, i])[1][:, 0] for i, row in enumerate(num)]
+    np.testing.assert_allclose(sum(parts), y, atol=1e-10)
+    np.testing.assert_allclose(sum(scipy.signal.lfilter(row, den, c) for row, c in zip(num, u.T)), y, atol=1e-10)
+    t = np.arange(80) * m.dt
+    np.testing.assert_allclose(control.forced_response(m.to_control(), t, u.T).outputs[0], y, atol=1e-10)
+    parts = [control.forced_response(control.tf(row, den, m.dt), t, c).outputs for row, c in zip(num, u.T)]
+    np.testing.assert_allclose(sum(parts), y, atol=1e-9)
+    for i in range(2):
+        system = control.tf(num[i], den, m.dt)
+        np.testing.assert_allclose(np.sort_complex(system.zeros()), np.sort_complex(m.zeros(i)), atol=1e-12)
+        back = control.ss2tf(m.to_control()[0, i])
+        np.testing.assert_allclose(back.num[0][0] / back.den[0][0][0], num[i], atol=1e-10)
+
+
 def test_orders_and_names():
     form = Canonical(2, 2, True)
     assert form.names == ["a1", "a2", "b1.1", "b2.1", "b1.2", "b2.2", "b0.1", "b0.2"]

@@ -32,6 +32,11 @@ class Canonical:
         return self.inputs if self.direct else 0
 
     @property
+    def direct_at(self) -> int:
+        """Index of the first direct term among the parameters."""
+        return self.n * (self.blocks - 1)
+
+    @property
     def N(self) -> int:
         """Number of unknowns, state and parameters."""
         return self.n * self.blocks + self.direct_terms
@@ -71,7 +76,7 @@ class Canonical:
         B = np.zeros((k, n + 1))
         B[:, 1:] = theta[n : n + n * k].reshape(k, n)
         if self.direct:
-            B[:, 0] = theta[n * (self.blocks - 1) :]
+            B[:, 0] = theta[self.direct_at :]
         return np.concatenate([[1.0], theta[:n]]), B
 
     def noise_polynomial(self, theta):

@@ -2,90 +2,144 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..errors import InputError
+from . import paths
+from .canonical import Canonical
+
+LIMIT = 1e100  # what an estimator takes for a measurement
+
+
+class _Pair(NamedTuple):
+    y: np.ndarray
+    u: np.ndarray | None
+
+
+class Record(_Pair):
+    """A pair (y, u) that also knows the truth: ``parameters`` (T, m) and ``x`` (T, n), in the orders of a trace."""
+
+    parameters: np.ndarray
+    x: np.ndarray
 
 
 def simulate(
-    a,
+    a: Any,
     b=None,
     *,
-    samples: int,
+    samples: int | None = None,
     noise_std: float = 0.0,
-    noise: str = "equation",
+    noise: Any = "equation",
     d=None,
     direct=None,
     u=None,
     missing: float = 0.0,
     seed: int = 0,
-):
-    """Return (y, u) of a plant A(q) y = B(q) u + C(q) v.
+    missing_inputs: float = 0.0,
+    x0=None,
+    drift=None,
+    jumps: dict | None = None,
+) -> Record:
+    """Return (y, u) of a plant A(q) y = B(q) u + C(q) v; the pair also holds the true ``parameters`` and ``x``.
 
     Parameters
     ----------
-    a : (n,) or (T, n)
-        a1..an; a row per sample lets the parameters drift or jump.
+    a : (n,) or (T, n), or a Model
+        a1..an; a row per sample lets the parameters drift or jump. A `Model` brings its own b and direct terms.
     b : (n,), (k, n), (T, n) or (T, k, n), optional
         b1..bn of each input. Two axes are read as (T, n) where the first one is ``samples`` long.
     samples : int
-        T.
+        T; the length of ``u`` if omitted.
     noise_std : float
         Standard deviation of v.
-    noise : "equation" (white in the equation), "output" (white on y), or ignored where ``d`` is given
+    noise : "equation" (white in the equation), "output" (white on y), or a noise of `Joint`
+        `EquationError`, `OutputError` and `NoisePolynomial` take ``noise_std`` where they have no variance;
+        `NoiseCovariance(Q, S, R)` is taken as it is, in Salut's order. Ignored where ``d`` is given.
     d : (n,), optional
         d1..dn of C(q) = 1 + d1 q^-1 + ...
     direct : (k,), optional
         b0 of each input.
     u : (T,) or (T, k), optional
         Inputs; random signs held for one to five samples if omitted.
-    missing : float
-        Fraction of the outputs to lose (NaN).
+    missing, missing_inputs : float
+        Fraction of the outputs, and of the inputs, to lose (NaN). The plant has seen them.
     seed : int
+    x0 : (n,), optional
+        State at the first sample, measured state first; zero if omitted.
+    drift : float or (m,), optional
+        Standard deviation per sample of a random walk of each parameter, in the order a1.., b1.., b0.
+    jumps : {sample: (m,) or {"a": .., "b": .., "direct": ..}}, optional
+        New parameters from that sample on; what a dictionary does not name stays.
 
     Returns
     -------
     y : (T,)
     u : (T,) or (T, k); None where there is no input
 
+    Raises
+    ------
+    InputError
+        Where shapes do not fit, or where the plant is unstable and y passes 1e100.
+
+    Notes
+    -----
+    Bad at speed: a Python loop, some 5 us per sample. Drift knows no bounds: a long walk of a leaves the unit circle.
+
     Examples
     --------
     >>> y, u = simulate([-0.8], [1.0], samples=3, u=[1, 0, 0], noise_std=0)
     >>> print(y)
     [0.  1.  0.8]
+    >>> record = simulate([-0.8], [1.0], samples=4, jumps={2: {"a": [-0.5]}})
+    >>> record.parameters[:, 0].tolist()
+    [-0.8, -0.8, -0.5, -0.5]
     """
+    if hasattr(a, "form"):
+        if b is not None or direct is not None:
+            raise InputError("a model brings its own b and direct terms: leave b and direct out")
+        b, direct, a, c = paths.of_model(a)
+        d = c if d is None else d
+    T = paths.length(samples, u)
     rng = np.random.default_rng(seed)
-    T = int(samples)
-    a = np.broadcast_to(np.asarray(a, float), (T, np.shape(a)[-1]))
-    n = a.shape[1]
-    b = _per_sample(b, T, n)
-    k = b.shape[1]
+    form, theta = paths.rows(a, b, direct, T)
+    k = form.inputs
     if u is None:
         u = np.repeat(rng.choice([-1.0, 1.0], (T, k)), rng.integers(1, 6, T), axis=0)[:T]
-    u = np.asarray(u, float).reshape(T, k)
-    b0 = np.zeros(k) if direct is None else np.atleast_1d(np.asarray(direct, float))
-    v = noise_std * rng.standard_normal(T)
-    if d is not None:
-        d = np.broadcast_to(np.asarray(d, float), (T, n))
-    elif noise in ("output", "equation"):
-        d = a if noise == "output" else np.zeros((T, n))
-    else:
-        raise InputError(f"noise must be 'output' or 'equation', got {noise!r}")
-    x, y = np.zeros(n), np.empty(T)
+    u = paths.inputs(u, T, k)
+    v = paths.spread("noise_std", noise_std) * rng.standard_normal(T)
+    lost = rng.random(T) < paths.fraction("missing", missing)
+
+    truth = np.random.default_rng([seed, 1])  # a stream of its own: what is added does not move u and v
+    v, w, walk = paths.disturbances(noise, d, noise_std, v, form, T, truth)
+    theta = paths.moved(theta, form, drift, jumps, walk, truth)
+    if w is None:
+        w = theta[:, : form.n] * v[:, None]  # white on the output: C = A
+    y, x = _run(form, theta, u, v, w, paths.start(x0, form.n))
+
+    y[lost] = np.nan
+    u = u.copy()
+    u[truth.random(u.shape) < paths.fraction("missing_inputs", missing_inputs)] = np.nan
+    record = Record(y, None if k == 0 else u[:, 0] if k == 1 else u)
+    record.parameters, record.x = theta, x
+    return record
+
+
+def _run(form: Canonical, theta, u, v, w, x):
+    """Return y (T,) and the states (T, n) of x+ = shift_up(x) - a y + b u + w, y = x[0] + b0 u + v."""
+    n, k, T = form.n, form.inputs, len(u)
+    a, b = theta[:, :n], theta[:, n : n * (k + 1)].reshape(T, k, n)
+    b0 = theta[:, n * (k + 1) :] if form.direct else np.zeros((T, k))
+    y, states = np.empty(T), np.empty((T, n))
     for t in range(T):
-        y[t] = x[0] + b0 @ u[t] + v[t]
-        x = np.append(x[1:], 0.0) - a[t] * y[t] + u[t] @ b[t] + d[t] * v[t]
-    y[rng.random(T) < missing] = np.nan
-    return y, (None if k == 0 else u[:, 0] if k == 1 else u)
-
-
-def _per_sample(b, T, n):
-    """Return b as (T, k, n)."""
-    if b is None:
-        return np.zeros((T, 0, n))
-    b = np.asarray(b, float)
-    if b.shape[-1] != n:
-        raise InputError(f"b must list b1..b{n} for each input, like a; got shape {b.shape}")
-    if b.ndim == 2 and len(b) == T:
-        b = b[:, None]
-    return np.broadcast_to(b, (T, *((1, n) if b.ndim == 1 else b.shape[-2:])))
+        states[t] = x
+        y[t] = x[0] + b0[t] @ u[t] + v[t]
+        if not abs(y[t]) < LIMIT:
+            size = max(abs(np.roots(np.append(1.0, a[t]))), default=0.0)
+            raise InputError(
+                f"y passes {LIMIT:.0e} at sample {t}: the plant is unstable there (largest pole {size:.3g}). "
+                "Was the sign of a changed (y(t) = -a1 y(t-1) - ...)? Otherwise ask for fewer samples."
+            )
+        x = np.append(x[1:], 0.0) - a[t] * y[t] + u[t] @ b[t] + w[t]
+    return y, states

@@ -3,27 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..kernel.status import Status
 from ..models.convert import Model
 from .trace import Trace, quantile
-
-LAGS = 20
-
-
-class Whiteness(NamedTuple):
-    """Ljung-Box test of the standardised innovations.
-
-    No degrees of freedom are taken off: recursive innovations are exactly white under the right model.
-    """
-
-    statistic: float
-    lags: int
-    p_value: float
-    is_white: bool
+from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 
 
 class Summary:
@@ -37,16 +24,17 @@ class Summary:
         self.estimator = estimator
         self.settle = 2 * estimator.model.N if settle is None else settle
         self.state = estimator.start()
+        self._model: Model | None = None
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = 0
         self._count, self._mean, self._m2 = 0, 0.0, 0.0  # of y
-        self._squares, self._nis, self._covered, self._scored = 0.0, 0.0, 0, 0
-        self._products, self._tail = np.zeros(LAGS + 1), np.zeros(0)
+        self._squares, self._nis, self._nis_spread, self._covered, self._scored = 0.0, 0.0, 0.0, 0, 0
+        self._lags = Correlations()
 
     def add(self, trace: Trace) -> Summary:
         """Take in one more stretch of the run."""
         status = trace.status
-        self.state = trace.state
+        self.state, self._model = trace.state, None
         used = trace.is_used
         late = self.observed + np.cumsum(used) > self.settle
         self.samples += len(trace)
@@ -65,14 +53,15 @@ class Summary:
         self._pool(y)
         self._squares += float(np.einsum("i,i->", e, e))
 
-        scored = used & late & (trace.variance > 0) & (trace.dof >= 10)
+        scored = used & late & (trace.variance > 0) & (trace.dof >= LEAST)
         e, T, dof = trace.innovation[scored], trace.variance[scored], trace.dof[scored]
-        z = e / np.sqrt(T)
-        # a Student error has variance dof / (dof - 2): the ratio to it is 1 on average
-        self._nis += float(np.sum(z * z * (1 - 2 / dof)))
-        self._covered += int(np.count_nonzero(abs(z) <= quantile(0.975, dof))) if len(z) else 0
-        self._scored += len(z)
-        self._correlate(z.clip(-4, 4))  # one giant must not drown the rest
+        total, spread, _ = score(e, T, dof)
+        self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
+        z = np.full(len(trace), np.nan)
+        z[scored] = e / np.sqrt(T)
+        self._covered += int(np.count_nonzero(abs(z[scored]) <= quantile(0.975, dof))) if len(dof) else 0
+        self._scored += len(dof)
+        self._lags.add(z.clip(-4, 4))  # one giant must not drown the rest
         return self
 
     def _pool(self, y):
@@ -82,15 +71,6 @@ class Summary:
             self._m2 += float(np.sum((y - y.mean()) ** 2)) + delta * delta * self._count * len(y) / total
             self._mean += delta * len(y) / total
             self._count = total
-
-    def _correlate(self, z):
-        joined = np.concatenate([self._tail, z])
-        new = len(self._tail)
-        for k in range(LAGS + 1):
-            first = max(new, k)
-            if first < len(joined):
-                self._products[k] += np.einsum("i,i->", joined[first:], joined[first - k : len(joined) - k])
-        self._tail = joined[-LAGS:]
 
     # --- the numbers ---------------------------------------------------------------------------------------
 
@@ -121,28 +101,24 @@ class Summary:
         return self._nis / self._scored if self._scored else math.nan
 
     @property
+    def nis_interval(self) -> Nis:
+        """NIS with the interval that holds it 95 times in 100 under the right model."""
+        return verdict(self._nis, self._nis_spread, self._scored)
+
+    @property
     def coverage(self) -> float:
         """Fraction of samples inside their 95 % prediction band."""
         return self._covered / self._scored if self._scored else math.nan
 
     @property
     def correlations(self) -> np.ndarray:
-        """Autocorrelation of the standardised innovations at lags 0 to 20."""
-        return self._products / self._products[0] if self._products[0] > 0 else self._products * math.nan
+        """Autocorrelation of the standardised innovations at lags 0 to 20, gaps left out."""
+        return self._lags.correlations
 
     @property
     def whiteness(self) -> Whiteness:
         """Ljung-Box verdict at 1 % on 20 lags (fewer on short records)."""
-        from scipy.special import gammaincc
-
-        n = self._scored
-        lags = min(LAGS, max(1, n // 5))
-        if n < 10:
-            return Whiteness(math.nan, lags, math.nan, True)
-        r = self.correlations[1 : lags + 1]
-        statistic = float(n * (n + 2) * np.sum(r * r / (n - np.arange(1, lags + 1))))
-        p = float(gammaincc(lags / 2, statistic / 2))
-        return Whiteness(statistic, lags, p, bool(p > 0.01))
+        return self._lags.whiteness
 
     @property
     def loglik(self) -> float:
@@ -152,7 +128,9 @@ class Summary:
     @property
     def model(self) -> Model:
         """The model at the end of the run."""
-        return self.estimator.model_of(self.state)
+        if self._model is None:
+            self._model = self.estimator.model_of(self.state)
+        return self._model
 
     @property
     def parameters(self) -> list[tuple[str, float, float]]:
@@ -187,11 +165,17 @@ class Summary:
         data = {
             "samples": self.samples, "observed": self.observed, "missing_outputs": self.missing_outputs,
             "missing_inputs": self.missing_inputs, "rejected": self.rejected, "bad_values": self.bad_values,
-            "fit": self.fit, "rmse": self.rmse, "noise_std": self.noise_std, "nis": self.nis, "coverage": self.coverage,
+            "fit": self.fit, "rmse": self.rmse, "noise_std": self.noise_std, "nis": self.nis,
+            "nis_interval": [self.nis_interval.low, self.nis_interval.high], "coverage": self.coverage,
             "whiteness": w._asdict(), "loglik": self.loglik,
             "parameters": [{"name": n, "value": v, "std": s} for n, v, s in self.parameters],
             "poles": [{"real": p.real, "imag": p.imag, "modulus": abs(p), "std": s} for p, s in self.poles],
             "dc_gain": [{"value": float(g), "std": float(s)} for g, s in zip(model.dc_gain, model.dc_gain_std)],
+            "zeros": [
+                [{"real": float(z.real), "imag": float(z.imag), "std": float(d)} for z, d in zip(*found)]
+                for found in ((model.zeros(i), model.zeros_std(i)) for i in range(model.form.inputs))
+            ],
+            "notes": model.notes if self.is_enough else [],
             "unlearned": [{"direction": d, "ratio": r} for d, r in self.unlearned],
             "words": self.words,
         }  # fmt: skip
