@@ -1,4 +1,4 @@
-"""The command line: `driftwise run`, `demo`, `simulate`, `warm`. Nothing heavy loads before one runs."""
+"""The command line: `driftwise run`, `demo`, `simulate`, `reproduce`, `warm`. Nothing heavy loads before one runs."""
 
 from __future__ import annotations
 
@@ -146,6 +146,23 @@ def demo(
     from driftwise.edge.demo import fly
 
     fly(report)
+
+
+@app.command()
+def reproduce(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose experiments: salut1979.")],
+    seeds: Annotated[int, typer.Option(help="Simulated records; tolerances widen with fewer than 300.")] = 300,
+    json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,
+    figures: Annotated[str | None, typer.Option(help="Write the figures and one HTML page into this folder.")] = None,
+) -> None:
+    """Run a paper's experiments again and say what holds; exit code 0 when every check does.
+
+    Example: driftwise reproduce salut1979 --figures out
+    """
+    from driftwise.edge.reproduction import execute
+
+    if not execute(name, seeds, json, figures):
+        raise typer.Exit(1)
 
 
 @app.command()

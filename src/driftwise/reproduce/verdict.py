@@ -1,0 +1,114 @@
+"""What a reproduction says: verdicts a script can rely on, and sections a person can read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One check: what came out, what was expected, whether it holds (None: skipped), and who says so."""
+
+    name: str
+    value: str
+    expected: str
+    holds: bool | None
+    source: str
+
+    @property
+    def fails(self) -> bool:
+        """Whether the check was made and did not hold."""
+        return self.holds is False
+
+    def row(self) -> dict:
+        """Return the verdict as JSON has it; a skipped one passes and says so in its value."""
+        return {
+            "name": self.name,
+            "value": self.value,
+            "expected": self.expected,
+            "pass": not self.fails,
+            "skipped": self.holds is None,
+            "source": self.source,
+        }
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers under a caption: a head and rows of words."""
+
+    caption: str
+    head: list[str]
+    rows: list[list[str]]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure to be drawn when somebody wants it: ``draw`` returns a matplotlib Figure."""
+
+    name: str
+    caption: str
+    draw: Callable[[], Any]
+
+
+@dataclass
+class Section:
+    """One topic: a few words, tables, pictures, verdicts, and what could not be reproduced."""
+
+    title: str
+    words: list[str] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    verdicts: list[Verdict] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Everything one reproduction found."""
+
+    name: str
+    title: str
+    lead: str
+    seeds: int
+    sections: list[Section]
+
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """All verdicts, section by section."""
+        return [verdict for section in self.sections for verdict in section.verdicts]
+
+    @property
+    def passes(self) -> bool:
+        """Whether no verdict fails."""
+        return not any(verdict.fails for verdict in self.verdicts)
+
+    def record(self) -> dict:
+        """Return what ``--json`` writes."""
+        return {"name": self.name, "seeds": self.seeds, "verdicts": [verdict.row() for verdict in self.verdicts]}
+
+
+def numbers(values, digits: int = 3) -> str:
+    """Return several numbers as words: "0.239, -1.175, 1.896"."""
+    return ", ".join(f"{float(value):.{digits}f}" for value in values)
+
+
+def short(value: float) -> str:
+    """Return a number in powers of ten with two digits, zero as it is, and what is no number as overflow."""
+    return "overflow" if value != value else "0" if value == 0 else f"{value:.1e}"
+
+
+class Scaled:
+    """How many records a check uses and how wide its tolerance is, when ``--seeds`` is not the 300 it was set for."""
+
+    def __init__(self, seeds: int, reference: int = 300):
+        self.share = seeds / reference
+
+    def records(self, count: int, least: int = 4) -> int:
+        """Return how many of ``count`` records to run."""
+        return max(least, round(count * self.share))
+
+    def wide(self, tolerance):
+        """Return a statistical tolerance, widened like the standard error where there are fewer records."""
+        return tolerance * max(1.0, self.share**-0.5)
