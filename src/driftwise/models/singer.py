@@ -89,7 +89,7 @@ class Singer:
     >>> import driftwise as dw
     >>> model = dw.Singer(alpha=0.1, q=1.0, dt=1.0)
     >>> print(model.Q[0].round(5))
-    [0.00948 0.02347 0.02833]
+    [0.00946 0.0234  0.03018]
     >>> form = model.canonical(r=100.0)
     >>> print(form.d.round(5), round(form.variance, 4))
     [-0.48714  1.81092 -2.29256] 185.7454
