@@ -294,6 +294,15 @@ class Joint:
             self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time
         )
 
+    def batch(self, y, u=None, *, state=None):
+        """Return the state after a complete record by one least squares, instead of sample by sample.
+
+        PLACEHOLDER
+        """
+        from .batch import batch
+
+        return batch(self, y, u, state)
+
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
 
