@@ -37,7 +37,9 @@ def test_golden_gramians():
             assert np.linalg.det(found.gramian) == pytest.approx(expected["det"][i], rel=1e-9)
 
 
-@pytest.mark.parametrize("st", [dense.Structure(1), dense.Structure(3), dense.Structure(2, 1, True), dense.Structure(3, 2)])
+@pytest.mark.parametrize(
+    "st", [dense.Structure(1), dense.Structure(3), dense.Structure(2, 1, True), dense.Structure(3, 2)]
+)
 @pytest.mark.parametrize("is_coloured", [False, True])
 def test_gramian_is_that_of_the_transition_matrices(st, is_coloured):
     rng = np.random.default_rng(st.size)
@@ -144,6 +146,12 @@ def test_units_do_not_change_the_verdict(factors):
     after = dw.identifiability(factors[0] * y, factors[1] * u, order=2)
     assert (after.rank, after.is_identifiable) == (before.rank, True)
     assert after.worst == pytest.approx(before.worst, rel=1e-9)
+    y, u = plant(WHITE[:, 0])  # a cancelled pole and zero, whose direction has entries of different units
+    before = dw.identifiability(y, u, order=3)
+    after = dw.identifiability(factors[0] * y, factors[1] * u, order=3)
+    gain = np.repeat([1.0, factors[0] / factors[1]], 3)
+    one, other = before.unseen[0].vector * gain, after.unseen[0].vector
+    np.testing.assert_allclose(other / abs(other).max(), one / abs(one).max() * np.sign(one @ other), rtol=1e-6)
 
 
 def test_long_records_are_taken_in_stretches():

@@ -21,7 +21,46 @@ HEAD_START = 4  # times N samples by the recursion, until a learnt scale has som
 
 
 def batch(est, y, u=None, state=None):
-    """Return the state of ``est`` after a record, by filtering with 1/C and one QR; see `Joint.batch`."""
+    """Return the state of ``est`` after a record: what ``scan(y, u).state`` is, by another way.
+
+    Without a walk theorem 3 is ridge least squares on data filtered by 1/C. The prior is N extra rows, x(t0) enters
+    through n columns of impulse responses, and the rows are taken in stretches by QR, so memory is that of the record.
+
+    Parameters
+    ----------
+    est : Joint
+        With `EquationError` or `NoisePolynomial`, `Never`, and no gate.
+    y : (T,) complete outputs
+    u : (T,) or (T, k) complete inputs
+    state : state to start from; a fresh one if omitted
+
+    Returns
+    -------
+    state
+        Same dtype as a scan's: continue with `update`, read with `loglik`, `sigma2`, `model_of`. It agrees with the
+        recursion to 1e-9 in mean, covariance, chi2 and logdet, at 100 000 samples too.
+
+    Raises
+    ------
+    InputError
+        For missing samples, other noises or memories, zeros of C not inside the circle (x then stays uncertain), or a
+        signal so far above its noise that scan raises R by round-off.
+
+    Notes
+    -----
+    Good for: checking the recursion with other arithmetic (orthogonal transformations instead of U D updates). Not for
+    speed: the compiled recursion takes about as long, gives every innovation on the way, and minds neither
+    gaps nor outliers. The first few samples are taken by the recursion, until a learnt scale is known well
+    enough for its round-off floor not to matter.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
+    >>> est = dw.Joint(2, inputs=1)
+    >>> print((est.batch(y, u)["theta"] - est.scan(y, u).state["theta"]).round(12) + 0.0)
+    [0. 0. 0. 0.]
+    """
     d = _check(est)
     form, n = est.model, est.model.n
     y, u = door.record(y, u, form.inputs)
@@ -134,11 +173,13 @@ def _carry(form, d, tail, T):
 
 
 def _factor(spread):
-    """Return D, packed U of spread spread' without forming it; what is round-off becomes an exact zero."""
-    N = len(spread)
-    U = np.linalg.qr(spread[::-1].T, mode="r")[::-1, ::-1].T
-    root = np.diag(U).copy()
-    gone = root**2 <= ud.TINY * (spread * spread).sum(axis=1)
-    U = U / np.where(gone, 1.0, root)
-    U[:, gone] = 0.0
-    return np.where(gone, 0.0, root**2), U[ud.packed_indices(N)]
+    """Return D, packed U of spread spread' by Gram-Schmidt; what is round-off becomes an exact zero."""
+    Y, N = spread.copy(), len(spread)
+    least = ud.TINY * (Y * Y).sum(axis=1)
+    D, U = np.zeros(N), np.zeros((N, N))
+    for j in range(N - 1, -1, -1):
+        s = Y[j] @ Y[j]
+        if s > least[j]:
+            D[j], U[:j, j] = s, Y[:j] @ Y[j] / s
+            Y[:j] -= np.outer(U[:j, j], Y[j])
+    return D, U[ud.packed_indices(N)]

@@ -295,10 +295,7 @@ class Joint:
         )
 
     def batch(self, y, u=None, *, state=None):
-        """Return the state after a complete record by one least squares, instead of sample by sample.
-
-        PLACEHOLDER
-        """
+        """Return the state after a complete record by one least squares: a second opinion on `scan`."""
         from .batch import batch
 
         return batch(self, y, u, state)

@@ -60,9 +60,9 @@ def wrong_noise_limit(a, d_true, d_assumed, var_v: float = 1.0) -> WrongNoiseLim
 
     Notes
     -----
-    The filter is least squares on y filtered by 1/C (theory S1.5, S6.2), so the limit solves the normal equations of that process;
-    the long-run covariance of its score is summed by discrete Lyapunov equations. Bad at: short records (the
-    covariance is asymptotic), and noise that is not Gaussian, whose kurtosis enters under a wrong model.
+    The filter is least squares on y filtered by 1/C, so the limit solves the normal equations of that process; the
+    long-run covariance of its score is summed by discrete Lyapunov equations. Bad at: short records (the covariance is
+    asymptotic), and noise that is not Gaussian, whose kurtosis enters under a wrong model.
 
     Examples
     --------
@@ -213,8 +213,8 @@ def cramer_rao(
     Notes
     -----
     The prediction error is (A y - B u)/C, so its gradients are y, u and the error itself filtered by 1/C; their
-    stationary covariance solves a discrete Lyapunov equation (theory S6.4; Ljung, *System Identification*, 1999, 9.4). Bad at: short records, and inputs
-    that are not white (use `cramer_rao_of_record`).
+    stationary covariance solves a discrete Lyapunov equation (Ljung, *System Identification*, 1999, section 9.4). Bad
+    at: short records, and inputs that are not white (use `cramer_rao_of_record`).
 
     Examples
     --------
@@ -222,7 +222,8 @@ def cramer_rao(
     >>> print(bound.a_std_known.round(3), bound.a_std.round(1))
     [0.031 0.056 0.031] [ 5.4 13.   7.8]
     >>> print(bound.words)
-    Not knowing d makes the error of a 255 times that with d known: a is only as good as the assumed d, whatever its error bars say.
+    Not knowing d makes the error of a 255 times that with d known:
+    a is only as good as the assumed d, whatever its error bars say.
     """
     a = inside("a", a)
     n = len(a)
@@ -311,7 +312,9 @@ def cramer_rao_of_record(
     if noise_variance is None:
         noise_variance = residual @ residual / (len(y) - unknowns)
     if not 0 < noise_variance < np.inf:
-        raise InputError("the residuals are zero, so there is no noise whose polynomial d could matter; give noise_variance")
+        raise InputError(
+            "the residuals are zero, so there is no noise whose polynomial d could matter; give noise_variance"
+        )
     from scipy.signal import lfilter
 
     again = np.append(lfilter([1.0], np.append(1.0, d[::-1]), residual), 0.0)
@@ -329,7 +332,11 @@ def _names(form):
     n = form.n
     names = list(form.names)
     blocks = [names[i : i + n][::-1] for i in range(0, n * (form.inputs + 1), n)]
-    return [*sum(blocks, []), *names[n * (form.inputs + 1) :], *(f"d{lag}" for lag in range(n, 0, -1))]
+    return [
+        *(name for block in blocks for name in block),
+        *names[n * (form.inputs + 1) :],
+        *(f"d{lag}" for lag in range(n, 0, -1)),
+    ]
 
 
 def _inputs(b, direct, n):
@@ -386,7 +393,7 @@ def _lyapunov(F, Q):
 
 
 def _gradient_information(gradients, size):
-    """Covariance (size, size) of gradients (index, num, den, lag), each num(q)/den(q) e(t - lag), e unit white noise."""
+    """Covariance (size, size) of gradients (index, num, den, lag): num(q)/den(q) e(t - lag), e unit white noise."""
     sizes: dict[tuple, int] = {}  # of one state for each denominator
     for _, num, den, lag in gradients:
         key = tuple(den)
@@ -395,8 +402,9 @@ def _gradient_information(gradients, size):
     F, g = np.zeros((ends[-1], ends[-1])), np.zeros(ends[-1])
     place = {}
     for (den, p), end in zip(sizes.items(), ends):
-        place[den] = here = slice(end - p, end), np.append(den, np.zeros(p + 1 - len(den)))
-        F[here[0], here[0]], g[here[0]] = _companion(here[1])
+        here, full = slice(end - p, end), np.append(den, np.zeros(p + 1 - len(den)))
+        F[here, here], g[here] = _companion(full)
+        place[den] = here, full
     rows, straight = np.zeros((size, len(F))), np.zeros(size)
     for index, num, den, lag in gradients:
         here, full = place[tuple(den)]

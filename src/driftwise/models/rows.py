@@ -1,4 +1,4 @@
-"""Salut's equation as regression rows: y(t) is linear in [x(0) ; theta] once the data before t are known (theory S1.4)."""
+"""Salut's equation as regression rows: y(t) is linear in [x(0) ; theta] given the data before t."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from .canonical import Canonical
 
-BLOCK = 2048
+BLOCK = 8000  # numbers in a stretch: larger ones send LAPACK to several threads, which only wait for each other
 
 
-def regression_rows(form: Canonical, y, u, d=None, size: int = BLOCK) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def regression_rows(form: Canonical, y, u, d=None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Yield (X (B, N), target (B,), tail (n, 2 + k)) of one stretch of the record after the other.
 
     With h the impulse response of 1/C, and y_f, u_f the data filtered by 1/C from rest,
@@ -26,6 +26,7 @@ def regression_rows(form: Canonical, y, u, d=None, size: int = BLOCK) -> Iterato
     c = None if d is None or not np.any(d) else np.append(1.0, np.asarray(d, float)[::-1])
     memory = np.zeros((2 + k, n)) if c is not None else None
     before = np.zeros((n, 2 + k))  # values of the n samples before the stretch, oldest first
+    size = max(BLOCK // (form.N + 1), 2 * form.N)
     for start in range(0, T, size):
         stop = min(start + size, T)
         stretch = np.zeros((stop - start, 2 + k))
@@ -40,7 +41,7 @@ def regression_rows(form: Canonical, y, u, d=None, size: int = BLOCK) -> Iterato
         rows = len(stretch)
 
         def lag(column, by):
-            return known[n - by : n - by + rows, column]  # noqa: B023
+            return known[n - by : n - by + rows, column]
 
         X = np.empty((rows, form.N))
         for j in range(n):
@@ -56,4 +57,4 @@ def regression_rows(form: Canonical, y, u, d=None, size: int = BLOCK) -> Iterato
 def triangle(R, rows) -> np.ndarray:
     """Return the triangle of [R; rows]: R'R gains rows'rows. ``R`` is None at the start."""
     stacked = rows if R is None else np.vstack([R, rows])
-    return np.linalg.qr(stacked, mode="r")
+    return np.asarray(np.linalg.qr(stacked, mode="r"))

@@ -113,8 +113,8 @@ class Singer:
         x, dt, q = log10(self.alpha) + log10(self.dt), log10(self.dt), log10(self.q)
         if not all(abs(size) < 280 for size in (x, 2 * dt, x + q, x + q + 4 * dt)):
             raise InputError(
-                f"alpha = {self.alpha:g}, q = {self.q:g}, dt = {self.dt:g}: the covariance leaves the range of doubles. "
-                "Are the units those of seconds and metres?"
+                f"alpha = {self.alpha:g}, q = {self.q:g}, dt = {self.dt:g}: the covariance leaves the range of "
+                "doubles. Are the units those of seconds and metres?"
             )
 
     @property
@@ -168,7 +168,9 @@ class Singer:
         W = 2 * x * self.q * self.dt**4 / r  # the spectrum of everything over r, as coefficients of s^0 .. s^3
         c = np.array([W * g0, W * g1, kappa**2 + W * g2, phi])
         if not (1e-100 < W < 1e100):
-            raise InputError(f"q dt^4 / r = {W / 2 / x:.3g} is beyond what doubles hold. Are q and r in the same units?")
+            raise InputError(
+                f"q dt^4 / r = {W / 2 / x:.3g} is beyond what doubles hold. Are q and r in the same units?"
+            )
         e, V = factor(c)
         d = polynomial(e)
         d[0] = -phi / V  # the last autocovariance; the sum above would lose its digits
@@ -206,7 +208,8 @@ class SingerCanonical:
     --------
     >>> import driftwise as dw
     >>> form = dw.Singer(0.1, 1.0, 1.0).canonical(100.0)
-    >>> est = dw.Joint(3, noise=form.noise, s0=form.prior(position=5000.0, velocity=-200.0), P0=form.P0(1e3, 50, 3, 0.1))
+    >>> s0, P0 = form.prior(position=5000.0, velocity=-200.0), form.P0(1e3, 50.0, 3.0, 0.1)
+    >>> est = dw.Joint(3, noise=form.noise, s0=s0, P0=P0)
     >>> state, step = est.update(est.start(), 5010.0)
     >>> print(f"{step.prediction:.0f}")
     5000

@@ -184,7 +184,7 @@ def _roots(c):
         at += step
     s, k = np.array(starts, complex), np.arange(n + 1)
     for _ in range(200):
-        terms = c[:, None] * s**k[:, None]
+        terms = c[:, None] * s ** k[:, None]
         ratio = s * terms.sum(0) / np.where((slope := k @ terms) == 0, 1e-300, slope)  # p / p'
         gaps = s[:, None] - s + np.eye(n)
         move = ratio / (1 - ratio * ((1 / gaps).sum(1) - 1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ class Direction(NamedTuple):
     """A combination of parameters and how well the record sees it."""
 
     eigenvalue: float  # of I_r with a unit diagonal: 0 unseen, 1 as well as each parameter alone
-    vector: np.ndarray  # change of theta along it, in the order of the names; largest entry 1
+    vector: np.ndarray  # change of theta along it, in the order of the names; 1 for the parameter that shows most
     words: str
 
 
@@ -103,9 +103,9 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
 
     Notes
     -----
-    y(t) is linear in s(t0) = [x(t0) ; r] with rows that need no recursion (theory S1.4); their Gramian is that of theorem 2. Rank
-    is that of the rows with columns of unit length, singular values above 1e-9 of the largest; I_r is
-    what remains of the columns of r after projection on those of x(t0).
+    y(t) is linear in s(t0) = [x(t0) ; r] with rows that need no recursion; their Gramian is that of theorem 2 (Salut
+    et al. 1979) in discrete time. Rank is that of the rows with columns of unit length, singular values above 1e-9 of
+    the largest; I_r is what remains of the columns of r after projection on those of x(t0).
 
     What the rank does not say: noise in y makes it full, whatever the input, for the noise itself excites the
     rows. Equally noise-free data of a plant of lower order are rank deficient. For measured records read `worst`: below
@@ -133,7 +133,7 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
                 "samples are missing, and filtering by 1/C does not get over a gap: leave d out, or cut out a complete "
                 "stretch"
             )
-    R, G, used = None, np.zeros((N, N)), 0
+    R, G, used = np.zeros((0, N)), np.zeros((N, N)), 0
     for X, target, _ in regression_rows(form, y, u, d):
         X = X[~np.isnan(np.column_stack([X, target])).any(axis=1)]
         used += len(X)
@@ -153,8 +153,7 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
         form.names, rank, N, G[np.ix_(back, back)], (Rr.T @ Rr)[np.ix_(back[n:] - n, back[n:] - n)],
         directions, used, len(y) - used, "",
     )  # fmt: skip
-    object.__setattr__(found, "words", _words(found, form, y, u))
-    return found
+    return replace(found, words=_words(found, form, y, u))
 
 
 def _record(y, u, order, direct):
@@ -179,7 +178,7 @@ def _without_state(R, n, alive):
     """Triangle of the columns of theta after projection on the live columns of x(t0)."""
     x = np.flatnonzero(alive[:n])
     order = np.concatenate([x, np.arange(n, R.shape[1])])
-    return np.linalg.qr(R[:, order], mode="r")[len(x) :, len(x) :]
+    return triangle(None, R[:, order])[len(x) :, len(x) :]
 
 
 def _directions(R, length, names):
@@ -194,12 +193,17 @@ def _directions(R, length, names):
         s[s <= ZERO * s.max()] = 0.0
         dead = m - len(s)
         values[dead:] = s**2
-        vectors[dead:, live] = V[::-1] / own[live]
+        vectors[dead:, live] = V[::-1]
     vectors[: m - live.sum(), ~live] = np.eye(m - live.sum())
     unseen = int(np.sum(values == 0))
     vectors[:unseen] = _sparse(vectors[:unseen])
-    vectors /= abs(vectors).max(axis=1, keepdims=True)
-    return [Direction(float(value), v, _combination(v, names)) for value, v in zip(values, vectors)]
+    unit = np.where(live, own, 1.0)  # vectors are in units of each parameter's own information: as large as they show
+    out = []
+    for value, v in zip(values, vectors):
+        change = v / unit
+        change /= change[np.argmax(abs(v))]
+        out.append(Direction(float(value), change, _combination(change, v, names)))
+    return out
 
 
 def _sparse(basis):
@@ -217,15 +221,14 @@ def _sparse(basis):
     return basis[np.argsort([np.flatnonzero(row)[0] for row in basis])] if len(basis) else basis
 
 
-def _combination(v, names):
-    """Write a direction with its large entries, the first one positive."""
-    big = [i for i in np.argsort(-abs(v), kind="stable") if abs(v[i]) > 0.05][:6]
-    big.sort()
-    sign = np.sign(v[big[0]])
+def _combination(change, shown, names):
+    """Write a direction with the entries that show most, the first one positive."""
+    big = sorted(i for i in np.argsort(-abs(shown), kind="stable")[:6] if abs(shown[i]) > 0.05 * abs(shown).max())
+    sign = np.sign(change[big[0]])
     parts = []
     for i in big:
-        size = f"{abs(v[i]):.2g} " if abs(abs(v[i]) - 1) > 5e-3 else ""
-        parts.append(f"{'-' if sign * v[i] < 0 else '+'} {size}{names[i]}")
+        size = f"{abs(change[i]):.2g} " if abs(abs(change[i]) - 1) > 5e-3 else ""
+        parts.append(f"{'-' if sign * change[i] < 0 else '+'} {size}{names[i]}")
     return " ".join(parts).removeprefix("+ ")
 
 
