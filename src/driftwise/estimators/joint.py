@@ -359,6 +359,12 @@ class Joint:
         final = smooth(self, y, u, self.start() if state is None else state, lag, outs)
         return Smoothed(self, y, u, outs, keep, final, lag, time)
 
+    def batch(self, y, u=None, *, state=None):
+        """Return the state after a complete record by one least squares: a second opinion on `scan`."""
+        from .batch import batch
+
+        return batch(self, y, u, state)
+
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
 
