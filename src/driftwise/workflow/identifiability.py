@@ -201,7 +201,7 @@ def _directions(R, length, names):
     out = []
     for value, v in zip(values, vectors):
         change = v / unit
-        change /= change[np.argmax(abs(v))]
+        change /= change[np.argmax(abs(v) > (1 - 1e-6) * abs(v).max())]  # the first of equals, whatever the rounding
         out.append(Direction(float(value), change, _combination(change, v, names)))
     return out
 
