@@ -1,7 +1,7 @@
 """Print why the filter of continuous time is an exact discretisation: python scripts/continuous_time.py
 
-Part 1: x' = -a y, y = x + white noise, one path. Theorem 3 of Salut et al. (1979) on finer and finer steps, the Ito form
-of its limit, and the ordinary differential equation (9) as printed. Part 2: irregular samples of a true plant.
+Part 1: x' = -a y, y = x + white noise, one path. Theorem 3 of Salut et al. (1979) on finer and finer steps, the Ito
+form of its limit, and the ordinary differential equation (9) as printed. Part 2: irregular samples of a true plant.
 """
 
 import numpy as np

@@ -357,6 +357,32 @@ def test_error_bars_in_strong_noise_lack_one_factor():
     assert 0.85 < nees(0.2, 200, draws=4000) < 1.15
 
 
+def test_on_sensor_noise_the_slopes_would_overshoot():
+    """Why the factor prod w_k(a) is left out: to first order it moves a by P sum grad log w_k, past the truth."""
+    gap, n, c, bias, shift = 0.1, 2, 5.0, [], []
+    time, lam = gap * np.arange(1000), np.poly(np.full(2, -5.0))[1:]
+    own = oracle.interval(oracle.companion(lam), np.eye(n, 1), gap).rise[:, 0]
+    est = dw.ContinuousJoint(n, 1, observer=c, dt=gap)
+    for seed in range(10):
+        (y, u), (clean, _) = (
+            dw.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, noise_std=s, seed=seed) for s in (0.05, 0.0)
+        )
+        state, ideal = (est.scan(r, u, keep="innovations").state for r in (y, clean))
+        bias.append((state["theta"] - ideal["theta"])[0])
+        w = 1 - (lam - state["theta"][:n]) @ own
+        shift.append((est.model_of(state).covariance[:n, :n] @ own / w * len(y))[0])
+    bias, shift = np.mean(bias), np.mean(shift)
+    assert bias < -0.01 and bias + shift > 2 * abs(bias)
+
+
+def test_words_of_a_run():
+    time = np.cumsum(np.random.default_rng(0).uniform(0.05, 0.15, 600))
+    y, u = dw.simulate_continuous([2.0], [4.0], time=time, noise_std=0.002, seed=3)
+    words = dw.ContinuousJoint(1, 1).scaled_to(y, u, time=time).scan(y, u, time=time).summary().words
+    assert "time constant 0.5" in words or "time constant 0.49" in words
+    assert "Steady-state gain 2" in words or "Steady-state gain 1.99" in words
+
+
 # --- clocks, doors, laws -----------------------------------------------------------------------------------
 
 ESTIMATORS = {
@@ -490,17 +516,16 @@ def test_model():
 
     model = ContinuousModel(Canonical(2, 1), np.array([0.3, 1.0, 0.5, 2.0]), np.diag([1e-6, 4e-6, 1e-6, 1e-6]))
     A, B, Cm, D = model.to_scipy()
-    system = signal.lti(A, B, Cm, D).to_tf()
-    np.testing.assert_allclose(system.den, [1, 0.3, 1.0], atol=1e-12)
-    np.testing.assert_allclose(system.num.ravel()[-2:], [0.5, 2.0], atol=1e-12)
+    assert isinstance(signal.lti(A, B, Cm, D), signal.StateSpace)
     np.testing.assert_allclose(
         sorted(model.poles, key=lambda p: p.imag), sorted(np.roots([1, 0.3, 1.0]), key=lambda p: p.imag)
     )
     assert model.is_stable and model.dc_gain == pytest.approx([2.0])
-    w = [0.3, 1.7]
-    np.testing.assert_allclose(
-        model.frequency_response(w)[0][0], signal.freqresp(signal.lti(A, B, Cm, D), w)[1], rtol=1e-10
-    )
+    for w in (0.3, 1.7):
+        p = 1j * w
+        expected = (0.5 * p + 2) / (p * p + 0.3 * p + 1)
+        assert model.frequency_response(w)[0][0, 0] == pytest.approx(expected, rel=1e-12)
+        assert (Cm @ np.linalg.solve(p * np.eye(2) - A, B) + D)[0, 0] == pytest.approx(expected, rel=1e-12)
     rng = np.random.default_rng(0)
     draws = model.values + rng.standard_normal((4000, 4)) * np.sqrt(np.diag(model.covariance))
     poles = np.array([ContinuousModel(model.form, d, model.covariance).poles[0] for d in draws])

@@ -73,8 +73,8 @@ class ContinuousJoint:
     -----
     Source: Salut et al. (1979), eq. 2, in the discretisation of Young (1981) and Garnier and Wang (2008), by filters.
 
-    Bad at: measurement noise (it enters the regressors: the bias of a grows with its variance; a lower c softens it, and
-    on regular samples `Joint` with `OutputError` has none), plants faster than the samples and gaps longer than the
+    Bad at: measurement noise (it enters the regressors: the bias of a grows with its variance; a lower c softens it,
+    and on regular samples `Joint` with `OutputError` has none), plants faster than the samples and gaps longer than the
     plant's time constants (a straight line is then not what y did), dead time, parameters that change within 1/c.
 
     Examples
@@ -84,7 +84,7 @@ class ContinuousJoint:
     >>> y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=time, noise_std=0.005, seed=1)
     >>> trace = dw.ContinuousJoint(2, inputs=1, dt=0.1).scan(y, u, time=time)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
-    ['a1 0.30', 'a2 1.00', 'b1 0.00', 'b2 2.00']
+    ['a1 0.29', 'a2 1.00', 'b1 -0.01', 'b2 1.99']
     """
 
     def __init__(
