@@ -72,19 +72,21 @@ def discrete(y, u, gap):
 RATES = (0.2, 0.1, 0.5, 1.0)
 
 
-def jitter(noise=0.005, gap=0.2, seeds=20, jitters=(0.0, 0.5, 0.9), rates=RATES):
-    """Return {jitter: rms errors of a: here for each observer rate (times dt), and in the discrete form}.
+def record(seed, jitter, noise, gap):
+    """Return (time, y, u) of the plant a = (.3, 1), b = (0, 1) under random signs."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(gap * (1 + jitter * rng.uniform(-1, 1, 400)))
+    u = rng.choice([-1.0, 1.0], 400)
+    return time, *dw.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, u=u, noise_std=noise, seed=seed)
 
-    The plant is a = (.3, 1), b = (0, 1); its input is random signs.
-    """
+
+def jitter(noise=0.005, gap=0.2, seeds=20, jitters=(0.0, 0.5, 0.9), rates=RATES):
+    """Return {jitter: rms errors of a: here for each observer rate (times dt), and in the discrete form}."""
     truth, found = np.array([0.3, 1.0]), {}
     for jitter in jitters:
         errors = []
         for seed in range(seeds):
-            rng = np.random.default_rng(seed)
-            time = np.cumsum(gap * (1 + jitter * rng.uniform(-1, 1, 400)))
-            u = rng.choice([-1.0, 1.0], 400)
-            y, u = dw.simulate_continuous(truth, [0.0, 1.0], time=time, u=u, noise_std=noise, seed=seed)
+            time, y, u = record(seed, jitter, noise, gap)
             ours = [dw.ContinuousJoint(2, 1, observer=rate / gap).scaled_to(y, u, time=time) for rate in rates]
             a = [est.scan(y, u, time=time, keep="innovations").state["theta"][:2] for est in ours]
             errors.append(np.array([*a, discrete(y, u, gap)]) - truth)
@@ -105,6 +107,7 @@ if __name__ == "__main__":
     print("jitter    " + "".join(f"{f'{rate:g}/dt':10s}" for rate in RATES) + "discrete form")
     for j, errors in jitter().items():
         print(f"{j:<9g} " + "".join(f"{e:<10.4f}" for e in errors))
-    print("\nthe same without jitter, by the noise on y")
+    size = np.sqrt(np.mean([np.mean(record(seed, 0.0, 0.0, 0.2)[1] ** 2) for seed in range(20)]))
+    print(f"\nthe same without jitter, by the noise on y (y itself has rms {size:.2f})")
     for noise in (0.0, 0.005, 0.02, 0.05, 0.1):
         print(f"{noise:<9g} " + "".join(f"{e:<10.4f}" for e in jitter(noise, jitters=(0.0,))[0.0]))
