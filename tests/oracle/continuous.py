@@ -113,3 +113,17 @@ def states(c, a, b, x0, time, y, u):
             x = step.free @ x + step.held @ w + step.rise[:, 0] * (y[t] - y[t - 1])
         out.append(x)
     return np.array(out)
+
+
+def problem(seed, n=2, k=1, samples=60, gaps=True, late=True):
+    """Irregular instants, random y and u, gaps in both, y missing at the start."""
+    rng = np.random.default_rng(seed)
+    time = 5.0 + np.cumsum(rng.exponential(0.3, samples))
+    y, u = rng.standard_normal(samples).cumsum() / 3, rng.standard_normal((samples, k))
+    if gaps:
+        y[rng.random(samples) < 0.25] = np.nan
+        y[20:30] = np.nan
+        u[rng.random((samples, k)) < 0.1] = np.nan
+    if late:
+        y[:4] = np.nan
+    return time, y, u
