@@ -7,6 +7,9 @@ __version__ = "0.1.0"
 _HOME = {
     "Joint": "estimators.joint",
     "Step": "estimators.joint",
+    "ContinuousJoint": "estimators.continuous",
+    "ContinuousModel": "models.continuous",
+    "simulate_continuous": "models.continuous",
     "OutputError": "models.noise",
     "EquationError": "models.noise",
     "NoisePolynomial": "models.noise",

@@ -14,7 +14,7 @@ from ..memory.drift import Never, UntilJump, Walk
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
-SCHEMA = 1
+SCHEMA = 2  # 2: a state keeps one number for its memory
 KINDS = {
     k.__name__: k
     for k in (
@@ -57,17 +57,25 @@ def describe(estimator) -> str:
     """Return the settings of an estimator as JSON; a user's own policies are not covered."""
     if not is_described(estimator):
         raise InputError(f"{estimator!r} has a policy that is not driftwise's own: keep its settings yourself")
-    return json.dumps({"schema": SCHEMA, "options": {k: _plain(v) for k, v in estimator.options.items()}})
+    kind = type(estimator).__name__
+    return json.dumps(
+        {"schema": SCHEMA, "estimator": kind, "options": {k: _plain(v) for k, v in estimator.options.items()}}
+    )
 
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
+    from ..estimators.continuous import ContinuousJoint
     from ..estimators.joint import Joint
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
-        raise InputError(f"written with schema {data.get('schema')}, this version reads {SCHEMA}; update driftwise")
-    return Joint(**{k: _rich(v) for k, v in data["options"].items()})
+        found = data.get("schema")
+        newer = isinstance(found, int) and found > SCHEMA
+        advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
+        raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
+    kinds: dict[str, Any] = {"Joint": Joint, "ContinuousJoint": ContinuousJoint}
+    return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 
 def save_state(estimator, state, path) -> None:
@@ -85,6 +93,6 @@ def load_state(path):
     """Return (estimator, state) as saved."""
     with open(path) as f:
         data = json.load(f)
-    est = rebuild(json.dumps({"schema": data["schema"], "options": data["options"]}))
+    est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
     rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
     return est, rows.view(est.dtype).reshape(data["shape"])

@@ -157,6 +157,8 @@ class Trace:
             P = self.covariance[at, form.n :, form.n :]
         else:
             P = np.diag(self.parameters_std[at] ** 2)
+        if hasattr(est, "model_at"):
+            return est.model_at(self.parameters[at].copy(), P)
         return Model(form, self.parameters[at].copy(), P, self.dt)
 
     def summary(self):

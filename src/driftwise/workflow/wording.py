@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 
@@ -34,12 +35,15 @@ def paragraph(s) -> str:
     if not s.is_enough:
         return f"{s.observed} measured outputs are too few for {est.model.N} unknowns: nothing can be said yet."
     order = {1: "first", 2: "second", 3: "third"}.get(est.model.n, f"{est.model.n}th")
-    modes = [pole_words(p, std, est.dt) for p, std in s.poles if p.imag >= 0]
+    poles = s.poles
+    if getattr(model, "is_continuous", False):  # as seen at the usual step
+        poles = [(cmath.exp(p * est.dt), abs(cmath.exp(p * est.dt)) * est.dt * std) for p, std in poles]
+    modes = [pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0]
     text = f"A {order}-order model with {', '.join(modes)} "
     text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
     if est.model.inputs:
         gains = [f"{g:.3g} ± {d:.2g}" for g, d in zip(model.dc_gain, model.dc_gain_std)]
-        settles = all(abs(p) + 2 * std < 1 for p, std in s.poles)
+        settles = all(abs(p) + 2 * std < 1 for p, std in poles)
         if settles and all(math.isfinite(d) for d in model.dc_gain_std):
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
