@@ -7,6 +7,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Joint": "estimators.joint",
     "Step": "estimators.joint",
+    "JointMIMO": "estimators.mimo",
     "OutputError": "models.noise",
     "EquationError": "models.noise",
     "NoisePolynomial": "models.noise",
@@ -23,6 +24,7 @@ _HOME = {
     "load_state": "workflow.snapshot",
     "Model": "models.convert",
     "simulate": "models.simulate",
+    "simulate_mimo": "models.simulate_mimo",
     "check_estimator": "workflow.laws",
     "check_policy": "workflow.laws",
     "sample_data": "workflow.sample",
