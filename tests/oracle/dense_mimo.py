@@ -3,9 +3,9 @@
     x^i_{k+1}(t+1) = x^i_k(t) - sum_j a_ijk y_j + sum_l b_ilk u_l + w         (x^i_0 = 0, k = 0 .. nu_i - 1)
     y_i = x^i_{nu_i} - sum_{j<i, nu_ij = nu_i+1} a_{ij,nu_i} y_j + sum_l b_{il,nu_i} u_l + w_n,i
 
-Salut's order: [x^1; x^2; ..; r^1; r^2; ..], r^i = a_i1k, a_i2k, .., b_i1k, .. for k < nu_i, then those of k = nu_i. A sample: the
-vector v = [s ; w ; w_n ; u] is Gaussian; the outputs are appended in order, with exact mean, variance and covariance; a
-measured one is conditioned on, a missing one stays an element of v; then s(t+1) is a quadratic map of v.
+Salut's order: [x^1; x^2; ..; r^1; r^2; ..], r^i = a_i1k, a_i2k, .., b_i1k, .. for k < nu_i, then those of k = nu_i.
+A sample: the vector v = [s ; w ; w_n ; u] is Gaussian; the outputs are appended in order, with exact mean, variance and
+covariance; a measured one is conditioned on, a missing one stays an element of v; then s(t+1) is a quadratic map of v.
 """
 
 from typing import NamedTuple
@@ -150,16 +150,21 @@ def _terms(p, i, k, where, known):
 def sample(p, noise, s, P, y, u, u_var, outputs=None, others=None):
     """One sample of the filter that covers ``outputs`` (all by default); NaN is a missing output.
 
-    ``others`` maps an output outside to its (mean, variance) where it is missing: an independent uncertain datum. Returns
-    s(t|t), P(t|t), s(t+1|t), P(t+1|t), and per output of the filter prediction and variance. s, P are those of the whole
-    plant; a filter of some outputs leaves the other rows alone.
+    ``others`` maps an output outside to its (mean, variance) where it is missing: an independent uncertain datum.
+    Returns s(t|t), P(t|t), s(t+1|t), P(t+1|t), and per output of the filter prediction and variance. s, P are those
+    of the whole plant; a filter of some outputs leaves the other rows alone.
     """
     outputs = range(len(p.nu)) if outputs is None else outputs
     others = others or {}
     N, n, count = p.size, p.n, len(p.nu)
     known = {(B, l): u[l] for l in range(p.inputs) if u_var[l] == 0}
     known |= {(A, j): y[j] for j in range(count) if y[j] == y[j]}
-    blocks = [P, np.block([[noise.Q, noise.S], [noise.S.T, noise.R]]), np.diag(u_var), np.diag([v for _, v in others.values()])]
+    blocks = [
+        P,
+        np.block([[noise.Q, noise.S], [noise.S.T, noise.R]]),
+        np.diag(u_var),
+        np.diag([v for _, v in others.values()]),
+    ]
     blocks[3] = blocks[3].reshape(len(others), len(others))
     mean = np.concatenate([s, np.zeros(n + count), u, [m for m, _ in others.values()]])
     cov, here = np.zeros((len(mean), len(mean))), 0
@@ -223,7 +228,7 @@ def run(p, noise, s, P, y, u, q=0.0, is_split=False):
                 mine = np.flatnonzero(np.isin(owner, group))
                 others = {j: seen[j] for j in seen if j not in group and y[t, j] != y[t, j]}
                 later = [j for j in range(len(p.nu)) if j not in group and j not in seen and y[t, j] != y[t, j]]
-                others |= {j: (0.0, 0.0) for j in later}  # no contemporaneous term: cannot matter to the prediction
+                others |= dict.fromkeys(later, (0.0, 0.0))  # no contemporaneous term: cannot matter to the prediction
                 s1, P1, s2, P2, found = sample(p, noise, s, P, y[t], u[t], u_var[t], group, others)
                 seen |= dict(zip(group, found))
                 for (means, covs), (m, c) in ((now, (s1, P1)), (after, (s2, P2))):

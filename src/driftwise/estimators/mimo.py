@@ -21,8 +21,9 @@ from ..models.scale import KnownScale, UnknownScale, sigma2
 from ..models.structure import Structure, indices
 from . import door, mimo_door
 from .joint import WIDTH, Joint, Step
-from .mimo_row import INPUT, OUTPUT, MimoForm, scratch_size
+from .mimo_row import INPUT, OUTPUT, scratch_size
 from .mimo_step import share
+from .mimo_tables import prior_factors, tables
 
 
 class JointMIMO:
@@ -31,14 +32,16 @@ class JointMIMO:
     The canonical form of structure indices nu_1..nu_p (each output has a state of its own, and equations that
     use the data of all; `driftwise.models.structure.Structure` writes it out):
 
-        x^i+ = shift_up(x^i) - sum_j a_ij y_j + sum_l b_il u_l + w,    y_i = x^i[0] - a0_ij y_j (j < i) + b0_il u_l + w_n,i
+        x^i+ = shift_up(x^i) - sum_j a_ij y_j + sum_l b_il u_l + w
+        y_i = x^i[0] - sum_{j<i} a0_ij y_j + sum_l b0_il u_l + w_n,i
 
     Given data, it is linear in state and parameters, so the filter is the exact posterior when the noise is
-    Gaussian with the stated covariances: theorem 3 of Salut et al. (1979), the outputs of a sample taken in order. Missing
-    samples and held inputs: the first two moments of each product, exact for a Gaussian posterior.
+    Gaussian with the stated covariances: theorem 3 of Salut et al. (1979), the outputs of a sample taken in order.
+    Missing samples and held inputs: the first two moments of each product, exact for a Gaussian posterior.
 
-    It runs **split** where no covariance links the outputs: one filter for each, the other outputs its data, each with its own
-    learnt scale. Otherwise **coupled**: one filter of all unknowns, one common scale. O(N^2) per sample, N of each filter.
+    It runs **split** where no covariance links the outputs: one filter for each, the other outputs its data, each
+    with its own learnt scale. Otherwise **coupled**: one filter of all unknowns, one common scale. A sample costs
+    O(N^2), N the unknowns of each filter.
 
     Parameters
     ----------
@@ -50,8 +53,8 @@ class JointMIMO:
         Whether u(t) acts on y(t) at once (the terms b0).
     noise : EquationError, NoisePolynomial or NoiseCovariance
         ``EquationError(variance)`` with one variance or one per output; ``NoisePolynomial((d^1, .., d^p), variance)``;
-        ``NoiseCovariance(Q (n, n), S (n, p), R (p, p))`` of the stacked system in Salut's order, n = sum nu_i. Without a
-        variance, the scale is learnt (Student-t bands).
+        ``NoiseCovariance(Q (n, n), S (n, p), R (p, p))`` of the stacked system in Salut's order, n = sum nu_i. Without
+        a variance, the scale is learnt (Student-t bands).
     memory : Never or Walk
         Constant parameters, or a capped random walk.
     gate : Gate, optional
@@ -76,18 +79,18 @@ class JointMIMO:
 
     Notes
     -----
-    Bad at: white measurement noise (biased, as `Joint`; `OutputError` is refused), structure indices above the truth (nearly
-    unidentifiable: see `excitation`), and split filters with many missing samples: what a gap makes two filters have in
-    common is not carried from sample to sample (the bars stay within 30 % at 30 % missing: `tests/test_mimo_statistics.py`).
+    Bad at: white measurement noise (biased, as `Joint`; `OutputError` is refused), structure indices above the truth
+    (nearly unidentifiable: see `excitation`), and split filters with many missing samples: what a gap makes two filters
+    have in common is not carried from sample to sample (`tests/test_mimo_statistics.py` bounds what that costs).
 
     Examples
     --------
     >>> import driftwise as dw
-    >>> truth = [-1.2, 0.5, 0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
+    >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
     >>> y, u = dw.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.1, seed=1)
     >>> trace = dw.JointMIMO((2, 1), inputs=1).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])][:3]
-    ['a1.11 -1.20', 'a2.11 0.50', 'a2.12 0.10']
+    ['a1.11 -1.19', 'a2.11 0.49', 'a2.12 -0.10']
     """
 
     def __init__(
@@ -113,7 +116,8 @@ class JointMIMO:
             s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, split=split,
         )  # fmt: skip
         inputs = door.count("inputs", inputs)
-        self.model = form = Structure(indices(structure, inputs), inputs, bool(direct) and inputs > 0)
+        self.options["structure"] = nu = indices(structure, inputs)
+        self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
         self.dt = door.positive("dt", dt)
         self.y_scale = _sizes("y_scale", y_scale, form.outputs)
         self.u_scale = _sizes("u_scale", u_scale, inputs)
@@ -128,20 +132,21 @@ class JointMIMO:
         self.is_split = self._resolve_split(split, Q, S, R)
         p = form.outputs
         self.groups = [[i] for i in range(p)] if self.is_split else [list(range(p))]
+        self._D0, self._U0 = prior_factors(self.prior_covariance, self._owner, self.groups)
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         self.scale = (scale or UnknownScale(0.5, 1e-20)) if relative else KnownScale()
         self._sizes = [sum(self._unknowns(i) for i in group) for group in self.groups]
         kernel_noise = noise_many.factor(Q, S, R, form, self.groups)
         # the reference prior of a learnt scale spends one half on each unknown first
         spent = self._sizes if relative and scale is None else [0] * len(self.groups)
-        shape = self._shape(kernel_noise, float(floor), np.array(spent, float))
+        shape = tables(form, self.groups, kernel_noise, float(floor), np.array(spent, float), self.prior_covariance)
         self.policies = (shape, kernel_noise, self._resolve_memory(memory), self._resolve_gate(gate), self.scale)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
         n, N, m = form.n, form.N, form.N - form.n
-        each = {name: p for name in ("observed", "status", "in_a_row", "peak", "top")}
+        each = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)
         each |= dict(chi2=len(self.groups), logdet=len(self.groups), x=n, theta=m, D=N, U=int(shape.U_at[-1]))
-        each |= {name: inputs for name in ("held", "unsure", "known", "sums", "squares", "steps")}
+        each |= dict.fromkeys(("held", "unsure", "known", "sums", "squares", "steps"), inputs)
         self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", (size,)) for name, size in each.items()])
         assert len(each) == OUTPUT + 6 + INPUT
 
@@ -180,35 +185,6 @@ class JointMIMO:
                 "split=True, but the noise or P0 links the outputs: separate filters would ignore it. Leave split out"
             )
         return free if split is None else bool(split)
-
-    def _shape(self, noise, floor, spent) -> MimoForm:
-        """Return the kernel's tables."""
-        form, groups = self.model, self.groups
-        x_at, theta_at, k = form.x_at, form.theta_at, form.inputs
-        U_at, work_at, block_at, blocks = [0], [0], [0], []
-        for group in groups:
-            x0, theta0 = x_at[group[0]], theta_at[group[0]]
-            n = x_at[group[-1] + 1] - x0
-            N = n + theta_at[group[-1] + 1] - theta0
-            long = N + form.outputs + k + len(group)
-            for b in form.blocks:
-                if b.output in group:
-                    row = x_at[b.output] + b.lag - 1 - x0 if b.lag else -(1 + b.output)
-                    blocks.append((n + b.first - theta0, b.size, row, b.source))
-            U_at.append(U_at[-1] + N * (N - 1) // 2)
-            work_at.append(work_at[-1] + 2 * long + long * (long - 1) // 2)
-            block_at.append(len(blocks))
-        first = [group[0] for group in groups] + [form.outputs]
-        is_light = len(groups) == form.outputs and not np.any(noise.kappa) and not noise.G.size
-        tables = (np.array(v, float) for v in (first, x_at, theta_at, U_at, work_at, block_at))
-        return MimoForm(
-            *(form.outputs, k, len(groups), form.N, float(is_light), floor, float(np.any(noise.R == 0))),
-            *tables,
-            np.array(blocks, float).ravel(),
-            spent,
-            np.diag(self.prior_covariance)[x_at[:-1]].copy(),
-            1e-60 * np.repeat(noise.R, form.nu),
-        )
 
     def _resolve_memory(self, memory):
         n = self.model.n
@@ -253,31 +229,15 @@ class JointMIMO:
         """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
         return compose.driver(*map(type, self.policies))
 
-    scratch = Joint.scratch
-    _rows = Joint._rows
-
-    @cached_property
-    def _prior_factors(self):
-        """D (N,) and U of the prior, U group after group."""
-        form = self.model
-        D, columns = np.zeros(form.N), []
-        for group in self.groups:
-            mine = np.flatnonzero(np.isin(self._owner, group))
-            try:
-                U, D[mine] = ud.factor(self.prior_covariance[np.ix_(mine, mine)])
-            except ValueError:
-                raise InputError(
-                    "P0 must be a covariance: it has a negative eigenvalue. Was a precision given?"
-                ) from None
-            columns.append(U[ud.packed_indices(len(mine))])
-        return D, np.concatenate(columns)
+    scratch: Any = Joint.scratch
+    _rows: Any = Joint._rows
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
         state = np.zeros(() if series is None else door.count("series", series), self.dtype)
         n = self.model.n
         state["x"], state["theta"] = self._s0[:n], self._s0[n:]
-        state["D"], state["U"] = self._prior_factors
+        state["D"], state["U"] = self._D0, self._U0
         return state
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..errors import InputError
@@ -43,7 +45,7 @@ def sample(y, u, outputs: int, inputs: int):
         raise InputError(
             f"one sample is {outputs} output(s) y and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
         ) from None
-    if np.isinf(ys).any() or np.isinf(us).any():
+    if any(map(math.isinf, ys.ravel().tolist() + us.ravel().tolist())):
         raise InputError(f"y and u must be finite, or NaN where missing; got y = {y!r}, u = {u!r}")
     return ys, us
 

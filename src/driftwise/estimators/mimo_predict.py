@@ -78,7 +78,7 @@ def add_blocks(work, group):
 def propagate_dense(form, noise, work, group, g):
     """The time update that re-triangularises the state: correlated noise, and every kind of missing sample."""
     q, n, N = int(work.q[g]), group.n, group.N
-    s, D, A, U, Y, d, c = group.s, group.D, group.A, group.U, work.Y, work.d, work.c
+    s, D, U, Y, d, c = group.s, group.D, group.U, work.Y, work.d, work.c
     p, of = int(form.outputs), group.last - group.first
     v = q - of
     s2 = work.s2[g]
@@ -119,40 +119,51 @@ def propagate_dense(form, noise, work, group, g):
 
 @kernel
 def lay_out(form, noise, work, group, q, v):
-    """Write the front and state columns of F U into Y, and shift and uncertain data of the others into the row's U."""
+    """Write the front and state columns of F U into Y, and into the row's U the others, short of data times theta."""
     n, N, s, D, A, U, Y, d = group.n, group.N, group.s, group.D, group.A, group.U, work.Y, work.d
-    p = int(form.outputs)
+    p, of = int(form.outputs), q - v
     for c in range(q + n):
         d[c] = D[c]
         for i in range(n):
             Y[i, c] = 0.0
-    for c in range(n, N):  # what is not shifted over: the parameter rows
-        at, A_at = c * (c - 1) // 2, (c + q) * (c + q - 1) // 2 + q
-        for i in range(n):
-            U[at + i] = 0.0
+        for j in range(of):
+            if v + j <= c:
+                weight = entry(A, v + j, c)
+                for i in range(n):
+                    Y[i, c] += noise.kappa[(group.x0 + i) * p + group.first + j] * weight
+    for c in range(n, N):
+        at, A_at = c * (c - 1) // 2, (c + q) * (c + q - 1) // 2
+        to, column = U[at : at + c], A[A_at : A_at + c + q]
+        for i in range(n - 1):
+            to[i] = column[q + i + 1]
         for i in range(n, c):
-            U[at + i] = A[A_at + i]
+            to[i] = column[q + i]
     for j in range(group.first, group.last):
         lo, hi = int(form.x_at[j]) - group.x0, int(form.x_at[j + 1]) - group.x0
         for i in range(lo, hi - 1):
-            add_state_row(group, Y, A, q, i, q + i + 1, 1.0)
+            for c in range(q + i + 1, q + n):
+                Y[i, c] += entry(A, q + i + 1, c)
+        for c in range(n, N):
+            U[c * (c - 1) // 2 + hi - 1] = 0.0
+    for c in range(n, N):
+        at, A_at = c * (c - 1) // 2, (c + q) * (c + q - 1) // 2
+        to = U[at : at + c]
+        for j in range(of):
+            weight = A[A_at + v + j]
+            for i in range(n):
+                to[i] += noise.kappa[(group.x0 + i) * p + group.first + j] * weight
     for b in range(group.blocks.size // 4):
         src = int(group.blocks[4 * b + 3])
         if group.blocks[4 * b + 2] >= 0.0 and work.spread[src] > 0.0:
             m, row = q + int(group.blocks[4 * b]), int(group.blocks[4 * b + 2])
             for i in range(int(group.blocks[4 * b + 1])):
-                add_state_row(group, Y, A, q, row + i, place(form, src), s[m + i])
-    for j in range(q - v):
-        for i in range(n):
-            kappa = noise.kappa[(group.x0 + i) * p + group.first + j]
-            if kappa != 0.0:
-                add_state_row(group, Y, A, q, i, v + j, kappa)
+                add_error(group, Y, q, row + i, place(form, src), s[m + i])
 
 
-@kernel
-def add_state_row(group, Y, A, q, row, source, weight):
-    """Add weight times row ``source`` of A to state row ``row``, in Y and in the row's U."""
-    n = group.n
+@rare
+def add_error(group, Y, q, row, source, weight):
+    """Add weight times row ``source`` of A, the error of a datum, to state row ``row``, in Y and in the row's U."""
+    n, A = group.n, group.A
     for c in range(source, q + n):
         Y[row, c] += weight * entry(A, source, c)
     for c in range(n, group.N):

@@ -7,7 +7,7 @@ import numpy as np
 from ..detect.gate import admit, count_rejections
 from ..kernel.compose import advance, choice, kernel, rare
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
-from ..kernel.ud import correct, entry, predicted_variance, variance, variances
+from ..kernel.ud import correct, entry, predicted_variance, variances
 from ..memory.drift import Never, Walk, drift
 from ..models.scale import sigma2
 from .joint_row import HUGE
@@ -224,7 +224,7 @@ def set_output(form, noise, work, group, g, i, front):
     """Let the error of a missing output stand in its place in front: what it is made of, and its own part."""
     if int(work.q[g]) < front:  # the gate's decision came late
         widen_front(form, work, group, g, front)
-    yhat, extra = project(form, noise, work, group, g, group.A, i)
+    _, extra = project(form, noise, work, group, g, group.A, i)
     at = place(form, i)
     for c in range(at + 1, int(work.q[g]) + group.N):
         group.A[c * (c - 1) // 2 + at] = -work.f[c]

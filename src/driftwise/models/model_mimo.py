@@ -16,7 +16,8 @@ from .structure import Structure
 class ModelMIMO:
     """Discrete state space of several outputs, with the covariance of its parameters.
 
-    x(t+1) = A x(t) + B u(t), y(t) = C x(t) + D u(t); the states are those of `Structure`, each output's measured one first.
+    x(t+1) = A x(t) + B u(t), y(t) = C x(t) + D u(t); the states are those of `Structure`, each output's measured one
+    first.
     An output that acts at once on a later one (a0) is solved for in C and D. Uncertainties are first order: a simple
     pole p with left and right eigenvectors l, r moves by l' dA r / l' r. They fail for poles that nearly coincide:
     `close_poles` lists those that their error bars do not tell apart; sample from ``covariance`` there.
@@ -40,7 +41,7 @@ class ModelMIMO:
 
     @cached_property
     def _parts(self):
-        """Return G_y (n, p), G_u (n, k) of x+ = shift(x) - G_y y + G_u u, and L (p, p), D0 (p, k) of L y = x_0 + D0 u."""
+        """Return G_y (n, p), G_u (n, k), L (p, p), D0 (p, k) of x+ = shift(x) - G_y y + G_u u, L y = x_0 + D0 u."""
         form = self.form
         n, p, k = form.n, form.outputs, form.inputs
         A, B = form.polynomials(self.values)
@@ -125,7 +126,7 @@ class ModelMIMO:
         return bool(np.all(abs(self.poles) < 1))
 
     def frequency_response(self, w) -> tuple[np.ndarray, np.ndarray]:
-        """Return G (p, k, len(w)) and the covariance (p, k, len(w), 2, 2) of its (real, imaginary) parts at ``w`` rad/s."""
+        """Return G (p, k, len(w)) at ``w`` rad/s, and the covariance (.., 2, 2) of its (real, imaginary) parts."""
         return self._response(np.exp(1j * np.atleast_1d(np.asarray(w, float)) * self.dt))
 
     def _response(self, z):

@@ -52,14 +52,18 @@ def _variances(value, p) -> np.ndarray:
     except (TypeError, ValueError):
         R = np.full(0, np.nan)
     if R.shape not in ((), (p,)) or not np.all((R >= 0) & np.isfinite(R)):
-        raise InputError(f"noise variance must be a number, or {p} (one per output), finite and not negative: {value!r}")
+        raise InputError(
+            f"noise variance must be a number, or {p} (one per output), finite and not negative: {value!r}"
+        )
     return np.full(p, R) if R.ndim == 0 else R
 
 
 def _polynomials(d, form) -> list[np.ndarray]:
     """Return d^i (nu_i,) of each output; with one output d itself may be the list."""
     try:
-        lists = [np.asarray(d, float)] if form.outputs == 1 and np.ndim(d[0]) == 0 else [np.asarray(v, float) for v in d]
+        lists = (
+            [np.asarray(d, float)] if form.outputs == 1 and np.ndim(d[0]) == 0 else [np.asarray(v, float) for v in d]
+        )
     except (TypeError, ValueError, IndexError):
         lists = []
     shapes = [(nu,) for nu in form.nu]

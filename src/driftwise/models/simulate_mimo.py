@@ -59,8 +59,8 @@ def simulate_mimo(
 
     Notes
     -----
-    The model is that of `Structure` (its docstring has the equations). Bad at plants that were not thought of in canonical
-    form: any state space has one, but its parameters are rarely what one knows.
+    The model is that of `Structure` (its docstring has the equations). Bad at plants that were not thought of in
+    canonical form: any state space has one, but its parameters are rarely what one knows.
 
     Examples
     --------

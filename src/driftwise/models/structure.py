@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class Block(NamedTuple):
 def indices(structure, inputs: int) -> tuple[int, ...]:
     """Return the structure indices nu_1 .. nu_p as whole numbers; raise InputError where they are none."""
     whole = int | np.integer
-    values = [structure] if isinstance(structure, whole) else structure
+    values: Any = [structure] if isinstance(structure, whole) else structure
     if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str) or np.ndim(values) != 1:
         raise InputError(f"structure lists the order nu_i of each output, such as (2, 1); got {structure!r}")
     for value in values:
@@ -37,7 +37,7 @@ def indices(structure, inputs: int) -> tuple[int, ...]:
     nu = tuple(int(v) for v in values)
     if not nu:
         raise InputError("structure is empty: it lists the order nu_i of each output, such as (2, 1)")
-    size = 2 * sum(nu) * len(nu) + sum(nu) * (inputs + 1)
+    size = sum(nu) * (len(nu) + inputs + 1) + len(nu) * inputs
     if size > LARGEST:
         raise InputError(
             f"structure {nu} with {inputs} input(s) has about {size} unknowns; the limit is {LARGEST}. "
@@ -60,8 +60,8 @@ class Structure:
         y_i = x^i_{nu_i} - sum_{j<i, nu_ij=nu_i+1} a_{ij,nu_i} y_j + sum_l b_{il,nu_i} u_l + w_n,i
 
     Two orders of the same numbers. *Salut's*: [x^1_1..x^1_nu1; x^2; ..; r^1; r^2; ..] with r^i = [a_i1 by k; a_i2; ..;
-    b_i1 by k; ..; the a_{ij,nu_i}; the b_{il,nu_i}]. The *kernel's*: the same blocks, each by lag nu_i - k: the measured
-    state first, and a1, a2, .. With one output both are those of `Canonical`.
+    b_i1 by k; ..; the a_{ij,nu_i}; the b_{il,nu_i}]. The *kernel's*: the same blocks, each by lag nu_i - k: the
+    measured state first, and a1, a2, .. With one output both are those of `Canonical`.
 
     Examples
     --------
@@ -141,8 +141,8 @@ class Structure:
     def names(self) -> list[str]:
         """Names of the parameters: a{lag}.{output}{from output}, b{lag}.{output}{input}.
 
-        a2.12 multiplies -y_2(t-2) in the equation of y_1, a0.21 multiplies -y_1(t) in that of y_2; a comma stands between
-        the two where there are ten or more (a2.1,12). One output has the names of `Canonical`: a2, b1, b1.2.
+        a2.12 multiplies -y_2(t-2) in the equation of y_1, a0.21 multiplies -y_1(t) in that of y_2; a comma stands
+        between the two where there are ten or more (a2.1,12). One output has the names of `Canonical`: a2, b1, b1.2.
         """
         p, found = self.outputs, []
         comma = "," if max(p, self.inputs) > 9 else ""

@@ -15,9 +15,10 @@ from .trace import KEEP, UNUSED, Trace
 class TraceMIMO(Trace):
     """Columns of one run of `JointMIMO`, time first: those of `Trace`, with one column per output.
 
-    ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the samples
-    before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or correlated noise), so
-    innovations of different outputs are independent. ``x`` and ``parameters`` are given everything up to t.
+    ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the
+    samples before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or
+    correlated noise), so innovations of different outputs are independent. ``x`` and ``parameters`` are given
+    everything up to t.
     """
 
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
@@ -76,7 +77,7 @@ class TraceMIMO(Trace):
     def _columns(self, first, count, least):
         return super()._columns(first + 4 * (self.estimator.model.outputs - 1), count, least)
 
-    def model(self, at: int = -1) -> ModelMIMO:
+    def model(self, at: int = -1) -> ModelMIMO:  # type: ignore[override]
         """Return the model at a sample (the last by default), with the covariance of its parameters.
 
         Sample -1 uses the final state; any other needs keep="covariance", or "std" for a diagonal one.

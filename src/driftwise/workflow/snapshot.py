@@ -23,8 +23,10 @@ KINDS = {
 def _plain(value: Any) -> Any:
     if type(value).__name__ in KINDS:
         return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
-    if isinstance(value, np.ndarray | tuple | list):
+    if isinstance(value, np.ndarray):
         return np.asarray(value, float).tolist()
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -44,17 +46,20 @@ def describe(estimator) -> str:
     """Return the settings of an estimator as JSON; a user's own policies are not covered."""
     if not is_described(estimator):
         raise InputError(f"{estimator!r} has a policy that is not driftwise's own: keep its settings yourself")
-    return json.dumps({"schema": SCHEMA, "options": {k: _plain(v) for k, v in estimator.options.items()}})
+    options = {k: _plain(v) for k, v in estimator.options.items()}
+    return json.dumps({"schema": SCHEMA, "estimator": type(estimator).__name__, "options": options})
 
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
     from ..estimators.joint import Joint
+    from ..estimators.mimo import JointMIMO
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
         raise InputError(f"written with schema {data.get('schema')}, this version reads {SCHEMA}; update driftwise")
-    return Joint(**{k: _rich(v) for k, v in data["options"].items()})
+    kind = JointMIMO if data.get("estimator") == "JointMIMO" else Joint
+    return kind(**{k: _rich(v) for k, v in data["options"].items()})
 
 
 def save_state(estimator, state, path) -> None:
@@ -72,6 +77,6 @@ def load_state(path):
     """Return (estimator, state) as saved."""
     with open(path) as f:
         data = json.load(f)
-    est = rebuild(json.dumps({"schema": data["schema"], "options": data["options"]}))
+    est = rebuild(json.dumps({k: v for k, v in data.items() if k not in ("shape", "rows")}))
     rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
     return est, rows.view(est.dtype).reshape(data["shape"])
