@@ -52,3 +52,23 @@ def test_splitting_linked_noise_is_wrong():
     print(f"a0.21, noises correlated by .9: coupled {right:.2f}, split {wrong:.0f}")
     assert 0.7 < right < 1.3  # one degree of freedom, standard error .1
     assert wrong > 10
+
+
+@pytest.mark.parametrize("lost_y", [0.0, 0.2])
+def test_lost_inputs_with_a_direct_term(lost_y):
+    """The case where one output is not `Joint`: the error of a held input stays an unknown that y(t) tells about.
+
+    20 % of white inputs lost, direct term 1.5 (as in test_missing_inputs.py, which bounds `Joint` by 2.2).
+    """
+    truth, total = np.array([-1.2, 0.5, 1.0, 0.5, 1.5]), 0.0
+    for seed in range(RECORDS):
+        rng = np.random.default_rng(10**6 + seed)
+        u = rng.standard_normal(300)
+        y, _ = dw.simulate(truth[:2], truth[2:4], direct=1.5, samples=300, noise_std=0.3, u=u, seed=seed)
+        u[rng.random(300) < 0.2] = np.nan
+        y[rng.random(300) < lost_y] = np.nan
+        m = dw.JointMIMO(2, 1, True, noise=dw.EquationError(0.09), P0=100.0).scan(y, u).model()
+        error = m.values - truth
+        total += error @ np.linalg.solve(m.covariance, error) / len(truth)
+    print(f"inputs lost 20%, outputs lost {lost_y:.0%}: {total / RECORDS:.2f} per parameter")
+    assert 0.8 < total / RECORDS < 1.5
