@@ -21,6 +21,7 @@ from ..models.scale import KnownScale, UnknownScale
 from . import door
 from .continuous_step import HEAD, Continuous, scratch_size
 from .joint import WIDTH, Joint, Step
+from .policies import resolve_gate, resolve_memory
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 
@@ -133,7 +134,13 @@ class ContinuousJoint:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
         lam, V = filters(n, self.observer)
         shape = Continuous(n, inputs, self.observer, self.dt, floor, lam, V.ravel())
-        self.policies = (shape, kernel_noise, self._resolve_memory(memory), self._resolve_gate(gate), self.scale)
+        self.policies = (
+            shape,
+            kernel_noise,
+            self._resolve_memory(memory),
+            resolve_gate(gate, self.model.N),
+            self.scale,
+        )
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(n, inputs)
         self.dtype = np.dtype(
@@ -171,17 +178,10 @@ class ContinuousJoint:
         return np.concatenate([rate, np.outer((self.y_scale / self.u_scale) ** 2, rate).ravel()])
 
     def _resolve_memory(self, memory):
-        if isinstance(memory, Walk):
-            n = self.model.n
-            q = door.each("q", memory.q, self.model.N - n)
-            if np.any(q < 0):
-                raise InputError(f"q must not be negative (it is a variance per second), got {memory.q!r}")
-            return Walk(q * self._theta_units(), np.diag(self.prior_covariance)[n:].copy())
-        if not isinstance(memory, Never):
+        if not isinstance(memory, Never | Walk):
             raise InputError(f"memory must be Never() or Walk(q) in continuous time, got {memory!r}")
-        return memory
-
-    _resolve_gate: Any = Joint._resolve_gate
+        n = self.model.n
+        return resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:], self.model.N)
 
     def scaled_to(self, y, u=None, *, time=None) -> ContinuousJoint:
         """Return the same estimator with its default prior in units of the data (powers of two).

@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..detect.cusum import CUSUM
-from ..detect.gate import Always, Gate, admit
+from ..detect.gate import Gate
 from ..errors import InputError
 from ..kernel import compose, ud
-from ..memory.drift import Never, Restart, UntilJump, Walk, drift
+from ..memory.drift import Never
 from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
 from ..models.convert import Model
@@ -21,6 +20,7 @@ from ..models.scale import KnownScale, UnknownScale, sigma2
 from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
 from .joint_row import HEAD, INPUT, Form, scratch_size
+from .policies import resolve_gate, resolve_memory
 
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
 # not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
@@ -135,7 +135,6 @@ class Joint:
             raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
         self._set_prior(s0, P0, noise)
-        memory = self._resolve_memory(memory)
         kappa = getattr(kernel_noise, "kappa", ())
         self.form = form or ("array" if len(kappa) == N else "ud")
         rows = N if self.form == "array" else n
@@ -157,7 +156,9 @@ class Joint:
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
         )
-        self.policies = (shape, kernel_noise, memory, self._resolve_gate(gate), self.scale)
+        cap = np.diag(self.prior_covariance)[n:]
+        memory = resolve_memory(memory, self._theta_units(), cap, N)
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.dtype = np.dtype(
@@ -207,34 +208,6 @@ class Joint:
         n, gain = self.model.n, (self.y_scale / self.u_scale) ** 2
         c = np.ones(n * self.model.coloured)
         return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms]])
-
-    def _resolve_memory(self, memory):
-        N, n = self.model.N, self.model.n
-        cap = np.diag(self.prior_covariance)[n:].copy()
-        if isinstance(memory, Walk):
-            q = door.each("q", memory.q, N - n)
-            if np.any(q < 0):
-                raise InputError(f"q must not be negative (it is a variance per sample), got {memory.q!r}")
-            return Walk(q * self._theta_units(), cap)
-        if isinstance(memory, UntilJump):
-            detector, step = memory.detector, door.each("step", memory.step, N - n)
-            if not isinstance(detector, CUSUM) or not (detector.ratio > 1 and detector.threshold > 0):
-                raise InputError(f"detector must be CUSUM(ratio > 1, threshold > 0), got {detector!r}")
-            settle = float(6 * N if memory.settle is None else door.count("settle", memory.settle))
-            return Restart(float(detector.ratio), float(detector.threshold), settle, step**2 * self._theta_units(), cap)
-        if type(memory) not in drift.table:
-            raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
-        return memory
-
-    def _resolve_gate(self, gate):
-        if gate is None:
-            return Always()
-        if isinstance(gate, Gate):
-            settle = 6 * self.model.N if gate.settle is None else gate.settle
-            gate = Gate(door.positive("sigmas", gate.sigmas), door.positive("patience", gate.patience), float(settle))
-        elif type(gate) not in admit.table:
-            raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
-        return gate
 
     def scaled_to(self, y, u=None) -> Joint:
         """Return the same estimator with its default prior in units of the data (powers of two).

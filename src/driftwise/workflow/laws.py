@@ -13,6 +13,7 @@ from ..estimators.joint import Joint
 from ..kernel import compose
 from ..memory.drift import UntilJump, drift
 from ..models.noise import EquationError
+from ..models.simulate_mimo import simulate_mimo
 from .snapshot import is_described, load_state, save_state
 
 
@@ -28,6 +29,8 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
     """Return a record (y, u) that fits the estimator: a stable plant, random inputs, gaps in both."""
     rng = np.random.default_rng(seed)
     n, k = estimator.model.n, estimator.model.inputs
+    if _outputs(estimator) is not None:
+        return _example_of_several(estimator.model, rng, samples, missing)
     a = np.poly(rng.uniform(-0.8, 0.8, n))[1:]
     b = rng.standard_normal((k, n))
     u = rng.standard_normal((samples, k))
@@ -36,6 +39,26 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
         y[t] = x[0] + 0.1 * rng.standard_normal()
         x = np.append(x[1:], 0.0) - a * y[t] + u[t] @ b
     y[rng.random(samples) < missing] = np.nan
+    u[rng.random((samples, k)) < missing / 4] = np.nan
+    return y, u if k else None
+
+
+def _outputs(est):
+    """Return the number of outputs where y has an axis for them, None where it has none."""
+    return getattr(est.model, "outputs", None)
+
+
+def _example_of_several(form, rng, samples, missing):
+    """The same with several outputs: each with poles of its own, coupled weakly."""
+    theta = np.where(form.sources < form.outputs, 0.1, 1.0) * rng.standard_normal(form.N - form.n)
+    for i, nu in enumerate(form.nu):
+        own = (form.targets == i) & (form.sources == i)
+        theta[own] = np.poly(rng.uniform(-0.8, 0.8, nu))[1:]
+    k = form.inputs
+    u = rng.standard_normal((samples, k))
+    options = dict(inputs=k, direct=form.direct, u=u, missing=missing)
+    y, _ = simulate_mimo(form.nu, theta, samples=samples, noise_std=0.1, seed=int(rng.integers(2**31)), **options)
+    u = u.copy()
     u[rng.random((samples, k)) < missing / 4] = np.nan
     return y, u if k else None
 
@@ -52,7 +75,8 @@ def law_stream_record_halves_fleet(est, y, u):
         state, step = est.update(state, y[t], _part(u, t))
         seen.append(step)
     assert same(state, whole.state), "one by one differs from the record"
-    assert same([s[:3] for s in seen], whole.outs[:, :3]), "the steps differ from the trace"
+    steps = np.array([s[:3] for s in seen]).reshape(len(y), -1)
+    assert same(steps, whole.outs[:, : steps.shape[1]]), "the steps differ from the trace"
     half = len(y) // 2
     first = est.scan(y[:half], _part(u, slice(half)))
     second = est.scan(y[half:], _part(u, slice(half, None)), state=first.state)
@@ -87,14 +111,16 @@ def law_nan_is_missing(est, y, u):
     state = est.scan(y, u).state
     nothing = None if u is None else np.full(est.model.inputs, np.nan)
     for _ in range(20):
-        after, step = est.update(state, np.nan, nothing)
-        assert np.isnan(step.innovation) and step.status & 1, "a missing output is not reported"
+        after, step = est.update(state, np.full(np.shape(y)[1:], np.nan), nothing)
+        assert np.all(np.isnan(step.innovation) & (np.asarray(step.status) & 1 == 1)), (
+            "a missing output is not reported"
+        )
         assert np.array_equal(after["theta"], state["theta"]), "a missing output moved the parameters"
         assert after["samples"] == state["samples"] + 1, "time stood still"
         state = after
     assert np.isfinite(np.atleast_1d(state).view(float)).all(), "a gap left something that is not finite"
     try:
-        est.update(state, np.inf, _part(u, 0))
+        est.update(state, np.full(np.shape(y)[1:], np.inf), _part(u, 0))
     except InputError:
         return
     raise AssertionError("infinity passed the door")
@@ -133,7 +159,9 @@ def law_compiled_equals_plain(est, y, u):
     rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
     us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
     with np.errstate(all="ignore"):
-        compose.plain_driver(*map(type, est.policies))(rows, y.reshape(1, -1, 1), us, outs, est.spec, est.scratch())
+        compose.plain_driver(*map(type, est.policies))(
+            rows, y.reshape(1, len(y), -1), us, outs, est.spec, est.scratch()
+        )
     assert np.allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), (
         "compiled and uncompiled traces differ"
     )
@@ -143,7 +171,7 @@ def law_compiled_equals_plain(est, y, u):
 
 def law_no_wind_up(est, y, u):
     """Without excitation the parameters' covariance stays within the prior."""
-    rest = np.zeros(2000)
+    rest = np.zeros((2000, *y.shape[1:]))
     state = est.scan(y, u).state
     state = est.scan(rest, None if u is None else np.zeros((2000, est.model.inputs)), state=state).state
     P, P0 = est.covariance(state), est.prior_covariance[np.ix_(est.model.salut, est.model.salut)]

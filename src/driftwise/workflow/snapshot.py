@@ -36,8 +36,10 @@ KINDS = {
 def _plain(value: Any) -> Any:
     if type(value).__name__ in KINDS:
         return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
-    if isinstance(value, np.ndarray | tuple | list):
+    if isinstance(value, np.ndarray):
         return np.asarray(value, float).tolist()
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -57,16 +59,15 @@ def describe(estimator) -> str:
     """Return the settings of an estimator as JSON; a user's own policies are not covered."""
     if not is_described(estimator):
         raise InputError(f"{estimator!r} has a policy that is not driftwise's own: keep its settings yourself")
-    kind = type(estimator).__name__
-    return json.dumps(
-        {"schema": SCHEMA, "estimator": kind, "options": {k: _plain(v) for k, v in estimator.options.items()}}
-    )
+    options = {k: _plain(v) for k, v in estimator.options.items()}
+    return json.dumps({"schema": SCHEMA, "estimator": type(estimator).__name__, "options": options})
 
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
     from ..estimators.continuous import ContinuousJoint
     from ..estimators.joint import Joint
+    from ..estimators.mimo import JointMIMO
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
@@ -74,7 +75,7 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    kinds: dict[str, Any] = {"Joint": Joint, "ContinuousJoint": ContinuousJoint}
+    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 

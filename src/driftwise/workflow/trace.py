@@ -243,7 +243,10 @@ class Trace:
         with np.load(path if path.exists() else f"{path}.npz", allow_pickle=False) as f:
             est = rebuild(str(f["header"]))
             state = f["state"].view(est.dtype).reshape(())
-            return cls(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, float(f["extra"][0]), f["time"])
+            kind = cls
+            if f["y"].ndim == 2:
+                from .mimo_trace import TraceMIMO as kind
+            return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
 
 
 def unpack(packed, N) -> np.ndarray:

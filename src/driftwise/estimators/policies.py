@@ -1,0 +1,43 @@
+"""What a user says about memory and gate, as the kernel wants it: checked, complete, in units of the data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..detect.cusum import CUSUM
+from ..detect.gate import Always, Gate, admit
+from ..errors import InputError
+from ..memory.drift import Restart, UntilJump, Walk, drift
+from . import door
+
+
+def resolve_memory(memory, units, cap, unknowns: int) -> Any:
+    """Return the kernel's memory; ``units`` and ``cap`` are the squared units and prior variances of theta."""
+    if isinstance(memory, Walk):
+        q = door.each("q", memory.q, len(units))
+        if np.any(q < 0):
+            raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
+        return Walk(q * units, np.array(cap))
+    if isinstance(memory, UntilJump):
+        detector, step = memory.detector, door.each("step", memory.step, len(units))
+        if not isinstance(detector, CUSUM) or not (detector.ratio > 1 and detector.threshold > 0):
+            raise InputError(f"detector must be CUSUM(ratio > 1, threshold > 0), got {detector!r}")
+        settle = float(6 * unknowns if memory.settle is None else door.count("settle", memory.settle))
+        return Restart(float(detector.ratio), float(detector.threshold), settle, step**2 * units, np.array(cap))
+    if type(memory) not in drift.table:
+        raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
+    return memory
+
+
+def resolve_gate(gate, unknowns: int) -> Any:
+    """Return the kernel's gate."""
+    if gate is None:
+        return Always()
+    if isinstance(gate, Gate):
+        settle = 6 * unknowns if gate.settle is None else gate.settle
+        return Gate(door.positive("sigmas", gate.sigmas), door.positive("patience", gate.patience), float(settle))
+    if type(gate) not in admit.table:
+        raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
+    return gate

@@ -1,0 +1,137 @@
+"""The trace of an estimator with several outputs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..models.model_mimo import ModelMIMO
+from ..models.scale import KnownScale
+from .trace import KEEP, UNUSED, Trace
+
+
+class TraceMIMO(Trace):
+    """Columns of one run of `JointMIMO`, time first: those of `Trace`, with one column per output.
+
+    ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the
+    samples before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or
+    correlated noise), so innovations of different outputs are independent. ``x`` and ``parameters`` are given
+    everything up to t.
+    """
+
+    def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
+        self.estimator, self.keep, self.state = estimator, keep, state
+        self.y, self.u = y.copy(), u.copy()
+        self.outs, self.observed_before = outs, np.asarray(observed_before, float)
+        self.dt = estimator.dt
+        if time is None:
+            time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
+        self.time = np.asarray(time, float)
+        if self.time.shape != (len(y),):
+            raise InputError(f"time must be ({len(y)},), got shape {self.time.shape}")
+
+    def _of_outputs(self, which):
+        p = self.estimator.model.outputs
+        return self.outs[:, which * p : (which + 1) * p]
+
+    @property
+    def prediction(self) -> np.ndarray:
+        """Prediction of y_i(t) from the samples before t and the outputs before i, (T, p)."""
+        return self._of_outputs(0)
+
+    @property
+    def innovation(self) -> np.ndarray:
+        """y(t) minus its prediction; NaN where y is missing, (T, p)."""
+        return self._of_outputs(1)
+
+    @property
+    def variance(self) -> np.ndarray:
+        """Squared scale of the prediction error (its variance where the noise is known), (T, p)."""
+        return self._of_outputs(2)
+
+    @property
+    def status(self) -> np.ndarray:
+        """Bits of `driftwise.Status`, (T, p)."""
+        return self._of_outputs(3).astype(np.int64)
+
+    @property
+    def is_used(self) -> np.ndarray:
+        """Whether each output of the sample taught the filter anything, (T, p)."""
+        return (self.status & int(UNUSED)) == 0
+
+    @property
+    def dof(self) -> np.ndarray:
+        """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T, p)."""
+        est = self.estimator
+        if isinstance(est.scale, KnownScale):
+            return np.full(self.y.shape, np.inf)
+        used, found = self.is_used, np.empty(self.y.shape)
+        for g, group in enumerate(est.groups):
+            mine = used[:, group]
+            before = np.cumsum(mine).reshape(mine.shape) - mine + self.observed_before[group].sum()
+            found[:, group] = est.scale.alpha + (before - est.policies[0].spent[g]) / 2
+        return 2 * np.maximum(found, 0.5)
+
+    def _columns(self, first, count, least):
+        return super()._columns(first + 4 * (self.estimator.model.outputs - 1), count, least)
+
+    def model(self, at: int = -1) -> ModelMIMO:  # type: ignore[override]
+        """Return the model at a sample (the last by default), with the covariance of its parameters.
+
+        Sample -1 uses the final state; any other needs keep="covariance", or "std" for a diagonal one.
+        """
+        est, form = self.estimator, self.estimator.model
+        if at in (-1, len(self) - 1):
+            return est.model_of(self.state)
+        is_full = self.keep == "covariance"
+        P = self.covariance[at, form.n :, form.n :] if is_full else np.diag(self.parameters_std[at] ** 2)
+        return ModelMIMO(form, self.parameters[at].copy(), P, self.dt)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns by name: those of an output end in its number (prediction.2), states in x{k}.{output}."""
+        form = self.estimator.model
+
+        def numbered(name, columns):
+            return {f"{name}.{i + 1}" if columns.shape[1] > 1 else name: c for i, c in enumerate(columns.T)}
+
+        u = {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
+        table = {"time": self.time, **numbered("y", self.y), **u}
+        for name in ("prediction", "innovation", "variance", "dof", "status"):
+            table |= numbered(name, getattr(self, name))
+        names = form.state_names + form.names
+        if KEEP.index(self.keep) >= KEEP.index("means"):
+            table |= dict(zip(names, np.hstack([self.x, self.parameters]).T))
+        if self.keep in ("std", "covariance"):
+            table |= dict(zip([f"{name}_std" for name in names], np.hstack([self.x_std, self.parameters_std]).T))
+        return {name: np.ascontiguousarray(c) for name, c in table.items()}
+
+    def events(self, limit: int = 10_000):
+        """Return what happened besides ordinary samples, in order; the text names the output."""
+        found = []
+        for i in range(self.estimator.model.outputs):
+            one = _Status(self.status[:, i], self.time)
+            found += [_named(event, i) for event in Trace.events(one, limit)]  # type: ignore[arg-type]
+        return sorted(found, key=lambda e: e.sample)[:limit]
+
+    def _only_one_output(self, *args, **options) -> Any:
+        """Not there for several outputs: use `columns`, `to_frame` and `model`."""
+        raise InputError(
+            "summary(), plot() and report() are for one output; use trace.columns(), trace.to_frame() and trace.model()"
+        )
+
+    summary = plot = report = _only_one_output
+
+
+class _Status:
+    """The status of one output, as `Trace.events` reads it."""
+
+    def __init__(self, status, time):
+        self.status, self.time = status, time
+
+
+def _named(event, i):
+    from dataclasses import replace
+
+    return replace(event, text=f"output {i + 1}: {event.text}")
