@@ -21,7 +21,7 @@ def section(seeds: int) -> Section:
         [
             "NEES / dim is the squared error of the parameters over their covariance and number: 1 when the "
             "covariance is honest.",
-            "Noise on the sensor alone makes the noise polynomial equal to the unknown a. The theory file plugs in "
+            "Noise on the sensor alone makes the noise polynomial equal to the unknown a. The theory plugs in "
             "the estimate; driftwise's OutputError is a bilinear filter instead (docs/decisions/noise.md), so the "
             "row below judges that.",
         ],

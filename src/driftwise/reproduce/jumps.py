@@ -85,7 +85,7 @@ def _until_jump(memories, y, u, errors, scaled):
             "until a jump: delay, missed, false alarms, error of a (560–1000)",
             f"median delay {np.median(delay):.0f}, {int((~found.any(axis=1)).sum())} missed, {false} false in "
             f"{alarms[:, :JUMP].size} samples, {numbers([after])}",
-            f"median delay ≤ 10, error ≤ {scaled.wide(0.03):.3f} (theory file: a walk alone .044)",
+            f"median delay ≤ 10, error ≤ {scaled.wide(0.03):.3f} (earlier study: a walk alone .044)",
             bool(np.median(delay) <= 10 and after <= scaled.wide(0.03)),
             SOURCE,
         ),

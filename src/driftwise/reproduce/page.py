@@ -137,7 +137,7 @@ def _verdicts(verdicts: list[Verdict]) -> str:
     mark = {True: ("good", "✓ holds"), False: ("bad", "✗ fails"), None: ("skip", "– skipped")}
     rows = "".join(
         f'<tr><td class="{mark[v.holds][0]}">{mark[v.holds][1]}</td><td>{escape(v.name)}</td><td>{escape(v.value)}</td>'
-        f'<td>{escape(v.expected)}</td><td class="quiet">{escape(v.source)}</td></tr>'
+        f'<td>{escape(v.expected)}</td><td class="quiet">{escape(v.source.replace("/salut.md", ""))}</td></tr>'
         for v in verdicts
     )
     return (
