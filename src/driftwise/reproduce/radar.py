@@ -41,8 +41,8 @@ def section(seeds: int) -> Section:
             "over manoeuvres. Two poles held at 1 (a prior of rank one, or differences) leave one number to learn, "
             "the manoeuvre pole; allowed to walk, it beats both tuned filters.",
             "Our numbers differ from those of an earlier study of this record (in brackets) because the plots lie on "
-            "the antenna's own grid (11.9 s) here, every 50-plot record restarts from its own plots, and the noise scale is learnt "
-            "from all data (Student-t) instead of with a forgetting factor.",
+            "the antenna's own grid (11.9 s) here, every 50-plot record restarts from its own plots, and the noise "
+            "scale is learnt from all data (Student-t) instead of with a forgetting factor.",
         ],
         [_scores(flight), _pieces(flight), _sweep(flight)],
         [
