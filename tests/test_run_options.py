@@ -146,7 +146,25 @@ def test_an_unknown_noise_says_whether_to_trust_a(call, tmp_path):
     bound = data["identifiability"]["cramer_rao"]
     assert 1 <= max(bound["ratio"]) < 3
     assert "a can be trusted without knowing c" in flat(out)
-    assert "error of a, noise colour unknown / known" in page.read_text()
+    text = page.read_text()
+    assert "error of a, noise colour unknown / known" in text
+    assert "+ v(t) + c1 v(t\u22121) + c2 v(t\u22122)." in text
+
+
+def test_c_is_not_smoothed_and_says_so(call, tmp_path):
+    y, u = dw.simulate(A, B, d=[-0.8, 0.3], samples=800, noise_std=0.5, seed=1)
+    path, result = table(tmp_path / "p.csv", y, u), tmp_path / "r.json"
+    options = ("--noise", "unknown", "--smooth", "all", "--json", result, "--report", tmp_path / "r.html")
+    code, out, _ = call("run", path, "-o", "y", "-i", "u", *options)
+    assert code == 0
+    assert "c is not smoothed" in out
+    data = json.loads(result.read_text())
+    final = {p["name"]: p["value"] for p in data["summary"]["parameters"]}
+    for smoothed in data["smoothed"]["parameters"]:
+        if smoothed["name"][0] == "c":
+            assert smoothed["first"] is smoothed["first_std"] is None
+        else:
+            assert smoothed["first"] == pytest.approx(final[smoothed["name"]], abs=2 * smoothed["first_std"])
 
 
 def test_what_the_record_cannot_teach_is_said_once(call, tmp_path):

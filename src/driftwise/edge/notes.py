@@ -56,8 +56,8 @@ def notes(plan, record, found) -> list[str]:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
         said.append(f"{plan.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
     said += record.clock.notes()
-    if found.smoothed_why_not:
-        said.append(found.smoothed_why_not)
+    if found.smoothing_note:
+        said.append(found.smoothing_note)
     if found.evidence is not None and not plan.chosen and found.evidence.best != plan.order:
         said.append(f"order {plan.order} was estimated; the data speak for another: --order {found.evidence.best}.")
     if found.evidence is not None and plan.gate:

@@ -177,7 +177,9 @@ def _equation(names) -> str:
 
     right = [term(name) for name in inputs]
     right = right if len(right) <= 4 else [right[0], "\u2026", right[-1]]
-    return left + " = " + " + ".join([*right, "noise"])
+    colour = [f"{name} v(t\u2212{name[1:]})" for name in names if name.startswith("c")]
+    colour = colour if len(colour) <= 3 else [colour[0], "\u2026", colour[-1]]
+    return left + " = " + " + ".join([*right, *(["v(t)", *colour] if colour else ["noise"])])
 
 
 def _parameter_table(summary) -> str:

@@ -49,6 +49,7 @@ table { border-collapse:collapse; width:100%; font-size:14px; font-variant-numer
 th { text-align:right; color:var(--quiet); font-weight:550; font-size:12.5px; padding:5px 10px;
      border-bottom:1px solid var(--line); }
 td { text-align:right; padding:5px 10px; border-bottom:1px solid #f0f2f5; }
+td:not(.text):not(:first-child) { white-space:nowrap; }
 th:first-child, td:first-child { text-align:left; font-weight:600; }
 td.text, th.text { text-align:left; font-weight:400; }
 tr:last-child td { border-bottom:none; }

@@ -162,7 +162,7 @@ def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):
     figures = []
     for j, name in enumerate(names):
         spans = [steady_range(values[:, j], stds[:, j])]
-        spans += [] if smoothed is None else [steady_range(smoothed[0][:, j], smoothed[1][:, j], 0.0)]
+        spans += [] if smoothed is None else [steady_range(smoothed[0][:, j], smoothed[1][:, j])]
         spans = [span for span in spans if span] or [(-1.0, 1.0)]
         span = min(low for low, _ in spans), max(high for _, high in spans)
         fig = blank(185, "", name, x_range=x_range, y_range=span)
@@ -177,7 +177,7 @@ def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):
             fig.add_layout(Span(location=when, dimension="height", **mark))
         fig.yaxis.axis_label_text_font_style = "bold"
         fig.yaxis.axis_label_text_font_size = "13px"
-        fig.xaxis.ticker.desired_num_ticks = 5
+        fig.xaxis.ticker.desired_num_ticks = 4
         fig.yaxis.ticker.desired_num_ticks = 4
         figures.append(fig)
     return figures

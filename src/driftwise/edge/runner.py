@@ -32,7 +32,7 @@ class Run:
     evidence: Any = None
     study: Any = None
     smoothed: Any = None
-    smoothed_why_not: str = ""
+    smoothing_note: str = ""
     stopped: bool = False
 
 
@@ -163,6 +163,8 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
 
 def _look_again(plan: Plan, run: Run) -> None:
     """Do what needs the rows themselves: what they can teach, and smoothing."""
+    import numpy as np
+
     from driftwise.edge.held import smoothing_rows
     from driftwise.edge.study import ROWS, study
 
@@ -173,13 +175,19 @@ def _look_again(plan: Plan, run: Run) -> None:
         return
     most = smoothing_rows(run.estimator)
     if not run.held.is_whole:
-        run.smoothed_why_not = (
+        run.smoothing_note = (
             f"not smoothed: it needs the record in memory, and {run.held.rows} rows are more than the {most} that may "
             "be held for this model; cut a stretch out with --from and --to."
         )
         return
     y, u = run.held.record()
     run.smoothed = run.estimator.smooth(y, u if plan.inputs else None, lag=plan.lag)
+    form = run.estimator.model
+    if form.coloured:  # where the filter pulled C's zeros inward, the backward pass takes that for a move of c itself
+        first = form.n * (form.inputs + 2)
+        for at in (first, form.N + first):
+            run.smoothed.outs[:, at : at + form.n] = np.nan
+        run.smoothing_note = "c is not smoothed: before the filter last pulled C's zeros inward it would be wrong."
     if plan.save:
         widen(plan.save, smoothed_columns(run.smoothed))
 
