@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.edge import report_roots
 from driftwise.edge.report import write
+from driftwise.edge.report_dynamics import roots
 from driftwise.edge.thin import envelope, together
-from driftwise.edge.wording import fixed, interval, number, plus_minus
+from driftwise.edge.wording import fixed, interval, number, plus_minus, probable
+from driftwise.errors import InputError
+from driftwise.models.canonical import Canonical
+from driftwise.models.convert import Model
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +103,68 @@ def test_report_without_input_and_of_a_short_record(tmp_path):
     assert "too short to tell" in text
 
 
+def test_report_draws_smoothed_orders_and_zeros(tmp_path):
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=600, noise_std=0.5, seed=4)
+    est = dw.Joint(2, inputs=1, memory=dw.Walk(1e-6)).scaled_to(y, u)
+    trace, smoothed = est.scan(y, u), est.smooth(y, u, lag=50)
+    path = trace.report(tmp_path / "r.html", smoothed=smoothed, orders=dw.choose_order(y, u, [1, 2]))
+    page = Page(path.read_text(encoding="utf-8"))
+    for section in ("states", "orders", "poles"):
+        assert section in page.ids
+    words = " ".join(page.text)
+    assert "Dashed between dotted lines: smoothed, given 50 later samples." in words
+    assert "Poles and zeros" in words
+    assert "Every combination of the parameters shows in the record." in words
+    assert "in 95 of 100 records" in words
+    with pytest.raises(InputError, match="smooth the same record"):
+        trace.report(tmp_path / "r.html", smoothed=est.smooth(y[:50], u[:50]))
+
+
+def figure_of(model):
+    """Return the z-plane as (ellipse centres, numbers of marks by name)."""
+    fig = report_roots.plane(model)
+    patches = [r for r in fig.renderers if r.glyph.__class__.__name__ == "Patch"][1:]
+    marks = {}
+    for item in fig.legend[0].items:
+        for r in item.renderers:
+            marks[item.label.value] = marks.get(item.label.value, 0) + len(r.data_source.data["x"])
+    return patches, marks
+
+
+def test_plane_draws_the_95_percent_ellipse():
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=800, noise_std=0.3, seed=1)
+    model = dw.Joint(2, inputs=1).scan(y, u).model()
+    patches, marks = figure_of(model)
+    assert marks == {"pole": 2, "zero": 1}
+    assert len(patches) == 3
+    for patch, pole, covariance in zip(patches, model.poles, model.poles_covariance):
+        x, y = (np.asarray(patch.data_source.data[c]) for c in "xy")
+        e = np.stack([x - pole.real, y - pole.imag])
+        radius = np.einsum("it,ij,jt->t", e, np.linalg.inv(covariance), e)
+        np.testing.assert_allclose(radius, 5.991464547, rtol=1e-9)  # chi-square with 2 degrees at 95 %
+
+
+def test_plane_draws_a_cloud_where_poles_nearly_coincide_and_leaves_out_what_is_far():
+    form = Canonical(2, inputs=1)
+    model = Model(form, np.array([-1.5, 0.5625, 1e-4, 1.0]), 1e-6 * np.eye(4))
+    assert model.method == ["sampled", "sampled"]
+    patches, marks = figure_of(model)
+    assert patches == []
+    assert marks["draws"] > 100
+    assert marks["pole"] == 2
+    assert "zero" not in marks
+    text = roots(_Summary(model), 1.0, "")
+    assert "1 zero lies outside the figure." in text
+    assert "nearly coincide" in text
+
+
+class _Summary:
+    """What the section about roots reads of a summary."""
+
+    def __init__(self, model):
+        self.model, self.poles = model, list(zip(model.poles, model.poles_std))
+
+
 def test_plot_keeps_spikes_and_labels(trace):
     import matplotlib
 
@@ -137,3 +204,7 @@ def test_wording():
     assert number(-0.25) == "−0.25"
     assert fixed(99.54321, 1) == "99.5"
     assert fixed(-2.5e17, 1) == "−2.5e+17"
+    assert plus_minus(-0.0, 14.0) == "0 ± 14"
+    assert number(-0.0) == "0"
+    assert fixed(float("nan"), 2) == "–"
+    assert [probable(p) for p in (1.0, 0.1234, 2e-10, 1e-40)] == ["1.000", "0.123", "2e-10", "0"]

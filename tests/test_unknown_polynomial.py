@@ -120,6 +120,48 @@ def test_a_prior_on_d_does_the_work():
     assert np.all(rmse[1] < 0.35)
 
 
+def test_c_is_held_until_the_scale_is_known_and_its_bar_says_so():
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], d=[-0.8, 0.3], samples=3000, noise_std=0.7, missing=0.1, seed=2)
+    est = dw.Joint(2, 1, noise=dw.UnknownPolynomial(std=0.5)).scaled_to(y, u)
+    wait = 2 * est.model.N
+    trace = est.scan(y, u)
+    waiting = np.cumsum(trace.is_used) <= wait
+    assert np.all(trace.parameters[waiting, 4:] == 0)
+    assert np.allclose(trace.parameters_std[waiting, 4:], 0.5)
+    full = est.scan(y[:200], u[:200], keep="covariance")
+    assert np.allclose(full.parameters_std[waiting[:200], 4:], 0.5)
+    early = est.scan(y[:wait], u[:wait])
+    assert np.allclose(np.sqrt(np.diag(early.model().covariance))[4:], 0.5)
+    assert {"c1", "c2"} <= set(" ".join(words for words, _ in early.summary().unlearned).split())
+    assert not trace.summary().unlearned
+
+
+@pytest.mark.parametrize("noise_std", [1.0, 0.03])
+def test_learnt_scale_is_honest(noise_std):
+    """60 records: NEES per parameter and NIS near one, whatever the size of the noise beside y."""
+    nees, nis = [], []
+    for seed in range(60):
+        y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], d=[-0.8, 0.3], samples=1500, noise_std=noise_std, seed=seed)
+        trace = dw.Joint(2, 1, noise=dw.UnknownPolynomial()).scaled_to(y, u).scan(y, u)
+        model = trace.model()
+        error = model.values - [-1.5, 0.7, 1.0, 0.5, -0.8, 0.3]
+        nees.append(error @ np.linalg.solve(model.covariance, error) / 6)
+        nis.append(trace.summary().nis)
+    assert 0.75 < np.mean(nees) < 1.4
+    assert 0.85 < np.mean(nis) < 1.15
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_constant_c_is_smoothed_to_one_value(method):
+    """C's zeros lie near the radius, so d is drawn back again and again: that is no motion of the true d."""
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], d=[-1.8, 0.9], samples=400, noise_std=1.0, seed=1)
+    for noise in (dw.UnknownPolynomial(method=method, radius=0.97), dw.UnknownPolynomial(None, 1.0, 1.0, method, 0.97)):
+        est = dw.Joint(2, 1, noise=noise).scaled_to(y, u)
+        filtered, smoothed = est.scan(y, u), est.smooth(y, u)
+        assert np.allclose(smoothed.parameters, filtered.parameters[-1], rtol=1e-6, atol=1e-7)
+        assert np.allclose(smoothed.parameters_std, filtered.parameters_std[-1], rtol=1e-4)
+
+
 def test_zeros_of_c_stay_inside():
     """Data that ask for a zero outside the circle: C ends within the radius at every sample."""
     y, _ = dw.simulate([-0.5], d=[2.0], samples=300, noise_std=1.0, seed=4)
@@ -147,7 +189,8 @@ def test_shrinking_agrees_with_the_roots(seed):
         (dw.UnknownPolynomial(method="magic"), "ekf"),
         (dw.UnknownPolynomial(radius=1.5), "between 0 and 1"),
         (dw.UnknownPolynomial(variance=0.0), "positive"),
-        (dw.UnknownPolynomial(std=0.2), "needs variance"),
+        (dw.UnknownPolynomial(std=-0.2), "std"),
+        (dw.UnknownPolynomial((1.5, 0.2)), "reflect"),
         (dw.UnknownPolynomial((1.0,), variance=1.0), "d must list the 2"),
     ],
 )

@@ -29,6 +29,16 @@ def _version(wanted: bool) -> None:
         raise typer.Exit()
 
 
+def _order(text: str) -> int | str:
+    """Return the order as a number, or "auto"."""
+    if text == "auto":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is neither a whole number nor auto.") from None
+
+
 @app.callback()
 def _common(
     version: Annotated[
@@ -48,16 +58,41 @@ def run(
     time: Annotated[
         str | None, typer.Option("--time", "-t", help="Column of the time: numbers, or ISO 8601 stamps.")
     ] = None,
-    order: Annotated[int, typer.Option("--order", "-n", help="Order of the model: how many past outputs matter.")] = 2,
+    order: Annotated[
+        str,
+        typer.Option(
+            "--order",
+            "-n",
+            parser=_order,
+            metavar="N|auto",
+            help="Order of the model: how many past outputs matter; auto takes the most probable of --orders.",
+        ),
+    ] = "2",
+    orders: Annotated[
+        str | None,
+        typer.Option(metavar="1-5|1,2,4", help="Compare these orders by their evidence; prints a table."),
+    ] = None,
     noise: Annotated[
         str,
         typer.Option(
-            help="equation-error (ARX), output-error (white noise on the sensor alone), or polynomial:d0,d1,.."
+            help="equation-error (ARX), output-error (white noise on the sensor alone), unknown (its colour is "
+            "estimated too: ARMAX), or polynomial:d0,d1,.."
         ),
     ] = "equation-error",
     memory: Annotated[
-        str, typer.Option(help="never (constant parameters), or walk:Q (they drift; variance per sample).")
+        str,
+        typer.Option(
+            help="never (constant parameters), walk:Q (they drift; variance per sample), jump or jump:STEP "
+            "(constant until the innovations say that they jumped)."
+        ),
     ] = "never",
+    smooth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="all|LAG",
+            help="Look back: parameters and state given the whole record, or LAG later samples. Holds it in memory.",
+        ),
+    ] = None,
     gate: Annotated[
         float | None, typer.Option(help="Set aside outputs this many standard deviations off, e.g. 5.")
     ] = None,
@@ -106,6 +141,8 @@ def run(
             chunk,
             start,
             stop,
+            orders,
+            smooth,
         )
     )
 

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from driftwise.workflow.trace import Trace
+from driftwise.kernel.status import MEANING, Status
+from driftwise.workflow.smoothed import Smoothed
+from driftwise.workflow.trace import Event, Trace
 
 __all__ = ["Keeper", "Offsets", "ThinTrace"]
 
@@ -84,7 +86,8 @@ class Keeper:
 
     def __init__(self, estimator, offsets: Offsets):
         self.estimator, self.offsets = estimator, offsets
-        self.events: list[Any] = []
+        self.jumps: list[Any] = []
+        self._events: list[Any] = []
         self.samples, self.stride = 0, 1
         self.state: Any = None
         self._parts: list[tuple[np.ndarray, ...]] = []
@@ -92,9 +95,12 @@ class Keeper:
 
     def add(self, trace: Trace) -> None:
         """Take in the next stretch of the run, in the units it was estimated in."""
-        if len(self.events) < EVENTS and trace.status.any():
-            found = trace.events(EVENTS - len(self.events))
-            self.events += [replace(event, sample=event.sample + self.samples) for event in found]
+        if len(self._events) < EVENTS and trace.status.any():
+            found = [event for event in trace.events(EVENTS - len(self._events)) if event.kind != Status.JUMP.name]
+            self._events += [replace(event, sample=event.sample + self.samples) for event in found]
+        for k in np.flatnonzero(trace.status & int(Status.JUMP))[: EVENTS - len(self.jumps)]:
+            event = Event(self.samples + int(k), float(trace.time[k]), str(Status.JUMP.name), MEANING[Status.JUMP])
+            self.jumps.append(event)
         self.state = trace.state
         first = -self.samples % self.stride
         if first < len(trace):
@@ -122,6 +128,17 @@ class Keeper:
         outs[:, 3] = _gathered(status, 0, 2, len(outs))
         self._parts = [(time[::2], y[::2], u[::2], outs, dof[::2])]
         self._held, self.stride = len(outs), 2 * self.stride
+
+    @property
+    def events(self) -> list[Any]:
+        """What happened, in order; jumps are all there however much else did."""
+        return sorted([*self._events, *self.jumps], key=lambda event: event.sample)
+
+    def thinned(self, smoothed):
+        """Return the smoothed record at the samples that are kept."""
+        time, y, u, *_ = (np.concatenate(part) for part in zip(*self._parts))
+        outs = smoothed.outs[:: self.stride]
+        return Smoothed(smoothed.estimator, y, u, outs, smoothed.keep, smoothed.state, smoothed.lag, time)
 
     def trace(self) -> ThinTrace:
         """Return what was kept as a trace in the units of the file."""

@@ -7,7 +7,10 @@ from typing import Any, NamedTuple
 
 from driftwise.errors import InputError
 
-__all__ = ["Plan", "floats"]
+__all__ = ["Plan", "floats", "orders"]
+
+AUTO = "1-5"  # what --order auto compares unless told otherwise
+LARGEST = 30
 
 
 class Plan(NamedTuple):
@@ -17,7 +20,7 @@ class Plan(NamedTuple):
     output: str
     inputs: tuple[str, ...]
     time: str | None = None
-    order: int = 2
+    order: int | str = 2
     noise: str = "equation-error"
     memory: str = "never"
     gate: float | None = None
@@ -30,11 +33,76 @@ class Plan(NamedTuple):
     chunk: int = 65_536
     start: float | None = None
     stop: float | None = None
+    orders: str | None = None
+    smooth: str | None = None
+    chosen: bool = False  # whether the order was chosen by its evidence
+
+    @property
+    def is_auto(self) -> bool:
+        """Whether the order is to be chosen by its evidence."""
+        return self.order == "auto"
+
+    @property
+    def candidates(self) -> list[int]:
+        """Orders to compare; none unless asked for."""
+        if self.orders is None:
+            return orders(AUTO) if self.is_auto else []
+        return orders(self.orders)
+
+    @property
+    def lag(self) -> int | None:
+        """Samples that the smoother looks ahead; None: to the end."""
+        if self.smooth in (None, "all"):
+            return None
+        if not str(self.smooth).isdecimal() or int(str(self.smooth)) < 1:
+            raise InputError(
+                f"--smooth must be all (the whole record) or a number of samples to look ahead, at least 1, "
+                f"got {self.smooth!r}."
+            )
+        return int(str(self.smooth))
+
+    def check(self) -> None:
+        """Refuse wrong options before the table is read."""
+        self.check_targets()
+        _ = self.lag
+        if self.is_auto and self.file == "-":
+            raise InputError(
+                "--order auto reads the table twice, and standard input can be read only once: put it into a file, or "
+                f"look at --orders {self.orders or AUTO} first and then give --order."
+            )
+        dt = 1.0 if self.dt is None else self.dt
+        if self.candidates:
+            self.evidence(dt)
+        for order in self.candidates:
+            self._replace(order=order).estimator(dt)
+        if not self.is_auto:
+            self.estimator(dt)
+
+    def evidence(self, dt: float) -> Any:
+        """Return an `OrderEvidence` of the orders to compare; the gate is left out."""
+        import driftwise as dw
+
+        noise = self.noise
+        if "," in self.memory:
+            raise InputError(
+                f"--memory {self.memory} lists one number for each parameter, and every order has another number of "
+                "them: give one number for all while orders are compared."
+            )
+        return dw.OrderEvidence(
+            self.candidates,
+            len(self.inputs),
+            self.direct,
+            noise=lambda order: _noise(noise, order),
+            memory=_memory(self.memory),
+            dt=dt,
+        )
 
     def estimator(self, dt: float) -> Any:
         """Return the estimator; its prior is not yet in units of the data."""
         import driftwise as dw
 
+        if not isinstance(self.order, int):
+            raise InputError(f"--order must be a whole number or auto, got {self.order!r}.")
         if self.center not in ("mean", "median", "none"):
             raise InputError(f"--center must be mean, median or none, got {self.center!r}.")
         if self.direct and not self.inputs:
@@ -48,7 +116,7 @@ class Plan(NamedTuple):
             self.order,
             len(self.inputs),
             self.direct,
-            noise=_noise(self.noise),
+            noise=_noise(self.noise, self.order),
             memory=_memory(self.memory),
             gate=gate,
             dt=dt,
@@ -85,7 +153,23 @@ def floats(option: str, text: str) -> list[float]:
         raise InputError(f"{option} takes numbers separated by commas, for example 0.5,-0.2; got {text!r}.") from None
 
 
-def _noise(text: str):
+def orders(text: str) -> list[int]:
+    """Return the orders of a range such as 1-5 or a list such as 1,2,4."""
+    found: set[int] = set()
+    for part in text.split(","):
+        low, dash, high = (piece.strip() for piece in part.partition("-"))
+        if not low.isdecimal() or (dash and not high.isdecimal()):
+            raise InputError(f"--orders takes a range or a list of orders, for example 1-5 or 1,2,4; got {text!r}.")
+        first, last = int(low), int(high or low)
+        if last < first:
+            raise InputError(f"--orders {part.strip()} counts downwards; was {last}-{first} meant?")
+        if first < 1 or last > LARGEST:
+            raise InputError(f"--orders must lie between 1 and {LARGEST}, got {text!r}.")
+        found.update(range(first, last + 1))
+    return sorted(found)
+
+
+def _noise(text: str, order):
     import driftwise as dw
 
     kind, _, numbers = text.partition(":")
@@ -93,22 +177,39 @@ def _noise(text: str):
         return dw.OutputError()
     if kind == "equation-error" and not numbers:
         return dw.EquationError()
+    if kind == "unknown" and not numbers:
+        return dw.UnknownPolynomial()
     if kind == "polynomial" and numbers:
-        return dw.NoisePolynomial(tuple(floats("--noise polynomial:", numbers)))
+        d = floats("--noise polynomial:", numbers)
+        if len(d) != order:
+            raise InputError(
+                f"--noise polynomial lists {len(d)} coefficients d0,d1,.. and the order is {order}: it takes as many "
+                "as the order (fill up with zeros in front)."
+            )
+        return dw.NoisePolynomial(tuple(d))
     raise InputError(
-        f"--noise must be output-error, equation-error or polynomial:d0,d1,.. (as many as the order), got {text!r}."
+        "--noise must be equation-error, output-error, unknown or polynomial:d0,d1,.. (as many as the order), "
+        f"got {text!r}."
     )
 
 
 def _memory(text: str):
     import driftwise as dw
 
-    kind, _, number = text.partition(":")
-    if kind == "never" and not number:
+    kind, colon, number = text.partition(":")
+    if kind == "never" and not colon:
         return dw.Never()
     if kind == "walk" and number:
         steps = floats("--memory walk:", number)
         return dw.Walk(steps[0] if len(steps) == 1 else tuple(steps))
+    if kind == "jump" and not colon:
+        return dw.UntilJump()
+    if kind == "jump" and number:
+        steps = floats("--memory jump:", number)
+        if not all(step > 0 for step in steps):
+            raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {number!r}.")
+        return dw.UntilJump(step=steps[0] if len(steps) == 1 else tuple(steps))
     raise InputError(
-        f"--memory must be never or walk:Q (Q is a variance per sample, for example walk:1e-6), got {text!r}."
+        "--memory must be never, walk:Q (they drift; variance per sample, for example walk:1e-6), jump or jump:STEP "
+        f"(they jump; size to expect, 1 if omitted), got {text!r}."
     )

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from driftwise.edge import report_dynamics as parts_of
 from driftwise.edge import report_page as html
-from driftwise.edge.wording import fixed, interval, number, plus_minus
+from driftwise.edge.wording import fixed, interval, near_one, number, plus_minus
+from driftwise.errors import InputError
 
 __all__ = ["write"]
 
-UNLEARNED = 0.5  # a direction that keeps more than this share of its prior variance is not learned
 EVENTS_SHOWN = 200
+JUMPS_SHOWN = 60
+STATES_SHOWN = 6
 
 
-def write(trace, path, summary=None, title=None, labels=None, events=None) -> Path:
+def write(
+    trace, path, summary=None, title=None, labels=None, events=None, *, smoothed=None, orders=None, study=None
+) -> Path:
     """Write the report of a run and return its path.
 
     Parameters
@@ -24,6 +29,9 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     title : headline of the page
     labels : dict with "output", "input", "time": names with units for the axes
     events : list of Event of the whole run; taken from the trace if omitted
+    smoothed : what `Joint.smooth` returned for the same samples, drawn over the filtered parameters and states
+    orders : `OrderEvidence` of the record, shown as a table and bars
+    study : a `Study` of the record; made from the trace if omitted
     """
     try:
         from bokeh.embed import components
@@ -31,7 +39,10 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     except ImportError:
         raise ImportError("the report is drawn with Bokeh, which is not installed: pip install bokeh") from None
     from driftwise.edge import report_plots as draw
+    from driftwise.edge import report_roots
 
+    if smoothed is not None and len(smoothed) != len(trace):
+        raise InputError(f"smoothed has {len(smoothed)} samples and the trace {len(trace)}: smooth the same record")
     summary = summary if summary is not None else trace.summary()
     events = list(trace.events() if events is None else events)
     labels = {
@@ -40,19 +51,29 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         **(getattr(trace, "labels", None) or {}),
         **(labels or {}),
     }
-    found = _poles(summary)
-    directions = _directions(summary)
+    directions = parts_of.directions(summary)
+    jumps = [event.time for event in events if event.kind == "JUMP"][:JUMPS_SHOWN]
+    if study is None:
+        from driftwise.edge.study import study as made
 
-    figures = {"output": draw.output(trace, labels, events[:EVENTS_SHOWN])}
+        study = made(trace.estimator, summary.state, trace.y, trace.u)
+
+    figures = {"output": draw.output(trace, labels, _chosen(events))}
     span = figures["output"].x_range
     if getattr(trace, "keep", "std") != "innovations":
-        figures |= {f"parameter{j}": fig for j, fig in enumerate(draw.parameters(trace, span))}
+        figures |= {f"parameter{j}": f for j, f in enumerate(draw.parameters(trace, span, smoothed, jumps))}
+        if smoothed is not None:
+            panels = draw.states(trace, span, smoothed, jumps)[:STATES_SHOWN]
+            figures |= {f"state{j}": fig for j, fig in enumerate(panels)}
     figures["innovations"] = draw.innovations(trace, labels, span)
     figures["acf"] = draw.autocorrelations(summary.correlations[1:], summary.observed)
-    if found:
-        figures["poles"] = draw.poles(found, summary.model.poles_covariance)
-    if directions:
-        figures["excitation"] = draw.excitation(directions, UNLEARNED)
+    if summary.is_enough:
+        figures["poles"] = report_roots.plane(summary.model)
+        window = report_roots.smallest_window(summary.model)
+        figures |= {} if window is None else {"closeup": report_roots.plane(summary.model, window)}
+    figures["excitation"] = draw.excitation(directions, parts_of.UNLEARNED)
+    if orders is not None:
+        figures["orders"] = draw.orders(orders.orders, orders.probability)
     script, parts = components(figures)
 
     sections = [
@@ -67,16 +88,21 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         html.section(
             "parameters",
             "Parameters",
-            f"Model: {_equation(trace.names)}. Bands: two standard errors.",
+            f"Model: {_equation(trace.names)}. {_bands(smoothed, jumps)}",
             _parameter_table(summary),
             *_grid([part for name, part in parts.items() if name.startswith("parameter")]),
         ),
-        _dynamics(parts, found, directions, trace, summary),
+        _states(parts, smoothed),
+        "" if orders is None else parts_of.order_evidence(orders, parts["orders"]),
+        '<div class="pair">',
+        parts_of.roots(summary, trace.dt, parts["poles"] + parts.get("closeup", "")) if "poles" in parts else "",
+        parts_of.knowledge(directions, study, parts["excitation"]),
+        "</div>",
         html.section(
             "innovations",
             "Innovations: what could not be predicted",
-            "Divided by the standard deviation the estimator itself predicted; their mean square (NIS) is "
-            f"{fixed(summary.nis, 2)}, ideally 1. Shaded: two sigma.",
+            "Divided by the standard deviation the estimator itself predicted. Their mean square (NIS) is "
+            f"{_nis_words(summary.nis_interval)} Shaded: two sigma.",
             _plot(parts["innovations"]),
         ),
         '<div class="pair">',
@@ -125,7 +151,7 @@ def _cards(summary) -> list[str]:
     return [
         html.card("One-step fit", fixed(summary.fit, 1), "100 = perfect, 0 = no better than the mean", unit="%"),
         html.card("Noise (std)", number(summary.noise_std, 3), f"one-step error {number(summary.rmse, 3)} rms"),
-        html.card("NIS", fixed(nis, 2), "1 = error bars of the right size", size),
+        html.card("NIS", fixed(nis, 2), _expected(summary.nis_interval), size),
         html.card("Held by 95 % bands", f"{100 * coverage:.1f}", "should be about 95", held, "%"),
         html.card("Innovations", "white" if white.is_white else "not white", p_value, _grade(white.is_white, True)),
         html.card("Samples unused", f"{summary.samples - summary.observed}", unused),
@@ -151,7 +177,9 @@ def _equation(names) -> str:
 
     right = [term(name) for name in inputs]
     right = right if len(right) <= 4 else [right[0], "\u2026", right[-1]]
-    return left + " = " + " + ".join([*right, "noise"])
+    colour = [f"{name} v(t\u2212{name[1:]})" for name in names if name.startswith("c")]
+    colour = colour if len(colour) <= 3 else [colour[0], "\u2026", colour[-1]]
+    return left + " = " + " + ".join([*right, *(["v(t)", *colour] if colour else ["noise"])])
 
 
 def _parameter_table(summary) -> str:
@@ -183,81 +211,43 @@ def _grid(divs: list[str]) -> list[str]:
     ]
 
 
-def _poles(summary) -> list:
-    return [(complex(pole), float(std)) for pole, std in summary.poles]
-
-
-def _dynamics(parts, found, directions, trace, summary) -> str:
-    boxes = []
-    if found:
-        outside = sum(abs(p) >= 1 for p, _ in found)
-        near = sum(abs(p) < 1 <= abs(p) + 2 * s for p, s in found)
-        words = "All inside: stable."
-        if outside or near:
-            words = (
-                f"{outside} on or outside the circle, {near} within two standard errors of it: integrating or unstable."
-            )
-        rows = [[_complex(p), f"{abs(p):.4f}", number(s, 2), _time_constant(p, s, trace.dt)] for p, s in _once(found)]
-        boxes.append(
-            html.section(
-                "poles",
-                "Poles",
-                words + " Shaded: two standard errors.",
-                f'<div class="center">{parts["poles"]}</div>',
-                html.table(["pole", "size", "standard error", "time constant (s)"], rows),
-            )
-        )
-    if directions:
-        lost = sum(ratio > UNLEARNED for _, ratio in directions)
+def _bands(smoothed, jumps) -> str:
+    """Return how to read the panels."""
+    if smoothed is None:
+        words = "Bands: two standard errors."
+    else:
+        given = "the whole record" if smoothed.lag is None else f"{smoothed.lag} later samples"
         words = (
-            f"{lost} direction{'s' if lost > 1 else ''} of the parameters stayed close to the first "
-            "guess: the data "
-            "did not excite them, and what is said about them is the prior's."
-            if lost
-            else "The data taught every direction of the parameters. Right of the dashed line the first "
-            "guess would "
-            "still rule."
+            "Solid line and shade: from the samples so far, with two standard errors. "
+            f"Dashed between dotted lines: smoothed, given {given}."
         )
-        boxes.append(html.section("excitation", "What was learned", words, _plot(parts["excitation"]), _gains(summary)))
-    return '<div class="pair">' + "".join(boxes) + "</div>" if boxes else ""
+    return words + (" Vertical lines: jumps." if jumps else "")
 
 
-def _gains(summary) -> str:
-    """Return the table of steady-state gains, one row per input, or nothing."""
-    model = summary.model
-    gains = list(zip(model.dc_gain, model.dc_gain_std))
-    if not gains or any(abs(p) + 2 * s >= 1 or s != s for p, s in summary.poles):  # perhaps an integrator
+def _states(parts, smoothed) -> str:
+    divs = [part for name, part in parts.items() if name.startswith("state")]
+    if not divs:
         return ""
-    rows = [["u" if len(gains) == 1 else f"u{k + 1}", plus_minus(float(g), float(s))] for k, (g, s) in enumerate(gains)]
-    return html.table(["input", "steady-state gain"], rows)
+    n = smoothed.estimator.model.n
+    words = f"Filtered and smoothed as above, offsets subtracted; x{n} is the measured one. Zoom in to tell them apart."
+    return html.section("states", "State", words, *_grid(divs))
 
 
-def _once(found):
-    """Drop the lower half of conjugate pairs."""
-    return [(p, s) for p, s in found if p.imag >= -1e-12]
+def _expected(nis) -> str:
+    if not nis.samples:
+        return "1 = error bars of the right size"
+    return f"1 = right error bars; 95 %: {near_one(nis.low, nis.high, ' to ')}"
 
 
-def _complex(pole: complex) -> str:
-    return f"{pole.real:.4f}" if abs(pole.imag) < 1e-12 else f"{pole.real:.4f} \u00b1 {abs(pole.imag):.4f} j"
-
-
-def _time_constant(pole: complex, std: float, dt: float) -> str:
-    """Return the time constant, a dash where the pole cannot be told from one that never decays."""
-    from math import log
-
-    size = abs(pole)
-    return number(-dt / log(size), 3) if 0 < size and size + 2 * std < 1 else "\u2013"
-
-
-def _directions(summary) -> list[tuple[str, float]]:
-    """Return (direction, share of the prior variance that is left), the least learned first."""
-    from driftwise.workflow.summary import _words
-
-    est = summary.estimator
-    return [
-        (_words(vector, est.names).replace("-", "\u2212"), float(ratio))
-        for ratio, vector in est.excitation(summary.state)
-    ]
+def _nis_words(nis) -> str:
+    if not nis.samples:
+        return "not known yet."
+    found = f"{fixed(nis.value, 3)}; under the right model it lies between {near_one(nis.low, nis.high, ' and ')} "
+    found += "in 95 of 100 records"
+    if nis.is_consistent:
+        return found + ", and so it does."
+    size = 100 * abs(nis.value**0.5 - 1)
+    return f"{found}. The error bars are {number(size, 2)} % too {'narrow' if nis.value > 1 else 'wide'}."
 
 
 def _white_words(summary) -> str:
@@ -271,18 +261,29 @@ def _white_words(summary) -> str:
         else "Yes: the innovations are not white; a higher order, another input or another noise model "
         "would predict better"
     )
+    if summary.jumps and not is_white:
+        verdict = "Yes: the innovations are not white; right after jumps they never are"
     return f"{verdict} (Ljung-Box {statistic:.1f} over {lags} lags, p = {p_value:.2g}). {bounds}"
+
+
+def _chosen(events) -> list:
+    """Return the events that are shown: jumps first, then the others while there is room, in order."""
+    jumps = [event for event in events if event.kind == "JUMP"][:EVENTS_SHOWN]
+    others = [event for event in events if event.kind != "JUMP"][: EVENTS_SHOWN - len(jumps)]
+    return sorted([*jumps, *others], key=lambda event: event.sample)
 
 
 def _event_words(events) -> str:
     if not events:
         return "Nothing to report: no sample was rejected and no guard had to act."
-    shown = f", the first {EVENTS_SHOWN} shown" if len(events) > EVENTS_SHOWN else ""
-    return f"{len(events)} event{'s' if len(events) > 1 else ''}{shown}."
+    jumps = sum(event.kind == "JUMP" for event in events)
+    shown = f", {EVENTS_SHOWN} shown" if len(events) > EVENTS_SHOWN else ""
+    counted = f", {jumps} of them jump{'s' if jumps > 1 else ''} of the parameters" if jumps else ""
+    return f"{len(events)} event{'s' if len(events) > 1 else ''}{counted}{shown}."
 
 
 def _event_table(events) -> str:
     if not events:
         return ""
-    rows = [[event.sample, number(event.time), event.text] for event in events[:EVENTS_SHOWN]]
+    rows = [[event.sample, number(event.time), event.text] for event in _chosen(events)]
     return html.table(["sample", "time", "what happened"], rows, text=(2,))

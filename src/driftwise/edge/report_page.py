@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-__all__ = ["card", "page", "section", "table"]
+__all__ = ["card", "page", "say", "section", "table"]
 
 STYLE = """
 :root { --ink:#1f2933; --quiet:#66758a; --line:#e4e8ee; --paper:#f5f7fa; --card:#fff; --blue:#2563eb;
@@ -39,14 +39,17 @@ section > p.say { color:var(--quiet); margin:2px 0 10px; font-size:14px; max-wid
 .pair { display:grid; grid-template-columns:repeat(auto-fit,minmax(420px,1fr)); gap:20px;
         margin-bottom:20px; }
 .pair > section { min-width:0; margin-bottom:0; }
+.pair.flat { margin:6px 0 0; align-items:center; }
 .many { display:grid; grid-template-columns:repeat(var(--columns,3),minmax(0,1fr)); gap:8px 18px;
         margin-top:12px; }
-.center { display:flex; justify-content:center; }
+.center { display:flex; flex-wrap:wrap; justify-content:center; align-items:center; gap:4px 14px; }
+.scroll + .scroll, .say + .scroll { margin-top:14px; }
 .many > div, .plot { min-width:0; overflow:hidden; }
 table { border-collapse:collapse; width:100%; font-size:14px; font-variant-numeric:tabular-nums; }
 th { text-align:right; color:var(--quiet); font-weight:550; font-size:12.5px; padding:5px 10px;
      border-bottom:1px solid var(--line); }
 td { text-align:right; padding:5px 10px; border-bottom:1px solid #f0f2f5; }
+td:not(.text):not(:first-child) { white-space:nowrap; }
 th:first-child, td:first-child { text-align:left; font-weight:600; }
 td.text, th.text { text-align:left; font-weight:400; }
 tr:last-child td { border-bottom:none; }
@@ -109,10 +112,14 @@ def card(name: str, value: str, note: str = "", verdict: str = "", unit: str = "
     )
 
 
-def section(name: str, title: str, say: str, *body: str) -> str:
+def say(text: str) -> str:
+    """Return a quiet paragraph, or nothing."""
+    return f'<p class="say">{escape(text)}</p>' if text else ""
+
+
+def section(name: str, title: str, text: str, *body: str) -> str:
     """Return one section; `body` is trusted markup."""
-    words = f'<p class="say">{escape(say)}</p>' if say else ""
-    return f'<section id="{name}"><h2>{escape(title)}</h2>{words}{"".join(body)}</section>'
+    return f'<section id="{name}"><h2>{escape(title)}</h2>{say(text)}{"".join(body)}</section>'
 
 
 def table(head: list[str], rows: list[list], text: tuple[int, ...] = ()) -> str:

@@ -1,17 +1,27 @@
-"""The Bokeh figures of the report, one function each."""
+"""The Bokeh figures of the report over time, and its bars; one function each."""
 
 from __future__ import annotations
 
 from driftwise.edge.figure import LINES, PALETTE, steady_range
 from driftwise.edge.thin import envelope, together
 
-__all__ = ["autocorrelations", "excitation", "innovations", "output", "parameters", "poles"]
+__all__ = [
+    "autocorrelations",
+    "blank",
+    "excitation",
+    "innovations",
+    "legend",
+    "orders",
+    "output",
+    "parameters",
+    "states",
+]
 
 POINTS = 4000
 FONT = "Inter, Segoe UI, system-ui, -apple-system, Helvetica Neue, Arial, sans-serif"
 
 
-def _figure(height: int, x_label: str = "", y_label: str = "", *, tools="pan,box_zoom,xwheel_zoom,reset,save", **more):
+def blank(height: int, x_label: str = "", y_label: str = "", *, tools="pan,box_zoom,xwheel_zoom,reset,save", **more):
     from bokeh.plotting import figure
 
     fig = figure(height=height, sizing_mode="stretch_width", tools=tools, **more)
@@ -32,16 +42,16 @@ def _figure(height: int, x_label: str = "", y_label: str = "", *, tools="pan,box
     return fig
 
 
-def _legend(fig, place="right"):
+def legend(fig):
     from bokeh.models import Legend  # type: ignore[attr-defined]
 
-    legend = Legend(items=list(fig.legend[0].items), orientation="horizontal", location="top_right")
+    row = Legend(items=list(fig.legend[0].items), orientation="horizontal", location="top_right")
     fig.legend[0].visible = False
-    legend.update(
+    row.update(
         border_line_color=None, background_fill_alpha=0, label_text_font=FONT, label_text_font_size="12px",
         padding=0, margin=0, spacing=14, label_text_color="#3e4c59", glyph_width=18, click_policy="hide",
     )  # fmt: skip
-    fig.add_layout(legend, "above")
+    fig.add_layout(row, "above")
 
 
 def _single(values):
@@ -76,7 +86,7 @@ def output(trace, labels, events):
         "x_range": (start, end if end > start else start + 1),
         "y_range": (float(low - pad), float(high + pad)),
     }
-    fig = _figure(330, labels["time"], labels["output"], **ranges)
+    fig = blank(330, labels["time"], labels["output"], **ranges)
     band = fig.varea(
         "t", "low", "high", source=source, color=PALETTE["predicted"], alpha=0.16, legend_label="95 % band"
     )
@@ -111,80 +121,66 @@ def output(trace, labels, events):
         )
     )
     band.level = "underlay"
-    _legend(fig)
+    legend(fig)
     return fig
 
 
-def parameters(trace, x_range):
+def parameters(trace, x_range, smoothed=None, jumps=()):
     """One small figure per parameter with its 2-sigma band, where the trace kept one."""
     import numpy as np
-    from bokeh.models import ColumnDataSource
 
-    time = np.asarray(trace.time, float)
-    values = np.asarray(trace.parameters, float)
     has_band = getattr(trace, "keep", "std") != "means"
+    values = np.asarray(trace.parameters, float)
     stds = np.asarray(trace.parameters_std, float) if has_band else np.zeros_like(values)
+    more = None if smoothed is None else (smoothed.parameters, smoothed.parameters_std)
+    colors = [LINES["abcdefgh".find(name[0]) % len(LINES)] for name in trace.names]
+    return _panels(trace.time, trace.names, values, stds, more, colors, x_range, jumps)
+
+
+def states(trace, x_range, smoothed, jumps=()):
+    """One small figure per state, filtered and smoothed."""
+    n = trace.estimator.model.n
+    names = [f"x{n - i}" for i in range(n)]
+    more = smoothed.x, smoothed.x_std
+    return _panels(trace.time, names, trace.x, trace.x_std, more, [LINES[5]] * n, x_range, jumps)
+
+
+def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):
+    """Columns with bands: filtered as a shaded band, smoothed (values, stds) dashed between dotted lines."""
+    import numpy as np
+    from bokeh.models import ColumnDataSource, Span  # type: ignore[attr-defined]
+
+    time = np.asarray(time, float)
     i = together(POINTS, *values.T) if len(values.T) <= 8 else envelope(values[:, 0], POINTS)
     data = {"t": time[i]}
-    for j in range(values.shape[1]):
-        v, s = values[i, j], stds[i, j]
-        data |= {f"v{j}": _single(v), f"l{j}": _single(v - 2 * s), f"h{j}": _single(v + 2 * s)}
+    kinds = {"": (values, stds), **({"s": smoothed} if smoothed is not None else {})}
+    for kind, (middle, std) in kinds.items():
+        for j in range(len(names)):
+            v, s = middle[i, j], std[i, j]
+            data |= {f"v{kind}{j}": _single(v), f"l{kind}{j}": _single(v - 2 * s), f"h{kind}{j}": _single(v + 2 * s)}
     source = ColumnDataSource(data)
     figures = []
-    for j, name in enumerate(trace.names):
-        span = steady_range(values[:, j], stds[:, j]) or (-1.0, 1.0)
-        fig = _figure(185, "", name, x_range=x_range, y_range=span)
-        color = LINES["abcdefgh".find(name[0]) % len(LINES)] if name else LINES[0]
-        fig.varea("t", f"l{j}", f"h{j}", source=source, color=color, alpha=0.16)
-        fig.line("t", f"v{j}", source=source, color=color, width=1.8)
+    for j, name in enumerate(names):
+        spans = [steady_range(values[:, j], stds[:, j])]
+        spans += [] if smoothed is None else [steady_range(smoothed[0][:, j], smoothed[1][:, j])]
+        spans = [span for span in spans if span] or [(-1.0, 1.0)]
+        span = min(low for low, _ in spans), max(high for _, high in spans)
+        fig = blank(185, "", name, x_range=x_range, y_range=span)
+        fig.varea("t", f"l{j}", f"h{j}", source=source, color=colors[j], alpha=0.2)
+        fig.line("t", f"v{j}", source=source, color=colors[j], width=1.6)
+        if smoothed is not None:
+            for edge in ("ls", "hs"):
+                fig.line("t", f"{edge}{j}", source=source, color=PALETTE["ink"], width=1.1, line_dash="dotted")
+            fig.line("t", f"vs{j}", source=source, color=PALETTE["ink"], width=1.8, line_dash="dashed")
+        for when in jumps:
+            mark = {"line_color": PALETTE["alert"], "line_dash": "dotdash", "line_alpha": 0.7}
+            fig.add_layout(Span(location=when, dimension="height", **mark))
         fig.yaxis.axis_label_text_font_style = "bold"
         fig.yaxis.axis_label_text_font_size = "13px"
-        fig.xaxis.ticker.desired_num_ticks = 5
+        fig.xaxis.ticker.desired_num_ticks = 4
         fig.yaxis.ticker.desired_num_ticks = 4
         figures.append(fig)
     return figures
-
-
-def poles(found, covariances):
-    """Poles on the unit circle with ellipses of two standard errors.
-
-    `found` is a list of (pole, std), `covariances` (n, 2, 2) those of real and imaginary part.
-    """
-    import numpy as np
-    from bokeh.models import ColumnDataSource, HoverTool
-
-    angle = np.linspace(0, 2 * np.pi, 121)
-    circle = np.stack([np.cos(angle), np.sin(angle)])
-    reach = max([1.0] + [abs(p) for p, _ in found if np.isfinite(p)]) * 1.12
-    fig = _figure(
-        380, "real part", "imaginary part", tools="pan,wheel_zoom,reset,save",
-        x_range=(-reach, reach), y_range=(-reach, reach), frame_width=300, frame_height=300,
-    )  # fmt: skip
-    fig.sizing_mode = "fixed"
-    fig.patch(*circle, fill_color="#f1f5f9", line_color="#94a3b8", line_width=1.4)
-    shown = []
-    for (pole, std), covariance in zip(found, covariances):
-        if not np.isfinite(pole):
-            continue
-        color = PALETTE["alert"] if abs(pole) >= 1 else PALETTE["predicted"]
-        shown.append((pole.real, pole.imag, f"{abs(pole):.4f} \u00b1 {std:.2g}", color))
-        if np.isfinite(covariance).all():
-            sizes, axes = np.linalg.eigh(covariance)
-            radii = np.minimum(2 * np.sqrt(sizes.clip(0)), 3 * reach)
-            x, y = axes @ (radii[:, None] * circle)
-            fig.patch(
-                pole.real + x,
-                pole.imag + y,
-                fill_color=color,
-                fill_alpha=0.14,
-                line_color=color,
-                line_alpha=0.45,
-            )
-    source = ColumnDataSource(dict(zip(("x", "y", "size", "color"), map(list, zip(*shown)))))
-    dots = fig.scatter("x", "y", source=source, marker="x", size=12, line_width=2.6, color="color")
-    tips = [("size", "@size"), ("real", "@x{0.0000}"), ("imaginary", "@y{0.0000}")]
-    fig.add_tools(HoverTool(renderers=[dots], tooltips=tips))
-    return fig
 
 
 def innovations(trace, labels, x_range):
@@ -201,7 +197,7 @@ def innovations(trace, labels, x_range):
     i = envelope(z, POINTS)
     i = i[np.isfinite(z[i])]
     time, shown = np.asarray(trace.time, float), np.clip(z, -0.965 * reach, 0.965 * reach)
-    fig = _figure(260, labels["time"], "innovation / sigma", x_range=x_range, y_range=(-reach, reach))
+    fig = blank(260, labels["time"], "innovation / sigma", x_range=x_range, y_range=(-reach, reach))
     fig.add_layout(_band(-2, 2))
     fig.add_layout(Span(location=0, dimension="width", line_color=PALETTE["quiet"], line_width=1))
     kinds = (
@@ -229,7 +225,7 @@ def innovations(trace, labels, x_range):
                 legend_label=name,
             )
     if fig.legend:
-        _legend(fig)
+        legend(fig)
     return fig
 
 
@@ -255,7 +251,7 @@ def autocorrelations(values, count: float):
     values = np.asarray(values, float)
     bound = 1.96 / np.sqrt(max(count, 1.0))
     reach = max(1.25 * np.nanmax(np.abs(values), initial=0.0), 2.2 * bound)
-    fig = _figure(
+    fig = blank(
         250,
         "lag (samples)",
         "autocorrelation",
@@ -279,13 +275,14 @@ def excitation(directions, threshold: float):
     names: list[str] = []
     seen: dict[str, int] = {}
     for text, _ in directions:
+        text = _short(text)
         seen[text] = seen.get(text, 0) + 1
         names.append(text if seen[text] == 1 else f"{text} ({seen[text]})")
     ratios = [min(max(float(r), 1e-30), 1.0) for _, r in directions]
     decades = max(1, round(-log10(min([*ratios, 0.1]))) + 1)
     step = -(-decades // 5)
     lowest = 10.0**-decades
-    fig = _figure(
+    fig = blank(
         max(70 + 30 * len(names), 300 if len(names) > 2 else 0),
         "variance left: posterior / prior", "", tools="save",
         x_axis_type="log", x_range=(lowest, 10 ** (0.04 * decades)), y_range=FactorRange(factors=names[::-1]),
@@ -294,5 +291,31 @@ def excitation(directions, threshold: float):
     fig.hbar(y=names, left=lowest, right=ratios, height=0.5, color=colors, alpha=0.85)
     fig.add_layout(Span(location=threshold, dimension="height", line_color=PALETTE["warn"], line_dash="dashed"))
     fig.xaxis.ticker = [10.0**-k for k in range(0, decades + 1, step)]
+    fig.ygrid.grid_line_color = None
+    return fig
+
+
+def _short(text: str, most: int = 28) -> str:
+    """Return the first terms of a long combination."""
+    if len(text) <= most:
+        return text
+    cut = max(text.rfind(sign, 0, most) for sign in (" + ", " \u2212 "))
+    return text[:cut] + " \u2026"
+
+
+def orders(names: list[int], probability):
+    """Bars of the posterior probability of each order."""
+    import numpy as np
+    from bokeh.models import FactorRange  # type: ignore[attr-defined]
+
+    factors = [str(name) for name in names]
+    p = np.asarray(probability, float)
+    fig = blank(
+        max(70 + 30 * len(names), 190), "posterior probability", "order", tools="save",
+        x_range=(0, 1.02), y_range=FactorRange(factors=factors[::-1]),
+    )  # fmt: skip
+    colors = [PALETTE["predicted"] if v == p.max() else PALETTE["quiet"] for v in p]
+    fig.hbar(y=factors, left=0, right=p, height=0.5, color=colors, alpha=0.85)
+    fig.xaxis.ticker = [0, 0.25, 0.5, 0.75, 1]
     fig.ygrid.grid_line_color = None
     return fig

@@ -9,10 +9,11 @@ import sys
 __all__ = ["write_json"]
 
 
-def write_json(plan, record, estimator, summary, offsets, notes) -> None:
+def write_json(plan, record, run, notes) -> None:
     """Write what was estimated, from what, and how well."""
     import driftwise
 
+    estimator = run.estimator
     content = {
         "driftwise": driftwise.__version__,
         "file": plan.file,
@@ -21,7 +22,7 @@ def write_json(plan, record, estimator, summary, offsets, notes) -> None:
             "order": plan.order, "inputs": len(record.inputs), "direct": plan.direct, "noise": plan.noise,
             "memory": plan.memory, "gate": plan.gate, "dt": estimator.dt, "names": list(estimator.names),
         },
-        "offsets": offsets.values,
+        "offsets": run.offsets.values,
         "time": {
             "origin": record.clock.origin, "duplicates": record.clock.duplicates,
             "decreases": record.clock.decreases, "gaps": record.clock.gaps, "missing": record.clock.missing,
@@ -29,7 +30,11 @@ def write_json(plan, record, estimator, summary, offsets, notes) -> None:
         "ragged_rows": record.ragged,
         "bad_cells": record.bad,
         "notes": notes,
-        "summary": summary.as_dict(),
+        "summary": run.summary.as_dict(),
+        "jumps": [{"sample": event.sample, "time": event.time} for event in run.keeper.jumps],
+        "identifiability": run.study.as_dict(),
+        "orders": None if run.evidence is None else run.evidence.as_dict(),
+        "smoothed": None if run.smoothed is None else _smoothed(run.smoothed),
     }  # fmt: skip
     text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     if plan.json == "-":
@@ -37,6 +42,14 @@ def write_json(plan, record, estimator, summary, offsets, notes) -> None:
         return
     with open(plan.json, "w", encoding="utf-8") as file:
         file.write(text)
+
+
+def _smoothed(smoothed):
+    """Return the smoothed parameters at the first and the last sample; all of them are in the saved table."""
+    rows = zip(smoothed.names, smoothed.parameters[0], smoothed.parameters_std[0],
+               smoothed.parameters[-1], smoothed.parameters_std[-1])  # fmt: skip
+    names = ("name", "first", "first_std", "last", "last_std")
+    return {"lag": smoothed.lag, "parameters": [dict(zip(names, row)) for row in rows]}
 
 
 def _plain(value):

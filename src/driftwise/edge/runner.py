@@ -5,104 +5,183 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import contextmanager
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
-from driftwise.edge.options import Plan
-from driftwise.edge.saving import Saver
+from driftwise.edge.notes import described, labels, notes
+from driftwise.edge.options import AUTO, Plan
+from driftwise.edge.saving import Saver, smoothed_columns, widen
 from driftwise.edge.tables import Chunk, Record, open_record
-from driftwise.edge.wording import number
 from driftwise.errors import InputError
 
-__all__ = ["execute"]
+__all__ = ["Run", "execute"]
+
+NO_ROW = "{}: no row lies between --from and --to; what are the units of the time?"
+
+
+@dataclass
+class Run:
+    """What a run brings."""
+
+    estimator: Any = None
+    summary: Any = None
+    keeper: Any = None
+    offsets: Any = None
+    held: Any = None
+    evidence: Any = None
+    study: Any = None
+    smoothed: Any = None
+    smoothing_note: str = ""
+    stopped: bool = False
 
 
 def execute(plan: Plan) -> None:
     """Run the plan: estimate, save, report, print."""
-    plan.check_targets()
-    plan.estimator(1.0 if plan.dt is None else plan.dt)  # a wrong option is told before the table is read
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    plan.check()
     start = perf_counter()
-    summary, keeper, offsets, stopped = _estimate(plan, record)
+    evidence = _choose(plan) if plan.is_auto else None
+    if evidence is not None:
+        plan = plan._replace(order=evidence.best, chosen=True)
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    run = _estimate(plan, record, evidence)
+    _look_again(plan, run)
     taken = perf_counter() - start
-    notes = _notes(plan, record, summary, offsets, stopped)
+    said = notes(plan, record, run)
     title = "standard input" if plan.file == "-" else plan.file
     if plan.report:
         from driftwise.edge.report import write
 
         write(
-            keeper.trace(),
+            run.keeper.trace(),
             plan.report,
-            summary,
+            run.summary,
             f"{os.path.basename(title)}: {record.output}",
-            _labels(record),
-            keeper.events,
+            labels(record),
+            run.keeper.events,
+            smoothed=None if run.smoothed is None else run.keeper.thinned(run.smoothed),
+            orders=run.evidence,
+            study=run.study,
         )
     if plan.json:
         from driftwise.edge.results import write_json
 
-        write_json(plan, record, keeper.estimator, summary, offsets, notes)
+        write_json(plan, record, run, said)
     from driftwise.edge.terminal import console, show
 
-    facts = [f"{summary.samples} samples", *_described(plan, keeper.estimator.dt), f"{taken:.2f} s"]
+    facts = [f"{run.summary.samples} samples", *described(plan, run.estimator.dt), f"{taken:.2f} s"]
     written = [
         f"{what} in {path}"
         for what, path in (("trace", plan.save), ("report", plan.report), ("results", plan.json))
         if path
     ]
-    show(summary, title=title, facts=facts, notes=notes, out=console(stderr=plan.json == "-"))
+    show(run, title=title, facts=facts, notes=said, out=console(stderr=plan.json == "-"))
     if written and plan.json != "-":
         print(", ".join(written))
 
 
-def _estimate(plan: Plan, record: Record):
+def _choose(plan: Plan):
+    """Return the evidence of the orders, read from the whole table."""
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    from driftwise.edge.keep import Offsets
+
+    evidence: Any = None
+    offsets: Any = None
+    with _progress(record, "comparing orders") as advance:
+        for chunk in record:
+            chunk = _window(chunk, record, plan)
+            if not chunk.rows:
+                continue
+            if evidence is None:
+                evidence, offsets = plan.evidence(_dt(plan, record)), Offsets.of(chunk, record, plan.center)
+            evidence.add(*offsets.taken_from(chunk))
+            advance()
+    if evidence is None:
+        raise InputError(NO_ROW.format(record.path))
+    largest = evidence.summaries[max(evidence.orders)]
+    if not largest.rmse >= 0:  # not one sample after those that the summaries leave to the prior
+        raise InputError(
+            f"{record.path}: {largest.observed} measured outputs are too few to choose among orders "
+            f"{plan.orders or AUTO}: order {max(evidence.orders)} has {largest.estimator.model.N} unknowns and takes "
+            f"more than {largest.settle}. Give lower --orders, or the --order itself."
+        )
+    return evidence
+
+
+def _estimate(plan: Plan, record: Record, evidence) -> Run:
     import numpy as np
 
+    from driftwise.edge import study
+    from driftwise.edge.held import Held, smoothing_rows
     from driftwise.edge.keep import Keeper, Offsets
     from driftwise.kernel.status import Status
     from driftwise.workflow.summary import Summary
 
-    summary: Any = None
-    keeper: Any = None
-    offsets: Any = None
-    estimator = state = None
+    run, state = Run(evidence=evidence), None
     saver = Saver(plan.save) if plan.save else None
-    stopped = False
-    with _progress(record) as advance:
+    with _progress(record, "estimating") as advance:
         try:
             for chunk in record:
                 chunk = _window(chunk, record, plan)
                 if not chunk.rows:
                     continue
-                if estimator is None:
+                if run.estimator is None:
                     _refuse_short(plan, record, chunk)
-                    dt = (record.clock.dt or 1.0) if plan.dt is None else plan.dt
-                    offsets = Offsets.of(chunk, record, plan.center)
-                    y, u = offsets.taken_from(chunk)
-                    estimator = plan.estimator(dt).scaled_to(y, u)
-                    summary, keeper = Summary(estimator), Keeper(estimator, offsets)
+                    run.offsets = Offsets.of(chunk, record, plan.center)
+                    y, u = run.offsets.taken_from(chunk)
+                    run.estimator = plan.estimator(_dt(plan, record)).scaled_to(y, u)
+                    run.summary, run.keeper = Summary(run.estimator), Keeper(run.estimator, run.offsets)
+                    run.held = Held(max(study.ROWS, smoothing_rows(run.estimator) if plan.smooth else 0))
+                    if plan.candidates and evidence is None:
+                        run.evidence = plan.evidence(run.estimator.dt)
                 else:
-                    y, u = offsets.taken_from(chunk)
-                trace = estimator.scan(y, u, state=state, time=_time(chunk, record, estimator.dt))
+                    y, u = run.offsets.taken_from(chunk)
+                trace = run.estimator.scan(y, u, state=state, time=_time(chunk, record, run.estimator.dt))
                 state = trace.state
                 if chunk.bad:
                     lost = np.logical_or.reduce([chunk.bad_cells[c] for c in (record.output, *record.inputs)])
                     trace.outs[lost, 3] = trace.status[lost] | int(Status.BAD_VALUE)
-                summary.add(trace)
-                keeper.add(trace)
+                run.summary.add(trace)
+                run.keeper.add(trace)
+                run.held.add(trace.y, trace.u)
+                if run.evidence is not None and evidence is None:
+                    run.evidence.add(y, u)
                 if saver:
-                    saver.add(keeper.table(trace))
+                    saver.add(run.keeper.table(trace))
                 advance()
         except KeyboardInterrupt:
             if state is None:
                 raise
-            stopped = True
+            run.stopped = True
         finally:
             if saver:
                 saver.close()
-    if estimator is None:
-        raise InputError(f"{record.path}: no row lies between --from and --to; what are the units of the time?")
-    return summary, keeper, offsets, stopped
+    if run.estimator is None:
+        raise InputError(NO_ROW.format(record.path))
+    return run
+
+
+def _look_again(plan: Plan, run: Run) -> None:
+    """Do what needs the rows themselves: what they can teach, and smoothing."""
+    from driftwise.edge.held import smoothing_rows
+    from driftwise.edge.study import ROWS, study
+
+    center = plan.center if run.offsets.values else "none"
+    y, u = run.held.record(ROWS)
+    run.study = study(run.estimator, run.summary.state, y, u, center)
+    if not plan.smooth:
+        return
+    most = smoothing_rows(run.estimator)
+    if not run.held.is_whole:
+        run.smoothing_note = (
+            f"not smoothed: it needs the record in memory, and {run.held.rows} rows are more than the {most} that may "
+            "be held for this model; cut a stretch out with --from and --to."
+        )
+        return
+    y, u = run.held.record()
+    run.smoothed = run.estimator.smooth(y, u if plan.inputs else None, lag=plan.lag)
+    if plan.save:
+        widen(plan.save, smoothed_columns(run.smoothed))
 
 
 def _window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
@@ -121,30 +200,22 @@ def _window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
     return Chunk(columns, bad_cells, first, int(sum(c.sum() for c in bad_cells.values())))
 
 
-def _described(plan: Plan, dt: float) -> list[str]:
-    """Return what kind of model was estimated, in a few words."""
-    inputs = len(plan.inputs)
-    found = [
-        f"order {plan.order}",
-        "no input" if not inputs else "1 input" if inputs == 1 else f"{inputs} inputs",
-    ]
-    found += ["direct term"] if plan.direct else []
-    found += [plan.noise, "constant parameters" if plan.memory == "never" else plan.memory]
-    return [*found, *([f"gate {plan.gate:g}"] if plan.gate else []), f"dt {number(dt, 4)} s"]
-
-
 def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:
     import numpy as np
 
     from driftwise.models.canonical import Canonical
 
-    unknowns = Canonical(plan.order, len(record.inputs), plan.direct).N
+    unknowns = Canonical(int(plan.order), len(record.inputs), plan.direct, plan.noise == "unknown").N
     seen = int(np.isfinite(chunk.columns[record.output]).sum())
     if chunk.rows < record.chunk_rows and seen <= unknowns:
         raise InputError(
             f"{record.path}: {seen} measured outputs are too few for {unknowns} unknowns (order {plan.order}, "
             f"{len(record.inputs)} inputs). Take a smaller --order, or is this the right column?"
         )
+
+
+def _dt(plan: Plan, record: Record) -> float:
+    return (record.clock.dt or 1.0) if plan.dt is None else plan.dt
 
 
 def _time(chunk: Chunk, record: Record, dt: float):
@@ -155,47 +226,8 @@ def _time(chunk: Chunk, record: Record, dt: float):
     return (chunk.first_row + np.arange(chunk.rows)) * dt
 
 
-def _labels(record: Record) -> dict:
-    def named(name):
-        unit = record.units.get(name)
-        return f"{name} ({unit})" if unit else name
-
-    if record.time is None:
-        time = "time (s)"
-    else:
-        time = f"time since {record.clock.origin} (s)" if record.clock.origin else named(record.time)
-    return {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
-
-
-def _notes(plan: Plan, record: Record, summary, offsets, stopped: bool) -> list[str]:
-    notes = ["stopped early; the results are those of the rows read so far."] if stopped else []
-    if record.ragged:
-        notes.append(f"{record.ragged} rows have too many or too few cells; each was counted as a missing sample.")
-    cells = record.bad - record.ragged * len(record.columns)
-    if cells > 0:
-        where = f" (first: {record.first_bad})" if record.first_bad else ""
-        notes.append(f"{cells} cells are not finite numbers and were taken as missing{where}.")
-    for name, value, row in offsets.extremes:
-        notes.append(
-            f"{name!r} is {value:g} in row {row + 1}, ten thousand times farther out than the rest: an error code? "
-            "Blank it, or the results are about that row."
-        )
-    for name, value in offsets.constants:
-        notes.append(f"input {name!r} stayed at {value:g} in the first chunk: its effect cannot be learned there.")
-    if offsets.values:
-        values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
-        notes.append(f"{plan.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
-    notes += record.clock.notes()
-    if offsets.values and not summary.whiteness.is_white:
-        notes.append(
-            "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "
-            "before a higher order."
-        )
-    return notes
-
-
 @contextmanager
-def _progress(record: Record):
+def _progress(record: Record, what: str):
     """Show a bar on standard error while a long file is read; nothing where it is no terminal."""
     if not sys.stderr.isatty() or record.fraction == 1.0:
         yield lambda: None
@@ -205,5 +237,5 @@ def _progress(record: Record):
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("estimating", total=1.0 if record.fraction is not None else None)
+        task = bar.add_task(what, total=1.0 if record.fraction is not None else None)
         yield lambda: bar.update(task, completed=record.fraction)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["Saver"]
+__all__ = ["Saver", "smoothed_columns", "widen"]
+
+BLOCK = 1 << 24  # bytes of a CSV read at a time
 
 
 class Saver:
@@ -35,3 +37,52 @@ class Saver:
     def close(self) -> None:
         if self._writer is not None:
             self._writer.close()
+
+
+def smoothed_columns(smoothed) -> dict:
+    """Return the columns that smoothing adds to a saved table."""
+    n = smoothed.estimator.model.n
+    names = [*(f"x{n - i}" for i in range(n)), *smoothed.names]
+    values, stds = [*smoothed.x.T, *smoothed.parameters.T], [*smoothed.x_std.T, *smoothed.parameters_std.T]
+    columns = {f"{name}_smoothed": column for name, column in zip(names, values)}
+    return columns | {f"{name}_smoothed_std": column for name, column in zip(names, stds)}
+
+
+def widen(path: str, columns: dict) -> None:
+    """Add columns to a saved table, piece by piece, by way of a file beside it."""
+    import os
+
+    import pyarrow as pa
+
+    beside = f"{path}.part{os.path.splitext(path)[1].lower()}"
+    saver, first = Saver(beside), 0
+    try:
+        for piece in _pieces(path):
+            table = pa.Table.from_batches([piece])
+            part = slice(first, first + table.num_rows)
+            for name, values in columns.items():
+                table = table.append_column(name, pa.array(values[part]))
+            saver.add(table)
+            first = part.stop
+        saver.close()
+        os.replace(beside, path)
+    finally:
+        if os.path.exists(beside):
+            os.remove(beside)
+
+
+def _pieces(path):
+    """Yield record batches of a saved table; NaN stays NaN."""
+    if not path.lower().endswith(".csv"):
+        import pyarrow.parquet as pq
+
+        with pq.ParquetFile(path) as file:
+            yield from file.iter_batches()
+        return
+    from pyarrow import csv
+
+    names = csv.open_csv(path).schema.names
+    types = {name: "int64" if name == "status" else "float64" for name in names}
+    convert = csv.ConvertOptions(column_types=types, null_values=[""], strings_can_be_null=False)
+    with csv.open_csv(path, csv.ReadOptions(block_size=BLOCK), convert_options=convert) as reader:
+        yield from reader

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from driftwise.edge.wording import fixed, number, plus_minus
+from math import inf, isfinite
+
+from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable
 
 __all__ = ["console", "show"]
+
+JUMPS = 8  # times of jumps printed
+GAP = 3  # columns between tables
 
 
 def console(stderr: bool = False):
@@ -17,25 +22,60 @@ def console(stderr: bool = False):
     return found
 
 
-def show(summary, *, title: str, facts: list[str], notes: list[str], out=None) -> None:
+def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> None:
     """Print the results of a run."""
-    from rich.columns import Columns
-    from rich.padding import Padding
     from rich.text import Text
 
-    out = out or console()
+    out, summary = out or console(), run.summary
     out.print()
     out.print(Text(title, style="bold"))
     out.print(Text(" \u00b7 ".join(facts), style="dim"))
     out.print()
-    out.print(Columns([_parameters(summary), _poles(summary), _quality(summary)], padding=(0, 4)))
-    for text in _unlearned(summary):
-        out.print(Text("not identified: ", style="yellow") + Text(text))
+    tables = [_parameters(summary), _roots("pole", summary.poles, 1.0)]
+    model = summary.model
+    zeros = [pair for i in range(model.form.inputs) for pair in zip(model.zeros(i), model.zeros_std(i))]
+    tables += [_roots("zero", zeros)] if zeros and summary.is_enough else []
+    for k, shelf in enumerate(_shelves([*tables, _quality(summary)], out)):
+        if k:
+            out.print()
+        out.print(shelf)
+    if run.evidence is not None:
+        out.print()
+        out.print(_orders(run.evidence))
+        out.print(Text(f"{run.evidence.words}."))
+    for label, text in _unlearned(run):
+        out.print(Text(f"{label}: ", style="yellow") + Text(text))
     out.print()
-    out.print(Padding(Text(summary.words), (0, 0, 0, 0)))
+    out.print(Text(summary.words))
+    if run.keeper.jumps:
+        out.print(Text("jumps at: ", style="yellow") + Text(_times(run.keeper.jumps)))
     for note in notes:
         out.print(Text("note: ", style="yellow") + Text(note))
     out.print()
+
+
+def _shelves(tables, out) -> list:
+    """Return the tables side by side, as many in a row as there is room for."""
+    from rich.measure import Measurement
+    from rich.table import Table
+
+    rows: list[list] = [[]]
+    room = out.width
+    for table in tables:
+        width = Measurement.get(out, out.options, table).maximum
+        if rows[-1] and width > room:
+            rows.append([])
+            room = out.width
+        rows[-1].append(table)
+        room -= width + GAP
+    shelves = []
+    for row in rows:
+        grid = Table.grid(padding=(0, GAP, 0, 0))
+        for _ in row:
+            grid.add_column(no_wrap=True)
+        grid.add_row(*row)
+        shelves.append(grid)
+    return shelves
 
 
 def _table(*columns: tuple[str, str]):
@@ -55,15 +95,30 @@ def _parameters(summary):
     return table
 
 
-def _poles(summary):
-    table = _table(("pole", "right"), ("size", "right"), ("+-", "right"))
-    for pole, std in summary.poles:
-        pole = complex(pole)
-        if pole.imag < 0:
+def _roots(what: str, roots, edge: float = inf):
+    table = _table((what, "right"), ("size", "right"), ("+-", "right"))
+    for root, std in roots:
+        root = complex(root)
+        if root.imag < 0:
             continue
-        shown = number(pole.real, 4) if pole.imag == 0 else f"{number(pole.real, 4)} \u00b1 {number(pole.imag, 4)}j"
-        table.add_row(shown, f"{abs(pole):.4f}", number(std, 2), style="red" if abs(pole) >= 1 else None)
+        shown = number(root.real, 4) if root.imag == 0 else f"{number(root.real, 4)} \u00b1 {number(root.imag, 4)}j"
+        size = f"{abs(root):.4f}" if abs(root) < 1e4 else number(abs(root), 2)
+        spread = number(std, 2) if isfinite(std) else "no bound"
+        table.add_row(shown, size, spread, style="red" if abs(root) >= edge else None)
     return table
+
+
+def _orders(evidence):
+    table = _table(*((name, "right") for name in ("order", "log evidence", "probability", "fit %", "NIS")))
+    for order, log_evidence, p, fit, _, nis in zip(*evidence.columns().values()):
+        style = "bold" if order == evidence.best else None
+        table.add_row(str(order), fixed(log_evidence, 1), probable(p), fixed(fit, 1), fixed(nis, 2), style=style)
+    return table
+
+
+def _times(jumps) -> str:
+    shown = ", ".join(f"{number(event.time)} s" for event in jumps[:JUMPS])
+    return shown + (f" and {len(jumps) - JUMPS} more" if len(jumps) > JUMPS else "")
 
 
 def _quality(summary):
@@ -71,7 +126,7 @@ def _quality(summary):
     table = _table(("quality", "left"), ("", "right"), ("", "left"))
     table.add_row("one-step fit", f"{fixed(summary.fit, 1)} %", "")
     table.add_row("noise std", number(summary.noise_std, 3), "")
-    table.add_row("NIS", fixed(summary.nis, 3), "ideal 1")
+    table.add_row("NIS", fixed(summary.nis, 3), _interval(summary.nis_interval))
     table.add_row("95 % bands hold", f"{100 * summary.coverage:.1f} %", "ideal 95")
     table.add_row("innovations", *_whiteness(white))
     for name, count in (
@@ -85,8 +140,18 @@ def _quality(summary):
     return table
 
 
-def _unlearned(summary) -> list[str]:
-    return [f"{text} (ratio {number(ratio, 2)})" for text, ratio in summary.unlearned]
+def _interval(nis) -> str:
+    return near_one(nis.low, nis.high, "\u2026") if nis.samples else "ideal 1"
+
+
+def _unlearned(run) -> list[tuple[str, str]]:
+    """Return what the record leaves open: a label and what it is, one line each."""
+    found = [("not identified", f"{text} (ratio {number(ratio, 2)})") for text, ratio in run.summary.unlearned]
+    if run.study.is_poor:
+        found.append(("record", run.study.words))
+    if run.study.trust:
+        found.append(("noise", run.study.trust))
+    return found
 
 
 def _whiteness(white) -> tuple[str, str]:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from math import floor, isfinite, log10
 
-__all__ = ["fixed", "interval", "number", "plus_minus"]
+__all__ = ["fixed", "interval", "near_one", "number", "plus_minus", "probable"]
 
 
 def number(value: float, digits: int = 6) -> str:
     """Return `value` with at most `digits` significant digits and no needless zeros."""
-    return _minus(f"{float(value):.{digits}g}")
+    return _minus(f"{float(value):z.{digits}g}")
 
 
 def fixed(value: float, places: int) -> str:
     """Return `value` with so many decimals, or in powers of ten where that would be long."""
-    return _minus(f"{value:.{places}f}" if abs(value) < 10_000 else f"{value:.2g}")
+    if value != value:
+        return "\u2013"
+    return _minus(f"{value:z.{places}f}" if abs(value) < 10_000 else f"{value:.2g}")
 
 
 def plus_minus(value: float, std: float) -> str:
@@ -33,11 +35,22 @@ def interval(value: float, std: float) -> str:
     return _minus(f"{value - 2 * std:{spec}} \u2026 {value + 2 * std:{spec}}")
 
 
+def near_one(low: float, high: float, between: str) -> str:
+    """Return an interval about 1 with the decimals it takes to tell its ends apart."""
+    places = 2 if high - low > 0.02 else 4
+    return f"{fixed(low, places)}{between}{fixed(high, places)}"
+
+
+def probable(p: float) -> str:
+    """Return a probability with the digits that matter."""
+    return "0" if p < 1e-12 else f"{p:.0e}" if p < 1e-3 else f"{p:.3f}"
+
+
 def _spec(value: float, std: float) -> str:
     if not (isfinite(value) and isfinite(std) and std > 0):
-        return ".6g"
+        return "z.6g"
     places = 1 - floor(log10(std))
-    return f".{max(places, 0)}f" if -3 <= places <= 7 else ".6g"
+    return f"z.{max(places, 0)}f" if -3 <= places <= 7 else "z.6g"
 
 
 def _minus(text: str) -> str:

@@ -296,6 +296,7 @@ class ContinuousJoint:
         return s[..., self.model.kernel]
 
     covariance: Any = Joint.covariance
+    _covariance: Any = Joint._covariance
     _theta_covariance: Any = Joint._theta_covariance
     sigma2: Any = Joint.sigma2
     scale_posterior: Any = Joint.scale_posterior

@@ -134,7 +134,7 @@ class Joint:
         if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
             raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
-        self._set_prior(s0, P0, noise)
+        kernel_noise = self._set_prior(s0, P0, noise, kernel_noise, relative)
         kappa = getattr(kernel_noise, "kappa", ())
         self.form = form or ("array" if len(kappa) == N else "ud")
         rows = N if self.form == "array" else n
@@ -181,7 +181,8 @@ class Joint:
 
     # --- prior ---------------------------------------------------------------------------------------------
 
-    def _set_prior(self, s0, P0, noise):
+    def _set_prior(self, s0, P0, noise, kernel_noise, is_relative):
+        """Set mean and factors of the prior; return the kernel's noise, which may wait for its part of it."""
         N, n, back = self.model.N, self.model.n, self.model.salut
         c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
         mean = np.zeros(N)
@@ -192,8 +193,8 @@ class Joint:
         self._s0 = mean[back]
         if P0 is None:
             P = WIDTH * np.diag(np.concatenate([np.full(n, self.y_scale**2), self._theta_units()]))
-            if self.model.coloured and noise.variance is not None:
-                P[c, c] = (1.0 if noise.std is None else noise.std**2) * np.eye(n)
+            if self.model.coloured and not is_relative:
+                P[c, c] = noise.std**2 * np.eye(n)
         else:
             P = door.covariance("P0", P0, N)[np.ix_(back, back)]
         try:
@@ -202,6 +203,10 @@ class Joint:
             raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
         self._U0 = U[ud.packed_indices(N)]
         self.prior_covariance = P
+        if self.model.coloured and P0 is None and is_relative:
+            self._D0[c] = 0.0  # held until sigma^2 is known
+            return kernel_noise._replace(settle=2.0 * N, most=WIDTH)
+        return kernel_noise
 
     def _theta_units(self):
         """Return the squared units of theta: none for a, those of y over u for b."""
@@ -296,10 +301,10 @@ class Joint:
     def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None):
         """Return state and parameters at every sample given the whole record, or the samples up to ``lag`` later.
 
-        Modified Bryson-Frazier recursion (F and P are singular here, so nothing may be inverted). Exact where the
-        filter is; around missing samples it is the best linear smoother of the filter's moments. Constant parameters
-        have one value for the whole record; `Walk` and `UntilJump` are where smoothing pays. The record is held in
-        memory, its covariances are not.
+        The modified Bryson-Frazier recursion in the coordinates of the filter's own factors (F and P are singular here,
+        so neither may be inverted). Exact where the filter is; around missing samples it is the best linear smoother of
+        the filter's moments. Constant parameters have one value for the whole record; `Walk` and `UntilJump` are where
+        smoothing pays. The record is held in memory, its covariances are not.
 
         Parameters
         ----------
@@ -309,9 +314,8 @@ class Joint:
 
         Notes
         -----
-        Bad at: priors so wide that P(t | T) is lost in the round-off of P(t | t-1), the first samples under
-        P0 = 1e16 say; a standard deviation is then no better than that round-off (and says so by its size). The cost of
-        a fixed lag grows with the lag.
+        Bad at: a fixed lag, whose cost grows with it; and priors 1e14 times wider than what the record teaches, where a
+        variance is no better than round-off of the prior's (its standard deviation is then too large, not too small).
 
         Examples
         --------
@@ -370,13 +374,22 @@ class Joint:
 
     def covariance(self, state) -> np.ndarray:
         """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""
+        return self._covariance(state)[..., self.model.kernel, :][..., self.model.kernel]
+
+    def _covariance(self, state) -> np.ndarray:
+        """Return the covariance in the kernel's order, with what an unknown polynomial is yet to get."""
         P = ud.unpack(state["U"], state["D"])
-        return P[..., self.model.kernel, :][..., self.model.kernel]
+        if self.model.coloured:
+            n, first = self.model.n, self.model.n * (self.model.blocks - 1)
+            for index in np.ndindex(P.shape[:-2]):
+                free = noises.held_back(self.policies[1], float(state["observed"][index]), self.sigma2(state[index]))
+                P[index][range(first, first + n), range(first, first + n)] += free
+        return P
 
     def _theta_covariance(self, state) -> np.ndarray:
         """Return the covariance of theta in its own order, relative to sigma^2 where that is unknown."""
         n = self.model.n
-        return ud.unpack(state["U"], state["D"])[n:, n:]
+        return self._covariance(state)[n:, n:]
 
     def model_of(self, state) -> Model:
         """Return the model a state amounts to, with the covariance of its parameters."""
@@ -416,7 +429,11 @@ class Joint:
         """
         n = self.model.n
         P = self._theta_covariance(state)
-        root = np.sqrt(np.diag(self.prior_covariance)[n:])
+        prior = np.diag(self.prior_covariance)[n:].copy()
+        if self.model.coloured and self.policies[1].settle > 0:
+            at = n * (self.model.blocks - 2)
+            prior[at : at + n] = noises.held_back(self.policies[1], 0.0, self.sigma2(state))
+        root = np.sqrt(prior)
         live = root > 0
         ratio, vectors = np.linalg.eigh((P / np.where(live, root, 1) / np.where(live, root, 1)[:, None])[live][:, live])
         full = np.zeros((len(ratio), len(root)))

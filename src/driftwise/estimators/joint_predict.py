@@ -5,10 +5,9 @@ change; they shift, and the state block is re-triangularised where its noise nee
 """
 
 from ..kernel.compose import choice, kernel, rare
-from ..kernel.ud import entry, orthogonalise, predicted_variance, variance
-from ..models.noise import Coloured, Sensor, Unknown, White, correlate
-from ..models.stability import shrink_inside
-from .joint_row import HAS_KAPPA, USED_Y, predict_output, project
+from ..kernel.ud import entry, orthogonalise, predicted_variance, variance, widen
+from ..models.noise import Coloured, Sensor, Unknown, White, correlate, held_back
+from .joint_row import HAS_KAPPA, OBSERVED, USED_Y, predict_output, project
 
 SETTLED = 1e-6  # variance of a below which a product with a is as good as linear
 
@@ -158,10 +157,11 @@ def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
 
 @propagate.on(Unknown)
 def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
-    n, k = work.n, work.inputs
-    c = n * (k + 2)
-    shrink_inside(state.s[c : c + n], noise.radius, work.b, work.c)
     propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+    if is_measured and state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
+        first, free = work.n * (work.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        for i in range(first, first + work.n):
+            widen(state.U, state.D, i, min(free, noise.most), work.c)
 
 
 @propagate.on(Coloured)

@@ -19,8 +19,8 @@ from ..kernel.compose import kernel, open_row, open_work
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP, CELL = range(9)
 HEAD = 9
 INPUT = 6  # numbers kept for each input
-MEMO = 4  # what the last step did: T (0: no correction) and e, what multiplied a, whether kappa holds
-USED_T, USED_E, USED_Y, HAS_KAPPA = range(MEMO)
+MEMO = 5  # what the last step did: T (0: no correction), R, e, what multiplied a, whether kappa holds
+USED_T, USED_R, USED_E, USED_Y, HAS_KAPPA = range(MEMO)
 HUGE = 1e100  # beyond this a square or a product of two would overflow
 
 
@@ -87,12 +87,18 @@ def _(form, row):
     )  # fmt: skip
 
 
+@kernel
+def memo_size(form):
+    """Return how many numbers tell what a step did."""
+    return MEMO + int(form.n * form.coloured)
+
+
 def scratch_size(form) -> int:
     """Return how many numbers of scratch a run needs."""
     n, k, rows = int(form.n), int(form.inputs + form.coloured), int(form.rows)
     m = n * (k + 1) + int(form.direct)
     width = rows + int(form.noises) + (k + 1) * (m + 1) + 2
-    return 4 * (n + m) + (rows + 2) * width + MEMO
+    return 4 * (n + m) + (rows + 2) * width + memo_size(form)
 
 
 @open_work.on(Form)
@@ -100,7 +106,7 @@ def _(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     blocks = k + int(form.coloured)
     N = n * (blocks + 2) + int(form.direct)
-    at, end = 4 * N, scratch.size - MEMO
+    at, end = 4 * N, scratch.size - memo_size(form)
     vectors = scratch[:at].reshape(4, N)
     wide = scratch[at:end].reshape(rows + 2, (end - at) // (rows + 2))
     return Work(

@@ -1,113 +1,208 @@
-"""The joint filter backwards: modified Bryson-Frazier (1963), which inverts neither F nor P (both are singular).
+"""The joint filter backwards, in the coordinates of its own factors.
 
-lambda(t-) = H' e/T + A' lambda(t),    Lambda(t-) = H' H/T + A' Lambda(t) A,    A = (F - kappa H) (I - P H' H / T)
-s(t | T) = s + P lambda,               P(t | T) = P - P Lambda P               (s, P before sample t)
+Write s = s^ + S z with P = S S', S = U sqrt(D): before a sample, after its correction, and after its prediction. In
+these coordinates the filter says z ~ N(0, I) everywhere, and later samples make it z ~ N(mu, C):
+
+    prediction   z+ = X z + noise,       X = S+^-1 (F - kappa H) S:     mu = X' mu+,           C = I - X'X + X' C+ X
+    correction   z = g e/T + G z_f,      g = S'H', G = S^-1 S_f:        mu = g e/T + G mu_f,   C = G C_f G'
+
+and s(t | T) = s + S mu, P(t | T) = S C S'. This is the modified Bryson-Frazier recursion (1963) with mu = S' lambda and
+C = I - S' Lambda S. Nothing is inverted but the triangle S+ (where D = 0 nothing is left to learn), everything
+is at most of size one, and G is known in closed form from Bierman's update: no digits are lost to a wide prior.
 """
 
 import math
 
+import numpy as np
+
 from ..kernel.compose import kernel, look_back, open_row, remember, retreat
 from ..kernel.status import LOST
-from ..kernel.ud import entry
+from ..kernel.ud import correct, entry
 from ..models.scale import sigma2
-from .joint_row import CHI2, HAS_KAPPA, MEMO, OBSERVED, STATUS, USED_E, USED_T, USED_Y, Form, project
+from .joint_row import (
+    CHI2,
+    HAS_KAPPA,
+    MEMO,
+    OBSERVED,
+    STATUS,
+    USED_E,
+    USED_R,
+    USED_T,
+    USED_Y,
+    Form,
+    memo_size,
+    project,
+)
 
-HEAD = 2 + MEMO  # of a note: sigma^2 after the sample, status, what the step did; then kappa and the inputs used
 EPS = 2.2e-16
+HEAD = 2  # of a note: sigma^2 after the sample, status; then what the step did, kappa, and the inputs used
 
 
 def note_size(form) -> int:
     """Return how many numbers a note has."""
-    return HEAD + int(form.rows + form.inputs + form.coloured)
+    return HEAD + memo_size(form) + int(form.rows + form.inputs + form.coloured)
+
+
+def space(N: int) -> np.ndarray:
+    """Return room for mu, C and what a step back needs: nothing is known beyond the end."""
+    room = np.zeros((4 * N + 5, N))
+    room[5 : N + 5] = np.eye(N)
+    return room
+
+
+@kernel
+def open_space(space, N):
+    """Return mu, D, g, alpha, C, X, Z and packed U as views."""
+    U = space[3 * N + 5 :].reshape(N * N)[: N * (N - 1) // 2]
+    return space[0], space[1], space[2], space[3], space[5 : N + 5], space[N + 5 : 2 * N + 5], space[2 * N + 5 :], U
 
 
 @remember.on(Form)
 def _(form, scale, state, work, note):
     note[0] = sigma2(scale, state.head[OBSERVED], state.head[CHI2])
     note[1] = state.head[STATUS]
-    for i in range(MEMO):
-        note[2 + i] = work.memo[i]
+    at = HEAD + work.memo.size
+    for i in range(work.memo.size):
+        note[HEAD + i] = work.memo[i]
     for i in range(work.rows):
-        note[HEAD + i] = work.kappa[i] if work.memo[HAS_KAPPA] > 0.0 else 0.0
+        note[at + i] = work.kappa[i] if work.memo[HAS_KAPPA] > 0.0 else 0.0
     for l in range(work.blocks):
-        note[HEAD + work.rows + l] = state.held[l]
+        note[at + work.rows + l] = state.held[l]
 
 
 @kernel
-def add_output_row(v, weight, held, direct):
-    """v += H' weight."""
-    v[0] += weight
-    for l in range(direct):
-        v[v.size - direct + l] += held[l] * weight
+def advance_factor(U, f, y, held, kappa, work, X):
+    """X = (F - kappa H) U, in the very order of operations of the filter."""
+    n, N = work.n, X.shape[0]
+    for j in range(N):
+        for i in range(N):
+            X[i, j] = entry(U, i, j) if i <= j else 0.0
+        for i in range(n):
+            x = entry(U, i + 1, j) if i + 1 < n and i + 1 <= j else 0.0
+            x += -y * (entry(U, n + i, j) if n + i <= j else 0.0)
+            for l in range(work.blocks):
+                at = n * (l + 2) + i
+                x += held[l] * (entry(U, at, j) if at <= j else 0.0)
+            X[i, j] = x
+        for i in range(work.rows):
+            X[i, j] -= kappa[i] * f[j]
 
 
 @kernel
-def through_time(v, y, held, kappa, work):
-    """v <- (F - kappa H)' v."""
-    n, along = work.n, 0.0
-    for i in range(work.rows):
-        along += kappa[i] * v[i]
-    for i in range(n):
-        v[n + i] -= y * v[i]
-        for l in range(work.blocks):
-            v[n * (l + 2) + i] += held[l] * v[i]
-    for i in range(n - 1, 0, -1):
-        v[i] = v[i - 1]
-    v[0] = 0.0
-    add_output_row(v, -along, held, work.direct)
-
-
-@kernel
-def through_sample(v, b, T, held, work):
-    """v <- (I - b H / T)' v, b = P H'."""
-    along = 0.0
-    for i in range(v.size):
-        along += b[i] * v[i]
-    add_output_row(v, -along / T, held, work.direct)
-
-
-@kernel
-def transpose(A, N):
-    """A <- A'."""
+def in_coordinates(U, D, D_before, X):
+    """X <- S^-1 X sqrt(D_before), S = U sqrt(D)."""
+    N = D.size
+    for i in range(N - 1, -1, -1):
+        for j in range(N):
+            x = X[i, j]
+            for k in range(i + 1, N):
+                x -= U[k * (k - 1) // 2 + i] * X[k, j]
+            X[i, j] = x
     for i in range(N):
-        for j in range(i):
-            A[i, j], A[j, i] = A[j, i], A[i, j]
+        for j in range(N):
+            X[i, j] = X[i, j] * math.sqrt(D_before[j] / D[i]) if D[i] > 0.0 else 0.0
+
+
+@kernel
+def before_prediction(mu, C, X, Z, g):
+    """mu <- X' mu, C <- I - X'(I - C) X; g is scratch."""
+    N = mu.size
+    for i in range(N):
+        for j in range(N):
+            z = 0.0
+            for k in range(N):
+                z += ((1.0 if i == k else 0.0) - C[i, k]) * X[k, j]
+            Z[i, j] = z
+    for j in range(N):
+        g[j] = 0.0
+        for k in range(N):
+            g[j] += X[k, j] * mu[k]
+        for i in range(j + 1):
+            c = 1.0 if i == j else 0.0
+            for k in range(N):
+                c -= X[k, i] * Z[k, j]
+            C[i, j] = C[j, i] = c
+    for j in range(N):
+        mu[j] = g[j]
 
 
 @retreat.on(Form)
-def _(form, row, note, work, space):
-    state, n = open_row(form, row), work.n
-    U, D = state.U, state.D
-    N = D.size
-    lam, Lam = space[0], space[1 : N + 1]
-    T, e, y = note[2 + USED_T], note[2 + USED_E], note[2 + USED_Y]
-    kappa, held = note[HEAD : HEAD + work.rows], note[HEAD + work.rows :]
+def _(form, row, after, note, work, space):
+    state, later, n = open_row(form, row), open_row(form, after), work.n
+    N = state.D.size
+    mu, D, g, alpha, C, X, Z, U = open_space(space, N)
+    at = HEAD + work.memo.size
+    memo, kappa, held = note[HEAD:at], note[at : at + work.rows], note[at + work.rows :]
+    T, e = memo[USED_T], memo[USED_E]
 
-    through_time(lam, y, held, kappa, work)
-    for _ in range(2):
-        for i in range(N):
-            through_time(Lam[i], y, held, kappa, work)
-        transpose(Lam, N)
-    if int(note[1]) & LOST:  # x was restarted here: what comes later says nothing about the x before
-        for i in range(n):
-            lam[i] = 0.0
-            for j in range(N):
-                Lam[i, j] = Lam[j, i] = 0.0
+    # the correction once more: factors after it, and what G is made of
+    for i in range(U.size):
+        U[i] = state.U[i]
+    for i in range(N):
+        D[i] = state.D[i]
+    is_lost = int(note[1]) & LOST != 0
+    if is_lost:
+        for j in range(n, N):
+            for i in range(n):
+                U[j * (j - 1) // 2 + i] = 0.0
+    project(U, N, held, work.direct, work.f)
     if T > 0.0:
-        project(U, N, held, work.direct, work.f)
         for i in range(N):
-            work.b[i] = 0.0
-            for j in range(i, N):
-                work.b[i] += entry(U, i, j) * D[j] * work.f[j]
-        through_sample(lam, work.b, T, held, work)
-        add_output_row(lam, e / T, held, work.direct)
-        for _ in range(2):
-            for i in range(N):
-                through_sample(Lam[i], work.b, T, held, work)
-            transpose(Lam, N)
-        add_output_row(Lam[0], 1.0 / T, held, work.direct)
-        for l in range(work.direct):
-            add_output_row(Lam[N - work.direct + l], held[l] / T, held, work.direct)
+            g[i] = math.sqrt(D[i]) * work.f[i]
+        correct(U, D, work.f, memo[USED_R], work.b)
+        project(U, N, held, work.direct, work.f)
+
+    advance_factor(U, work.f, memo[USED_Y], held, kappa, work, X)
+    in_coordinates(later.U, later.D, D, X)
+    before_prediction(mu, C, X, Z, alpha)
+    if is_lost:  # x was restarted here: what comes later says nothing about the x before
+        for i in range(n):
+            mu[i] = 0.0
+            for j in range(N):
+                C[i, j] = C[j, i] = 1.0 if i == j else 0.0
+    if T > 0.0:
+        first = n * (work.inputs + 2)
+        for i in range(memo.size - MEMO):  # d was drawn back by P w: mu += S' w
+            for j in range(first + i, N):
+                mu[j] += math.sqrt(D[j]) * entry(U, first + i, j) * memo[MEMO + i]
+        before_correction(mu, C, g, alpha, memo[USED_R], e / T, X)
+
+
+@kernel
+def before_correction(mu, C, g, alpha, R, step, G):
+    """mu <- g e/T + G mu, C <- G C G'; ``step`` is e/T."""
+    N = g.size
+    a = R
+    for j in range(N):
+        before = a
+        a = before + g[j] * g[j]
+        for i in range(N):
+            G[i, j] = 0.0
+        if before > 0.0:
+            root = math.sqrt(before) * math.sqrt(a)
+            for i in range(j):
+                G[i, j] = -g[i] * g[j] / root
+            G[j, j] = math.sqrt(before / a)
+        elif a <= 0.0:
+            G[j, j] = 1.0
+    for i in range(N):
+        alpha[i] = g[i] * step
+        for k in range(i, N):
+            alpha[i] += G[i, k] * mu[k]
+    for i in range(N):
+        mu[i] = alpha[i]
+    for j in range(N):  # rows of C, then columns; G is upper triangular, so what is read is not yet written
+        for i in range(N):
+            c = 0.0
+            for k in range(i, N):
+                c += G[i, k] * C[k, j]
+            C[i, j] = c
+    for i in range(N):
+        for j in range(N):
+            c = 0.0
+            for k in range(j, N):
+                c += C[i, k] * G[j, k]
+            C[i, j] = c
 
 
 @look_back.on(Form)
@@ -115,33 +210,27 @@ def _(form, row, s2, space, out):
     state = open_row(form, row)
     s, U, D = state.s, state.U, state.D
     N = D.size
-    lam, Lam, P, Z = space[0], space[1 : N + 1], space[N + 1 : 2 * N + 1], space[2 * N + 1 :]
-    for i in range(N):
-        for j in range(i, N):
-            p = 0.0
-            for k in range(j, N):
-                p += entry(U, i, k) * D[k] * entry(U, j, k)
-            P[i, j] = P[j, i] = p
+    mu, _, _, _, C, X, Z, _ = open_space(space, N)
     for i in range(N):
         out[i] = s[i]
+        for j in range(i, N):
+            X[i, j] = entry(U, i, j) * math.sqrt(D[j])
+            out[i] += X[i, j] * mu[j]
+    if out.size == N:
+        return
+    for i in range(N):
         for j in range(N):
-            out[i] += P[i, j] * lam[j]
             z = 0.0
-            for k in range(N):
-                z += P[i, k] * Lam[k, j]
+            for k in range(i, N):
+                z += X[i, k] * C[k, j]
             Z[i, j] = z
-    if out.size == 2 * N:
-        for i in range(N):
-            p = P[i, i]
-            for j in range(N):
-                p -= Z[i, j] * P[j, i]
-            out[N + i] = math.sqrt(s2 * max(p, N * EPS * P[i, i]))  # a difference is no better than its round-off
-    elif out.size > 2 * N:
-        at = N
-        for j in range(N):
-            for i in range(j + 1):
-                p = P[i, j]
-                for k in range(N):
-                    p -= Z[i, k] * P[k, j]
-                out[at] = s2 * p
-                at += 1
+    at = N
+    for j in range(N):
+        for i in range(j + 1) if out.size > 2 * N else range(j, j + 1):
+            p = most = 0.0
+            for k in range(j, N):
+                p += Z[i, k] * X[j, k]
+                most += X[j, k] * X[j, k]
+            # C = I - ... is good to some N eps: less than that of P(t | t-1) nobody can tell from nothing
+            out[at] = s2 * p if out.size > 2 * N else math.sqrt(s2 * max(p, 4.0 * N * EPS * most))
+            at += 1

@@ -9,8 +9,10 @@ from ..kernel.compose import advance, kernel, rare
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ..kernel.ud import correct, entry, predicted_variance, variance, variances
 from ..memory.drift import drift
+from ..models.noise import held_back
 from ..models.scale import sigma2
 from .joint_predict import propagate
+from .joint_restrain import restrain
 from .joint_row import (
     CELL,
     CHI2,
@@ -23,6 +25,7 @@ from .joint_row import (
     STATUS,
     TOP,
     USED_E,
+    USED_R,
     USED_T,
     Form,
     predict_output,
@@ -69,15 +72,21 @@ def predict_input(state, l):
 
 
 @kernel
-def write(out, t, state, work, yhat, e, T, status, s2):
+def write(noise, out, t, state, work, yhat, e, T, status, s2):
     """Write one row of the trace: prediction, innovation, its variance, status, then s, its spread or P."""
-    N, C = state.D.size, out.shape[1]
+    N, C, n = state.D.size, out.shape[1], work.n
     out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, T, status
     if C >= 4 + N:
         for i in range(N):
             out[t, 4 + i] = state.s[i]
+        d, free = n * (work.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        if free > 0.0 and state.D[d] > 0.0:  # freed already, and nothing seen since
+            free = 0.0
     if C == 4 + 2 * N:
         variances(state.U, state.D, work.c)
+        if free > 0.0:
+            for i in range(d, d + n):
+                work.c[i] += free
         for i in range(N):
             out[t, 4 + N + i] = math.sqrt(s2 * work.c[i])
     elif C > 4 + N:
@@ -87,6 +96,7 @@ def write(out, t, state, work, yhat, e, T, status, s2):
                 p = 0.0
                 for k in range(j, N):
                     p += entry(state.U, i, k) * entry(state.U, j, k) * state.D[k]
+                p += free if i == j and d <= i < d + n else 0.0
                 out[t, at] = s2 * p
                 at += 1
 
@@ -151,10 +161,11 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
     if is_measured:
         T = correct(U, D, work.f, R, work.b)
         if T > 0.0:
+            surprise = e * e / (s2 * T)
             for i in range(D.size):
                 s[i] += work.b[i] * (e / T)
-            surprise = e * e / (s2 * T)
-            work.memo[USED_T], work.memo[USED_E] = T, e
+            restrain(noise, state, work)
+            work.memo[USED_T], work.memo[USED_R], work.memo[USED_E] = T, R, e
             head[OBSERVED] += 1.0
             head[CHI2] += e * e / T
             head[LOGDET] += math.log(T)
@@ -162,7 +173,7 @@ def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
             status |= EXACT
     else:
         T = predicted_variance(work.f, D, R)
-    write(out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
+    write(noise, out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
 
     # predict
     propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)

@@ -123,13 +123,13 @@ def remember(form, scale, state, work, note):
 
 
 @choice
-def retreat(form, row, note, work, space):
-    """Take lambda and Lambda (in ``space``) from after a sample to before it; row is the state before it."""
+def retreat(form, row, after, note, work, space):
+    """Take what later samples teach (in ``space``) from after a sample to before it; row, after are the states."""
 
 
 @choice
 def look_back(form, row, s2, space, out):
-    """Write mean and spread of the state before a sample, given lambda and Lambda."""
+    """Write mean and spread of the state before a sample, given what later samples teach."""
 
 
 def _make(kinds, fingerprint):
@@ -172,26 +172,30 @@ def _make_recorder(kinds, fingerprint):
                 history[t, i] = row[i]
             advance(form, noise, memory, gate, scale, state, work, y, u, out, t)
             remember(form, scale, state, work, history[t, row.size :])
+        for i in range(row.size):
+            history[y.shape[0], i] = row[i]
         return version
 
     return record
 
 
 def _make_smoother(Form, fingerprint):
-    """Return the loop back: modified Bryson-Frazier, over the whole history or ``lag`` samples for each."""
+    """Return the loop back, over the whole history or ``lag`` samples for each; ``unknown`` is where it starts."""
 
-    def smooth(history, width, count, lag, s2, outs, spec, scratch, space):
+    def smooth(history, width, count, lag, s2, outs, spec, scratch, unknown, space):
         version = fingerprint
         form, _ = read(Form, spec, 0)
         work = open_work(form, scratch)
-        size = history.shape[0]
+        size = history.shape[0] - 1
         for t in range(count - 1, -1, -1):
             last = t
             if lag >= 0:
                 last = min(t + lag, size - 1)
-                space[:] = 0.0
+                for i in range(space.shape[0]):
+                    for j in range(space.shape[1]):
+                        space[i, j] = unknown[i, j]
             for j in range(last, t - 1, -1):
-                retreat(form, history[j, :width], history[j, width:], work, space)
+                retreat(form, history[j, :width], history[j + 1, :width], history[j, width:], work, space)
             look_back(form, history[t, :width], s2 if lag < 0 else history[last, width], space, outs[t])
         return version
 
@@ -276,8 +280,8 @@ def recorder(*kinds: type) -> Callable:
 
 @functools.cache
 def smoother(form: type) -> Callable:
-    """Return the compiled ``smooth(history, width, count, lag, s2, outs, spec, scratch, space)``, from the end back."""
-    return _compile(lambda numbers: _make_smoother(form, numbers), (form,), (2, int, int, int, float, 2, 1, 1, 2))
+    """Return the compiled ``smooth(history, width, count, lag, s2, outs, spec, scratch, unknown, space)``."""
+    return _compile(lambda numbers: _make_smoother(form, numbers), (form,), (2, int, int, int, float, 2, 1, 1, 2, 2))
 
 
 def _compile(make, kinds, dimensions):

@@ -7,6 +7,7 @@ from math import comb
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.special import ndtri
 
 from ..errors import InputError
 from .canonical import Canonical
@@ -134,6 +135,13 @@ class ContinuousModel:
     def dc_gain_std(self) -> np.ndarray:
         """Standard deviation of the steady-state gains, first order."""
         return np.sqrt(self.frequency_response(0.0)[1][:, 0, 0, 0])
+
+    def dc_gain_interval(self, level: float = 0.95) -> np.ndarray:
+        """Return an interval (k, 2) of each steady-state gain, first order; the whole line where it has no std."""
+        half = ndtri(0.5 + level / 2) * self.dc_gain_std
+        known = np.isfinite(half)
+        low, high = (np.where(known, self.dc_gain + s * np.where(known, half, 0), s * np.inf) for s in (-1, 1))
+        return np.stack([low, high], axis=1)
 
     @property
     def is_stable(self) -> bool:

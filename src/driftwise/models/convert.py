@@ -152,6 +152,10 @@ class Model:
         """Return the root mean square radius of uncertainty of each zero."""
         return self._zeros_of(input).std
 
+    def zeros_method(self, input: int = 0) -> list[str]:
+        """Return how the uncertainty of each zero was found: "first order", "sampled", or "infinite" for lost ones."""
+        return self._zeros_of(input).method
+
     @property
     def notes(self) -> list[str]:
         """What is not an ordinary standard deviation here, in words; empty where everything is."""

@@ -50,17 +50,18 @@ class NoisePolynomial(NamedTuple):
 class UnknownPolynomial(NamedTuple):
     """Coloured noise C(z) v whose C is estimated too, an ARMAX model: names c1..cn, c_k = d_{n-k}.
 
-    ``d`` is where C starts, ``std`` how far each coefficient may be from it (it needs ``variance``, because all is
-    relative to a learnt sigma^2; None: 1 where the variance is given, anywhere where it is learnt). ``method`` is
+    ``d`` is where C starts, ``std`` how far each coefficient may be from it. Where sigma^2 is learnt, d is held for the
+    first 2 N measured samples, until sigma^2 has shown its size. ``method`` is
     "ekf" (d v multiplies two unknowns: exact first two moments of a Gaussian posterior, the best of the three), "rml"
     (recursive maximum likelihood: the same without second-order terms) or "els" (extended least squares: the residual
-    as a known input). C's zeros are kept within ``radius`` by shrinking them. Bad at systems whose poles and zeros of C
+    as a known input). C's zeros are kept within ``radius``: where they leave it,
+    they are drawn back and the rest of the estimate moves with them. Bad at systems whose poles and zeros of C
     nearly cancel: a is then known only as well as d is (`cramer_rao` gives the ratio). Source: Ljung and Soderstrom
     (1983), chapter 3.
     """
 
     d: tuple | None = None
-    std: float | None = None
+    std: float = 1.0
     variance: float | None = None
     method: str = "ekf"
     radius: float = 0.99
@@ -93,6 +94,9 @@ class Unknown(NamedTuple):
     gradient: float  # 1: v = y - H s is uncertain as s is, so regressors pass 1/C; 0: it is a known input
     spread: float  # 1: with the second-order terms of the product d v
     radius: float
+    settle: float  # after so many measured samples d becomes unknown (0: it is from the start)
+    free: float  # by this variance,
+    most: float  # relative to sigma^2 at most by this one
 
 
 class Coloured(NamedTuple):
@@ -123,7 +127,7 @@ def resolve(noise, n: int, N: int, salut, unit: float):
         if isinstance(noise, OutputError):
             return Sensor(R)
         if isinstance(noise, UnknownPolynomial):
-            return _unknown(noise, R)
+            return _unknown(noise, R, n)
         return Coloured(R, coefficients(noise.d, n)[::-1].copy(), np.zeros(0))
     return _covariance(noise, n, N, salut)
 
@@ -139,19 +143,24 @@ def coefficients(d, n) -> np.ndarray:
     return values
 
 
-def _unknown(noise, R):
+def _unknown(noise, R, n):
     methods = {"els": (0.0, 0.0), "rml": (1.0, 0.0), "ekf": (1.0, 1.0)}
     if noise.method not in methods:
         raise InputError(f"method must be one of {', '.join(methods)}, got {noise.method!r}")
     if not 0.0 < noise.radius < 1.0:
         raise InputError(f"radius must lie between 0 and 1, where C can be inverted, got {noise.radius!r}")
+    if noise.d is not None:
+        largest = np.max(abs(np.roots([1.0, *coefficients(noise.d, n)[::-1]])), initial=0.0)
+        if largest >= noise.radius:
+            raise InputError(
+                f"d has a zero of modulus {largest:.3g}, and C must be invertible: keep it below radius = "
+                f"{noise.radius:g}. driftwise.reflect(d) gives the noise of the same spectrum with its zeros inside"
+            )
     if R == 0.0:
         raise InputError("an unknown noise polynomial needs noise: its variance must be positive")
-    if noise.std is not None and not (np.isfinite(noise.std) and noise.std >= 0):
+    if not (np.isfinite(noise.std) and noise.std >= 0):
         raise InputError(f"std must be a finite number, not negative, got {noise.std!r}")
-    if noise.std is not None and noise.variance is None:
-        raise InputError("std needs variance=: with a learnt variance every prior is relative to it. A guess will do.")
-    return Unknown(R, *methods[noise.method], noise.radius)
+    return Unknown(R, *methods[noise.method], noise.radius, 0.0, noise.std**2, np.inf)
 
 
 def _covariance(noise, n, N, salut):
@@ -178,6 +187,21 @@ def _covariance(noise, n, N, salut):
     keep = D[:N] > 0
     G = (U[:rows, :N] * np.sqrt(D[:N]))[:, keep]
     return Coloured(float(D[N]), U[:rows, N].copy(), np.ascontiguousarray(G.T).ravel())
+
+
+@choice
+def held_back(noise, observed, s2):
+    """Return the variance, relative to s2, that an unknown polynomial will get when it is freed; 0 once it is."""
+
+
+@held_back.on(White, Sensor, Coloured)
+def _(noise, observed, s2):
+    return 0.0
+
+
+@held_back.on(Unknown)
+def _(noise, observed, s2):
+    return noise.free / s2 if observed < noise.settle else 0.0
 
 
 @choice

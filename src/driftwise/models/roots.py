@@ -54,7 +54,9 @@ def estimate(c, covariance, draws, kind: str, names: list[str]) -> Roots:
     kind : "pole" or "zero", for the notes
     names : names of the coefficients, for the notes
     """
-    if len(c) > 1 and c[0] == 0 == covariance[0, 0]:  # known to be zero: a root at infinity, nothing uncertain
+    if len(c) == 1:
+        return Roots(np.zeros(0, complex), np.zeros((0, 2, 2)), [], [])
+    if c[0] == 0 == covariance[0, 0]:  # known to be zero: a root at infinity, nothing uncertain
         rest = estimate(c[1:], covariance[1:, 1:], lambda: draws()[:, 1:], kind, names[1:])
         there = np.diag([np.inf, np.inf])[None]
         return Roots(np.append(np.inf, rest[0]), np.append(there, rest[1], 0), ["infinite", *rest[2]], rest[3])

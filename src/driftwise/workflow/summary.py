@@ -26,7 +26,8 @@ class Summary:
         self.state = estimator.start()
         self._model: Model | None = None
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
-        self.rejected = self.bad_values = 0
+        self.rejected = self.bad_values = self.jumps = 0
+        self.last_jump = math.nan  # its time
         self._count, self._mean, self._m2 = 0, 0.0, 0.0  # of y
         self._squares, self._nis, self._nis_spread, self._covered, self._scored = 0.0, 0.0, 0.0, 0, 0
         self._lags = Correlations()
@@ -46,6 +47,9 @@ class Summary:
         self.missing_inputs += count(Status.MISSING_INPUT)
         self.rejected += count(Status.REJECTED)
         self.bad_values += count(Status.BAD_VALUE)
+        jumped = np.flatnonzero(status & int(Status.JUMP))
+        if len(jumped):
+            self.jumps, self.last_jump = self.jumps + len(jumped), float(trace.time[jumped[-1]])
         self.observed += int(np.count_nonzero(used))
 
         measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
@@ -162,15 +166,20 @@ class Summary:
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, ready for JSON (NaN becomes None)."""
         model, w = self.model, self.whiteness
+        gains = zip(model.dc_gain, model.dc_gain_std, model.dc_gain_interval())
         data = {
             "samples": self.samples, "observed": self.observed, "missing_outputs": self.missing_outputs,
             "missing_inputs": self.missing_inputs, "rejected": self.rejected, "bad_values": self.bad_values,
+            "jumps": self.jumps, "last_jump": self.last_jump,
             "fit": self.fit, "rmse": self.rmse, "noise_std": self.noise_std, "nis": self.nis,
             "nis_interval": [self.nis_interval.low, self.nis_interval.high], "coverage": self.coverage,
             "whiteness": w._asdict(), "loglik": self.loglik,
             "parameters": [{"name": n, "value": v, "std": s} for n, v, s in self.parameters],
-            "poles": [{"real": p.real, "imag": p.imag, "modulus": abs(p), "std": s} for p, s in self.poles],
-            "dc_gain": [{"value": float(g), "std": float(s)} for g, s in zip(model.dc_gain, model.dc_gain_std)],
+            "poles": [
+                {"real": p.real, "imag": p.imag, "modulus": abs(p), "std": s, "method": how}
+                for (p, s), how in zip(self.poles, model.method)
+            ],
+            "dc_gain": [{"value": float(g), "std": float(s), "interval": i.tolist()} for g, s, i in gains],
             "zeros": [
                 [{"real": float(z.real), "imag": float(z.imag), "std": float(d)} for z, d in zip(*found)]
                 for found in ((model.zeros(i), model.zeros_std(i)) for i in range(model.form.inputs))
@@ -184,8 +193,8 @@ class Summary:
 
 def _words(direction, names) -> str:
     """Write a direction as a combination of parameters, its large entries only."""
-    direction = direction * np.sign(direction[np.argmax(abs(direction))])
     big = [(c, n) for c, n in zip(direction, names) if abs(c) > 0.2]
+    big = [(c * np.sign(big[0][0]), n) for c, n in big]
     return " ".join(f"{'-' if c < 0 else '+'} {abs(c):.2f} {n}" for c, n in big).removeprefix("+ ").replace("1.00 ", "")
 
 

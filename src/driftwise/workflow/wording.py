@@ -29,6 +29,17 @@ def pole_words(p: complex, std: float, dt: float) -> str:
     return f"time constant {tau:.3g} s"
 
 
+def gain_words(model) -> list[str]:
+    """Return each input's steady-state gain with what is known of it; nothing where it has no bound."""
+    found = []
+    for gain, std, (low, high) in zip(model.dc_gain, model.dc_gain_std, model.dc_gain_interval()):
+        if math.isfinite(std):
+            found.append(f"{gain:.3g} ± {std:.2g}")
+        else:
+            found.append(f"{low:.3g} to {high:.3g} (95 %)" if math.isfinite(low) else "")
+    return found
+
+
 def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
@@ -42,9 +53,9 @@ def paragraph(s) -> str:
     text = f"A {order}-order model with {', '.join(modes)} "
     text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
     if est.model.inputs:
-        gains = [f"{g:.3g} ± {d:.2g}" for g, d in zip(model.dc_gain, model.dc_gain_std)]
-        settles = all(abs(p) + 2 * std < 1 for p, std in poles)
-        if settles and all(math.isfinite(d) for d in model.dc_gain_std):
+        settles = all(abs(p) < 1 for p, _ in poles)
+        gains = gain_words(model)
+        if settles and all(gains) and not s.unlearned:
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
         if 0.8 <= s.nis <= 1.25:
@@ -54,12 +65,22 @@ def paragraph(s) -> str:
             text += f" The error bars are {more} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
     w = s.whiteness
     if math.isfinite(w.p_value):
-        text += (
-            " The innovations are white: nothing predictable is left."
-            if w.is_white
-            else f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; "
-            "try a higher order, another noise, or walking parameters."
-        )
+        if w.is_white:
+            text += " The innovations are white: nothing predictable is left."
+        elif s.jumps:
+            text += (
+                f" The innovations are not white (p = {w.p_value:.1g}); right after jumps they never are, otherwise "
+                "try a higher order or another noise."
+            )
+        else:
+            text += (
+                f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try a higher "
+                "order, another noise, or parameters that walk or jump."
+            )
+    if s.jumps:
+        many = "once" if s.jumps == 1 else "twice" if s.jumps == 2 else f"{s.jumps} times"
+        when = f"{'at' if s.jumps == 1 else 'the last time at'} {s.last_jump:.6g} s"
+        text += f" The parameters jumped {many}, {when}; their values are those since."
     if s.unlearned:
         text += f" The data did not teach {'; '.join(d for d, _ in s.unlearned)}: the inputs do not excite them."
     lost = [

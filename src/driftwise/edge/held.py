@@ -1,0 +1,40 @@
+"""What a run keeps whole: the first rows as they were estimated, for what cannot be done sample by sample."""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["Held", "smoothing_rows"]
+
+ROWS = 2_000_000  # rows that are smoothed at most
+NUMBERS = 50_000_000  # numbers that smoothing may return, 400 MB of them
+
+
+def smoothing_rows(estimator) -> int:
+    """Return how many rows can be smoothed in a memory that every machine has."""
+    return min(ROWS, NUMBERS // (2 * estimator.model.N))
+
+
+class Held:
+    """The first rows of a run, up to a limit; `rows` counts all of them."""
+
+    def __init__(self, limit: int):
+        self.limit, self.rows = limit, 0
+        self._parts: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def add(self, y, u) -> None:
+        """Take in the next stretch; u (T, k)."""
+        room = self.limit - self.rows
+        if room > 0:
+            self._parts.append((y[:room].copy(), u[:room].copy()))
+        self.rows += len(y)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing had to be left out."""
+        return self.rows <= self.limit
+
+    def record(self, rows: int | None = None):
+        """Return y (T,) and u (T, k) of the first rows."""
+        y, u = (np.concatenate(part) for part in zip(*self._parts))
+        return y[:rows], u[:rows]

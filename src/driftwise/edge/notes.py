@@ -1,0 +1,72 @@
+"""What `driftwise run` says beside the numbers: what was estimated, what to beware of, names for the axes."""
+
+from __future__ import annotations
+
+from driftwise.edge.wording import number
+
+__all__ = ["described", "labels", "notes"]
+
+
+def described(plan, dt: float) -> list[str]:
+    """Return what kind of model was estimated, in a few words."""
+    inputs = len(plan.inputs)
+    found = [
+        f"order {plan.order}" + (" (the most probable)" if plan.chosen else ""),
+        "no input" if not inputs else "1 input" if inputs == 1 else f"{inputs} inputs",
+    ]
+    found += ["direct term"] if plan.direct else []
+    memories = {"never": "constant parameters", "jump": "parameters that may jump"}
+    found += ["unknown noise colour" if plan.noise == "unknown" else plan.noise, memories.get(plan.memory, plan.memory)]
+    return [*found, *([f"gate {plan.gate:g}"] if plan.gate else []), f"dt {number(dt, 4)} s"]
+
+
+def labels(record) -> dict:
+    """Return names with units for the axes."""
+
+    def named(name):
+        unit = record.units.get(name)
+        return f"{name} ({unit})" if unit else name
+
+    if record.time is None:
+        time = "time (s)"
+    else:
+        time = f"time since {record.clock.origin} (s)" if record.clock.origin else named(record.time)
+    return {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
+
+
+def notes(plan, record, found) -> list[str]:
+    """Return a sentence for each thing to beware of; ``found`` is what the run brought."""
+    summary, offsets = found.summary, found.offsets
+    said = ["stopped early; the results are those of the rows read so far."] if found.stopped else []
+    if record.ragged:
+        said.append(f"{record.ragged} rows have too many or too few cells; each was counted as a missing sample.")
+    cells = record.bad - record.ragged * len(record.columns)
+    if cells > 0:
+        where = f" (first: {record.first_bad})" if record.first_bad else ""
+        said.append(f"{cells} cells are not finite numbers and were taken as missing{where}.")
+    for name, value, row in offsets.extremes:
+        said.append(
+            f"{name!r} is {value:g} in row {row + 1}, ten thousand times farther out than the rest: an error code? "
+            "Blank it, or the results are about that row."
+        )
+    is_said = found.study.is_poor and len(record.inputs) == 1  # by the verdict about the record
+    for name, value in offsets.constants if not is_said else []:
+        said.append(f"input {name!r} stayed at {value:g} in the first chunk: its effect cannot be learned there.")
+    if offsets.values:
+        values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
+        said.append(f"{plan.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
+    said += record.clock.notes()
+    if found.smoothing_note:
+        said.append(found.smoothing_note)
+    if found.evidence is not None and not plan.chosen and found.evidence.best != plan.order:
+        said.append(f"order {plan.order} was estimated; the data speak for another: --order {found.evidence.best}.")
+    if found.evidence is not None and plan.gate:
+        said.append("orders were compared without the gate, which would reject other samples for each.")
+    if summary.is_enough:
+        said += [f"{text}." for text in summary.model.notes]
+    if offsets.values and not summary.whiteness.is_white and not summary.jumps:
+        said.append(
+            "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "
+            "before a higher order."
+        )
+    return said

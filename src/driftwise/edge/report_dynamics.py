@@ -1,0 +1,146 @@
+"""Two sections of the report: poles and zeros, and what the record taught."""
+
+from __future__ import annotations
+
+from math import isfinite, log
+
+from driftwise.edge import report_page as html
+from driftwise.edge.report_roots import FAR
+from driftwise.edge.wording import fixed, number, plus_minus, probable
+
+__all__ = ["UNLEARNED", "directions", "knowledge", "order_evidence", "roots"]
+
+UNLEARNED = 0.5  # a direction that keeps more than this share of its prior variance is not learned
+
+
+def roots(summary, dt: float, figure: str) -> str:
+    """Return the section about poles, zeros and steady-state gains; ``figure`` is trusted markup."""
+    found = summary.poles
+    model = summary.model
+    outside = sum(abs(p) >= 1 for p, _ in found)
+    near = sum(abs(p) < 1 <= abs(p) + 2 * s for p, s in found)
+    words = "All poles lie inside the circle: stable."
+    if outside or near:
+        words = f"{outside} on or outside the circle, {near} within two standard errors of it: integrating or unstable."
+    words += " Shaded: 95 % ellipses (a bar for a root that stays real); scroll to zoom in."
+    if "sampled" in model.method or any("sampled" in model.zeros_method(i) for i in range(model.form.inputs)):
+        words += " Dots: draws from the posterior, where an ellipse would mislead."
+    rows = [[_complex(p), f"{abs(p):.4f}", _std(s), _time_constant(p, s, dt)] for p, s in found if p.imag >= -1e-12]
+    body = [
+        f'<div class="center">{figure}</div>',
+        html.table(["pole", "size", "standard error", "time constant (s)"], rows),
+        _zeros(model),
+        _gains(model),
+        *[html.say(f"{note}.") for note in model.notes],
+    ]
+    return html.section("poles", "Poles and zeros" if model.form.inputs else "Poles", words, *body)
+
+
+def _zeros(model) -> str:
+    rows, far, k = [], 0, model.form.inputs
+    for i in range(k):
+        for z, std in zip(model.zeros(i), model.zeros_std(i)):
+            if z.imag < -1e-12:
+                continue
+            name = "" if k == 1 else f" (u{i + 1})"
+            far += int(not isfinite(abs(z)) or abs(z) > FAR)
+            size = "infinite" if not isfinite(abs(z)) else f"{abs(z):.4f}" if abs(z) < 1e4 else number(abs(z), 2)
+            rows.append([("infinite" if size == "infinite" else _complex(z)) + name, size, _std(std)])
+    if not rows:
+        return ""
+    left = html.say(f"{far} zero{'s lie' if far > 1 else ' lies'} outside the figure.") if far else ""
+    return html.table(["zero", "size", "standard error"], rows) + left
+
+
+def _gains(model) -> str:
+    """Return the table of steady-state gains, one row per input, or nothing."""
+    if not model.form.inputs or not model.is_stable:  # perhaps an integrator
+        return ""
+    rows = []
+    for k, (gain, std, (low, high)) in enumerate(zip(model.dc_gain, model.dc_gain_std, model.dc_gain_interval())):
+        shown = plus_minus(float(gain), float(std))
+        if not isfinite(std):
+            shown = f"{number(low, 3)} \u2026 {number(high, 3)} (95 %, Fieller)" if isfinite(low) else "no bound"
+        rows.append(["u" if model.form.inputs == 1 else f"u{k + 1}", shown])
+    return html.table(["input", "steady-state gain"], rows)
+
+
+def _complex(pole: complex) -> str:
+    return number(pole.real, 4) if abs(pole.imag) < 1e-12 else f"{number(pole.real, 4)} ± {number(abs(pole.imag), 4)} j"
+
+
+def _std(std: float) -> str:
+    return number(std, 2) if isfinite(std) else "no bound"
+
+
+def _time_constant(pole: complex, std: float, dt: float) -> str:
+    """Return the time constant, a dash where the pole cannot be told from one that never decays."""
+    size = abs(pole)
+    return number(-dt / log(size), 3) if 0 < size and size + 2 * std < 1 else "\u2013"
+
+
+# --- what was learned ----------------------------------------------------------------------------------------
+
+
+def directions(summary) -> list[tuple[str, float]]:
+    """Return (direction, share of the prior variance that is left), the least learned first."""
+    from driftwise.workflow.summary import _words
+
+    est = summary.estimator
+    return [
+        (_words(vector, est.names).replace("-", "\u2212"), float(ratio))
+        for ratio, vector in est.excitation(summary.state)
+    ]
+
+
+def knowledge(found, study, figure: str) -> str:
+    """Return the section about what the data taught; ``found`` comes from `directions`."""
+    lost = sum(ratio > UNLEARNED for _, ratio in found)
+    words = (
+        "The data taught every direction of the parameters. Right of the dashed line the first guess would still rule."
+    )
+    if lost:
+        words = (
+            f"{lost} direction{'s' if lost > 1 else ''} of the parameters stayed close to the first guess: the data "
+            "did not excite them, and what is said about them is the prior's."
+        )
+    said = []
+    if study is not None:
+        said.append(html.say(study.words))
+        if study.identifiability is not None:
+            said.append(html.table(["identifiability of the record", ""], _numbers(study)))
+        said += [html.say(study.trust)] if study.trust else []
+    return html.section("excitation", "What was learned", words, f'<div class="plot">{figure}</div>', *said)
+
+
+def _numbers(study) -> list[list]:
+    found = study.identifiability
+    rows = [
+        ["rows looked at", f"{study.rows:,}".replace(",", "\u2009")],
+        ["rank of the Gramian", f"{found.rank} of {found.unknowns}"],
+        ["weakest combination of parameters (0: unseen; white input: 0.1)", number(found.worst, 2)],
+    ]
+    if study.bound is not None:
+        ratio = float(max(study.bound.ratio))
+        rows.append(["error of a, noise colour unknown / known", number(ratio, 3) if isfinite(ratio) else "infinite"])
+    return rows
+
+
+# --- order ---------------------------------------------------------------------------------------------------
+
+
+def order_evidence(evidence, figure: str) -> str:
+    """Return the section about the orders that were compared."""
+    columns = evidence.columns()
+    head = ["order", "log evidence", "probability", "one-step fit", "NIS"]
+    rows = [
+        [order, fixed(log_evidence, 1), probable(p), f"{fixed(fit, 1)} %", fixed(nis, 2)]
+        for order, log_evidence, p, fit, _, nis in zip(*columns.values())
+    ]
+    text = (
+        f"{evidence.words[0].upper()}{evidence.words[1:]}. Every order saw the same samples; all were equally probable."
+    )
+    return html.section(
+        "orders", "Order", text,
+        f'<div class="pair flat"><div>{html.table(head, rows)}</div><div class="plot">{figure}</div></div>',
+    )  # fmt: skip
