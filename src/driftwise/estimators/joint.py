@@ -310,8 +310,9 @@ class Joint:
         Notes
         -----
         Bad at: priors so wide that P(t | T) is lost in the round-off of P(t | t-1), the first samples under
-        P0 = 1e16 say; a standard deviation is then no better than that round-off (and says so by its size). The cost of
-        a fixed lag grows with the lag.
+        P0 = 1e16 say; a standard deviation is then no better than that round-off (and says so by its size). Where the
+        zeros of an `UnknownPolynomial` had to be shrunk, the c's before carry that shift. The cost of a fixed lag grows
+        with the lag.
 
         Examples
         --------
