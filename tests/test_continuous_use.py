@@ -207,3 +207,19 @@ def test_words_of_a_run():
     words = dw.ContinuousJoint(1, 1).scaled_to(y, u, time=time).scan(y, u, time=time).summary().words
     assert "time constant 0.5" in words or "time constant 0.49" in words
     assert "Steady-state gain 2" in words or "Steady-state gain 1.99" in words
+
+
+def test_the_gate_goes_by_the_prediction_and_its_variance():
+    """Rejected is what lies more than 3 sigma from the prediction, on long steps too (where y_k predicts itself)."""
+    rng = np.random.default_rng(4)
+    time = np.cumsum(rng.uniform(0.05, 0.5, 300))
+    y, u = dw.simulate_continuous([1.0, 2.0], [0.0, 2.0], time=time, noise_std=0.02, seed=4)
+    y += 0.15 * (rng.random(300) < 0.2) * rng.standard_normal(300)
+    est = dw.ContinuousJoint(
+        2, 1, observer=4.0, noise=dw.EquationError(4e-4), gate=dw.Gate(3.0, patience=1e9, settle=30)
+    )
+    trace = est.scan(y, u, time=time)
+    rejected = (trace.status & int(dw.Status.REJECTED)) != 0
+    seen = np.cumsum(~rejected) - ~rejected >= 31
+    size = abs(trace.innovation) / np.sqrt(trace.variance)
+    assert np.array_equal(rejected[seen], size[seen] > 3.0) and 5 < rejected.sum() < 150

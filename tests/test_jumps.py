@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.detect.cusum import accumulate
 
 SEEDS, SAMPLES, JUMP = 100, 1000, 500
 BEFORE, AFTER, B = np.array([-1.5, 0.72]), np.array([-1.2, 0.5]), [1.0, 0.5]
@@ -81,3 +82,26 @@ def test_the_event_is_told(records):
 def test_bad_settings_are_told(memory, words):
     with pytest.raises(dw.InputError, match=words):
         dw.Joint(2, 1, memory=memory)
+
+
+@pytest.mark.parametrize("noise", [dw.EquationError(NOISE**2), dw.EquationError()], ids=["known noise", "learnt noise"])
+def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, noise):
+    """In the units of the data: variances of a gain step^2, those of b step^2 times (y_scale / u_scale)^2."""
+    est = dw.Joint(2, 1, noise=noise, memory=dw.UntilJump(step=0.5, settle=10), P0=1e6, y_scale=2.0, u_scale=4.0)
+    state = est.scan(records[0][0][:100], records[1][0][:100]).state
+    calm, alarmed = state.copy(), state.copy()
+    calm["cell"], alarmed["cell"] = 0.0, 1e3
+    (calm, _), (alarmed, step) = (est.update(s, records[0][0][100], records[1][0][100]) for s in (calm, alarmed))
+    assert step.status & int(dw.Status.JUMP)
+    assert alarmed["cell"] == 0
+    gained = est.sigma2(state) * np.diag(est.covariance(alarmed) - est.covariance(calm))[2:]
+    assert np.allclose(gained, 0.25 * np.array([1, 1, 0.25, 0.25]), rtol=1e-9)
+
+
+def test_the_sum_grows_by_the_log_likelihood_ratio():
+    from scipy.stats import norm
+
+    for z in (0.5, 1.7, 4.0):
+        ratio = norm.logpdf(z, scale=np.sqrt(3.0)) - norm.logpdf(z)
+        assert np.isclose(accumulate(5.0, z * z, 3.0), 5.0 + ratio, rtol=1e-12)
+    assert accumulate(0.1, 0.0, 3.0) == 0

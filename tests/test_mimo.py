@@ -223,3 +223,78 @@ REFUSED = {
 def test_what_does_not_fit_is_refused_with_words(message):
     with pytest.raises(dw.InputError, match=message):
         REFUSED[message]()
+
+
+def gappy(seed, T=60, outputs=2):
+    rng = np.random.default_rng(seed)
+    y, u = rng.standard_normal((T, outputs)), rng.standard_normal(T)
+    y[rng.random(y.shape) < 0.3] = np.nan
+    u[rng.random(T) < 0.2] = np.nan
+    return y, u
+
+
+def test_a_certain_scale_is_a_known_one():
+    """Products of two errors are absolute: in the moments relative to sigma^2 each carries one more sigma^2."""
+    y, u = gappy(1)
+    known = dw.JointMIMO((2, 1), 1, True, noise=dw.EquationError(0.25), P0=0.5, split=False)
+    scale = dw.UnknownScale(1e12, 0.25e12)
+    learnt = dw.JointMIMO((2, 1), 1, True, noise=dw.EquationError(1.0), scale=scale, P0=2.0, split=False)
+    one, other = known.scan(y, u), learnt.scan(y, u)
+    assert np.allclose(one.prediction, other.prediction, rtol=1e-6, atol=1e-8)
+    assert np.allclose(one.variance, other.variance, rtol=1e-6)
+    assert np.allclose(one.parameters, other.parameters, rtol=1e-6, atol=1e-8)
+
+
+def test_a_restart_of_one_output_is_joints():
+    y, u = dw.simulate([-1.3], [1.0], samples=60, noise_std=0.1, seed=1)
+    y, u = np.concatenate([y[:30], np.full(300, np.nan), y[30:]]), np.concatenate([u[:30], np.ones(300), u[30:]])
+    scale = dw.UnknownScale(2.0, 0.02)
+    one = dw.Joint(1, 1, scale=scale).scan(y, u)
+    several = dw.JointMIMO((1,), 1, scale=scale).scan(y[:, None], u)
+    assert (one.status & int(dw.Status.LOST)).any()
+    assert np.array_equal(several.status[:, 0], one.status)
+    assert np.allclose(several.variance[:, 0], one.variance, rtol=1e-6)
+
+
+def test_each_group_jumps_by_its_own_steps():
+    y, u = gappy(2)
+    steps = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(1.0), memory=dw.UntilJump(step=steps, settle=5), P0=1e6)
+    assert est.is_split
+    y, u = np.nan_to_num(y), np.nan_to_num(u)
+    state = est.scan(y[:50], u[:50]).state
+    alarmed = state.copy()
+    alarmed["cell"] = 1e3
+    calm, alarmed = (est.update(s, y[50], u[50])[0] for s in (state, alarmed))
+    gained = np.diag(est.covariance(alarmed) - est.covariance(calm))[2:]
+    assert np.allclose(gained, steps**2, rtol=1e-9)
+
+
+def test_a_group_counts_the_mean_surprise_of_its_outputs():
+    y, u = (np.nan_to_num(v) for v in gappy(2))
+    memory = dw.UntilJump(dw.CUSUM(4.0, 1e9), settle=5)
+    est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(0.2), memory=memory, split=False)
+    state = est.scan(y[:50], u[:50]).state
+    state["cell"] = 3.0
+    after, step = est.update(state, y[50], u[50])
+    expected = 3.0 - 0.5 * np.log(4.0) + 0.375 * np.mean(step.innovation**2 / step.variance)
+    assert np.isclose(after["cell"][0], expected, rtol=1e-12)
+
+
+def test_poles_move_with_what_acts_at_once():
+    """Three outputs, the middle one acting at once on the last: by finite differences."""
+    form = Structure((3, 2, 1), 0)
+    values = np.random.default_rng(0).uniform(-0.4, 0.4, form.N - form.n)
+    assert {"a0.21", "a0.31", "a0.32"} <= set(form.names)
+
+    def poles(theta):
+        return np.sort_complex(ModelMIMO(form, theta, np.zeros((len(theta),) * 2)).poles)
+
+    m, step = len(values), 1e-6
+    for at in range(m):
+        e = step * (np.arange(m) == at)
+        slope = abs(poles(values + e) - poles(values - e)) / (2 * step)
+        unit = np.outer(e, e) / step**2
+        model = ModelMIMO(form, values, unit)
+        std = model.poles_std[np.lexsort((model.poles.imag, model.poles.real))]
+        assert np.allclose(std, slope, rtol=1e-4, atol=1e-7), form.names[at]

@@ -32,3 +32,16 @@ def test_lost_inputs_leave_nearly_honest_error_bars(b0, lost_u, lost_y, bound):
     value = nees(b0, lost_u, lost_y)
     print(f"b0 {b0}, inputs lost {lost_u:.0%}, outputs lost {lost_y:.0%}: {value:.2f}")
     assert 0.8 < value < bound
+
+
+def test_a_held_direct_term_widens_the_product_with_a():
+    """Output error, x = 0 known, y lost: x+ = -a b0 u with a and u independent, so its variance is written down."""
+    a, Pa, b0, mean, spread = -0.6, 0.09, 1.5, 0.4, 0.25
+    est = dw.Joint(1, 1, True, noise=dw.OutputError(0.01), s0=[0.0, a, 0.0, b0], P0=[0.0, Pa, 0.0, 0.0])
+    state = est.start()
+    state["known"], state["sums"], state["squares"] = 2, 2 * mean, 2 * (mean**2 + spread)
+    state["steps"] = 1e9  # a white input: its mean is put in its place
+    state, _ = est.update(state, np.nan, np.nan)
+    assert np.isclose(state["unsure"][0], spread) and np.isclose(state["held"][0], mean)
+    variance = (a**2 + Pa) * b0**2 * spread + Pa * (b0 * mean) ** 2
+    assert np.isclose(est.covariance(state)[0, 0], variance, rtol=1e-12)

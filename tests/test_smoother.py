@@ -244,3 +244,28 @@ def test_bad_input():
         est.smooth([])
     with pytest.raises(dw.InputError, match="covariance"):
         _ = est.smooth([1.0, 2.0]).covariance
+
+
+@pytest.mark.parametrize("method", ["ekf", "rml", "els"])
+def test_constant_parameters_have_one_value_under_unknown_noise_too(method):
+    y, u = dw.simulate([-1.2, 0.5], [1.0, 0.5], d=[0.2, -0.5], samples=150, noise_std=0.3, seed=6)
+    y[40:43] = np.nan
+    noise = dw.UnknownPolynomial(d=(-0.5, 0.2), method=method, variance=0.09, radius=0.9999)
+    est = dw.Joint(2, 1, True, noise=noise, P0=[0.5] * 6 + [1e-3, 1e-3, 0.5])  # C is never shrunk
+    smoothed, trace = est.smooth(y, u), est.scan(y, u)
+    assert np.allclose(smoothed.parameters, trace.parameters[-1], rtol=1e-7, atol=1e-9)
+    assert np.allclose(smoothed.parameters_std, trace.parameters_std[-1], rtol=1e-6)
+
+
+def test_nothing_is_learnt_about_x_across_a_restart():
+    """Where a gap lost the state, x before it is what it was without all that followed (parameters known)."""
+    y, u = dw.simulate([-1.3], [1.0], samples=30, noise_std=0.1, seed=1)
+    later, v = dw.simulate([-1.3], [1.0], samples=20, noise_std=0.1, seed=2)
+    gap = np.full(200, np.nan)
+    y, u = np.concatenate([y, gap, later]), np.concatenate([u, np.ones(200), v])
+    est = dw.Joint(1, 1, noise=dw.OutputError(0.01), s0=[0.0, -1.3, 1.0], P0=[1.0, 0.0, 0.0])
+    lost = np.flatnonzero(est.scan(y, u).status & int(dw.Status.LOST))
+    assert len(lost)
+    whole, part = est.smooth(y, u), est.smooth(y[:40], u[:40])
+    assert np.allclose(whole.outs[:40], part.outs, rtol=1e-9, atol=1e-12)
+    assert not np.allclose(whole.x[lost[-1] + 1 :], est.scan(y, u).x[lost[-1] + 1 :])  # after it, the future tells

@@ -197,3 +197,27 @@ def test_shrinking_agrees_with_the_roots(seed):
 def test_bad_settings_are_told(noise, words):
     with pytest.raises(dw.InputError, match=words):
         dw.Joint(2, noise=noise)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("direct", [False, True])
+def test_a_held_input_takes_its_share_of_the_residual(method, direct):
+    """With C known the mean is that of `NoisePolynomial`, a lost input included."""
+    u = np.array([0.3, -1.0, 0.7, -0.2, 0.9, np.nan])
+    y = np.array([0.1, 0.4, -1.1, 0.6, 0.2, 1.5])
+    s0 = np.concatenate([[0.2, -0.1], [0.5, -1.2], [0.5, 1.0], [0.1, 0.3], [0.8] * direct])
+    given = np.concatenate([s0[:6], s0[8:]])
+    unknown = dw.Joint(2, 1, direct, noise=dw.UnknownPolynomial(method=method, variance=0.3), s0=s0, P0=0.0)
+    known = dw.Joint(2, 1, direct, noise=dw.NoisePolynomial((0.1, 0.3), 0.3), s0=given, P0=0.0)
+    got, expected = unknown.scan(y, u).state, known.scan(y, u).state
+    assert expected["unsure"][0] > 0.01
+    assert np.allclose(got["x"], expected["x"], rtol=1e-12)
+
+
+def test_shrinking_moves_every_zero_towards_the_origin_alike():
+    zeros = np.array([1.4, -0.9, 0.5 + 0.6j, 0.5 - 0.6j])
+    c = np.poly(zeros).real[1:].copy()
+    assert shrink_inside(c, 0.95, np.empty(4), np.empty(4))
+    ratio = np.sort_complex(np.roots(np.append(1.0, c))) / np.sort_complex(zeros)
+    assert np.allclose(ratio, ratio[0], rtol=1e-9)
+    assert 0.95 * 0.98 < abs(1.4 * ratio[0]) <= 0.95

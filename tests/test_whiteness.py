@@ -137,3 +137,14 @@ def test_summary_uses_them():
     assert s.nis_interval == pytest.approx(expected)
     assert s.nis == expected.value
     assert expected.is_consistent
+
+
+def test_the_variance_of_a_students_square():
+    """Sum of variances of (1 - 2/dof) t^2, from the fourth moment of Student's law."""
+    from scipy.stats import t
+
+    from driftwise.workflow.whiteness import score
+
+    dof = np.array([11.0, 14.0, 60.0])
+    expected = sum((1 - 2 / v) ** 2 * t(v).moment(4) - 1 for v in dof)
+    assert np.isclose(score(np.ones(3), np.ones(3), dof)[1], expected, rtol=1e-9)

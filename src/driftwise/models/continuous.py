@@ -11,6 +11,7 @@ from scipy.special import ndtri
 
 from ..errors import InputError
 from .canonical import Canonical
+from .response import ratio
 
 
 def observer(n: int, c: float) -> tuple[np.ndarray, np.ndarray]:
@@ -99,13 +100,18 @@ class ContinuousModel:
 
     @property
     def poles_covariance(self) -> np.ndarray:
-        """Covariance (n, 2, 2) of (real, imaginary) part of each pole, first order: dp/da_i = -p^(n-i) / A'(p)."""
+        """Covariance (n, 2, 2) of (real, imaginary) part of each pole, first order: dp/da_i = -p^(n-i) / A'(p).
+
+        Infinite for a pole that is exactly double.
+        """
         n, p = self.form.n, self.poles
         slope = np.polyval(np.polyder(self.form.polynomials(self.values)[0]), p)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             J = -(p[:, None] ** np.arange(n - 1, -1, -1)) / slope[:, None]
-        J = np.stack([J.real, J.imag], axis=1)
-        return J @ np.asarray(self.covariance)[:n, :n] @ J.swapaxes(1, 2)
+            J = np.stack([J.real, J.imag], axis=1)
+            C = J @ np.asarray(self.covariance)[:n, :n] @ J.swapaxes(1, 2)
+        C[~np.isfinite(C).all(axis=(1, 2))] = np.inf  # a double pole
+        return C
 
     @property
     def poles_std(self) -> np.ndarray:
@@ -113,18 +119,24 @@ class ContinuousModel:
         return np.sqrt(np.trace(self.poles_covariance, axis1=1, axis2=2))
 
     def frequency_response(self, w) -> tuple[np.ndarray, np.ndarray]:
-        """Return G (k, len(w)) and the covariance (k, len(w), 2, 2) of its (real, imaginary) parts at ``w`` rad/s."""
+        """Return G (k, len(w)) and the covariance (k, len(w), 2, 2) of its (real, imaginary) parts at ``w`` rad/s.
+
+        Both are infinite where A(jw) = 0.
+        """
         n, k, m = self.form.n, self.form.inputs, len(self.values)
         a, b = self.form.polynomials(self.values)
         powers = (1j * np.atleast_1d(np.asarray(w, float)))[:, None] ** np.arange(n, -1, -1)
         den = powers @ a
-        G = (b @ powers.T) / den
+        G = ratio(b @ powers.T, den)
         J = np.zeros((k, len(powers), m), complex)
-        for i in range(k):
-            J[i, :, :n] = -(G[i] / den)[:, None] * powers[:, 1:]
-            J[i, :, n * (i + 1) : n * (i + 2)] = powers[:, 1:] / den[:, None]
-        J = np.stack([J.real, J.imag], axis=2)
-        return G, J @ self.covariance @ J.swapaxes(-1, -2)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            for i in range(k):
+                J[i, :, :n] = -(G[i] / den)[:, None] * powers[:, 1:]
+                J[i, :, n * (i + 1) : n * (i + 2)] = powers[:, 1:] / den[:, None]
+            J = np.stack([J.real, J.imag], axis=2)
+            C = J @ self.covariance @ J.swapaxes(-1, -2)
+        C[~np.isfinite(C).all(axis=(2, 3))] = np.diag([np.inf, np.inf])
+        return G, C
 
     @property
     def dc_gain(self) -> np.ndarray:

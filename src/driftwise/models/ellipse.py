@@ -17,7 +17,9 @@ class Ellipse(NamedTuple):
     angle: float
 
     def points(self, count: int = 121) -> np.ndarray:
-        """Return a closed polyline (count, 2) along the ellipse."""
+        """Return a closed polyline (count, 2) along the ellipse; raise InputError where it is infinite."""
+        if not np.isfinite(self.semi_axes).all():
+            raise InputError("the ellipse is infinite (nothing is known of its point): there is no line to draw")
         t = np.linspace(0, 2 * np.pi, count)
         along, across = self.semi_axes[0] * np.cos(t), self.semi_axes[1] * np.sin(t)
         c, s = np.cos(self.angle), np.sin(self.angle)

@@ -135,6 +135,8 @@ def cramer_rao(
     """
     a = inside("a", a)
     n = len(a)
+    if not n:
+        raise InputError("a is empty: it lists a_0 .. a_{n-1}")
     d = inside("d", d, n)
     b, direct, k = _inputs(b, direct, n)
     try:
@@ -205,6 +207,8 @@ def cramer_rao_of_record(
     """
     a = noise_polynomial("a", a)
     n = len(a)
+    if not n:
+        raise InputError("a is empty: it lists a_0 .. a_{n-1}")
     d = inside("d", d, n)
     b, direct, k = _inputs(b, direct, n)
     y, u = _record(y, u, k)

@@ -104,9 +104,12 @@ class ModelMIMO:
 
     @property
     def poles_covariance(self) -> np.ndarray:
-        """Covariance of (real, imaginary) of each pole, (n, 2, 2)."""
+        """Covariance of (real, imaginary) of each pole, (n, 2, 2); infinite for one that is exactly double."""
         J = np.stack([self._poles[1].real, self._poles[1].imag], axis=1)
-        return J @ self.covariance @ J.swapaxes(1, 2)
+        with np.errstate(invalid="ignore", over="ignore"):
+            C = J @ self.covariance @ J.swapaxes(1, 2)
+        C[~np.isfinite(C).all(axis=(1, 2))] = np.inf  # a double pole
+        return C
 
     @property
     def poles_std(self) -> np.ndarray:
@@ -126,7 +129,10 @@ class ModelMIMO:
         return bool(np.all(abs(self.poles) < 1))
 
     def frequency_response(self, w) -> tuple[np.ndarray, np.ndarray]:
-        """Return G (p, k, len(w)) at ``w`` rad/s, and the covariance (.., 2, 2) of its (real, imaginary) parts."""
+        """Return G (p, k, len(w)) at ``w`` rad/s, and the covariance (.., 2, 2) of its (real, imaginary) parts.
+
+        Both are infinite where z = e^{jw} is a pole.
+        """
         return self._response(np.exp(1j * np.atleast_1d(np.asarray(w, float)) * self.dt))
 
     def _response(self, z):
@@ -135,7 +141,9 @@ class ModelMIMO:
         p, k = form.outputs, form.inputs
         A, B = form.polynomials(self.values)
         lags = z[:, None] ** -np.arange(len(A), dtype=float)
-        inverse = np.linalg.inv(np.einsum("zh,hij->zij", lags, A))
+        den = np.einsum("zh,hij->zij", lags, A)
+        is_pole = np.linalg.det(den) == 0
+        inverse = np.linalg.inv(np.where(is_pole[:, None, None], np.eye(p), den))
         G = inverse @ np.einsum("zh,hil->zil", lags, B)
         J = np.zeros((p, k, len(z), m), complex)
         for c, (i, j, lag) in enumerate(zip(form.targets, form.sources, form.lags)):
@@ -145,7 +153,9 @@ class ModelMIMO:
             else:
                 J[:, j - p, :, c] = gain
         J = np.stack([J.real, J.imag], axis=3)
-        return np.moveaxis(G, 0, -1), J @ self.covariance @ J.swapaxes(-1, -2)
+        C = J @ self.covariance @ J.swapaxes(-1, -2)
+        G[is_pole], C[:, :, is_pole] = np.inf, np.diag([np.inf, np.inf])
+        return np.moveaxis(G, 0, -1), C
 
     @property
     def dc_gain(self) -> np.ndarray:

@@ -21,7 +21,7 @@ def _parts(form: Canonical, theta, z):
     return num, den, lags
 
 
-def _ratio(num, den):
+def ratio(num, den):
     """Return num / den; infinite where the denominator is zero."""
     safe = np.where(den == 0, 1, den)
     return np.where(den == 0, np.inf, num / safe)
@@ -41,7 +41,7 @@ def response(form: Canonical, theta, covariance, draws, z):
     """
     n, k, m = form.n, form.inputs, len(theta)
     num, den, lags = _parts(form, theta, z)
-    G = _ratio(num, den)
+    G = ratio(num, den)
     with np.errstate(divide="ignore", invalid="ignore"):
         J = np.zeros((k, len(z), m), complex)
         for i in range(k):

@@ -98,7 +98,10 @@ def reflect(d) -> tuple[np.ndarray, float]:
     out = abs(z) > 1
     if not out.any():
         return d, 1.0
-    gain = float(np.prod(abs(z[out]) ** 2))
+    with np.errstate(over="ignore"):
+        gain = float(np.prod(abs(z[out]) ** 2))
+    if not np.isfinite(gain):
+        raise InputError(f"d has zeros so far out (moduli {_moduli(z)}) that the variance leaves the range of doubles")
     return np.poly(np.where(out, 1 / np.where(out, z, 1).conj(), z))[:0:-1].real.copy(), gain
 
 

@@ -115,7 +115,9 @@ def ljung_box(z, lags: int = LAGS) -> Whiteness:
     """
     if isinstance(lags, bool) or not isinstance(lags, int | np.integer) or lags < 1:
         raise InputError(f"lags must be a whole number of at least 1, got {lags!r}")
-    return Correlations(int(lags)).add(_series("z", z)).whiteness
+    z = _series("z", z)
+    size = np.abs(z).max(initial=0.0, where=~np.isnan(z))
+    return Correlations(int(lags)).add(np.ldexp(z, -int(np.frexp(size)[1]))).whiteness  # squares stay in range
 
 
 def nis(innovation, variance, dof=math.inf, level: float = 0.95) -> Nis:
