@@ -32,7 +32,8 @@ def plot(trace, *, labels=None, figure=None):
         axes[i, 0] = first = figure.add_subplot(grid[2 * i, 0], sharex=first)
         axes[i, 1] = figure.add_subplot(grid[2 * i + 1, 0], sharex=first)
         _output(axes[i, 0], one, time)
-        axes[i, 0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, fontsize=8)
+        if i:
+            axes[i, 0].get_legend().remove()  # the first one serves all
         axes[i, 0].set_ylabel(labels["outputs"][i])
         axes[i, 0].tick_params(labelbottom=False)
         _innovations(axes[i, 1], one, time)

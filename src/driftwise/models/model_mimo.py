@@ -128,8 +128,8 @@ class ModelMIMO:
     def zeros(self) -> np.ndarray:
         """Transmission zeros, where G(z) loses rank, largest first; for as many inputs as outputs.
 
-        The roots of det diag(z^nu_i) B(z), of degree n with direct terms, else n - p; inf at infinity. (A plant with more
-        outputs than inputs, or fewer, has none, unless by coincidence.)
+        The roots of det diag(z^nu_i) B(z), of degree n with direct terms, else n - p; inf at infinity. (A plant with
+        more outputs than inputs, or fewer, has none, unless by coincidence.)
         """
         form = self.form
         if form.inputs != form.outputs:

@@ -1,10 +1,10 @@
-"""What a run of several outputs amounts to: each output's fit and calibration, the model, and whether noises are linked."""
+"""What a run of several outputs amounts to: each output's fit and calibration, the model, links between the noises."""
 
 from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class SummaryMIMO:
     --------
     >>> import driftwise as dw
     >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
-    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=800, inputs=1, noise_std=(0.1, 0.3), seed=1)
+    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=1500, inputs=1, noise_std=(0.1, 0.3), seed=1)
     >>> summary = dw.JointMIMO((2, 1), inputs=1).scaled_to(y, u).scan(y, u).summary()
     >>> [round(one.noise_std, 2) for one in summary.outputs], summary.linked
     ([0.1, 0.3], [])
@@ -67,7 +67,7 @@ class SummaryMIMO:
             late = part.observed + np.cumsum(one.is_used) > part.settle
             scored = one.is_used & late & (one.variance > 0) & (one.dof >= LEAST)
             z[scored, i] = (one.innovation[scored] / np.sqrt(one.variance[scored])).clip(-4, 4)
-            part.add(one)
+            part.add(cast(Any, one))
         known = np.isfinite(z).astype(float)
         z = np.where(known > 0, z, 0.0)
         self._products += z.T @ z

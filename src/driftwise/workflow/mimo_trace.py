@@ -18,8 +18,8 @@ class TraceMIMO(Trace):
 
     ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the
     samples before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or
-    correlated noise), so innovations of different outputs are independent where the noise is as stated. ``x`` and ``parameters`` are given
-    everything up to t.
+    correlated noise), so innovations of different outputs are independent where the noise is as stated. ``x`` and
+    ``parameters`` are given everything up to t.
     """
 
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
@@ -120,9 +120,10 @@ class TraceMIMO(Trace):
     @property
     def outputs(self) -> list[Output]:
         """The columns of each output, (T,) each, under the names that the trace of one output has."""
-        dof, used = self.dof, self.is_used
-        many = (self.y, self.prediction, self.innovation, self.variance, dof, self.status, used)
-        return [Output(self.time, *(c[:, i] for c in many), self.state) for i in range(self.y.shape[1])]
+        names = ("y", "prediction", "innovation", "variance", "dof", "status", "is_used")
+        columns = {name: getattr(self, name).T for name in names}
+        each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
+        return [Output(time=self.time, state=self.state, **one) for one in each]
 
     def summary(self):
         """Return the constant-memory `SummaryMIMO` of this trace."""

@@ -42,8 +42,8 @@ def _output(name, one, samples) -> str:
         text += (
             "; the innovations are white"
             if w.is_white
-            else f"; the innovations are not white (p = {w.p_value:.1g}): try a larger index, another noise, or walking "
-            "parameters"
+            else f"; the innovations are not white (p = {w.p_value:.1g}): try a larger index, another noise, or "
+            "walking parameters"
         )
     counts = ((one.missing, "missing"), (one.rejected, "outliers ignored"), (one.bad_values, "absurd values"))
     lost = [f"{count} {what}" for count, what in counts if count]

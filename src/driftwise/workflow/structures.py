@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -96,10 +96,11 @@ def choose_structure(
 
     Notes
     -----
-    Same priors and cautions as `OrderEvidence`, where the reasons stand: P0 absolute, and the noise level of each output
-    that the largest structure finds in the first 1000 samples, rounded to a power of four, with the weight of one
-    sample. Outputs are filtered one by one (split). Bad at: noises that are linked between the outputs, where y_1(t) then
-    tells about y_2(t) and a structure with an a0 is preferred for it; colour of the noise; parameters that jump.
+    Same priors and cautions as `OrderEvidence`, where the reasons stand: P0 absolute, and the noise level of each
+    output that the largest structure finds in the first 1000 samples, rounded to a power of four, with the weight of
+    one sample. Outputs are filtered one by one (split). Bad at: noises that are linked between the outputs, where
+    y_1(t) then tells about y_2(t) and a structure with an a0 is preferred for it; colour of the noise; parameters that
+    jump; one record of many outputs (the cost is that of so many runs).
 
     Examples
     --------
@@ -136,7 +137,7 @@ def choose_structure(
     scaled = JointMIMO(biggest, inputs, **options).scaled_to(*pilot)
     options |= dict(y_scale=scaled.y_scale, u_scale=scaled.u_scale if inputs else 1.0)
     if noise.variance is None:
-        noise = EquationError(_noise_levels(biggest, inputs, *pilot, P0, options))
+        noise = EquationError(cast(Any, _noise_levels(biggest, inputs, *pilot, P0, options)))
         options["scale"] = UnknownScale(0.5, 0.5)
     found = []
     for nu in tried:
@@ -161,7 +162,7 @@ def _noise_levels(nu, inputs, y, u, P0, options) -> np.ndarray:
     unit = np.square(options["y_scale"])
     level = np.ones(len(unit))
     while True:
-        noise = EquationError(level * unit)
+        noise = EquationError(cast(Any, level * unit))
         est = _with_prior(nu, inputs, noise, P0, {**options, "scale": UnknownScale(0.5, 0.5)})
         state = est.scan(y, u, keep="innovations").state
         known = state["observed"] >= 2 * np.array(est.unknowns)
