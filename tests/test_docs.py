@@ -30,6 +30,12 @@ def test_readme_code_runs(capsys):
     assert "second-order model" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("page", [p for p in PAGES if ">>> " in p.read_text()], ids=lambda p: p.name)
+def test_examples_of_pages(page):
+    failed, tried = doctest.testfile(str(page), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert tried and not failed
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
 def test_links_and_figures_exist(page):
     for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):

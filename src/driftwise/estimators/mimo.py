@@ -136,13 +136,13 @@ class JointMIMO:
         self._D0, self._U0 = prior_factors(self.prior_covariance, self._owner, self.groups)
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         self.scale = (scale or UnknownScale(0.5, 1e-20)) if relative else KnownScale()
-        self._sizes = [sum(self._unknowns(i) for i in group) for group in self.groups]
+        self._sizes = [sum(self.unknowns[i] for i in group) for group in self.groups]
         kernel_noise = noise_many.factor(Q, S, R, form, self.groups)
         # the reference prior of a learnt scale spends one half on each unknown first
         spent = self._sizes if relative and scale is None else [0] * len(self.groups)
         shape = tables(form, self.groups, kernel_noise, float(floor), np.array(spent, float), self.prior_covariance)
         n, N, m = form.n, form.N, form.N - form.n
-        longest = max(self._unknowns(i) for i in range(p))
+        longest = max(self.unknowns)
         memory = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:], longest)
         if type(memory) not in share.table:
             raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
@@ -163,9 +163,10 @@ class JointMIMO:
 
     # --- settings ------------------------------------------------------------------------------------------
 
-    def _unknowns(self, i) -> int:
-        """Return how many unknowns the equation of output i has."""
-        return self.model.nu[i] + self.model.theta_at[i + 1] - self.model.theta_at[i]
+    @cached_property
+    def unknowns(self) -> list[int]:
+        """How many unknowns, states and parameters, the equation of each output has."""
+        return [nu + size for nu, size in zip(self.model.nu, np.diff(self.model.theta_at).tolist())]
 
     @cached_property
     def _owner(self) -> np.ndarray:
@@ -262,6 +263,17 @@ class JointMIMO:
         self.drive(rows, y[None], u[None], outs, self.spec, self.scratch())
         before = np.array(np.asarray(start)["observed"])
         return TraceMIMO(self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), before, time)
+
+    def smooth(self, *args, **options):
+        """Refuse: there is no smoother of several outputs.
+
+        The filter of output i of a split run on complete data is ``Joint(nu_i, inputs, direct)`` with the other outputs
+        as inputs before u (their b are -a_ij; ``P0`` zero where the structure has no such lag): smooth that.
+        """
+        raise InputError(
+            "JointMIMO has no smoother. On a complete record smooth one output after the other: Joint(nu_i, "
+            "inputs=p - 1 + k).smooth(y[:, i], u_i), the columns of u_i being the other outputs, then u"
+        )
 
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from .roots import solve
 from .structure import Structure
 
 
@@ -104,11 +105,11 @@ class ModelMIMO:
 
     @property
     def poles_covariance(self) -> np.ndarray:
-        """Covariance of (real, imaginary) of each pole, (n, 2, 2); infinite for one that is exactly double."""
+        """Covariance of (real, imaginary) of each pole, (n, 2, 2); infinite for a multiple one."""
         J = np.stack([self._poles[1].real, self._poles[1].imag], axis=1)
-        with np.errstate(invalid="ignore", over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             C = J @ self.covariance @ J.swapaxes(1, 2)
-        C[~np.isfinite(C).all(axis=(1, 2))] = np.inf  # a double pole
+        C[~np.isfinite(C).all(axis=(1, 2))] = np.inf
         return C
 
     @property
@@ -122,6 +123,31 @@ class ModelMIMO:
         p, std = self.poles, self.poles_std
         pairs = [(i, j) for i in range(len(p)) for j in range(i + 1, len(p))]
         return [(i, j) for i, j in pairs if not abs(p[i] - p[j]) > 2 * (std[i] + std[j])]
+
+    @property
+    def zeros(self) -> np.ndarray:
+        """Transmission zeros, where G(z) loses rank, largest first; for as many inputs as outputs.
+
+        The roots of det diag(z^nu_i) B(z), of degree n with direct terms, else n - p; inf at infinity. (A plant with
+        more outputs than inputs, or fewer, has none, unless by coincidence.)
+        """
+        form = self.form
+        if form.inputs != form.outputs:
+            raise InputError(
+                f"zeros are of as many inputs as outputs, the model has {form.inputs} and {form.outputs}; "
+                "for one channel use control.tf or scipy on to_scipy()"
+            )
+        # a determinant of polynomials is interpolated on the unit circle, where the FFT is the inverse
+        skip = 0 if form.direct else 1
+        degree = form.n - skip * form.outputs
+        z = np.exp(2j * np.pi * np.arange(degree + 1) / (degree + 1))
+        rows = np.zeros((degree + 1, form.outputs, form.outputs), complex)
+        B = form.polynomials(self.values)[1]
+        for i, nu in enumerate(form.nu):
+            rows[:, i] = z[:, None] ** np.arange(nu - skip, -1, -1) @ B[skip : nu + 1, i]
+        c = np.fft.fft(np.linalg.det(rows)).real / (degree + 1)
+        largest = abs(c).max()
+        return solve(np.where(abs(c) > 1e-13 * largest, c, 0.0)[::-1]) if largest > 0 else np.zeros(0, complex)
 
     @property
     def is_stable(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ class TraceMIMO(Trace):
 
     ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the
     samples before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or
-    correlated noise), so innovations of different outputs are independent. ``x`` and ``parameters`` are given
-    everything up to t.
+    correlated noise), so innovations of different outputs are independent where the noise is as stated. ``x`` and
+    ``parameters`` are given everything up to t.
     """
 
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
@@ -110,28 +111,60 @@ class TraceMIMO(Trace):
     def events(self, limit: int = 10_000):
         """Return what happened besides ordinary samples, in order; the text names the output."""
         found = []
-        for i in range(self.estimator.model.outputs):
-            one = _Status(self.status[:, i], self.time)
+        for i, one in enumerate(self.outputs):
             found += [_named(event, i) for event in Trace.events(one, limit)]  # type: ignore[arg-type]
         return sorted(found, key=lambda e: e.sample)[:limit]
 
-    def _only_one_output(self, *args, **options) -> Any:
-        """Not there for several outputs: use `columns`, `to_frame` and `model`."""
+    # --- results -------------------------------------------------------------------------------------------
+
+    @property
+    def outputs(self) -> list[Output]:
+        """The columns of each output, (T,) each, under the names that the trace of one output has."""
+        names = ("y", "prediction", "innovation", "variance", "dof", "status", "is_used")
+        columns = {name: getattr(self, name).T for name in names}
+        each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
+        return [Output(time=self.time, state=self.state, **one) for one in each]
+
+    def summary(self):
+        """Return the constant-memory `SummaryMIMO` of this trace."""
+        from .mimo_summary import SummaryMIMO
+
+        return SummaryMIMO(self.estimator).add(self)
+
+    def plot(self, **options) -> Any:
+        """Draw each output as measured and predicted, its innovations and its equation's parameters; return the Axes.
+
+        Options: ``labels``, a dict with "outputs" (a name with unit for each) and "time"; ``figure`` to draw into.
+        """
+        from ..edge.figure_mimo import plot
+
+        return plot(self, **options)
+
+    def report(self, path, **options) -> Any:
+        """Refuse: the page is for one output; `summary` and `plot` say the same of several."""
         raise InputError(
-            "summary(), plot() and report() are for one output; use trace.columns(), trace.to_frame() and trace.model()"
+            "report() is for one output. trace.summary().words says in sentences what it would say, trace.summary()"
+            ".as_dict() in numbers, trace.plot()[0, 0].figure.savefig(path) keeps the picture"
         )
 
-    summary = plot = report = _only_one_output
 
+@dataclass(frozen=True)
+class Output:
+    """One output's columns of a trace."""
 
-class _Status:
-    """The status of one output, as `Trace.events` reads it."""
+    time: np.ndarray
+    y: np.ndarray
+    prediction: np.ndarray
+    innovation: np.ndarray
+    variance: np.ndarray
+    dof: np.ndarray
+    status: np.ndarray
+    is_used: np.ndarray
+    state: np.ndarray  # of all outputs, after the last sample
 
-    def __init__(self, status, time):
-        self.status, self.time = status, time
+    def __len__(self):
+        return len(self.y)
 
 
 def _named(event, i):
-    from dataclasses import replace
-
     return replace(event, text=f"output {i + 1}: {event.text}")
