@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -10,19 +11,25 @@ import typer
 
 from . import verdicts as v
 
+PARTS = (
+    "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "evidence", "startup", "lengths"
+)  # fmt: skip
+
 
 def main(
     big: Annotated[
         bool, typer.Option("--big", help="1e8 rows of Parquet instead of 5e6 (takes minutes, 2 GB).")
     ] = False,
     json: Annotated[Path, typer.Option(help="Where the verdicts go.")] = Path("bench.json"),
-    only: Annotated[str, typer.Option(help="records, failures, calls, startup or lengths.")] = "",
+    only: Annotated[str, typer.Option(help=f"One part: {', '.join(PARTS)}.")] = "",
     page: Annotated[Path | None, typer.Option(help="Write the table as a Markdown page too.")] = None,
 ) -> None:
     """Print a table of what was measured beside what was promised, and write it as JSON."""
     from rich.console import Console
     from rich.live import Live
 
+    if only not in ("", *PARTS):
+        raise typer.BadParameter(f"no part is called {only!r}; there are {', '.join(PARTS)}")
     console = Console(width=None if Console().is_terminal else 160)
     found, table = [], v.table()
     with Live(table, console=console, auto_refresh=False) as live:
@@ -39,18 +46,10 @@ def main(
 
 
 def _all(rows: int, only: str) -> Iterator[v.Verdict]:
-    from . import calls, failures, lengths, records, startup
-
-    parts = {
-        "records": records.verdicts,
-        "failures": failures.verdicts,
-        "calls": calls.verdicts,
-        "startup": startup.verdicts,
-        "lengths": lambda: lengths.verdicts(rows),
-    }
-    for name, part in parts.items():
+    for name in PARTS:
         if only in ("", name):
-            yield from part()
+            part = import_module(f".{name}", __package__)
+            yield from part.verdicts(rows) if name == "lengths" else part.verdicts()
 
 
 if __name__ == "__main__":

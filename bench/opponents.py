@@ -1,4 +1,4 @@
-"""The same filter by others: in C, compiled here with -O3, and by filterpy fed with the same matrices."""
+"""The same filter by others: in C compiled here with -O3, by filterpy fed with the same matrices, in dense NumPy."""
 
 from __future__ import annotations
 
@@ -52,9 +52,12 @@ class InC:
 
 
 class FilterPy:
-    """filterpy's KalmanFilter on the joint state, fed with the matrices of every sample (built beforehand)."""
+    """filterpy's KalmanFilter on the joint state, fed with the matrices of every sample (built beforehand).
 
-    def __init__(self, est, y, u):
+    ``Q`` is the covariance of the noise on the state.
+    """
+
+    def __init__(self, est, y, u, Q=0.0):
         n, N = est.model.n, est.model.N
         self.n, self.N, self.y, self.R = n, N, y, np.array([[VARIANCE]])
         shift = np.eye(N)
@@ -70,19 +73,67 @@ class FilterPy:
             self.H[:, 0, N - 1] = u
         self.P = est.prior_covariance
         self.Q = np.zeros((N, N))
+        self.Q[:n, :n] = Q
 
-    def run(self) -> np.ndarray:
-        """Return the predictions."""
+    def _filter(self):
         from filterpy.kalman import KalmanFilter
 
         filter = KalmanFilter(dim_x=self.N, dim_z=1)
         filter.P = self.P.copy()
+        return filter
+
+    def run(self) -> np.ndarray:
+        """Return the predictions."""
+        filter = self._filter()
         predictions = np.empty(len(self.y))
         for t, y in enumerate(self.y):
             predictions[t] = (self.H[t] @ filter.x)[0, 0]
             filter.update(y, R=self.R, H=self.H[t])
             filter.predict(F=self.F[t], Q=self.Q)
         return predictions
+
+    def smooth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (T, N) and standard deviations given the whole record (Rauch, Tung, Striebel)."""
+        filter, T = self._filter(), len(self.y)
+        means, covariances = np.empty((T, self.N, 1)), np.empty((T, self.N, self.N))
+        for t, y in enumerate(self.y):
+            filter.update(y, R=self.R, H=self.H[t])
+            means[t], covariances[t] = filter.x, filter.P
+            filter.predict(F=self.F[t], Q=self.Q)
+        before = np.concatenate([self.F[:1], self.F[:-1]])  # rts_smoother counts F by where it leads to
+        means, covariances, _, _ = filter.rts_smoother(means, covariances, before, [self.Q] * T)
+        return means[:, :, 0], np.sqrt(np.einsum("tii->ti", covariances))
+
+
+class DenseMIMO:
+    """A Kalman filter on all unknowns of several outputs in NumPy, fed with the matrices of every sample."""
+
+    def __init__(self, est, y, u, R):
+        form = est.model
+        n, N, p = form.n, form.N, form.outputs
+        shift = np.zeros((N, N))
+        for first, last in zip(form.x_at, form.x_at[1:]):
+            shift[first:last, first:last] = np.eye(last - first, k=1)
+        shift[n:, n:] = np.eye(N - n)
+        self.F, self.H = np.repeat(shift[None], len(y), axis=0), np.zeros((len(y), p, N))
+        self.H[:, range(p), form.x_at[:-1]] = 1.0
+        data = np.column_stack([-y, u])
+        for m, (source, target, lag) in enumerate(zip(form.sources, form.targets, form.lags)):
+            if lag > 0:
+                self.F[:, form.x_at[target] + lag - 1, n + m] = data[:, source]
+            else:
+                self.H[:, target, n + m] = data[:, source]
+        self.y, self.R, self.P = y, R, est.prior_covariance
+
+    def run(self) -> np.ndarray:
+        """Return the last mean, having predicted."""
+        s, P = np.zeros(len(self.P)), self.P
+        for y, F, H in zip(self.y, self.F, self.H):
+            b = P @ H.T
+            K = np.linalg.solve(H @ b + self.R, b.T).T
+            s = F @ (s + K @ (y - H @ s))
+            P = F @ (P - K @ b.T) @ F.T
+        return s
 
 
 def _pointer(array: np.ndarray):

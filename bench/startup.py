@@ -22,6 +22,12 @@ est = dw.Joint(2)
 state, step = est.update(est.start(), y[0])
 trace = est.scan(y)
 """
+OTHERS = {
+    "first smooth": "est.smooth(y)",
+    "first estimate of two outputs": "dw.JointMIMO((1, 1)).scan(np.column_stack([y, y + np.cos(np.arange(100.0))]))",
+    "first estimate in continuous time": "dw.ContinuousJoint(2).scan(y)",
+}  # each after FIRST in the same cache
+START = "import numpy as np, driftwise as dw; y, est = np.sin(np.arange(100.0)), dw.Joint(2); "
 
 
 def verdicts() -> Iterator[Verdict]:
@@ -38,6 +44,11 @@ def verdicts() -> Iterator[Verdict]:
         cold = _wall(first, 1, cache, warm=False)
         yield at_most("first estimate ever, empty cache", cold, 10, "s", SOURCE)
         yield at_most("first estimate, warm cache", _wall(first, 5, cache), 0.6, "s", SOURCE)
+        for name, code in OTHERS.items():
+            command = [*python, "-c", START + code]
+            cold = _wall(command, 1, cache, warm=False)
+            yield at_most(f"{name} ever", cold, 10, "s", SOURCE, "only Joint's own loop was compiled before")
+            yield at_most(f"{name}, warm cache", _wall(command, 5, cache), 0.6, "s", SOURCE)
 
 
 def _wall(command: list[str], times: int = 5, cache: str | None = None, warm: bool = True) -> float:

@@ -66,8 +66,9 @@ Written by `make bench`; every number is measured in one run, opponents alternat
 rounds. What was missed is printed as plainly as what was met. `python -m bench --big` takes 1e8 rows of Parquet.
 
 The opponent in C (`bench/joint.c`) is the same U D recursion with run-time sizes, compiled with -O3 and checked to give
-the same numbers to 1e-9. filterpy is fed the matrices of every sample, built beforehand. Wall times (start-up, threads)
-want an idle machine.
+the same numbers to 1e-9. filterpy is fed the matrices of every sample, built beforehand (smoothing: with noise on every
+state, since its smoother inverts P), and so is the dense filter in NumPy. Wall times (start-up, threads) want an idle
+machine.
 
 This run: {met} met, {missed} missed.
 

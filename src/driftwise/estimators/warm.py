@@ -1,4 +1,12 @@
-"""Compile ahead, so that the first estimate of a process starts at once."""
+"""Compile ahead, so that the first estimate of a process starts at once.
+
+* `Joint`: every noise whose coefficients are known, constant parameters or `Walk`, with and without a gate, the scale
+  known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
+* `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
+* `JointMIMO` (split) and `ContinuousJoint`: the defaults
+
+Whatever else one combines compiles when it is first used.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +17,15 @@ from typing import Any
 
 from ..detect.gate import Gate
 from ..kernel import compose
-from ..memory.drift import Never, Walk
-from ..models.noise import EquationError, NoisePolynomial, OutputError
+from ..memory.drift import Never, UntilJump, Walk
+from ..models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
+from .continuous import ContinuousJoint
 from .joint import Joint
+from .mimo import JointMIMO
 
 
 def combinations() -> list[dict[str, Any]]:
-    """Return the settings that select different code: noise, memory, gate, and known or learnt scale."""
+    """Return the settings of `Joint` that select different code: noise, memory, gate, and known or learnt scale."""
     kinds: tuple[Any, ...] = (OutputError, EquationError, lambda v: NoisePolynomial((0.0,), v))
     return [
         dict(noise=noise(variance), memory=memory, gate=gate)
@@ -40,7 +50,13 @@ def prune() -> None:
 def warm() -> Iterator[str]:
     """Compile one combination after the other and yield its name."""
     prune()
-    for settings in combinations():
+    for settings in [*combinations(), dict(memory=UntilJump()), dict(noise=UnknownPolynomial())]:
         est = Joint(1, **settings)
         est.update(est.start(), 0.0)
         yield repr(est)
+    for est in (Joint(1), Joint(1, memory=Walk(1e-6)), Joint(1, memory=UntilJump())):
+        est.smooth([0.0])
+        yield f"{est!r}.smooth"
+    for other in (JointMIMO((1, 1)), ContinuousJoint(1)):
+        other.drive  # noqa: B018  (compiles)
+        yield repr(other)
