@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,13 +19,14 @@ from ..models.continuous import observer as filters
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from .continuous_step import HEAD, Continuous, scratch_size
-from .joint import WIDTH, Joint, Step
+from .joint import WIDTH, Step
 from .policies import resolve_gate, resolve_memory
+from .reading import Reading
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 
 
-class ContinuousJoint:
+class ContinuousJoint(Reading):
     """Posterior of A(p) y = B(p) u, p = d/dt, from samples at regular or irregular instants, sample by sample.
 
     A(p) = p^n + a1 p^(n-1) + .. + an, B(p) = b1 p^(n-1) + .. + bn. Both sides pass the filter 1/(p + c)^n, whose
@@ -197,11 +197,6 @@ class ContinuousJoint:
 
     # --- running -------------------------------------------------------------------------------------------
 
-    drive = cached_property(lambda self: compose.driver(*map(type, self.policies)))
-    names: Any = Joint.names
-    scratch: Any = Joint.scratch
-    _rows: Any = Joint._rows
-
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
         state = np.zeros(() if series is None else door.count("series", series), self.dtype)
@@ -295,14 +290,6 @@ class ContinuousJoint:
         """Return E s in Salut's order [x_1..x_n ; a_0.., b_0..], x being x(t0)."""
         s = np.concatenate([state["x0"], state["theta"]], axis=-1)
         return s[..., self.model.kernel]
-
-    covariance: Any = Joint.covariance
-    _covariance: Any = Joint._covariance
-    _theta_covariance: Any = Joint._theta_covariance
-    sigma2: Any = Joint.sigma2
-    scale_posterior: Any = Joint.scale_posterior
-    loglik: Any = Joint.loglik
-    excitation: Any = Joint.excitation
 
     def model_at(self, values, covariance) -> ContinuousModel:
         """Return the model of given parameters and covariance."""

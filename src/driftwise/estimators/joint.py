@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,11 +15,12 @@ from ..memory.drift import Never
 from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
 from ..models.convert import Model
-from ..models.scale import KnownScale, UnknownScale, sigma2
+from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
 from .joint_row import HEAD, INPUT, Form, scratch_size
 from .policies import resolve_gate, resolve_memory
+from .reading import Reading
 
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
 # not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
@@ -36,7 +36,7 @@ class Step(NamedTuple):
     status: Any
 
 
-class Joint:
+class Joint(Reading):
     """Posterior of state and parameters of A(q) y = B(q) u + C(q) v, sample by sample.
 
     The model is Salut's canonical form (1979, eqs. 2, 17-20), here with the measured state first:
@@ -225,20 +225,6 @@ class Joint:
 
     # --- running -------------------------------------------------------------------------------------------
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
-        return self.model.names
-
-    @cached_property
-    def drive(self):
-        """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
-        return compose.driver(*map(type, self.policies))
-
-    def scratch(self) -> np.ndarray:
-        """Return memory for one run of `drive`; its contents do not matter, but no two threads may share it."""
-        return np.empty(self.scratch_size)
-
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
         state = np.zeros(() if series is None else door.count("series", series), self.dtype)
@@ -246,19 +232,6 @@ class Joint:
         state["x"], state["theta"] = self._s0[:n], self._s0[n:]
         state["D"], state["U"] = self._D0, self._U0
         return state
-
-    def _rows(self, state, is_one=True):
-        """Return a copy of the states as rows of numbers."""
-        state = np.asarray(state)
-        if state.dtype != self.dtype:
-            raise InputError("the state belongs to another estimator: start one with est.start()")
-        if is_one and state.shape != ():
-            raise InputError(f"one state is expected, got {state.shape}: advance a fleet with tick")
-        if not state.flags.c_contiguous:
-            state = np.ascontiguousarray(state)
-        return np.ndarray(
-            (state.size, self.dtype.itemsize // 8), np.float64, state
-        ).copy()  # faster than field by field
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed; NaN means missing.
@@ -372,73 +345,9 @@ class Joint:
         s = np.concatenate([state["x"], state["theta"]], axis=-1)
         return s[..., self.model.kernel]
 
-    def covariance(self, state) -> np.ndarray:
-        """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""
-        return self._covariance(state)[..., self.model.kernel, :][..., self.model.kernel]
-
-    def _covariance(self, state) -> np.ndarray:
-        """Return the covariance in the kernel's order, with what an unknown polynomial is yet to get."""
-        P = ud.unpack(state["U"], state["D"])
-        if self.model.coloured:
-            n, first = self.model.n, self.model.n * (self.model.blocks - 1)
-            for index in np.ndindex(P.shape[:-2]):
-                free = noises.held_back(self.policies[1], float(state["observed"][index]), self.sigma2(state[index]))
-                P[index][range(first, first + n), range(first, first + n)] += free
-        return P
-
-    def _theta_covariance(self, state) -> np.ndarray:
-        """Return the covariance of theta in its own order, relative to sigma^2 where that is unknown."""
-        n = self.model.n
-        return self._covariance(state)[n:, n:]
-
     def model_of(self, state) -> Model:
         """Return the model a state amounts to, with the covariance of its parameters."""
         return Model(self.model, np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state), self.dt)
-
-    def scale_posterior(self, state) -> tuple[float, float]:
-        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
-        if isinstance(self.scale, KnownScale):
-            return math.inf, math.inf
-        return self.scale.alpha + float(state["observed"]) / 2, self.scale.beta + float(state["chi2"]) / 2
-
-    def sigma2(self, state) -> float:
-        """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
-        return sigma2(self.scale, float(state["observed"]), float(state["chi2"]))
-
-    def loglik(self, state) -> float:
-        """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
-
-        Under the reference prior of an unknown scale it is known up to a constant only, which depends on N:
-        compare orders with a proper `UnknownScale(alpha, beta)`.
-        """
-        count, chi2, logdet = (float(state[k]) for k in ("observed", "chi2", "logdet"))
-        base = -0.5 * (count * math.log(2 * math.pi) + logdet)
-        if isinstance(self.scale, KnownScale):
-            return base - 0.5 * chi2
-        (alpha, beta), prior = self.scale_posterior(state), self.scale
-        if alpha <= 0:
-            return math.nan
-        constant = math.lgamma(prior.alpha) - prior.alpha * math.log(prior.beta) if prior.alpha > 0 else 0.0
-        return base + math.lgamma(alpha) - alpha * math.log(beta) - constant
-
-    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
-        """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first.
-
-        A ratio near one says that the data have taught nothing about that combination of parameters (above 0.5
-        counts as unlearnt; S. Salut's identifiability, live). Directions are unit vectors in prior deviations.
-        """
-        n = self.model.n
-        P = self._theta_covariance(state)
-        prior = np.diag(self.prior_covariance)[n:].copy()
-        if self.model.coloured and self.policies[1].settle > 0:
-            at = n * (self.model.blocks - 2)
-            prior[at : at + n] = noises.held_back(self.policies[1], 0.0, self.sigma2(state))
-        root = np.sqrt(prior)
-        live = root > 0
-        ratio, vectors = np.linalg.eigh((P / np.where(live, root, 1) / np.where(live, root, 1)[:, None])[live][:, live])
-        full = np.zeros((len(ratio), len(root)))
-        full[:, live] = vectors.T
-        return [(max(float(r), 0.0), v) for r, v in zip(ratio[::-1], full[::-1])]
 
 
 def _pad(noise, rows):

@@ -20,14 +20,15 @@ from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale, UnknownScale, sigma2
 from ..models.structure import Structure, indices
 from . import door, mimo_door
-from .joint import WIDTH, Joint, Step
+from .joint import WIDTH, Step
 from .mimo_row import INPUT, OUTPUT, scratch_size
 from .mimo_step import share
 from .mimo_tables import prior_factors, tables
 from .policies import resolve_gate, resolve_memory
+from .reading import Rows, directions
 
 
-class JointMIMO:
+class JointMIMO(Rows):
     """Posterior of state and parameters of a system with several outputs, sample by sample.
 
     The canonical form of structure indices nu_1..nu_p (each output has a state of its own, and equations that
@@ -204,19 +205,6 @@ class JointMIMO:
 
     # --- running -------------------------------------------------------------------------------------------
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
-        return self.model.names
-
-    @cached_property
-    def drive(self):
-        """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
-        return compose.driver(*map(type, self.policies))
-
-    scratch: Any = Joint.scratch
-    _rows: Any = Joint._rows
-
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
         state = np.zeros(() if series is None else door.count("series", series), self.dtype)
@@ -371,13 +359,7 @@ class JointMIMO:
         counts as unlearnt). Directions are unit vectors in prior deviations.
         """
         n = self.model.n
-        P = self._kernel_covariance(state)[n:, n:]
-        root = np.sqrt(np.diag(self.prior_covariance)[n:])
-        live = root > 0
-        ratio, vectors = np.linalg.eigh((P / np.where(live, root, 1) / np.where(live, root, 1)[:, None])[live][:, live])
-        full = np.zeros((len(ratio), len(root)))
-        full[:, live] = vectors.T
-        return [(max(float(r), 0.0), v) for r, v in zip(ratio[::-1], full[::-1])]
+        return directions(self._kernel_covariance(state)[n:, n:], np.diag(self.prior_covariance)[n:])
 
 
 def _sizes(name, value, size) -> np.ndarray:
