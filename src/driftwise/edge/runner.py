@@ -69,7 +69,7 @@ def execute(plan: Plan) -> None:
         write_json(plan, record, run, said)
     from driftwise.edge.terminal import console, show
 
-    facts = [f"{run.summary.samples} samples", *described(plan, run.estimator.dt), f"{taken:.2f} s"]
+    facts = [f"{run.summary.samples} samples", *described(plan, run.estimator.dt), f"took {taken:.2f} s"]
     written = [
         f"{what} in {path}"
         for what, path in (("trace", plan.save), ("report", plan.report), ("results", plan.json))

@@ -48,7 +48,7 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     out.print()
     out.print(Text(summary.words))
     if run.keeper.jumps:
-        out.print(Text("jumps at: ", style="yellow") + Text(_times(run.keeper.jumps)))
+        out.print(Text("jumps noticed at: ", style="yellow") + Text(_times(run.keeper.jumps)))
     for note in notes:
         out.print(Text("note: ", style="yellow") + Text(note))
     out.print()

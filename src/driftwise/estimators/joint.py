@@ -288,7 +288,8 @@ class Joint(Reading):
         Notes
         -----
         Bad at: a fixed lag, whose cost grows with it; and priors 1e14 times wider than what the record teaches, where a
-        variance is no better than round-off of the prior's (its standard deviation is then too large, not too small).
+        variance is no better than round-off of the prior's (its standard deviation is then too large, not too small);
+        and the samples between a jump and its alarm (`UntilJump`), which count as the old parameters.
 
         Examples
         --------

@@ -52,9 +52,10 @@ def space(N: int) -> np.ndarray:
 
 @kernel
 def open_space(space, N):
-    """Return mu, D, g, alpha, C, X, Z and packed U as views."""
+    """Return mu, D, g, weight, shrink, C, X, Z and packed U as views."""
     U = space[3 * N + 5 :].reshape(N * N)[: N * (N - 1) // 2]
-    return space[0], space[1], space[2], space[3], space[5 : N + 5], space[N + 5 : 2 * N + 5], space[2 * N + 5 :], U
+    C, X, Z = space[5 : N + 5], space[N + 5 : 2 * N + 5], space[2 * N + 5 : 3 * N + 5]
+    return space[0], space[1], space[2], space[3], space[4], C, X, Z, U
 
 
 @remember.on(Form)
@@ -71,11 +72,11 @@ def _(form, scale, state, work, note):
 
 
 @kernel
-def advance_factor(U, f, y, held, kappa, work, X):
-    """X = (F - kappa H) U, in the very order of operations of the filter."""
-    n, N = work.n, X.shape[0]
-    for j in range(N):
-        for i in range(N):
+def advance_factor(U, f, y, held, kappa, work, columns, X):
+    """X = (F - kappa H) U, its first columns, in the very order of operations of the filter."""
+    n = work.n
+    for j in range(columns):
+        for i in range(n, X.shape[0] if columns > n else n):
             X[i, j] = entry(U, i, j) if i <= j else 0.0
         for i in range(n):
             x = entry(U, i + 1, j) if i + 1 < n and i + 1 <= j else 0.0
@@ -86,6 +87,45 @@ def advance_factor(U, f, y, held, kappa, work, X):
             X[i, j] = x
         for i in range(work.rows):
             X[i, j] -= kappa[i] * f[j]
+
+
+@kernel
+def before_shift(mu, C, U, D, D_before, n, X, Z):
+    """The same where only x moved: X is n by n, and the parameters' coordinates are what they were."""
+    N = mu.size
+    for i in range(n - 1, -1, -1):
+        for j in range(n):
+            x = X[i, j]
+            for k in range(i + 1, n):
+                x -= U[k * (k - 1) // 2 + i] * X[k, j]
+            X[i, j] = x
+    for i in range(n):
+        for j in range(n):
+            X[i, j] = X[i, j] * math.sqrt(D_before[j] / D[i]) if D[i] > 0.0 else 0.0
+    for j in range(n):
+        Z[0, j] = 0.0
+        for k in range(n):
+            Z[0, j] += X[k, j] * mu[k]
+    for j in range(n):
+        mu[j] = Z[0, j]
+    for r in range(n, N):  # C_xr <- X' C_xr
+        for j in range(n):
+            Z[0, j] = 0.0
+            for k in range(n):
+                Z[0, j] += X[k, j] * C[k, r]
+        for j in range(n):
+            C[j, r] = C[r, j] = Z[0, j]
+    for i in range(n):  # C_xx <- I - X' (I - C_xx) X
+        for j in range(n):
+            Z[i, j] = 0.0
+            for k in range(n):
+                Z[i, j] += ((1.0 if i == k else 0.0) - C[i, k]) * X[k, j]
+    for i in range(n):
+        for j in range(i, n):
+            c = 1.0 if i == j else 0.0
+            for k in range(n):
+                c -= X[k, i] * Z[k, j]
+            C[i, j] = C[j, i] = c
 
 
 @kernel
@@ -130,7 +170,7 @@ def before_prediction(mu, C, X, Z, g):
 def _(form, row, after, note, work, space):
     state, later, n = open_row(form, row), open_row(form, after), work.n
     N = state.D.size
-    mu, D, g, alpha, C, X, Z, U = open_space(space, N)
+    mu, D, g, weight, shrink, C, X, Z, U = open_space(space, N)
     at = HEAD + work.memo.size
     memo, kappa, held = note[HEAD:at], note[at : at + work.rows], note[at + work.rows :]
     T, e = memo[USED_T], memo[USED_E]
@@ -152,9 +192,16 @@ def _(form, row, after, note, work, space):
         correct(U, D, work.f, memo[USED_R], work.b)
         project(U, N, held, work.direct, work.f)
 
-    advance_factor(U, work.f, memo[USED_Y], held, kappa, work, X)
-    in_coordinates(later.U, later.D, D, X)
-    before_prediction(mu, C, X, Z, alpha)
+    is_shift = work.rows == n  # and no memory widened the parameters since
+    for i in range(n, N):
+        is_shift = is_shift and later.D[i] == D[i]
+    if is_shift:
+        advance_factor(U, work.f, memo[USED_Y], held, kappa, work, n, X)
+        before_shift(mu, C, later.U, later.D, D, n, X, Z)
+    else:
+        advance_factor(U, work.f, memo[USED_Y], held, kappa, work, N, X)
+        in_coordinates(later.U, later.D, D, X)
+        before_prediction(mu, C, X, Z, weight)
     if is_lost:  # x was restarted here: what comes later says nothing about the x before
         for i in range(n):
             mu[i] = 0.0
@@ -165,44 +212,41 @@ def _(form, row, after, note, work, space):
         for i in range(memo.size - MEMO):  # d was drawn back by P w: mu += S' w
             for j in range(first + i, N):
                 mu[j] += math.sqrt(D[j]) * entry(U, first + i, j) * memo[MEMO + i]
-        before_correction(mu, C, g, alpha, memo[USED_R], e / T, X)
+        before_correction(mu, C, g, weight, shrink, memo[USED_R], e / T)
 
 
 @kernel
-def before_correction(mu, C, g, alpha, R, step, G):
-    """mu <- g e/T + G mu, C <- G C G'; ``step`` is e/T."""
-    N = g.size
-    a = R
+def turn(g, weight, shrink, v):
+    """v <- G v for the upper triangle G_jj = shrink_j, G_ij = -g_i weight_j (i < j): O(N)."""
+    later = 0.0
+    for i in range(g.size - 1, -1, -1):
+        x = v[i]
+        v[i] = shrink[i] * x - g[i] * later
+        later += weight[i] * x
+
+
+@kernel
+def before_correction(mu, C, g, weight, shrink, R, step):
+    """mu <- g e/T + G mu, C <- G C G'; ``step`` is e/T.
+
+    With alpha_j = R + g_1^2 + .. + g_j^2: G_jj = sqrt(alpha_{j-1} / alpha_j) and, for i < j, G_ij = -g_i g_j /
+    sqrt(alpha_{j-1} alpha_j); G G' = I - g g'/T.
+    """
+    N, a = g.size, R
     for j in range(N):
         before = a
         a = before + g[j] * g[j]
-        for i in range(N):
-            G[i, j] = 0.0
-        if before > 0.0:
-            root = math.sqrt(before) * math.sqrt(a)
-            for i in range(j):
-                G[i, j] = -g[i] * g[j] / root
-            G[j, j] = math.sqrt(before / a)
-        elif a <= 0.0:
-            G[j, j] = 1.0
+        weight[j] = g[j] / (math.sqrt(before) * math.sqrt(a)) if before > 0.0 else 0.0
+        shrink[j] = math.sqrt(before / a) if a > 0.0 else 1.0
+    turn(g, weight, shrink, mu)
     for i in range(N):
-        alpha[i] = g[i] * step
-        for k in range(i, N):
-            alpha[i] += G[i, k] * mu[k]
+        mu[i] += g[i] * step
+        turn(g, weight, shrink, C[i])
+    for i in range(N):  # C is symmetric: its rows turned, then its columns
+        for k in range(i):
+            C[i, k], C[k, i] = C[k, i], C[i, k]
     for i in range(N):
-        mu[i] = alpha[i]
-    for j in range(N):  # rows of C, then columns; G is upper triangular, so what is read is not yet written
-        for i in range(N):
-            c = 0.0
-            for k in range(i, N):
-                c += G[i, k] * C[k, j]
-            C[i, j] = c
-    for i in range(N):
-        for j in range(N):
-            c = 0.0
-            for k in range(j, N):
-                c += C[i, k] * G[j, k]
-            C[i, j] = c
+        turn(g, weight, shrink, C[i])
 
 
 @look_back.on(Form)
@@ -210,7 +254,7 @@ def _(form, row, s2, space, out):
     state = open_row(form, row)
     s, U, D = state.s, state.U, state.D
     N = D.size
-    mu, _, _, _, C, X, Z, _ = open_space(space, N)
+    mu, _, _, _, _, C, X, Z, _ = open_space(space, N)
     for i in range(N):
         out[i] = s[i]
         for j in range(i, N):

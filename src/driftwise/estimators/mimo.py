@@ -57,8 +57,8 @@ class JointMIMO(Rows):
         ``EquationError(variance)`` with one variance or one per output; ``NoisePolynomial((d^1, .., d^p), variance)``;
         ``NoiseCovariance(Q (n, n), S (n, p), R (p, p))`` of the stacked system in Salut's order, n = sum nu_i. Without
         a variance, the scale is learnt (Student-t bands).
-    memory : Never or Walk
-        Constant parameters, or a capped random walk.
+    memory : Never, Walk or UntilJump
+        Constant parameters, a capped random walk, or constant between jumps (split: of each output on its own).
     gate : Gate, optional
         Treat outliers of each output as missing.
     scale : UnknownScale, optional

@@ -22,6 +22,8 @@ def resolve_memory(memory, units, cap, unknowns: int) -> Any:
         return Walk(q * units, np.array(cap))
     if isinstance(memory, UntilJump):
         detector, step = memory.detector, door.each("step", memory.step, len(units))
+        if np.any(step < 0) or not np.any(step > 0):
+            raise InputError(f"step is the size of jump to expect: positive, or zero for some; got {memory.step!r}")
         if not isinstance(detector, CUSUM) or not (detector.ratio > 1 and detector.threshold > 0):
             raise InputError(f"detector must be CUSUM(ratio > 1, threshold > 0), got {detector!r}")
         settle = float(6 * unknowns if memory.settle is None else door.count("settle", memory.settle))

@@ -30,8 +30,9 @@ class UntilJump(NamedTuple):
 
     ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
     The detector counts after ``settle`` measured samples (None: six times the number of unknowns). No parameter
-    becomes wider than its prior. Bad at slow drift, which never alarms (use `Walk`), and at noise whose variance
-    grows: it looks like a jump.
+    becomes wider than its prior. Bad at slow drift, which never alarms (use `Walk`), at noise whose variance grows (it
+    looks like a jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so
+    bars are too short there, smoothed ones (`Joint.smooth`) also before.
     """
 
     detector: CUSUM = CUSUM()

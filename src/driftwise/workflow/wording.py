@@ -40,6 +40,18 @@ def gain_words(model) -> list[str]:
     return found
 
 
+def believed(s, model) -> str:
+    """Say how far the error bars can be believed when those of the predictions hold."""
+    if getattr(model, "is_continuous", False):
+        return (
+            "The bands of the predictions hold, but the bars of the parameters leave out the bias of straight lines "
+            "between the samples and of noise on y: compare with half and twice the observer rate"
+        )
+    if math.isfinite(s.whiteness.p_value) and not s.whiteness.is_white:
+        return "The bands of the predictions hold, but the bars of the parameters assume white innovations"
+    return "The error bars can be believed"
+
+
 def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
@@ -59,7 +71,7 @@ def paragraph(s) -> str:
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
         if 0.8 <= s.nis <= 1.25:
-            text += f" The error bars can be believed (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
+            text += f" {believed(s, model)} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
         else:
             more = "too narrow" if s.nis > 1.25 else "too wide"
             text += f" The error bars are {more} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
