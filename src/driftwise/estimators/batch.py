@@ -1,4 +1,4 @@
-"""The joint filter's posterior after a whole record by one least squares (theory S7.9)."""
+"""The joint filter's posterior after a whole record by one least squares."""
 
 from __future__ import annotations
 

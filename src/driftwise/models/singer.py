@@ -146,7 +146,7 @@ class Singer:
 
         Notes
         -----
-        C is the spectral factor of ``r A(z) A(1/z)`` plus the spectrum of the manoeuvre (theory S2), solved in
+        C is the spectral factor of ``r A(z) A(1/z)`` plus the spectrum of the manoeuvre, solved in
         s = 4 sin^2(w/2), where neither a small alpha dt nor a small q cancels digits. d depends on alpha, dt and q/r: a
         filter that treats d as known and a as unknown is an approximation.
         """
