@@ -10,27 +10,10 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.edge import cli, keep, runner
+from driftwise.edge import keep, runner
 from driftwise.kernel.status import Status
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
-
-
-@pytest.fixture
-def call(monkeypatch, capsys):
-    """Run the command line in this process and return (exit code, standard output, standard error)."""
-
-    def run(*args):
-        monkeypatch.setattr(sys, "argv", ["driftwise", *map(str, args)])
-        try:
-            cli.main()
-            code = 0
-        except SystemExit as done:
-            code = done.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 @pytest.fixture

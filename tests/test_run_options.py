@@ -10,29 +10,12 @@ import pyarrow.parquet
 import pytest
 
 import driftwise as dw
-from driftwise.edge import cli, held
+from driftwise.edge import held
 from driftwise.edge.options import orders
 from driftwise.errors import InputError
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
 JUMP = 700
-
-
-@pytest.fixture
-def call(monkeypatch, capsys):
-    """Run the command line in this process and return (exit code, standard output, standard error)."""
-
-    def run(*args):
-        monkeypatch.setattr(sys, "argv", ["driftwise", *map(str, args)])
-        try:
-            cli.main()
-            code = 0
-        except SystemExit as done:
-            code = done.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def jumping(samples=1400, noise=0.2, seed=4):

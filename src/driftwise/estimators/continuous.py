@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from typing import Any
 
@@ -90,6 +89,8 @@ class ContinuousJoint(Reading):
     ['a1 0.29', 'a2 1.00', 'b1 -0.01', 'b2 1.99']
     """
 
+    _x = "x0"
+
     def __init__(
         self,
         order: int,
@@ -151,11 +152,6 @@ class ContinuousJoint(Reading):
             + [("y", "f8", (n,)), ("x", "f8", (n,)), ("u", "f8", (inputs, n)), ("held", "f8", (inputs,))]
         )
 
-    def __repr__(self):
-        defaults = inspect.signature(ContinuousJoint).parameters
-        changed = {k: v for k, v in self.options.items() if k == "order" or repr(v) != repr(defaults[k].default)}
-        return f"ContinuousJoint({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
-
     # --- prior ---------------------------------------------------------------------------------------------
 
     def _set_prior(self, s0, P0):
@@ -198,14 +194,6 @@ class ContinuousJoint(Reading):
         return ContinuousJoint(**options)
 
     # --- running -------------------------------------------------------------------------------------------
-
-    def start(self, series: int | None = None) -> np.ndarray:
-        """Return a fresh state, or ``series`` of them."""
-        state = np.zeros(() if series is None else door.count("series", series), self.dtype)
-        n = self.model.n
-        state["x0"], state["theta"] = self._s0[:n], self._s0[n:]
-        state["D"], state["U"] = self._D0, self._U0
-        return state
 
     def update(self, state, y, u=None, *, time: float | None = None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed; NaN means missing.

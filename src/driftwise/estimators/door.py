@@ -90,10 +90,15 @@ def record(y, u, inputs: int):
             f"y must be one-dimensional, (T,), got shape {y.shape}: the model has one output. "
             "Did you pass inputs and outputs together, or a column as (T, 1)? Use y[:, 0]."
         )
+    return y, simultaneous(u, len(y), inputs)
+
+
+def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
+    """Return u (T, k), contiguous float64, of a record of so many samples."""
     if u is None:
         if inputs:
             raise InputError(f"the model has {inputs} input(s) but u was not given")
-        return y, np.zeros((len(y), 0))
+        return np.zeros((samples, 0))
     if not inputs:
         raise InputError("u was given but the model has no input; did you forget inputs=1?")
     u = _numbers("u", u)
@@ -101,9 +106,9 @@ def record(y, u, inputs: int):
         u = u[:, None]
     if u.ndim != 2 or u.shape[1] != inputs:
         raise InputError(f"u must have shape (T, {inputs}), got {u.shape}; time comes first. Is it transposed?")
-    if len(u) != len(y):
-        raise InputError(f"y has {len(y)} samples but u has {len(u)}; they must be simultaneous")
-    return y, np.ascontiguousarray(u)
+    if len(u) != samples:
+        raise InputError(f"y has {samples} samples but u has {len(u)}; they must be simultaneous")
+    return np.ascontiguousarray(u)
 
 
 def _one(value, size: int) -> np.ndarray:

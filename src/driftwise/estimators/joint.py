@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from typing import Any, NamedTuple
 
@@ -174,11 +173,6 @@ class Joint(Reading):
         )
         assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + INPUT * (inputs + model.coloured))
 
-    def __repr__(self):
-        defaults = inspect.signature(Joint).parameters
-        changed = {k: v for k, v in self.options.items() if k == "order" or repr(v) != repr(defaults[k].default)}
-        return f"Joint({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
-
     # --- prior ---------------------------------------------------------------------------------------------
 
     def _set_prior(self, s0, P0, noise, kernel_noise, is_relative):
@@ -224,14 +218,6 @@ class Joint(Reading):
         return Joint(**{**self.options, **scales})
 
     # --- running -------------------------------------------------------------------------------------------
-
-    def start(self, series: int | None = None) -> np.ndarray:
-        """Return a fresh state, or ``series`` of them."""
-        state = np.zeros(() if series is None else door.count("series", series), self.dtype)
-        n = self.model.n
-        state["x"], state["theta"] = self._s0[:n], self._s0[n:]
-        state["D"], state["U"] = self._D0, self._U0
-        return state
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed; NaN means missing.

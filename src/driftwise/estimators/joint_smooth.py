@@ -90,79 +90,45 @@ def advance_factor(U, f, y, held, kappa, work, columns, X):
 
 
 @kernel
-def before_shift(mu, C, U, D, D_before, n, X, Z):
-    """The same where only x moved: X is n by n, and the parameters' coordinates are what they were."""
-    N = mu.size
-    for i in range(n - 1, -1, -1):
-        for j in range(n):
+def in_coordinates(U, D, D_before, m, X):
+    """X <- S^-1 X sqrt(D_before), S = U sqrt(D): its first m rows and columns."""
+    for i in range(m - 1, -1, -1):
+        for j in range(m):
             x = X[i, j]
-            for k in range(i + 1, n):
+            for k in range(i + 1, m):
                 x -= U[k * (k - 1) // 2 + i] * X[k, j]
             X[i, j] = x
-    for i in range(n):
-        for j in range(n):
-            X[i, j] = X[i, j] * math.sqrt(D_before[j] / D[i]) if D[i] > 0.0 else 0.0
-    for j in range(n):
-        Z[0, j] = 0.0
-        for k in range(n):
-            Z[0, j] += X[k, j] * mu[k]
-    for j in range(n):
-        mu[j] = Z[0, j]
-    for r in range(n, N):  # C_xr <- X' C_xr
-        for j in range(n):
-            Z[0, j] = 0.0
-            for k in range(n):
-                Z[0, j] += X[k, j] * C[k, r]
-        for j in range(n):
-            C[j, r] = C[r, j] = Z[0, j]
-    for i in range(n):  # C_xx <- I - X' (I - C_xx) X
-        for j in range(n):
-            Z[i, j] = 0.0
-            for k in range(n):
-                Z[i, j] += ((1.0 if i == k else 0.0) - C[i, k]) * X[k, j]
-    for i in range(n):
-        for j in range(i, n):
-            c = 1.0 if i == j else 0.0
-            for k in range(n):
-                c -= X[k, i] * Z[k, j]
-            C[i, j] = C[j, i] = c
-
-
-@kernel
-def in_coordinates(U, D, D_before, X):
-    """X <- S^-1 X sqrt(D_before), S = U sqrt(D)."""
-    N = D.size
-    for i in range(N - 1, -1, -1):
-        for j in range(N):
-            x = X[i, j]
-            for k in range(i + 1, N):
-                x -= U[k * (k - 1) // 2 + i] * X[k, j]
-            X[i, j] = x
-    for i in range(N):
-        for j in range(N):
+    for i in range(m):
+        for j in range(m):
             X[i, j] = X[i, j] * math.sqrt(D_before[j] / D[i]) if D[i] > 0.0 else 0.0
 
 
 @kernel
-def before_prediction(mu, C, X, Z, g):
-    """mu <- X' mu, C <- I - X'(I - C) X; g is scratch."""
-    N = mu.size
-    for i in range(N):
-        for j in range(N):
+def before_prediction(mu, C, m, X, Z, g):
+    """mu <- X' mu, C <- I - X'(I - C) X, where X moves the first m coordinates alone; g is scratch."""
+    for r in range(m, mu.size):
+        for j in range(m):
+            g[j] = 0.0
+            for k in range(m):
+                g[j] += X[k, j] * C[k, r]
+        for j in range(m):
+            C[j, r] = C[r, j] = g[j]
+    for i in range(m):
+        for j in range(m):
             z = 0.0
-            for k in range(N):
+            for k in range(m):
                 z += ((1.0 if i == k else 0.0) - C[i, k]) * X[k, j]
             Z[i, j] = z
-    for j in range(N):
+    for j in range(m):
         g[j] = 0.0
-        for k in range(N):
+        for k in range(m):
             g[j] += X[k, j] * mu[k]
         for i in range(j + 1):
             c = 1.0 if i == j else 0.0
-            for k in range(N):
+            for k in range(m):
                 c -= X[k, i] * Z[k, j]
             C[i, j] = C[j, i] = c
-    for j in range(N):
+    for j in range(m):
         mu[j] = g[j]
 
 
@@ -192,16 +158,12 @@ def _(form, row, after, note, work, space):
         correct(U, D, work.f, memo[USED_R], work.b)
         project(U, N, held, work.direct, work.f)
 
-    is_shift = work.rows == n  # and no memory widened the parameters since
+    moved = n if work.rows == n else N  # the parameters' coordinates stay, unless a memory widened them since
     for i in range(n, N):
-        is_shift = is_shift and later.D[i] == D[i]
-    if is_shift:
-        advance_factor(U, work.f, memo[USED_Y], held, kappa, work, n, X)
-        before_shift(mu, C, later.U, later.D, D, n, X, Z)
-    else:
-        advance_factor(U, work.f, memo[USED_Y], held, kappa, work, N, X)
-        in_coordinates(later.U, later.D, D, X)
-        before_prediction(mu, C, X, Z, weight)
+        moved = moved if later.D[i] == D[i] else N
+    advance_factor(U, work.f, memo[USED_Y], held, kappa, work, moved, X)
+    in_coordinates(later.U, later.D, D, moved, X)
+    before_prediction(mu, C, moved, X, Z, weight)
     if is_lost:  # x was restarted here: what comes later says nothing about the x before
         for i in range(n):
             mu[i] = 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from functools import cached_property
 from typing import Any
@@ -157,11 +156,6 @@ class JointMIMO(Rows):
         self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", (size,)) for name, size in each.items()])
         assert len(each) == OUTPUT + 7 + INPUT
 
-    def __repr__(self):
-        defaults = inspect.signature(JointMIMO).parameters
-        changed = {k: v for k, v in self.options.items() if k == "structure" or repr(v) != repr(defaults[k].default)}
-        return f"JointMIMO({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
-
     # --- settings ------------------------------------------------------------------------------------------
 
     @cached_property
@@ -204,14 +198,6 @@ class JointMIMO(Rows):
         return JointMIMO(**{**self.options, **scales})
 
     # --- running -------------------------------------------------------------------------------------------
-
-    def start(self, series: int | None = None) -> np.ndarray:
-        """Return a fresh state, or ``series`` of them."""
-        state = np.zeros(() if series is None else door.count("series", series), self.dtype)
-        n = self.model.n
-        state["x"], state["theta"] = self._s0[:n], self._s0[n:]
-        state["D"], state["U"] = self._D0, self._U0
-        return state
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed, (p,) each; NaN means missing.

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..errors import InputError
-from .door import _numbers
+from .door import _numbers, simultaneous
 
 
 def record(y, u, outputs: int, inputs: int):
@@ -20,20 +20,7 @@ def record(y, u, outputs: int, inputs: int):
             f"y must have shape (T, {outputs}), one column per structure index, got {y.shape}; time comes first. "
             "Is it transposed, or the structure another one?"
         )
-    if u is None:
-        if inputs:
-            raise InputError(f"the model has {inputs} input(s) but u was not given")
-        return y, np.zeros((len(y), 0))
-    if not inputs:
-        raise InputError("u was given but the model has no input; did you forget inputs=1?")
-    u = _numbers("u", u)
-    if u.ndim == 1 and inputs == 1:
-        u = u[:, None]
-    if u.ndim != 2 or u.shape[1] != inputs:
-        raise InputError(f"u must have shape (T, {inputs}), got {u.shape}; time comes first. Is it transposed?")
-    if len(u) != len(y):
-        raise InputError(f"y has {len(y)} samples but u has {len(u)}; they must be simultaneous")
-    return np.ascontiguousarray(y), np.ascontiguousarray(u)
+    return np.ascontiguousarray(y), simultaneous(u, len(y), inputs)
 
 
 def sample(y, u, outputs: int, inputs: int):

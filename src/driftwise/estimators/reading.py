@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from functools import cached_property
 from typing import Any
@@ -12,6 +13,7 @@ from ..errors import InputError
 from ..kernel import compose, ud
 from ..models import noise as noises
 from ..models.scale import KnownScale, sigma2
+from . import door
 
 
 class Rows:
@@ -21,6 +23,24 @@ class Rows:
     policies: Any
     dtype: np.dtype
     scratch_size: int
+    options: dict[str, Any]
+    _s0: np.ndarray
+    _D0: np.ndarray
+    _U0: np.ndarray
+    _x = "x"  # the state's field in a row
+
+    def __repr__(self):
+        defaults, first = inspect.signature(type(self)).parameters, next(iter(self.options))
+        changed = {k: v for k, v in self.options.items() if k == first or repr(v) != repr(defaults[k].default)}
+        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = np.zeros(() if series is None else door.count("series", series), self.dtype)
+        n = self.model.n
+        state[self._x], state["theta"] = self._s0[:n], self._s0[n:]
+        state["D"], state["U"] = self._D0, self._U0
+        return state
 
     @property
     def names(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""A parameter that jumps: never forgetting, a random walk, and (where the package has it) forgetting until a jump."""
+"""A parameter that jumps: never forgetting, a random walk, and forgetting until a jump."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import driftwise as dw
+from driftwise.kernel.status import JUMP as JUMPED
 
 from .records import canonical, scan_all
 from .verdict import Scaled, Section, Table, Verdict, numbers
@@ -26,9 +27,8 @@ def section(seeds: int) -> Section:
         "never": dw.Never(),
         "walk, Q_π = 1e-5": dw.Walk(1e-5),
         "walk, Q_π = 1e-4": dw.Walk(1e-4),
+        "until a jump (CUSUM), P_rr += I": dw.UntilJump(),
     }
-    if "UntilJump" in dw.__all__:
-        memories["until a jump (CUSUM), P_rr += I"] = dw.UntilJump()
     rows, errors = [], {}
     for name, memory in memories.items():
         est = dw.Joint(2, 1, noise=dw.EquationError(R), memory=memory, P0=100.0)
@@ -73,10 +73,8 @@ def _walk(errors):
 def _until_jump(memories, y, u, errors, scaled):
     """The detector's row: how soon it alarms, how often it should not have, how well a is known afterwards."""
     name = "until a jump (CUSUM), P_rr += I"
-    if name not in memories:
-        return []
     est = dw.Joint(2, 1, noise=dw.EquationError(R), memory=memories[name], P0=100.0)
-    alarms = np.array([(est.scan(y[i], u[i]).status & int(dw.Status.JUMP)) != 0 for i in range(len(y))])  # type: ignore[attr-defined]
+    alarms = np.array([(est.scan(y[i], u[i]).status & JUMPED) != 0 for i in range(len(y))])
     false, found = int(alarms[:, :JUMP].sum()), alarms[:, JUMP:]
     delay = np.where(found.any(axis=1), found.argmax(axis=1), T)
     after = errors[name][2]

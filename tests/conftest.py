@@ -1,0 +1,24 @@
+"""What several test files use."""
+
+import sys
+
+import pytest
+
+from driftwise.edge import cli
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Run the command line in this process and return (exit code, standard output, standard error)."""
+
+    def run(*args):
+        monkeypatch.setattr(sys, "argv", ["driftwise", *map(str, args)])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as done:
+            code = done.code or 0
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
