@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..detect.gate import Gate
+from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never, Walk
@@ -143,6 +144,7 @@ class ContinuousJoint(Reading):
             self._resolve_memory(memory),
             resolve_gate(gate, self.model.N),
             self.scale,
+            Silent(),
         )
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(n, inputs)

@@ -269,7 +269,7 @@ def write_estimates(form, state, work, out, t, w, R, s2, is_measured):
 
 
 @advance.on(Continuous)
-def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
     seconds = elapse(form, state, u, t)
     if work.inputs > 0:

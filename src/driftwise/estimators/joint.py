@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.gate import Gate
+from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never
@@ -157,7 +158,7 @@ class Joint(Reading):
         )
         cap = np.diag(self.prior_covariance)[n:]
         memory = resolve_memory(memory, self._theta_units(), cap, N)
-        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale)
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, Silent())
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.dtype = np.dtype(

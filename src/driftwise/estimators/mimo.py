@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..detect.gate import Gate
+from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never
@@ -146,7 +147,7 @@ class JointMIMO(Rows):
         memory = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:], longest)
         if type(memory) not in share.table:
             raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
-        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, longest), self.scale)
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, longest), self.scale, Silent())
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
         each = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)

@@ -272,7 +272,7 @@ def write(form, scale, state, work, out, t):
 
 
 @advance.on(MimoForm)
-def _(form, noise, memory, gate, scale, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     held = take_inputs(state, k, u, t)
     take_outputs(state, work, y, t)

@@ -113,7 +113,7 @@ def open_work(form, scratch):
 
 
 @choice
-def advance(form, noise, memory, gate, scale, state, work, y, u, out, t):
+def advance(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     """Take sample ``t`` of ``y`` and ``u`` into ``state`` and write row ``t`` of ``out``."""
 
 
@@ -134,7 +134,7 @@ def look_back(form, row, s2, space, out):
 
 def _make(kinds, fingerprint):
     """Return the driver: a loop over series, and a loop over samples inside it."""
-    Form, Noise, Memory, Gate, Scale = kinds
+    Form, Noise, Memory, Gate, Scale, Detector = kinds
 
     def drive(rows, ys, us, outs, spec, scratch):
         version = fingerprint  # part of the cache key; the code itself does not need it
@@ -143,12 +143,13 @@ def _make(kinds, fingerprint):
         memory, at = read(Memory, spec, at)
         gate, at = read(Gate, spec, at)
         scale, at = read(Scale, spec, at)
+        detector, at = read(Detector, spec, at)
         work = open_work(form, scratch)
         for i in range(rows.shape[0]):
             state = open_row(form, rows[i])
             y, u, out = ys[i], us[i], outs[i]
             for t in range(y.shape[0]):
-                advance(form, noise, memory, gate, scale, state, work, y, u, out, t)
+                advance(form, noise, memory, gate, scale, detector, state, work, y, u, out, t)
         return version
 
     return drive
@@ -156,7 +157,7 @@ def _make(kinds, fingerprint):
 
 def _make_recorder(kinds, fingerprint):
     """Return the loop that steps through one series and keeps every state and what each step did."""
-    Form, Noise, Memory, Gate, Scale = kinds
+    Form, Noise, Memory, Gate, Scale, Detector = kinds
 
     def record(row, history, y, u, out, spec, scratch):
         version = fingerprint
@@ -165,12 +166,13 @@ def _make_recorder(kinds, fingerprint):
         memory, at = read(Memory, spec, at)
         gate, at = read(Gate, spec, at)
         scale, at = read(Scale, spec, at)
+        detector, at = read(Detector, spec, at)
         work = open_work(form, scratch)
         state = open_row(form, row)
         for t in range(y.shape[0]):
             for i in range(row.size):
                 history[t, i] = row[i]
-            advance(form, noise, memory, gate, scale, state, work, y, u, out, t)
+            advance(form, noise, memory, gate, scale, detector, state, work, y, u, out, t)
             remember(form, scale, state, work, history[t, row.size :])
         for i in range(row.size):
             history[y.shape[0], i] = row[i]

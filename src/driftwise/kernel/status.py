@@ -11,6 +11,8 @@ JUMP = 32
 CAPPED = 64
 BAD_VALUE = 128
 LOST = 256
+SKIPPED = 512
+PROJECTED = 1024
 
 
 class Status(IntFlag):
@@ -25,6 +27,8 @@ class Status(IntFlag):
     CAPPED = CAPPED  # a parameter's walk was held at its prior variance
     BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
+    SKIPPED = SKIPPED  # a regressor was missing: nothing was learnt
+    PROJECTED = PROJECTED  # the new parameters were unstable: the step was halved
 
 
 MEANING = {
@@ -37,4 +41,6 @@ MEANING = {
     Status.CAPPED: "parameter variance held at its prior",
     Status.BAD_VALUE: "absurd value taken as missing",
     Status.LOST: "state lost, restarted from the range of the data",
+    Status.SKIPPED: "a regressor was missing, nothing learnt",
+    Status.PROJECTED: "step halved, the new parameters were unstable",
 }
