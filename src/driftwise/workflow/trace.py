@@ -15,14 +15,14 @@ from ..models.convert import Model
 from ..models.scale import KnownScale
 
 KEEP = ("innovations", "means", "std", "covariance")
-UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT
+UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
 
 
-def width(keep: str, N: int) -> int:
+def width(keep: str, N: int, head: int = 4) -> int:
     """Return the number of columns the driver writes for each sample."""
     if keep not in KEEP:
         raise InputError(f"keep must be one of {', '.join(KEEP)}, got {keep!r}")
-    return 4 + (0, N, 2 * N, N + N * (N + 1) // 2)[KEEP.index(keep)]
+    return head + (0, N, 2 * N, N + N * (N + 1) // 2)[KEEP.index(keep)]
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,8 @@ class Trace:
     def _columns(self, first, count, least):
         if KEEP.index(self.keep) < KEEP.index(least):
             raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
-        return self.outs[:, 4 + first : 4 + first + count]
+        first += self.estimator.columns
+        return self.outs[:, first : first + count]
 
     @property
     def x(self) -> np.ndarray:
