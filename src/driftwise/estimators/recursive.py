@@ -56,6 +56,8 @@ class Recursive(Reading):
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
+        if hasattr(form, "R"):
+            form = form._replace(R=R)
         self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
         self.spec = compose.flatten(self.policies)
         self.dtype = np.dtype(fields(form))
@@ -79,7 +81,8 @@ class Recursive(Reading):
         """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
         form, gain = self.model, (self.y_scale / self.u_scale) ** 2
         b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
-        return np.concatenate([np.ones(form.na), b, np.full(int(form.has_offset), self.y_scale**2)])
+        free = np.ones(getattr(form, "kept", 0))
+        return np.concatenate([np.ones(form.na), b, free, np.full(int(form.has_offset), self.y_scale**2)])
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (powers of two).
