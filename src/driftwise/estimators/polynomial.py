@@ -37,9 +37,17 @@ class _Member(ARX):
                 N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=registers, cells=0.0, marks=0.0,
                 missing=0.0, settle=0.0, offset=float(form.has_offset), nb=np.array(nb, float),
                 nk=np.array(form.nk, float), R=0.0, exact=float(method == "rpem"), kept=form.kept, nc=form.nc,
-                nd=form.nd, nf=np.array(form.nf, float),
+                nd=form.nd, nf=np.array(form.nf, float), 
+                start=2.0 * form.N if self.options["P0"] is None else np.inf, cap=(),
             ), own,
         )  # fmt: skip
+
+
+    def _set_prior(self, theta0, P0):
+        super()._set_prior(theta0, P0)
+        if P0 is None:
+            i = self.model.plain
+            self._D0[i : i + self.model.kept] = 1.0
 
 
 def _each(name, values, nb):

@@ -19,11 +19,14 @@ from ..kernel.compose import Vector, advance, kernel, open_row, open_work, rare
 from ..kernel.status import PROJECTED
 from ..kernel.ud import variance
 from ..models.stability import is_inside
-from .recursive_row import HOLD, Lags, push, regress, renew
+from ..memory.adapt import fade
+from ..memory.drift import widen_within
+from .recursive_row import CHI2, COUNT, HOLD, OBSERVED, WEIGHT, Lags, push, regress, renew
 from . import recursive_step as _step  # noqa: F401  (registers the step)
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
 HALVINGS = 30
+FIRST, FADING, YOUNG = 0.05, 0.99, 600.0
 CLEAR = 1e-6  # doubt below this fraction of the noise is none
 
 
@@ -48,12 +51,15 @@ class Polynomials(NamedTuple):
     nc: float
     nd: float
     nf: Vector
+    start: float  # learnt samples before the prior of c, d, f becomes what it is to be (inf: it is that already)
+    cap: Vector  # prior variances
 
 
 class Kept(NamedTuple):
     """Views of the registers: is anything in doubt, r (M,), its derivatives dr (M, N), the covariance S (N, N)."""
 
     doubts: np.ndarray
+    seen: np.ndarray
     r: np.ndarray
     dr: np.ndarray
     S: np.ndarray
@@ -75,7 +81,7 @@ class Room(NamedTuple):
 
 def sizes(N: int, kept: int, is_exact: bool) -> tuple[int, int]:
     """Return how many numbers the registers and the scratch need."""
-    return 1 + kept + kept * N * is_exact + N * N, 1 + 6 * N + 2 * N * N
+    return 2 + kept + kept * N * is_exact + N * N, 1 + 6 * N + 2 * N * N
 
 
 @kernel
@@ -83,9 +89,9 @@ def open_kept(form, state):
     """Return the named views of the registers."""
     all, N, M = state.registers, int(form.N), int(form.kept)
     rows = M if form.exact > 0.0 else 0
-    first = 1 + M
+    first = 2 + M
     S = first + rows * N
-    return Kept(all[:1], all[1:first], all[first:S].reshape(rows, N), all[S:].reshape(N, N))
+    return Kept(all[:1], all[1:2], all[2:first], all[first:S].reshape(rows, N), all[S:].reshape(N, N))
 
 
 @kernel
@@ -189,7 +195,29 @@ def _(form, state, work, y, doubt):
         b += nb
         f += nf
     push(state.ys, y)
+    begin(form, state, kept, work, free, room.s2[0])
     return status
+
+
+@kernel
+def begin(form, state, kept, work, free, s2):
+    """Free c, d, f to a standard deviation of one; forget the first samples, which knew too little of e, v and w.
+
+    1 - lambda falls from FIRST by the factor FADING per sample (Ljung and Soderstrom 1983, section 5.6).
+    """
+    head = state.head
+    n = head[OBSERVED] - form.start
+    if head[OBSERVED] == kept.seen[0] or n < 0.0 or n > YOUNG:
+        return
+    kept.seen[0] = head[OBSERVED]
+    if n == 0.0:
+        for i in range(free, free + kept.r.size):
+            widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], work.b)
+    lam = 1.0 - FIRST * FADING**n
+    fade(state.U, state.D, lam, form.cap, work)
+    head[COUNT] *= lam * lam
+    head[CHI2] *= lam * lam
+    head[WEIGHT] *= lam
 
 
 @kernel

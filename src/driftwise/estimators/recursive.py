@@ -57,7 +57,7 @@ class Recursive(Reading):
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
         if hasattr(form, "R"):
-            form = form._replace(R=R)
+            form = form._replace(R=R, cap=np.diag(self.prior_covariance))
         self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
         self.spec = compose.flatten(self.policies)
         self.dtype = np.dtype(fields(form))
