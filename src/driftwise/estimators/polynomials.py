@@ -335,7 +335,7 @@ def revise(form, state, kept, room, y, doubt, free):
             M[i, j] = 1.0 if j == i - 1 else 0.0
     if na > 0:
         for j in range(N):
-            M[0, j] = theta[j] if is_missing else 0.0
+            M[0, j] = -theta[j] if is_missing else 0.0
     if nc > 0:
         for j in range(N):
             M[free, j] = 0.0 if is_missing else -theta[j]
@@ -372,7 +372,7 @@ def revise(form, state, kept, room, y, doubt, free):
         for i in range(N):
             g[i] = 0.0
         if na > 0:
-            g[0] = 1.0
+            g[0] = -1.0
         if nc > 0:
             g[free] = 1.0
         if nd > 0:
