@@ -45,6 +45,7 @@ _HOME = {
     "StructureEvidence": "workflow.structures",
     "choose_structure": "workflow.structures",
     "Model": "models.convert",
+    "PolynomialModel": "models.polynomial",
     "ellipse": "models.ellipse",
     "simulate": "models.simulate",
     "Singer": "models.singer",

@@ -21,7 +21,7 @@ from ..kernel.ud import variance
 from ..models.stability import is_inside
 from ..memory.adapt import fade
 from ..memory.drift import widen_within
-from .recursive_row import CHI2, COUNT, HOLD, OBSERVED, WEIGHT, Lags, push, regress, renew
+from .recursive_row import CHI2, COUNT, HOLD, OBSERVED, SKIP, WEIGHT, Lags, push, regress, renew
 from . import recursive_step as _step  # noqa: F401  (registers the step)
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
@@ -290,7 +290,7 @@ def in_doubt(form, state, kept, s2):
             added += free
         for j in range(theta.size):
             added += theta[i] * S[i, j] * theta[j]
-    if size < CLEAR * s2 * form.R:
+    if size < (0.01 if form.missing == SKIP else CLEAR) * s2 * form.R:
         kept.doubts[0] = 0.0
         for i in range(theta.size):
             for j in range(theta.size):
