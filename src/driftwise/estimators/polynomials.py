@@ -18,11 +18,11 @@ import numpy as np
 from ..kernel.compose import Vector, advance, kernel, open_row, open_work, rare
 from ..kernel.status import PROJECTED
 from ..kernel.ud import variance
-from ..models.stability import is_inside
 from ..memory.adapt import fade
 from ..memory.drift import widen_within
-from .recursive_row import CHI2, COUNT, HOLD, OBSERVED, SKIP, WEIGHT, Lags, push, regress, renew
+from ..models.stability import is_inside
 from . import recursive_step as _step  # noqa: F401  (registers the step)
+from .recursive_row import CHI2, COUNT, HOLD, OBSERVED, SKIP, WEIGHT, Lags, push, regress, renew
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
 HALVINGS = 30

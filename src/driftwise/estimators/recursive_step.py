@@ -7,7 +7,7 @@ import numpy as np
 from ..detect.gate import admit, count_rejections
 from ..detect.watch import SINCE, STATISTIC, WHICH, watch
 from ..kernel.compose import advance, kernel
-from ..kernel.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
+from ..kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ..kernel.ud import entry, predicted_variance, variance, variances
 from ..memory.adapt import age, respond
 from ..models.scale import sigma2
@@ -146,10 +146,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     yhat, doubt = regress(form, state, work, s2)
     e = z - yhat if is_used else np.nan
     if doubt > 0.0:
-        status |= MISSING_INPUT
-        if form.missing == SKIP:
-            status |= SKIPPED
-            is_used = False
+        status |= SKIPPED if form.missing == SKIP else FILLED
+        is_used = is_used and form.missing != SKIP
     R = method.R + doubt / s2
 
     # project

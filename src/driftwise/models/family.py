@@ -51,6 +51,15 @@ class Family(Equation):
         plain = super().names
         return plain[: self.plain] + free + plain[self.plain :]
 
+    @property
+    def words(self) -> str:
+        """The equation as one reads it."""
+        of = [str(l + 1) if self.inputs > 1 else "" for l in range(self.inputs)]
+        right = [f"B{i}(q){f'/F{i}(q)' if nf else ''} u{i}(t)" for i, nf in zip(of, self.nf)]
+        noise = ("C(q)" if self.nc else "1" if self.nd else "") + ("/D(q)" if self.nd else "")
+        right += ["offset"] * self.has_offset + [f"{noise} e(t)".strip()]
+        return f"{'A(q) ' if self.na else ''}y(t) = {' + '.join(right)}"
+
     def split(self, theta) -> tuple[np.ndarray, list[np.ndarray], np.ndarray, np.ndarray, list[np.ndarray]]:
         """Return A, [B of each input], C, D, [F of each input] in powers of q^-1; leading axes of theta are kept."""
         theta = np.asarray(theta, float)

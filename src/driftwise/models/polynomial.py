@@ -240,11 +240,7 @@ class PolynomialModel:
         form, std = self.family, np.sqrt(np.diag(self.covariance).clip(0))
         k = form.inputs
         of = [f"{l + 1}" if k > 1 else "" for l in range(k)]
-        left = "A(q) y(t)" if form.na else "y(t)"
-        right = [f"B{o}(q){f'/F{o}(q)' if nf else ''} u{o}(t)" for o, nf in zip(of, form.nf)]
-        right += ["offset"] * form.has_offset
-        right += [("C(q)" if form.nc else "1" if form.nd else "") + ("/D(q)" if form.nd else "") + " e(t)"]
-        lines = [f"{left} = {' + '.join(right)}".replace("+  e", "+ e").replace("=  e", "= e")]
+        lines = [form.words]
         names = [
             ("A", 0),
             *((f"B{o}", nk) for o, nk in zip(of, form.nk)),

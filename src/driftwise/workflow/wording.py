@@ -63,7 +63,8 @@ def paragraph(s) -> str:
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), abs(cmath.exp(p * est.dt)) * est.dt * std) for p, std in poles]
     modes = [pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0]
-    text = f"A {order}-order model with {', '.join(modes)} "
+    kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
+    text = f"{kind} "
     text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
     if est.model.inputs:
         settles = all(abs(p) < 1 for p, _ in poles)
