@@ -23,7 +23,7 @@ def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
         raise InputError("the inputs to come must be known: u has NaN. Assume a value for them")
     past = Past(est, est._rows(state)[0])
     theta, s2 = np.array(state["theta"]), est.sigma2(state)
-    N, z = len(theta), past.z
+    z = past.z
     step = STEP * np.sqrt(est._theta_units())
 
     mean = run(form, theta[None], z[None], u)[0]

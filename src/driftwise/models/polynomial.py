@@ -62,8 +62,10 @@ class PolynomialModel:
 
         def numbers(theta):
             den, nums = parts(*self.family.split(theta))
-            B = np.array([np.append(num, np.zeros(form.n + 1 - len(num))) for num in nums]).reshape(inputs, -1)
-            a = np.append(den[1:], np.zeros(form.n + 1 - len(den)))
+            a, B = np.zeros(form.n), np.zeros((inputs, form.n + 1))
+            a[: len(den) - 1] = den[1:]
+            for row, num in zip(B, nums):
+                row[: len(num)] = num
             return np.concatenate([a, B[:, 1:].ravel(), B[:, 0] if form.direct else []])
 
         at = numbers(self.values)
@@ -196,7 +198,7 @@ class PolynomialModel:
 
     def frequency_response(self, w) -> tuple[np.ndarray, np.ndarray]:
         """Return G (k, len(w)) and the covariance (k, len(w), 2, 2) of its (real, imaginary) parts."""
-        found = [c.frequency_response(w) for c in self._channels]
+        found = [c.frequency_response(w) for c in self._channels or [self.common]]
         return np.concatenate([G for G, _ in found]), np.concatenate([C for _, C in found])
 
     @property
