@@ -34,7 +34,7 @@ def test_channels_and_noise_are_the_polynomials():
 
 
 def test_control_and_scipy():
-    m, (A, B, C, D, F) = model(), S.polynomials
+    m, (_, B, C, D, F) = model(), S.polynomials
     system = m.to_control(noise=True)
     assert system.ninputs == 3 and m.to_control().ninputs == 2
     response = control.frequency_response(system, W).frdata[0]

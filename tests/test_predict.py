@@ -31,7 +31,7 @@ def test_known_parameters_known_prediction(name, lost):
 @pytest.mark.parametrize(("name", "std"), [("ARX", 0.5), ("ARMA", 1.0), ("ARMAX", 1.0), ("OE", 1.0), ("BJ", 0.5)])
 @pytest.mark.parametrize("lost", [0.0, 0.3])
 def test_coverage(name, std, lost):
-    """Records of 300 samples, so that the parameters' part of the std counts; 150 x 12 errors, correlated in a record."""
+    """Records of 300 samples, so that the parameters' part of the std counts; errors are correlated within one."""
     s = SYSTEMS["ARMAX"].at([-1.5, 0.7, 1.0, 0.5, 0.0, 0.0]) if name == "ARX" else SYSTEMS[name]
     y, u = s.records(150, 300 + HORIZON, std, seed=11)
     seen = y[:, :300].copy()

@@ -76,7 +76,7 @@ class System:
 
     def filtered(self, y, u, std):
         """One-step predictions and their variances (T,), by a Kalman filter on the noise C/(A D) e: y may have gaps."""
-        A, B, C, D, F = self.polynomials
+        A, _, C, D, _ = self.polynomials
         known = self.simulate(u, np.zeros(len(y)))
         den = np.convolve(A, D)
         n = max(len(den), len(C), 2) - 1
