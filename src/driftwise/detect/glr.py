@@ -50,7 +50,8 @@ class GLR(NamedTuple):
     >>> import numpy as np, driftwise as dw
     >>> z = np.random.default_rng(3).standard_normal(1000)
     >>> z[600:] -= 2.0
-    >>> dw.GLR(false_alarms="1 per 10_000").scan(z[:620])
+    >>> dw.GLR(false_alarms="1 per 10_000").scan(z[:605])
+    1 alarm in 605 samples: down at 602 since 600
     """
 
     false_alarms: Any = "1 per 10_000"

@@ -66,8 +66,10 @@ class Hinkley(NamedTuple):
     >>> detector = dw.Hinkley(false_alarms="1 per 10_000", jump=1.0, sides="up")
     >>> found = detector.scan(z)
     >>> int(found.samples[0]), int(found.changes[0])
-    (610, 600)
+    (605, 601)
     >>> print(detector.words)
+    one false alarm per 10 000 samples on average (exact for independent Gaussian innovations); a shift of 1 sd is
+    found after 14.3 samples
     """
 
     false_alarms: Any = "1 per 10_000"
@@ -153,7 +155,9 @@ def _(detector, marks, z, slope):
     marks[OWN + 6] += 1.0
     for i in range(2):
         accumulate(g, since, i, (z if i == 0 else -z) - detector.k[i])
-        h[i] = detector.h[i] + detector.growth / detector.k[i] * math.log(marks[OWN + 6])
+        h[i] = detector.h[i]
+        if detector.growth > 0.0:
+            h[i] += detector.growth / detector.k[i] * math.log(marks[OWN + 6])
     return side(conclude(marks, g, since, h))
 
 

@@ -56,7 +56,8 @@ class Score(NamedTuple):
     >>> slopes = rng.standard_normal((1000, 2))
     >>> z = rng.standard_normal(1000)
     >>> z[600:] -= 0.8 * slopes[600:, 1]                      # parameter 1 has fallen by 0.8
-    >>> dw.Score("1 per 10_000", jump=0.8).scan(z, slopes)[:1]
+    >>> dw.Score("1 per 10_000", jump=0.8).scan(z[:640], slopes[:640])
+    1 alarm in 640 samples: #1 down at 618 since 592
     """
 
     false_alarms: Any = "1 per 10_000"

@@ -48,6 +48,8 @@ class VarianceChange(NamedTuple):
     --------
     >>> import driftwise as dw
     >>> print(dw.VarianceChange(false_alarms="1 per 10_000").words)
+    one false alarm per 10 000 samples on average (numerically, for independent Gaussian innovations); a variance 4
+    times as large is found after 10.3 samples
     """
 
     ratio: float = 4.0
