@@ -1,4 +1,10 @@
-"""Delay at a matched rate of false alarms, and cost, against the detectors of river; where we lose is here too."""
+"""Delay at a matched rate of false alarms, and cost, against the detectors of river; where we lose is here too.
+
+Ours are the designed thresholds and exact delays (the tests hold both to simulation); river's thresholds are matched by
+simulation, and a run of river that alarms before the change does not count. One rate is not one hazard: with alpha =
+.9999 river alarms half as often as on average in the first 100 samples after a start and twice as often after 2000,
+which at 1 per 1000 makes it 2 % sooner than the best possible test of an even rate (jump 1 sd at sample 1000).
+"""
 
 from __future__ import annotations
 
@@ -15,7 +21,8 @@ from .clock import cpu
 from .verdicts import Verdict, at_most, for_information, not_measured
 
 SOURCE = "bench/detectors.py"
-RUNS = 3000
+RUNS = 20_000  # standard errors of 1 % and less
+SAMPLES = 3e7  # simulated for a threshold
 FIRST = 30  # river's min_instances
 ALPHAS = (1 - 1e-4, 1.0)  # river's default, and without fading
 COMPILED = dict(cache=True, nogil=True)
@@ -42,7 +49,7 @@ def _against_page_hinkley(every: int, jump: float) -> Iterator[Verdict]:
     glr = dw.GLR(every, window=200)
     thresholds = [_threshold(every, jump / 2, alpha) for alpha in ALPHAS]
     for before in (1000, 100):
-        mine, _ = simulated_delay(ours.resolve(), jump, RUNS, before)
+        mine = ours.delay(jump)
         theirs = [
             float(np.mean(_delays(RUNS, before, jump, jump / 2, h, a, np.random.default_rng(7))))
             for h, a in zip(thresholds, ALPHAS, strict=True)
@@ -52,7 +59,7 @@ def _against_page_hinkley(every: int, jump: float) -> Iterator[Verdict]:
             any_size, _ = simulated_delay(glr.resolve(), jump, 500, 300)
             note += f"; GLR, jump not known, {any_size:.1f}"
         name = f"delay, 1 false alarm per {every}, jump {jump:g} sd at sample {before}: Hinkley over PageHinkley"
-        yield at_most(name, mine / min(theirs), 1.02, "x", SOURCE, note)
+        yield at_most(name, mine / min(theirs), 1.0, "x", SOURCE, note)
 
 
 def _against_adwin(drift) -> Iterator[Verdict]:
@@ -66,10 +73,10 @@ def _against_adwin(drift) -> Iterator[Verdict]:
             at = _first(detector, z)
             if at > 1000:
                 delays.append(at - 1000)
-        mine, _ = simulated_delay(dw.Hinkley(every, jump=jump).resolve(), jump, RUNS, 1000)
+        mine = dw.Hinkley(every, jump=jump).delay(jump)
         note = f"ours {mine:.1f} samples, ADWIN(delta=.3) {np.mean(delays):.1f}, at its own run length of {every:.0f}"
         name = f"delay, jump {jump:g} sd at sample 1000: Hinkley over ADWIN"
-        yield at_most(name, mine / float(np.mean(delays)), 1.02, "x", SOURCE, note)
+        yield at_most(name, mine / float(np.mean(delays)), 1.0, "x", SOURCE, note)
 
 
 def _where_the_mean_is_unknown() -> Iterator[Verdict]:
@@ -195,10 +202,10 @@ def _delays(runs, before, jump, delta, threshold, alpha, rng):
     return found
 
 
-def _threshold(every: int, delta: float, alpha: float, runs: int = 2000) -> float:
+def _threshold(every: int, delta: float, alpha: float) -> float:
     """Return the threshold of a mean run length, by simulation: all times over all alarms, runs cut at 3 times it."""
     grid = np.geomspace(3.0, 150.0, 120)
-    times = _first_times(runs, grid, 3 * every, delta, alpha, np.random.default_rng(3))
+    times = _first_times(int(SAMPLES / every), grid, 3 * every, delta, alpha, np.random.default_rng(3))
     with np.errstate(divide="ignore"):
         mean = times.sum(axis=0) / np.count_nonzero(times < 3 * every, axis=0)
     inside = np.isfinite(mean)

@@ -40,7 +40,7 @@ class Score(NamedTuple):
     -----
     The promise is a guarantee: exp(g) is a supermartingale whatever the regressors, so with m parameters false alarms
     are at least exp(threshold)/(2 m) samples apart on average where z is N(0, 1) given the past. It is conservative: by
-    a factor of five where d s_i is about 1, of thirty where it is 0.3. `calibrated_to` gives up the guarantee for a
+    a factor of six to ten where d s_i is about 1, of more than thirty where it is 0.3. `calibrated_to` gives up the guarantee for a
     rate that is nearly the promised one, and finds jumps sooner. Bad at: jumps much smaller
     than half of ``jump`` (their sums fall on average), naming one of two parameters whose regressors are alike, and
     parameters that drift.
@@ -98,7 +98,8 @@ class Score(NamedTuple):
         ----------
         slopes : (m,) typical size of the slope of each parameter: the root mean square of its whitened regressor
 
-        Close to the promise for slopes of constant size, rarer for others (Gaussian regressors: by a fifth to a half).
+        Close to the promise for slopes of constant size where jumps move z by 1 sd or less; otherwise alarms are rarer
+        (Gaussian slopes: run lengths 1.2 to 1.6 times as long, 2 to 3 times where a jump moves z by 3 sd).
         """
         from scipy.optimize import brentq
 
