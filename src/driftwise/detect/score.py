@@ -40,10 +40,10 @@ class Score(NamedTuple):
     -----
     The promise is a guarantee: exp(g) is a supermartingale whatever the regressors, so with m parameters false alarms
     are at least exp(threshold)/(2 m) samples apart on average where z is N(0, 1) given the past. It is conservative: by
-    a factor of six to ten where d s_i is about 1, of more than thirty where it is 0.3. `calibrated_to` gives up the guarantee for a
-    rate that is nearly the promised one, and finds jumps sooner. Bad at: jumps much smaller
-    than half of ``jump`` (their sums fall on average), naming one of two parameters whose regressors are alike, and
-    parameters that drift.
+    a factor of six to ten where d s_i is about 1, of more than thirty where it is 0.3. `calibrated_to` gives up the
+    guarantee for a rate that is nearly the promised one, and finds jumps sooner. Bad at: jumps much smaller than half
+    of ``jump`` (their sums fall on average), naming one of two parameters whose regressors are alike, and parameters
+    that drift.
 
     References
     ----------
