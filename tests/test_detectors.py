@@ -3,13 +3,14 @@
 import json
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import driftwise as dw
 from driftwise.detect.alarms import simulated_delay
-from driftwise.detect.watch import OWN, STATISTIC
+from driftwise.detect.watch import OWN, STATISTIC, watch
 from driftwise.kernel import compose
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())
@@ -25,14 +26,6 @@ DETECTORS = {
 
 def golden(name):
     return next(case for case in GOLDEN["cases"] if case["name"] == name)
-
-
-def watch_many(detector, z, slopes=None):
-    """Alarms (S, T) of S series at once."""
-    slopes = np.zeros((*z.shape, 0)) if slopes is None else slopes
-    marks, outs = np.zeros((len(z), detector.marks(slopes.shape[2]))), np.empty((*z.shape, 1))
-    compose.watcher(type(detector))(marks, z, slopes, outs, compose.flatten((detector,)))
-    return outs[:, :, 0]
 
 
 def run_length(detector, alarms, seed=0, make=None, block=50_000):
@@ -422,6 +415,31 @@ def test_every_detector_of_innovations_obeys_the_laws_in_an_estimator(detector):
     dw.check_policy(detector)
 
 
+class Loud(NamedTuple):
+    """A user's own: alarms at every innovation beyond a bound."""
+
+    bound: float
+
+    def marks(self, parameters):
+        return OWN
+
+
+@watch.on(Loud)
+def _(detector, marks, z, slope):
+    marks[STATISTIC] = abs(z) / detector.bound
+    return 1.0 if z >= detector.bound else -1.0 if -z >= detector.bound else 0.0
+
+
+def test_a_detector_of_ones_own():
+    dw.check_policy(Loud(2.0))
+    y, u = dw.simulate([-0.5], [1.0], samples=300, noise_std=0.1, seed=1)
+    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), step=0.01, settle=9)).scan(y, u)
+    z = trace.innovation / np.sqrt(trace.variance)
+    expected = (abs(z) >= 2.5) & (np.arange(300) >= 9)
+    assert expected.any()
+    assert np.array_equal((trace.status & int(dw.Status.JUMP)) > 0, expected)
+
+
 def test_an_estimator_watches_as_the_detector_alone_would():
     """Until the first alarm the marks in the state are those of a scan of the whitened innovations."""
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
@@ -452,7 +470,7 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
     assert alarms["VarianceChange"] <= 15
 
 
-def test_a_jump_is_found_in_continuous_time_and_each_output_has_its_detector():
+def test_each_output_has_its_detector():
     y, u = dw.simulate(np.where(np.arange(1200)[:, None] < 600, [-1.5, 0.72], [-1.2, 0.5]), [1.0, 0.5],
                        samples=1200, noise_std=0.1, seed=3)  # fmt: skip
     est = dw.JointMIMO((2, 2), 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(dw.VarianceChange()))
