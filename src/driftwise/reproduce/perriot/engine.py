@@ -6,7 +6,7 @@ with PLUS signs here (y = theta nu + v): an AR coefficient is -a of the rest of 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -156,7 +156,8 @@ class Walking:
     def __init__(self, q, P0, memory=100.0, prior=None):
         self.U, self.d = factors.factorise(np.atleast_2d(P0))
         self.q, self.memory, self.n = np.asarray(q, float), memory, 0
-        self.weight, self.Lam = (0.0, None) if prior is None else (prior[0], np.atleast_2d(prior[1]))
+        self.weight = 0.0 if prior is None else prior[0]
+        self.Lam: Any = None if prior is None else np.atleast_2d(prior[1])
 
     @property
     def P(self):
