@@ -6,7 +6,10 @@ import importlib
 
 from ..errors import InputError
 
-PAPERS = {"salut1979": "driftwise.reproduce.salut1979"}
+PAPERS = {
+    "salut1979": "driftwise.reproduce.salut1979",
+    "perriot1981": "driftwise.reproduce.perriot1981",
+}
 
 
 def reproduce(name: str, seeds: int = 300, say=lambda title: None):

@@ -244,7 +244,7 @@ def _rates(seeds):
             (lambda: Averaging(score=True), lambda: Probes(5.64, N0=10.0)),
         ),
     )
-    found = {name: [] for name in PROMISED}
+    found: dict[str, list[float]] = {name: [] for name in PROMISED}
     for i, K in enumerate(POINTS):
         _, y = records(plant([K], "Q", length), max(40, seeds // 3), [4, i])
         for name, (way, test) in zip(PROMISED, makers):

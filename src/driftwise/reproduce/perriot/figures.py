@@ -7,7 +7,7 @@ import numpy as np
 from ..pictures import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, RED, SKY, legend, panels, title
 
 
-def plates(paths, truth):
+def plates(paths, truth, errors):
     """Gain of each method over time against K_opt, and the alarms of the one that raises them."""
     figure, axes = panels(5, 1, 12.5, sharex=True, height_ratios=[3, 3, 3, 1.2, 3])
     n, rows = np.arange(len(truth)), iter(axes[:, 0])
@@ -20,7 +20,7 @@ def plates(paths, truth):
         ax.plot(n, truth, color=INK, lw=1.1, ls="--", label="optimal gain")
         ax.set_ylim(0, 0.55)
         ax.set_ylabel("K")
-        title(ax, name)
+        title(ax, f"{name} (K-MSE {errors[name]:.1f})")
         if path.alarms.any():
             _alarms(next(rows), path.alarms)
     axes[-1, 0].set_xlabel("sample")
@@ -49,7 +49,7 @@ def methods(scores, names):
     for ax, jumps in zip(axes[0], "QR"):
         for row, name in enumerate(names):
             found = scores[name, jumps]
-            color = RED if "Plate" in name or "printed" in name else BLUE
+            color = ORANGE if "Plate" in name or "printed" in name else BLUE
             ax.plot([0, found.error], [row, row], color=color, lw=7, alpha=0.75, solid_capstyle="butt")
             ax.plot(found.error + 2 * found.deviation * np.array([-1, 1]), [row, row], color=INK, lw=1.4)
             ax.text(found.error + 2.4 * found.deviation + 0.3, row, f"{found.error:.1f}", va="center", fontsize=9)
@@ -78,4 +78,49 @@ def detection(tests, seen):
     axes[0, 0].invert_yaxis()
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles[:3], labels[:3], loc="outside upper center", ncols=3, frameon=False, fontsize=9.5)
+    return figure
+
+
+def paying(jumps, errors):
+    """Error of each way over that of the random walk, by size of the jump."""
+    figure, axes = panels(1, 1, 5.0)
+    ax, base = axes[0, 0], np.array(errors["random walk, matched q"])
+    styles = {
+        "Hinkley, best (h, N0)": (GREEN, "--"),
+        "Hinkley, minimum of J*": (GREEN, "-"),
+        "run-length rule, N0 = 1 + G²/d²": (SKY, "-"),
+        "the same, warm start": (BLUE, "-"),
+        "variable forgetting, best": (PURPLE, "-"),
+        "run-length mixture": (ORANGE, "-"),
+        "the paper's h = 15, N0 = 6": (RED, "-"),
+    }
+    for name, (color, line) in styles.items():
+        ax.plot(jumps, np.array(errors[name]) / base, "o", ls=line, color=color, lw=1.8, ms=5, label=name)
+    ax.axhline(1, color=INK, lw=1.2, ls=":")
+    ax.set_xscale("log")
+    ax.set_xticks(jumps, labels=[f"{d:g}" for d in jumps])
+    ax.minorticks_off()
+    ax.set_xlabel("size of the jumps over the standard deviation of the noise")
+    ax.set_ylabel("error over the random walk's")
+    legend(figure, ax, 3)
+    return figure
+
+
+def run_lengths(points):
+    """Each formula's run length over the simulated one, by threshold; one panel for each dmu."""
+    drifts = sorted({point[0] for point in points})
+    figure, axes = panels(1, len(drifts), 4.4, sharey=True)
+    names = (("T1", RED), ("T1 at h + 1.165 G", PURPLE), ("exponent of products", GREEN), ("two-point fit", BLUE))
+    for ax, dmu in zip(axes[0], drifts):
+        mine = np.array([point[1:] for point in points if point[0] == dmu])
+        for i, (name, color) in enumerate(names):
+            ax.plot(mine[:, 0], mine[:, 2 + i] / mine[:, 1], "o-", color=color, lw=1.6, ms=5, label=name)
+        ax.axhline(1, color=INK, lw=1.0, ls=":")
+        ax.set_yscale("log")
+        ax.set_yticks([0.5, 1, 2, 5, 10, 20], labels=["0.5", "1", "2", "5", "10", "20"])
+        ax.minorticks_off()
+        ax.set_xlabel("threshold h")
+        title(ax, f"Δμ = {dmu}")
+    axes[0, 0].set_ylabel("run length over the simulated one")
+    legend(figure, axes[0, 0])
     return figure

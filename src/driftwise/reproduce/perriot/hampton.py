@@ -127,7 +127,7 @@ class Fortescue(Averaging):
         if self.n:
             q = self.g * f * f / self.R
             lam = np.clip(1 - nu * nu / ((1 + q) * 100 * self.c.value), 0.9, 1)
-            self.g = 1 / (self.n + 1) if self.n < 50 else self.g / (lam + self.g)
+            self.g = self.g / ((lam if self.n >= 50 else 1.0) + self.g)
         self.n += 1
         self.R = self.R + self.g * (f * f - self.R)
         self.Z = f * nu / self.R
