@@ -56,10 +56,10 @@ def section(others: list[Section]) -> Section:
     return Section(
         "What the paper says that does not hold",
         [
-            "Right as printed: the recursion (1)-(5), the equivalence of a limited step with weighted measurements (6)-(9), "
-            "the diffusion (14), the energies after a restart; and, as it warns, that T1 is optimistic for the products "
-            "of neighbouring residuals, that the decrease is missed and that the filter hardly adapts while "
-            "its gain is too large.",
+            "Right as printed: the recursion (1)-(5), the equivalence of a limited step with weighted measurements "
+            "(6)-(9), the diffusion (14), the energies after a restart; and, as it warns, that T1 is optimistic for "
+            "the products of neighbouring residuals, that the decrease is missed and that the filter hardly adapts "
+            "while its gain is too large.",
             "Smaller slips: (7) shifts an index; (12) holds at the true θ only, elsewhere the fluctuation of R "
             "is missing; the integral in the solution of (14) begins at s0, not at 0; ν means three things.",
         ],
@@ -78,8 +78,8 @@ def _minimum() -> Verdict:
     fair = design_restart(0.2, 500)
     return Verdict(
         "the criterion J as printed has no minimum",
-        f"on a grid its least value is {J[at]:.0f} at h = {h[at]:.3g}, N0 = {N0[at]:.3g}; J* has {fair.criterion:.4f} at "
-        f"h = {fair.threshold:.2f}, N0 = {fair.restart:.1f}",
+        f"on a grid its least value is {J[at]:.0f} at h = {h[at]:.3g}, N0 = {N0[at]:.3g}; J* has "
+        f"{fair.criterion:.4f} at h = {fair.threshold:.2f}, N0 = {fair.restart:.1f}",
         "WRONG: an energy below 0, in the corner of the grid; J* > 0 at (10.0, 69.1), away from every bound",
         bool(J[at] < 0 and N0[at] == axes[1][0] and fair.criterion > 0 and not fair.at_bound),
         SOURCE,

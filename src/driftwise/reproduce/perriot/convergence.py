@@ -35,8 +35,8 @@ def section(seeds: int) -> Section:
     return Section(
         "Convergence with probability 1",
         [
-            "The linear case without any jump, Δμ = .25, N0 = 5. With a fixed threshold false alarms never stop and each "
-            "one lifts the gain again, so that the estimate does not converge. A threshold that grows like ln n "
+            "The linear case without any jump, Δμ = .25, N0 = 5. With a fixed threshold false alarms never stop and "
+            "each one lifts the gain again, so that the estimate does not converge. A threshold that grows like ln n "
             "gives convergence back; the delay then grows like ln n too.",
         ],
         [Table(f"{runs} runs of a million samples", head, rows)],

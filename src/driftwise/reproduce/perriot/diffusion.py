@@ -6,7 +6,7 @@ import numpy as np
 
 from ..verdict import Scaled, Section, Table, Verdict, numbers
 from . import engine
-from .hampton import PHI, Averaging, follow, plant, records
+from .hampton import PHI, Averaging, follow, mean_of_Z, plant, records
 
 SOURCE = "theory/perriot.md P4"
 CHECK = "theory/perriot.md P13 / P4"
@@ -16,19 +16,23 @@ A, C = 0.8, 0.5  # y = A y_{n-1} + e_n + C e_{n-1}
 def section(seeds: int) -> Section:
     """Compare variances under a constant step with those of the linear diffusion (14)."""
     scaled = Scaled(seeds, 500)
+    means, zeroth = _signal(seeds, scaled)
     scalar, first = _autoregression(seeds, scaled)
     table, second = _moving_average(seeds, scaled)
     gains, third = _hampton(seeds, scaled)
     return Section(
         "The error under a constant step",
         [
-            "With a step τ that does not fall, the error of the estimate tends to τ K, and F K + K F' + G G' = 0 in the "
-            "scale of the samples. F = −I for a gradient and for autoregressions; for a pseudo-linear "
+            "With a step τ that does not fall, the error of the estimate tends to τ K, and F K + K F' + G G' = 0 in "
+            "the scale of the samples. F = −I for a gradient and for autoregressions; for a pseudo-linear "
             "regression F = −R^-1 E[φ ψ'], and its K is another one.",
+            "The test signal Z of Hampton's filter has mean 0 and, at the optimum, F = −1 and G = 1/Φ. Its mean "
+            "after a jump of the optimal gain by .2 is not .2, and not the same up and down: half of it is the "
+            "paper's Δμ.",
         ],
-        [Table("Mean square error of the estimate", ["", "theory", "simulation"], [*scalar, *table, *gains])],
+        [Table("Mean square error of the estimate", ["", "theory", "simulation"], [*scalar, *table, *gains]), means],
         [],
-        [*first, *second, *third],
+        [*zeroth, *first, *second, *third],
     )
 
 
@@ -49,6 +53,45 @@ def _autoregression(seeds, scaled):
             )
         )
     return rows, verdicts
+
+
+def _signal(seeds, scaled):
+    found = [(K, K_opt, mean_of_Z(K, K_opt), *signal(K, K_opt, seeds)) for K, K_opt in ((0.1, 0.3), (0.3, 0.1))]
+    _, spread = signal(0.2, 0.2, seeds)
+    rows = [
+        [f"{K} → {K_opt}", f"{theory:.4f}", f"{mean:.4f}", f"{mean / 2:.3f}"] for K, K_opt, theory, mean, _ in found
+    ]
+    wide, far = scaled.wide(0.003), scaled.wide(0.05)
+    table = Table("Mean of Z right after a jump of the optimal gain", ["jump", "theory", "simulation", "half"], rows)
+    return table, [
+        Verdict(
+            "mean of Z after a jump up and down: the paper's Δμ is half of it",
+            ", ".join(row[2] for row in rows),
+            f"{', '.join(row[1] for row in rows)} ± {wide:.3f}; the paper has Δμ = .15 and .07",
+            bool(max(abs(mean - theory) for _, _, theory, mean, _ in found) <= wide),
+            "theory/perriot.md P1.6",
+        ),
+        Verdict(
+            "long-run variance of Z at the optimum",
+            f"{spread:.3f}",
+            f"G² = 1/Φ² = {1 / PHI**2:.3f} within {100 * far:.0f} %",
+            bool(abs(spread * PHI**2 - 1) <= far),
+            "theory/perriot.md P1.6",
+        ),
+    ]
+
+
+def signal(K, K_opt, count, T=4000, block=100):
+    """Return mean and long-run variance of Z of a filter that keeps its gain K where K_opt would be optimal."""
+    _, y = records(plant([K_opt], "Q", T), count, [44, int(10 * K)])
+    xp, nu = np.zeros(count), np.empty_like(y)
+    for n in range(T):
+        nu[n] = y[n] - xp
+        xp = PHI * (xp + K * nu[n])
+    nu = nu[200:]
+    products = nu[1:] * nu[:-1] / (PHI * np.mean(nu**2))
+    blocks = products[: len(products) // block * block].reshape(-1, block, count).sum(axis=1)
+    return float(products.mean()), float(blocks.var() / block)
 
 
 def autoregression(a, tau, count):

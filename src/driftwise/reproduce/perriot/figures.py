@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..pictures import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, RED, SKY, legend, panels, title
+from ..pictures import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SKY, legend, panels, title
 
 
 def plates(paths, truth, errors):

@@ -46,6 +46,13 @@ def plant(levels, jumps="Q", length=SEGMENT) -> Plant:
     return Plant(K, Q, Q / ratio(K))
 
 
+def mean_of_Z(K, K_opt):
+    """Return the mean of Z at a gain K, R = 1: the gain that would suit the P which K causes, less K."""
+    Q = ratio(K_opt)
+    P = (Q + PHI**2 * K**2) / (1 - PHI**2 * (1 - K) ** 2)
+    return P / (P + 1) - K
+
+
 def records(plant: Plant, count, seed):
     """Return x and y (T, count); x(0) has the law of the first level."""
     rng = np.random.default_rng(seed)

@@ -47,9 +47,9 @@ def section(seeds: int) -> Section:
     return Section(
         "How often for nothing, how late",
         [
-            "The paper takes the cumulative sum for a Brownian motion. Its T1 has a wrong sign; put right it is exact for "
-            "the Brownian motion and far too short for a sum of Gaussian samples, until the threshold is raised by "
-            "1.165 standard deviations, which is what a sum of samples jumps over it.",
+            "The paper takes the cumulative sum for a Brownian motion. Its T1 has a wrong sign; put right it is "
+            "exact for the Brownian motion and far too short for a sum of Gaussian samples, until the threshold is "
+            "raised by 1.165 standard deviations, which is what a sum of samples jumps over it.",
             "The test signal of Hampton's filter is a product of neighbours, neither independent nor Gaussian: the "
             "paper's warning is right, its T1 is up to eight times too long there, and the correction above makes it "
             "worse. Two short simulations and the form of T1 extrapolate it.",
@@ -58,7 +58,8 @@ def section(seeds: int) -> Section:
         [
             Picture(
                 "run_lengths",
-                "Mean run length over the simulated one for products of neighbouring innovations, against the threshold.",
+                "Mean run length over the simulated one for products of neighbouring innovations, against the "
+                "threshold.",
                 lambda: figures.run_lengths(points),
             )
         ],
@@ -122,7 +123,8 @@ def _thresholds(seeds, scaled):
         Verdict(
             "threshold for one alarm in 1000 samples, both sides, reference .5",
             f"{found:.0f} at h = {h:.3f}",
-            f"1000 within {100 * wide:.0f} %; without the overshoot h is 1.17 too large and alarms come every {naive:.0f}",
+            f"1000 within {100 * wide:.0f} %; without the overshoot h is 1.17 too large and alarms come every "
+            f"{naive:.0f}",
             bool(abs(found / 1000 - 1) <= wide),
             CHECK,
         ),
@@ -230,7 +232,9 @@ def _product_verdicts(points, fits, scaled):
         ),
         Verdict(
             "two-point fit at the other high thresholds",
-            "; ".join(f"({d}, {h:g}): {found[d, h][4] / found[d, h][0]:.2f}" for d, h in ((0.15, 32), (0.07, 40), (0.3, 20))),
+            "; ".join(
+                f"({d}, {h:g}): {found[d, h][4] / found[d, h][0]:.2f}" for d, h in ((0.15, 32), (0.07, 40), (0.3, 20))
+            ),
             f"within {100 * scaled.wide(0.2):.0f} % of simulation (-3, -10, +7 %)",
             bool(
                 all(

@@ -135,7 +135,8 @@ def section(seeds: int) -> Section:
             ),
             Picture(
                 "methods",
-                "Error of the gain, all methods on the same records; a line is two standard errors. Orange: the paper's own.",
+                "Error of the gain, all methods on the same records; a line is two standard errors. Orange: the "
+                "paper's own.",
                 lambda: figures.methods(scores, [row.name for row in ROWS]),
             ),
         ],
