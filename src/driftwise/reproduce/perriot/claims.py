@@ -21,6 +21,11 @@ WRONG = [  # what the paper says, what holds, the check with the number
         "plate 3 against plate 1: does re-initialisation pay here?",
     ),
     (
+        "section 5: N0 = 6 for an increase, 15 for a decrease",
+        "1 + G²/d² = 26.5 for a jump of .2: a gain of 1/6 adds an error as large as the jump.",
+        "K-MSE of Hinkley, the paper's values but N0 = 26.5",
+    ),
+    (
         "section 4.5: T1 = G²/(2 Δμ²) [e^x − 1 + x]",
         "e^x − 1 − x. And it is the time of a Brownian motion: samples jump over the threshold.",
         "T1 of the Brownian motion (dmu .3, h 3, G 1), steps towards 0",

@@ -11,7 +11,7 @@ from . import figures, fresh
 from .detectors import Hinkley, Studentised, Windows
 from .fresh import SOURCE, data, hinkley_on_z, probes
 from .hampton import Averaging, follow
-from .score import detection
+from .score import delays, detection
 
 CHECK = "theory/perriot.md P13 / P8.4"
 
@@ -48,11 +48,11 @@ TESTS = [
 def section(seeds: int) -> Section:
     """Run every test on twice as many records as seeds."""
     scaled, count = Scaled(seeds, 500), 2 * seeds
-    seen, delays = {}, {}
+    seen, late = {}, {}
     for jumps in "QR":
         levels, y = data((0.1, 0.3), jumps, count, 2)
         for test in TESTS:
-            seen[test.name, jumps], delays[test.name, jumps], _ = detection(
+            seen[test.name, jumps], late[test.name, jumps], _ = detection(
                 follow(y, Averaging(), test.make()).alarms, levels
             )
     tables, verdicts = fresh.judge(seeds, scaled)
@@ -66,7 +66,7 @@ def section(seeds: int) -> Section:
             "each. It is not better everywhere: it sees fewer of the increases between high gains, and its run "
             "length depends on the optimal gain.",
         ],
-        [_table(seen, delays, count), *tables],
+        [_table(seen, late, count), *tables],
         [
             Picture(
                 "detection",
@@ -79,7 +79,7 @@ def section(seeds: int) -> Section:
     )
 
 
-def _table(seen, delays, count):
+def _table(seen, late, count):
     rows = [
         [
             test.name,
@@ -89,7 +89,7 @@ def _table(seen, delays, count):
                 for text in (
                     numbers(seen[test.name, jumps], 2),
                     numbers(listed, 2),
-                    numbers(delays[test.name, jumps], 0),
+                    delays(late[test.name, jumps]),
                 )
             ),
         ]

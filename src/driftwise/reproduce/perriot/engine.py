@@ -203,6 +203,18 @@ def run(
     posterior : theta_n in (2) as the paper has it; Hampton's filter needs theta_{n-1}
     posterior_gradient : the same for the gradient; mixing the two is a negative control
     project : halve a step until F + G theta H is stable
+
+    Examples
+    --------
+    y = .7 y_{n-1} + u_{n-1} without noise, gains 1/2, 1/3, ... after a prior R_0 with gain 1:
+
+    >>> y, u = np.zeros((200, 1)), np.random.default_rng(0).standard_normal((200, 1))
+    >>> for n in range(1, 200):
+    ...     y[n] = 0.7 * y[n - 1] + u[n - 1]
+    >>> change = Information(1e-6 * np.eye(2))
+    >>> found = run(registers(na=1, nb=1), y, u, 1 / np.arange(2.0, 202), change, np.zeros((1, 2)))
+    >>> print(found.theta[-1].round(3))
+    [[0.7 1. ]]
     """
     F, G, B, H, K, T, C, D = structure
     p, s = C.shape[0], H.shape[0]

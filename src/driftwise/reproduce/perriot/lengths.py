@@ -130,7 +130,7 @@ def _thresholds(seeds, scaled):
         ),
         Verdict(
             "threshold for one alarm in 2 samples at reference .5",
-            words.split(";")[0],
+            words.split(". ")[0],
             "refused: no threshold gives it (a search would not end)",
             words.startswith("refused"),
             CHECK,

@@ -10,7 +10,7 @@ from ..verdict import Picture, Scaled, Section, Table, Verdict, numbers
 from . import engine, figures, hampton
 from .detectors import Hinkley, printed_signal
 from .hampton import LEVELS, SEGMENT, Averaging, Fortescue, Walk, follow, plant, records
-from .score import score
+from .score import delays, score
 
 SOURCE = "theory/perriot.md P13 / P8.1"
 PAPER = dict(up=(0.15, 15.0), down=(0.07, 20.0))
@@ -86,7 +86,7 @@ ROWS = [
     Row("limited gain, N = 250", lambda: Averaging(limit(250)), none, 12.25, 15.6, 1.165),
     Row("limited gain, N = 50", lambda: Averaging(limit(50)), none, 14.71, 14.7, 1.188),
     PLATE_3,
-    Row("the same, N0 = 26.5", Averaging, lambda: on_paper((26.5, 26.5)), 14.30, 18.3, 1.185),
+    Row("Hinkley, the paper's values but N0 = 26.5", Averaging, lambda: on_paper((26.5, 26.5)), 14.30, 18.3, 1.185),
     Row("Hinkley, minimum of J*", Averaging, lambda: Hinkley(printed_signal, **DESIGNED), 12.64, 16.9, 1.164),
     Row("re-initialised at the true jumps, N0 = 26.5", Averaging, AtTheJumps, 10.41, 11.5, 1.130),
     Row("Fortescue's variable forgetting", Fortescue, none, 11.93, 14.4, 1.157),
@@ -179,7 +179,7 @@ def _jumps(scores):
                 [
                     f"{row.name}, {jumps} jumps",
                     numbers(found.seen, 2),
-                    numbers(found.delay, 0),
+                    delays(found.delay),
                     f"{found.false:.1f}",
                 ]
             )
@@ -227,7 +227,7 @@ def _claims(scores, scaled):
         ),
         Verdict(
             "plate 3: jumps seen (up, down, up), Q jumps",
-            f"{numbers(seen, 2)}, delays {numbers(paper.delay, 0)}, {paper.false:.1f} false alarms a record",
+            f"{numbers(seen, 2)}, delays {delays(paper.delay)}, {paper.false:.1f} false alarms a record",
             f".84, .72, .77 ± {near:.2f}; delays 98, 212, 124 ± {scaled.wide(15):.0f}; 1.4 ± {scaled.wide(0.3):.1f}",
             bool(
                 np.all(np.abs(seen - [0.84, 0.72, 0.77]) <= near)

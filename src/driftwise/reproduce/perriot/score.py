@@ -51,3 +51,8 @@ def detection(alarms, plant: Plant):
         if found.any():
             delay[i] = right.argmax(axis=0)[found].mean()
     return seen, delay, float((alarms != 0).sum(axis=0).mean() - seen.sum())
+
+
+def delays(values) -> str:
+    """Return mean delays as words; a jump that no record saw has none."""
+    return ", ".join("–" if np.isnan(value) else f"{value:.0f}" for value in values)
