@@ -213,12 +213,16 @@ def test_hinkley_is_golden():
         fired = int(test.look(sample(n, Z))[0])
         found += [[n + 1, fired]] if fired else []
     assert found == expected["alarms_with_reset"]
+    lame = detectors.Hinkley(lambda s: s.nu, (0.25, 2.0), (0.25, 50.0))
+    lame.start(1)
+    assert [n for n, Z in enumerate(given["Z"]) if lame.look(sample(n, Z))[0]] == [5]  # never a decrease
 
 
 @pytest.mark.parametrize("mixture", [False, True])
 def test_windows_are_sums_of_the_last_signals(mixture):
-    """300 signals one by one against every window written out; the buffer is emptied at each alarm."""
-    Z = np.random.default_rng(2).standard_normal(300) + 0.4
+    """Signals one by one against every window written out; the buffer is emptied at each alarm, and as it gets full."""
+    Z = np.random.default_rng(2).standard_normal(700) + 0.4
+    Z[300:560] -= 0.4  # longer than the longest window
     threshold = np.exp(6.0) if mixture else 8.0
     test, since, count = detectors.Windows(lambda s: s.nu, threshold, mixture), 0, 0
     test.start(1)
@@ -282,6 +286,12 @@ def test_alarms_are_counted():
 
 def test_the_printed_T1_is_a_negative_control():
     assert lengths.printed(0.3, 3.0) == pytest.approx(38.05, abs=0.01)
+
+
+def test_simulated_run_lengths():
+    """4000 runs: 1.6 % each, so 8 % is five standard errors."""
+    assert lengths.simulated(walks.products, 8.0, 0.15, lengths.G, 4000).mean() == pytest.approx(260, rel=0.08)
+    assert lengths.simulated(walks.two_sided, 4.0, 0.5, 1.0, 4000).mean() == pytest.approx(335.4 / 2, rel=0.08)
 
 
 def test_moments_of_the_moving_average():
