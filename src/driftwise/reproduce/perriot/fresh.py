@@ -94,6 +94,7 @@ def _fresh_verdicts(fresh, scaled):
         np.abs(np.concatenate(found[:3]) - np.concatenate([row[2], row[3], row[5]])).max()
         for row, found in zip(FRESH, fresh)
     )
+    # a delay has a standard error of 5 samples here and in the table: 30 is four of their difference
     delays = max(np.abs(np.subtract(found[3], row[4])).max() for row, found in zip(FRESH, fresh))
     error, wide = fresh[0][4], scaled.wide(0.08)
     upward = [(found[0][0], found[1][0]) for found in fresh[2:]]
