@@ -37,6 +37,16 @@ ESTIMATORS = {
         1, inputs=2, direct=True, noise=dw.UnknownPolynomial(variance=0.01, method="els"), memory=dw.Walk(1e-5)
     ),
     "dead-beat": dw.Joint(2, inputs=1, noise=dw.EquationError(0.0), P0=100.0),
+    "ARX": dw.ARX(2, 2),
+    "ARX, two inputs, delays, offset": dw.ARX(2, (2, 1), (1, 0), offset=True),
+    "ARX, weighted": dw.ARX(2, 2, memory=dw.Weighted(0.98)),
+    "ARX, limited gain": dw.ARX(2, 2, memory=dw.LimitedGain(50)),
+    "ARX, walk": dw.ARX(2, 2, memory=dw.Walk(1e-5)),
+    "ARX, known noise": dw.ARX(1, 1, variance=0.01, gate=dw.Gate(), P0=10.0),
+    "ARX, missing held": dw.ARX(2, 2, missing="hold"),
+    "ARX, missing skipped": dw.ARX(2, 2, missing="skip", memory=dw.Weighted(0.95)),
+    "AR": dw.AR(3),
+    "regression": dw.Regression(3, offset=True, memory=dw.Weighted(0.99)),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
 }
 

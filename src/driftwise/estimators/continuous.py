@@ -18,9 +18,9 @@ from ..models.continuous import observer as filters
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from .continuous_step import HEAD, Continuous, scratch_size
-from .joint import WIDTH, Step
+from .joint import WIDTH
 from .policies import resolve_gate, resolve_memory, resolve_watch
-from .reading import Reading
+from .reading import Reading, Step
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 

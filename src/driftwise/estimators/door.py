@@ -146,3 +146,9 @@ def fleet(y, u, series: int, inputs: int):
         expected = f"{(*y.shape, inputs)}" + (f" or {y.shape}" if inputs == 1 else "")
         raise InputError(f"u must be {expected}, like y with the inputs last, got shape {us.shape}")
     return y.reshape(series, length, 1), us.reshape(series, length, inputs), y.shape
+
+
+def counts(name, value, least=0) -> tuple[int, ...]:
+    """Return whole numbers from one, or from a sequence of them."""
+    values = value if isinstance(value, tuple | list | np.ndarray) else (value,)
+    return tuple(count(name, v, least) for v in values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,15 +24,6 @@ from .reading import Reading
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
 # not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
 WIDTH = 1e4
-
-
-class Step(NamedTuple):
-    """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet)."""
-
-    prediction: Any
-    innovation: Any
-    variance: Any
-    status: Any
 
 
 class Joint(Reading):
@@ -219,44 +210,6 @@ class Joint(Reading):
 
     # --- running -------------------------------------------------------------------------------------------
 
-    def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
-        """Return the next state and what this sample showed; NaN means missing.
-
-        Parameters
-        ----------
-        state : from `start`, `update`, or a trace
-        y : the output
-        u : the input, or a sequence of k inputs
-        """
-        rows = self._rows(state)
-        ys, us = door.sample(y, u, self.model.inputs)
-        outs = np.empty((1, 1, 4))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = outs[0, 0].tolist()
-        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
-
-    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
-        """Run over a record and return its trace; ``trace.state`` continues where it ended.
-
-        Parameters
-        ----------
-        y : (T,) outputs; NaN where missing
-        u : (T,) or (T, k) inputs; NaN where missing
-        state : state to start from; a fresh one if omitted
-        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
-        time : (T,) instants in seconds; multiples of dt if omitted
-        """
-        from ..workflow.trace import Trace, width
-
-        y, u = door.record(y, u, self.model.inputs)
-        start = self.start() if state is None else state
-        rows = self._rows(start)
-        outs = np.empty((1, len(y), width(keep, self.model.N)))
-        self.drive(rows, y.reshape(1, -1, 1), u[None], outs, self.spec, self.scratch())
-        return Trace(
-            self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time
-        )
-
     def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None):
         """Return state and parameters at every sample given the whole record, or the samples up to ``lag`` later.
 
@@ -301,29 +254,6 @@ class Joint(Reading):
         from .batch import batch
 
         return batch(self, y, u, state)
-
-    def tick(self, states, y, u=None):
-        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
-
-        Parameters
-        ----------
-        states : (S,) states
-        y : (S,) or (S, T) outputs
-        u : (S,), (S, k) or (S, T, k) inputs
-
-        Returns
-        -------
-        states : (S,) new states
-        steps : Step of arrays shaped like y
-        """
-        rows = self._rows(states, is_one=False)
-        ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
-        outs = np.empty((*ys.shape[:2], 4))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = (outs[..., i].reshape(shape) for i in range(4))
-        return rows.view(self.dtype).reshape(np.shape(states)), Step(
-            prediction, innovation, variance, status.astype(int)
-        )
 
     # --- reading a state -----------------------------------------------------------------------------------
 

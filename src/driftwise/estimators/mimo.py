@@ -19,12 +19,12 @@ from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale, UnknownScale, sigma2
 from ..models.structure import Structure, indices
 from . import door, mimo_door
-from .joint import WIDTH, Step
+from .joint import WIDTH
 from .mimo_row import INPUT, OUTPUT, scratch_size
 from .mimo_step import share
 from .mimo_tables import prior_factors, tables
 from .policies import resolve_gate, resolve_memory, resolve_watch
-from .reading import Rows, directions
+from .reading import Rows, Step, directions
 
 
 class JointMIMO(Rows):

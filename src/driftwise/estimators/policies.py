@@ -9,6 +9,7 @@ import numpy as np
 from ..detect.gate import Always, Gate, admit
 from ..detect.watch import Silent, watch
 from ..errors import InputError
+from ..memory.adapt import Fade, LimitedGain, Weighted, learn
 from ..memory.drift import Restart, UntilJump, Walk, drift
 from . import door
 
@@ -57,3 +58,25 @@ def resolve_gate(gate, unknowns: int) -> Any:
     if type(gate) not in admit.table:
         raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
     return gate
+
+
+def adaptation(memory, units, cap, parameters: int) -> tuple[Any, Any, float, int]:
+    """Return the memory and the detector of a recursive estimator as the kernel wants them.
+
+    Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
+    """
+    cap = np.array(cap)
+    if isinstance(memory, LimitedGain):
+        samples = door.positive("samples", memory.samples)
+        if samples <= 1:
+            raise InputError(f"samples must exceed 1 (a gain of 1 erases all that was learnt), got {memory.samples!r}")
+        return Fade(1.0, samples, cap), Silent(), 0.0, 0
+    if isinstance(memory, Weighted):
+        if not 0 < door.positive("p", memory.p) <= 1:
+            raise InputError(f"p is a weight per sample, above 0 and at most 1, got {memory.p!r}")
+        return Fade(float(memory.p), np.inf, cap), Silent(), 0.0, 0
+    if isinstance(memory, Walk):
+        return resolve_memory(memory, units, cap), Silent(), 0.0, 0
+    if type(memory) not in learn.table:
+        raise InputError(f"memory must be Never(), LimitedGain(N), Weighted(p) or Walk(q), got {memory!r}")
+    return memory, Silent(), 0.0, 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,21 +16,35 @@ from ..models.scale import KnownScale, sigma2
 from . import door
 
 
+class Step(NamedTuple):
+    """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet)."""
+
+    prediction: Any
+    innovation: Any
+    variance: Any
+    status: Any
+
+
 class Rows:
     """States as rows of numbers, and the compiled loop that runs over them."""
 
     model: Any
     policies: Any
     dtype: np.dtype
+    spec: np.ndarray
     scratch_size: int
     options: dict[str, Any]
     _s0: np.ndarray
     _D0: np.ndarray
     _U0: np.ndarray
+    columns = 4  # prediction, innovation, variance, status: what the trace holds before means and spreads
     _x = "x"  # the state's field in a row
 
     def __repr__(self):
-        defaults, first = inspect.signature(type(self)).parameters, next(iter(self.options))
+        first = next(iter(self.options))
+        defaults: dict[str, Any] = {}
+        for kind in reversed(type(self).__mro__):
+            defaults |= inspect.signature(kind).parameters if kind is not object else {}
         changed = {k: v for k, v in self.options.items() if k == first or repr(v) != repr(defaults[k].default)}
         return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in changed.items())})"
 
@@ -75,6 +89,72 @@ class Reading(Rows):
 
     scale: Any
     prior_covariance: np.ndarray
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
+        """Return the next state and what this sample showed; NaN means missing.
+
+        Parameters
+        ----------
+        state : from `start`, `update`, or a trace
+        y : the output
+        u : the input, or a sequence of k inputs
+        """
+        rows = self._rows(state)
+        ys, us = door.sample(y, u, self.model.inputs)
+        outs = np.empty((1, 1, 4))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        prediction, innovation, variance, status = outs[0, 0].tolist()
+        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
+
+    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
+        """Run over a record and return its trace; ``trace.state`` continues where it ended.
+
+        Parameters
+        ----------
+        y : (T,) outputs; NaN where missing
+        u : (T,) or (T, k) inputs; NaN where missing
+        state : state to start from; a fresh one if omitted
+        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
+        time : (T,) instants in seconds; multiples of dt if omitted
+        """
+        from ..workflow.trace import Trace, width
+
+        y, u = door.record(y, u, self.model.inputs)
+        start = self.start() if state is None else state
+        rows = self._rows(start)
+        outs = np.empty((1, len(y), width(keep, self.model.N, self.columns)))
+        self.drive(rows, y.reshape(1, -1, 1), u[None], outs, self.spec, self.scratch())
+        final, observed = rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"])
+        trace = Trace(self, y, u, outs[0], keep, final, observed, time)
+        trace.begun = np.array(start)
+        return trace
+
+    def tick(self, states, y, u=None):
+        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
+
+        Parameters
+        ----------
+        states : (S,) states
+        y : (S,) or (S, T) outputs
+        u : (S,), (S, k) or (S, T, k) inputs
+
+        Returns
+        -------
+        states : (S,) new states
+        steps : Step of arrays shaped like y
+        """
+        rows = self._rows(states, is_one=False)
+        ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
+        outs = np.empty((*ys.shape[:2], 4))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        prediction, innovation, variance, status = (outs[..., i].reshape(shape) for i in range(4))
+        return rows.view(self.dtype).reshape(np.shape(states)), Step(
+            prediction, innovation, variance, status.astype(int)
+        )
+
+    # --- reading a state -----------------------------------------------------------------------------------
 
     def covariance(self, state) -> np.ndarray:
         """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""

@@ -29,7 +29,7 @@ def same(a, b) -> bool:
 def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
     """Return a record (y, u) that fits the estimator: a stable plant, random inputs, gaps in both."""
     rng = np.random.default_rng(seed)
-    n, k = estimator.model.n, estimator.model.inputs
+    n, k = max(getattr(estimator.model, "order", estimator.model.n), 1), estimator.model.inputs
     if _outputs(estimator) is not None:
         return _example_of_several(estimator.model, rng, samples, missing)
     a = np.poly(rng.uniform(-0.8, 0.8, n))[1:]
@@ -138,15 +138,16 @@ def law_covariance_stays_a_covariance(est, y, u):
 
 def law_scaling(est, y, u):
     """Scaling the data scales the answer, exactly for powers of two (default prior, noise learnt or absent)."""
-    options = est.options
-    if options["P0"] is not None or options["s0"] is not None or getattr(options["noise"], "variance", 0) is not None:
+    options = {"noise": EquationError(), **est.options}
+    stated = [options.get(name) for name in ("P0", "s0", "theta0", "variance")]
+    if any(value is not None for value in stated) or getattr(options["noise"], "variance", 0) is not None:
         return
     c, g = 2.0**20, 2.0**-13
     plain, scaled = est.scaled_to(y, u), est.scaled_to(c * y, _times(u, g))
     one, two = plain.scan(y, u), scaled.scan(c * y, _times(u, g))
     assert same(c * one.prediction, two.prediction), "predictions do not scale"
-    units = [c / g if name.startswith("b") else 1.0 for name in est.names]
-    assert same(one.parameters * units, two.parameters), "only b should scale, by the ratio of the units"
+    units = np.sqrt(scaled._theta_units() / plain._theta_units())
+    assert same(one.parameters * units, two.parameters), "parameters do not scale by their units"
 
 
 def _times(u, g):

@@ -14,6 +14,7 @@ from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
+from ..memory.adapt import LimitedGain, Weighted
 from ..memory.drift import Never, UntilJump, Walk
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
@@ -29,6 +30,8 @@ KINDS = {
         NoiseCovariance,
         Never,
         Walk,
+        LimitedGain,
+        Weighted,
         UntilJump,
         Hinkley,
         Score,
@@ -80,6 +83,7 @@ def rebuild(text: str):
     from ..estimators.continuous import ContinuousJoint
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
+    from ..estimators.recursive import AR, ARX, Regression
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
@@ -87,7 +91,7 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint)}
+    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, Regression)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 

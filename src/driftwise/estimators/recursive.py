@@ -1,0 +1,265 @@
+"""Recursive identification: parameters of a difference equation or a regression, the memory chosen by a word."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..detect.gate import Gate
+from ..errors import InputError
+from ..kernel import compose, ud
+from ..memory.drift import Never
+from ..models.canonical import power_of_two
+from ..models.convert import Model
+from ..models.equation import Equation
+from ..models.scale import KnownScale, UnknownScale
+from . import door
+from . import recursive_step as _step  # noqa: F401  (registers the step)
+from .joint import WIDTH
+from .methods import LeastSquares
+from .policies import adaptation, resolve_gate
+from .reading import Reading
+from .recursive_row import COLUMNS, HOLD, PREDICT, SKIP, Lags, fields
+
+MISSING = {"predict": PREDICT, "hold": HOLD, "skip": SKIP}
+
+
+class Recursive(Reading):
+    """What every recursive estimator has: a prior, a memory, a gate, and rows that the compiled step advances."""
+
+    columns = COLUMNS
+
+    def _prepare(self, form, own: int = 0):
+        """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
+        options, N = self.options, self.model.N
+        self.dt = door.positive("dt", options["dt"])
+        self.y_scale = door.positive("y_scale", options["y_scale"])
+        self.u_scale = door.each("u_scale", options["u_scale"], self.model.inputs)
+        if np.any(self.u_scale <= 0):
+            raise InputError(f"u_scale must be positive, got {options['u_scale']!r}")
+        if options["missing"] not in MISSING:
+            raise InputError(f"missing must be one of {', '.join(MISSING)}, got {options['missing']!r}")
+        variance, scale = options["variance"], options["scale"]
+        R = self.y_scale**2 if variance is None else door.positive("variance", variance)
+        is_relative = scale is not None or variance is None
+        if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
+            raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
+        self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if is_relative else KnownScale()
+        self._set_prior(options["theta0"], options["P0"])
+        memory, detector, settle, cells = adaptation(
+            options["memory"], self._theta_units(), np.diag(self.prior_covariance), N
+        )
+        form = form._replace(
+            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, missing=MISSING[options["missing"]]
+        )
+        # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
+        scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
+        self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
+        self.spec = compose.flatten(self.policies)
+        self.dtype = np.dtype(fields(form))
+        self.scratch_size = 5 * N + own
+
+    def _method(self, R) -> Any:
+        """Return the kernel's method."""
+        return LeastSquares(R)
+
+    def _set_prior(self, theta0, P0):
+        N = self.model.N
+        self._s0 = np.zeros(N) if theta0 is None else door.vector("theta0", theta0, N)
+        P = np.diag(WIDTH * self._theta_units()) if P0 is None else door.covariance("P0", P0, N)
+        try:
+            U, self._D0 = ud.factor(P)
+        except ValueError:
+            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
+        self._U0, self.prior_covariance = U[ud.packed_indices(N)], P
+
+    def _theta_units(self) -> np.ndarray:
+        """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
+        form, gain = self.model, (self.y_scale / self.u_scale) ** 2
+        b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
+        return np.concatenate([np.ones(form.na), b, np.full(int(form.has_offset), self.y_scale**2)])
+
+    def scaled_to(self, y, u=None):
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        Scaling y or u by a power of two then scales every result exactly.
+        """
+        y, u = door.record(y, u, self.model.inputs)
+        scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return type(self)(**{**self.options, **scales})
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        if not isinstance(self.scale, KnownScale):
+            state["count"], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
+        return state
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return the parameters, in the order of ``names``."""
+        return np.array(state["theta"])
+
+    def scale_posterior(self, state) -> tuple[float, float]:
+        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
+        if isinstance(self.scale, KnownScale):
+            return math.inf, math.inf
+        return float(state["count"]) / 2, float(state["chi2"]) / 2
+
+    def sigma2(self, state) -> float:
+        """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
+        alpha, beta = self.scale_posterior(state)
+        return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
+
+    def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters, in the order of ``names``, and their covariance."""
+        return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
+
+    def model_of(self, state) -> Model:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        return self.model_at(*self.parameters_of(state))
+
+    def model_at(self, theta, P) -> Model:
+        """Return the model of a parameter vector and its covariance."""
+        form, at = self.model.canonical()
+        size, real = form.N - form.n, len(at)
+        values, covariance = np.zeros(size), np.zeros((size, size))
+        values[at], covariance[np.ix_(at, at)] = theta[:real], P[:real, :real]
+        return Model(form, values, covariance, self.dt)
+
+
+class ARX(Recursive):
+    """Parameters of A(q) y = B(q) u + e by recursive least squares, with the memory you choose.
+
+    Parameters
+    ----------
+    na : int
+        Number of past outputs.
+    nb : int, or one for each input
+        Number of coefficients of each input; ``()`` for no input.
+    nk : int, or one for each input
+        Delay of each input in samples; 0 acts at once.
+    memory : policy
+        How the past is forgotten.
+    gate : Gate, optional
+        Treat outliers as missing.
+    offset : bool
+        Estimate a constant besides.
+    variance : float, optional
+        Variance of e; learnt if omitted (Student-t bands).
+    scale : UnknownScale, optional
+        Prior of that variance.
+    missing : "predict", "hold" or "skip"
+        What stands for a missing number among the regressors: its prediction (whose variance counts), the last value
+        (taken for true), or nothing: such samples teach nothing.
+    theta0, P0 : (N,), and scalar, (N,) or (N, N), optional
+        Prior mean and covariance, the latter relative to the variance where that is learnt.
+    y_scale, u_scale : float, (k,)
+        Typical size of the data, for the default prior; `scaled_to` sets them.
+    dt : float
+        Seconds between samples.
+
+    Notes
+    -----
+    Bad at: noise on the measurement itself (the estimate is biased: `OE`), coloured e (biased too: `ARMAX`).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(2, 2, memory=dw.Weighted(0.99)).scan(y, u)
+    >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
+    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.48']
+    """
+
+    def __init__(
+        self,
+        na: int = 2,
+        nb=1,
+        nk=1,
+        *,
+        memory: Any = Never(),
+        gate: Gate | None = None,
+        offset: bool = False,
+        variance: float | None = None,
+        scale: UnknownScale | None = None,
+        missing: str = "predict",
+        theta0=None,
+        P0=None,
+        y_scale: float = 1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+    ):
+        self.options: dict[str, Any] = dict(
+            na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset, variance=variance, scale=scale,
+            missing=missing, theta0=theta0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt,
+        )  # fmt: skip
+        self._build(na, nb, nk, offset)
+
+    def _build(self, na, nb, nk, offset, labels=()):
+        nb, nk = door.counts("nb", nb), door.counts("nk", nk)
+        if len(nk) == 1:
+            nk = nk * len(nb)
+        if len(nk) != len(nb):
+            raise InputError(f"nk must be one delay, or one for each of the {len(nb)} inputs, got {nk!r}")
+        self.model = form = Equation(door.count("na", na), nb, nk, bool(offset), tuple(labels))
+        if not form.N:
+            raise InputError("the model has no parameter: give na, nb or an offset")
+        self._prepare(
+            Lags(
+                N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=0.0, cells=0.0, marks=0.0,
+                missing=0.0, settle=0.0, offset=float(form.has_offset), nb=np.array(nb, float), nk=np.array(nk, float),
+            )
+        )  # fmt: skip
+
+
+class AR(ARX):
+    """Parameters of A(q) y = e by recursive least squares: `ARX` without an input.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
+    >>> trace = dw.AR(1).scan(y)
+    >>> print(trace.parameters[-1].round(1))
+    [-0.8]
+    """
+
+    def __init__(self, na: int = 2, **options):
+        plain = ARX(na, (), (), **options)
+        self.__dict__.update(plain.__dict__)
+        self.options = {k: v for k, v in plain.options.items() if k not in ("nb", "nk")}
+
+
+class Regression(ARX):
+    """Coefficients of y = phi' theta + e for regressors of your own: recursive least squares, tracking included.
+
+    Parameters
+    ----------
+    regressors : int, or a list of names
+        How many regressors ``phi`` has; they are handed over as ``u``.
+    offset, memory, gate, ... : as for `ARX`
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> phi = np.random.default_rng(0).standard_normal((300, 2))
+    >>> y = phi @ [2.0, -1.0] + 0.5
+    >>> trace = dw.Regression(["slope", "other"], offset=True).scan(y, phi)
+    >>> dict(zip(trace.names, trace.parameters[-1].round(3).tolist()))
+    {'slope': 2.0, 'other': -1.0, 'offset': 0.5}
+    """
+
+    def __init__(self, regressors=1, **options):
+        labels = () if isinstance(regressors, int) else tuple(map(str, regressors))
+        m = len(labels) or door.count("regressors", regressors, least=1)
+        labels = labels or tuple(f"theta{i + 1}" for i in range(m))
+        plain = ARX(0, (1,) * m, 0, **options)
+        self.__dict__.update(plain.__dict__)
+        self.options = {"regressors": regressors} | {
+            k: v for k, v in plain.options.items() if k not in ("na", "nb", "nk")
+        }
+        self.model = Equation(0, (1,) * m, (0,) * m, plain.model.has_offset, labels)
