@@ -201,6 +201,13 @@ def test_halving_the_step_saves_a_vague_start(monkeypatch):
     assert lost[0] < lost[1] - 0.1
 
 
+def test_a_step_too_far_is_halved():
+    """c = .9, e = 1, then 1.1: least squares says 1.45; 1.175 and 1.0375 are outside too, .96875 is inside."""
+    trace = dw.ARMA(0, 1, theta0=[0.9], P0=1.0, variance=1.0).scan([1.0, 2.0])
+    assert trace.parameters[1, 0] == pytest.approx(0.96875, abs=1e-15)
+    assert trace.status[1] == dw.Status.PROJECTED
+
+
 def test_projection_is_reported_and_holds():
     s = System(a=[-0.5], c=[0.98])
     y, _ = s.records(1, 400, 1.0, seed=1)

@@ -99,7 +99,7 @@ class ARMAX(_Member):
 
     Notes
     -----
-    "rpem" reaches the Cramer-Rao bound (Ljung and Soderstrom 1983, section 4.4). "plr" does not, and converges for sure
+    "rpem" reaches the Cramer-Rao bound (Ljung and Soderstrom 1983, chapter 4). "plr" does not, and converges for sure
     only where 1/C - 1/2 is positive real. After each step C is kept inside the circle by halving the step
     (Perriot-Mathonna 1981; status ``PROJECTED``). With the default prior the first few hundred samples count less, for
     their e is not yet what it will be, and c starts with a standard deviation of one; give ``P0`` and nothing of the

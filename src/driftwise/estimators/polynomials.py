@@ -5,7 +5,7 @@ With r the lags of e, -v and -w, phi = [-y.. ; u.. ; r ; offset] and
     w_l = B_l u_l - (F_l - 1) w_l        v = A y - sum w_l - offset        e = D v - (C - 1) e = y - phi' theta
 
 the prediction is phi' theta and its gradient psi = phi + sum_m theta_m dr_m/dtheta, m over c, d, f: each r has a row
-of such derivatives, which follows the same recursion (Ljung and Soderstrom 1983, section 3.8). r and its rows are
+of such derivatives, which follows the same recursion (Ljung and Soderstrom 1983, chapter 3). r and its rows are
 renewed with the *new* theta. "plr" takes psi = phi (extended least squares; Landau's output error).
 
 What is unknown in phi after a gap has a covariance S. It is zero otherwise, and then costs nothing.
@@ -203,7 +203,7 @@ def _(form, state, work, y, doubt):
 def begin(form, state, kept, work, free, s2):
     """Free c, d, f to a standard deviation of one; forget the first samples, which knew too little of e, v and w.
 
-    1 - lambda falls from FIRST by the factor FADING per sample (Ljung and Soderstrom 1983, section 5.6).
+    1 - lambda falls from FIRST by the factor FADING per sample (Ljung and Soderstrom 1983, chapter 5).
     """
     head = state.head
     n = head[OBSERVED] - form.start
