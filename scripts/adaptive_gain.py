@@ -64,13 +64,17 @@ WAYS = {
     "plr, Hinkley on Z, one alarm per 2000": dict(
         method="plr", memory=dw.Never(), detector=dw.PullTest((0.15, 0.07), (18.3, 24.4)), restart=26.5, **PAPER
     ),
-    "plr, probes": dict(method="plr", memory=dw.Never(), detector=dw.GainProbes(), restart=26.5, **PAPER),
-    "rpem, 1/n, probes": dict(memory=dw.Never(), detector=dw.GainProbes(threshold=5.64), restart=10, **PAPER),
+    "plr, probes": dict(
+        method="plr", memory=dw.Never(), scale_samples=50, detector=dw.GainProbes(), restart=26.5, **PAPER
+    ),
+    "rpem, 1/n, probes": dict(
+        memory=dw.Never(), scale_samples=50, detector=dw.GainProbes(threshold=5.64), restart=10, **PAPER
+    ),
     "rpem, matched walk": dict(memory=dw.Walk(8e-5), **SLOW),
     "rpem, matched walk, prior scale": dict(memory=dw.Walk(8e-5), scale=PRIOR, **SLOW),
     "rpem, walk too slow (1e-5)": dict(memory=dw.Walk(1e-5), scale_samples=50, **SLOW),
     "rpem, walk too slow, probes": dict(
-        memory=dw.Walk(1e-5), scale_samples=50, detector=dw.GainProbes(threshold=5.68), restart=0.02**0.5, **SLOW
+        memory=dw.Walk(1e-5), scale_samples=50, detector=dw.GainProbes(threshold=5.68), restart=0.5**0.5, **SLOW
     ),
     "the defaults": {},
     "the defaults, prior scale": dict(scale=PRIOR),

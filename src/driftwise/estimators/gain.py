@@ -58,13 +58,13 @@ class AdaptiveGain(Reading):
     detector : GainProbes, PullTest or any detector of innovations, optional
         Frees K when it alarms; an alarm never moves K itself.
     restart : float, or (up, down), optional
-        What an alarm does: with `Walk`, the standard deviation that K gets at least (half the prior's); with the other
-        memories the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
+        What an alarm does: with `Walk`, K regains at least this share of its prior standard deviation (0.5); with the
+        other memories it is the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
     gate : Gate, optional
         Treat outliers as missing.
     limits : (low, high), "stable" or None
-        Limits of H K of a scalar state (0 and 1 by default), poles of the filter inside 1 - 1e-3 by halving the step
-        (the default of several states), or neither.
+        Limits of H K of a scalar state (by default 0 and 1), poles of the filter inside 1 - 1e-3 by halving the step
+        (the default of several states and of unstable ones), or neither: then K may make the filter unstable.
     scale : UnknownScale, optional
         Prior of the innovation variance, relative to y_scale^2: 2 alpha samples of variance beta/alpha. Worth giving;
         without it K waits for five innovations (`Walk`).
@@ -104,6 +104,7 @@ class AdaptiveGain(Reading):
     >>> x = np.cumsum(0.5 * rng.standard_normal(2000))     # a random walk, seen with noise of variance 1
     >>> trace = dw.AdaptiveGain(1.0).scan(x + rng.standard_normal(2000))
     >>> print(f"{trace.parameters[-1, 0]:.2f} +- {trace.parameters_std[-1, 0]:.2f}, the best is 0.39")
+    0.38 +- 0.08, the best is 0.39
     """
 
     columns = COLUMNS
@@ -160,7 +161,7 @@ class AdaptiveGain(Reading):
             settle=float(SETTLE), signal=float(signal), low=low, high=high, radius=radius,
             cells=float(cells), marks=float(detector.marks(plant.n)), Phi=plant.Phi.ravel(), H=plant.H,
             B=plant.B.ravel(), dead_beat=plant.dead_beat, cap=prior, poles=poles, moves=moves.ravel(),
-            reopen=_restart(restart, is_walk, prior), probes=probes.ravel(),
+            reopen=_restart(restart, is_walk), probes=probes.ravel(),
         )  # fmt: skip
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
         self.spec = compose.flatten(self.policies)
@@ -285,7 +286,7 @@ def _plant(Phi, H, B) -> GainPlant:
 def _limits(limits, plant, K0) -> tuple[float, float, float]:
     """Return the limits of H K and the radius of the poles as the kernel wants them."""
     if isinstance(limits, str) and limits == "default":
-        limits = (0.0, 1.0) if plant.n == 1 else "stable"
+        limits = (0.0, 1.0) if plant.n == 1 and abs(plant.Phi[0, 0]) <= 1 else "stable"
     if limits is None:
         return -np.inf, np.inf, 0.0
     if isinstance(limits, str) and limits == "stable":
@@ -294,15 +295,16 @@ def _limits(limits, plant, K0) -> tuple[float, float, float]:
         return -np.inf, np.inf, RADIUS
     if plant.n > 1 or np.shape(limits) != (2,) or not limits[0] < limits[1]:
         raise InputError(f'limits must be (low, high) of H K for a scalar state, "stable" or None, got {limits!r}')
+    if any(abs(plant.Phi[0, 0] * (1 - limit)) > 1 for limit in limits):
+        raise InputError(f"limits must keep the filter stable, abs(Phi (1 - H K)) <= 1, got {limits!r}")
     return float(limits[0]), float(limits[1]), 0.0
 
 
-def _restart(restart, is_walk, prior) -> np.ndarray:
+def _restart(restart, is_walk) -> np.ndarray:
     """Return the (up, down) answers to an alarm."""
-    default = 0.5 * math.sqrt(float(prior.max())) if is_walk else 26.5
-    pair = door.each("restart", default if restart is None else restart, 2)
-    if np.any(pair <= (0.0 if is_walk else 1.0)):
-        what = "a positive standard deviation" if is_walk else "a number of samples above 1"
+    pair = door.each("restart", (0.5 if is_walk else 26.5) if restart is None else restart, 2)
+    if not np.all((0 < pair) & (pair <= 1) if is_walk else pair > 1):
+        what = "a share of the prior deviation, above 0 and at most 1," if is_walk else "a number of samples above 1"
         raise InputError(f"restart must be {what} with this memory, got {restart!r}")
     return pair
 

@@ -7,7 +7,7 @@ import numpy as np
 from ..detect.gate import admit, count_rejections
 from ..detect.watch import SINCE, STATISTIC, WHICH, watch
 from ..kernel.compose import advance, choice, kernel
-from ..kernel.status import BAD_VALUE, EXACT, JUMP, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
+from ..kernel.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ..kernel.ud import entry, predicted_variance, variance
 from ..memory.adapt import Fade, age, fade, learn
 from ..memory.drift import Never, Walk, widen_within
@@ -63,6 +63,27 @@ def take_inputs(state, u, t):
 
 
 @kernel
+def find_again(state):
+    """Start again from x = 0 where a gap, or a filter left unstable, let x or its gradient go; return a status."""
+    most = 0.0
+    for i in range(state.x.size):
+        most = max(most, abs(state.x[i]))
+        for j in range(state.x.size):
+            most = max(most, abs(state.W[i, j]))
+        for m in range(state.probes.shape[0]):
+            most = max(most, abs(state.probes[m, i]))
+    if most < HUGE:
+        return 0
+    for i in range(state.x.size):
+        state.x[i] = 0.0
+        for j in range(state.x.size):
+            state.W[i, j] = 0.0
+        for m in range(state.probes.shape[0]):
+            state.probes[m, i] = 0.0
+    return LOST
+
+
+@kernel
 def bound(form, K, old, work):
     """Keep the filter stable: clip H K (scalar state), or halve the step until its poles lie inside."""
     if form.radius == 0.0:
@@ -100,7 +121,7 @@ def _(memory, form, strength, weight, U, D, work):
 @reopen.on(Walk)
 def _(memory, form, strength, weight, U, D, work):
     for i in range(D.size):
-        widen_within(U, D, i, strength * strength - variance(U, D, i), form.cap[i], work.b)
+        widen_within(U, D, i, strength * strength * form.cap[i] - variance(U, D, i), form.cap[i], work.b)
     return weight
 
 
@@ -210,8 +231,9 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     is_starting = head[OBSERVED] < form.start
 
     # predict: y = H x, its gradient psi = H W
-    e = z - dot(form.H, x) if is_used else np.nan
+    status |= find_again(state)
     yhat = dot(form.H, x)
+    e = z - yhat if is_used else np.nan
     for j in range(n):
         psi[j] = 0.0
         for i in range(n):

@@ -1,4 +1,4 @@
-"""A plant x+ = Phi x + B u + w, y = H x + e known but for its noise, hence its Kalman gain; what these say of each other.
+"""A plant known but for its noise, x+ = Phi x + B u + w, y = H x + e: its gain, and what gain and noise say.
 
 For a scalar state (H = 1) the mean field of Hampton's scheme: Perriot-Mathonna (1981), after Hampton.
 """
@@ -22,6 +22,7 @@ class GainPlant:
     B: np.ndarray
 
     coloured = False
+    direct = False
 
     @property
     def n(self) -> int:
