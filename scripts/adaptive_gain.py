@@ -78,6 +78,7 @@ WAYS = {
     ),
     "the defaults": {},
     "the defaults, prior scale": dict(scale=PRIOR),
+    "the defaults, probes": dict(detector=dw.GainProbes()),
 }
 
 
@@ -85,7 +86,8 @@ def table(runs, **options):
     """Print one line for each way."""
     x, y, K, Q, R = records(runs, **options)
     best = np.mean((optimal(y, Q, R) - x) ** 2)
-    for name, settings in WAYS.items():
+    fixed = {"fixed at the middle of the levels": dict(memory=dw.Walk(0.0), K0=K.mean(), P0=0.0, x0=0.0)}
+    for name, settings in (fixed | WAYS).items():
         gains, states, alarms = run(dw.AdaptiveGain(PHI, **settings), y)
         error = 1000 * (gains - K) ** 2
         per_run = error.mean(axis=1)
@@ -98,7 +100,7 @@ def table(runs, **options):
         print(line)
 
 
-def tracker(runs=50, T=4000, q=0.01, seed=3):
+def tracker(runs=50, T=4000, q=0.01, seed=3, **settings):
     """Print how a constant-velocity tracker of unknown noise does: gain, state error and NIS in the second half."""
     from driftwise.models.gain import kalman_gain
 
@@ -111,7 +113,7 @@ def tracker(runs=50, T=4000, q=0.01, seed=3):
         for t in range(1, T):
             x[t] = Phi @ x[t - 1] + L @ rng.standard_normal(2)
         y = x[:, 0] + rng.standard_normal(T)
-        trace, fixed = dw.AdaptiveGain(Phi).scan(y), np.zeros(2)
+        trace, fixed = dw.AdaptiveGain(Phi, **settings).scan(y), np.zeros(2)
         known = np.empty_like(x)
         for t in range(T):
             known[t] = fixed + best * (y[t] - fixed[0])
@@ -132,9 +134,13 @@ if __name__ == "__main__":
         "Q jumps, .1 / .3": {},
         "R jumps, .1 / .3": dict(jumps="R"),
         "Q jumps, .4 / .6": dict(levels=(0.4, 0.6, 0.4, 0.6)),
+        "Q jumps, .2 / .25": dict(levels=(0.2, 0.25, 0.2, 0.25)),
+        "Q jumps, .05 / .7": dict(levels=(0.05, 0.7, 0.05, 0.7)),
     }.items():
         print(f"\n{title}: K-MSE x 1000 | by segment | state error / best")
         table(runs, **options)
-    print("\nconstant-velocity tracker")
-    tracker()
+    for q in (1e-4, 1e-2, 1.0):
+        for name, settings in {"the defaults": {}, "memory=Never()": dict(memory=dw.Never())}.items():
+            print(f"\nconstant-velocity tracker, Q/R = {q:g}, {name}")
+            tracker(q=q, **settings)
     print(f"{time.perf_counter() - begin:.0f} s")

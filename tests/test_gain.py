@@ -328,7 +328,10 @@ def test_probes_find_the_decrease_that_the_paper_misses():
 # --- several states, inputs, gaps ------------------------------------------------------------------------------
 
 
-def test_tracker_learns_the_gain_of_the_riccati_equation():
+@pytest.mark.parametrize(
+    "memory, off, ratio", [(None, (0.05, 0.02), (1.12, 1.25)), (dw.Weighted(0.999), (0.015, 0.005), (1.02, 1.02))]
+)
+def test_tracker_learns_the_gain_of_the_riccati_equation(memory, off, ratio):
     Q = 0.01 * np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
     P = solve_discrete_are(TRACKER.T, np.array([[1.0], [0.0]]), Q, np.eye(1))
     best = P[:, 0] / (P[0, 0] + 1)
@@ -336,7 +339,7 @@ def test_tracker_learns_the_gain_of_the_riccati_equation():
     learnt, nis, ratios, far = [], [], [], []
     for seed in range(20):
         x, y = tracked(4000, seed=seed)
-        trace, fixed, known = dw.AdaptiveGain(TRACKER).scan(y), np.zeros(2), np.empty_like(x)
+        trace, fixed, known = dw.AdaptiveGain(TRACKER, memory=memory).scan(y), np.zeros(2), np.empty_like(x)
         for t in range(len(y)):
             known[t] = fixed + best * (y[t] - fixed[0])
             fixed = TRACKER @ known[t]
@@ -344,8 +347,8 @@ def test_tracker_learns_the_gain_of_the_riccati_equation():
         far.append((trace.parameters[-1] - best) / trace.parameters_std[-1])
         nis.append(np.mean(trace.innovation[2000:] ** 2 / trace.variance[2000:]))
         ratios.append(np.mean((trace.x - x)[2000:] ** 2, axis=0) / np.mean((known - x)[2000:] ** 2, axis=0))
-    assert np.all(abs(np.mean(learnt, axis=0) - best) < [0.05, 0.02])
-    assert np.mean(ratios, axis=0)[0] < 1.12 and np.mean(ratios, axis=0)[1] < 1.25
+    assert np.all(abs(np.mean(learnt, axis=0) - best) < off)
+    assert np.all(np.mean(ratios, axis=0) < ratio)
     assert 0.9 < min(nis) and max(nis) < 1.1
     assert np.sqrt(np.mean(np.square(far))) < 1.5  # the spread of K means what it says
 
