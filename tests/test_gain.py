@@ -289,6 +289,8 @@ def test_alarms_equal_the_plain_recursion(detector, oracle, N0):
     assert set(alarms) == {-1, 0, 1}
     assert np.array_equal(np.sign(trace.outs[:, 6]), alarms)
     assert np.array_equal((trace.status & dw.Status.JUMP) != 0, alarms != 0)
+    words = [event.text for event in trace.jumps()]
+    assert any(w.startswith("jump: K rose") for w in words) and any(w.startswith("jump: K fell") for w in words)
     np.testing.assert_allclose(trace.parameters[:, 0], K, atol=1e-6)  # R starts at 0 there, at 1e-10 here
 
 

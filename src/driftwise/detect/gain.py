@@ -2,8 +2,10 @@
 
 from typing import Any, NamedTuple
 
-from ..kernel.compose import Vector, kernel
-from .watch import OWN, SINCE, STATISTIC, WHICH, watch
+from ..errors import InputError
+from .hinkley import TwoSums
+from .probes import ProbeBank, bank
+from .settings import each
 
 
 class PullTest(NamedTuple):
@@ -17,6 +19,12 @@ class PullTest(NamedTuple):
 
     drift: Any = (0.15, 0.07)
     threshold: Any = (15.0, 20.0)
+
+    def resolve(self, parameters: int) -> TwoSums:
+        """Return what the kernel sees."""
+        if parameters > 1:
+            raise InputError("PullTest is for a scalar state: use GainProbes")
+        return TwoSums(each("drift", self.drift), each("threshold", self.threshold), 0.0)
 
 
 class GainProbes(NamedTuple):
@@ -34,63 +42,6 @@ class GainProbes(NamedTuple):
     gains: Any = None
     threshold: float = 6.17
 
-
-class Pull(NamedTuple):
-    """What the kernel sees of `PullTest`."""
-
-    drift: Vector
-    threshold: Vector
-
-    def marks(self, parameters: int) -> int:
-        """Return how many numbers it keeps."""
-        return OWN + 4
-
-
-class Probes(NamedTuple):
-    """What the kernel sees of `GainProbes`; log likelihood ratios come in place of slopes."""
-
-    threshold: float
-    probes: float
-
-    def marks(self, parameters: int) -> int:
-        """Return how many numbers it keeps."""
-        return OWN + 2 * int(self.probes)
-
-
-@kernel
-def grow(g, since, i, ratio):
-    """Let sum i grow, never below 0, and count the samples since it was 0."""
-    g[i] = max(0.0, g[i] + ratio)
-    since[i] = since[i] + 1.0 if g[i] > 0.0 else 0.0
-
-
-@watch.on(Pull)
-def _(detector, marks, z, slope):
-    g, since = marks[OWN : OWN + 2], marks[OWN + 2 : OWN + 4]
-    way = 0.0
-    for i in range(1, -1, -1):  # the increase last: it is the one reported
-        grow(g, since, i, (1.0 - 2.0 * i) * z - detector.drift[i])
-        if g[i] >= detector.threshold[i]:
-            way, marks[SINCE], marks[WHICH] = 1.0 - 2.0 * i, since[i], 0.0
-    marks[STATISTIC] = max(g[0] / detector.threshold[0], g[1] / detector.threshold[1])
-    if way != 0.0:
-        for j in range(4):
-            marks[OWN + j] = 0.0
-    return way
-
-
-@watch.on(Probes)
-def _(detector, marks, z, slope):
-    M, best = slope.size, 0
-    g, since = marks[OWN : OWN + M], marks[OWN + M : OWN + 2 * M]
-    for m in range(M):
-        grow(g, since, m, slope[m])
-        if g[m] > g[best]:
-            best = m
-    marks[STATISTIC] = g[best] / detector.threshold
-    if marks[STATISTIC] < 1.0:
-        return 0.0
-    marks[SINCE], marks[WHICH] = since[best], best
-    for j in range(2 * M):
-        marks[OWN + j] = 0.0
-    return 1.0
+    def resolve(self, probes: int) -> ProbeBank:
+        """Return what the kernel sees: log likelihood ratios come in place of slopes."""
+        return bank(probes, threshold=self.threshold)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.gain import GainProbes, Probes, Pull, PullTest
+from ..detect.gain import GainProbes, PullTest
 from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
@@ -20,7 +20,7 @@ from . import door
 from . import gain_step as _step  # registers the step
 from .gain_row import INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
 from .methods import LeastSquares
-from .policies import adaptation, resolve_gate
+from .policies import adaptation, resolve_detector, resolve_gate
 from .reading import Reading
 from .recursive_row import COLUMNS
 
@@ -185,22 +185,15 @@ class AdaptiveGain(Reading):
 
     def _resolve_detector(self, detector, is_walk):
         """Return what the detector listens to, the gains of its probes (M, n), and the kernel's detector."""
-        plant, none = self.model, np.zeros((0, self.model.n))
+        n, none = self.model.n, np.zeros((0, self.model.n))
         if detector is None:
             return INNOVATION, none, Silent()
-        if isinstance(detector, PullTest):
-            if plant.n > 1 or is_walk:
-                raise InputError("PullTest is for a scalar state and a memory other than Walk: use GainProbes")
-            pair = door.each("drift", detector.drift, 2), door.each("threshold", detector.threshold, 2)
-            if np.any(pair[1] <= 0):
-                raise InputError(f"threshold must be positive, got {detector.threshold!r}")
-            return PULL, none, Pull(*pair)
         if isinstance(detector, GainProbes):
-            probes = _probes(detector.gains, plant)
-            return PROBES, probes, Probes(door.positive("threshold", detector.threshold), float(len(probes)))
-        if type(detector) not in _step.watch.table:
-            raise InputError(f"detector must be None, GainProbes() or PullTest(), got {detector!r}")
-        return INNOVATION, none, detector
+            probes = _probes(detector.gains, self.model)
+            return PROBES, probes, detector.resolve(len(probes))
+        if isinstance(detector, PullTest) and is_walk:
+            raise InputError("PullTest needs a memory with a gain sequence, not Walk: use GainProbes")
+        return PULL if isinstance(detector, PullTest) else INNOVATION, none, resolve_detector(detector, n)
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (a power of two)."""

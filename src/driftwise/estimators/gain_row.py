@@ -92,7 +92,8 @@ def scratch_size(form) -> int:
 @open_row.on(GainForm)
 def _(form, row):
     n, M = int(form.n), form.probes.size
-    theta = 9 + n
+    s = len(HEAD)
+    theta = s + n
     D = theta + n
     U = D + n
     W = U + n * (n - 1) // 2
@@ -102,7 +103,7 @@ def _(form, row):
     c = p + M
     m = c + int(form.cells)
     return Row(
-        row[:9], row[9:theta], row[theta:D], row[D:U], row[U:W], row[W:h].reshape(n, n), row[h:d], row[d:p],
+        row[:s], row[s:theta], row[theta:D], row[D:U], row[U:W], row[W:h].reshape(n, n), row[h:d], row[d:p],
         row[p:c].reshape(M // n, n), row[c:m], row[m:],
     )  # fmt: skip
 

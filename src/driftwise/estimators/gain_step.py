@@ -12,7 +12,7 @@ from ..kernel.ud import entry, predicted_variance, variance
 from ..memory.adapt import Fade, age, fade, learn
 from ..memory.drift import Never, Walk, widen_within
 from ..models.stability import is_inside
-from .gain_row import PROBES, PULL, GainForm
+from .gain_row import INNOVATION, PROBES, PULL, GainForm
 from .recursive_row import (
     CHI2,
     COLUMNS,
@@ -279,6 +279,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
             for i in range(n):
                 work.slope[i] = psi[i] / spread
             alarm = watch(detector, state.marks, z_pull if form.signal == PULL else e / spread, work.slope)
+        if alarm != 0.0 and form.signal != INNOVATION:  # it is about K; with several states, no single entry
+            state.marks[WHICH] = 0.0 if n == 1 else -1.0
 
     # the innovation variance: a mean over the last `samples`, taken in after use
     if is_known:

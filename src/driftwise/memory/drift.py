@@ -1,8 +1,8 @@
 """How the parameters may move between samples: not at all, as a random walk, or by jumps."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ..detect.cusum import CUSUM, accumulate
+from ..detect.variance import VarianceChange
 from ..kernel.compose import Vector, choice, kernel
 from ..kernel.status import CAPPED, JUMP
 from ..kernel.ud import variance, widen
@@ -29,13 +29,14 @@ class UntilJump(NamedTuple):
     """Nothing is forgotten until the parameters jump; then each gains variance ``step`` squared.
 
     ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
-    The detector counts after ``settle`` measured samples (None: six times the number of unknowns). No parameter
-    becomes wider than its prior. Bad at slow drift, which never alarms (use `Walk`), at noise whose variance grows (it
-    looks like a jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so
-    bars are too short there, smoothed ones (`Joint.smooth`) also before.
+    The detector (`VarianceChange`, `Hinkley`, `GLR`) watches the whitened innovations after ``settle`` measured samples
+    (None: six times the number of unknowns); with several outputs, each has one of its own. No parameter becomes wider
+    than its prior. Bad at slow drift, which never alarms (use `Walk`), at noise whose variance grows (it looks like a
+    jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so bars are too
+    short there, smoothed ones (`Joint.smooth`) also before.
     """
 
-    detector: CUSUM = CUSUM()
+    detector: Any = VarianceChange()
     step: float = 1.0
     settle: float | None = None
 
@@ -43,9 +44,6 @@ class UntilJump(NamedTuple):
 class Restart(NamedTuple):
     """What the kernel sees of `UntilJump`."""
 
-    ratio: float
-    threshold: float
-    settle: float
     q: Vector
     cap: Vector
 
@@ -61,21 +59,21 @@ def widen_within(U, D, i, q, cap, scratch):
 
 
 @choice
-def drift(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def drift(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     """Widen U D U' by one sample's drift and return status bits.
 
-    ``cell`` is one number the memory may keep, ``surprise`` is e^2/T of the sample (NaN where it taught nothing),
-    ``observed`` how many samples have, and P is relative to ``s2``.
+    ``alarm`` is what the detector said (0, or +1 or -1: the direction), ``surprise`` is e^2/T of the sample (NaN where
+    it taught nothing), ``observed`` how many samples have, and P is relative to ``s2``.
     """
 
 
 @drift.on(Never)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     return 0
 
 
 @drift.on(Walk)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
@@ -84,13 +82,9 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
 
 
 @drift.on(Restart)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
-    if not (observed > memory.settle and surprise >= 0.0):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+    if alarm == 0.0:
         return 0
-    cell[0] = accumulate(cell[0], surprise, memory.ratio)
-    if cell[0] <= memory.threshold:
-        return 0
-    cell[0] = 0.0
     for i in range(memory.q.size):
         widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch)
     return JUMP

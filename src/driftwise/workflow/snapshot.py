@@ -7,16 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.cusum import CUSUM
 from ..detect.gain import GainProbes, PullTest
 from ..detect.gate import Gate
+from ..detect.glr import GLR
+from ..detect.hinkley import Hinkley
+from ..detect.probes import ProbeBank
+from ..detect.score import Score
+from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..memory.adapt import LimitedGain, Weighted
 from ..memory.drift import Never, UntilJump, Walk
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
-SCHEMA = 2  # 2: a state keeps one number for its memory
+SCHEMA = 3  # 3: a state keeps the marks of its detector
 KINDS = {
     k.__name__: k
     for k in (
@@ -30,7 +34,11 @@ KINDS = {
         LimitedGain,
         Weighted,
         UntilJump,
-        CUSUM,
+        Hinkley,
+        Score,
+        VarianceChange,
+        GLR,
+        ProbeBank,
         GainProbes,
         PullTest,
         Gate,
@@ -58,7 +66,11 @@ def _rich(value: Any) -> Any:
 
 def is_described(estimator) -> bool:
     """Say whether all policies of an estimator are driftwise's own, so that `describe` covers them."""
-    return all(type(v) in KINDS.values() for v in estimator.options.values() if hasattr(v, "_fields"))
+    return all(map(_is_ours, estimator.options.values()))
+
+
+def _is_ours(value) -> bool:
+    return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
 
 
 def describe(estimator) -> str:
