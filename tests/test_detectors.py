@@ -506,3 +506,44 @@ def test_a_detector_is_saved_with_its_estimator(tmp_path):
         assert np.array_equal(
             est.scan(y[100:], u[100:], state=state).outs, other.scan(y[100:], u[100:], state=back).outs
         )
+
+
+@pytest.mark.parametrize(
+    "detector", [dw.Hinkley("1/200"), dw.VarianceChange(false_alarms="1/200"), dw.GLR("1/200", window=20)], ids=repr
+)
+def test_sample_by_sample_is_the_record(detector):
+    z = np.random.default_rng(5).standard_normal(600)
+    z[300:] += 1.0
+    z[::17] = np.nan
+    whole = detector.scan(2 * z + 3, mean=3.0, std=2.0)
+    monitor = dw.Monitor(detector, mean=3.0, std=2.0)
+    state, alarms = monitor.start(), []
+    for t, value in enumerate(2 * z + 3):
+        before = state.copy()
+        state, sign = monitor.update(state, value)
+        assert np.isnan(z[t]) == np.isnan(sign.statistic)
+        assert not np.isnan(z[t]) or np.array_equal(state, before)
+        alarms += [(t, sign.alarm)] if sign.alarm else []
+    assert alarms == list(zip(whole.samples, whole.directions))
+    assert len(alarms) > 2
+    assert np.array_equal(state, whole.state)
+
+
+def test_a_monitor_takes_slopes_and_refuses_nonsense():
+    rng = np.random.default_rng(6)
+    slopes, z = rng.standard_normal((400, 2)), rng.standard_normal(400)
+    z[200:] += 1.5 * slopes[200:, 1]
+    found = dw.Score(jump=1.5).scan(z, slopes)
+    monitor = dw.Monitor(dw.Score(jump=1.5), parameters=2)
+    state, alarms = monitor.start(), []
+    for t in range(400):
+        state, sign = monitor.update(state, z[t], slopes[t])
+        alarms += [(t, sign.which)] if sign.alarm else []
+    assert alarms == list(zip(found.samples, found.which))
+    assert alarms[0][1] == 1
+    with pytest.raises(dw.InputError, match="another detector's"):
+        monitor.update(np.zeros(3), 0.0, [1.0, 1.0])
+    with pytest.raises(dw.InputError, match="must be finite"):
+        monitor.update(state, np.inf, [1.0, 1.0])
+    with pytest.raises(dw.InputError, match="detector must be"):
+        dw.Monitor(12.0)

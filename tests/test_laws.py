@@ -56,6 +56,13 @@ ESTIMATORS = {
     "Box-Jenkins": dw.BJ(2, 1, 1, 2),
     "Box-Jenkins, walk": dw.BJ((2, 1), 1, 2, (1, 0), memory=dw.Walk(1e-5)),
     "Box-Jenkins, missing held": dw.BJ(1, 1, 1, 1, missing="hold"),
+    "adaptive gain": dw.AdaptiveGain(0.9),
+    "adaptive gain, plr, pull test": dw.AdaptiveGain(
+        0.9, method="plr", memory=dw.Weighted(0.98), detector=dw.PullTest(threshold=2.0), gate=dw.Gate()
+    ),
+    "adaptive gain, two states, input, probes": dw.AdaptiveGain(
+        [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.UnknownScale(2.0, 1.0)
+    ),
 }
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..detect.gain import GainProbes, PullTest
 from ..detect.gate import Gate
 from ..detect.glr import GLR
 from ..detect.hinkley import Hinkley
@@ -38,6 +39,8 @@ KINDS = {
         VarianceChange,
         GLR,
         ProbeBank,
+        GainProbes,
+        PullTest,
         Gate,
         UnknownScale,
     )
@@ -81,6 +84,7 @@ def describe(estimator) -> str:
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
     from ..estimators.continuous import ContinuousJoint
+    from ..estimators.gain import AdaptiveGain
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
     from ..estimators.polynomial import ARMA, ARMAX, BJ, OE
@@ -93,7 +97,7 @@ def rebuild(text: str):
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
     family = AR, ARX, Regression, ARMA, ARMAX, OE, BJ
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, *family)}
+    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AdaptiveGain, *family)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 
