@@ -208,7 +208,7 @@ def _memory(text: str):
         steps = floats("--memory jump:", number)
         if not all(step > 0 for step in steps):
             raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {number!r}.")
-        return dw.UntilJump(step=steps[0] if len(steps) == 1 else tuple(steps))
+        return dw.UntilJump(restart=dw.Inflate(steps[0] if len(steps) == 1 else tuple(steps)))
     raise InputError(
         "--memory must be never, walk:Q (they drift; variance per sample, for example walk:1e-6), jump or jump:STEP "
         f"(they jump; size to expect, 1 if omitted), got {text!r}."
