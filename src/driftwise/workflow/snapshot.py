@@ -65,7 +65,11 @@ def _rich(value: Any) -> Any:
 
 def is_described(estimator) -> bool:
     """Say whether all policies of an estimator are driftwise's own, so that `describe` covers them."""
-    return all(type(v) in KINDS.values() for v in estimator.options.values() if hasattr(v, "_fields"))
+
+    def is_own(value) -> bool:
+        return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(is_own, value)))
+
+    return all(map(is_own, estimator.options.values()))
 
 
 def describe(estimator) -> str:
