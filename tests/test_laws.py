@@ -119,7 +119,7 @@ class Swelling(NamedTuple):
 
 
 @drift.on(Swelling)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     ud.widen(U, D, n, memory.q, scratch)
     return 0
 
@@ -127,7 +127,7 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
 IDLE = [
     (dict(memory=dw.Walk(0.0)), {}),
     (dict(gate=dw.Gate(1e9)), {}),
-    (dict(memory=dw.UntilJump(dw.CUSUM(4.0, 1e9))), {}),
+    (dict(memory=dw.UntilJump(dw.VarianceChange(4.0, threshold=1e9))), {}),
     (dict(floor=0.0), dict(floor=1e-300)),
 ]
 
@@ -142,7 +142,7 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
 def test_a_broken_policy_is_named():
     with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
         dw.check_policy(Swelling(1.0))
-    with pytest.raises(dw.InputError, match="memory or a gate"):
+    with pytest.raises(dw.InputError, match="memory, a gate or a detector"):
         dw.check_policy(0.98)
 
 

@@ -79,13 +79,30 @@ def run(
             "estimated too: ARMAX), or polynomial:d0,d1,.."
         ),
     ] = "equation-error",
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND:ORDERS",
+            help="Recursive identification instead of the joint filter: arx:na,nb,nk, armax:na,nb,nc,nk, oe:nb,nf,nk, "
+            "bj:nb,nc,nd,nf,nk, ar:na, arma:na,nc or regression. Orders that differ by input: arx:2,2/1,1/0.",
+        ),
+    ] = None,
     memory: Annotated[
         str,
         typer.Option(
-            help="never (constant parameters), walk:Q (they drift; variance per sample), jump or jump:STEP "
-            "(constant until the innovations say that they jumped)."
+            help="How the past is forgotten: never (constant parameters), walk:Q (they drift; variance per sample), "
+            "jump or jump:STEP (constant until they jump); with --model also limited:N, weighted:P, variable:N, "
+            "directional:P, window:T, runlengths:JUMP/EVERY."
         ),
     ] = "never",
+    jumps: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DETECTOR:RATE",
+            help="Start afresh at jumps, with so many false alarms: parameters:1/10000 (which one jumped), "
+            "level:1/10000 (a shift of the innovations), noise:1/10000 (their variance).",
+        ),
+    ] = None,
     smooth: Annotated[
         str | None,
         typer.Option(
@@ -143,6 +160,8 @@ def run(
             stop,
             orders,
             smooth,
+            model,
+            jumps,
         )
     )
 
@@ -187,7 +206,7 @@ def demo(
 
 @app.command()
 def reproduce(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose experiments: salut1979.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose experiments: salut1979 or perriot1981.")],
     seeds: Annotated[int, typer.Option(help="Simulated records; tolerances widen with fewer than 300.")] = 300,
     json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,
     figures: Annotated[str | None, typer.Option(help="Write the figures and one HTML page into this folder.")] = None,

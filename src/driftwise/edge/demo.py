@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from driftwise.edge.options import floats
+from driftwise.edge.specs import floats
 from driftwise.errors import InputError
 
 __all__ = ["fly", "random_plant", "write_table"]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from driftwise.kernel.status import MEANING, Status
+from driftwise.kernel.status import Status
 from driftwise.workflow.smoothed import Smoothed
-from driftwise.workflow.trace import Event, Trace
+from driftwise.workflow.trace import Trace
 
 __all__ = ["Keeper", "Offsets", "ThinTrace"]
 
@@ -98,9 +98,8 @@ class Keeper:
         if len(self._events) < EVENTS and trace.status.any():
             found = [event for event in trace.events(EVENTS - len(self._events)) if event.kind != Status.JUMP.name]
             self._events += [replace(event, sample=event.sample + self.samples) for event in found]
-        for k in np.flatnonzero(trace.status & int(Status.JUMP))[: EVENTS - len(self.jumps)]:
-            event = Event(self.samples + int(k), float(trace.time[k]), str(Status.JUMP.name), MEANING[Status.JUMP])
-            self.jumps.append(event)
+        jumps = trace.jumps(EVENTS - len(self.jumps))
+        self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
         self.state = trace.state
         first = -self.samples % self.stride
         if first < len(trace):

@@ -10,13 +10,16 @@ __all__ = ["described", "labels", "notes"]
 def described(plan, dt: float) -> list[str]:
     """Return what kind of model was estimated, in a few words."""
     inputs = len(plan.inputs)
+    order = f"order {plan.order}" + (" (the most probable)" if plan.chosen else "")
     found = [
-        f"order {plan.order}" + (" (the most probable)" if plan.chosen else ""),
+        plan.model.upper().replace(":", " ") if plan.model else order,
         "no input" if not inputs else "1 input" if inputs == 1 else f"{inputs} inputs",
     ]
     found += ["direct term"] if plan.direct else []
     memories = {"never": "constant parameters", "jump": "parameters that may jump"}
-    found += ["unknown noise colour" if plan.noise == "unknown" else plan.noise, memories.get(plan.memory, plan.memory)]
+    if not plan.model:
+        found.append("unknown noise colour" if plan.noise == "unknown" else plan.noise)
+    found += [memories.get(plan.memory, plan.memory), *([f"jumps {plan.jumps}"] if plan.jumps else [])]
     return [*found, *([f"gate {plan.gate:g}"] if plan.gate else []), f"dt {number(dt, 4)} s"]
 
 

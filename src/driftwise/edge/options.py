@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from typing import Any, NamedTuple
 
+from driftwise.edge import specs
 from driftwise.errors import InputError
 
-__all__ = ["Plan", "floats", "orders"]
+__all__ = ["Plan", "orders"]
 
 AUTO = "1-5"  # what --order auto compares unless told otherwise
 LARGEST = 30
@@ -35,6 +36,8 @@ class Plan(NamedTuple):
     stop: float | None = None
     orders: str | None = None
     smooth: str | None = None
+    model: str | None = None
+    jumps: str | None = None
     chosen: bool = False  # whether the order was chosen by its evidence
 
     @property
@@ -93,7 +96,7 @@ class Plan(NamedTuple):
             len(self.inputs),
             self.direct,
             noise=lambda order: _noise(noise, order),
-            memory=_memory(self.memory),
+            memory=specs.memory(self.memory),
             dt=dt,
         )
 
@@ -101,8 +104,6 @@ class Plan(NamedTuple):
         """Return the estimator; its prior is not yet in units of the data."""
         import driftwise as dw
 
-        if not isinstance(self.order, int):
-            raise InputError(f"--order must be a whole number or auto, got {self.order!r}.")
         if self.center not in ("mean", "median", "none"):
             raise InputError(f"--center must be mean, median or none, got {self.center!r}.")
         if self.direct and not self.inputs:
@@ -112,15 +113,37 @@ class Plan(NamedTuple):
             if not self.gate > 0:
                 raise InputError(f"--gate must be a positive number of standard deviations, got {self.gate:g}.")
             gate = dw.Gate(sigmas=self.gate)
+        if self.model is not None:
+            return self._recursive(gate, dt)
+        if not isinstance(self.order, int):
+            raise InputError(f"--order must be a whole number or auto, got {self.order!r}.")
         return dw.Joint(
             self.order,
             len(self.inputs),
             self.direct,
             noise=_noise(self.noise, self.order),
-            memory=_memory(self.memory),
+            memory=specs.memory(self.memory),
             gate=gate,
             dt=dt,
         )
+
+    def _recursive(self, gate, dt: float) -> Any:
+        """Return the recursive estimator that --model names."""
+        import driftwise as dw
+
+        kind, orders_ = specs.model(str(self.model), len(self.inputs))
+        for option, is_given in (
+            ("--order", self.order != Plan._field_defaults["order"]), ("--orders", self.orders is not None),
+            ("--noise", self.noise != Plan._field_defaults["noise"]), ("--direct", self.direct),
+            ("--smooth", self.smooth is not None),
+        ):  # fmt: skip
+            if is_given:
+                raise InputError(f"{option} is for the joint filter; --model {kind} says it all (nk = 0 acts at once).")
+        kinds = {"ar": "AR", "arx": "ARX", "arma": "ARMA", "armax": "ARMAX", "oe": "OE", "bj": "BJ"}
+        options = dict(memory=specs.memory(self.memory), gate=gate, dt=dt)
+        if kind == "regression":
+            return dw.Regression(list(self.inputs), **options)
+        return getattr(dw, kinds[kind])(**orders_, **options)
 
     def check_targets(self) -> None:
         """Refuse a place that cannot be written to before the work, not after it."""
@@ -143,14 +166,6 @@ class Plan(NamedTuple):
                 raise InputError(f"{option} would overwrite the table that is being read, {path}; give another name.")
         if self.save and not self.save.lower().endswith((".parquet", ".csv")):
             raise InputError(f"--save writes .parquet or .csv, got {self.save}; the ending says which.")
-
-
-def floats(option: str, text: str) -> list[float]:
-    """Return the numbers of a comma-separated list."""
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(f"{option} takes numbers separated by commas, for example 0.5,-0.2; got {text!r}.") from None
 
 
 def orders(text: str) -> list[int]:
@@ -180,7 +195,7 @@ def _noise(text: str, order):
     if kind == "unknown" and not numbers:
         return dw.UnknownPolynomial()
     if kind == "polynomial" and numbers:
-        d = floats("--noise polynomial:", numbers)
+        d = specs.floats("--noise polynomial:", numbers)
         if len(d) != order:
             raise InputError(
                 f"--noise polynomial lists {len(d)} coefficients d0,d1,.. and the order is {order}: it takes as many "
@@ -190,26 +205,4 @@ def _noise(text: str, order):
     raise InputError(
         "--noise must be equation-error, output-error, unknown or polynomial:d0,d1,.. (as many as the order), "
         f"got {text!r}."
-    )
-
-
-def _memory(text: str):
-    import driftwise as dw
-
-    kind, colon, number = text.partition(":")
-    if kind == "never" and not colon:
-        return dw.Never()
-    if kind == "walk" and number:
-        steps = floats("--memory walk:", number)
-        return dw.Walk(steps[0] if len(steps) == 1 else tuple(steps))
-    if kind == "jump" and not colon:
-        return dw.UntilJump()
-    if kind == "jump" and number:
-        steps = floats("--memory jump:", number)
-        if not all(step > 0 for step in steps):
-            raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {number!r}.")
-        return dw.UntilJump(restart=dw.Inflate(steps[0] if len(steps) == 1 else tuple(steps)))
-    raise InputError(
-        "--memory must be never, walk:Q (they drift; variance per sample, for example walk:1e-6), jump or jump:STEP "
-        f"(they jump; size to expect, 1 if omitted), got {text!r}."
     )

@@ -65,6 +65,8 @@ def write(
         if smoothed is not None:
             panels = draw.states(trace, span, smoothed, jumps)[:STATES_SHOWN]
             figures |= {f"state{j}": fig for j, fig in enumerate(panels)}
+    adapts = draw.adaptation(trace, span, jumps)
+    figures |= {f"adaptation{j}": fig for j, fig in enumerate(adapts)}
     figures["innovations"] = draw.innovations(trace, labels, span)
     figures["acf"] = draw.autocorrelations(summary.correlations[1:], summary.observed)
     if summary.is_enough:
@@ -88,11 +90,12 @@ def write(
         html.section(
             "parameters",
             "Parameters",
-            f"Model: {_equation(trace.names)}. {_bands(smoothed, jumps)}",
+            f"Model: {_equation(trace)}. {_bands(smoothed, jumps)}",
             _parameter_table(summary),
             *_grid([part for name, part in parts.items() if name.startswith("parameter")]),
         ),
         _states(parts, smoothed),
+        _adaptation(parts),
         "" if orders is None else parts_of.order_evidence(orders, parts["orders"]),
         '<div class="pair">',
         parts_of.roots(summary, trace.dt, parts["poles"] + parts.get("closeup", "")) if "poles" in parts else "",
@@ -162,8 +165,11 @@ def _grade(good: bool, fair: bool) -> str:
     return "good" if good else "warn" if fair else "bad"
 
 
-def _equation(names) -> str:
+def _equation(trace) -> str:
     """Return the difference equation these parameters belong to."""
+    names, form = trace.names, trace.estimator.model
+    if hasattr(form, "words"):
+        return form.words
     orders = [name for name in names if name.startswith("a")]
     several = any("." in name for name in names)
     inputs = [name for name in names if name.startswith("b")]
@@ -231,6 +237,15 @@ def _states(parts, smoothed) -> str:
     n = smoothed.estimator.model.n
     words = f"Filtered and smoothed as above, offsets subtracted; x{n} is the measured one. Zoom in to tell them apart."
     return html.section("states", "State", words, *_grid(divs))
+
+
+def _adaptation(parts) -> str:
+    divs = [part for name, part in parts.items() if name.startswith("adaptation")]
+    if not divs:
+        return ""
+    words = "How many samples the estimate rests on (one over the gain: it grows until the past is forgotten)"
+    words += ", and how near the detector came to an alarm (1)." if len(divs) > 1 else "."
+    return html.section("adaptation", "Memory", words, *_grid(divs))
 
 
 def _expected(nis) -> str:

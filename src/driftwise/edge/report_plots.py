@@ -6,6 +6,7 @@ from driftwise.edge.figure import LINES, PALETTE, steady_range
 from driftwise.edge.thin import envelope, together
 
 __all__ = [
+    "adaptation",
     "autocorrelations",
     "blank",
     "excitation",
@@ -143,6 +144,32 @@ def states(trace, x_range, smoothed, jumps=()):
     names = [f"x{n - i}" for i in range(n)]
     more = smoothed.x, smoothed.x_std
     return _panels(trace.time, names, trace.x, trace.x_std, more, [LINES[5]] * n, x_range, jumps)
+
+
+def adaptation(trace, x_range, jumps=()):
+    """Memory in samples, and the detector's statistic against its threshold where there is a detector."""
+    import numpy as np
+    from bokeh.models import Span  # type: ignore[attr-defined]
+
+    if trace.estimator.columns <= 5:
+        return []
+    found = []
+    columns = [("memory (samples)", trace.weight, 1)]
+    if np.nanmax(trace.statistic, initial=0.0) > 0:
+        columns.append(("statistic / threshold", trace.statistic, 4))
+    for label, values, line in columns:
+        top = 1.08 * max(float(np.nanmax(values, initial=1.0)), 1.0)
+        fig = blank(185, "", label, x_range=x_range, y_range=(0.0, top))
+        i = envelope(values, POINTS)
+        fig.line(np.asarray(trace.time)[i], _single(values[i]), width=1.6, color=LINES[line])
+        found.append(fig)
+    if len(found) > 1:
+        found[1].add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
+    for fig in found:
+        for when in jumps:
+            mark = {"line_color": PALETTE["alert"], "line_dash": "dotdash", "line_alpha": 0.7}
+            fig.add_layout(Span(location=when, dimension="height", **mark))
+    return found
 
 
 def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):

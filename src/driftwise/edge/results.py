@@ -19,8 +19,10 @@ def write_json(plan, record, run, notes) -> None:
         "file": plan.file,
         "columns": {"output": record.output, "inputs": list(record.inputs), "time": record.time},
         "estimator": {
-            "order": plan.order, "inputs": len(record.inputs), "direct": plan.direct, "noise": plan.noise,
-            "memory": plan.memory, "gate": plan.gate, "dt": estimator.dt, "names": list(estimator.names),
+            "model": plan.model, "order": None if plan.model else plan.order,
+            "inputs": len(record.inputs), "direct": plan.direct, "noise": plan.noise,
+            "memory": plan.memory, "jumps": plan.jumps, "gate": plan.gate,
+            "dt": estimator.dt, "names": list(estimator.names),
         },
         "offsets": run.offsets.values,
         "time": {
@@ -31,7 +33,7 @@ def write_json(plan, record, run, notes) -> None:
         "bad_cells": record.bad,
         "notes": notes,
         "summary": run.summary.as_dict(),
-        "jumps": [{"sample": event.sample, "time": event.time} for event in run.keeper.jumps],
+        "jumps": [{"sample": event.sample, "time": event.time, "words": event.text} for event in run.keeper.jumps],
         "identifiability": run.study.as_dict(),
         "orders": None if run.evidence is None else run.evidence.as_dict(),
         "smoothed": None if run.smoothed is None else _smoothed(run.smoothed),

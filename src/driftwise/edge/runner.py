@@ -203,14 +203,13 @@ def _window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
 def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:
     import numpy as np
 
-    from driftwise.models.canonical import Canonical
-
-    unknowns = Canonical(int(plan.order), len(record.inputs), plan.direct, plan.noise == "unknown").N
+    unknowns = plan.estimator(1.0).model.N
+    what = f"--model {plan.model}" if plan.model else f"order {plan.order}"
     seen = int(np.isfinite(chunk.columns[record.output]).sum())
     if chunk.rows < record.chunk_rows and seen <= unknowns:
         raise InputError(
-            f"{record.path}: {seen} measured outputs are too few for {unknowns} unknowns (order {plan.order}, "
-            f"{len(record.inputs)} inputs). Take a smaller --order, or is this the right column?"
+            f"{record.path}: {seen} measured outputs are too few for {unknowns} unknowns ({what}, "
+            f"{len(record.inputs)} inputs). Take a smaller one, or is this the right column?"
         )
 
 

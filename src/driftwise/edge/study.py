@@ -27,6 +27,7 @@ class Study:
     bound: Any
     rows: int
     centered: str = "none"
+    order: int = 1  # 0: a regression, about which the Gramian of a plant says nothing
 
     @property
     def is_poor(self) -> bool:
@@ -37,6 +38,8 @@ class Study:
     def words(self) -> str:
         """What the record can tell apart."""
         found = self.identifiability
+        if not self.order:
+            return ""
         if found is None:
             return "No row of the record is complete, so it is not known what it can tell apart."
         if self.centered == "none":
@@ -67,12 +70,16 @@ def study(estimator, state, y, u, centered: str = "none") -> Study:
     from driftwise.workflow.identifiability import identifiability
 
     form = estimator.model
+    order = getattr(form, "order", form.n)
     y, u = y[:ROWS], u[:ROWS]
-    try:
-        found = identifiability(y, u if form.inputs else None, order=form.n, direct=form.direct)
-    except InputError:
-        found = None
-    return Study(found, _bound(estimator.model_of(state), y, u) if form.coloured else None, len(y), centered)
+    found = None
+    if order:
+        try:
+            found = identifiability(y, u if form.inputs else None, order=order, direct=form.direct)
+        except InputError:
+            pass
+    bound = _bound(estimator.model_of(state), y, u) if form.coloured else None
+    return Study(found, bound, len(y), centered, order)
 
 
 def _bound(model, y, u):

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..detect.watch import Silent, watch
 from ..errors import InputError
 from ..memory import directional, fading, restart, run_lengths, window
 from ..memory.adapt import learn
@@ -15,7 +14,7 @@ from ..memory.drift import Inflate, UntilJump, Walk
 from ..memory.hold import MEMORIES
 from ..models.scale import KnownScale
 from . import door
-from .policies import jump_size, resolve_walk
+from .policies import jump_size, resolve_walk, resolve_watch
 
 
 class Setting(NamedTuple):
@@ -42,18 +41,11 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 
     Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
     """
+    detector, settle = resolve_watch(memory, setting.N, setting.N)
     if isinstance(memory, UntilJump):
-        settle = 6 * setting.N if memory.settle is None else door.count("settle", memory.settle)
-        return resolve_restart(memory.restart, setting), resolve_detector(memory.detector), float(settle), 0
+        return resolve_restart(memory.restart, setting), detector, settle, 0
     found, cells = resolve(memory, setting)
-    return found, Silent(), 0.0, cells
-
-
-def resolve_detector(detector) -> Any:
-    """Return the kernel's detector."""
-    if type(detector) not in watch.table:
-        raise InputError(f"detector must be one that watches whitened innovations, got {detector!r}")
-    return detector
+    return found, detector, settle, cells
 
 
 def resolve_restart(answer, setting) -> Any:

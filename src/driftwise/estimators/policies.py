@@ -1,4 +1,4 @@
-"""What a user says about memory and gate, as the kernel wants it: checked, complete, in units of the data."""
+"""What a user says about memory, detector and gate, as the kernel wants it: checked, complete, in units of the data."""
 
 from __future__ import annotations
 
@@ -6,26 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.cusum import CUSUM
 from ..detect.gate import Always, Gate, admit
+from ..detect.watch import Silent, watch
 from ..errors import InputError
 from ..memory.drift import Inflate, Matched, Restart, UntilJump, Walk, drift
 from . import door
 
 
-def resolve_memory(memory, units, cap, unknowns: int) -> Any:
+def resolve_memory(memory, units, cap) -> Any:
     """Return the kernel's memory; ``units`` and ``cap`` are the squared units and prior variances of theta."""
     if isinstance(memory, Walk):
         return resolve_walk(memory, units, np.array(cap))
     if isinstance(memory, UntilJump):
-        detector, restart = memory.detector, memory.restart
-        if not isinstance(restart, Inflate) or restart.only_named:
-            raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {restart!r}")
-        step = jump_size("step", restart.step, len(units))
-        if not isinstance(detector, CUSUM) or not (detector.ratio > 1 and detector.threshold > 0):
-            raise InputError(f"detector must be CUSUM(ratio > 1, threshold > 0), got {detector!r}")
-        settle = float(6 * unknowns if memory.settle is None else door.count("settle", memory.settle))
-        return Restart(float(detector.ratio), float(detector.threshold), settle, step**2 * units, np.array(cap))
+        if not isinstance(memory.restart, Inflate) or memory.restart.only_named:
+            raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {memory.restart!r}")
+        return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
     if type(memory) not in drift.table:
         raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
     return memory
@@ -50,6 +45,23 @@ def jump_size(name, value, size) -> np.ndarray:
     if np.any(step < 0) or not np.any(step > 0):
         raise InputError(f"{name} is the size of jump to expect: positive, or zero for some; got {value!r}")
     return step
+
+
+def resolve_watch(memory, unknowns: int, parameters: int = 0) -> tuple[Any, float]:
+    """Return the kernel's detector, and how many samples it waits for: for ever, where the memory has no use for it."""
+    if not isinstance(memory, UntilJump):
+        return Silent(), np.inf
+    settle = 6 * unknowns if memory.settle is None else door.count("settle", memory.settle)
+    return resolve_detector(memory.detector, parameters), float(settle)
+
+
+def resolve_detector(detector, parameters: int = 0) -> Any:
+    """Return the kernel's detector; ``parameters`` is how many slopes the estimator can tell it (0: none)."""
+    resolve = getattr(detector, "resolve", None)
+    found = resolve(parameters) if resolve else detector
+    if type(found) not in watch.table:
+        raise InputError(f"detector must be VarianceChange(), Hinkley() or GLR(), got {detector!r}")
+    return found
 
 
 def resolve_gate(gate, unknowns: int) -> Any:

@@ -126,9 +126,10 @@ class Reading(Rows):
         rows = self._rows(start)
         outs = np.empty((1, len(y), width(keep, self.model.N, self.columns)))
         self.drive(rows, y.reshape(1, -1, 1), u[None], outs, self.spec, self.scratch())
-        return Trace(
-            self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"]), time
-        )
+        final, observed = rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"])
+        trace = Trace(self, y, u, outs[0], keep, final, observed, time)
+        trace.begun = np.array(start)
+        return trace
 
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.

@@ -115,9 +115,13 @@ class Recursive(Reading):
         alpha, beta = self.scale_posterior(state)
         return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
 
+    def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters, in the order of ``names``, and their covariance."""
+        return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
+
     def model_of(self, state) -> Model:
         """Return the model a state amounts to, with the covariance of its parameters."""
-        return self.model_at(np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state))
+        return self.model_at(*self.parameters_of(state))
 
     def model_at(self, theta, P) -> Model:
         """Return the model of a parameter vector and its covariance."""

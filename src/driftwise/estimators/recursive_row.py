@@ -7,8 +7,8 @@ import numpy as np
 from ..kernel.compose import Vector, choice, kernel, open_row, open_work
 
 # head of the row: one number each; COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT = range(9)
-HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", "score", "weight")
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP = range(10)
+HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", "score", "weight", "top")
 INPUT = ("held", "unsure", "known", "sums", "squares", "steps")  # numbers kept for each input
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
 COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
@@ -82,7 +82,7 @@ def fields(form) -> list[tuple]:
 @open_row.on(Lags)
 def _(form, row):
     N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
-    s = 9
+    s = len(HEAD)
     D = s + N
     U = D + N
     y = U + N * (N - 1) // 2

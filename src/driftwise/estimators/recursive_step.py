@@ -7,7 +7,7 @@ import numpy as np
 from ..detect.gate import admit, count_rejections
 from ..detect.watch import SINCE, STATISTIC, WHICH, watch
 from ..kernel.compose import advance, kernel
-from ..kernel.status import BAD_VALUE, EXACT, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
+from ..kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ..kernel.ud import entry, predicted_variance, project, variance, variances
 from ..memory.adapt import age, reckon, respond
 from ..models.scale import sigma2
@@ -26,6 +26,7 @@ from .recursive_row import (
     SCORE,
     SKIP,
     STATUS,
+    TOP,
     WEIGHT,
     Lags,
     push,
@@ -34,6 +35,7 @@ from .recursive_row import (
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
+RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
 
 
 @kernel
@@ -132,10 +134,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     yhat, doubt = regress(form, state, work, s2)
     e = z - yhat if is_used else np.nan
     if doubt > 0.0:
-        status |= MISSING_INPUT
-        if form.missing == SKIP:
-            status |= SKIPPED
-            is_used = False
+        status |= SKIPPED if form.missing == SKIP else FILLED
+        is_used = is_used and form.missing != SKIP
     R = method.R + doubt / s2
 
     # project
@@ -169,11 +169,16 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         else:
             status |= EXACT
     doubt = 0.0
-    if not abs(z) < HUGE:
+    if status & (MISSING_OUTPUT | REJECTED):
         z = yhat
         doubt = max(s2 * T, TINY)
         if form.missing == HOLD:
             z, doubt = state.ys[0] if state.ys.size else 0.0, 0.0
+        elif doubt > RANGE * head[TOP] * head[TOP]:  # the model predicts nothing like the data so far
+            z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)
+            status |= LOST
+    else:
+        head[TOP] = max(head[TOP], abs(z))
     status |= renew(form, state, work, z, doubt)
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T

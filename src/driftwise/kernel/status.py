@@ -13,6 +13,7 @@ BAD_VALUE = 128
 LOST = 256
 SKIPPED = 512
 PROJECTED = 1024
+FILLED = 2048
 
 
 class Status(IntFlag):
@@ -29,6 +30,7 @@ class Status(IntFlag):
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
     SKIPPED = SKIPPED  # a regressor was missing: nothing was learnt
     PROJECTED = PROJECTED  # the new parameters were unstable: the step was halved
+    FILLED = FILLED  # a missing regressor was predicted
 
 
 MEANING = {
@@ -43,4 +45,5 @@ MEANING = {
     Status.LOST: "state lost, restarted from the range of the data",
     Status.SKIPPED: "a regressor was missing, nothing learnt",
     Status.PROJECTED: "step halved, the new parameters were unstable",
+    Status.FILLED: "a missing regressor was predicted",
 }

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ..detect.cusum import CUSUM, accumulate
+from ..detect.variance import VarianceChange
 from ..kernel.compose import Vector, choice, kernel
 from ..kernel.status import CAPPED, JUMP
 from ..kernel.ud import variance, widen
@@ -50,13 +50,15 @@ class UntilJump(NamedTuple):
     """Nothing is forgotten until the parameters jump; then they are freed as ``restart`` says.
 
     ``restart`` is `Inflate` (the default: each parameter gains variance 1 in the units of `y_scale` and `u_scale`) or,
-    for recursive estimators, `GainReset`. The detector counts after ``settle`` measured samples (None: six times the
-    number of unknowns). No parameter becomes wider than its prior. Bad at slow drift, which never alarms (use `Walk`),
-    at noise whose variance grows (it looks like a jump), and at dating a jump: the samples between jump and alarm are
-    taken for the old parameters, so bars are too short there, smoothed ones (`Joint.smooth`) also before.
+    for recursive estimators, `GainReset`. The detector (`VarianceChange`, `Hinkley`, `GLR`; for recursive estimators
+    also `Score`) watches the whitened innovations after ``settle`` measured samples (None: six times the number of
+    unknowns); with several outputs, each has one of its own. No parameter becomes wider than its prior. Bad at slow
+    drift, which never alarms (use `Walk`), at noise whose variance grows (it looks like a jump), and at dating a jump:
+    the samples between jump and alarm are taken for the old parameters, so bars are too short there, smoothed ones
+    (`Joint.smooth`) also before.
     """
 
-    detector: Any = CUSUM()
+    detector: Any = VarianceChange()
     restart: Any = Inflate()
     settle: float | None = None
 
@@ -64,9 +66,6 @@ class UntilJump(NamedTuple):
 class Restart(NamedTuple):
     """What the kernel sees of `UntilJump`."""
 
-    ratio: float
-    threshold: float
-    settle: float
     q: Vector
     cap: Vector
 
@@ -82,21 +81,21 @@ def widen_within(U, D, i, q, cap, scratch):
 
 
 @choice
-def drift(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def drift(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     """Widen U D U' by one sample's drift and return status bits.
 
-    ``cell`` is one number the memory may keep, ``surprise`` is e^2/T of the sample (NaN where it taught nothing),
-    ``observed`` how many samples have, and P is relative to ``s2``.
+    ``alarm`` is what the detector said (0, or +1 or -1: the direction), ``surprise`` is e^2/T of the sample (NaN where
+    it taught nothing), ``observed`` how many samples have, and P is relative to ``s2``.
     """
 
 
 @drift.on(Never)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     return 0
 
 
 @drift.on(Walk)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
@@ -105,7 +104,7 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
 
 
 @drift.on(Matched)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch):
@@ -114,13 +113,9 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
 
 
 @drift.on(Restart)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
-    if not (observed > memory.settle and surprise >= 0.0):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+    if alarm == 0.0:
         return 0
-    cell[0] = accumulate(cell[0], surprise, memory.ratio)
-    if cell[0] <= memory.threshold:
-        return 0
-    cell[0] = 0.0
     for i in range(memory.q.size):
         widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch)
     return JUMP

@@ -61,6 +61,20 @@ class Equation:
         return [f"a{i + 1}" for i in range(self.na)] + list(self.labels or b) + ["offset"] * self.has_offset
 
     @property
+    def words(self) -> str:
+        """The equation as one reads it."""
+        left = " + ".join(["y(t)", *_short([f"{name} y(t\u2212{name[1:]})" for name in self.names[: self.na]])])
+        right = self.names[self.na : self.N - int(self.has_offset)]
+        if self.labels:
+            terms = _short(list(right))
+        else:
+            lags = [(lag, l) for l, (nb, nk) in enumerate(zip(self.nb, self.nk)) for lag in range(nk, nk + nb)]
+            of = [str(l + 1) if self.inputs > 1 else "" for _, l in lags]
+            past = [f"\u2212{lag}" if lag else "" for lag, _ in lags]
+            terms = _short([f"{name} u{i}(t{lag})" for name, i, lag in zip(right, of, past)])
+        return f"{left} = {' + '.join([*terms, *['offset'] * self.has_offset, 'noise'])}"
+
+    @property
     def direct(self) -> bool:
         """Whether an input acts at once."""
         return any(nk == 0 and nb > 0 for nb, nk in zip(self.nb, self.nk))
@@ -72,3 +86,8 @@ class Equation:
         for l, (nb, nk) in enumerate(zip(self.nb, self.nk)):
             at += [form.n * (l + 1) + lag - 1 if lag else form.direct_at + l for lag in range(nk, nk + nb)]
         return form, np.array(at, int)
+
+
+def _short(terms: list[str], most: int = 4) -> list[str]:
+    """Return a long list of terms by its ends."""
+    return terms if len(terms) <= most else [terms[0], "\u2026", terms[-1]]

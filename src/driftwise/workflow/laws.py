@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..detect.gate import admit
+from ..detect.watch import watch
 from ..errors import InputError
 from ..estimators.adaptation import resolve
 from ..estimators.joint import Joint
@@ -211,11 +212,11 @@ def check_estimator(estimator, y=None, u=None) -> None:
 
 
 def check_policy(policy) -> None:
-    """Raise AssertionError, naming the law, if an estimator with this memory or gate breaks one.
+    """Raise AssertionError, naming the law, if an estimator with this memory, gate or detector breaks one.
 
     Parameters
     ----------
-    policy : a memory or a gate, driftwise's or your own
+    policy : a memory, a gate or a detector of innovations, driftwise's or your own
 
     Examples
     --------
@@ -228,5 +229,11 @@ def check_policy(policy) -> None:
         check_estimator(ARX(2, 2, memory=policy))
     elif type(policy) in admit.table:
         check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), gate=policy, P0=10.0))
+    elif type(policy) in watch.table or hasattr(policy, "resolve"):
+        memory = UntilJump(policy, settle=10)
+        check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=memory, P0=10.0))
     else:
-        raise InputError(f"a policy is a memory or a gate with its rule (drift.on, learn.on, admit.on), got {policy!r}")
+        raise InputError(
+            "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), "
+            f"got {policy!r}"
+        )

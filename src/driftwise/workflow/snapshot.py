@@ -7,8 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.cusum import CUSUM
 from ..detect.gate import Gate
+from ..detect.glr import GLR
+from ..detect.hinkley import Hinkley
+from ..detect.probes import ProbeBank
+from ..detect.score import Score
+from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..memory.directional import DirectionalForgetting
 from ..memory.drift import Inflate, Never, UntilJump, Walk
@@ -19,7 +23,7 @@ from ..memory.window import Window
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
-SCHEMA = 2  # 2: a state keeps one number for its memory
+SCHEMA = 3  # 3: a state keeps the marks of its detector
 KINDS = {
     k.__name__: k
     for k in (
@@ -39,7 +43,11 @@ KINDS = {
         UntilJump,
         Inflate,
         GainReset,
-        CUSUM,
+        Hinkley,
+        Score,
+        VarianceChange,
+        GLR,
+        ProbeBank,
         Gate,
         UnknownScale,
     )
@@ -65,11 +73,11 @@ def _rich(value: Any) -> Any:
 
 def is_described(estimator) -> bool:
     """Say whether all policies of an estimator are driftwise's own, so that `describe` covers them."""
+    return all(map(_is_ours, estimator.options.values()))
 
-    def is_own(value) -> bool:
-        return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(is_own, value)))
 
-    return all(map(is_own, estimator.options.values()))
+def _is_ours(value) -> bool:
+    return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
 
 
 def describe(estimator) -> str:

@@ -139,9 +139,12 @@ class Summary:
     @property
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
-        model = self.model
-        std = np.sqrt(np.diag(model.covariance)) if self.is_enough else np.full(len(model.values), math.inf)
-        return [(n, float(v), float(s)) for n, v, s in zip(model.names, model.values, std)]
+        est, model = self.estimator, self.model
+        values, P = model.values, model.covariance
+        if hasattr(est, "parameters_of"):  # a model may hold zeros beside them, and not hold an offset
+            values, P = est.parameters_of(self.state)
+        std = np.sqrt(np.diag(P)) if self.is_enough else np.full(len(values), math.inf)
+        return [(n, float(v), float(s)) for n, v, s in zip(est.names, values, std)]
 
     @property
     def poles(self) -> list[tuple[complex, float]]:

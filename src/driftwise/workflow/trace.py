@@ -47,6 +47,7 @@ class Trace:
         self.y, self.u = y.copy(), u.copy()
         self.outs, self.observed_before = outs, observed_before
         self.dt = estimator.dt
+        self.begun: Any = None  # the state before the first sample
         if time is None:
             time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
         self.time = np.asarray(time, float)
@@ -80,6 +81,21 @@ class Trace:
     def status(self) -> np.ndarray:
         """Bits of `driftwise.Status`, (T,)."""
         return self.outs[:, 3].astype(np.int64)
+
+    def _extra(self, column):
+        if self.estimator.columns <= column:
+            raise InputError(f"{type(self.estimator).__name__} does not record it: recursive estimators do")
+        return self.outs[:, column]
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Effective number of samples behind the estimate, 1/gain, (T,)."""
+        return self._extra(4)
+
+    @property
+    def statistic(self) -> np.ndarray:
+        """The detector's statistic relative to its threshold: 1 and more is an alarm, (T,)."""
+        return self._extra(5)
 
     @property
     def is_used(self) -> np.ndarray:
@@ -175,6 +191,9 @@ class Trace:
         """
         status, found = self.status, []
         for bit, text in MEANING.items():
+            if bit == Status.JUMP:
+                found += self.jumps(limit)
+                continue
             on = (status & int(bit)) != 0
             starts = np.flatnonzero(on & ~np.concatenate([[False], on[:-1]]))[:limit]
             ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))[:limit]
@@ -182,6 +201,29 @@ class Trace:
                 more = f" ({end - k + 1} samples)" if end > k else ""
                 found.append(Event(int(k), float(self.time[k]), str(bit.name), text + more))
         return sorted(found, key=lambda e: e.sample)[:limit]
+
+    def jumps(self, limit: int = 10_000) -> list[Event]:
+        """Return an event for each alarm: when, about what, since when, on what evidence."""
+        where = np.flatnonzero(self.status & int(Status.JUMP))[:limit]
+        return [Event(int(k), float(self.time[k]), str(Status.JUMP.name), self._jump_words(k)) for k in where]
+
+    def _jump_words(self, k) -> str:
+        if self.estimator.columns <= 7:
+            return MEANING[Status.JUMP]
+        statistic, since, which = self.outs[k, 5:8]
+        what = self.names[int(which)] if which >= 0 else "the innovations"
+        moved = f"{what} {'rose' if since > 0 else 'fell'}" if since else MEANING[Status.JUMP]
+        when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
+        return f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
+
+    def state_before(self, sample: int):
+        """Return the state just before a sample, bit for bit as it was: replay an event from there."""
+        if not 0 <= sample < len(self):
+            raise InputError(f"sample must lie between 0 and {len(self) - 1}, got {sample!r}")
+        if self.begun is None:
+            raise InputError("a trace that was read back does not know the state it began with: run it again")
+        u = self.u[:sample] if self.u.shape[1] else None
+        return self.estimator.scan(self.y[:sample], u, state=self.begun, keep="innovations").state
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
@@ -194,6 +236,8 @@ class Trace:
         u = {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
         table = {"time": self.time, "y": self.y, **u, "prediction": self.prediction, "innovation": self.innovation}
         table |= {"variance": self.variance, "dof": self.dof, "status": self.status}
+        if self.estimator.columns > 5:
+            table |= {"weight": self.weight, "statistic": self.statistic}
         n = self.estimator.model.n
         if self.keep != "innovations":
             table |= {f"x{n - i}": c for i, c in enumerate(self.x.T)} | dict(zip(self.names, self.parameters.T))

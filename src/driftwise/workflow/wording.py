@@ -57,12 +57,14 @@ def paragraph(s) -> str:
     est, model = s.estimator, s.model
     if not s.is_enough:
         return f"{s.observed} measured outputs are too few for {est.model.N} unknowns: nothing can be said yet."
-    order = {1: "first", 2: "second", 3: "third"}.get(est.model.n, f"{est.model.n}th")
+    n = getattr(est.model, "order", est.model.n)
+    order = {1: "first", 2: "second", 3: "third"}.get(n, f"{n}th")
     poles = s.poles
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), abs(cmath.exp(p * est.dt)) * est.dt * std) for p, std in poles]
     modes = [pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0]
-    text = f"A {order}-order model with {', '.join(modes)} "
+    kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
+    text = f"{kind} "
     text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
     if est.model.inputs:
         settles = all(abs(p) < 1 for p, _ in poles)
