@@ -1,4 +1,4 @@
-"""Print the tables of docs/memory.md and docs/decisions/wind-up.md: who follows jumps, who survives a rest, what it costs.
+"""Print the tables of docs/memory.md and docs/decisions/wind-up.md: who follows jumps, survives a rest, what it costs.
 
 Run: python scripts/memories.py (a minute).
 """

@@ -1,4 +1,4 @@
-"""The four ways in which recursive estimators die elsewhere, for every memory: one NaN, wind-up, huge P0, a long rest."""
+"""Four ways in which recursive estimators die elsewhere, for every memory: one NaN, wind-up, huge P0, a long rest."""
 
 import numpy as np
 import pytest
