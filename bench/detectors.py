@@ -97,11 +97,16 @@ def _costs(drift, samples: int = 20_000) -> Iterator[Verdict]:
         value = _microseconds(lambda d=detector: d.scan(z), samples)
         note = f"{1e3 * value:.0f} ns a sample, river's PageHinkley one by one {1e3 * river:.0f} ns"
         yield at_most(f"a record through {name}, over river's PageHinkley", value / river, 1.0, "x", SOURCE, note)
-    state = dw.Hinkley().scan(z[:1]).state
-    kernel, few = dw.Hinkley(threshold=1e9), z[:500]
-    value = _microseconds(lambda: [kernel.scan(z[t : t + 1], state=state) for t in range(500)], len(few))
+    monitor, few = dw.Monitor(dw.Hinkley(threshold=1e9)), z[:2000].tolist()
+
+    def one_by_one():
+        state = monitor.start()
+        for value in few:
+            state, _ = monitor.update(state, value)
+
+    value = _microseconds(one_by_one, len(few))
     note = f"we lose outside an estimator: {value:.1f} us, river {river:.2f}; inside one, detection is compiled with it"
-    yield for_information("one sample at a time: Hinkley.scan over river's update", value / river, "x", SOURCE, note)
+    yield for_information("one sample at a time: Monitor.update over river's", value / river, "x", SOURCE, note)
 
 
 def _microseconds(function, samples: int) -> float:

@@ -3,13 +3,14 @@
 import json
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import driftwise as dw
 from driftwise.detect.alarms import simulated_delay
-from driftwise.detect.watch import OWN, STATISTIC
+from driftwise.detect.watch import OWN, STATISTIC, watch
 from driftwise.kernel import compose
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())
@@ -25,14 +26,6 @@ DETECTORS = {
 
 def golden(name):
     return next(case for case in GOLDEN["cases"] if case["name"] == name)
-
-
-def watch_many(detector, z, slopes=None):
-    """Alarms (S, T) of S series at once."""
-    slopes = np.zeros((*z.shape, 0)) if slopes is None else slopes
-    marks, outs = np.zeros((len(z), detector.marks(slopes.shape[2]))), np.empty((*z.shape, 1))
-    compose.watcher(type(detector))(marks, z, slopes, outs, compose.flatten((detector,)))
-    return outs[:, :, 0]
 
 
 def run_length(detector, alarms, seed=0, make=None, block=50_000):
@@ -422,6 +415,31 @@ def test_every_detector_of_innovations_obeys_the_laws_in_an_estimator(detector):
     dw.check_policy(detector)
 
 
+class Loud(NamedTuple):
+    """A user's own: alarms at every innovation beyond a bound."""
+
+    bound: float
+
+    def marks(self, parameters):
+        return OWN
+
+
+@watch.on(Loud)
+def _(detector, marks, z, slope):
+    marks[STATISTIC] = abs(z) / detector.bound
+    return 1.0 if z >= detector.bound else -1.0 if -z >= detector.bound else 0.0
+
+
+def test_a_detector_of_ones_own():
+    dw.check_policy(Loud(2.0))
+    y, u = dw.simulate([-0.5], [1.0], samples=300, noise_std=0.1, seed=1)
+    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), step=0.01, settle=9)).scan(y, u)
+    z = trace.innovation / np.sqrt(trace.variance)
+    expected = (abs(z) >= 2.5) & (np.arange(300) >= 9)
+    assert expected.any()
+    assert np.array_equal((trace.status & int(dw.Status.JUMP)) > 0, expected)
+
+
 def test_an_estimator_watches_as_the_detector_alone_would():
     """Until the first alarm the marks in the state are those of a scan of the whitened innovations."""
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
@@ -452,7 +470,7 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
     assert alarms["VarianceChange"] <= 15
 
 
-def test_a_jump_is_found_in_continuous_time_and_each_output_has_its_detector():
+def test_each_output_has_its_detector():
     y, u = dw.simulate(np.where(np.arange(1200)[:, None] < 600, [-1.5, 0.72], [-1.2, 0.5]), [1.0, 0.5],
                        samples=1200, noise_std=0.1, seed=3)  # fmt: skip
     est = dw.JointMIMO((2, 2), 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(dw.VarianceChange()))
@@ -488,3 +506,44 @@ def test_a_detector_is_saved_with_its_estimator(tmp_path):
         assert np.array_equal(
             est.scan(y[100:], u[100:], state=state).outs, other.scan(y[100:], u[100:], state=back).outs
         )
+
+
+@pytest.mark.parametrize(
+    "detector", [dw.Hinkley("1/200"), dw.VarianceChange(false_alarms="1/200"), dw.GLR("1/200", window=20)], ids=repr
+)
+def test_sample_by_sample_is_the_record(detector):
+    z = np.random.default_rng(5).standard_normal(600)
+    z[300:] += 1.0
+    z[::17] = np.nan
+    whole = detector.scan(2 * z + 3, mean=3.0, std=2.0)
+    monitor = dw.Monitor(detector, mean=3.0, std=2.0)
+    state, alarms = monitor.start(), []
+    for t, value in enumerate(2 * z + 3):
+        before = state.copy()
+        state, sign = monitor.update(state, value)
+        assert np.isnan(z[t]) == np.isnan(sign.statistic)
+        assert not np.isnan(z[t]) or np.array_equal(state, before)
+        alarms += [(t, sign.alarm)] if sign.alarm else []
+    assert alarms == list(zip(whole.samples, whole.directions))
+    assert len(alarms) > 2
+    assert np.array_equal(state, whole.state)
+
+
+def test_a_monitor_takes_slopes_and_refuses_nonsense():
+    rng = np.random.default_rng(6)
+    slopes, z = rng.standard_normal((400, 2)), rng.standard_normal(400)
+    z[200:] += 1.5 * slopes[200:, 1]
+    found = dw.Score(jump=1.5).scan(z, slopes)
+    monitor = dw.Monitor(dw.Score(jump=1.5), parameters=2)
+    state, alarms = monitor.start(), []
+    for t in range(400):
+        state, sign = monitor.update(state, z[t], slopes[t])
+        alarms += [(t, sign.which)] if sign.alarm else []
+    assert alarms == list(zip(found.samples, found.which))
+    assert alarms[0][1] == 1
+    with pytest.raises(dw.InputError, match="another detector's"):
+        monitor.update(np.zeros(3), 0.0, [1.0, 1.0])
+    with pytest.raises(dw.InputError, match="must be finite"):
+        monitor.update(state, np.inf, [1.0, 1.0])
+    with pytest.raises(dw.InputError, match="detector must be"):
+        dw.Monitor(12.0)

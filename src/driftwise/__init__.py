@@ -39,6 +39,7 @@ _HOME = {
     "probe_bank": "detect.probes",
     "score_test": "detect.score_test",
     "Alarms": "detect.alarms",
+    "Monitor": "detect.monitor",
     "Gate": "detect.gate",
     "design_restart": "detect.restart",
     "run_length": "detect.run_length",
