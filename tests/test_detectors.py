@@ -433,7 +433,7 @@ def _(detector, marks, z, slope):
 def test_a_detector_of_ones_own():
     dw.check_policy(Loud(2.0))
     y, u = dw.simulate([-0.5], [1.0], samples=300, noise_std=0.1, seed=1)
-    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), step=0.01, settle=9)).scan(y, u)
+    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), dw.Inflate(0.01), 9)).scan(y, u)
     z = trace.innovation / np.sqrt(trace.variance)
     expected = (abs(z) >= 2.5) & (np.arange(300) >= 9)
     assert expected.any()
