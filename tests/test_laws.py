@@ -56,6 +56,13 @@ ESTIMATORS = {
     "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
     "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
+    "adaptive gain": dw.AdaptiveGain(0.9),
+    "adaptive gain, plr, pull test": dw.AdaptiveGain(
+        0.9, method="plr", memory=dw.Weighted(0.98), detector=dw.PullTest(threshold=2.0), gate=dw.Gate()
+    ),
+    "adaptive gain, two states, input, probes": dw.AdaptiveGain(
+        [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.UnknownScale(2.0, 1.0)
+    ),
 }
 
 

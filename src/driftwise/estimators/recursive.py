@@ -173,7 +173,7 @@ class ARX(Recursive):
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
     >>> trace = dw.ARX(2, 2, memory=dw.Weighted(0.99)).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
-    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.48']
+    ['a1 -1.51', 'a2 0.71', 'b1 1.00', 'b2 0.47']
     """
 
     def __init__(

@@ -142,7 +142,7 @@ def law_covariance_stays_a_covariance(est, y, u):
 def law_scaling(est, y, u):
     """Scaling the data scales the answer, exactly for powers of two (default prior, noise learnt or absent)."""
     options = {"noise": EquationError(), **est.options}
-    stated = [options.get(name) for name in ("P0", "s0", "theta0", "variance")]
+    stated = [options.get(name) for name in ("P0", "s0", "theta0", "variance", "K0", "x0", "B")]
     if any(value is not None for value in stated) or getattr(options["noise"], "variance", 0) is not None:
         return
     c, g = 2.0**20, 2.0**-13

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..detect.gain import GainProbes, PullTest
 from ..detect.gate import Gate
 from ..detect.glr import GLR
 from ..detect.hinkley import Hinkley
@@ -48,6 +49,8 @@ KINDS = {
         VarianceChange,
         GLR,
         ProbeBank,
+        GainProbes,
+        PullTest,
         Gate,
         UnknownScale,
     )
@@ -91,6 +94,7 @@ def describe(estimator) -> str:
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
     from ..estimators.continuous import ContinuousJoint
+    from ..estimators.gain import AdaptiveGain
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
     from ..estimators.recursive import AR, ARX, Regression
@@ -101,7 +105,9 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, Regression)}
+    kinds: dict[str, Any] = {
+        k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, Regression, AdaptiveGain)
+    }
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 
