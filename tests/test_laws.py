@@ -56,6 +56,14 @@ ESTIMATORS = {
     "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
     "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
+    "ARMA": dw.ARMA(2, 1, memory=dw.Weighted(0.98)),
+    "ARMAX": dw.ARMAX(2, 2, 2),
+    "ARMAX, pseudolinear, offset": dw.ARMAX(2, (2, 1), 1, (1, 0), method="plr", offset=True),
+    "ARMAX, missing skipped": dw.ARMAX(1, 1, 1, missing="skip"),
+    "output error, polynomials": dw.OE((1, 2), (1, 2), (0, 2), offset=True, gate=dw.Gate()),
+    "Box-Jenkins": dw.BJ(2, 1, 1, 2),
+    "Box-Jenkins, walk": dw.BJ((2, 1), 1, 2, (1, 0), memory=dw.Walk(1e-5)),
+    "Box-Jenkins, missing held": dw.BJ(1, 1, 1, 1, missing="hold"),
     "adaptive gain": dw.AdaptiveGain(0.9),
     "adaptive gain, plr, pull test": dw.AdaptiveGain(
         0.9, method="plr", memory=dw.Weighted(0.98), detector=dw.PullTest(threshold=2.0), gate=dw.Gate()

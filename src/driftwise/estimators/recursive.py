@@ -57,6 +57,8 @@ class Recursive(Reading):
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
+        if hasattr(form, "R"):
+            form = form._replace(R=R, cap=np.diag(self.prior_covariance))
         self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
         self.spec = compose.flatten(self.policies)
         self.dtype = np.dtype(fields(form))
@@ -80,7 +82,8 @@ class Recursive(Reading):
         """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
         form, gain = self.model, (self.y_scale / self.u_scale) ** 2
         b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
-        return np.concatenate([np.ones(form.na), b, np.full(int(form.has_offset), self.y_scale**2)])
+        free = np.ones(getattr(form, "kept", 0))
+        return np.concatenate([np.ones(form.na), b, free, np.full(int(form.has_offset), self.y_scale**2)])
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (powers of two).
@@ -114,6 +117,36 @@ class Recursive(Reading):
         """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
         alpha, beta = self.scale_posterior(state)
         return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
+
+    def predict(self, state, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (h,) and standard deviation (h,) of the next h outputs, given the inputs to come.
+
+        The deviation holds the noise still to come, the parameters' uncertainty (first order) and what is unknown of
+        past outputs and inputs. Parameters stay as they are: a memory that lets them walk or jump widens it no further.
+
+        Parameters
+        ----------
+        state : one state, as `update` or a trace leaves it
+        u : (h,) or (h, k) inputs to come; omitted where the model has none
+        horizon : int, optional
+            h; the length of ``u`` if omitted.
+
+        Notes
+        -----
+        Bad at: far horizons of a model near the edge of stability, where the first order is too narrow.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+        >>> est = dw.ARX(1, 1)
+        >>> mean, std = est.predict(est.scan(y, u).state, [1.0, 1.0, 1.0])
+        >>> std.round(2).tolist()
+        [0.11, 0.14, 0.15]
+        """
+        from .forecast import forecast
+
+        return forecast(self, state, u, horizon)
 
     def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters, in the order of ``names``, and their covariance."""

@@ -173,8 +173,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         z = yhat
         doubt = max(s2 * T, TINY)
         if form.missing == HOLD:
-            z, doubt = state.ys[0] if state.ys.size else 0.0, 0.0
-        elif doubt > RANGE * head[TOP] * head[TOP]:  # the model predicts nothing like the data so far
+            z, doubt = state.ys[0] if state.ys.size else yhat, 0.0
+        elif doubt > RANGE * max(head[TOP] * head[TOP], s2 * method.R):  # nothing like the data so far
             z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)
             status |= LOST
     else:

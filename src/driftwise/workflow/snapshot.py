@@ -97,6 +97,7 @@ def rebuild(text: str):
     from ..estimators.gain import AdaptiveGain
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
+    from ..estimators.polynomial import ARMA, ARMAX, BJ, OE
     from ..estimators.recursive import AR, ARX, Regression
 
     data = json.loads(text)
@@ -105,9 +106,8 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    kinds: dict[str, Any] = {
-        k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, Regression, AdaptiveGain)
-    }
+    family = AR, ARX, Regression, ARMA, ARMAX, OE, BJ
+    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AdaptiveGain, *family)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 

@@ -178,6 +178,12 @@ class Trace:
             return est.model_at(self.parameters[at].copy(), P)
         return Model(form, self.parameters[at].copy(), P, self.dt)
 
+    def predict(self, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (h,) and standard deviation (h,) of the outputs that follow, given the inputs to come."""
+        if not hasattr(self.estimator, "predict"):
+            raise InputError(f"{type(self.estimator).__name__} does not predict further than one sample")
+        return self.estimator.predict(self.state, u, horizon)
+
     def summary(self):
         """Return the constant-memory `Summary` of this trace."""
         from .summary import Summary
