@@ -433,7 +433,7 @@ def _(detector, marks, z, slope):
 def test_a_detector_of_ones_own():
     dw.check_policy(Loud(2.0))
     y, u = dw.simulate([-0.5], [1.0], samples=300, noise_std=0.1, seed=1)
-    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), step=0.01, settle=9)).scan(y, u)
+    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), dw.Inflate(0.01), 9)).scan(y, u)
     z = trace.innovation / np.sqrt(trace.variance)
     expected = (abs(z) >= 2.5) & (np.arange(300) >= 9)
     assert expected.any()
@@ -457,7 +457,7 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
     e = 0.1 * (rng.standard_normal((20, T)) + (np.arange(T) >= 1000))
     alarms = {}
     for detector in (dw.Hinkley("1 per 100_000"), dw.VarianceChange(false_alarms="1 per 100_000")):
-        est = dw.Joint(1, noise=dw.EquationError(0.01), memory=dw.UntilJump(detector, step=0.01))
+        est = dw.Joint(1, noise=dw.EquationError(0.01), memory=dw.UntilJump(detector, dw.Inflate(0.01)))
         found = np.zeros((20, T), bool)
         for i in range(20):
             y = np.zeros(T)

@@ -58,7 +58,7 @@ def test_better_than_any_random_walk(records):
 
 
 def test_no_parameter_becomes_wider_than_its_prior(records):
-    est = dw.Joint(2, 1, noise=dw.EquationError(NOISE**2), memory=dw.UntilJump(step=1e6), P0=2.0)
+    est = dw.Joint(2, 1, noise=dw.EquationError(NOISE**2), memory=dw.UntilJump(restart=dw.Inflate(1e6)), P0=2.0)
     trace = est.scan(records[0][0], records[1][0], keep="covariance")
     assert (trace.status & int(dw.Status.JUMP)).any()
     assert np.all(trace.parameters_std**2 <= 2.0 * (1 + 1e-9))
@@ -77,7 +77,7 @@ def test_the_event_is_told(records):
         (dw.UntilJump(12.0), "detector"),
         (dw.UntilJump(dw.Score()), "slopes"),
         (dw.UntilJump(dw.ProbeBank([1.0])), "probes"),
-        (dw.UntilJump(step=[1.0, 2.0]), "step"),
+        (dw.UntilJump(restart=dw.Inflate([1.0, 2.0])), "step"),
         (dw.UntilJump(settle=-1), "settle"),
     ],
 )
@@ -89,7 +89,9 @@ def test_bad_settings_are_told(memory, words):
 @pytest.mark.parametrize("noise", [dw.EquationError(NOISE**2), dw.EquationError()], ids=["known noise", "learnt noise"])
 def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, noise):
     """In the units of the data: variances of a gain step^2, those of b step^2 times (y_scale / u_scale)^2."""
-    est = dw.Joint(2, 1, noise=noise, memory=dw.UntilJump(step=0.5, settle=10), P0=1e6, y_scale=2.0, u_scale=4.0)
+    est = dw.Joint(
+        2, 1, noise=noise, memory=dw.UntilJump(restart=dw.Inflate(0.5), settle=10), P0=1e6, y_scale=2.0, u_scale=4.0
+    )
     state = est.scan(records[0][0][:100], records[1][0][:100]).state
     calm, alarmed = state.copy(), state.copy()
     calm["marks"], alarmed["marks"][OWN] = 0.0, 1e3

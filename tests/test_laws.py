@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import driftwise as dw
+from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 from driftwise.kernel import ud
 from driftwise.memory.drift import drift
 from driftwise.workflow.laws import LAWS, example, same
@@ -47,6 +48,13 @@ ESTIMATORS = {
     "ARX, missing skipped": dw.ARX(2, 2, missing="skip", memory=dw.Weighted(0.95)),
     "AR": dw.AR(3),
     "regression": dw.Regression(3, offset=True, memory=dw.Weighted(0.99)),
+    "ARX, variable forgetting": dw.ARX(2, 2, memory=dw.VariableForgetting(50)),
+    "ARX, directional forgetting": dw.ARX(2, 2, memory=dw.DirectionalForgetting(0.95)),
+    "ARX, matched walk": dw.ARX(2, 2, memory=dw.Walk(matched=(0.1, 100))),
+    "ARX, window": dw.ARX(2, 2, memory=dw.Window(20)),
+    "ARX, window of one": dw.ARX(1, 1, memory=dw.Window(1), variance=0.01),
+    "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
+    "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
     "ARMA": dw.ARMA(2, 1, memory=dw.Weighted(0.98)),
     "ARMAX": dw.ARMAX(2, 2, 2),
@@ -91,6 +99,32 @@ def test_any_cut_of_any_record_changes_nothing(name, seed, cut, missing, exponen
     assert same(second.state, whole.state)
     assert np.all(whole.state["D"] >= 0)
     assert np.isfinite(np.atleast_1d(whole.state).view(float)).all()
+
+
+class Impatient(NamedTuple):
+    """A detector that alarms after every so many samples."""
+
+    every: float
+
+    def marks(self, parameters):
+        return OWN + 1
+
+
+@watch.on(Impatient)
+def _(detector, marks, z, slope):
+    marks[OWN] += 1.0
+    marks[STATISTIC] = marks[OWN] / detector.every
+    if marks[OWN] < detector.every:
+        return 0.0
+    marks[OWN], marks[SINCE], marks[WHICH] = 0.0, 1.0, -1.0
+    return 1.0 if z > 0.0 else -1.0
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@pytest.mark.parametrize("restart", [dw.Inflate(0.5), dw.GainReset(5)], ids=lambda r: type(r).__name__)
+def test_law_of_restarts(restart, law):
+    est = dw.ARX(2, 2, memory=dw.UntilJump(Impatient(15.0), restart, settle=5))
+    law(est, *example(est))
 
 
 class Swelling(NamedTuple):

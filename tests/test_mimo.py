@@ -258,7 +258,9 @@ def test_a_restart_of_one_output_is_joints():
 def test_each_group_jumps_by_its_own_steps():
     y, u = gappy(2)
     steps = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
-    est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(1.0), memory=dw.UntilJump(step=steps, settle=5), P0=1e6)
+    est = dw.JointMIMO(
+        (1, 1), 1, noise=dw.EquationError(1.0), memory=dw.UntilJump(restart=dw.Inflate(steps), settle=5), P0=1e6
+    )
     assert est.is_split
     y, u = np.nan_to_num(y), np.nan_to_num(u)
     state = est.scan(y[:50], u[:50]).state

@@ -18,9 +18,10 @@ from ..models.gain import GainPlant
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import gain_step as _step  # registers the step
+from .adaptation import Setting, adaptation
 from .gain_row import INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
 from .methods import LeastSquares
-from .policies import adaptation, resolve_detector, resolve_gate
+from .policies import resolve_detector, resolve_gate
 from .reading import Reading
 from .recursive_row import COLUMNS
 
@@ -145,7 +146,7 @@ class AdaptiveGain(Reading):
         self._set_prior(usual, is_walk)
         prior = np.diag(self.prior_covariance)[plant.n :].copy()
         memory = Walk(prior / 1600) if memory is None else memory
-        memory, _, _, cells = adaptation(memory, np.ones(plant.n), prior, plant.n)
+        memory, _, _, cells = adaptation(memory, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
         if type(memory) not in _step.reopen.table:
             raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {memory!r}")
         if scale is not None and not (0 < scale.alpha < math.inf and 0 < scale.beta < math.inf):

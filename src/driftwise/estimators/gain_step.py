@@ -9,8 +9,10 @@ from ..detect.watch import SINCE, STATISTIC, WHICH, watch
 from ..kernel.compose import advance, choice, kernel
 from ..kernel.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ..kernel.ud import entry, predicted_variance, variance
-from ..memory.adapt import Fade, age, fade, learn
+from ..memory.adapt import age, learn
 from ..memory.drift import Never, Walk, widen_within
+from ..memory.fading import Fade
+from ..memory.hold import hold_within
 from ..models.stability import is_inside
 from .gain_row import INNOVATION, PROBES, PULL, GainForm
 from .recursive_row import (
@@ -114,7 +116,9 @@ def _(memory, form, strength, weight, U, D, work):
     lam = (strength - 1.0) / weight if weight > 0.0 else 1.0
     if lam >= 1.0:
         return weight
-    fade(U, D, lam, form.cap, work)
+    for j in range(D.size):
+        D[j] /= lam
+    hold_within(U, D, form.cap, work.c, work.f, work.b)
     return lam * weight
 
 

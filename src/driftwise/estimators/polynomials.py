@@ -18,8 +18,8 @@ import numpy as np
 from ..kernel.compose import Vector, advance, kernel, open_row, open_work, rare
 from ..kernel.status import PROJECTED
 from ..kernel.ud import variance
-from ..memory.adapt import fade
 from ..memory.drift import widen_within
+from ..memory.hold import hold_within
 from ..models.stability import is_inside
 from . import recursive_step as _step  # noqa: F401  (registers the step)
 from .recursive_row import CHI2, COUNT, HOLD, OBSERVED, SKIP, WEIGHT, Lags, push, regress, renew
@@ -214,7 +214,9 @@ def begin(form, state, kept, work, free, s2):
         for i in range(free, free + kept.r.size):
             widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], work.b)
     lam = 1.0 - FIRST * FADING**n
-    fade(state.U, state.D, lam, form.cap, work)
+    for j in range(state.D.size):
+        state.D[j] /= lam
+    hold_within(state.U, state.D, form.cap, work.c, work.f, work.b)
     head[COUNT] *= lam * lam
     head[CHI2] *= lam * lam
     head[WEIGHT] *= lam

@@ -101,11 +101,17 @@ def length(Y, d, i, columns):
 
 @kernel
 def widen(U, D, i, q, a):
-    """Add variance q to element i (Agee and Turner's rank-one update); ``a`` is scratch of size N."""
+    """Add variance q to element i; ``a`` is scratch of size N."""
     for k in range(i):
         a[k] = 0.0
     a[i] = 1.0
-    for j in range(i, -1, -1):
+    widen_along(U, D, a, q, i)
+
+
+@kernel
+def widen_along(U, D, a, q, last):
+    """P <- P + q a a' for a vector that ends at index ``last`` (Agee and Turner's rank-one update); a is destroyed."""
+    for j in range(last, -1, -1):
         aj = a[j]
         before = D[j]
         after = before + q * aj * aj
@@ -117,6 +123,34 @@ def widen(U, D, i, q, a):
                 a[k] -= aj * U[at + k]
                 U[at + k] += g * a[k]
             q *= before / after
+
+
+@kernel
+def project(U, psi, f):
+    """Fill f = U' psi."""
+    at = 0
+    for j in range(psi.size):
+        fj = psi[j]
+        for i in range(j):
+            fj += U[at + i] * psi[i]
+        f[j] = fj
+        at += j
+
+
+@kernel
+def quadratic(U, D, d, z):
+    """Return d' P^-1 d by solving U z = d (infinite where d leaves the range of P)."""
+    for j in range(d.size):
+        z[j] = d[j]
+    total = 0.0
+    for j in range(d.size - 1, -1, -1):
+        zj = z[j]
+        if zj != 0.0:
+            total += zj * zj / D[j] if D[j] > 0.0 else np.inf
+            at = j * (j - 1) // 2
+            for i in range(j):
+                z[i] -= U[at + i] * zj
+    return total
 
 
 @kernel

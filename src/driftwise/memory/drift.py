@@ -17,27 +17,49 @@ class Walk(NamedTuple):
 
     ``q`` is one number or one per parameter (order of ``state["theta"]``), in the units of `y_scale` and `u_scale`,
     and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the
-    covariance stays bounded.
+    covariance stays bounded. Or say ``matched=(jump, every)``: jumps of that size (one number or one per parameter)
+    every so many samples; the walk then has their variance per sample, q = jump^2/every, whatever sigma^2 is.
     Bad at rare jumps: a q that follows them quickly is noisy in between.
     """
 
-    q: Vector
+    q: Vector = 0.0
     cap: Vector = ()
+    matched: Vector = ()
+
+
+class Matched(NamedTuple):
+    """What the kernel sees of a `Walk` that is matched to jumps: q is absolute."""
+
+    q: Vector
+    cap: Vector
+
+
+class Inflate(NamedTuple):
+    """After an alarm each parameter gains variance ``step`` squared, at most up to its prior.
+
+    ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
+    ``only_named``: where the detector names the parameter that jumped, only that one is freed.
+    Bad at: jumps much larger than the step.
+    """
+
+    step: Any = 1.0
+    only_named: bool = False
 
 
 class UntilJump(NamedTuple):
-    """Nothing is forgotten until the parameters jump; then each gains variance ``step`` squared.
+    """Nothing is forgotten until the parameters jump; then they are freed as ``restart`` says.
 
-    ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
-    The detector (`VarianceChange`, `Hinkley`, `GLR`) watches the whitened innovations after ``settle`` measured samples
-    (None: six times the number of unknowns); with several outputs, each has one of its own. No parameter becomes wider
-    than its prior. Bad at slow drift, which never alarms (use `Walk`), at noise whose variance grows (it looks like a
-    jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so bars are too
-    short there, smoothed ones (`Joint.smooth`) also before.
+    ``restart`` is `Inflate` (the default: each parameter gains variance 1 in the units of `y_scale` and `u_scale`) or,
+    for recursive estimators, `GainReset`. The detector (`VarianceChange`, `Hinkley`, `GLR`; for recursive estimators
+    also `Score`) watches the whitened innovations after ``settle`` measured samples (None: six times the number of
+    unknowns); with several outputs, each has one of its own. No parameter becomes wider than its prior. Bad at slow
+    drift, which never alarms (use `Walk`), at noise whose variance grows (it looks like a jump), and at dating a jump:
+    the samples between jump and alarm are taken for the old parameters, so bars are too short there, smoothed ones
+    (`Joint.smooth`) also before.
     """
 
     detector: Any = VarianceChange()
-    step: float = 1.0
+    restart: Any = Inflate()
     settle: float | None = None
 
 
@@ -77,6 +99,15 @@ def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
+            status = CAPPED
+    return status
+
+
+@drift.on(Matched)
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+    status = 0
+    for i in range(memory.q.size):
+        if not widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch):
             status = CAPPED
     return status
 

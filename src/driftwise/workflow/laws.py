@@ -10,8 +10,11 @@ import numpy as np
 from ..detect.gate import admit
 from ..detect.watch import watch
 from ..errors import InputError
+from ..estimators.adaptation import resolve
 from ..estimators.joint import Joint
+from ..estimators.recursive import ARX
 from ..kernel import compose
+from ..memory.adapt import learn
 from ..memory.drift import UntilJump, drift
 from ..models.noise import EquationError
 from ..models.simulate_mimo import simulate_mimo
@@ -222,6 +225,8 @@ def check_policy(policy) -> None:
     """
     if type(policy) in drift.table or isinstance(policy, UntilJump):
         check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=policy, P0=10.0))
+    elif type(policy) in learn.table or type(policy) in resolve.registry:
+        check_estimator(ARX(2, 2, memory=policy))
     elif type(policy) in admit.table:
         check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), gate=policy, P0=10.0))
     elif type(policy) in watch.table or hasattr(policy, "resolve"):
@@ -229,5 +234,6 @@ def check_policy(policy) -> None:
         check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=memory, P0=10.0))
     else:
         raise InputError(
-            f"a policy is a memory, a gate or a detector with its rule (drift.on, admit.on, watch.on), got {policy!r}"
+            "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), "
+            f"got {policy!r}"
         )

@@ -15,8 +15,12 @@ from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
-from ..memory.adapt import LimitedGain, Weighted
-from ..memory.drift import Never, UntilJump, Walk
+from ..memory.directional import DirectionalForgetting
+from ..memory.drift import Inflate, Never, UntilJump, Walk
+from ..memory.fading import LimitedGain, VariableForgetting, Weighted
+from ..memory.restart import GainReset
+from ..memory.run_lengths import RunLengths
+from ..memory.window import Window
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
@@ -33,7 +37,13 @@ KINDS = {
         Walk,
         LimitedGain,
         Weighted,
+        VariableForgetting,
+        DirectionalForgetting,
+        Window,
+        RunLengths,
         UntilJump,
+        Inflate,
+        GainReset,
         Hinkley,
         Score,
         VarianceChange,
