@@ -11,6 +11,7 @@ _HOME = {
     "ContinuousModel": "models.continuous",
     "simulate_continuous": "models.continuous",
     "JointMIMO": "estimators.mimo",
+    "ARXMIMO": "estimators.several",
     "AR": "estimators.recursive",
     "ARX": "estimators.recursive",
     "Regression": "estimators.recursive",

@@ -14,7 +14,7 @@ from .trace import KEEP, UNUSED, Trace
 
 
 class TraceMIMO(Trace):
-    """Columns of one run of `JointMIMO`, time first: those of `Trace`, with one column per output.
+    """Columns of one run of `JointMIMO` or `ARXMIMO`, time first: those of `Trace`, with one column per output.
 
     ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the
     samples before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or
@@ -72,11 +72,11 @@ class TraceMIMO(Trace):
         for g, group in enumerate(est.groups):
             mine = used[:, group]
             before = np.cumsum(mine).reshape(mine.shape) - mine + self.observed_before[group].sum()
-            found[:, group] = est.scale.alpha + (before - est.policies[0].spent[g]) / 2
+            found[:, group] = est.scale.alpha + (before - est.spent[g]) / 2
         return 2 * np.maximum(found, 0.5)
 
     def _columns(self, first, count, least):
-        return super()._columns(first + 4 * (self.estimator.model.outputs - 1), count, least)
+        return super()._columns(first + self.estimator.columns * (self.estimator.model.outputs - 1), count, least)
 
     def model(self, at: int = -1) -> ModelMIMO:  # type: ignore[override]
         """Return the model at a sample (the last by default), with the covariance of its parameters.
@@ -88,6 +88,8 @@ class TraceMIMO(Trace):
             return est.model_of(self.state)
         is_full = self.keep == "covariance"
         P = self.covariance[at, form.n :, form.n :] if is_full else np.diag(self.parameters_std[at] ** 2)
+        if hasattr(est, "model_at"):
+            return est.model_at(self.parameters[at].copy(), P)
         return ModelMIMO(form, self.parameters[at].copy(), P, self.dt)
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -101,7 +103,7 @@ class TraceMIMO(Trace):
         table = {"time": self.time, **numbered("y", self.y), **u}
         for name in ("prediction", "innovation", "variance", "dof", "status"):
             table |= numbered(name, getattr(self, name))
-        names = form.state_names + form.names
+        names = (form.state_names if form.n else []) + form.names
         if KEEP.index(self.keep) >= KEEP.index("means"):
             table |= dict(zip(names, np.hstack([self.x, self.parameters]).T))
         if self.keep in ("std", "covariance"):

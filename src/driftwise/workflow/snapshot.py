@@ -72,6 +72,7 @@ def rebuild(text: str):
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
     from ..estimators.recursive import AR, ARX, Regression
+    from ..estimators.several import ARXMIMO
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
@@ -79,7 +80,7 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, Regression)}
+    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, ARXMIMO, Regression)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 
