@@ -148,7 +148,7 @@ def test_a_missing_output_skips_its_own_equation_only():
     assert same(got.parameters[60, :n], whole.parameters[60, :n])
     assert same(got.parameters[60, n:], got.parameters[59, n:])
     assert got.status[60].tolist() == [0, dw.Status.MISSING_OUTPUT]
-    assert got.status[61, 0] & dw.Status.MISSING_INPUT and got.variance[61, 0] > whole.variance[61, 0]
+    assert got.status[61, 0] & dw.Status.FILLED and got.variance[61, 0] > whole.variance[61, 0]
 
 
 TRUTH = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.0]  # (2, 1), one input, nothing at once
@@ -236,7 +236,10 @@ def test_trace_summary_and_picture(tmp_path):
     y, u = dw.simulate_mimo((2, 1), TRUTH, samples=600, inputs=1, noise_std=(0.1, 0.3), missing=0.05, seed=1)
     trace = dw.ARXMIMO(2, 1, **ORDERS, dt=0.5).scaled_to(y, u).scan(y, u)
     assert trace.x.shape == (600, 0) and trace.parameters_std.shape == (600, 9)
-    assert {"prediction.2", "a2.12", "a2.12_std"} <= set(trace.columns())
+    assert {"prediction.2", "a2.12", "a2.12_std", "weight.1"} <= set(trace.columns())
+    assert trace.weight[-1].tolist() == (~np.isnan(y)).sum(axis=0).tolist()
+    assert trace.events()[0].text.startswith("output")
+    assert same(trace.state_before(300), dw.ARXMIMO(**trace.estimator.options).scan(y[:300], u[:300]).state)
     assert trace.plot().shape == (2, 3)
     summary = trace.summary()
     assert [one.noise_std for one in summary.outputs] == pytest.approx([0.1, 0.3], rel=0.1)
@@ -245,6 +248,21 @@ def test_trace_summary_and_picture(tmp_path):
     again = dw.Trace.load(tmp_path / "run")
     assert same(again.outs, trace.outs) and again.summary().words == summary.words
     assert trace.model(at=300).values[0] == trace.parameters[300, 0]
+
+
+def test_an_alarm_names_its_output():
+    """A detector of its own for each equation: here one that alarms once the innovation is beyond five deviations."""
+    est = dw.ARXMIMO(2, 1)
+    y, u = example(est, missing=0.0)
+    outs = est.scan(y, u).outs.copy()
+    from driftwise.workflow.mimo_trace import TraceMIMO
+
+    outs[70, [7, 11, 13, 15]] = dw.Status.JUMP, 1.5, -4.0, 1.0  # status, statistic, since and which of output 2
+    trace = TraceMIMO(est, y, u, outs, "std", est.scan(y, u).state, np.zeros(2))
+    (jump,) = [event for event in trace.events() if event.kind == "JUMP"]
+    assert (jump.sample, jump.text) == (
+        70, "output 2: jump: a2.21 fell, it began about 4 samples ago (statistic 1.50 times its threshold)",
+    )  # fmt: skip
 
 
 def test_evidence_is_the_sum_over_equations():

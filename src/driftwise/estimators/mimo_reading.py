@@ -58,7 +58,9 @@ class ReadingMIMO(Rows):
         outs = np.empty((1, len(y), width(keep, self.model.N, self.columns * p)))
         self.drive(rows, y[None], u[None], outs, self.spec, self.scratch())
         before = np.array(np.asarray(start)["observed"])
-        return TraceMIMO(self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), before, time)
+        trace = TraceMIMO(self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), before, time)
+        trace.begun = np.array(start)
+        return trace
 
     def tick(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.

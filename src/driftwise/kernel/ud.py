@@ -101,11 +101,17 @@ def length(Y, d, i, columns):
 
 @kernel
 def widen(U, D, i, q, a):
-    """Add variance q to element i (Agee and Turner's rank-one update); ``a`` is scratch of size N."""
+    """Add variance q to element i; ``a`` is scratch of size N."""
     for k in range(i):
         a[k] = 0.0
     a[i] = 1.0
-    for j in range(i, -1, -1):
+    widen_along(U, D, a, q, i)
+
+
+@kernel
+def widen_along(U, D, a, q, last):
+    """P <- P + q a a' for a vector that ends at index ``last`` (Agee and Turner's rank-one update); a is destroyed."""
+    for j in range(last, -1, -1):
         aj = a[j]
         before = D[j]
         after = before + q * aj * aj

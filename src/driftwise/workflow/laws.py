@@ -133,6 +133,8 @@ def law_covariance_stays_a_covariance(est, y, u):
     trace = est.scan(y, u, keep="covariance")
     assert np.all(trace.state["D"] >= 0), "a factor went negative"
     P = est.covariance(trace.state)
+    if np.all(np.isinf(np.diag(P))):
+        return  # an estimator that claims nothing
     assert np.linalg.eigvalsh(P).min() >= -1e-12 * np.trace(P), "P lost positivity"
     assert np.all(trace.x_std >= 0) and np.all(trace.parameters_std >= 0)
 

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..kernel.status import MEANING, Status
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
-from .trace import KEEP, UNUSED, Trace
+from .trace import KEEP, UNUSED, Trace, jump_words
 
 
 class TraceMIMO(Trace):
@@ -26,7 +27,7 @@ class TraceMIMO(Trace):
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u = y.copy(), u.copy()
         self.outs, self.observed_before = outs, np.asarray(observed_before, float)
-        self.dt = estimator.dt
+        self.dt, self.begun = estimator.dt, None
         if time is None:
             time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
         self.time = np.asarray(time, float)
@@ -56,6 +57,10 @@ class TraceMIMO(Trace):
     def status(self) -> np.ndarray:
         """Bits of `driftwise.Status`, (T, p)."""
         return self._of_outputs(3).astype(np.int64)
+
+    def _extra(self, column):
+        super()._extra(column)
+        return self._of_outputs(column)
 
     @property
     def is_used(self) -> np.ndarray:
@@ -103,6 +108,8 @@ class TraceMIMO(Trace):
         table = {"time": self.time, **numbered("y", self.y), **u}
         for name in ("prediction", "innovation", "variance", "dof", "status"):
             table |= numbered(name, getattr(self, name))
+        if self.estimator.columns > 5:
+            table |= {**numbered("weight", self.weight), **numbered("statistic", self.statistic)}
         names = (form.state_names if form.n else []) + form.names
         if KEEP.index(self.keep) >= KEEP.index("means"):
             table |= dict(zip(names, np.hstack([self.x, self.parameters]).T))
@@ -125,7 +132,15 @@ class TraceMIMO(Trace):
         names = ("y", "prediction", "innovation", "variance", "dof", "status", "is_used")
         columns = {name: getattr(self, name).T for name in names}
         each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
-        return [Output(time=self.time, state=self.state, **one) for one in each]
+        p, est = self.y.shape[1], self.estimator
+        at, has_alarms = est.model.theta_at, est.columns > 7
+        return [
+            Output(
+                time=self.time, state=self.state, names=est.names[at[i] : at[i + 1]],
+                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, **one,
+            )
+            for i, one in enumerate(each)
+        ]  # fmt: skip
 
     def summary(self):
         """Return the constant-memory `SummaryMIMO` of this trace."""
@@ -163,9 +178,18 @@ class Output:
     status: np.ndarray
     is_used: np.ndarray
     state: np.ndarray  # of all outputs, after the last sample
+    names: list[str]  # of the parameters of its equation
+    alarms: np.ndarray | None  # statistic, since, which of its detector
 
     def __len__(self):
         return len(self.y)
+
+    def jumps(self, limit):
+        """Return an event for each alarm."""
+        return Trace.jumps(self, limit)  # type: ignore[arg-type]
+
+    def _jump_words(self, k):
+        return MEANING[Status.JUMP] if self.alarms is None else jump_words(self.names, *self.alarms[k])
 
 
 def _named(event, i):
