@@ -12,6 +12,7 @@ _HOME = {
     "simulate_continuous": "models.continuous",
     "JointMIMO": "estimators.mimo",
     "ARXMIMO": "estimators.several",
+    "AdaptiveObserver": "estimators.observer",
     "AR": "estimators.recursive",
     "ARX": "estimators.recursive",
     "Regression": "estimators.recursive",

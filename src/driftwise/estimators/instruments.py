@@ -11,8 +11,6 @@ P is not symmetric. C, the covariance of theta, is P (sum zeta zeta') P' written
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ..errors import InputError
 from ..kernel.compose import Vector, advance, kernel, open_row, open_work
 from ..kernel.ud import correct, predicted_variance, widen_along
@@ -50,6 +48,7 @@ class Instruments(NamedTuple):
 
     R: float
     first: float  # lag of the first delayed input among the instruments; 0: outputs of the auxiliary model
+    unit: float  # y_scale/u_scale: what brings delayed inputs to the size of outputs
     start: float  # samples of least squares before
     cap: Vector  # beyond these variances P is not forgotten any more
 
@@ -100,7 +99,7 @@ def _(method, memory, state, e, R, s2, work):
     for i in range(N):
         zeta[i] = psi[i]
         if i < na and head[OBSERVED] >= method.start:
-            zeta[i] = state.us[0, first + i] if first else -xs[i]
+            zeta[i] = method.unit * state.us[0, first + i] if first else -xs[i]
     T = predicted_variance(work.f, state.D, R)
     bottom = R
     for i in range(N):
@@ -128,8 +127,8 @@ def _(method, memory, state, e, R, s2, work):
     return T
 
 
-def instruments(kind, model, memory, prior, R) -> tuple[Instruments, int]:
-    """Return the method and how many lags of the inputs it needs; ``prior`` are the variances of theta."""
+def instruments(kind, model, memory) -> int:
+    """Return the lag of the first delayed input, 0 for the auxiliary model; raise InputError where neither works."""
     if kind not in ("model", "delayed"):
         raise InputError(f'instruments must be "model" or "delayed", got {kind!r}')
     if not model.na:
@@ -138,6 +137,4 @@ def instruments(kind, model, memory, prior, R) -> tuple[Instruments, int]:
         raise InputError("instruments are made of inputs: give the model one (nb), or use method='ls'")
     if type(memory) not in (Never, LimitedGain, Weighted):
         raise InputError(f"with method='iv' memory must be Never(), LimitedGain(N) or Weighted(p), got {memory!r}")
-    first = model.nk[0] + model.nb[0] if kind == "delayed" else 0
-    start = 4.0 * model.N
-    return Instruments(R, float(first), start, np.array(prior, float)), max(model.deep, first + model.na)
+    return model.nk[0] + model.nb[0] if kind == "delayed" else 0

@@ -171,6 +171,10 @@ class JointMIMO(ReadingMIMO):
         """Whose equation each unknown belongs to, (N,)."""
         return np.concatenate([np.repeat(np.arange(self.model.outputs), self.model.nu), self.model.targets])
 
+    def _theta_units(self) -> np.ndarray:
+        """Return the squared units of theta."""
+        return self._units[self.model.n :]
+
     def _set_prior(self, s0, P0):
         N, back = self.model.N, self.model.salut
         self._s0 = (np.zeros(N) if s0 is None else door.vector("s0", s0, N))[back]

@@ -18,7 +18,7 @@ from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import recursive_step as _step  # noqa: F401  (registers the step)
 from .gradient import LagsAlone, gradient
-from .instruments import InstrumentalLags, instruments
+from .instruments import InstrumentalLags, Instruments, instruments
 from .joint import WIDTH
 from .methods import LeastSquares
 from .policies import adaptation, resolve_gate
@@ -162,7 +162,7 @@ class ARX(Recursive):
         Least squares; instrumental variables, consistent whatever colours e; or a stochastic gradient, of cost O(N).
     instruments : "model" or "delayed"
         With "iv", what stands for past outputs: those of an auxiliary model, simulated with the estimate, or values of
-        the first input further back. Least squares runs for the first 4 N measured samples.
+        the first input further back. Least squares runs for the first 2 N measured samples.
     step : float
         With "nlms" and "lms", the gain: stable for 0 < step < 2, slower and less restless the smaller it is.
     theta0, P0 : (N,), and scalar, (N,) or (N, N), optional
@@ -192,7 +192,7 @@ class ARX(Recursive):
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
     >>> trace = dw.ARX(2, 2, memory=dw.Weighted(0.99)).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
-    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.48']
+    ['a1 -1.51', 'a2 0.71', 'b1 1.00', 'b2 0.47']
     """
 
     def __init__(
@@ -238,7 +238,8 @@ class ARX(Recursive):
         registers = own = 0
         if kind == "iv":
             registers, own = N * N + 1 + form.na, 3 * N
-            deep = instruments(self.options["instruments"], form, self.options["memory"], np.ones(N), 1.0)[1]
+            first = instruments(self.options["instruments"], form, self.options["memory"])
+            deep = max(deep, first + form.na)
         self._prepare(
             METHODS[kind](
                 N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
@@ -251,9 +252,10 @@ class ARX(Recursive):
             self._D0, self._U0, self.prior_covariance = np.zeros(0), np.zeros(0), self._unknown()
 
     def _method(self, R) -> Any:
-        kind, memory = self.options["method"], self.options["memory"]
+        kind, memory, form = self.options["method"], self.options["memory"], self.model
         if kind == "iv":
-            return instruments(self.options["instruments"], self.model, memory, np.diag(self.prior_covariance), R)[0]
+            first, prior = instruments(self.options["instruments"], form, memory), np.diag(self.prior_covariance).copy()
+            return Instruments(R, first, self.y_scale / self.u_scale[0], 2 * form.N, prior)
         if kind != "ls":
             return gradient(kind, self.options["step"], memory, self._theta_units(), self.y_scale, R)
         return super()._method(R)

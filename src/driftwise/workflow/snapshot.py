@@ -43,13 +43,16 @@ def _plain(value: Any) -> Any:
         return np.asarray(value, float).tolist()
     if isinstance(value, tuple | list):
         return [_plain(v) for v in value]
-    return value.item() if isinstance(value, np.generic) else value
+    value = value.item() if isinstance(value, np.generic) else value
+    return {"kind": "complex", "real": value.real, "imag": value.imag} if isinstance(value, complex) else value
 
 
 def _rich(value: Any) -> Any:
     if isinstance(value, dict):
         fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
-        return KINDS[value["kind"]](**fields)
+        return complex(**fields) if value["kind"] == "complex" else KINDS[value["kind"]](**fields)
+    if isinstance(value, list):
+        return [_rich(v) for v in value]
     return value
 
 
@@ -71,6 +74,7 @@ def rebuild(text: str):
     from ..estimators.continuous import ContinuousJoint
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
+    from ..estimators.observer import AdaptiveObserver
     from ..estimators.recursive import AR, ARX, Regression
     from ..estimators.several import ARXMIMO
 
@@ -80,7 +84,9 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, ARXMIMO, Regression)}
+    kinds: dict[str, Any] = {
+        k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, ARXMIMO, AdaptiveObserver, Regression)
+    }
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 
