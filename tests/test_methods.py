@@ -244,6 +244,17 @@ def test_bands_of_an_observer_hold_through_gaps(missing, low, high):
     assert low < np.mean(found) < high
 
 
+def test_what_a_gap_leaves_in_the_filter():
+    """The error of one predicted y runs through the filter as its impulse response does, and so does its covariance."""
+    y, u = plant(104, 6)
+    y[100] = np.nan
+    est = dw.AdaptiveObserver(2, [0.5, -0.3], 1)
+    trace = est.scan(y, u)
+    h = scipy.signal.lfilter([1.0], np.poly([0.5, -0.3]), [1.0, 0, 0, 0])
+    left = trace.variance[100] * np.outer(h[:1:-1], h[:1:-1])
+    np.testing.assert_allclose(trace.state["registers"][4:8].reshape(2, 2), left, rtol=1e-9)
+
+
 def test_learning_resumes_after_a_gap():
     """With missing="skip": once what a gap left in the filter has died away."""
     y, u = plant(600, 5)
