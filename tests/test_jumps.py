@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.detect.cusum import accumulate
+from driftwise.detect.watch import OWN
 
 SEEDS, SAMPLES, JUMP = 100, 1000, 500
 BEFORE, AFTER, B = np.array([-1.5, 0.72]), np.array([-1.2, 0.5]), [1.0, 0.5]
@@ -58,7 +58,7 @@ def test_better_than_any_random_walk(records):
 
 
 def test_no_parameter_becomes_wider_than_its_prior(records):
-    est = dw.Joint(2, 1, noise=dw.EquationError(NOISE**2), memory=dw.UntilJump(step=1e6), P0=2.0)
+    est = dw.Joint(2, 1, noise=dw.EquationError(NOISE**2), memory=dw.UntilJump(restart=dw.Inflate(1e6)), P0=2.0)
     trace = est.scan(records[0][0], records[1][0], keep="covariance")
     assert (trace.status & int(dw.Status.JUMP)).any()
     assert np.all(trace.parameters_std**2 <= 2.0 * (1 + 1e-9))
@@ -73,9 +73,11 @@ def test_the_event_is_told(records):
 @pytest.mark.parametrize(
     "memory, words",
     [
-        (dw.UntilJump(dw.CUSUM(0.5, 12.0)), "ratio > 1"),
-        (dw.UntilJump(12.0), "CUSUM"),
-        (dw.UntilJump(step=[1.0, 2.0]), "step"),
+        (dw.UntilJump(dw.VarianceChange(0.5)), "ratio > 1"),
+        (dw.UntilJump(12.0), "detector"),
+        (dw.UntilJump(dw.Score()), "slopes"),
+        (dw.UntilJump(dw.ProbeBank([1.0])), "probes"),
+        (dw.UntilJump(restart=dw.Inflate([1.0, 2.0])), "step"),
         (dw.UntilJump(settle=-1), "settle"),
     ],
 )
@@ -87,13 +89,15 @@ def test_bad_settings_are_told(memory, words):
 @pytest.mark.parametrize("noise", [dw.EquationError(NOISE**2), dw.EquationError()], ids=["known noise", "learnt noise"])
 def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, noise):
     """In the units of the data: variances of a gain step^2, those of b step^2 times (y_scale / u_scale)^2."""
-    est = dw.Joint(2, 1, noise=noise, memory=dw.UntilJump(step=0.5, settle=10), P0=1e6, y_scale=2.0, u_scale=4.0)
+    est = dw.Joint(
+        2, 1, noise=noise, memory=dw.UntilJump(restart=dw.Inflate(0.5), settle=10), P0=1e6, y_scale=2.0, u_scale=4.0
+    )
     state = est.scan(records[0][0][:100], records[1][0][:100]).state
     calm, alarmed = state.copy(), state.copy()
-    calm["cell"], alarmed["cell"] = 0.0, 1e3
+    calm["marks"], alarmed["marks"][OWN] = 0.0, 1e3
     (calm, _), (alarmed, step) = (est.update(s, records[0][0][100], records[1][0][100]) for s in (calm, alarmed))
     assert step.status & int(dw.Status.JUMP)
-    assert alarmed["cell"] == 0
+    assert not alarmed["marks"][OWN:].any()
     gained = est.sigma2(state) * np.diag(est.covariance(alarmed) - est.covariance(calm))[2:]
     assert np.allclose(gained, 0.25 * np.array([1, 1, 0.25, 0.25]), rtol=1e-9)
 
@@ -101,7 +105,9 @@ def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, 
 def test_the_sum_grows_by_the_log_likelihood_ratio():
     from scipy.stats import norm
 
+    detector = dw.VarianceChange(ratio=3.0, threshold=100.0, sides="both")
     for z in (0.5, 1.7, 4.0):
-        ratio = norm.logpdf(z, scale=np.sqrt(3.0)) - norm.logpdf(z)
-        assert np.isclose(accumulate(5.0, z * z, 3.0), 5.0 + ratio, rtol=1e-12)
-    assert accumulate(0.1, 0.0, 3.0) == 0
+        up, down = (norm.logpdf(z, scale=s) - norm.logpdf(z) for s in (np.sqrt(3.0), np.sqrt(1 / 3.0)))
+        start = detector.scan([]).state
+        start[OWN : OWN + 2] = 5.0
+        assert np.allclose(detector.scan([z], state=start).state[OWN : OWN + 2], np.maximum(0, [5 + up, 5 + down]))

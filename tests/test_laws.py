@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import driftwise as dw
+from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 from driftwise.kernel import ud
 from driftwise.memory.drift import drift
 from driftwise.workflow.laws import LAWS, example, same
@@ -47,7 +48,21 @@ ESTIMATORS = {
     "ARX, missing skipped": dw.ARX(2, 2, missing="skip", memory=dw.Weighted(0.95)),
     "AR": dw.AR(3),
     "regression": dw.Regression(3, offset=True, memory=dw.Weighted(0.99)),
+    "ARX, variable forgetting": dw.ARX(2, 2, memory=dw.VariableForgetting(50)),
+    "ARX, directional forgetting": dw.ARX(2, 2, memory=dw.DirectionalForgetting(0.95)),
+    "ARX, matched walk": dw.ARX(2, 2, memory=dw.Walk(matched=(0.1, 100))),
+    "ARX, window": dw.ARX(2, 2, memory=dw.Window(20)),
+    "ARX, window of one": dw.ARX(1, 1, memory=dw.Window(1), variance=0.01),
+    "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
+    "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
+    "adaptive gain": dw.AdaptiveGain(0.9),
+    "adaptive gain, plr, pull test": dw.AdaptiveGain(
+        0.9, method="plr", memory=dw.Weighted(0.98), detector=dw.PullTest(threshold=2.0), gate=dw.Gate()
+    ),
+    "adaptive gain, two states, input, probes": dw.AdaptiveGain(
+        [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.UnknownScale(2.0, 1.0)
+    ),
     "ARX, instruments": dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv"),
     "ARX, delayed instruments": dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.98)),
     "ARX, normalised gradient": dw.ARX(2, 2, method="nlms", gate=dw.Gate()),
@@ -84,6 +99,32 @@ def test_any_cut_of_any_record_changes_nothing(name, seed, cut, missing, exponen
     assert np.isfinite(np.atleast_1d(whole.state).view(float)).all()
 
 
+class Impatient(NamedTuple):
+    """A detector that alarms after every so many samples."""
+
+    every: float
+
+    def marks(self, parameters):
+        return OWN + 1
+
+
+@watch.on(Impatient)
+def _(detector, marks, z, slope):
+    marks[OWN] += 1.0
+    marks[STATISTIC] = marks[OWN] / detector.every
+    if marks[OWN] < detector.every:
+        return 0.0
+    marks[OWN], marks[SINCE], marks[WHICH] = 0.0, 1.0, -1.0
+    return 1.0 if z > 0.0 else -1.0
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@pytest.mark.parametrize("restart", [dw.Inflate(0.5), dw.GainReset(5)], ids=lambda r: type(r).__name__)
+def test_law_of_restarts(restart, law):
+    est = dw.ARX(2, 2, memory=dw.UntilJump(Impatient(15.0), restart, settle=5))
+    law(est, *example(est))
+
+
 class Swelling(NamedTuple):
     """A memory without a cap: it winds up."""
 
@@ -91,7 +132,7 @@ class Swelling(NamedTuple):
 
 
 @drift.on(Swelling)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     ud.widen(U, D, n, memory.q, scratch)
     return 0
 
@@ -99,7 +140,7 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
 IDLE = [
     (dict(memory=dw.Walk(0.0)), {}),
     (dict(gate=dw.Gate(1e9)), {}),
-    (dict(memory=dw.UntilJump(dw.CUSUM(4.0, 1e9))), {}),
+    (dict(memory=dw.UntilJump(dw.VarianceChange(4.0, threshold=1e9))), {}),
     (dict(floor=0.0), dict(floor=1e-300)),
 ]
 
@@ -114,7 +155,7 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
 def test_a_broken_policy_is_named():
     with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
         dw.check_policy(Swelling(1.0))
-    with pytest.raises(dw.InputError, match="memory or a gate"):
+    with pytest.raises(dw.InputError, match="memory, a gate or a detector"):
         dw.check_policy(0.98)
 
 

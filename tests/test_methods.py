@@ -30,12 +30,14 @@ def plant(samples, seed, equation=(1.0,), measurement=0.0, std=0.3):
 def test_equals_batch_instrumental_variables(p):
     """Fixed instruments: theta = (sum zeta phi')^-1 sum zeta y with the prior, C = M (sum zeta zeta') M'."""
     T, N = 1500, 6
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(4)
     u = rng.standard_normal((T, 2))
     y = scipy.signal.lfilter([0, 1.0, 0.5], [1, -1.5, 0.7], u[:, 0]) + rng.standard_normal(T)
     memory = dw.Never() if p == 1 else dw.Weighted(p)
     est = dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv", instruments="delayed", memory=memory, P0=1e3)
-    state = est.scan(y, u).state
+    trace = est.scan(y, u)
+    state = trace.state
+    assert not np.any(trace.status[100:] & dw.Status.CAPPED)  # a variance held there would be another one in the end
     rest = [lagged(u[:, 0], 1), lagged(u[:, 0], 2), u[:, 1], np.ones(T)]
     phi = np.column_stack([-lagged(y, 1), -lagged(y, 2), *rest])
     zeta = np.column_stack([lagged(u[:, 0], 3), lagged(u[:, 0], 4), *rest])
@@ -105,6 +107,17 @@ def test_tracks_with_a_memory():
     est = dw.ARX(2, 2, method="iv", memory=dw.Weighted(0.99)).scaled_to(y, u)
     end = est.scan(np.append(y, -2 * more), np.append(u, v)).parameters[-1]  # the gain changes its sign and doubles
     np.testing.assert_allclose(end, TRUTH * [1, 1, -2, -2], atol=0.3)
+
+
+def test_a_reset_of_the_gain_frees_the_instruments_too():
+    """After the alarm both matrices have grown: the new plant is found soon."""
+    y, u = plant(1500, 1, measurement=0.1, std=0.0)
+    more, v = plant(300, 2, measurement=0.1, std=0.0)
+    memory = dw.UntilJump(dw.Hinkley(threshold=12.0), dw.GainReset(8))
+    est = dw.ARX(2, 2, method="iv", memory=memory).scaled_to(y, u)
+    trace = est.scan(np.append(y, -2 * more), np.append(u, v))
+    assert np.any(trace.status[1500:1520] & dw.Status.JUMP)
+    np.testing.assert_allclose(trace.parameters[-1], TRUTH * [1, 1, -2, -2], atol=0.15)
 
 
 # --- stochastic gradient -----------------------------------------------------------------------------------

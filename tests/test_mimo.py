@@ -5,6 +5,7 @@ import pytest
 import scipy.signal
 
 import driftwise as dw
+from driftwise.detect.watch import OWN
 from driftwise.models.model_mimo import ModelMIMO
 from driftwise.models.structure import Structure
 
@@ -257,26 +258,28 @@ def test_a_restart_of_one_output_is_joints():
 def test_each_group_jumps_by_its_own_steps():
     y, u = gappy(2)
     steps = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
-    est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(1.0), memory=dw.UntilJump(step=steps, settle=5), P0=1e6)
+    est = dw.JointMIMO(
+        (1, 1), 1, noise=dw.EquationError(1.0), memory=dw.UntilJump(restart=dw.Inflate(steps), settle=5), P0=1e6
+    )
     assert est.is_split
     y, u = np.nan_to_num(y), np.nan_to_num(u)
     state = est.scan(y[:50], u[:50]).state
     alarmed = state.copy()
-    alarmed["cell"] = 1e3
+    alarmed["marks"][:, OWN] = 1e3
     calm, alarmed = (est.update(s, y[50], u[50])[0] for s in (state, alarmed))
     gained = np.diag(est.covariance(alarmed) - est.covariance(calm))[2:]
     assert np.allclose(gained, steps**2, rtol=1e-9)
 
 
-def test_a_group_counts_the_mean_surprise_of_its_outputs():
+def test_each_output_of_a_group_has_a_detector_of_its_own():
     y, u = (np.nan_to_num(v) for v in gappy(2))
-    memory = dw.UntilJump(dw.CUSUM(4.0, 1e9), settle=5)
+    memory = dw.UntilJump(dw.VarianceChange(4.0, threshold=1e9), settle=5)
     est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(0.2), memory=memory, split=False)
     state = est.scan(y[:50], u[:50]).state
-    state["cell"] = 3.0
+    state["marks"][:, OWN] = 3.0, 4.0
     after, step = est.update(state, y[50], u[50])
-    expected = 3.0 - 0.5 * np.log(4.0) + 0.375 * np.mean(step.innovation**2 / step.variance)
-    assert np.isclose(after["cell"][0], expected, rtol=1e-12)
+    expected = [3.0, 4.0] - 0.5 * np.log(4.0) + 0.375 * step.innovation**2 / step.variance
+    assert np.allclose(after["marks"][:, OWN], expected, rtol=1e-12)
 
 
 def test_poles_move_with_what_acts_at_once():

@@ -15,6 +15,10 @@ ESTIMATORS = {
     "limited gain": dw.ARXMIMO(2, 1, memory=dw.LimitedGain(50)),
     "walk": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.Walk(1e-5)),
     "known noise, gate": dw.ARXMIMO(2, 1, 1, 1, variance=(0.01, 0.04), gate=dw.Gate(), P0=10.0),
+    "until a jump": dw.ARXMIMO(2, 1, memory=dw.UntilJump(dw.Hinkley(threshold=4.0), dw.GainReset(10), settle=10)),
+    "variable forgetting": dw.ARXMIMO(2, 1, memory=dw.VariableForgetting(50)),
+    "window": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.Window(30)),
+    "run lengths": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.RunLengths(0.3, 50, 5)),
     "missing held": dw.ARXMIMO(2, 1, missing="hold"),
     "missing skipped": dw.ARXMIMO(2, 1, missing="skip", memory=dw.Weighted(0.95)),
     "no input": dw.ARXMIMO(3, 0, 1, offset=True),
@@ -250,19 +254,17 @@ def test_trace_summary_and_picture(tmp_path):
     assert trace.model(at=300).values[0] == trace.parameters[300, 0]
 
 
-def test_an_alarm_names_its_output():
-    """A detector of its own for each equation: here one that alarms once the innovation is beyond five deviations."""
-    est = dw.ARXMIMO(2, 1)
-    y, u = example(est, missing=0.0)
-    outs = est.scan(y, u).outs.copy()
-    from driftwise.workflow.mimo_trace import TraceMIMO
-
-    outs[70, [7, 11, 13, 15]] = dw.Status.JUMP, 1.5, -4.0, 1.0  # status, statistic, since and which of output 2
-    trace = TraceMIMO(est, y, u, outs, "std", est.scan(y, u).state, np.zeros(2))
-    (jump,) = [event for event in trace.events() if event.kind == "JUMP"]
-    assert (jump.sample, jump.text) == (
-        70, "output 2: jump: a2.21 fell, it began about 4 samples ago (statistic 1.50 times its threshold)",
-    )  # fmt: skip
+def test_each_equation_has_a_detector_of_its_own():
+    """y2's equation changes: its detector says so, y1's says nothing."""
+    changed = [*TRUTH[:7], 0.9, 0.0]
+    theta = np.repeat([TRUTH, changed], [700, 300], axis=0)
+    y, u = dw.simulate_mimo((2, 1), theta, samples=1000, inputs=1, noise_std=0.1, seed=5)
+    memory = dw.UntilJump(dw.Score("1 per 1_000_000", jump=0.3), dw.GainReset(5))
+    trace = dw.ARXMIMO(2, 1, **ORDERS, memory=memory).scaled_to(y, u).scan(y, u)
+    first, *_ = (event for event in trace.events() if event.kind == "JUMP")
+    assert 700 <= first.sample < 720 and first.text.startswith("output 2: jump: ")
+    assert not np.any(trace.status[:, 0] & dw.Status.JUMP)
+    assert trace.parameters[-1, -1] == pytest.approx(0.9, abs=0.05)
 
 
 def test_evidence_is_the_sum_over_equations():

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..kernel.compose import choice
+from ..kernel.compose import kernel, watch
 
 # What every detector keeps first; its own numbers follow.
 STATISTIC, SINCE, WHICH, OWN = range(4)
@@ -16,16 +16,37 @@ class Silent(NamedTuple):
         return OWN
 
 
-@choice
-def watch(detector, marks, z, slope):
-    """Take one whitened innovation z = e/sqrt(T); return 0, or +1 or -1 where it alarms (the direction).
+@kernel
+def accumulate(g, since, i, ratio):
+    """Let sum i grow by one sample's log likelihood ratio, g <- max(0, g + ratio), and count since it was 0.
 
-    ``marks`` are the numbers the detector keeps. It leaves in them, at every sample, the largest ``STATISTIC`` relative
-    to its threshold (1 and more: alarm); at an alarm, ``SINCE``, the number of samples since the change by its own
-    estimate (this one included), and ``WHICH``, the index of the parameter that changed (-1: cannot say). It starts
-    afresh after an alarm. ``slope`` (m,) says how the mean of z would move per unit of each parameter,
-    -dz/dtheta = psi/sqrt(T); it is empty where the estimator cannot tell.
+    Page (1954). Where E exp(ratio) <= 1 given the past, h = log(m T) lets m such sums run T samples or more on
+    average before the first reaches h (Lorden 1971, with the martingale of the Shiryaev-Roberts sums).
     """
+    g[i] = max(0.0, g[i] + ratio)
+    since[i] = since[i] + 1.0 if g[i] > 0.0 else 0.0
+
+
+@kernel
+def conclude(marks, g, since, h):
+    """Compare each sum with its threshold; return the index of the one that alarms, or -1. An alarm clears all."""
+    best, most = 0, -1.0
+    for i in range(g.size):
+        if g[i] / h[i] > most:
+            best, most = i, g[i] / h[i]
+    marks[STATISTIC] = most
+    if most < 1.0:
+        return -1
+    marks[SINCE], marks[WHICH] = since[best], -1.0
+    for i in range(g.size):
+        g[i] = since[i] = 0.0
+    return best
+
+
+@kernel
+def side(best):
+    """Return the direction of a pair of sums (up, down): +1, -1, or 0 without alarm."""
+    return 0.0 if best < 0 else 1.0 - 2.0 * (best % 2)
 
 
 @watch.on(Silent)

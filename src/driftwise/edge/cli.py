@@ -207,7 +207,7 @@ def demo(
 @app.command()
 def reproduce(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Whose experiments: salut1979 or perriot1981.")],
-    seeds: Annotated[int, typer.Option(help="Simulated records; tolerances widen with fewer than 300.")] = 300,
+    seeds: Annotated[int, typer.Option(help="Simulated records; tolerances widen with fewer (full: 300, 500).")] = 300,
     json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,
     figures: Annotated[str | None, typer.Option(help="Write the figures and one HTML page into this folder.")] = None,
 ) -> None:

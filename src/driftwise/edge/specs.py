@@ -89,7 +89,7 @@ def memory(text: str) -> Any:
         steps = floats("--memory jump:", number)
         if not all(step > 0 for step in steps):
             raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {number!r}.")
-        return dw.UntilJump(step=steps[0] if len(steps) == 1 else tuple(steps))
+        return dw.UntilJump(restart=dw.Inflate(steps[0] if len(steps) == 1 else tuple(steps)))
     raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
 
 

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..detect.gate import Gate
-from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
-from ..memory.drift import Never, Walk
+from ..memory.drift import Never, UntilJump, Walk
 from ..models import noise as noises
 from ..models.canonical import Canonical, power_of_two
 from ..models.continuous import ContinuousModel
@@ -20,7 +19,7 @@ from ..models.scale import KnownScale, UnknownScale
 from . import door
 from .continuous_step import HEAD, Continuous, scratch_size
 from .joint import WIDTH
-from .policies import resolve_gate, resolve_memory
+from .policies import resolve_gate, resolve_memory, resolve_watch
 from .reading import Reading, Step
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
@@ -49,8 +48,9 @@ class ContinuousJoint(Reading):
         five to fifty samples.
     noise : EquationError
         White v_k; without a variance its scale is learnt.
-    memory : Never or Walk
-        Constant parameters, or a random walk whose q is a variance per *second*, capped at the prior.
+    memory : Never, Walk or UntilJump
+        Constant parameters, a random walk whose q is a variance per *second*, capped at the prior, or constant until
+        a detector alarms.
     gate : Gate, optional
         Treat outliers as missing: the straight line passes them by.
     scale : UnknownScale, optional
@@ -137,21 +137,28 @@ class ContinuousJoint(Reading):
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
         lam, V = filters(n, self.observer)
-        shape = Continuous(n, inputs, self.observer, self.dt, floor, lam, V.ravel())
+        detector, settle = resolve_watch(memory, N)
+        shape = Continuous(n, inputs, self.observer, self.dt, floor, settle, lam, V.ravel())
         self.policies = (
             shape,
             kernel_noise,
             self._resolve_memory(memory),
             resolve_gate(gate, self.model.N),
             self.scale,
-            Silent(),
+            detector,
         )
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(n, inputs)
         self.dtype = np.dtype(
             [(name, "f8") for name in HEAD]
             + [("x0", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
-            + [("y", "f8", (n,)), ("x", "f8", (n,)), ("u", "f8", (inputs, n)), ("held", "f8", (inputs,))]
+            + [
+                ("y", "f8", (n,)),
+                ("x", "f8", (n,)),
+                ("u", "f8", (inputs, n)),
+                ("held", "f8", (inputs,)),
+                ("marks", "f8", (detector.marks(0),)),
+            ]
         )
 
     # --- prior ---------------------------------------------------------------------------------------------
@@ -178,10 +185,10 @@ class ContinuousJoint(Reading):
         return np.concatenate([rate, np.outer((self.y_scale / self.u_scale) ** 2, rate).ravel()])
 
     def _resolve_memory(self, memory):
-        if not isinstance(memory, Never | Walk):
-            raise InputError(f"memory must be Never() or Walk(q) in continuous time, got {memory!r}")
+        if not isinstance(memory, Never | Walk | UntilJump):
+            raise InputError(f"memory must be Never(), Walk(q) or UntilJump() in continuous time, got {memory!r}")
         n = self.model.n
-        return resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:], self.model.N)
+        return resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:])
 
     def scaled_to(self, y, u=None, *, time=None) -> ContinuousJoint:
         """Return the same estimator with its default prior in units of the data (powers of two).

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..detect.gate import admit, count_rejections
-from ..kernel.compose import Vector, advance, choice, kernel, open_row, open_work, rare
+from ..kernel.compose import Vector, advance, choice, kernel, open_row, open_work, rare, watch
 from ..kernel.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ..kernel.ud import correct, entry, predicted_variance, variance, widen
-from ..memory.drift import Never, Walk
+from ..memory.drift import Never, Restart, Walk, drift
 from ..models.scale import sigma2
 from .continuous_chain import decay, respond
 from .joint_row import HUGE
@@ -38,6 +38,7 @@ class Continuous(NamedTuple):
     c: float  # observer rate, rad/s
     dt: float  # seconds between samples that come without time stamps
     floor: float  # relative round-off of y
+    settle: float  # measured samples before the detector watches
     lam: Vector  # coefficients of (p + c)^n, without the leading 1
     V: Vector  # (n, n, n): x_i = sum_j V[i, j, :] . chain of what drives x_j
 
@@ -53,6 +54,7 @@ class Row(NamedTuple):
     x: np.ndarray  # chain of the impulse that x(t0) stands for, there
     u: np.ndarray  # chains of the inputs (k, n), now
     held: np.ndarray  # inputs as held now
+    marks: np.ndarray  # what the detector keeps
 
 
 class Work(NamedTuple):
@@ -83,8 +85,9 @@ def _(form, row):
     u = y + 2 * n
     end = u + k * n
     return Row(
-        row[:s], row[s:D], row[D:U], row[U:y], row[y : y + n], row[y + n : u], row[u:end].reshape(k, n), row[end:]
-    )
+        row[:s], row[s:D], row[D:U], row[U:y], row[y : y + n], row[y + n : u], row[u:end].reshape(k, n),
+        row[end : end + k], row[end + k :],
+    )  # fmt: skip
 
 
 HEAD_SIZE = len(HEAD)
@@ -112,7 +115,7 @@ def drift_over(memory, U, D, n, seconds, scratch):
     """Widen U D U' by the drift of so many seconds and return a status bit."""
 
 
-@drift_over.on(Never)
+@drift_over.on(Never, Restart)
 def _(memory, U, D, n, seconds, scratch):
     return 0
 
@@ -320,6 +323,7 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         status |= 0 if is_measured else REJECTED
 
     # correct: the row at the measured y
+    alarm = 0.0
     if is_measured:
         for j in range(n):
             work.h[n + j] -= work.own[j] * e
@@ -332,6 +336,8 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
             head[OBSERVED] += 1.0
             head[CHI2] += residual * residual / T
             head[LOGDET] += math.log(T) - 2.0 * math.log(divisor)
+            if head[OBSERVED] > form.settle:
+                alarm = watch(detector, state.marks, residual / math.sqrt(s2 * T), state.marks[:0])
         else:
             status |= EXACT
     for j in range(n):
@@ -340,6 +346,10 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     if out.shape[1] > 4:
         after = sigma2(scale, head[OBSERVED], head[CHI2])
         write_estimates(form, state, work, out, t, divisor, R, after, is_measured)
+
+    if alarm != 0.0:
+        status |= drift(memory, alarm, np.nan, head[OBSERVED], s2, U, D, n, work.b)
+        out[t, 3] = status
 
     # keep
     if is_measured:

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernel.compose import Vector, advance, open_row, open_work
-from ..memory.adapt import LimitedGain, Weighted
 from ..memory.drift import Never
+from ..memory.fading import LimitedGain, Weighted
 from .methods import correct_by
 from .recursive_row import HEAD, Lags, Row, Work, regress, renew
 from .recursive_step import fill_lags

@@ -14,8 +14,9 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..kernel.compose import Vector, advance, kernel, open_row, open_work
 from ..kernel.ud import correct, predicted_variance, widen_along
-from ..memory.adapt import LimitedGain, Weighted
-from ..memory.drift import Never
+from ..memory.drift import Never, UntilJump
+from ..memory.fading import LimitedGain, VariableForgetting, Weighted
+from ..memory.restart import GainReset
 from ..models.stability import is_inside
 from .methods import correct_by
 from .recursive_row import OBSERVED, TOP, WEIGHT, Lags, push, regress, renew
@@ -135,6 +136,10 @@ def instruments(kind, model, memory) -> int:
         raise InputError("instruments stand for past outputs, and na = 0 has none: least squares is right there")
     if not model.inputs or not sum(model.nb):
         raise InputError("instruments are made of inputs: give the model one (nb), or use method='ls'")
-    if type(memory) not in (Never, LimitedGain, Weighted):
-        raise InputError(f"with method='iv' memory must be Never(), LimitedGain(N) or Weighted(p), got {memory!r}")
+    is_reset = isinstance(memory, UntilJump) and isinstance(memory.restart, GainReset)
+    if not is_reset and not isinstance(memory, Never | LimitedGain | Weighted | VariableForgetting):
+        raise InputError(
+            "with method='iv' memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N) or "
+            f"UntilJump(restart=GainReset(N)), which scale all of P alike; got {memory!r}"
+        )
     return model.nk[0] + model.nb[0] if kind == "delayed" else 0

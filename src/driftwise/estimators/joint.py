@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..detect.gate import Gate
-from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never
@@ -18,8 +17,8 @@ from ..models.convert import Model
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
-from .joint_row import HEAD, INPUT, Form, scratch_size
-from .policies import resolve_gate, resolve_memory
+from .joint_row import Form, marks_at, scratch_size
+from .policies import resolve_gate, resolve_memory, resolve_watch
 from .reading import Reading
 
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
@@ -136,6 +135,7 @@ class Joint(Reading):
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
+        detector, settle = resolve_watch(memory, N)
         shape = Form(
             n,
             inputs,
@@ -146,24 +146,23 @@ class Joint(Reading):
             floor,
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
+            settle,
         )
         cap = np.diag(self.prior_covariance)[n:]
-        memory = resolve_memory(memory, self._theta_units(), cap, N)
-        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, Silent())
+        memory = resolve_memory(memory, self._theta_units(), cap)
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.dtype = np.dtype(
-            [
-                (name, "f8")
-                for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top", "cell")
-            ]
+            [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
             + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
             + [
                 (name, "f8", (inputs + model.coloured,))
                 for name in ("held", "unsure", "known", "sums", "squares", "steps")
             ]
+            + [("marks", "f8", (detector.marks(0),))]
         )
-        assert self.dtype.itemsize == 8 * (HEAD + 2 * N + N * (N - 1) // 2 + INPUT * (inputs + model.coloured))
+        assert self.dtype.fields["marks"][1] == 8 * marks_at(shape)  # type: ignore[index]
 
     # --- prior ---------------------------------------------------------------------------------------------
 

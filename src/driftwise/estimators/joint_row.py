@@ -16,8 +16,8 @@ import numpy as np
 from ..kernel.compose import kernel, open_row, open_work
 
 # head of the row: one number each
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP, CELL = range(9)
-HEAD = 9
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
+HEAD = 8
 INPUT = 6  # numbers kept for each input
 MEMO = 5  # what the last step did: T (0: no correction), R, e, what multiplied a, whether kappa holds
 USED_T, USED_R, USED_E, USED_Y, HAS_KAPPA = range(MEMO)
@@ -36,6 +36,7 @@ class Form(NamedTuple):
     floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
     Px: float  # prior variance of the measured state
     least: float  # variance of the state, negligible beside R, that counts as none
+    settle: float  # measured samples before the detector watches
 
 
 class Row(NamedTuple):
@@ -51,6 +52,7 @@ class Row(NamedTuple):
     sums: np.ndarray
     squares: np.ndarray
     steps: np.ndarray
+    marks: np.ndarray  # what the detector keeps
 
 
 class Work(NamedTuple):
@@ -80,11 +82,19 @@ def _(form, row):
     D = s + N
     U = D + N
     h = U + N * (N - 1) // 2
-    inputs = row[h:].reshape(INPUT, k)
+    marks = h + INPUT * k
+    inputs = row[h:marks].reshape(INPUT, k)
     return Row(
         row[:s], row[s:D], row[D:U], row[U:h],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
+        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], row[marks:],
     )  # fmt: skip
+
+
+def marks_at(form) -> int:
+    """Return where in a row the detector's numbers begin."""
+    k = int(form.inputs + form.coloured)
+    N = int(form.n) * (k + 2) + int(form.direct)
+    return HEAD + 2 * N + N * (N - 1) // 2 + INPUT * k
 
 
 @kernel

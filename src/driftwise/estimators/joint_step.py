@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..detect.gate import admit, count_rejections
-from ..kernel.compose import advance, kernel, rare
+from ..kernel.compose import advance, kernel, rare, watch
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ..kernel.ud import correct, entry, predicted_variance, variance, variances
 from ..memory.drift import drift
@@ -14,7 +14,6 @@ from ..models.scale import sigma2
 from .joint_predict import propagate
 from .joint_restrain import restrain
 from .joint_row import (
-    CELL,
     CHI2,
     HUGE,
     IN_A_ROW,
@@ -156,12 +155,12 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         status |= 0 if is_measured else REJECTED
 
     # correct
-    surprise = np.nan
+    white = np.nan
     work.memo[USED_T] = 0.0
     if is_measured:
         T = correct(U, D, work.f, R, work.b)
         if T > 0.0:
-            surprise = e * e / (s2 * T)
+            white = e / math.sqrt(s2 * T)
             for i in range(D.size):
                 s[i] += work.b[i] * (e / T)
             restrain(noise, state, work)
@@ -177,7 +176,10 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
 
     # predict
     propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
-    status |= drift(memory, head[CELL : CELL + 1], surprise, head[OBSERVED], s2, U, D, n, work.c)
+    alarm = 0.0
+    if white == white and head[OBSERVED] > form.settle:
+        alarm = watch(detector, state.marks, white, state.marks[:0])
+    status |= drift(memory, alarm, white * white, head[OBSERVED], s2, U, D, n, work.c)
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ..detect.gate import Gate
-from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
 from ..memory.drift import Never
@@ -25,7 +24,7 @@ from .mimo_reading import ReadingMIMO
 from .mimo_row import INPUT, OUTPUT, scratch_size
 from .mimo_step import share
 from .mimo_tables import prior_factors, tables
-from .policies import resolve_gate, resolve_memory
+from .policies import resolve_gate, resolve_memory, resolve_watch
 from .reading import directions
 
 
@@ -143,21 +142,23 @@ class JointMIMO(ReadingMIMO):
         # the reference prior of a learnt scale spends one half on each unknown first
         spent = self._sizes if relative and scale is None else [0] * len(self.groups)
         self.spent = np.array(spent, float)
-        shape = tables(form, self.groups, kernel_noise, float(floor), self.spent, self.prior_covariance)
-        n, N, m = form.n, form.N, form.N - form.n
         longest = max(self.unknowns)
-        memory = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:], longest)
+        detector, settle = resolve_watch(memory, longest)
+        shape = tables(form, self.groups, kernel_noise, float(floor), self.spent, self.prior_covariance, settle)
+        n, N, m = form.n, form.N, form.N - form.n
+        memory = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
         if type(memory) not in share.table:
             raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
-        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, longest), self.scale, Silent())
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, longest), self.scale, detector)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
-        each = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)
-        each |= dict.fromkeys(("chi2", "logdet", "cell"), len(self.groups))
+        each: dict[str, Any] = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)
+        each |= dict.fromkeys(("chi2", "logdet"), len(self.groups))
         each |= dict(x=n, theta=m, D=N, U=int(shape.U_at[-1]))
         each |= dict.fromkeys(("held", "unsure", "known", "sums", "squares", "steps"), inputs)
-        self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", (size,)) for name, size in each.items()])
-        assert len(each) == OUTPUT + 7 + INPUT
+        each["marks"] = (p, detector.marks(0))
+        self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", size) for name, size in each.items()])
+        assert len(each) == OUTPUT + 6 + INPUT + 1
 
     # --- settings ------------------------------------------------------------------------------------------
 

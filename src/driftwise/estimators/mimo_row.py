@@ -39,6 +39,7 @@ class MimoForm(NamedTuple):
     spent: Vector  # samples that the reference prior of each group's scale costs
     Px: Vector  # prior variance of each measured state
     least: Vector  # variance of each state that counts as none
+    settle: float  # measured samples of an output before its detector watches
 
 
 class Row(NamedTuple):
@@ -52,7 +53,6 @@ class Row(NamedTuple):
     top: np.ndarray
     chi2: np.ndarray  # one of each for every group
     logdet: np.ndarray
-    cell: np.ndarray  # what the memory keeps
     s: np.ndarray
     D: np.ndarray
     U: np.ndarray
@@ -62,6 +62,7 @@ class Row(NamedTuple):
     sums: np.ndarray
     squares: np.ndarray
     steps: np.ndarray
+    marks: np.ndarray  # (p, M): what the detector of each output keeps
 
 
 class Work(NamedTuple):
@@ -72,6 +73,7 @@ class Work(NamedTuple):
     q: np.ndarray  # how many unknowns stand in front, per group
     s2: np.ndarray  # scale before the sample, per group
     surprise: np.ndarray  # mean e^2/T of the outputs that taught something, per group
+    alarm: np.ndarray  # what their detectors said, per group
     R: np.ndarray  # noise variance of each output with its round-off
     f: np.ndarray
     b: np.ndarray
@@ -104,15 +106,17 @@ def _(form, row):
     p, k, groups, N = int(form.outputs), int(form.inputs), int(form.groups), int(form.unknowns)
     per_output = row[1 : 1 + OUTPUT * p].reshape(OUTPUT, p)
     at = 1 + OUTPUT * p
-    s = at + 3 * groups
+    s = at + 2 * groups
     U = s + 2 * N
     end = U + int(form.U_at[groups])
-    inputs = row[end:].reshape(INPUT, k)
+    marks = end + INPUT * k
+    inputs = row[end:marks].reshape(INPUT, k)
     return Row(
         row[:1], per_output[0], per_output[1], per_output[2], per_output[3], per_output[4],
-        row[at : at + groups], row[at + groups : at + 2 * groups], row[at + 2 * groups : s],
+        row[at : at + groups], row[at + groups : s],
         row[s : s + N], row[s + N : U], row[U:end],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
+        row[marks:].reshape(p, (row.size - marks) // p),
     )  # fmt: skip
 
 
@@ -134,7 +138,7 @@ def scratch_size(form, noise) -> int:
     """Return how many numbers of scratch a run needs."""
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     long, tall, wide = widths(form, noise)
-    return 2 * (p + k) + 3 * groups + p + 3 * long + 2 * wide + tall * tall + tall * wide + int(form.work_at[groups])
+    return 2 * (p + k) + 4 * groups + p + 3 * long + 2 * wide + tall * tall + tall * wide + int(form.work_at[groups])
 
 
 @open_work.on(MimoForm)
@@ -146,10 +150,10 @@ def _(form, scratch):
         n = int(form.x_at[last] - form.x_at[first])
         N = n + int(form.theta_at[last] - form.theta_at[first])
         long, tall = max(long, N + p + k + last - first), max(tall, n)
-    left = scratch.size - 2 * (p + k) - 3 * groups - p - 3 * long - tall * tall - int(form.work_at[groups])
+    left = scratch.size - 2 * (p + k) - 4 * groups - p - 3 * long - tall * tall - int(form.work_at[groups])
     wide = left // (tall + 2)
     q = 2 * (p + k)
-    R = q + 3 * groups
+    R = q + 4 * groups
     f = R + p
     d = f + 3 * long
     V = d + 2 * wide
@@ -157,7 +161,7 @@ def _(form, scratch):
     rest = Y + tall * wide
     return Work(
         scratch[: p + k], scratch[p + k : q], scratch[q : q + groups], scratch[q + groups : q + 2 * groups],
-        scratch[q + 2 * groups : R], scratch[R:f],
+        scratch[q + 2 * groups : q + 3 * groups], scratch[q + 3 * groups : R], scratch[R:f],
         scratch[f : f + long], scratch[f + long : f + 2 * long], scratch[f + 2 * long : d],
         scratch[d : d + wide], scratch[d + wide : V],
         scratch[V:Y].reshape(tall, tall), scratch[Y:rest].reshape(tall, wide), scratch[rest:],

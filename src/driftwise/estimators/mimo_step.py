@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..detect.gate import admit, count_rejections
-from ..kernel.compose import advance, choice, kernel, rare
+from ..kernel.compose import advance, choice, kernel, rare, watch
 from ..kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ..kernel.ud import correct, entry, predicted_variance, variances
 from ..memory.drift import Never, Restart, Walk, drift
@@ -33,7 +33,7 @@ def _(memory, first, last):
 
 @share.on(Restart)
 def _(memory, first, last):
-    return Restart(memory.ratio, memory.threshold, memory.settle, memory.q[first:last], memory.cap[first:last])
+    return Restart(memory.q[first:last], memory.cap[first:last])
 
 
 @kernel
@@ -164,7 +164,7 @@ def seen(form, state, group, g):
 
 
 @kernel
-def correct_group(form, noise, gate, scale, state, work, y, out, t, g):
+def correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g):
     """Take the group's outputs of sample t, in order."""
     group = open_group(form, state, work, g)
     outputs, p = int(form.outputs), group.last - group.first
@@ -192,7 +192,7 @@ def correct_group(form, noise, gate, scale, state, work, y, out, t, g):
     elif form.light == 0.0:
         widen_front(form, work, group, g, p)
 
-    taught = surprise = 0.0
+    taught = surprise = work.alarm[g] = 0.0
     for i in range(group.first, group.last):
         status = int(state.status[i])
         U = group.U if work.q[g] == 0.0 else group.A
@@ -217,6 +217,9 @@ def correct_group(form, noise, gate, scale, state, work, y, out, t, g):
                 state.observed[i] += 1.0
                 state.chi2[g] += e * e / T
                 state.logdet[g] += math.log(T)
+                if state.observed[i] > form.settle:
+                    alarm = watch(detector, state.marks[i], e / math.sqrt(s2 * T), state.marks[i, :0])
+                    work.alarm[g] = alarm if alarm != 0.0 else work.alarm[g]
             else:
                 status |= EXACT
         else:
@@ -280,7 +283,7 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         work.z[p + l] = state.held[l]
         work.spread[p + l] = state.unsure[l]
     for g in range(groups):
-        correct_group(form, noise, gate, scale, state, work, y, out, t, g)
+        correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g)
     write(form, scale, state, work, out, t)
     for g in range(groups):
         group = open_group(form, state, work, g)
@@ -297,9 +300,7 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         first = group.theta0 - int(form.x_at[p])
         forgets = share(memory, first, first + group.N - group.n)
         observed = seen(form, state, group, g) + form.spent[g]
-        moved = drift(
-            forgets, state.cell[g : g + 1], work.surprise[g], observed, work.s2[g], group.U, D, group.n, work.c
-        )
+        moved = drift(forgets, work.alarm[g], work.surprise[g], observed, work.s2[g], group.U, D, group.n, work.c)
         scatter(state, group)
         for i in range(group.first, group.last):
             state.status[i] = int(state.status[i]) | held | moved

@@ -1,4 +1,4 @@
-"""What a user says about memory and gate, as the kernel wants it: checked, complete, in units of the data."""
+"""What a user says about memory, detector and gate, as the kernel wants it: checked, complete, in units of the data."""
 
 from __future__ import annotations
 
@@ -6,33 +6,62 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.cusum import CUSUM
 from ..detect.gate import Always, Gate, admit
-from ..detect.watch import Silent
+from ..detect.watch import Silent, watch
 from ..errors import InputError
-from ..memory.adapt import Fade, LimitedGain, Weighted, learn
-from ..memory.drift import Restart, UntilJump, Walk, drift
+from ..memory.drift import Inflate, Matched, Restart, UntilJump, Walk, drift
 from . import door
 
 
-def resolve_memory(memory, units, cap, unknowns: int) -> Any:
+def resolve_memory(memory, units, cap) -> Any:
     """Return the kernel's memory; ``units`` and ``cap`` are the squared units and prior variances of theta."""
     if isinstance(memory, Walk):
-        q = door.each("q", memory.q, len(units))
-        if np.any(q < 0):
-            raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
-        return Walk(q * units, np.array(cap))
+        return resolve_walk(memory, units, np.array(cap))
     if isinstance(memory, UntilJump):
-        detector, step = memory.detector, door.each("step", memory.step, len(units))
-        if np.any(step < 0) or not np.any(step > 0):
-            raise InputError(f"step is the size of jump to expect: positive, or zero for some; got {memory.step!r}")
-        if not isinstance(detector, CUSUM) or not (detector.ratio > 1 and detector.threshold > 0):
-            raise InputError(f"detector must be CUSUM(ratio > 1, threshold > 0), got {detector!r}")
-        settle = float(6 * unknowns if memory.settle is None else door.count("settle", memory.settle))
-        return Restart(float(detector.ratio), float(detector.threshold), settle, step**2 * units, np.array(cap))
+        if not isinstance(memory.restart, Inflate) or memory.restart.only_named:
+            raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {memory.restart!r}")
+        return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
     if type(memory) not in drift.table:
         raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
     return memory
+
+
+def resolve_walk(memory, units, cap) -> Any:
+    """Return the kernel's random walk."""
+    if isinstance(memory.matched, tuple | list) and not memory.matched:
+        q = door.each("q", memory.q, len(units))
+        if np.any(q < 0):
+            raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
+        return Walk(q * units, cap)
+    if np.any(memory.q) or not isinstance(memory.matched, tuple | list) or len(memory.matched) != 2:
+        raise InputError(f"a walk has either q or matched=(jump, every), got {memory!r}")
+    jump, every = memory.matched
+    return Matched(jump_size("jump", jump, len(units)) ** 2 * units / door.positive("every", every), cap)
+
+
+def jump_size(name, value, size) -> np.ndarray:
+    """Return the size of jump to expect of each parameter."""
+    step = door.each(name, value, size)
+    if np.any(step < 0) or not np.any(step > 0):
+        raise InputError(f"{name} is the size of jump to expect: positive, or zero for some; got {value!r}")
+    return step
+
+
+def resolve_watch(memory, unknowns: int, parameters: int = 0) -> tuple[Any, float]:
+    """Return the kernel's detector, and how many samples it waits for: for ever, where the memory has no use for it."""
+    if not isinstance(memory, UntilJump):
+        return Silent(), np.inf
+    settle = 6 * unknowns if memory.settle is None else door.count("settle", memory.settle)
+    return resolve_detector(memory.detector, parameters), float(settle)
+
+
+def resolve_detector(detector, parameters: int = 0) -> Any:
+    """Return the kernel's detector; ``parameters`` is how many slopes the estimator can tell it (0: none)."""
+    resolve = getattr(detector, "resolve", None)
+    found = resolve(parameters) if resolve else detector
+    if type(found) not in watch.table:
+        raise InputError(f"detector must be VarianceChange(), Hinkley() or GLR(), got {detector!r}")
+    return found
 
 
 def resolve_gate(gate, unknowns: int) -> Any:
@@ -45,25 +74,3 @@ def resolve_gate(gate, unknowns: int) -> Any:
     if type(gate) not in admit.table:
         raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
     return gate
-
-
-def adaptation(memory, units, cap, parameters: int) -> tuple[Any, Any, float, int]:
-    """Return the memory and the detector of a recursive estimator as the kernel wants them.
-
-    Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
-    """
-    cap = np.array(cap)
-    if isinstance(memory, LimitedGain):
-        samples = door.positive("samples", memory.samples)
-        if samples <= 1:
-            raise InputError(f"samples must exceed 1 (a gain of 1 erases all that was learnt), got {memory.samples!r}")
-        return Fade(1.0, samples, cap), Silent(), 0.0, 0
-    if isinstance(memory, Weighted):
-        if not 0 < door.positive("p", memory.p) <= 1:
-            raise InputError(f"p is a weight per sample, above 0 and at most 1, got {memory.p!r}")
-        return Fade(float(memory.p), np.inf, cap), Silent(), 0.0, 0
-    if isinstance(memory, Walk):
-        return resolve_memory(memory, units, cap, parameters), Silent(), 0.0, 0
-    if type(memory) not in learn.table:
-        raise InputError(f"memory must be Never(), LimitedGain(N), Weighted(p) or Walk(q), got {memory!r}")
-    return memory, Silent(), 0.0, 0

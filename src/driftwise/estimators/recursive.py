@@ -17,11 +17,12 @@ from ..models.equation import Equation
 from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import recursive_step as _step  # noqa: F401  (registers the step)
+from .adaptation import Setting, adaptation
 from .gradient import LagsAlone, gradient
 from .instruments import InstrumentalLags, Instruments, instruments
 from .joint import WIDTH
 from .methods import LeastSquares
-from .policies import adaptation, resolve_gate
+from .policies import resolve_gate
 from .reading import Reading
 from .recursive_row import COLUMNS, HOLD, PREDICT, SKIP, Lags, fields
 
@@ -51,9 +52,9 @@ class Recursive(Reading):
             raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if is_relative else KnownScale()
         self._set_prior(options["theta0"], options["P0"])
-        memory, detector, settle, cells = adaptation(
-            options["memory"], self._theta_units(), np.diag(self.prior_covariance), N
-        )
+        prior = self._s0, self._U0, self._D0
+        setting = Setting(self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale)
+        memory, detector, settle, cells = adaptation(options["memory"], setting)
         form = form._replace(
             N=float(N), cells=cells, marks=detector.marks(N), settle=settle, missing=MISSING[options["missing"]]
         )

@@ -8,8 +8,8 @@ from ..detect.gate import admit, count_rejections
 from ..detect.watch import SINCE, STATISTIC, WHICH, watch
 from ..kernel.compose import advance, kernel
 from ..kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
-from ..kernel.ud import entry, predicted_variance, variance, variances
-from ..memory.adapt import age, respond
+from ..kernel.ud import entry, predicted_variance, project, variance, variances
+from ..memory.adapt import age, reckon, respond
 from ..models.scale import sigma2
 from .joint_step import predict_input
 from .methods import correct_by
@@ -105,18 +105,6 @@ def _(form, state, work, y, doubt):
 
 
 @kernel
-def project(U, psi, f):
-    """Fill f = U' psi."""
-    at = 0
-    for j in range(psi.size):
-        fj = psi[j]
-        for i in range(j):
-            fj += U[at + i] * psi[i]
-        f[j] = fj
-        at += j
-
-
-@kernel
 def write(out, t, state, work, s2):
     """Write theta, and its spread or covariance, behind the columns of the trace; no D: nobody knows (infinite)."""
     N, C = state.theta.size, out.shape[1]
@@ -182,9 +170,9 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         if T > 0.0:
             surprise = e * e / (s2 * T)
             head[OBSERVED] += 1.0
-            head[WEIGHT] += 1.0
-            head[COUNT] += 1.0
-            head[CHI2] += e * e / T
+            head[COUNT], head[CHI2], head[WEIGHT] = reckon(
+                memory, state.cells, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
+            )
             head[LOGDET] += math.log(T)
             head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
         else:

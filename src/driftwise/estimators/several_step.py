@@ -111,7 +111,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         is_used = head[OBSERVED] > observed
         work.T[i] = line[0, 2] / (s2 * own_method.R)
         work.e[i] = line[0, 1] / math.sqrt(own_method.R) if is_used else np.nan
-        work.lam[i] = head[COUNT] / (count + 1.0) if is_used and count + 1.0 != 0.0 else 1.0
+        lam = head[COUNT] / (count + 1.0) if is_used and count + 1.0 != 0.0 else 1.0
+        work.lam[i] = min(max(lam, 0.0), 1.0)
     link(state.products, state.weights, work.e, work.T, work.lam)
     for i in range(p):
         push(state.ys[i], work.fresh[i, 0])

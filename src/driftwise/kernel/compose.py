@@ -3,7 +3,8 @@
 * ``@kernel`` marks a function that compiled code may call. It stays an ordinary Python function.
 * ``@choice`` marks a function with one implementation per policy type; ``choice.on(Type)`` adds one.
 * ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types;
-  ``recorder(kinds)`` and ``smoother(form)`` the two loops that a smoother needs.
+  ``recorder(kinds)`` and ``smoother(form)`` the two loops that a smoother needs, ``watcher(kind)`` the one of a
+  detector on its own.
 
 The driver closes over *classes* and an integer fingerprint of the sources, never over compiled functions:
 numba pickles what a closure holds into its cache key, so classes keep the key stable between processes and
@@ -18,7 +19,7 @@ import inspect
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import numpy as np
 
@@ -86,7 +87,7 @@ def _reader(kind: type, given: str = "kind") -> Callable:
     It is given the type itself as ``kind``, or a policy of the type as ``like``.
     """
     lines = [f"def read({given}, spec, at):"]
-    for name, annotation in inspect.get_annotations(kind, eval_str=True).items():
+    for name, annotation in get_type_hints(kind, include_extras=True).items():
         if annotation is Vector:
             lines += ["    size = int(spec[at])", f"    {name} = spec[at + 1 : at + 1 + size]", "    at += 1 + size"]
         else:
@@ -139,6 +140,18 @@ def retreat(form, row, after, note, work, space):
 @choice
 def look_back(form, row, s2, space, out):
     """Write mean and spread of the state before a sample, given what later samples teach."""
+
+
+@choice
+def watch(detector, marks, z, slope):
+    """Take one whitened innovation z = e/sqrt(T); return 0, or +1 or -1 where it alarms (the direction).
+
+    ``marks`` are the numbers the detector keeps. It leaves in them, at every sample, the largest ``STATISTIC`` relative
+    to its threshold (1 and more: alarm); at an alarm, ``SINCE``, the number of samples since the change by its own
+    estimate (this one included), and ``WHICH``, the index of the parameter that changed (-1: cannot say). It starts
+    afresh after an alarm. ``slope`` (m,) says how the mean of z would move per unit of each parameter,
+    -dz/dtheta = psi/sqrt(T); it is empty where the estimator cannot tell.
+    """
 
 
 def _make(kinds, fingerprint):
@@ -211,6 +224,22 @@ def _make_smoother(Form, fingerprint):
         return version
 
     return smooth
+
+
+def _make_watcher(Detector, fingerprint):
+    """Return the loop of a detector on its own: series, and samples inside; ``outs`` takes alarm and first marks."""
+
+    def look(marks, zs, slopes, outs, spec):
+        version = fingerprint
+        detector, _ = read(Detector, spec, 0)
+        for i in range(marks.shape[0]):
+            for t in range(zs.shape[1]):
+                outs[i, t, 0] = watch(detector, marks[i], zs[i, t], slopes[i, t])
+                for c in range(1, outs.shape[2]):
+                    outs[i, t, c] = marks[i, c - 1]
+        return version
+
+    return look
 
 
 # --- compiling ---------------------------------------------------------------------------------------------
@@ -298,6 +327,16 @@ def smoother(form: type) -> Callable:
     return _compile(lambda numbers: _make_smoother(form, numbers), (form,), (2, int, int, int, float, 2, 1, 1, 2, 2))
 
 
+@functools.cache
+def watcher(kind: type) -> Callable:
+    """Return the compiled ``look(marks, zs, slopes, outs, spec)`` of one detector: S series of T samples.
+
+    ``marks`` (S, M) are advanced in place, ``zs`` (S, T) the innovations and ``slopes`` (S, T, m) their slopes (m may
+    be 0); ``outs`` (S, T, C) receives the alarm and, as far as it is wide, what ``marks`` begins with.
+    """
+    return _compile(lambda numbers: _make_watcher(kind, numbers), (kind,), (2, 2, 3, 3, 1))
+
+
 def _compile(make, kinds, dimensions):
     """Compile ``make(fingerprint)`` for C-contiguous float64 arrays of these dimensions, and numbers."""
     with _lock:
@@ -321,3 +360,8 @@ def _compile(make, kinds, dimensions):
 def plain_driver(*kinds: type) -> Callable:
     """Return the same driver uncompiled: slow, but every line can be stepped through."""
     return _make(kinds, 0)
+
+
+def plain_watcher(kind: type) -> Callable:
+    """Return the same loop of a detector uncompiled."""
+    return _make_watcher(kind, 0)

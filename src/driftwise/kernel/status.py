@@ -25,7 +25,7 @@ class Status(IntFlag):
     EXACT = EXACT  # y was known exactly beforehand (T = 0): no update
     FLOORED = FLOORED  # the round-off floor outweighed R
     JUMP = JUMP  # the innovations say that the parameters have jumped: they were freed
-    CAPPED = CAPPED  # a parameter's walk was held at its prior variance
+    CAPPED = CAPPED  # a parameter's variance was held: at its prior's, or at what one typical sample leaves
     BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
     SKIPPED = SKIPPED  # a regressor was missing, or an instrument failed: nothing was learnt
@@ -40,7 +40,7 @@ MEANING = {
     Status.EXACT: "output known exactly, nothing to learn",
     Status.FLOORED: "noise variance raised to the round-off floor",
     Status.JUMP: "parameters jumped, freed again",
-    Status.CAPPED: "parameter variance held at its prior",
+    Status.CAPPED: "parameter variance held, nothing excites it",
     Status.BAD_VALUE: "absurd value taken as missing",
     Status.LOST: "state lost, restarted from the range of the data",
     Status.SKIPPED: "a regressor was missing or an instrument failed, nothing learnt",

@@ -126,6 +126,34 @@ def widen_along(U, D, a, q, last):
 
 
 @kernel
+def project(U, psi, f):
+    """Fill f = U' psi."""
+    at = 0
+    for j in range(psi.size):
+        fj = psi[j]
+        for i in range(j):
+            fj += U[at + i] * psi[i]
+        f[j] = fj
+        at += j
+
+
+@kernel
+def quadratic(U, D, d, z):
+    """Return d' P^-1 d by solving U z = d (infinite where d leaves the range of P)."""
+    for j in range(d.size):
+        z[j] = d[j]
+    total = 0.0
+    for j in range(d.size - 1, -1, -1):
+        zj = z[j]
+        if zj != 0.0:
+            total += zj * zj / D[j] if D[j] > 0.0 else np.inf
+            at = j * (j - 1) // 2
+            for i in range(j):
+                z[i] -= U[at + i] * zj
+    return total
+
+
+@kernel
 def variance(U, D, i):
     """Return P[i, i]."""
     p = 0.0

@@ -1,74 +1,12 @@
-"""How an estimator of parameters takes a sample, forgets, and answers an alarm: one choice each, by memory.
+"""How an estimator of parameters takes a sample, counts it, forgets, and answers an alarm: one choice each, by memory.
 
 P = U D U' is relative to s2 and belongs to the next sample, as in every state of the package.
 """
 
-from typing import NamedTuple
-
-from ..kernel.compose import Vector, choice, kernel
+from ..kernel.compose import choice, kernel
 from ..kernel.status import CAPPED, JUMP
-from ..kernel.ud import correct, entry, variance, variances
-from .drift import Never, Walk, widen_within
-
-
-class LimitedGain(NamedTuple):
-    """The gain falls like 1/n and stops at 1/``samples``: then the past fades with that many samples of memory.
-
-    Source: Perriot-Mathonna (1981), eq. 6. ``cap`` is filled in from the prior: without excitation the covariance
-    stays bounded. Bad at: both ends, as every constant gain is (slow after a jump, restless without one).
-    """
-
-    samples: float
-    cap: Vector = ()
-
-
-class Weighted(NamedTuple):
-    """A sample of age k counts ``p`` to the power k: exponential forgetting, gain (1 - p)/(1 - p^n).
-
-    Source: Perriot-Mathonna (1981), eqs. 7-9; the memory is 1/(1 - p) samples. ``cap`` is filled in from the prior.
-    Bad at: directions that stay unexcited; they are forgotten until their variance is the prior's again.
-    """
-
-    p: float
-    cap: Vector = ()
-
-
-class Fade(NamedTuple):
-    """What the kernel sees of `LimitedGain` and `Weighted`: lambda = max(least, 1 - 1/weight) where that is below 1."""
-
-    p: float
-    samples: float
-    cap: Vector
-
-
-@kernel
-def hold_within(U, D, cap, p, f, b):
-    """Bring every variance down to its cap and say whether any was above it.
-
-    Such an element is "observed" without news, just well enough; what the data teach stays untouched.
-    """
-    is_held = False
-    variances(U, D, p)
-    for i in range(D.size):
-        if p[i] > cap[i]:
-            v = variance(U, D, i)
-            if v > cap[i] and cap[i] > 0.0:
-                for j in range(D.size):
-                    f[j] = entry(U, i, j) if j >= i else 0.0
-                correct(U, D, f, v * cap[i] / (v - cap[i]), b)
-                is_held = True
-    return is_held
-
-
-@kernel
-def fade(U, D, lam, cap, work):
-    """P <- P / lambda, within its cap; return status bits."""
-    for j in range(D.size):
-        D[j] /= lam
-    return CAPPED if hold_within(U, D, cap, work.c, work.f, work.b) else 0
-
-
-# --- the three choices -------------------------------------------------------------------------------------
+from ..kernel.ud import correct
+from .drift import Matched, Never, Walk, widen_within
 
 
 @choice
@@ -76,6 +14,14 @@ def learn(memory, cells, e, R, s2, theta, U, D, work):
     """Take the innovation e of the row ``work.psi`` into theta and P (``work.f`` = U' psi); return T = psi' P psi + R.
 
     ``cells`` are the numbers the memory keeps, ``work`` has the scratch vectors b, c, f.
+    """
+
+
+@choice
+def reckon(memory, cells, count, chi2, weight, gain):
+    """Count the sample just learnt: return the new count and chi2 (of sigma^2) and the effective number of samples.
+
+    ``gain`` is its e^2/T.
     """
 
 
@@ -93,8 +39,19 @@ def respond(memory, way, which, cells, weight, s2, U, D, work):
     """Answer an alarm of direction ``way`` about parameter ``which`` (-1: any); return the new weight, status bits."""
 
 
-@learn.on(Never, Walk, Fade)
-def _(memory, cells, e, R, s2, theta, U, D, work):
+# --- what most memories do: learn by least squares, count one more, leave alarms alone --------------------------
+
+
+def plain(*kinds: type):
+    """Give memories the usual `learn`, `reckon` and `respond`; they differ in how they age."""
+    learn.on(*kinds)(by_least_squares)
+    reckon.on(*kinds)(one_more)
+    respond.on(*kinds)(unmoved)
+
+
+@kernel
+def by_least_squares(memory, cells, e, R, s2, theta, U, D, work):
+    """Bierman's update of P, and theta by its gain."""
     T = correct(U, D, work.f, R, work.b)
     if T > 0.0:
         for i in range(D.size):
@@ -102,30 +59,43 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
     return T
 
 
-@age.on(Never)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+@kernel
+def one_more(memory, cells, count, chi2, weight, gain):
+    """Count one sample more."""
+    return count + 1.0, chi2 + gain, weight + 1.0
+
+
+@kernel
+def unmoved(memory, way, which, cells, weight, s2, U, D, work):
+    """Report the alarm, change nothing."""
+    return weight, JUMP
+
+
+@kernel
+def stay(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    """Forget nothing."""
     return 1.0, 0
+
+
+plain(Never, Walk, Matched)
+age.on(Never)(stay)
 
 
 @age.on(Walk)
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    return 1.0, wander(memory, 1.0, U, D, work)
+
+
+@age.on(Matched)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    return 1.0, wander(memory, s2, U, D, work)
+
+
+@kernel
+def wander(memory, s2, U, D, work):
+    """P <- P + diag(q)/s2, within its cap; return status bits."""
     status = 0
     for i in range(D.size):
-        if not widen_within(U, D, i, memory.q[i], memory.cap[i], work.b):
+        if not widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], work.b):
             status = CAPPED
-    return 1.0, status
-
-
-@age.on(Fade)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    lam = memory.p
-    if weight > 0.0:
-        lam = min(lam, (memory.samples - 1.0) / weight)
-    if not (surprise >= 0.0 and lam < 1.0):
-        return 1.0, 0
-    return lam, fade(U, D, lam, memory.cap, work)
-
-
-@respond.on(Never, Walk, Fade)
-def _(memory, way, which, cells, weight, s2, U, D, work):
-    return weight, JUMP
+    return status

@@ -1,8 +1,8 @@
 """How the parameters may move between samples: not at all, as a random walk, or by jumps."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ..detect.cusum import CUSUM, accumulate
+from ..detect.variance import VarianceChange
 from ..kernel.compose import Vector, choice, kernel
 from ..kernel.status import CAPPED, JUMP
 from ..kernel.ud import variance, widen
@@ -17,35 +17,55 @@ class Walk(NamedTuple):
 
     ``q`` is one number or one per parameter (order of ``state["theta"]``), in the units of `y_scale` and `u_scale`,
     and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the
-    covariance stays bounded.
+    covariance stays bounded. Or say ``matched=(jump, every)``: jumps of that size (one number or one per parameter)
+    every so many samples; the walk then has their variance per sample, q = jump^2/every, whatever sigma^2 is.
     Bad at rare jumps: a q that follows them quickly is noisy in between.
     """
 
-    q: Vector
+    q: Vector = 0.0
     cap: Vector = ()
+    matched: Vector = ()
+
+
+class Matched(NamedTuple):
+    """What the kernel sees of a `Walk` that is matched to jumps: q is absolute."""
+
+    q: Vector
+    cap: Vector
+
+
+class Inflate(NamedTuple):
+    """After an alarm each parameter gains variance ``step`` squared, at most up to its prior.
+
+    ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
+    ``only_named``: where the detector names the parameter that jumped, only that one is freed.
+    Bad at: jumps much larger than the step.
+    """
+
+    step: Any = 1.0
+    only_named: bool = False
 
 
 class UntilJump(NamedTuple):
-    """Nothing is forgotten until the parameters jump; then each gains variance ``step`` squared.
+    """Nothing is forgotten until the parameters jump; then they are freed as ``restart`` says.
 
-    ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
-    The detector counts after ``settle`` measured samples (None: six times the number of unknowns). No parameter
-    becomes wider than its prior. Bad at slow drift, which never alarms (use `Walk`), at noise whose variance grows (it
-    looks like a jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so
-    bars are too short there, smoothed ones (`Joint.smooth`) also before.
+    ``restart`` is `Inflate` (the default: each parameter gains variance 1 in the units of `y_scale` and `u_scale`) or,
+    for recursive estimators, `GainReset`. The detector (`VarianceChange`, `Hinkley`, `GLR`; for recursive estimators
+    also `Score`) watches the whitened innovations after ``settle`` measured samples (None: six times the number of
+    unknowns); with several outputs, each has one of its own. No parameter becomes wider than its prior. Bad at slow
+    drift, which never alarms (use `Walk`), at noise whose variance grows (it looks like a jump), and at dating a jump:
+    the samples between jump and alarm are taken for the old parameters, so bars are too short there, smoothed ones
+    (`Joint.smooth`) also before.
     """
 
-    detector: CUSUM = CUSUM()
-    step: float = 1.0
+    detector: Any = VarianceChange()
+    restart: Any = Inflate()
     settle: float | None = None
 
 
 class Restart(NamedTuple):
     """What the kernel sees of `UntilJump`."""
 
-    ratio: float
-    threshold: float
-    settle: float
     q: Vector
     cap: Vector
 
@@ -61,21 +81,21 @@ def widen_within(U, D, i, q, cap, scratch):
 
 
 @choice
-def drift(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def drift(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     """Widen U D U' by one sample's drift and return status bits.
 
-    ``cell`` is one number the memory may keep, ``surprise`` is e^2/T of the sample (NaN where it taught nothing),
-    ``observed`` how many samples have, and P is relative to ``s2``.
+    ``alarm`` is what the detector said (0, or +1 or -1: the direction), ``surprise`` is e^2/T of the sample (NaN where
+    it taught nothing), ``observed`` how many samples have, and P is relative to ``s2``.
     """
 
 
 @drift.on(Never)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     return 0
 
 
 @drift.on(Walk)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
@@ -83,14 +103,19 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
     return status
 
 
+@drift.on(Matched)
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+    status = 0
+    for i in range(memory.q.size):
+        if not widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch):
+            status = CAPPED
+    return status
+
+
 @drift.on(Restart)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
-    if not (observed > memory.settle and surprise >= 0.0):
+def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+    if alarm == 0.0:
         return 0
-    cell[0] = accumulate(cell[0], surprise, memory.ratio)
-    if cell[0] <= memory.threshold:
-        return 0
-    cell[0] = 0.0
     for i in range(memory.q.size):
         widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch)
     return JUMP

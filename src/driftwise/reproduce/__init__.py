@@ -6,7 +6,10 @@ import importlib
 
 from ..errors import InputError
 
-PAPERS = {"salut1979": "driftwise.reproduce.salut1979"}
+PAPERS = {
+    "salut1979": "driftwise.reproduce.salut1979",
+    "perriot1981": "driftwise.reproduce.perriot1981",
+}
 
 
 def reproduce(name: str, seeds: int = 300, say=lambda title: None):
@@ -26,5 +29,5 @@ def reproduce(name: str, seeds: int = 300, say=lambda title: None):
     if name not in PAPERS:
         raise InputError(f"there is no reproduction called {name!r}; there are: {', '.join(PAPERS)}")
     if seeds < 20:
-        raise InputError(f"seeds must be at least 20 (a covariance of three estimates needs some), got {seeds}")
+        raise InputError(f"seeds must be at least 20 (fewer judge nothing), got {seeds}")
     return importlib.import_module(PAPERS[name]).run(seeds, say)

@@ -55,7 +55,7 @@ nav a { color:var(--blue); text-decoration:none; margin-right:18px; white-space:
 def escape(words: str) -> str:
     """Return words as markup, with real minus signs and indices set low."""
     words = re.sub(r"(?<![\w)])-(?=[\d.])", "\u2212", plain(words))
-    return re.sub(r"\b([axbdQP])_([0-9\u03c0]|rr)", r"\1<sub>\2</sub>", words)
+    return re.sub(r"\b([axbdQPK])_([0-9\u03c0]|rr|opt)", r"\1<sub>\2</sub>", words)
 
 
 def write(found: Reproduction, folder: str) -> Path:
@@ -97,8 +97,7 @@ def page(found: Reproduction, pictures: dict[str, bytes]) -> str:
 <h1>{escape(found.title)}</h1>
 <p class="lead">{escape(found.lead)}</p>
 <p class="count {"bad" if failed else "good"}">{escape(count)}.</p>
-<p class="quiet">{found.seeds} simulated records; the same command gives the same numbers. Where the paper is silent
-(priors, Q<sub>π</sub>) the choice is stated. Signs: the paper lists −a in its section 3.2; so does this page.</p>
+<p class="quiet">{found.seeds} simulated records; the same command gives the same numbers. {escape(found.note)}</p>
 <nav>{links}</nav>
 {_missing("What is not reproduced, and why", missing)}
 {"".join(_section(i, section, pictures) for i, section in enumerate(found.sections))}
@@ -137,7 +136,7 @@ def _verdicts(verdicts: list[Verdict]) -> str:
     mark = {True: ("good", "✓ holds"), False: ("bad", "✗ fails"), None: ("skip", "– skipped")}
     rows = "".join(
         f'<tr><td class="{mark[v.holds][0]}">{mark[v.holds][1]}</td><td>{escape(v.name)}</td><td>{escape(v.value)}</td>'
-        f'<td>{escape(v.expected)}</td><td class="quiet">{escape(v.source.replace("/salut.md", ""))}</td></tr>'
+        f'<td>{escape(v.expected)}</td><td class="quiet">{escape(re.sub("/[a-z]+[.]md", "", v.source))}</td></tr>'
         for v in verdicts
     )
     return (

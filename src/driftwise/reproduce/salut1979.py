@@ -25,4 +25,6 @@ def run(seeds: int, say=lambda title: None) -> Reproduction:
         LEAD,
         seeds,
         sections,
+        "Where the paper is silent (priors, Q_π) the choice is stated. Signs: the paper lists −a in its section "
+        "3.2; so does this page.",
     )

@@ -66,13 +66,14 @@ class Section:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Everything one reproduction found."""
+    """Everything one reproduction found; ``note`` says how its signs and choices are to be read."""
 
     name: str
     title: str
     lead: str
     seeds: int
     sections: list[Section]
+    note: str = ""
 
     @property
     def verdicts(self) -> list[Verdict]:

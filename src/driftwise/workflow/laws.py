@@ -8,9 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from ..detect.gate import admit
+from ..detect.watch import watch
 from ..errors import InputError
+from ..estimators.adaptation import resolve
 from ..estimators.joint import Joint
+from ..estimators.recursive import ARX
 from ..kernel import compose
+from ..memory.adapt import learn
 from ..memory.drift import UntilJump, drift
 from ..models.noise import EquationError
 from ..models.simulate_mimo import simulate_mimo
@@ -142,7 +146,7 @@ def law_covariance_stays_a_covariance(est, y, u):
 def law_scaling(est, y, u):
     """Scaling the data scales the answer, exactly for powers of two (default prior, noise learnt or absent)."""
     options = {"noise": EquationError(), **est.options}
-    stated = [options.get(name) for name in ("P0", "s0", "theta0", "variance")]
+    stated = [options.get(name) for name in ("P0", "s0", "theta0", "variance", "K0", "x0", "B")]
     if any(value is not None for value in stated) or getattr(options["noise"], "variance", 0) is not None:
         return
     c, g = 2.0**20, 2.0**-13
@@ -212,11 +216,11 @@ def check_estimator(estimator, y=None, u=None) -> None:
 
 
 def check_policy(policy) -> None:
-    """Raise AssertionError, naming the law, if an estimator with this memory or gate breaks one.
+    """Raise AssertionError, naming the law, if an estimator with this memory, gate or detector breaks one.
 
     Parameters
     ----------
-    policy : a memory or a gate, driftwise's or your own
+    policy : a memory, a gate or a detector of innovations, driftwise's or your own
 
     Examples
     --------
@@ -225,7 +229,15 @@ def check_policy(policy) -> None:
     """
     if type(policy) in drift.table or isinstance(policy, UntilJump):
         check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=policy, P0=10.0))
+    elif type(policy) in learn.table or type(policy) in resolve.registry:
+        check_estimator(ARX(2, 2, memory=policy))
     elif type(policy) in admit.table:
         check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), gate=policy, P0=10.0))
+    elif type(policy) in watch.table or hasattr(policy, "resolve"):
+        memory = UntilJump(policy, settle=10)
+        check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=memory, P0=10.0))
     else:
-        raise InputError(f"a policy is a memory or a gate with its rule (drift.on, admit.on), got {policy!r}")
+        raise InputError(
+            "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), "
+            f"got {policy!r}"
+        )

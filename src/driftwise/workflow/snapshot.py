@@ -7,15 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.cusum import CUSUM
+from ..detect.gain import GainProbes, PullTest
 from ..detect.gate import Gate
+from ..detect.glr import GLR
+from ..detect.hinkley import Hinkley
+from ..detect.probes import ProbeBank
+from ..detect.score import Score
+from ..detect.variance import VarianceChange
 from ..errors import InputError
-from ..memory.adapt import LimitedGain, Weighted
-from ..memory.drift import Never, UntilJump, Walk
+from ..memory.directional import DirectionalForgetting
+from ..memory.drift import Inflate, Never, UntilJump, Walk
+from ..memory.fading import LimitedGain, VariableForgetting, Weighted
+from ..memory.restart import GainReset
+from ..memory.run_lengths import RunLengths
+from ..memory.window import Window
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
-SCHEMA = 2  # 2: a state keeps one number for its memory
+SCHEMA = 3  # 3: a state keeps the marks of its detector
 KINDS = {
     k.__name__: k
     for k in (
@@ -28,8 +37,20 @@ KINDS = {
         Walk,
         LimitedGain,
         Weighted,
+        VariableForgetting,
+        DirectionalForgetting,
+        Window,
+        RunLengths,
         UntilJump,
-        CUSUM,
+        Inflate,
+        GainReset,
+        Hinkley,
+        Score,
+        VarianceChange,
+        GLR,
+        ProbeBank,
+        GainProbes,
+        PullTest,
         Gate,
         UnknownScale,
     )
@@ -58,7 +79,11 @@ def _rich(value: Any) -> Any:
 
 def is_described(estimator) -> bool:
     """Say whether all policies of an estimator are driftwise's own, so that `describe` covers them."""
-    return all(type(v) in KINDS.values() for v in estimator.options.values() if hasattr(v, "_fields"))
+    return all(map(_is_ours, estimator.options.values()))
+
+
+def _is_ours(value) -> bool:
+    return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
 
 
 def describe(estimator) -> str:
@@ -72,6 +97,7 @@ def describe(estimator) -> str:
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
     from ..estimators.continuous import ContinuousJoint
+    from ..estimators.gain import AdaptiveGain
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
     from ..estimators.observer import AdaptiveObserver
@@ -85,7 +111,18 @@ def rebuild(text: str):
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
     kinds: dict[str, Any] = {
-        k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AR, ARX, ARXMIMO, AdaptiveObserver, Regression)
+        k.__name__: k
+        for k in (
+            Joint,
+            JointMIMO,
+            ContinuousJoint,
+            AR,
+            ARX,
+            ARXMIMO,
+            Regression,
+            AdaptiveGain,
+            AdaptiveObserver,
+        )
     }
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 

@@ -1,0 +1,97 @@
+"""Print the tables of docs/memory.md and docs/decisions/wind-up.md: who follows jumps, survives a rest, what it costs.
+
+Run: python scripts/memories.py (a minute).
+"""
+
+import time
+
+import numpy as np
+
+import driftwise as dw
+
+
+def jumping(d, seed, samples=50_000, every=500):
+    """Return a constant that jumps by +d or -d, and the constant in unit noise."""
+    rng = np.random.default_rng(seed)
+    moved = np.where(rng.random(samples) < 1 / every, d * rng.choice([-1.0, 1.0], samples), 0.0)
+    theta = np.cumsum(moved)
+    return theta, theta + rng.standard_normal(samples)
+
+
+def resting(seed, samples=5000):
+    """Return y = .8 y1 + u1 + e; from sample 1000 to 3999 the input rests and the noise nearly does."""
+    rng = np.random.default_rng(seed)
+    u, spread = rng.standard_normal(samples), np.full(samples, 0.05)
+    u[1000:4000], spread[1000:4000] = 0.0, 0.001
+    e, y = spread * rng.standard_normal(samples), np.zeros(samples)
+    for t in range(1, samples):
+        y[t] = 0.8 * y[t - 1] + u[t - 1] + e[t]
+    return y, u
+
+
+def table_of_jumps():
+    """Mean square error of a jumping constant, by jump size over noise."""
+    print("\n| memory | " + " | ".join(f"d = {d}" for d in (0.2, 0.5, 1.0, 2.0)) + " |\n|---|---|---|---|---|")
+    memories = {
+        "`Walk(matched=(d, 500))`": lambda d: dw.Walk(matched=(d, 500)),
+        "`VariableForgetting(100, .5)`": lambda d: dw.VariableForgetting(100, 0.5),
+        "`Weighted(1 - d / sqrt(500))`": lambda d: dw.Weighted(1 - d / 500**0.5),
+        "`Window(60)`": lambda d: dw.Window(60),
+        "`UntilJump(Hinkley, GainReset(1 + 1/d^2))`": lambda d: dw.UntilJump(
+            dw.Hinkley(false_alarms="1 per 5000", jump=d), dw.GainReset(1 + 1 / d**2), settle=0
+        ),
+        "`RunLengths(d, 500)`": lambda d: dw.RunLengths(d, 500),
+        "`RunLengths(d, 500, 60)`": lambda d: dw.RunLengths(d, 500, 60),
+    }
+    for name, make in memories.items():
+        row = []
+        for d in (0.2, 0.5, 1.0, 2.0):
+            est, found = dw.Regression(1, memory=make(d), variance=1.0, P0=1e3), []
+            for seed in range(16):
+                theta, y = jumping(d, seed)
+                trace = est.scan(y, np.ones((len(y), 1)), keep="means")
+                found.append(np.mean((trace.parameters[1000:, 0] - theta[1000:]) ** 2))
+            row.append(f"{np.mean(found):.4f}")
+        print(f"| {name} | " + " | ".join(row) + " |", flush=True)
+
+
+RESTED = {
+    "`Never()`": dw.Never(),
+    "`LimitedGain(50)`": dw.LimitedGain(50),
+    "`Weighted(.98)`": dw.Weighted(0.98),
+    "`VariableForgetting(50)`": dw.VariableForgetting(50),
+    "`DirectionalForgetting(.98)`": dw.DirectionalForgetting(0.98),
+    "`Walk(2e-4)`": dw.Walk(2e-4),
+    "`Walk(matched=(.1, 500))`": dw.Walk(matched=(0.1, 500)),
+    "`Window(50)`": dw.Window(50),
+    "`RunLengths(.2, 500)`": dw.RunLengths(0.2, 500),
+    "`UntilJump(Score(), GainReset(10))`": dw.UntilJump(dw.Score(), dw.GainReset(10)),
+}
+
+
+def table_of_rests():
+    """Errors in the 50 samples after a rest of 3000, NIS before, in and after it, ns a sample of ARX(2, 2)."""
+    print("\n| memory | worst error | median | NIS before | in the rest | after | held | ns a sample |")
+    print("|---|---|---|---|---|---|---|---|")
+    y2, u2 = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=20_000, noise_std=0.1, noise="equation", seed=1)
+    for name, memory in RESTED.items():
+        est, worst, nis, held = dw.ARX(1, 1, memory=memory, P0=100.0), [], [], []
+        for seed in range(50):
+            trace = est.scan(*resting(seed))
+            worst.append(np.max(np.abs(trace.parameters - [-0.8, 1.0])[4000:4050]))
+            ratio = trace.innovation**2 / trace.variance
+            nis.append([ratio[200:1000].mean(), ratio[1200:4000].mean(), ratio[4100:].mean()])
+            held.append(np.mean(trace.status[1000:4000] & dw.Status.CAPPED > 0))
+        timed, seconds = dw.ARX(2, 2, memory=memory), []
+        for _ in range(5):
+            start = time.process_time()
+            timed.scan(y2, u2)
+            seconds.append(time.process_time() - start)
+        numbers = [f"{np.max(worst):.3f}", f"{np.median(worst):.3f}", *(f"{v:.2f}" for v in np.mean(nis, axis=0))]
+        cost = f"{np.median(seconds) / len(y2) * 1e9:.0f}"
+        print(f"| {name} | " + " | ".join([*numbers, f"{np.mean(held):.0%}", cost]) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    table_of_rests()
+    table_of_jumps()

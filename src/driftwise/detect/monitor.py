@@ -1,0 +1,80 @@
+"""A detector on its own, fed sample by sample."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from ..kernel import compose
+from .brownian import positive
+from .watch import OWN, watch
+
+
+class Sign(NamedTuple):
+    """What one sample said: alarm (0, or +1, -1: the direction) and statistic over threshold.
+
+    At an alarm ``since`` is the number of samples since the change, this one included, and ``which`` the parameter (-1:
+    cannot say).
+    """
+
+    alarm: int
+    statistic: float
+    since: int
+    which: int
+
+
+class Monitor:
+    """Watches a signal sample by sample: state in, state out, like every estimator's `update`.
+
+    Parameters
+    ----------
+    detector : Hinkley, VarianceChange, GLR or Score
+    mean, std : what the signal is like in control
+    parameters : how many slopes come with each sample (`Score`)
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> monitor = dw.Monitor(dw.Hinkley("1 per 10_000", jump=2.0))
+    >>> state = monitor.start()
+    >>> for t, z in enumerate([0.1, -0.4, 0.3, 2.2, 1.9, 2.4, 2.6, 1.7, 2.1, 2.3]):
+    ...     state, sign = monitor.update(state, z)
+    ...     if sign.alarm:
+    ...         print(f"sample {t}: {'up' if sign.alarm > 0 else 'down'}, since {sign.since} samples")
+    sample 6: up, since 4 samples
+    """
+
+    def __init__(self, detector: Any, *, mean: float = 0.0, std: float = 1.0, parameters: int = 0):
+        resolve = getattr(detector, "resolve", None)
+        found = resolve(parameters) if resolve else detector
+        kind: Any = type(found)
+        if kind not in watch.table:
+            raise InputError(f"detector must be Hinkley(), VarianceChange(), GLR() or Score(), got {detector!r}")
+        self.mean, self.std = float(mean), positive("std", std)
+        self._size, self._parameters = found.marks(parameters), parameters
+        self._spec = compose.flatten((found,))
+        self._look: Any = compose.watcher(kind)
+
+    def start(self) -> np.ndarray:
+        """Return a fresh state: a few plain numbers."""
+        return np.zeros(self._size)
+
+    def update(self, state, value: float, slopes=()) -> tuple[np.ndarray, Sign]:
+        """Return the next state and what this sample said; NaN is skipped."""
+        marks = np.array(state, float).reshape(1, -1)
+        if marks.size != self._size:
+            raise InputError(f"state must be {self._size} numbers, got {marks.size}: another detector's?")
+        z, m = (value - self.mean) / self.std, np.empty((1, 1, self._parameters))
+        if math.isinf(z):
+            raise InputError(f"value must be finite, or NaN where missing, got {value!r}")
+        if z != z:
+            return marks[0], Sign(0, math.nan, 0, -1)
+        if self._parameters:
+            m[0, 0] = np.divide(slopes, self.std)
+        outs = np.empty((1, 1, 1 + OWN))
+        self._look(marks, np.array([[z]]), m, outs, self._spec)
+        alarm, statistic, since, which = outs[0, 0].tolist()
+        return marks[0], Sign(int(alarm), statistic, int(since) if alarm else 0, int(which) if alarm else -1)

@@ -1,0 +1,81 @@
+"""Forgetting: the past counts less and less, at a rate that is given, or that the surprises choose."""
+
+from typing import NamedTuple
+
+from ..kernel.compose import Vector
+from .adapt import age, plain
+from .hold import shrink
+
+
+class LimitedGain(NamedTuple):
+    """The gain falls like 1/n and stops at 1/``samples``: then the past fades with that many samples of memory.
+
+    Without excitation no variance exceeds that of one typical sample (status CAPPED).
+    Source: Perriot-Mathonna (1981), eq. 6. Bad at: both ends, as every constant gain is (slow after a jump, restless
+    without one).
+    """
+
+    samples: float
+
+
+class Weighted(NamedTuple):
+    """A sample of age k counts ``p`` to the power k: exponential forgetting, gain (1 - p)/(1 - p^n).
+
+    The memory is 1/(1 - p) samples. Without excitation no variance exceeds that of one typical sample (status CAPPED).
+    Source: Perriot-Mathonna (1981), eqs. 7-9. Bad at: directions that stay unexcited, which are forgotten meanwhile.
+    """
+
+    p: float
+
+
+class VariableForgetting(NamedTuple):
+    """Forget as much as the last error surprises: lambda = 1 - e^2/(sigma^2 T ``samples``), at least ``least``.
+
+    While the model fits, the memory is ``samples`` long; an error of k standard deviations forgets as much as k^2
+    usual ones. Where the noise variance is learnt, the memory keeps two samples per parameter.
+    Source: Fortescue, Kershenbaum and Ydstie (1981): constant information. Bad at: outliers and noise
+    that grows, both of which it takes for a change (put a `Gate` before it).
+    """
+
+    samples: float = 100.0
+    least: float = 0.9
+
+
+class Fade(NamedTuple):
+    """What the kernel sees of `LimitedGain` and `Weighted`: lambda = min(p, (samples - 1)/weight)."""
+
+    p: float
+    samples: float
+    horizon: float
+    cap: Vector
+
+
+class Alert(NamedTuple):
+    """What the kernel sees of `VariableForgetting`; below ``settle`` effective samples nothing is forgotten."""
+
+    samples: float
+    least: float
+    settle: float
+    horizon: float
+    cap: Vector
+
+
+plain(Fade, Alert)
+
+
+@age.on(Fade)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    lam = memory.p
+    if weight > 0.0:
+        lam = min(lam, (memory.samples - 1.0) / weight)
+    if not (surprise >= 0.0 and lam < 1.0):
+        return 1.0, 0
+    return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, cells, work)
+
+
+@age.on(Alert)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    lam = max(1.0 - surprise / memory.samples, memory.least)
+    if not (surprise >= 0.0 and lam < 1.0 and weight > memory.settle):
+        return 1.0, 0
+    return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, cells, work)

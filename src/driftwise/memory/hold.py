@@ -1,0 +1,57 @@
+"""No wind-up: a variance that forgetting has blown up is brought back to what the data once knew."""
+
+import math
+
+from ..kernel.compose import kernel
+from ..kernel.status import CAPPED
+from ..kernel.ud import correct, entry, variance, variances
+
+MEMORIES = 100.0  # "typical" is an average over so many memories
+
+
+@kernel
+def hold_within(U, D, cap, p, f, b):
+    """Bring every variance down to its cap and say whether any was above it; ``p``, ``f``, ``b`` are scratch."""
+    is_held = False
+    variances(U, D, p)
+    for i in range(D.size):
+        if p[i] > cap[i]:
+            is_held |= hold_one(U, D, i, cap[i], f, b)
+    return is_held
+
+
+@kernel
+def hold_one(U, D, i, cap, f, b):
+    """Let element i be "observed" without news, just well enough; what the data teach stays untouched."""
+    v = variance(U, D, i)
+    if not v > cap > 0.0:
+        return False
+    for j in range(D.size):
+        f[j] = entry(U, i, j) if j >= i else 0.0
+    correct(U, D, f, v * cap / (v - cap), b)
+    return True
+
+
+@kernel
+def shrink(U, D, lam, weight, horizon, cap, cells, work):
+    """P <- P / lambda, each variance held at that of one typical sample and at the prior's; return status bits.
+
+    weight P_ii is the variance that a single sample of the past leaves. ``cells`` hold how many entered, and the mean
+    of its logarithm (relative to the prior's) over the last ``horizon`` samples, which a burst moves little. While a
+    variance is held its ceiling rises, e-fold in ``horizon`` samples: weaker excitation is accepted in the end.
+    """
+    p, status = work.c, 0
+    variances(U, D, p)
+    cells[0] = min(cells[0] + 1.0, horizon)
+    for j in range(D.size):
+        D[j] /= lam
+    for i in range(D.size):
+        if p[i] > 0.0:
+            one = math.log(weight * p[i] / cap[i])
+            most = min(cells[1 + i], 0.0) if cells[0] > 1.0 else 0.0
+            if one - math.log(weight * lam) <= most:
+                cells[1 + i] += (one - cells[1 + i]) / cells[0]
+            elif hold_one(U, D, i, cap[i] * math.exp(most), work.f, work.b):
+                cells[1 + i] = min(most + 1.0 / horizon, 0.0)
+                status = CAPPED
+    return status

@@ -1,0 +1,57 @@
+"""What an alarm does to the covariance: everything is known less, or some parameters are."""
+
+from typing import NamedTuple
+
+from ..kernel.compose import Vector
+from ..kernel.status import JUMP
+from .adapt import age, plain, respond, stay
+from .drift import widen_within
+from .hold import hold_within
+
+
+class GainReset(NamedTuple):
+    """After an alarm the gain is 1/``samples`` again, and falls from there: P grows by one factor, nothing moves.
+
+    The best value for jumps of size d is 1 + (noise of the estimate/d)^2, that of a single sample; more than 1.
+    Source: Perriot-Mathonna (1981), section 4. Bad at: jumps of one parameter among many (all are freed).
+    """
+
+    samples: float = 10.0
+
+
+class Jolt(NamedTuple):
+    """What the kernel sees of `Inflate`: variances q, absolute; ``is_named``: only for the parameter that is named."""
+
+    q: Vector
+    is_named: float
+    cap: Vector
+
+
+class Reset(NamedTuple):
+    """What the kernel sees of `GainReset`."""
+
+    samples: float
+    cap: Vector
+
+
+plain(Jolt, Reset)
+age.on(Jolt, Reset)(stay)
+
+
+@respond.on(Jolt)
+def _(memory, way, which, cells, weight, s2, U, D, work):
+    for i in range(D.size):
+        if memory.is_named == 0.0 or which < 0.0 or which == i:
+            widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], work.b)
+    return weight, JUMP
+
+
+@respond.on(Reset)
+def _(memory, way, which, cells, weight, s2, U, D, work):
+    left = memory.samples - 1.0
+    if weight <= left:
+        return weight, JUMP
+    for j in range(D.size):
+        D[j] *= weight / left
+    hold_within(U, D, memory.cap, work.c, work.f, work.b)
+    return left, JUMP

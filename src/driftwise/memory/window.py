@@ -1,0 +1,178 @@
+"""A window: the last so many samples, and nothing before.
+
+The posterior of the last T rows is computed afresh at every sample, from two triangles: what the rows of the present
+round say together, and what those of the round before say from row k on, stored for every k when that round ended (a
+queue made of two stacks). Nothing is ever subtracted, so nothing is left of a row that has gone. A triangle is the QR
+factor of rows [psi' | y] in coordinates in which the prior is a unit covariance; merging two costs O(N^3).
+"""
+
+import math
+from typing import NamedTuple
+
+from ..kernel.compose import Vector, kernel, rare
+from ..kernel.ud import predicted_variance, project
+from .adapt import age, learn, plain, reckon, stay
+
+AT, IS_FULL, TRIANGLES = range(3)  # cells: next slot, whether a round is complete; then `now`, `sum`, a row, the slots
+
+
+class Window(NamedTuple):
+    """The last ``samples`` measured samples and the prior are all that counts: batch least squares that moves along.
+
+    Exact to round-off, noise variance included; a jump is forgotten completely after ``samples`` samples. The state
+    holds (N + 1)(N + 2)/2 numbers for each sample of the window. Bad at: noise (each estimate has only so many
+    samples), and windows without excitation, which fall back on the prior.
+    """
+
+    samples: int
+
+
+class Slide(NamedTuple):
+    """What the kernel sees of `Window`: its length, and the prior of sigma^2 and of theta."""
+
+    samples: float
+    freedom: float
+    chi2: float
+    theta: Vector
+    U: Vector
+    D: Vector
+
+
+def cells_of(samples: int, N: int) -> int:
+    """Return how many numbers a window keeps."""
+    return TRIANGLES + (samples + 2) * ((N + 1) * (N + 2) // 2) + N + 1
+
+
+plain(Slide)
+age.on(Slide)(stay)
+
+
+@kernel
+def absorb(R, row, first):
+    """Rotate a row, zero before index ``first``, into the packed upper triangle R; the row is destroyed."""
+    width = row.size
+    at = first * width - first * (first - 1) // 2
+    for i in range(first, width):
+        x = row[i]
+        if x != 0.0:
+            h = math.sqrt(R[at] * R[at] + x * x)
+            c, s = R[at] / h, x / h
+            R[at] = h
+            for k in range(1, width - i):
+                r, x = R[at + k], row[i + k]
+                R[at + k] = c * r + s * x
+                row[i + k] = c * x - s * r
+        at += width - i
+
+
+@rare
+def merge(R, other, row):
+    """Rotate the triangle ``other`` into R; ``row`` is scratch."""
+    at, width = 0, row.size
+    for i in range(width):
+        for k in range(i, width):
+            row[k] = other[at + k - i]
+        absorb(R, row, i)
+        at += width - i
+
+
+@rare
+def turn(slots, now, row, size):
+    """End a round: let slot k hold the triangle of rows k to the end, and ``now`` the prior alone."""
+    width, last = row.size, slots.shape[0] - 1
+    for k in range(last, -1, -1):
+        slot = slots[k]
+        for i in range(width):
+            row[i] = slot[i]
+        for i in range(size):
+            slot[i] = slots[k + 1, i] if k < last else 0.0
+        absorb(slot, row, 0)
+    begin(now, width)
+
+
+@kernel
+def begin(now, width):
+    """Let the triangle hold the prior: unit information, mean zero."""
+    at = 0
+    for i in range(width):
+        for k in range(width - i):
+            now[at + k] = 1.0 if k == 0 and i < width - 1 else 0.0
+        at += width - i
+
+
+@learn.on(Slide)
+def _(memory, cells, e, R, s2, theta, U, D, work):
+    N = D.size
+    width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(work.f, D, R)
+    now, whole = cells[TRIANGLES : TRIANGLES + size], cells[TRIANGLES + size : TRIANGLES + 2 * size]
+    row = cells[TRIANGLES + 2 * size : TRIANGLES + 2 * size + width]
+    slots = cells[TRIANGLES + 2 * size + width :].reshape(int(memory.samples), size)
+    at = int(cells[AT])
+    if at == 0 and cells[IS_FULL] > 0.0:
+        turn(slots, now, row, size)
+    elif at == 0:
+        begin(now, width)
+
+    # the new row in the prior's coordinates: theta = theta0 + U0 sqrt(D0) w
+    project(memory.U, work.psi, work.f)
+    y = e
+    for i in range(N):
+        y += work.psi[i] * (theta[i] - memory.theta[i])
+        row[i] = work.f[i] * math.sqrt(memory.D[i] / R)
+    row[N] = y / math.sqrt(R)
+    for i in range(width):
+        slots[at, i] = row[i]
+    absorb(now, row, 0)
+    for i in range(size):
+        whole[i] = now[i]
+    if cells[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
+        merge(whole, slots[at + 1], row)
+    cells[AT] = at + 1.0
+    if at + 1 == slots.shape[0]:
+        cells[AT], cells[IS_FULL] = 0.0, 1.0
+    solve(memory, whole, theta, U, D, work.b, work.c)
+    return T
+
+
+@rare
+def solve(memory, R, theta, U, D, w, g):
+    """Read theta and the factors of P off a triangle: P = G G', G = U0 sqrt(D0) R^-1 is upper triangular."""
+    N = D.size
+    for i in range(N - 1, -1, -1):
+        at = i * (N + 1) - i * (i - 1) // 2
+        w[i] = R[at + N - i]
+        for k in range(i + 1, N):
+            w[i] -= R[at + k - i] * w[k]
+        w[i] /= R[at]
+    into_theta(memory, w, N)
+    for i in range(N):
+        theta[i] = memory.theta[i] + w[i]
+    for j in range(N):
+        for i in range(j, -1, -1):
+            at = i * (N + 1) - i * (i - 1) // 2
+            g[i] = 1.0 if i == j else 0.0
+            for k in range(i + 1, j + 1):
+                g[i] -= R[at + k - i] * g[k]
+            g[i] /= R[at]
+        into_theta(memory, g, j + 1)
+        D[j] = g[j] * g[j]
+        for i in range(j):
+            U[j * (j - 1) // 2 + i] = g[i] / g[j] if g[j] > 0.0 else 0.0
+
+
+@kernel
+def into_theta(memory, w, size):
+    """w <- U0 sqrt(D0) w, for a vector that is zero from index ``size`` on."""
+    for i in range(size):
+        w[i] *= math.sqrt(memory.D[i])
+    for i in range(size):
+        for k in range(i + 1, size):
+            w[i] += memory.U[k * (k - 1) // 2 + i] * w[k]
+
+
+@reckon.on(Slide)
+def _(memory, cells, count, chi2, weight, gain):
+    size = int((memory.theta.size + 1) * (memory.theta.size + 2) // 2)
+    rho = cells[TRIANGLES + 2 * size - 1]
+    filled = memory.samples if cells[IS_FULL] > 0.0 else cells[AT]
+    return memory.freedom + filled, memory.chi2 + rho * rho, filled

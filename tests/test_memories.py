@@ -1,0 +1,472 @@
+"""Every memory against a textbook twin in plain NumPy; gains and forgetting are two words for one recursion."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from oracle.tracking import golden, kalman, regressors, ridge, stochastic_approximation
+
+import driftwise as dw
+from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
+from driftwise.workflow.laws import same
+
+MEMORIES = {
+    "never": dw.Never(),
+    "limited": dw.LimitedGain(50),
+    "weighted": dw.Weighted(0.98),
+    "variable": dw.VariableForgetting(50),
+    "directional": dw.DirectionalForgetting(0.98),
+    "walk": dw.Walk(2e-4),
+    "matched": dw.Walk(matched=(0.2, 500)),
+    "window": dw.Window(50),
+    "run lengths": dw.RunLengths(0.2, 500, 8),
+}
+
+
+class At(NamedTuple):
+    """Alarm at the n-th sample that is looked at (the first one never is), about one parameter."""
+
+    n: float
+    about: float = -1.0
+
+    def marks(self, parameters):
+        return OWN + 1
+
+
+@watch.on(At)
+def _(detector, marks, z, slope):
+    marks[OWN] += 1.0
+    marks[STATISTIC] = marks[OWN] / detector.n
+    if marks[OWN] != detector.n:
+        return 0.0
+    marks[SINCE], marks[WHICH] = 1.0, detector.about
+    return 1.0
+
+
+def record(samples=400, seed=3):
+    return dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=samples, noise_std=0.3, noise="equation", seed=seed)
+
+
+def excite(seed, samples=300, N=3):
+    """Regressors and an output of a regression."""
+    rng = np.random.default_rng(seed)
+    phi = rng.standard_normal((samples, N))
+    return phi, phi @ np.arange(1.0, N + 1) + 0.5 * rng.standard_normal(samples)
+
+
+# --- gains and forgetting --------------------------------------------------------------------------------------
+
+
+def started(est, weight):
+    """A state whose prior counts as so many samples."""
+    state = est.start()
+    state["weight"] = weight
+    return state
+
+
+SEQUENCES = {
+    "step_limit": dw.LimitedGain(5),
+    "one_over_n": dw.Never(),
+    "forgetting_08": dw.Weighted(0.8),
+    "forgetting_0996": dw.Weighted(0.996),
+}
+
+
+@pytest.mark.parametrize("name, memory", SEQUENCES.items(), ids=str)
+def test_golden_gains(name, memory):
+    given, expected = golden("gain_sequences")
+    y, u = record(1000)
+    trace = dw.ARX(1, 1, memory=memory).scan(y, u)
+    gains = 1 / trace.outs[given["n"].astype(int) - 1, 4]
+    np.testing.assert_allclose(gains, expected[name], rtol=1e-10)
+
+
+CASES = {
+    "arx11_decreasing": dw.Never(),
+    "reset_gain_equals_forgetting_factor": dw.UntilJump(At(4), dw.GainReset(3), settle=0),
+}
+
+
+@pytest.mark.parametrize("case, memory", CASES.items(), ids=str)
+def test_golden_recursions(case, memory):
+    """The alarm comes at sample 5, which is processed with its old gain; sample 6 has the gain 1/3."""
+    given, expected = golden(case)
+    P0 = given["gamma0"] * np.linalg.inv(given["R0"])
+    est = dw.ARX(1, 1, memory=memory, variance=1.0, P0=10 * P0)  # a wide cap; the state starts at P0
+    state = started(est, 1.0)
+    state["D"] /= 10
+    trace = est.scan(given["y"], given["u"], state=state)
+    theta = trace.parameters * [-1.0, 1.0]
+    np.testing.assert_allclose(theta, expected["theta"][:, 0], rtol=1e-10, atol=1e-13)
+    np.testing.assert_allclose(1 / trace.outs[:, 4], given["gamma"], rtol=1e-12)
+    if "eps" in expected:
+        np.testing.assert_allclose(trace.innovation, expected["eps"][:, 0], rtol=1e-10)
+
+
+def gains(kind, n):
+    k = np.arange(2, n + 2)
+    if kind == "limited":
+        return np.maximum(1 / k, 1 / 30)
+    if kind == "weighted":
+        return (1 - 0.97) / (1 - 0.97**k)
+    reset = np.where(k < 102, 1 / k, 1 / np.maximum(k - 98, 1))
+    return 1 / k if kind == "never" else reset
+
+
+GAINS = {
+    "never": dw.Weighted(1.0),
+    "limited": dw.LimitedGain(30),
+    "weighted": dw.Weighted(0.97),
+    "reset": dw.UntilJump(At(99), dw.GainReset(4), settle=0),
+}
+
+
+@pytest.mark.parametrize("kind, memory", GAINS.items(), ids=str)
+def test_gains_and_forgetting_are_one_recursion(kind, memory):
+    """theta and P of the compiled estimator are those of R <- R + g (nu nu' - R), P = g R^-1, to 1e-12."""
+    y, u = record()
+    nu, g = regressors(y, u, 2, 2), gains(kind, len(y))
+    thetas, R = stochastic_approximation(nu, y, g, np.eye(4), np.zeros(4))
+    lam = 0.97 if kind == "weighted" else 1.0  # the state carries P of the next sample
+    est = dw.ARX(2, 2, memory=memory, variance=1.0, P0=1e6)
+    state = started(est, lam)
+    state["D"] = 1 / lam
+    trace = est.scan(y, u, state=state)
+    assert np.max(np.abs(trace.parameters - thetas)) < 1e-12
+    after = {"limited": 29 / 30, "weighted": 0.97}.get(kind, 1.0)
+    P = g[-1] * np.linalg.inv(R) / after
+    assert np.max(np.abs(est.covariance(trace.state) - P)) < 1e-12 * np.max(P)
+    np.testing.assert_allclose(1 / trace.outs[:, 4], g, rtol=1e-12)
+
+
+def after_twenty(memory, phi, y):
+    """Learn twenty samples without forgetting (at first the prior would cap P), the rest with the memory."""
+    calm, est = (dw.Regression(3, memory=m, variance=0.25, P0=4.0) for m in (dw.Never(), memory))
+    learnt, state = calm.scan(y[:20], phi[:20]).state, est.start()
+    for name in ("theta", "U", "D", "weight"):
+        state[name] = learnt[name]
+    return calm.mean(learnt), calm.covariance(learnt), est.scan(y[20:], phi[20:], state=state)
+
+
+def test_variable_forgetting_is_fortescues():
+    """lambda from the last error, against dense recursive least squares; known noise, memory 40, at least 0.9."""
+    phi, y = excite(1)
+    y[150:] += phi[150:] @ [1.0, 0.0, 0.0]
+    theta, P, trace = after_twenty(dw.VariableForgetting(40, 0.9), phi, y)
+    lambdas = []
+    for t, (row, value) in enumerate(zip(phi[20:], y[20:])):
+        S = row @ P @ row + 0.25
+        e, K = value - row @ theta, P @ row / S
+        theta, P = theta + K * e, P - np.outer(K, K) * S
+        lambdas.append(max(0.9, 1 - (1 - row @ K) * e**2 / (0.25 * 40)))
+        P = P / lambdas[-1]
+        assert np.max(np.abs(theta - trace.parameters[t])) < 1e-10
+    assert min(lambdas[130:135]) == 0.9 < np.median(lambdas)
+    assert not np.any(trace.status)
+
+
+def test_directional_forgetting_equals_its_information_form():
+    """P^-1 <- P^-1 - (1 - p) P^-1 psi psi' P^-1 / (psi' P^-1 psi) + psi psi' / R."""
+    phi, y = excite(2)
+    theta, P, trace = after_twenty(dw.DirectionalForgetting(0.9), phi, y)
+    I = np.linalg.inv(P)
+    for t, (row, value) in enumerate(zip(phi[20:], y[20:])):
+        known = I @ row
+        I = I - 0.1 * np.outer(known, known) / (row @ known) + np.outer(row, row) / 0.25
+        theta = theta + np.linalg.solve(I, row) * (value - row @ theta) / 0.25
+        assert np.max(np.abs(theta - trace.parameters[t])) < 1e-10
+    assert not np.any(trace.status)
+
+
+# --- walks -----------------------------------------------------------------------------------------------------
+
+
+def peers_task(samples=10_000):
+    """ARX(2,2) whose parameters drift: regressors, outputs and the true parameters."""
+    rng = np.random.default_rng(7)
+    Q = np.diag([1e-6, 1e-6, 1e-5, 1e-5])
+    th, u = np.array([-1.2, 0.5, 1.0, 0.5]), np.sign(rng.standard_normal(samples + 2))
+    y, phi, true = np.zeros(samples + 2), np.zeros((samples, 4)), np.zeros((samples, 4))
+    for k in range(samples):
+        t = k + 2
+        th = th + np.sqrt(np.diag(Q)) * rng.standard_normal(4)
+        phi[k] = -y[t - 1], -y[t - 2], u[t - 1], u[t - 2]
+        y[t] = phi[k] @ th + 0.2 * rng.standard_normal()
+        true[k] = th
+    return phi, y, u, true, Q
+
+
+def test_a_walk_is_the_textbook_kalman_filter():
+    phi, y, u, true, Q = peers_task()
+    twin, e, S, _ = kalman(phi, y[2:], Q, 0.04, np.zeros(4), 100 * np.eye(4))
+    options = dict(memory=dw.Walk(np.diag(Q)), variance=0.04, P0=np.full(4, 1e3))
+    for est, data in ((dw.Regression(4, **options), (y[2:], phi)), (dw.ARX(2, 2, **options), (y, u))):
+        state = est.start()
+        if est.model.na:  # the first two samples only fill the registers
+            for t in range(2):
+                state, _ = est.update(state, np.nan, u[t])
+            state["ys"], state["ydoubt"], data = 0.0, 0.0, (y[2:], u[2:])
+        state["D"], state["U"] = 100 + np.diag(Q), 0.0  # the state carries P of the next sample
+        trace = est.scan(*data, state=state)
+        assert np.max(np.abs(trace.parameters - twin)) < 1e-9
+        np.testing.assert_allclose(trace.innovation, e, atol=1e-9)
+        np.testing.assert_allclose(trace.variance, S, rtol=1e-9)
+    assert np.sqrt(np.mean((twin - true)[1000:] ** 2)) < 0.1
+
+
+def test_a_matched_walk_is_absolute():
+    """q = jump^2/every, divided by the current sigma^2 where that is learnt."""
+    phi, y = excite(4)
+    matched = dw.Regression(3, memory=dw.Walk(matched=([0.1, 0.2, 0.0], 50)), variance=0.25, P0=4.0)
+    plain = dw.Regression(3, memory=dw.Walk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
+    np.testing.assert_allclose(matched.scan(y, phi).parameters, plain.scan(y, phi).parameters, rtol=1e-12)
+    learnt = dw.Regression(3, memory=dw.Walk(matched=(0.1, 50)))
+    calm = dw.Regression(3)
+    state = calm.scan(y, phi).state
+    one, two = (e.update(state, y[0], phi[0])[0] for e in (learnt, calm))
+    gained = calm.sigma2(state) * np.diag(learnt.covariance(one) - calm.covariance(two))
+    np.testing.assert_allclose(gained, 0.0002, rtol=1e-9)
+
+
+# --- a window --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("T", [1, 2, 7, 50])
+@pytest.mark.parametrize("missing", [0.0, 0.2])
+def test_a_window_is_batch_least_squares_of_its_rows(T, missing):
+    phi, y = excite(5, 160)
+    y[np.random.default_rng(0).random(160) < missing] = np.nan
+    P0, theta0 = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 2.0], [0.0, 2.0, 1.0]]), np.array([1.0, 0.0, -1.0])
+    est = dw.Regression(3, memory=dw.Window(T), variance=0.25, P0=P0, theta0=theta0)
+    trace = est.scan(y, phi, keep="covariance")
+    state = est.start()
+    for t in range(160):
+        state, _ = est.update(state, y[t], phi[t])
+        last = np.flatnonzero(np.isfinite(y[: t + 1]))[-T:]
+        theta, P, _ = ridge(phi[last] / 0.5, y[last] / 0.5, theta0, P0)
+        assert np.max(np.abs(trace.parameters[t] - theta)) < 1e-10
+        assert np.max(np.abs(est.covariance(state) - P)) < 1e-10
+    assert trace.outs[-1, 4] == T
+
+
+def test_a_window_learns_the_noise_from_its_rows():
+    phi, y = excite(6)
+    y[100:] = phi[100:] @ [1.0, 2.0, 3.0] + 1e-6 * (y - phi @ [1.0, 2.0, 3.0])[100:]
+    est = dw.Regression(3, memory=dw.Window(20), P0=1e4)
+    state = est.scan(y, phi).state
+    theta, _, chi2 = ridge(phi[-20:], y[-20:], np.zeros(3), 1e4 * np.eye(3))
+    np.testing.assert_allclose(state["theta"], theta, rtol=1e-9)
+    np.testing.assert_allclose(est.sigma2(state), chi2 / 18, rtol=1e-6)  # 20 rows, reference prior 1 - 3
+    assert state["count"] == 18
+
+
+def test_a_window_forgets_completely():
+    """After T samples nothing is left of what was before, however large it was."""
+    phi, y = excite(7)
+    wild, far = y.copy(), phi.copy()
+    wild[:100], far[:100] = 1e8 * wild[:100] + 1e9, 1e6 * far[:100]
+    est = dw.Regression(3, memory=dw.Window(30))
+    one, two = est.scan(y, phi), est.scan(wild, far)
+    assert np.max(np.abs(one.parameters - two.parameters)[130:]) < 1e-12
+
+
+# --- alarms ----------------------------------------------------------------------------------------------------
+
+
+def until(restart, about=-1.0, n=49):
+    return dw.UntilJump(At(n, about), restart, settle=0)
+
+
+def test_an_alarm_frees_all_or_the_one_that_is_named():
+    phi, y = excite(8)
+    calm = dw.Regression(3, variance=0.25, P0=4.0).scan(y[:50], phi[:50]).state
+    for restart, about, gained in (
+        (dw.Inflate(0.5), 1.0, [0.25, 0.25, 0.25]),
+        (dw.Inflate([0.5, 0.2, 0.0]), -1.0, [0.25, 0.04, 0.0]),
+        (dw.Inflate(0.5, only_named=True), 1.0, [0.0, 0.25, 0.0]),
+        (dw.Inflate(0.5, only_named=True), -1.0, [0.25, 0.25, 0.25]),
+        (dw.Inflate(100.0), -1.0, 4.0 - np.diag(dw.Regression(3, variance=0.25, P0=4.0).covariance(calm))),
+    ):
+        est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(restart, about))
+        trace = est.scan(y[:50], phi[:50])
+        assert trace.status[-1] == dw.Status.JUMP and np.array_equal(trace.outs[-1, 6:8], [1.0, about])
+        np.testing.assert_allclose(np.diag(est.covariance(trace.state) - est.covariance(calm)), gained, atol=1e-12)
+
+
+def test_a_reset_scales_the_covariance_and_stays_below_the_prior():
+    phi, y = excite(9)
+    calm = dw.Regression(3, variance=0.25, P0=4.0).scan(y[:50], phi[:50]).state
+    est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(dw.GainReset(6)))
+    state = est.scan(y[:50], phi[:50]).state
+    assert state["weight"] == 5
+    np.testing.assert_allclose(est.covariance(state), 10 * est.covariance(calm), rtol=1e-12)
+    tight = dw.Regression(3, variance=0.25, P0=0.01, memory=until(dw.GainReset(1.001)))
+    assert np.all(np.diag(tight.covariance(tight.scan(y[:50], phi[:50]).state)) <= 0.01 * (1 + 1e-12))
+
+
+# --- nothing to do, nothing changes ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "idle",
+    [
+        dw.Weighted(1.0),
+        dw.LimitedGain(1e9),
+        dw.Walk(0.0),
+        dw.VariableForgetting(least=1.0),
+        dw.DirectionalForgetting(1.0),
+        until(dw.GainReset(2), n=1e9),
+        until(dw.Inflate(1.0), n=1e9),
+    ],
+    ids=str,
+)
+def test_a_memory_with_nothing_to_do_changes_nothing(idle):
+    y, u = record()
+    plain, other = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=idle).scan(y, u)
+    columns = [0, 1, 2, 3, 4, *range(8, 16)]  # all but what the detector says
+    assert same(plain.outs[:, columns], other.outs[:, columns])
+
+
+def test_a_window_longer_than_the_record_is_no_window():
+    y, u = record()
+    one, two = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=dw.Window(1000)).scan(y, u)
+    np.testing.assert_allclose(one.outs, two.outs, rtol=1e-8, atol=1e-12)
+
+
+def test_runs_that_never_end_are_no_runs():
+    y, u = record()
+    one = dw.ARX(2, 2, variance=0.09).scan(y, u)
+    two = dw.ARX(2, 2, variance=0.09, memory=dw.RunLengths(0.1, 1e15)).scan(y, u)
+    np.testing.assert_allclose(one.outs[:, 8:], two.outs[:, 8:], rtol=1e-8)
+
+
+# --- run lengths -----------------------------------------------------------------------------------------------
+
+
+def mixture(phi, y, R, P0, q, rate, M):
+    """The run-length mixture with dense covariances: estimates and covariances after each sample."""
+    N = phi.shape[1]
+    m, P, w, means, covariances = [np.zeros(N)], [P0], np.array([1.0]), [], []
+    for t, (row, value) in enumerate(zip(phi, y)):
+        if t:
+            mean = sum(a * b for a, b in zip(w, m))
+            spread = sum(a * (C + np.outer(b - mean, b - mean)) for a, b, C in zip(w, m, P))
+            if len(w) == M:
+                out = int(np.argmin(w))
+                del m[out], P[out]
+                w = np.delete(w, out)
+            w = np.append(w * (1 - rate), rate)
+            m.append(mean), P.append(spread + np.diag(q))
+        log = np.log(w)
+        for i in range(len(w)):
+            S, e = row @ P[i] @ row + R, value - row @ m[i]
+            K = P[i] @ row / S
+            log[i] -= e * e / (2 * S) + np.log(S) / 2
+            m[i], P[i] = m[i] + K * e, P[i] - np.outer(K, K) * S
+        w = np.exp(log - log.max())
+        w /= w.sum()
+        means.append(sum(a * b for a, b in zip(w, m)))
+        covariances.append(sum(a * (C + np.outer(b - means[-1], b - means[-1])) for a, b, C in zip(w, m, P)))
+    return np.array(means), np.array(covariances)
+
+
+def test_the_mixture_equals_dense_filters():
+    phi, y = excite(10, 150)
+    y[80:] += phi[80:] @ [2.0, -1.0, 0.0]
+    est = dw.Regression(3, memory=dw.RunLengths([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
+    trace = est.scan(y, phi, keep="covariance")
+    means, covariances = mixture(phi, y, 0.25, 1e3 * np.eye(3), np.array([1.0, 0.25, 0.04]), 1 / 40, 6)
+    np.testing.assert_allclose(trace.parameters, means, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(trace.parameters_std**2, covariances[:, range(3), range(3)], rtol=1e-8)
+    assert np.max(np.abs(means[-1] - [3.0, 1.0, 3.0])) < 0.2
+
+
+def test_a_gap_gives_jumps_time():
+    """Without data the spread grows by what one jump adds, and the mean waits."""
+    phi, y = excite(11, 100)
+    est = dw.Regression(3, memory=dw.RunLengths(1.0, 50), variance=0.25, P0=1e3)
+    state = est.scan(y, phi).state
+    before = est.covariance(state)
+    for n in (10, 1000):
+        gap = est.scan(np.full(n, np.nan), np.zeros((n, 3)), state=state).state
+        grown = np.diag(est.covariance(gap) - before)
+        chance = (1 - 1 / 50) * (1 - (1 - 1 / 50) ** n)  # one chance has gone into the state already
+        np.testing.assert_allclose(grown, chance, rtol=1e-9)
+        assert np.array_equal(gap["theta"], state["theta"])
+
+
+def jumps(d, seed, samples=50_000, every=500):
+    """A constant in unit noise that jumps by +d or -d; the constant and the output."""
+    rng = np.random.default_rng(seed)
+    moved = np.where(rng.random(samples) < 1 / every, d * rng.choice([-1.0, 1.0], samples), 0.0)
+    theta = np.cumsum(moved)
+    return theta, theta + rng.standard_normal(samples)
+
+
+# mean square error, 16 series: mixture of 60, matched walk, two-sided cumulative sum (one false alarm in 5000
+# samples) with the gain back to 1/(1 + 1/d^2)
+PUBLISHED = {0.5: (0.0201, 0.0226, 0.0265), 1.0: (0.0280, 0.0442, 0.0377), 2.0: (0.0337, 0.0857, 0.0471)}
+
+
+@pytest.mark.parametrize("d, expected", PUBLISHED.items(), ids=str)
+def test_when_does_starting_anew_pay(d, expected):
+    """Mean square errors within 5 % of a reference computed by other code on other seeds."""
+    detector = dw.Hinkley(false_alarms="1 per 5000", jump=d)
+    memories = (
+        dw.RunLengths(d, 500, 60),
+        dw.Walk(matched=(d, 500)),
+        dw.UntilJump(detector, dw.GainReset(1 + 1 / d**2), settle=0),
+    )
+    for memory, published in zip(memories, expected):
+        est, found = dw.Regression(1, memory=memory, variance=1.0, P0=1e3), []
+        for seed in range(16):
+            theta, y = jumps(d, seed)
+            trace = est.scan(y, np.ones((len(y), 1)), keep="means")
+            found.append(np.mean((trace.parameters[1000:, 0] - theta[1000:]) ** 2))
+        assert abs(np.mean(found) / published - 1) < 0.05, (memory, np.mean(found))
+
+
+# --- words -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "memory, words",
+    [
+        (dw.LimitedGain(1.0), "samples must exceed 1"),
+        (dw.Weighted(1.2), "at most 1"),
+        (dw.DirectionalForgetting(0.0), "positive"),
+        (dw.VariableForgetting(1.0), "samples must exceed 1"),
+        (dw.VariableForgetting(least=1.5), "least is the smallest lambda"),
+        (dw.Window(4), "needs 5 samples"),
+        (dw.Window(0), "whole number"),
+        (dw.Walk(-1.0), "must not be negative"),
+        (dw.Walk(1e-3, matched=(1.0, 100)), "either q or matched"),
+        (dw.Walk(matched=(0.0, 100)), "jump is the size"),
+        (dw.RunLengths(0.0, 100), "jump is the size"),
+        (dw.RunLengths(1.0, 1.0), "every must exceed 1"),
+        (dw.RunLengths(1.0, 100, 1), "hypotheses must be a whole number of at least 2"),
+        (dw.UntilJump(3.0), "detector must be"),
+        (dw.UntilJump(At(3), restart=3.0), r"Inflate\(step\) or GainReset"),
+        (dw.UntilJump(At(3), dw.GainReset(1.0)), "samples must exceed 1"),
+        (0.99, "memory must be"),
+    ],
+)
+def test_bad_settings_are_told(memory, words):
+    with pytest.raises(dw.InputError, match=words):
+        dw.ARX(2, 2, memory=memory)
+
+
+def test_the_joint_filter_says_what_it_cannot():
+    for restart in (dw.GainReset(5), dw.Inflate(1.0, only_named=True)):
+        with pytest.raises(dw.InputError, match="for all parameters at once"):
+            dw.Joint(2, 1, memory=dw.UntilJump(restart=restart))
+    y, u = record()
+    options = dict(noise=dw.EquationError(0.09), P0=1e3)
+    plain = dw.Joint(2, 1, memory=dw.Walk([0.0002, 0.0002, 0.0008, 0.0008]), **options)
+    matched = dw.Joint(2, 1, memory=dw.Walk(matched=([0.1, 0.1, 0.2, 0.2], 50)), **options)
+    np.testing.assert_allclose(plain.scan(y, u).parameters, matched.scan(y, u).parameters, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", MEMORIES)
+def test_memories_pass_the_public_check(name):
+    dw.check_policy(MEMORIES[name])
