@@ -207,7 +207,7 @@ REFUSED = {
     "s0 must be": lambda: dw.JointMIMO((2, 1), s0=np.zeros(3)),
     "memory must be": lambda: dw.JointMIMO((2, 1), memory=0.98),
     "gate must be": lambda: dw.JointMIMO((2, 1), gate=3.0),
-    "one column per structure index": lambda: dw.JointMIMO((2, 1)).scan(np.zeros((5, 3))),
+    "one column per output": lambda: dw.JointMIMO((2, 1)).scan(np.zeros((5, 3))),
     "shape \\(T, 2\\)": lambda: dw.JointMIMO((2, 1)).scan(np.zeros(5)),
     "u was not given": lambda: dw.JointMIMO((2, 1), 1).scan(np.zeros((5, 2))),
     "must be simultaneous": lambda: dw.JointMIMO((2, 1), 1).scan(np.zeros((5, 2)), np.zeros(4)),

@@ -11,6 +11,8 @@ _HOME = {
     "ContinuousModel": "models.continuous",
     "simulate_continuous": "models.continuous",
     "JointMIMO": "estimators.mimo",
+    "ARXMIMO": "estimators.several",
+    "AdaptiveObserver": "estimators.observer",
     "AR": "estimators.recursive",
     "ARX": "estimators.recursive",
     "Regression": "estimators.recursive",

@@ -14,7 +14,10 @@ class LeastSquares(NamedTuple):
 
 @choice
 def correct_by(method, memory, state, e, R, s2, work):
-    """Take the innovation e of the row ``work.psi`` into the state; return the variance T it was expected to have."""
+    """Take the innovation e of the row ``work.psi`` into the state; return the variance T it was expected to have.
+
+    Minus T says that the sample could not be used.
+    """
 
 
 @correct_by.on(LeastSquares)

@@ -20,14 +20,15 @@ from ..models.scale import KnownScale, UnknownScale, sigma2
 from ..models.structure import Structure, indices
 from . import door, mimo_door
 from .joint import WIDTH
+from .mimo_reading import ReadingMIMO
 from .mimo_row import INPUT, OUTPUT, scratch_size
 from .mimo_step import share
 from .mimo_tables import prior_factors, tables
 from .policies import resolve_gate, resolve_memory, resolve_watch
-from .reading import Rows, Step, directions
+from .reading import directions
 
 
-class JointMIMO(Rows):
+class JointMIMO(ReadingMIMO):
     """Posterior of state and parameters of a system with several outputs, sample by sample.
 
     The canonical form of structure indices nu_1..nu_p (each output has a state of its own, and equations that
@@ -120,8 +121,8 @@ class JointMIMO(Rows):
         self.options["structure"] = nu = indices(structure, inputs)
         self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
         self.dt = door.positive("dt", dt)
-        self.y_scale = _sizes("y_scale", y_scale, form.outputs)
-        self.u_scale = _sizes("u_scale", u_scale, inputs)
+        self.y_scale = mimo_door.sizes("y_scale", y_scale, form.outputs)
+        self.u_scale = mimo_door.sizes("u_scale", u_scale, inputs)
         self._units = form.units(self.y_scale, self.u_scale)
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
@@ -140,11 +141,10 @@ class JointMIMO(Rows):
         kernel_noise = noise_many.factor(Q, S, R, form, self.groups)
         # the reference prior of a learnt scale spends one half on each unknown first
         spent = self._sizes if relative and scale is None else [0] * len(self.groups)
+        self.spent = np.array(spent, float)
         longest = max(self.unknowns)
         detector, settle = resolve_watch(memory, longest)
-        shape = tables(
-            form, self.groups, kernel_noise, float(floor), np.array(spent, float), self.prior_covariance, settle
-        )
+        shape = tables(form, self.groups, kernel_noise, float(floor), self.spent, self.prior_covariance, settle)
         n, N, m = form.n, form.N, form.N - form.n
         memory = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
         if type(memory) not in share.table:
@@ -171,6 +171,10 @@ class JointMIMO(Rows):
     def _owner(self) -> np.ndarray:
         """Whose equation each unknown belongs to, (N,)."""
         return np.concatenate([np.repeat(np.arange(self.model.outputs), self.model.nu), self.model.targets])
+
+    def _theta_units(self) -> np.ndarray:
+        """Return the squared units of theta."""
+        return self._units[self.model.n :]
 
     def _set_prior(self, s0, P0):
         N, back = self.model.N, self.model.salut
@@ -201,47 +205,6 @@ class JointMIMO(Rows):
         scales = dict(y_scale=[power_of_two(c) for c in y.T], u_scale=[power_of_two(c) for c in u.T] or 1.0)
         return JointMIMO(**{**self.options, **scales})
 
-    # --- running -------------------------------------------------------------------------------------------
-
-    def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
-        """Return the next state and what this sample showed, (p,) each; NaN means missing.
-
-        Parameters
-        ----------
-        state : from `start`, `update`, or a trace
-        y : (p,) the outputs
-        u : the input, or a sequence of k inputs
-        """
-        rows, p = self._rows(state), self.model.outputs
-        ys, us = mimo_door.sample(y, u, p, self.model.inputs)
-        outs = np.empty((1, 1, 4 * p))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = outs.reshape(4, p)
-        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, status.astype(int))
-
-    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
-        """Run over a record and return its trace; ``trace.state`` continues where it ended.
-
-        Parameters
-        ----------
-        y : (T, p) outputs; NaN where missing
-        u : (T,) or (T, k) inputs; NaN where missing
-        state : state to start from; a fresh one if omitted
-        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
-        time : (T,) instants in seconds; multiples of dt if omitted
-        """
-        from ..workflow.mimo_trace import TraceMIMO
-        from ..workflow.trace import width
-
-        p = self.model.outputs
-        y, u = mimo_door.record(y, u, p, self.model.inputs)
-        start = self.start() if state is None else state
-        rows = self._rows(start)
-        outs = np.empty((1, len(y), width(keep, self.model.N) + 4 * (p - 1)))
-        self.drive(rows, y[None], u[None], outs, self.spec, self.scratch())
-        before = np.array(np.asarray(start)["observed"])
-        return TraceMIMO(self, y, u, outs[0], keep, rows.view(self.dtype).reshape(()), before, time)
-
     def smooth(self, *args, **options):
         """Refuse: there is no smoother of several outputs.
 
@@ -252,28 +215,6 @@ class JointMIMO(Rows):
             "JointMIMO has no smoother. On a complete record smooth one output after the other: Joint(nu_i, "
             "inputs=p - 1 + k).smooth(y[:, i], u_i), the columns of u_i being the other outputs, then u"
         )
-
-    def tick(self, states, y, u=None):
-        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
-
-        Parameters
-        ----------
-        states : (S,) states
-        y : (S, p) or (S, T, p) outputs
-        u : (S,), (S, k) or (S, T, k) inputs
-
-        Returns
-        -------
-        states : (S,) new states
-        steps : Step of arrays shaped like y
-        """
-        rows, p = self._rows(states, is_one=False), self.model.outputs
-        ys, us, shape = mimo_door.fleet(y, u, len(rows), p, self.model.inputs)
-        outs = np.empty((*ys.shape[:2], 4 * p))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = (outs[..., p * i : p * i + p].reshape(shape) for i in range(4))
-        step = Step(prediction, innovation, variance, status.astype(int))
-        return rows.view(self.dtype).reshape(np.shape(states)), step
 
     # --- reading a state -----------------------------------------------------------------------------------
 
@@ -304,7 +245,7 @@ class JointMIMO(Rows):
 
     def _counts(self, state):
         """Return (count, chi2, logdet, spent) of each group."""
-        observed, spent = np.asarray(state["observed"]), self.policies[0].spent
+        observed, spent = np.asarray(state["observed"]), self.spent
         for g, group in enumerate(self.groups):
             yield float(observed[group].sum()), float(state["chi2"][g]), float(state["logdet"][g]), float(spent[g])
 
@@ -321,6 +262,12 @@ class JointMIMO(Rows):
         alpha = [self.scale.alpha + (count - spent) / 2 for count, _, _, spent in self._counts(state)]
         beta = [self.scale.beta + chi2 / 2 for _, chi2, _, _ in self._counts(state)]
         return np.repeat(alpha, lengths), np.repeat(beta, lengths)
+
+    def noise_covariance(self, state) -> np.ndarray:
+        """Return the covariance of w_n that the filters assume, times their scales, (p, p)."""
+        noise, std = self.policies[1], np.sqrt(self.sigma2(state))
+        W = noise.W.reshape(len(std), -1)
+        return (W * noise.R) @ W.T * std * std[:, None]
 
     def loglik(self, state) -> float:
         """Return log p(y_1..y_t), parameters (and scales) integrated out: the evidence, ready to compare.
@@ -350,11 +297,3 @@ class JointMIMO(Rows):
         """
         n = self.model.n
         return directions(self._kernel_covariance(state)[n:, n:], np.diag(self.prior_covariance)[n:])
-
-
-def _sizes(name, value, size) -> np.ndarray:
-    """Return ``size`` positive numbers."""
-    value = door.each(name, value, size)
-    if np.any(value <= 0):
-        raise InputError(f"{name} must be positive, got {value!r}")
-    return value

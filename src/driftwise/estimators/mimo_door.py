@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..errors import InputError
-from .door import _numbers, simultaneous
+from .door import _numbers, each, simultaneous
 
 
 def record(y, u, outputs: int, inputs: int):
@@ -17,8 +17,8 @@ def record(y, u, outputs: int, inputs: int):
         y = y[:, None]
     if y.ndim != 2 or y.shape[1] != outputs:
         raise InputError(
-            f"y must have shape (T, {outputs}), one column per structure index, got {y.shape}; time comes first. "
-            "Is it transposed, or the structure another one?"
+            f"y must have shape (T, {outputs}), one column per output, got {y.shape}; time comes first. "
+            "Is it transposed, or are these other outputs?"
         )
     return np.ascontiguousarray(y), simultaneous(u, len(y), inputs)
 
@@ -52,3 +52,11 @@ def fleet(y, u, series: int, outputs: int, inputs: int):
         raise InputError(f"u must be {(*lead, inputs)}, like y with the inputs last, got shape {us.shape}")
     length = 1 if y.ndim == 2 else y.shape[1]
     return y.reshape(series, length, outputs), us.reshape(series, length, inputs), y.shape
+
+
+def sizes(name, value, size) -> np.ndarray:
+    """Return ``size`` positive numbers."""
+    value = each(name, value, size)
+    if np.any(value <= 0):
+        raise InputError(f"{name} must be positive, got {value!r}")
+    return value

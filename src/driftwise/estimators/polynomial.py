@@ -12,11 +12,15 @@ from ..models.family import Family
 from ..models.polynomial import PolynomialModel
 from ..models.stability import is_inside
 from . import door
+from .methods import LeastSquares
 from .polynomials import RADIUS, Polynomials, sizes
 from .recursive import ARX
 
 METHODS = ("rpem", "plr")
-COMMON = {k: p.default for k, p in inspect.signature(ARX).parameters.items() if p.kind is p.KEYWORD_ONLY}
+OWN = ("method", "instruments", "step")  # options of ARX that mean something else here, or nothing
+COMMON = {
+    k: p.default for k, p in inspect.signature(ARX).parameters.items() if p.kind is p.KEYWORD_ONLY and k not in OWN
+}
 
 
 class _Member(ARX):
@@ -46,6 +50,9 @@ class _Member(ARX):
             start=2.0 * form.N if self.options["P0"] is None else math.inf, cap=(),
         )  # fmt: skip
         self._prepare(kernel_form, own)
+
+    def _method(self, R) -> LeastSquares:
+        return LeastSquares(R)
 
     def _set_prior(self, theta0, P0):
         super()._set_prior(theta0, P0)

@@ -18,12 +18,15 @@ from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import recursive_step as _step  # noqa: F401  (registers the step)
 from .adaptation import Setting, adaptation
+from .gradient import LagsAlone, gradient
+from .instruments import InstrumentalLags, Instruments, instruments
 from .joint import WIDTH
 from .methods import LeastSquares
 from .policies import resolve_gate
 from .reading import Reading
 from .recursive_row import COLUMNS, HOLD, PREDICT, SKIP, Lags, fields
 
+METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone, "lms": LagsAlone}
 MISSING = {"predict": PREDICT, "hold": HOLD, "skip": SKIP}
 
 
@@ -189,6 +192,13 @@ class ARX(Recursive):
     missing : "predict", "hold" or "skip"
         What stands for a missing number among the regressors: its prediction (whose variance counts), the last value
         (taken for true), or nothing: such samples teach nothing.
+    method : "ls", "iv", "nlms" or "lms"
+        Least squares; instrumental variables, consistent whatever colours e; or a stochastic gradient, of cost O(N).
+    instruments : "model" or "delayed"
+        With "iv", what stands for past outputs: those of an auxiliary model, simulated with the estimate, or values of
+        the first input further back. Least squares runs for the first 2 N measured samples.
+    step : float
+        With "nlms" and "lms", the gain: stable for 0 < step < 2, slower and less restless the smaller it is.
     theta0, P0 : (N,), and scalar, (N,) or (N, N), optional
         Prior mean and covariance, the latter relative to the variance where that is learnt.
     y_scale, u_scale : float, (k,)
@@ -198,7 +208,17 @@ class ARX(Recursive):
 
     Notes
     -----
-    Bad at: noise on the measurement itself (the estimate is biased: `OE`), coloured e (biased too: `ARMAX`).
+    Bad at: noise on the measurement itself, and coloured e: least squares is biased there (`OE`, `ARMAX`, or "iv").
+
+    Instrumental variables need an input that excites all of the model and no feedback; bars are those of white e,
+    sigma^2 P (sum zeta zeta') P', exact only there. A sample whose instruments do not fit its regressors is skipped
+    (``SKIPPED``). Soderstrom and Stoica (1983); Young (1984).
+
+    A gradient has no covariance: its deviations are infinite, in the trace and in the model; bands of the prediction
+    are those of the past errors, which fade with the memory. Normalised ("nlms", Nagumo and Noda 1967), the gain is
+    step M phi/(1e-3 y_scale^2 + phi' M phi), M the squared units of theta; plain ("lms", Widrow and Hoff 1960),
+    step M phi/y_scale^2, but never beyond M phi/(phi' M phi), so that it cannot run away. Slow where regressors are
+    alike.
 
     Examples
     --------
@@ -221,6 +241,9 @@ class ARX(Recursive):
         variance: float | None = None,
         scale: UnknownScale | None = None,
         missing: str = "predict",
+        method: str = "ls",
+        instruments: str = "model",
+        step: float = 0.5,
         theta0=None,
         P0=None,
         y_scale: float = 1.0,
@@ -229,7 +252,8 @@ class ARX(Recursive):
     ):
         self.options: dict[str, Any] = dict(
             na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset, variance=variance, scale=scale,
-            missing=missing, theta0=theta0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt,
+            missing=missing, method=method, instruments=instruments, step=step, theta0=theta0, P0=P0, y_scale=y_scale,
+            u_scale=u_scale, dt=dt,
         )  # fmt: skip
         self._build(na, nb, nk, offset)
 
@@ -242,12 +266,55 @@ class ARX(Recursive):
         self.model = form = Equation(door.count("na", na), nb, nk, bool(offset), tuple(labels))
         if not form.N:
             raise InputError("the model has no parameter: give na, nb or an offset")
+        kind, N, deep = self.options["method"], form.N, form.deep
+        if kind not in METHODS:
+            raise InputError(f"method must be one of {', '.join(METHODS)}, got {kind!r}")
+        registers = own = 0
+        if kind == "iv":
+            registers, own = N * N + 1 + form.na, 3 * N
+            first = instruments(self.options["instruments"], form, self.options["memory"])
+            deep = max(deep, first + form.na)
         self._prepare(
-            Lags(
-                N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=0.0, cells=0.0, marks=0.0,
+            METHODS[kind](
+                N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
                 missing=0.0, settle=0.0, offset=float(form.has_offset), nb=np.array(nb, float), nk=np.array(nk, float),
-            )
+            ), own
         )  # fmt: skip
+        if self._is_bare:
+            if self.options["P0"] is not None:
+                raise InputError(f"method={kind!r} has no covariance, so P0 says nothing: give theta0, or step")
+            self._D0, self._U0, self.prior_covariance = np.zeros(0), np.zeros(0), self._unknown()
+
+    def _method(self, R) -> Any:
+        kind, memory, form = self.options["method"], self.options["memory"], self.model
+        if kind == "iv":
+            first, prior = instruments(self.options["instruments"], form, memory), np.diag(self.prior_covariance).copy()
+            return Instruments(R, first, self.y_scale / self.u_scale[0], 2 * form.N, prior)
+        if kind != "ls":
+            return gradient(kind, self.options["step"], memory, self._theta_units(), self.y_scale, R)
+        return super()._method(R)
+
+    @property
+    def _is_bare(self) -> bool:
+        """Whether there is no covariance."""
+        return getattr(self.policies[0], "is_bare", False)
+
+    def _unknown(self) -> np.ndarray:
+        return np.diag(np.full(self.model.N, np.inf))
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        if self.options["method"] == "iv":
+            state["registers"][..., : self.model.N**2] = self.prior_covariance.ravel()
+        return state
+
+    def _covariance(self, state) -> np.ndarray:
+        return self._unknown() if self._is_bare else super()._covariance(state)
+
+    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+        """Return (ratio, direction) pairs as every estimator does; none for a gradient, which cannot tell."""
+        return [] if self._is_bare else super().excitation(state)
 
 
 class AR(ARX):

@@ -68,9 +68,10 @@ class Work(NamedTuple):
 def fields(form) -> list[tuple]:
     """Return the fields of a row as NumPy's dtype wants them; the order is that of `Row`."""
     N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
+    M = 0 if getattr(form, "is_bare", False) else N  # no covariance
     return [
         *((name, "f8") for name in HEAD),
-        ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,)),
+        ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (M,)), ("U", "f8", (M * (M - 1) // 2,)),
         ("ys", "f8", (na,)), ("ydoubt", "f8", (na,)),
         *((name, "f8", (k,)) for name in INPUT),
         ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),

@@ -71,9 +71,10 @@ def uncertain(doubt, state, i, s2):
     return doubt * (state.theta[i] * state.theta[i] + s2 * variance(state.U, state.D, i))
 
 
-@regress.on(Lags)
-def _(form, state, work, s2):
-    psi, added, at = work.psi, 0.0, state.ys.size
+@kernel
+def fill_lags(form, state, psi, s2):
+    """Fill psi with past outputs and inputs; return the prediction and what predicted ones add to its variance."""
+    added, at = 0.0, state.ys.size
     for i in range(at):
         psi[i] = -state.ys[i]
         added += uncertain(state.ydoubt[i], state, i, s2)
@@ -91,6 +92,11 @@ def _(form, state, work, s2):
     return yhat, added
 
 
+@regress.on(Lags)
+def _(form, state, work, s2):
+    return fill_lags(form, state, work.psi, s2)
+
+
 @renew.on(Lags)
 def _(form, state, work, y, doubt):
     push(state.ys, y)
@@ -100,12 +106,15 @@ def _(form, state, work, y, doubt):
 
 @kernel
 def write(out, t, state, work, s2):
-    """Write theta, and its spread or covariance, behind the columns of the trace."""
-    N, C = state.D.size, out.shape[1]
+    """Write theta, and its spread or covariance, behind the columns of the trace; no D: nobody knows (infinite)."""
+    N, C = state.theta.size, out.shape[1]
     if C >= COLUMNS + N:
         for i in range(N):
             out[t, COLUMNS + i] = state.theta[i]
-    if C == COLUMNS + 2 * N:
+    if state.D.size < N:
+        for at in range(COLUMNS + N, C):
+            out[t, at] = np.inf
+    elif C == COLUMNS + 2 * N:
         variances(state.U, state.D, work.c)
         for i in range(N):
             out[t, COLUMNS + N + i] = math.sqrt(s2 * work.c[i])
@@ -167,7 +176,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
             head[LOGDET] += math.log(T)
             head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
         else:
-            status |= EXACT
+            status |= EXACT if T == 0.0 else SKIPPED
+            T = -T
     doubt = 0.0
     if status & (MISSING_OUTPUT | REJECTED):
         z = yhat

@@ -81,16 +81,19 @@ def flatten(policies) -> np.ndarray:
 
 
 @functools.cache
-def _reader(kind: type) -> Callable:
-    """Write the function that reads one policy back from a row (vectors are views, nothing is copied)."""
-    lines = ["def read(kind, spec, at):"]
+def _reader(kind: type, given: str = "kind") -> Callable:
+    """Write the function that reads one policy back from a row (vectors are views, nothing is copied).
+
+    It is given the type itself as ``kind``, or a policy of the type as ``like``.
+    """
+    lines = [f"def read({given}, spec, at):"]
     for name, annotation in get_type_hints(kind, include_extras=True).items():
         if annotation is Vector:
             lines += ["    size = int(spec[at])", f"    {name} = spec[at + 1 : at + 1 + size]", "    at += 1 + size"]
         else:
             lines += [f"    {name} = spec[at]", "    at += 1"]
     lines.append(f"    return kind({', '.join(kind._fields)}), at")  # type: ignore[attr-defined]
-    scope: dict[str, Any] = {}
+    scope: dict[str, Any] = {"kind": kind}
     exec("\n".join(lines), scope)
     return scope["read"]
 
@@ -98,6 +101,12 @@ def _reader(kind: type) -> Callable:
 def read(kind, spec, at):
     """Return the policy of type ``kind`` that starts at ``spec[at]``, and where the next one starts."""
     return _reader(kind)(kind, spec, at)
+
+
+def read_like(like, spec, at):
+    """Return the policy of the type of ``like`` that starts at ``spec[at]``, and where the next one starts."""
+    kind: Any = type(like)
+    return _reader(kind, "like")(like, spec, at)
 
 
 # --- the functions an estimator's form provides ------------------------------------------------------------
@@ -288,6 +297,9 @@ def _bind() -> None:
             _bound.add(function)
     if read not in _bound:
         overload(read, jit_options=OPTIONS, strict=False)(lambda kind, spec, at: _reader(kind.instance_class))
+        overload(read_like, jit_options=OPTIONS, strict=False)(
+            lambda like, spec, at: _reader(like.instance_class, "like")
+        )
         _bound.add(read)
 
 

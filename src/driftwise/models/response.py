@@ -29,6 +29,8 @@ def ratio(num, den):
 
 def denominator_std(form: Canonical, covariance, z):
     """Return the root mean square radius of uncertainty of the denominator at the points z, (F,)."""
+    if not np.isfinite(covariance).all():
+        return np.full(len(z), np.inf)
     lags = z[:, None] ** -np.arange(1.0, form.n + 1)
     P = covariance[: form.n, : form.n]
     return np.sqrt(np.einsum("fi,ij,fj->f", lags, P, lags.conj()).real.clip(0))
@@ -42,6 +44,8 @@ def response(form: Canonical, theta, covariance, draws, z):
     n, k, m = form.n, form.inputs, len(theta)
     num, den, lags = _parts(form, theta, z)
     G = ratio(num, den)
+    if not np.isfinite(covariance).all():
+        return G, np.broadcast_to(np.diag([np.inf, np.inf]), (k, len(z), 2, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         J = np.zeros((k, len(z), m), complex)
         for i in range(k):
@@ -69,6 +73,8 @@ def gain_interval(form: Canonical, theta, covariance, level):
     from scipy.special import ndtri
 
     n, k = form.n, form.inputs
+    if not np.isfinite(covariance).all():
+        return np.tile([-np.inf, np.inf], (k, 1))
     q2 = ndtri(0.5 + level / 2) ** 2
     num, den, _ = _parts(form, theta, np.ones(1))
     h = np.zeros((k + 1, len(theta)))  # rows: den, then every num

@@ -28,8 +28,8 @@ def simulate_mimo(
 
     Parameters
     ----------
-    structure : (p,)
-        Structure indices nu_1 .. nu_p.
+    structure : (p,), or a Structure
+        Structure indices nu_1 .. nu_p; a Structure (``form`` of a `ModelMIMO`) brings inputs and direct terms along.
     parameters : (m,) or (T, m)
         In the order of ``JointMIMO(structure, inputs, direct).names``; a row per sample lets them drift or jump.
     samples : int
@@ -70,8 +70,10 @@ def simulate_mimo(
      [1.  2. ]
      [0.5 0.2]]
     """
-    form = Structure(indices(structure, inputs), inputs, bool(direct) and inputs > 0)
-    T, n, p, k = int(samples), form.n, form.outputs, inputs
+    form = structure
+    if not isinstance(form, Structure):
+        form = Structure(indices(structure, inputs), inputs, bool(direct) and inputs > 0)
+    T, n, p, k = int(samples), form.n, form.outputs, form.inputs
     theta = np.asarray(parameters, float)
     if theta.shape not in ((form.N - n,), (T, form.N - n)):
         raise InputError(f"parameters must list the {form.N - n} numbers {form.names}; got shape {theta.shape}")

@@ -54,14 +54,16 @@ def _outputs(est):
 
 def _example_of_several(form, rng, samples, missing):
     """The same with several outputs: each with poles of its own, coupled weakly."""
+    if hasattr(form, "canonical"):
+        form, _ = form.canonical()
     theta = np.where(form.sources < form.outputs, 0.1, 1.0) * rng.standard_normal(form.N - form.n)
-    for i, nu in enumerate(form.nu):
+    for i in range(form.outputs):
         own = (form.targets == i) & (form.sources == i)
-        theta[own] = np.poly(rng.uniform(-0.8, 0.8, nu))[1:]
+        theta[own] = np.poly(rng.uniform(-0.8, 0.8, own.sum()))[1:]
     k = form.inputs
     u = rng.standard_normal((samples, k))
-    options = dict(inputs=k, direct=form.direct, u=u, missing=missing)
-    y, _ = simulate_mimo(form.nu, theta, samples=samples, noise_std=0.1, seed=int(rng.integers(2**31)), **options)
+    options = dict(u=u, missing=missing, noise_std=0.1)
+    y, _ = simulate_mimo(form, theta, samples=samples, seed=int(rng.integers(2**31)), **options)
     u = u.copy()
     u[rng.random((samples, k)) < missing / 4] = np.nan
     return y, u if k else None
@@ -135,6 +137,8 @@ def law_covariance_stays_a_covariance(est, y, u):
     trace = est.scan(y, u, keep="covariance")
     assert np.all(trace.state["D"] >= 0), "a factor went negative"
     P = est.covariance(trace.state)
+    if np.all(np.isinf(np.diag(P))):
+        return  # an estimator that claims nothing
     assert np.linalg.eigvalsh(P).min() >= -1e-12 * np.trace(P), "P lost positivity"
     assert np.all(trace.x_std >= 0) and np.all(trace.parameters_std >= 0)
 

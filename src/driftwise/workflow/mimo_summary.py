@@ -34,7 +34,7 @@ class OutputSummary(NamedTuple):
 
 
 class SummaryMIMO:
-    """Numbers of a run of `JointMIMO`; add one trace after the other, memory does not grow.
+    """Numbers of a run of `JointMIMO` or `ARXMIMO`; add one trace after the other, memory does not grow.
 
     What `Summary` says of one output, ``outputs`` says of each; the first ``settle`` samples of an output (by default
     two for each unknown of its equation) are left out there.
@@ -89,16 +89,9 @@ class SummaryMIMO:
         ]  # fmt: skip
 
     @property
-    def _model_noise(self) -> np.ndarray:
-        """Covariance of w_n that the filters assume, times their scales, (p, p)."""
-        noise, std = self.estimator.policies[1], np.sqrt(self.estimator.sigma2(self.state))
-        W = noise.W.reshape(len(std), -1)
-        return (W * noise.R) @ W.T * std * std[:, None]
-
-    @property
     def noise_std(self) -> np.ndarray:
         """Standard deviation of the noise w_n of each output, given or learnt, (p,)."""
-        return np.sqrt(np.diag(self._model_noise))
+        return np.sqrt(np.diag(self.estimator.noise_covariance(self.state)))
 
     # --- between outputs -----------------------------------------------------------------------------------
 
@@ -125,7 +118,7 @@ class SummaryMIMO:
         Learnt standard deviations and ``correlation``; of a coupled run that of its own noise.
         """
         if not self.estimator.is_split:
-            return self._model_noise
+            return self.estimator.noise_covariance(self.state)
         r = np.nan_to_num(self.correlation)
         np.fill_diagonal(r, 1.0)
         return r * self.noise_std * self.noise_std[:, None]
@@ -188,7 +181,7 @@ class SummaryMIMO:
             return []
         if self.estimator.is_split:
             found = [
-                f"the noises of y{i} and y{j} are linked (r = {r:.2f}): estimate them together with NoiseCovariance"
+                f"the noises of y{i} and y{j} are linked (r = {r:.2f}): {self.estimator.link_words}"
                 for i, j, r in self.linked
             ]
         else:

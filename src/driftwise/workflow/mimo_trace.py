@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..kernel.status import MEANING, Status
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
-from .trace import KEEP, UNUSED, Trace
+from .trace import KEEP, UNUSED, Trace, jump_words
 
 
 class TraceMIMO(Trace):
-    """Columns of one run of `JointMIMO`, time first: those of `Trace`, with one column per output.
+    """Columns of one run of `JointMIMO` or `ARXMIMO`, time first: those of `Trace`, with one column per output.
 
     ``prediction``, ``innovation``, ``variance``, ``dof`` and ``status`` are (T, p). Those of y_i(t) are given the
     samples before t *and* y_1(t) .. y_{i-1}(t) where these tell about it (an output acting at once, or
@@ -26,7 +27,7 @@ class TraceMIMO(Trace):
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u = y.copy(), u.copy()
         self.outs, self.observed_before = outs, np.asarray(observed_before, float)
-        self.dt = estimator.dt
+        self.dt, self.begun = estimator.dt, None
         if time is None:
             time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
         self.time = np.asarray(time, float)
@@ -57,6 +58,10 @@ class TraceMIMO(Trace):
         """Bits of `driftwise.Status`, (T, p)."""
         return self._of_outputs(3).astype(np.int64)
 
+    def _extra(self, column):
+        super()._extra(column)
+        return self._of_outputs(column)
+
     @property
     def is_used(self) -> np.ndarray:
         """Whether each output of the sample taught the filter anything, (T, p)."""
@@ -72,11 +77,11 @@ class TraceMIMO(Trace):
         for g, group in enumerate(est.groups):
             mine = used[:, group]
             before = np.cumsum(mine).reshape(mine.shape) - mine + self.observed_before[group].sum()
-            found[:, group] = est.scale.alpha + (before - est.policies[0].spent[g]) / 2
+            found[:, group] = est.scale.alpha + (before - est.spent[g]) / 2
         return 2 * np.maximum(found, 0.5)
 
     def _columns(self, first, count, least):
-        return super()._columns(first + 4 * (self.estimator.model.outputs - 1), count, least)
+        return super()._columns(first + self.estimator.columns * (self.estimator.model.outputs - 1), count, least)
 
     def model(self, at: int = -1) -> ModelMIMO:  # type: ignore[override]
         """Return the model at a sample (the last by default), with the covariance of its parameters.
@@ -88,6 +93,8 @@ class TraceMIMO(Trace):
             return est.model_of(self.state)
         is_full = self.keep == "covariance"
         P = self.covariance[at, form.n :, form.n :] if is_full else np.diag(self.parameters_std[at] ** 2)
+        if hasattr(est, "model_at"):
+            return est.model_at(self.parameters[at].copy(), P)
         return ModelMIMO(form, self.parameters[at].copy(), P, self.dt)
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -101,7 +108,9 @@ class TraceMIMO(Trace):
         table = {"time": self.time, **numbered("y", self.y), **u}
         for name in ("prediction", "innovation", "variance", "dof", "status"):
             table |= numbered(name, getattr(self, name))
-        names = form.state_names + form.names
+        if self.estimator.columns > 5:
+            table |= {**numbered("weight", self.weight), **numbered("statistic", self.statistic)}
+        names = (form.state_names if form.n else []) + form.names
         if KEEP.index(self.keep) >= KEEP.index("means"):
             table |= dict(zip(names, np.hstack([self.x, self.parameters]).T))
         if self.keep in ("std", "covariance"):
@@ -123,7 +132,15 @@ class TraceMIMO(Trace):
         names = ("y", "prediction", "innovation", "variance", "dof", "status", "is_used")
         columns = {name: getattr(self, name).T for name in names}
         each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
-        return [Output(time=self.time, state=self.state, **one) for one in each]
+        p, est = self.y.shape[1], self.estimator
+        at, has_alarms = est.model.theta_at, est.columns > 7
+        return [
+            Output(
+                time=self.time, state=self.state, names=est.names[at[i] : at[i + 1]],
+                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, **one,
+            )
+            for i, one in enumerate(each)
+        ]  # fmt: skip
 
     def summary(self):
         """Return the constant-memory `SummaryMIMO` of this trace."""
@@ -161,9 +178,18 @@ class Output:
     status: np.ndarray
     is_used: np.ndarray
     state: np.ndarray  # of all outputs, after the last sample
+    names: list[str]  # of the parameters of its equation
+    alarms: np.ndarray | None  # statistic, since, which of its detector
 
     def __len__(self):
         return len(self.y)
+
+    def jumps(self, limit):
+        """Return an event for each alarm."""
+        return Trace.jumps(self, limit)  # type: ignore[arg-type]
+
+    def _jump_words(self, k):
+        return MEANING[Status.JUMP] if self.alarms is None else jump_words(self.names, *self.alarms[k])
 
 
 def _named(event, i):

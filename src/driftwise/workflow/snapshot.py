@@ -64,13 +64,16 @@ def _plain(value: Any) -> Any:
         return np.asarray(value, float).tolist()
     if isinstance(value, tuple | list):
         return [_plain(v) for v in value]
-    return value.item() if isinstance(value, np.generic) else value
+    value = value.item() if isinstance(value, np.generic) else value
+    return {"kind": "complex", "real": value.real, "imag": value.imag} if isinstance(value, complex) else value
 
 
 def _rich(value: Any) -> Any:
     if isinstance(value, dict):
         fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
-        return KINDS[value["kind"]](**fields)
+        return complex(**fields) if value["kind"] == "complex" else KINDS[value["kind"]](**fields)
+    if isinstance(value, list):
+        return [_rich(v) for v in value]
     return value
 
 
@@ -97,8 +100,10 @@ def rebuild(text: str):
     from ..estimators.gain import AdaptiveGain
     from ..estimators.joint import Joint
     from ..estimators.mimo import JointMIMO
+    from ..estimators.observer import AdaptiveObserver
     from ..estimators.polynomial import ARMA, ARMAX, BJ, OE
     from ..estimators.recursive import AR, ARX, Regression
+    from ..estimators.several import ARXMIMO
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
@@ -106,8 +111,8 @@ def rebuild(text: str):
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    family = AR, ARX, Regression, ARMA, ARMAX, OE, BJ
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AdaptiveGain, *family)}
+    recursive = AR, ARX, Regression, ARMA, ARMAX, OE, BJ, ARXMIMO, AdaptiveObserver
+    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AdaptiveGain, *recursive)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 

@@ -216,11 +216,7 @@ class Trace:
     def _jump_words(self, k) -> str:
         if self.estimator.columns <= 7:
             return MEANING[Status.JUMP]
-        statistic, since, which = self.outs[k, 5:8]
-        what = self.names[int(which)] if which >= 0 else "the innovations"
-        moved = f"{what} {'rose' if since > 0 else 'fell'}" if since else MEANING[Status.JUMP]
-        when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
-        return f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
+        return jump_words(self.names, *self.outs[k, 5:8])
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -298,6 +294,14 @@ class Trace:
             if f["y"].ndim == 2:
                 from .mimo_trace import TraceMIMO as kind
             return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
+
+
+def jump_words(names, statistic, since, which) -> str:
+    """Return what a detector said at an alarm, in words."""
+    what = names[int(which)] if which >= 0 else "the innovations"
+    moved = f"{what} {'rose' if since > 0 else 'fell'}" if since else MEANING[Status.JUMP]
+    when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
+    return f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
 
 
 def unpack(packed, N) -> np.ndarray:
