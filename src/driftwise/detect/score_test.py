@@ -19,6 +19,7 @@ class ScoreTest:
     statistic, degrees, p_value : chi-square statistic, its degrees of freedom, and the chance of more by accident
     scores : (s,) standardised score of each parameter, N(0, 1) without a change
     which, direction : the parameter with the largest score, and the sign of its change
+    names : of the parameters
     """
 
     statistic: float
@@ -27,16 +28,18 @@ class ScoreTest:
     scores: np.ndarray
     which: int
     direction: int
+    names: tuple[str, ...] = ()
 
     def __repr__(self):
         way = "up" if self.direction > 0 else "down"
+        name = self.names[self.which] if self.names else f"#{self.which}"
         return (
             f"chi2 = {self.statistic:.1f} on {self.degrees} degrees of freedom (p = {self.p_value:.2g}); "
-            f"most of all #{self.which} {way} ({self.scores[self.which]:+.1f} sd)"
+            f"most of all {name} {way} ({self.scores[self.which]:+.1f} sd)"
         )
 
 
-def score_test(regressors, innovations, variance) -> ScoreTest:
+def score_test(regressors, innovations, variance, names=()) -> ScoreTest:
     """Return whether the parameters that made these innovations fit them, and which one does not.
 
     With q = sum of nu e over the m samples, R the mean of nu nu' and c the noise variance,
@@ -48,6 +51,7 @@ def score_test(regressors, innovations, variance) -> ScoreTest:
     regressors : (m, s) nu of each sample (of a pseudo-linear regression or a gradient: psi); NaN where missing
     innovations : (m,) prediction errors with the parameters that are tested; NaN where missing
     variance : float, c
+    names : of the parameters, for the words; numbers if omitted
 
     Notes
     -----
@@ -82,6 +86,5 @@ def score_test(regressors, innovations, variance) -> ScoreTest:
     scores[moved] = unit.T @ e / np.sqrt(c)
     statistic, degrees = float(np.sum((U.T @ e) ** 2) / c), U.shape[1]
     which = int(np.argmax(np.abs(scores)))
-    return ScoreTest(
-        statistic, degrees, float(chi2.sf(statistic, degrees)), scores, which, 1 if scores[which] >= 0 else -1
-    )
+    way = 1 if scores[which] >= 0 else -1
+    return ScoreTest(statistic, degrees, float(chi2.sf(statistic, degrees)), scores, which, way, tuple(names))

@@ -218,6 +218,37 @@ class Trace:
             return MEANING[Status.JUMP]
         return jump_words(self.names, *self.outs[k, 5:8])
 
+    def what_changed(self, event, samples: int = 100):
+        """Return which parameter no longer fits after a jump: a `ScoreTest` of the samples since it began.
+
+        Parameters
+        ----------
+        event : one of ``jumps()``, or a sample: the first one after the change
+        samples : how many samples to judge by
+
+        Notes
+        -----
+        The parameters from before are held, and each one's score is taken raw (`score_test`): more than nine in ten
+        runs of ARX(2, 2) name the right one, which the detector, in a hurry, cannot. Bad at: fewer samples than
+        parameters, and several that changed at once. For least squares, prediction error, pseudolinear regression.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> a = np.where(np.arange(2000)[:, None] < 1500, [-1.5, 0.7], [-1.45, 0.7])
+        >>> y, u = dw.simulate(a, [1.0, 0.5], samples=2000, noise_std=0.1, seed=1)
+        >>> trace = dw.ARX(2, 2, memory=dw.UntilJump()).scaled_to(y, u).scan(y, u)
+        >>> trace.jumps()[0].text
+        'jump: the innovations rose, it began about 2 samples ago (statistic 1.06 times its threshold)'
+        >>> trace.what_changed(trace.jumps()[0])
+        chi2 = 1080.7 on 4 degrees of freedom (p = 1.1e-232); most of all a1 up (+32.8 sd)
+        """
+        from .what_changed import what_changed
+
+        k = event.sample if isinstance(event, Event) else event
+        begun = max(abs(int(self.outs[k, 6])), 1) - 1 if isinstance(event, Event) and self.estimator.columns > 7 else 0
+        return what_changed(self, max(k - begun, 0), samples)
+
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
         if not 0 <= sample < len(self):
@@ -297,9 +328,11 @@ class Trace:
 
 
 def jump_words(names, statistic, since, which) -> str:
-    """Return what a detector said at an alarm, in words."""
-    what = names[int(which)] if which >= 0 else "the innovations"
-    moved = f"{what} {'rose' if since > 0 else 'fell'}" if since else MEANING[Status.JUMP]
+    """Return what a detector said at an alarm, in words; in fewer samples than parameters it cannot say which."""
+    what, way = names[int(which)] if which >= 0 else "the innovations", "rose" if since > 0 else "fell"
+    moved = f"{what} {way}" if since else MEANING[Status.JUMP]
+    if which >= 0 and abs(since) < len(names):
+        moved = f"a parameter changed, perhaps {what}, which then {way}"
     when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
     return f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
 
