@@ -12,7 +12,7 @@ import typer
 from . import verdicts as v
 
 PARTS = (
-    "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "memories", "detectors",
+    "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "recursive", "memories", "detectors",
     "evidence", "startup", "lengths",
 )  # fmt: skip
 

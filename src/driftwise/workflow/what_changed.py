@@ -28,7 +28,7 @@ def what_changed(trace, sample: int, samples: int) -> ScoreTest:
 
     def innovations(theta):
         state = held.start()
-        for name in state.dtype.names:
+        for name in state.dtype.names or ():
             if state[name].shape == before[name].shape:
                 state[name] = before[name]
         state["theta"], state["D"] = theta, 0.0
