@@ -12,8 +12,8 @@ import typer
 from . import verdicts as v
 
 PARTS = (
-    "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "recursive", "memories", "detectors",
-    "evidence", "startup", "lengths",
+    "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "recursive", "memories",
+    "detectors", "evidence", "startup", "lengths",
 )  # fmt: skip
 
 

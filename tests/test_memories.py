@@ -76,7 +76,7 @@ SEQUENCES = {
 def test_golden_gains(name, memory):
     given, expected = golden("gain_sequences")
     y, u = record(1000)
-    trace = dw.ARX(1, 1, memory=memory).scan(y, u)
+    trace = dw.ARX(1, 1, memory=memory, at_rest=True).scan(y, u)
     gains = 1 / trace.outs[given["n"].astype(int) - 1, 4]
     np.testing.assert_allclose(gains, expected[name], rtol=1e-10)
 
@@ -92,7 +92,7 @@ def test_golden_recursions(case, memory):
     """The alarm comes at sample 5, which is processed with its old gain; sample 6 has the gain 1/3."""
     given, expected = golden(case)
     P0 = given["gamma0"] * np.linalg.inv(given["R0"])
-    est = dw.ARX(1, 1, memory=memory, variance=1.0, P0=10 * P0)  # a wide cap; the state starts at P0
+    est = dw.ARX(1, 1, memory=memory, at_rest=True, variance=1.0, P0=10 * P0)  # a wide cap; the state starts at P0
     state = started(est, 1.0)
     state["D"] /= 10
     trace = est.scan(given["y"], given["u"], state=state)
@@ -128,7 +128,7 @@ def test_gains_and_forgetting_are_one_recursion(kind, memory):
     nu, g = regressors(y, u, 2, 2), gains(kind, len(y))
     thetas, R = stochastic_approximation(nu, y, g, np.eye(4), np.zeros(4))
     lam = 0.97 if kind == "weighted" else 1.0  # the state carries P of the next sample
-    est = dw.ARX(2, 2, memory=memory, variance=1.0, P0=1e6)
+    est = dw.ARX(2, 2, memory=memory, at_rest=True, variance=1.0, P0=1e6)
     state = started(est, lam)
     state["D"] = 1 / lam
     trace = est.scan(y, u, state=state)
@@ -200,7 +200,7 @@ def test_a_walk_is_the_textbook_kalman_filter():
     phi, y, u, true, Q = peers_task()
     twin, e, S, _ = kalman(phi, y[2:], Q, 0.04, np.zeros(4), 100 * np.eye(4))
     options = dict(memory=dw.Walk(np.diag(Q)), variance=0.04, P0=np.full(4, 1e3))
-    for est, data in ((dw.Regression(4, **options), (y[2:], phi)), (dw.ARX(2, 2, **options), (y, u))):
+    for est, data in ((dw.Regression(4, **options), (y[2:], phi)), (dw.ARX(2, 2, **options, at_rest=True), (y, u))):
         state = est.start()
         if est.model.na:  # the first two samples only fill the registers
             for t in range(2):

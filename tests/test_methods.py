@@ -34,7 +34,9 @@ def test_equals_batch_instrumental_variables(p):
     u = rng.standard_normal((T, 2))
     y = scipy.signal.lfilter([0, 1.0, 0.5], [1, -1.5, 0.7], u[:, 0]) + rng.standard_normal(T)
     memory = dw.Never() if p == 1 else dw.Weighted(p)
-    est = dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv", instruments="delayed", memory=memory, P0=1e3)
+    est = dw.ARX(
+        2, (2, 1), (1, 0), offset=True, method="iv", instruments="delayed", memory=memory, P0=1e3, at_rest=True
+    )
     trace = est.scan(y, u)
     state = trace.state
     assert not np.any(trace.status[100:] & dw.Status.CAPPED)  # a variance held there would be another one in the end
@@ -93,7 +95,7 @@ def test_a_sample_without_instruments_is_skipped():
     """An input that does nothing: 1 + phi' P zeta comes near zero now and then; all stays finite."""
     rng = np.random.default_rng(0)
     y, u = scipy.signal.lfilter([1], [1, -0.9], rng.standard_normal((2, 20_000)))[0], rng.standard_normal(20_000)
-    trace = dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.9)).scan(y, u)
+    trace = dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.9), at_rest=True).scan(y, u)
     skipped = (trace.status & int(dw.Status.SKIPPED)) != 0
     assert 0 < skipped.sum() < 2000
     at = np.flatnonzero(skipped)
@@ -189,7 +191,7 @@ def filtered(v, lam):
 @pytest.mark.parametrize("poles", [0.3, [0.5 + 0.3j, 0.5 - 0.3j], 0.0], ids=str)
 def test_equals_the_regression_on_filtered_data(poles):
     y, u = plant(400, 1)
-    est = dw.AdaptiveObserver(2, poles, 1, offset=True, P0=100.0)
+    est = dw.AdaptiveObserver(2, poles, 1, offset=True, P0=100.0, at_rest=True)
     state = est.scan(y, u).state
     lam = np.poly(np.broadcast_to(poles, 2)).real
     Y, U = np.column_stack(filtered(y, lam)), np.column_stack(filtered(u, lam))
@@ -213,7 +215,7 @@ def test_is_the_joint_filter_with_that_noise_polynomial():
     """Asymptotically: estimates agree within a fraction of their deviation, and so do the deviations and the state."""
     lam = np.poly([0.5 + 0.3j, 0.5 - 0.3j]).real
     y, u = plant(4000, 3, equation=lam)
-    est = dw.AdaptiveObserver(2, [0.5 + 0.3j, 0.5 - 0.3j], 1)
+    est = dw.AdaptiveObserver(2, [0.5 + 0.3j, 0.5 - 0.3j], 1, at_rest=True)
     one, two = est.scan(y, u), dw.Joint(2, 1, noise=dw.NoisePolynomial(lam[:0:-1])).scan(y, u)
     assert np.max(abs(one.parameters[-1] - two.parameters[-1]) / two.parameters_std[-1]) < 0.05
     np.testing.assert_allclose(one.parameters_std[-1], two.parameters_std[-1], rtol=0.01)
@@ -261,7 +263,7 @@ def test_what_a_gap_leaves_in_the_filter():
     """The error of one predicted y runs through the filter as its impulse response does, and so does its covariance."""
     y, u = plant(104, 6)
     y[100] = np.nan
-    est = dw.AdaptiveObserver(2, [0.5, -0.3], 1)
+    est = dw.AdaptiveObserver(2, [0.5, -0.3], 1, at_rest=True)
     trace = est.scan(y, u)
     h = scipy.signal.lfilter([1.0], np.poly([0.5, -0.3]), [1.0, 0, 0, 0])
     left = trace.variance[100] * np.outer(h[:1:-1], h[:1:-1])
@@ -272,7 +274,7 @@ def test_learning_resumes_after_a_gap():
     """With missing="skip": once what a gap left in the filter has died away."""
     y, u = plant(600, 5)
     y[300] = np.nan
-    trace = dw.AdaptiveObserver(2, 0.5, 1, missing="skip").scaled_to(y, u).scan(y, u)
+    trace = dw.AdaptiveObserver(2, 0.5, 1, missing="skip", at_rest=True).scaled_to(y, u).scan(y, u)
     skipped = np.flatnonzero(trace.status & int(dw.Status.SKIPPED))
     assert skipped[0] == 301 and 303 < skipped[-1] < 340
 

@@ -54,12 +54,12 @@ def fleet(name, y, u, **options):
     [
         (
             "armax111_plr_posterior_residual",
-            dw.ARMAX(1, 1, 1, method="plr", variance=1.0, P0=2.0),
+            dw.ARMAX(1, 1, 1, method="plr", variance=1.0, P0=2.0, at_rest=True),
             [0, 1, 2],
             [-1, 1, 1],
         ),
-        ("armax111_rpem", dw.ARMAX(1, 1, 1, variance=1.0, P0=2.0), [0, 1, 2], [-1, 1, 1]),
-        ("oe11_plr", dw.OE(1, 1, method="plr", variance=1.0, P0=2.0), [1, 0], [-1, 1]),
+        ("armax111_rpem", dw.ARMAX(1, 1, 1, variance=1.0, P0=2.0, at_rest=True), [0, 1, 2], [-1, 1, 1]),
+        ("oe11_plr", dw.OE(1, 1, method="plr", variance=1.0, P0=2.0, at_rest=True), [1, 0], [-1, 1]),
     ],
 )
 def test_golden(case, est, order, sign):
@@ -95,7 +95,7 @@ def test_recursion_is_the_textbook_one(name):
     """Every sample, while theta moves: signals and derivatives of the past are those of the parameters then."""
     s = SYSTEMS[name]
     (y,), (u,) = s.records(1, 40, 0.5, seed=5)
-    est = estimator(name, theta0=0.7 * s.theta, P0=0.001, variance=1.0)
+    est = estimator(name, theta0=0.7 * s.theta, P0=0.001, variance=1.0, at_rest=True)
     trace = est.scan(y, inputs(s, u))
     assert not np.any(trace.status & int(dw.Status.PROJECTED)), "the twin knows no projection"
     expected = rpem(s, y, u, 0.7 * s.theta, 0.001 * np.eye(len(s.theta)))
@@ -110,7 +110,7 @@ def test_gaps_are_a_kalman_filters(name):
     rng = np.random.default_rng(0)
     y[rng.random(300) < 0.3] = np.nan
     y[100:130] = np.nan
-    trace = estimator(name, theta0=s.theta, P0=0.0, variance=0.25).scan(y, inputs(s, u))
+    trace = estimator(name, theta0=s.theta, P0=0.0, variance=0.25, at_rest=True).scan(y, inputs(s, u))
     mean, variance, *_ = s.filtered(y, u, 0.5)
     np.testing.assert_allclose(trace.prediction, mean, atol=5e-4)
     np.testing.assert_allclose(trace.variance, variance, rtol=3e-6)

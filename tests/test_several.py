@@ -65,13 +65,14 @@ def plain(y, u, na, nb, nk, P0=1e4):
             psi = regressors(filled[: t + 1], u[: t + 1], i, na, nb, nk)[t]
             errors = regressors(-doubt[: t + 1], 0 * u[: t + 1], i, na, nb, nk)[t]
             s2 = chi2[i] / 2 / max(count[i] / 2, 0.5)
+            s2 = max(s2, 1.0) if count[i] < 1 else s2  # not known yet
             R = 1 + sum(errors * (theta[i] ** 2 + s2 * np.diag(P[i]))) / s2
             T = psi @ P[i] @ psi + R
             line += [psi @ theta[i], s2 * T]
             if np.isnan(y[t, i]):
                 past[t, i], doubt[t, i] = psi @ theta[i], s2 * T
                 top = 100 * np.nanmax(np.append(abs(y[:t, i]), 0)) ** 2
-                if doubt[t, i] > top:
+                if doubt[t, i] > max(top, 100 * s2) or count[i] == 1 - sizes[i]:  # absurd, or nothing learnt yet
                     past[t, i], doubt[t, i] = 0.0, max(top, 1e-300)
                 continue
             e = y[t, i] - psi @ theta[i]
@@ -89,7 +90,7 @@ def test_equals_batch_least_squares():
     """Every equation with orders and delays of its own: theta, P and sigma^2 of the stacked regression."""
     rng = np.random.default_rng(1)
     y, u = rng.standard_normal((200, 2)), rng.standard_normal((200, 2))
-    est = dw.ARXMIMO(2, 2, NA, NB, NK, offset=True, P0=100.0)
+    est = dw.ARXMIMO(2, 2, NA, NB, NK, offset=True, P0=100.0, at_rest=True)
     state = est.scan(y, u).state
     at, P = 0, est.covariance(state)
     for i in range(2):
@@ -127,7 +128,7 @@ def test_one_output_is_arx_bit_for_bit(options):
 
 @pytest.mark.parametrize("lost", [0.0, 0.3])
 def test_follows_full_matrices_through_gaps(lost):
-    est = dw.ARXMIMO(2, 1, [[2, 1], [1, 1]], [[1], [2]])
+    est = dw.ARXMIMO(2, 1, [[2, 1], [1, 1]], [[1], [2]], at_rest=True)
     y, u = example(est, samples=150, missing=lost)
     u = np.nan_to_num(u)
     expected, theta, P = plain(y, u, est.model.na, est.model.nb, est.model.nk)
@@ -190,14 +191,14 @@ def test_covariance_of_the_noises():
     R = np.array([[0.01, 0.018], [0.018, 0.09]])
     noise = dw.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
     y, u = dw.simulate_mimo((2, 1), TRUTH, samples=4000, inputs=1, noise=noise, seed=3)
-    est = dw.ARXMIMO(2, 1, **ORDERS).scaled_to(y, u)
+    est = dw.ARXMIMO(2, 1, **ORDERS, at_rest=True).scaled_to(y, u)
     trace = est.scan(y, u)
     np.testing.assert_allclose(est.noise_covariance(trace.state), R, rtol=0.06)
     assert trace.summary().notes == [
         "the noises of y1 and y2 are linked (r = 0.61): each equation is right, but the bars of poles and gains leave "
         "the link out"
     ]
-    known = dw.ARXMIMO(2, 1, **ORDERS, variance=np.diag(R))
+    known = dw.ARXMIMO(2, 1, **ORDERS, variance=np.diag(R), at_rest=True)
     e = known.scan(y, u)
     w = np.diag(R) / e.variance
     products = np.prod(e.innovation * w, axis=1).sum() / np.prod(w, axis=1).sum()
@@ -238,7 +239,7 @@ def test_trace_summary_and_picture(tmp_path):
 
     matplotlib.use("Agg")
     y, u = dw.simulate_mimo((2, 1), TRUTH, samples=600, inputs=1, noise_std=(0.1, 0.3), missing=0.05, seed=1)
-    trace = dw.ARXMIMO(2, 1, **ORDERS, dt=0.5).scaled_to(y, u).scan(y, u)
+    trace = dw.ARXMIMO(2, 1, **ORDERS, dt=0.5, at_rest=True).scaled_to(y, u).scan(y, u)
     assert trace.x.shape == (600, 0) and trace.parameters_std.shape == (600, 9)
     assert {"prediction.2", "a2.12", "a2.12_std", "weight.1"} <= set(trace.columns())
     assert trace.weight[-1].tolist() == (~np.isnan(y)).sum(axis=0).tolist()

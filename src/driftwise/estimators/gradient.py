@@ -27,6 +27,7 @@ class LagsAlone(NamedTuple):
     marks: float
     missing: float
     settle: float
+    fill: float
     offset: float
     nb: Vector
     nk: Vector

@@ -39,6 +39,7 @@ class InstrumentalLags(NamedTuple):
     marks: float
     missing: float
     settle: float
+    fill: float
     offset: float
     nb: Vector
     nk: Vector

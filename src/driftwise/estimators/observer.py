@@ -16,6 +16,8 @@ from . import door
 from .observer_step import Filtered
 from .recursive import Recursive
 
+LONGEST = 100_000  # samples that the filter is waited for
+
 
 class AdaptiveObserver(Recursive):
     """Parameters and state of a plant of which the observer's poles are chosen, by recursive least squares.
@@ -27,7 +29,7 @@ class AdaptiveObserver(Recursive):
 
     so this is ARMAX with the known noise polynomial C = Lambda. Poles at zero make it `ARX`; poles near the plant's own
     suit noise on the measurement. (`Joint` with ``NoisePolynomial`` is the exact posterior of the same model; this one
-    starts the filter at zero.)
+    starts the filter at zero, and learns nothing until that has faded to a thousandth.)
 
     Parameters
     ----------
@@ -37,7 +39,7 @@ class AdaptiveObserver(Recursive):
         Poles of the observer, inside the unit circle, complex ones with their conjugates; one number: n of it.
     inputs : int
         Number of inputs, each delayed by a sample.
-    memory, gate, offset, variance, scale, missing, theta0, P0, y_scale, u_scale, dt : as in `ARX`
+    memory, gate, offset, variance, scale, missing, at_rest, theta0, P0, y_scale, u_scale, dt : as in `ARX`
 
     Raises
     ------
@@ -47,7 +49,7 @@ class AdaptiveObserver(Recursive):
     Notes
     -----
     Bad at: noise whose colour is not Lambda (biased, like `ARX` under coloured noise), and poles near the unit circle
-    (what the start or a gap leaves in the filter dies slowly).
+    (a long start; what a gap leaves in the filter dies slowly).
 
     Examples
     --------
@@ -74,6 +76,7 @@ class AdaptiveObserver(Recursive):
         variance: float | None = None,
         scale: UnknownScale | None = None,
         missing: str = "predict",
+        at_rest: bool = False,
         theta0=None,
         P0=None,
         y_scale: float = 1.0,
@@ -82,7 +85,8 @@ class AdaptiveObserver(Recursive):
     ):
         self.options: dict[str, Any] = dict(
             order=order, poles=poles, inputs=inputs, memory=memory, gate=gate, offset=offset, variance=variance,
-            scale=scale, missing=missing, theta0=theta0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt,
+            scale=scale, missing=missing, at_rest=at_rest, theta0=theta0, P0=P0, y_scale=y_scale, u_scale=u_scale,
+            dt=dt,
         )  # fmt: skip
         if isinstance(poles, np.ndarray):
             self.options["poles"] = poles.tolist()
@@ -93,7 +97,7 @@ class AdaptiveObserver(Recursive):
         self._prepare(
             Filtered(
                 N=0.0, na=1.0, inputs=k, deep=1.0, registers=(1 + k) * n * (1 + n), cells=0.0, marks=0.0, missing=0.0,
-                settle=0.0, offset=float(offset), noise=R, lam=self.filter[1:],
+                settle=0.0, fill=_fading(self.filter), offset=float(offset), noise=R, lam=self.filter[1:],
             ), n
         )  # fmt: skip
 
@@ -119,6 +123,14 @@ class AdaptiveObserver(Recursive):
         theta, P = self.mean(state), self.sigma2(state) * self.covariance(state)
         real = (1 + k) * n
         return Xi[0] @ self.filter[1:] + J @ theta[:real], J @ P[:real, :real] @ J.T
+
+
+def _fading(lam) -> int:
+    """Return after how many samples a number has faded to a thousandth in 1/Lambda, and left the lags."""
+    from scipy.signal import lfilter
+
+    h = np.abs(lfilter([1.0], lam, np.eye(1, LONGEST)[0]))
+    return int(np.flatnonzero(h > 1e-3 * h.max())[-1]) + len(lam) - 1
 
 
 def _polynomial(poles, n) -> np.ndarray:

@@ -28,6 +28,7 @@ class Filtered(NamedTuple):
     marks: float
     missing: float
     settle: float
+    fill: float
     offset: float
     noise: float  # variance of e, relative to sigma^2
     lam: Vector

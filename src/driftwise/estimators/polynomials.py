@@ -41,6 +41,7 @@ class Polynomials(NamedTuple):
     marks: float
     missing: float
     settle: float
+    fill: float
     offset: float
     nb: Vector
     nk: Vector

@@ -56,7 +56,12 @@ class Recursive(Reading):
         setting = Setting(self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale)
         memory, detector, settle, cells = adaptation(options["memory"], setting)
         form = form._replace(
-            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, missing=MISSING[options["missing"]]
+            N=float(N),
+            cells=cells,
+            marks=detector.marks(N),
+            settle=settle,
+            missing=MISSING[options["missing"]],
+            fill=0.0 if options["at_rest"] else form.fill,
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
@@ -192,6 +197,9 @@ class ARX(Recursive):
     missing : "predict", "hold" or "skip"
         What stands for a missing number among the regressors: its prediction (whose variance counts), the last value
         (taken for true), or nothing: such samples teach nothing.
+    at_rest : bool
+        Whether outputs and inputs were zero before the record. Otherwise nothing is known of that time, and the first
+        max(na, nk + nb - 1) samples only fill the lags (status ``SKIPPED``).
     method : "ls", "iv", "nlms" or "lms"
         Least squares; instrumental variables, consistent whatever colours e; or a stochastic gradient, of cost O(N).
     instruments : "model" or "delayed"
@@ -241,6 +249,7 @@ class ARX(Recursive):
         variance: float | None = None,
         scale: UnknownScale | None = None,
         missing: str = "predict",
+        at_rest: bool = False,
         method: str = "ls",
         instruments: str = "model",
         step: float = 0.5,
@@ -252,8 +261,8 @@ class ARX(Recursive):
     ):
         self.options: dict[str, Any] = dict(
             na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset, variance=variance, scale=scale,
-            missing=missing, method=method, instruments=instruments, step=step, theta0=theta0, P0=P0, y_scale=y_scale,
-            u_scale=u_scale, dt=dt,
+            missing=missing, at_rest=at_rest, method=method, instruments=instruments, step=step, theta0=theta0,
+            P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt,
         )  # fmt: skip
         self._build(na, nb, nk, offset)
 
@@ -277,7 +286,8 @@ class ARX(Recursive):
         self._prepare(
             METHODS[kind](
                 N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
-                missing=0.0, settle=0.0, offset=float(form.has_offset), nb=np.array(nb, float), nk=np.array(nk, float),
+                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), nb=np.array(nb, float),
+                nk=np.array(nk, float),
             ), own
         )  # fmt: skip
         if self._is_bare:

@@ -6,9 +6,10 @@ import numpy as np
 
 from ..kernel.compose import Vector, choice, kernel, open_row, open_work
 
-# head of the row: one number each; COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP = range(10)
-HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", "score", "weight", "top")
+# head of the row, one number each: COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory; PAST: samples since
+# the first measured y
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP, PAST = range(11)
+HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", "score", "weight", "top", "past")
 INPUT = ("held", "unsure", "known", "sums", "squares", "steps")  # numbers kept for each input
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
 COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
@@ -27,6 +28,7 @@ class Lags(NamedTuple):
     marks: float  # numbers that the detector keeps
     missing: float  # PREDICT, HOLD or SKIP
     settle: float  # measured samples before the detector counts
+    fill: float  # samples until the registers hold no time before the record
     offset: float  # value of the constant regressor; 0: none
     nb: Vector
     nk: Vector

@@ -22,6 +22,7 @@ from .recursive_row import (
     IN_A_ROW,
     LOGDET,
     OBSERVED,
+    PAST,
     SAMPLES,
     SCORE,
     SKIP,
@@ -140,11 +141,17 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
 
     # predict
     s2 = sigma2(scale, head[COUNT], head[CHI2])
+    if head[COUNT] < 1.0:  # fewer samples than parameters: it may be anything up to the data's own
+        s2 = max(s2, 1.0)
     yhat, doubt = regress(form, state, work, s2)
     e = z - yhat if is_used else np.nan
     if doubt > 0.0:
         status |= SKIPPED if form.missing == SKIP else FILLED
         is_used = is_used and form.missing != SKIP
+    if head[PAST] < form.fill:  # some regressor belongs to the time before the record
+        is_used, status = False, status | SKIPPED
+    if head[PAST] > 0.0 or abs(z) < HUGE:
+        head[PAST] += 1.0
     R = method.R + doubt / s2
 
     # project
@@ -184,9 +191,9 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         doubt = max(s2 * T, TINY)
         if form.missing == HOLD:
             z, doubt = state.ys[0] if state.ys.size else yhat, 0.0
-        elif doubt > RANGE * max(head[TOP] * head[TOP], s2 * method.R):  # nothing like the data so far
-            z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)
-            status |= LOST
+        elif head[OBSERVED] == 0.0 or doubt > RANGE * max(head[TOP] * head[TOP], s2 * method.R):
+            z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)  # nothing like the data so far, or no model yet
+            status |= LOST if head[OBSERVED] > 0.0 else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
     status |= renew(form, state, work, z, doubt)

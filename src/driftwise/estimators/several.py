@@ -61,7 +61,7 @@ class ARXMIMO(ReadingMIMO):
         Number of past values of y_j in the equation of y_i: ``na[i][j]``; one number for all, or for an equation.
     nb, nk : int, (p,) or (p, k)
         Number of coefficients of input l in the equation of y_i, and its delay in samples; 0 acts at once.
-    memory, gate, offset, missing, dt : as in `ARX`, for every equation on its own
+    memory, gate, offset, missing, at_rest, dt : as in `ARX`, for every equation on its own
     variance : float or (p,), optional
         Variance of each e_i; learnt if omitted (Student-t bands).
     scale : UnknownScale, optional
@@ -111,6 +111,7 @@ class ARXMIMO(ReadingMIMO):
         variance=None,
         scale: UnknownScale | None = None,
         missing: str = "predict",
+        at_rest: bool = False,
         theta0=None,
         P0=None,
         y_scale=1.0,
@@ -119,8 +120,8 @@ class ARXMIMO(ReadingMIMO):
     ):
         self.options: dict[str, Any] = dict(
             outputs=outputs, inputs=inputs, na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset,
-            variance=variance, scale=scale, missing=missing, theta0=theta0, P0=P0, y_scale=y_scale, u_scale=u_scale,
-            dt=dt,
+            variance=variance, scale=scale, missing=missing, at_rest=at_rest, theta0=theta0, P0=P0, y_scale=y_scale,
+            u_scale=u_scale, dt=dt,
         )  # fmt: skip
         p, k = door.count("outputs", outputs, least=1), door.count("inputs", inputs)
         tables = (_table("na", na, p, p), _table("nb", nb, p, k), _table("nk", nk, p, k))
@@ -165,8 +166,8 @@ class ARXMIMO(ReadingMIMO):
             mine = slice(at[i], at[i + 1])
             channel = Channel(
                 N=0.0, na=0.0, inputs=0.0, deep=0.0, registers=0.0, cells=0.0, marks=0.0, missing=0.0, settle=0.0,
-                offset=float(form.has_offset), past=np.array(form.na[i], float), nb=np.array(form.nb[i], float),
-                nk=np.array(form.nk[i], float),
+                fill=form.reach(i), offset=float(form.has_offset), past=np.array(form.na[i], float),
+                nb=np.array(form.nb[i], float), nk=np.array(form.nk[i], float),
             )  # fmt: skip
             given = dict(
                 theta0=None if theta0 is None else theta0[mine], P0=None if P0 is None else P0[mine, mine],

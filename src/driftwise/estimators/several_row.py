@@ -40,6 +40,7 @@ class Channel(NamedTuple):
     marks: float
     missing: float
     settle: float
+    fill: float
     offset: float
     past: Vector  # (p,) lags of each output
     nb: Vector

@@ -28,7 +28,7 @@ class Status(IntFlag):
     CAPPED = CAPPED  # a parameter's variance was held: at its prior's, or at what one typical sample leaves
     BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
-    SKIPPED = SKIPPED  # a regressor was missing, or an instrument failed: nothing was learnt
+    SKIPPED = SKIPPED  # a regressor was missing or before the record, or an instrument failed: nothing was learnt
     PROJECTED = PROJECTED  # the new parameters were unstable: the step was halved
     FILLED = FILLED  # a missing regressor was predicted
 
@@ -43,7 +43,7 @@ MEANING = {
     Status.CAPPED: "parameter variance held, nothing excites it",
     Status.BAD_VALUE: "absurd value taken as missing",
     Status.LOST: "state lost, restarted from the range of the data",
-    Status.SKIPPED: "a regressor was missing or an instrument failed, nothing learnt",
+    Status.SKIPPED: "a regressor was unknown or an instrument failed, nothing learnt",
     Status.PROJECTED: "step halved, the new parameters were unstable",
     Status.FILLED: "a missing regressor was predicted",
 }

@@ -32,9 +32,14 @@ class Equation:
         return len(self.nb)
 
     @property
+    def reach(self) -> int:
+        """How many samples back the regressors go."""
+        return max([self.na, *(nb + nk - 1 for nb, nk in zip(self.nb, self.nk) if nb)])
+
+    @property
     def order(self) -> int:
         """Number of poles."""
-        return max([self.na, *(nb + nk - 1 for nb, nk in zip(self.nb, self.nk) if nb)])
+        return self.reach
 
     @property
     def N(self) -> int:

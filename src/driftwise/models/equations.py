@@ -48,6 +48,11 @@ class Equations:
         """Number of parameters of each equation."""
         return [sum(a) + sum(b) + int(self.has_offset) for a, b in zip(self.na, self.nb)]
 
+    def reach(self, output: int) -> int:
+        """How many samples back the regressors of an equation go."""
+        b = [nb + nk - 1 for nb, nk in zip(self.nb[output], self.nk[output]) if nb]
+        return max([*self.na[output], *b])
+
     @property
     def theta_at(self) -> list[int]:
         """Where the parameters of each equation begin, and one past the last."""
