@@ -111,3 +111,13 @@ def test_the_sum_grows_by_the_log_likelihood_ratio():
         start = detector.scan([]).state
         start[OWN : OWN + 2] = 5.0
         assert np.allclose(detector.scan([z], state=start).state[OWN : OWN + 2], np.maximum(0, [5 + up, 5 + down]))
+
+
+def test_an_event_can_be_read_without_words():
+    y, u = dw.simulate(
+        np.where(np.arange(900)[:, None] < 600, [-1.5, 0.7], [-1.4, 0.7]), B, samples=900, noise_std=0.3, seed=1
+    )
+    trace = dw.ARX(2, 2, memory=dw.UntilJump(dw.Score("1 per 1000", jump=0.1))).scaled_to(y, u).scan(y, u)
+    (event,) = trace.jumps()
+    assert event.parameter == "a1" and event.direction == 1 and event.statistic >= 1
+    assert 590 <= event.since <= event.sample and "a1 rose" in event.text

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.status import MEANING, Status
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
-from .trace import KEEP, UNUSED, Trace, jump_words
+from .trace import KEEP, UNUSED, Trace
 
 
 class TraceMIMO(Trace):
@@ -188,8 +187,8 @@ class Output:
         """Return an event for each alarm."""
         return Trace.jumps(self, limit)  # type: ignore[arg-type]
 
-    def _jump_words(self, k):
-        return MEANING[Status.JUMP] if self.alarms is None else jump_words(self.names, *self.alarms[k])
+    def _alarm(self, k):
+        return None if self.alarms is None else self.alarms[k]
 
 
 def _named(event, i):

@@ -27,12 +27,21 @@ def width(keep: str, N: int, head: int = 4) -> int:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at a sample."""
+    """Something that happened at a sample.
+
+    A jump also has ``statistic`` (the detector's, over its threshold), ``since`` (the first sample after the change, as
+    the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess) and
+    ``direction`` (1 up, -1 down, 0 not known).
+    """
 
     sample: int
     time: float
     kind: str
     text: str
+    statistic: float | None = None
+    since: int | None = None
+    parameter: str | None = None
+    direction: int = 0
 
 
 class Trace:
@@ -211,12 +220,11 @@ class Trace:
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: when, about what, since when, on what evidence."""
         where = np.flatnonzero(self.status & int(Status.JUMP))[:limit]
-        return [Event(int(k), float(self.time[k]), str(Status.JUMP.name), self._jump_words(k)) for k in where]
+        return [jump(int(k), float(self.time[k]), self.names, self._alarm(k)) for k in where]
 
-    def _jump_words(self, k) -> str:
-        if self.estimator.columns <= 7:
-            return MEANING[Status.JUMP]
-        return jump_words(self.names, *self.outs[k, 5:8])
+    def _alarm(self, k):
+        """Return statistic, since and which of the detector, None where the estimator does not write them."""
+        return self.outs[k, 5:8] if self.estimator.columns > 7 else None
 
     def what_changed(self, event, samples: int = 100):
         """Return which parameter no longer fits after a jump: a `ScoreTest` of the samples since it began.
@@ -245,9 +253,8 @@ class Trace:
         """
         from .what_changed import what_changed
 
-        k = event.sample if isinstance(event, Event) else event
-        begun = max(abs(int(self.outs[k, 6])), 1) - 1 if isinstance(event, Event) and self.estimator.columns > 7 else 0
-        return what_changed(self, max(k - begun, 0), samples)
+        first = event.since or event.sample if isinstance(event, Event) else event
+        return what_changed(self, first, samples)
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -327,14 +334,21 @@ class Trace:
             return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
 
 
-def jump_words(names, statistic, since, which) -> str:
-    """Return what a detector said at an alarm, in words; in fewer samples than parameters it cannot say which."""
-    what, way = names[int(which)] if which >= 0 else "the innovations", "rose" if since > 0 else "fell"
+def jump(sample, time, names, alarm) -> Event:
+    """Return what a detector said at an alarm."""
+    kind = str(Status.JUMP.name)
+    if alarm is None:
+        return Event(sample, time, kind, MEANING[Status.JUMP])
+    statistic, since, which = alarm
+    name = names[int(which)] if which >= 0 else None
+    what, way = name or "the innovations", "rose" if since > 0 else "fell"
     moved = f"{what} {way}" if since else MEANING[Status.JUMP]
-    if which >= 0 and abs(since) < len(names):
-        moved = f"a parameter changed, perhaps {what}, which then {way}"
+    if name and abs(since) < len(names):
+        moved = f"a parameter changed, perhaps {name}, which then {way}"
     when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
-    return f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
+    text = f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
+    first = max(sample + 1 - max(int(abs(since)), 1), 0)
+    return Event(sample, time, kind, text, float(statistic), first, name, int(np.sign(since)))
 
 
 def unpack(packed, N) -> np.ndarray:
