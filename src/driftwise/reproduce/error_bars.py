@@ -9,11 +9,11 @@ import driftwise as dw
 from .records import canonical, coloured, nees
 from .verdict import Scaled, Section, Table, Verdict, numbers
 
-SOURCE = "theory/salut.md S10"
+SOURCE = "this package's study, docs/decisions/noise.md"
 
 
 def section(seeds: int) -> Section:
-    """Run the statistical checks; the numbers of records are those of the theory's table times seeds / 300."""
+    """Run the statistical checks; the numbers of records are for 300 seeds, times seeds / 300."""
     scaled = Scaled(seeds)
     table, sensor = output_error(scaled)
     return Section(
@@ -117,6 +117,6 @@ def output_error(scaled: Scaled):
             f"rmse of a {(ignoring / knowing)[:2].min():.0f} × the oracle's, NEES / dim {biased:.0f}",
             "> 30 × and > 30: it must not be used here",
             bool((ignoring / knowing)[:2].min() > 30 and biased > 30),
-            "theory/salut.md S6.3",
+            SOURCE,
         ),
     ]
