@@ -104,10 +104,6 @@ def section(seeds: int) -> Section:
             )
         ],
         [*_exact(runs, errors, truth), *_paper(runs, coarse[5], y, truth)],
-        [
-            "Test 6 prints (.225, −1.19, .484). No arithmetic and no prior gives an a_0 of .225 with the other two "
-            "exact; probably a misprint of .24."
-        ],
     )
 
 
@@ -203,7 +199,7 @@ def _paper(runs, single, y, truth):
             Statement(
                 "section 3.2, test 6",
                 "The estimate after sample 10 is (.225, −1.19, .484).",
-                "a_0 is .24 in every arithmetic; probably a misprint.",
+                "a_0 is .24 in every arithmetic; no prior gives .225 with the other two exact. Probably a misprint.",
             ),
         ),
     ]

@@ -21,7 +21,7 @@ def section(seeds: int) -> Section:
         [
             "NEES / dim is the squared error of the parameters over their covariance and number: 1 when the "
             "covariance is honest.",
-            "Noise on the sensor alone makes the noise polynomial equal to the unknown a. The theory plugs in "
+            "Noise on the sensor alone makes the noise polynomial equal to the unknown a. One could plug in "
             "the estimate; driftwise's OutputError is a bilinear filter instead (docs/decisions/noise.md), so the "
             "row below judges that.",
         ],
@@ -106,7 +106,7 @@ def output_error(scaled: Scaled):
     )
     return table, [
         Verdict(
-            "noise on the sensor: OutputError (a bilinear filter, not the theory's plug-in)",
+            "noise on the sensor: OutputError (a bilinear filter, the estimate is not plugged in)",
             f"rmse of a {ratio:.2f} × the oracle's, NEES / dim {bars:.2f}",
             f"≤ {slack:.2f} × the oracle, NEES / dim < {limit:.2f}",
             bool(ratio <= slack and bars < limit),

@@ -54,7 +54,7 @@ def methods(scores, names):
             ax.plot(found.error + 2 * found.deviation * np.array([-1, 1]), [row, row], color=INK, lw=1.4)
             ax.text(found.error + 2.4 * found.deviation + 0.3, row, f"{found.error:.1f}", va="center", fontsize=9)
         ends = [scores[name, j].error + 2 * scores[name, j].deviation for name in names for j in "QR"]
-        ax.set_xlim(0, 1.15 * max(ends))
+        ax.set_xlim(0, 1.22 * max(ends))
         ax.set_xlabel("K-MSE: mean square error of K, times 1000", fontsize=9)
         title(ax, f"{jumps} jumps")
     axes[0, 0].set_yticks(range(len(names)), labels=names)
