@@ -99,7 +99,7 @@ def test_equals_the_direct_recursion_over_20000_samples(method, memory, gain):
 
 
 def test_rpem_equals_the_general_engine():
-    """Theory's engine of all methods: F, G, H, K, C of Hampton, theta before the update in state and gradient."""
+    """The general engine, written out: F, G, H, K, C of Hampton, theta before the update in state and gradient."""
     F, G, H = np.array([[PHI, 0], [-1, 0]]), np.array([PHI, -1.0]), np.array([0, PHI])
     y = records(1, levels=(0.3,), seed=5, segment=2000)[1][0]
     x, W, K, R, C = np.zeros(2), np.zeros(2), 0.3, 200.0, np.array([1.0, 0])

@@ -86,7 +86,7 @@ def test_unseen_directions_change_nothing():
 
 
 def test_grades_of_excitation():
-    """The order of theory S8.5: white, step, one sinusoid, constant, zero."""
+    """The order of excitation: white, step, one sinusoid, constant, zero."""
     inputs = [WHITE[:, 0], np.arange(T) > 20.0, np.sin(0.3 * np.arange(T)), np.ones(T), np.zeros(T)]
     found = [dw.identifiability(*plant(np.asarray(u, float), 0.3), order=2, direct=True) for u in inputs]
     assert [f.rank for f in found] == [7, 7, 6, 5, 4]

@@ -4,6 +4,7 @@ import json
 import re
 import sys
 from decimal import Decimal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from scipy import stats
 import driftwise as dw
 from driftwise.edge import cli
 from driftwise.reproduce import clouds, counting, printed, radar_data, radar_filters, records, reproduce, tests_1_to_4
-from driftwise.reproduce.verdict import Reproduction, Scaled, Section, Verdict
+from driftwise.reproduce.verdict import Reproduction, Scaled, Section, Statement, Verdict
 
 KEYS = {"name", "value", "expected", "pass", "skipped", "source"}
 
@@ -28,6 +29,12 @@ def call(*args):
     finally:
         sys.argv = before
     return 0
+
+
+def assert_cited(source):
+    """A source names the paper's section or a page that is here."""
+    for page in re.findall(r"\S+\.md", source):
+        assert (Path(__file__).parents[1] / page).is_file(), source
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +63,8 @@ def test_the_json_keeps_its_contract(run):
         assert set(row) == KEYS
         assert row["pass"] in (True, False)
         assert all(isinstance(row[key], str) and row[key] for key in ("name", "value", "expected", "source"))
+        assert row["source"].startswith(("Salut 1979, ", "this package's "))
+        assert_cited(row["source"])
 
 
 def test_a_missing_recording_is_skipped_aloud(run):
@@ -83,11 +92,19 @@ def test_unknown_names_and_too_few_records_are_refused(capsys):
 
 
 def test_a_check_that_fails_is_an_exit_code(monkeypatch, capsys):
-    bad = [Verdict("one", "1", "2", False, "here"), Verdict("two", "", "", None, "here")]
+    said = [Statement(f"section {i}", "says it", "another thing") for i in range(3)]
+    bad = [
+        Verdict("one", "1", "2", False, "here", said[0]),
+        Verdict("two", "", "", None, "here", said[1]),
+        Verdict("three", "33 samples", "", True, "here", said[2]),
+    ]
     found = Reproduction("x", "X", "", 10, [Section("part", verdicts=bad)])
     monkeypatch.setattr("driftwise.reproduce.reproduce", lambda *args: found)
     assert call("reproduce", "x") == 1
-    assert "0 of 2 checks hold, 1 fail, 1 skipped" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "1 of 3 findings confirmed, 1 not confirmed, 1 skipped; 1 statement of the paper does not hold" in out
+    top = out[: out.index("\npart")]
+    assert "section 2: says it" in top and "33 samples" in top and "section 0" not in top and "section 1" not in top
 
 
 def test_verdicts_catch_a_filter_that_omits_the_correlation(monkeypatch):
@@ -236,6 +253,6 @@ def test_the_radar_part_holds_on_the_recording():
     from driftwise.reproduce import radar
 
     section = radar.section(300)
-    assert [verdict.name for verdict in section.verdicts if verdict.holds is not True] == []
+    assert [verdict.name for verdict in section.verdicts if verdict.confirmed is not True] == []
     for picture in section.pictures:
         assert len(picture.draw().axes) >= 2

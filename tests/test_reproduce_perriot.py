@@ -6,8 +6,9 @@ import re
 import numpy as np
 import pytest
 from test_perriot_engine import CASES, assert_case
-from test_reproduce import KEYS, call
+from test_reproduce import KEYS, assert_cited, call
 
+from driftwise.reproduce.page import escape
 from driftwise.reproduce.perriot import (
     claims,
     detectors,
@@ -17,10 +18,12 @@ from driftwise.reproduce.perriot import (
     hampton,
     lengths,
     linear,
+    paying,
     plates,
     score,
     walks,
 )
+from driftwise.reproduce.verdict import Reproduction, Section, Statement
 
 PHI = hampton.PHI
 MUST = [  # one check at least for each line of the acceptance list
@@ -36,15 +39,15 @@ MUST = [  # one check at least for each line of the acceptance list
     "T1 of the Brownian motion",
     "one alarm in 1000 samples",
     "one alarm in 2 samples",
-    "R_D (dmu 0.07, h 20) from 0",
+    "R_D (Δμ 0.07, h 20) from 0",
     "clean data",
-    "products of neighbours (dmu .15, h 25)",
+    "products of neighbours (Δμ .15, h 25)",
     "Hampton, p = .996",
     "ARMA(1, 1), pseudo-linear",
     "K-MSE of Plate 1",
     "K-MSE of Plate 2",
     "K-MSE of Plate 3",
-    "Hampton's variance without its term",
+    "Hampton's variance as printed, without its term",
     "K-MSE of the first segment",
     "starts from one sample",
     "the decrease, Q jumps",
@@ -77,7 +80,8 @@ def test_the_json_keeps_its_contract(run):
     for row in found["verdicts"]:
         assert set(row) == KEYS
         assert all(isinstance(row[key], str) and row[key] for key in ("name", "value", "expected", "source"))
-        assert "perriot.md" in row["source"]
+        assert row["source"].startswith(("Perriot-Mathonna 1981, section", "this package's "))
+        assert_cited(row["source"])
     assert [part for part in MUST if not any(part in name for name in names)] == []
 
 
@@ -86,7 +90,7 @@ def test_the_page_is_self_contained(run):
     assert "http" not in page and "<script" not in page
     sources = re.findall(r'src="([^"]{1,22})', page)
     assert len(sources) == 5 == len(list(run[2].glob("*.png")))
-    assert "What the paper says that does not hold" in page
+    assert "7 statements of the paper do not hold" in page
 
 
 # --- checks can fail ------------------------------------------------------------------------------------------
@@ -116,9 +120,25 @@ def test_checks_catch_the_order_of_the_equations(monkeypatch):
     assert least_squares.fails and equations._order(40).fails
 
 
-def test_a_claim_needs_its_check():
-    with pytest.raises(KeyError):
-        claims.section([])
+def test_a_statement_does_not_hold_only_where_its_finding_is_confirmed(monkeypatch):
+    """A criterion that has its minimum inside the grid leaves the paper right and the finding unconfirmed."""
+    design = paying.design_restart(0.2, linear.EVERY)
+    assert paying._printed(design).confirmed and paying._printed(design).refutes is claims.CRITERION
+    monkeypatch.setattr(paying, "printed_criterion", lambda h, N0, *_: np.log(h) ** 2 + np.log(N0) ** 2)
+    verdict = paying._printed(design)
+    found = Reproduction("x", "X", "", 10, [Section("part", verdicts=[verdict])])
+    assert verdict.fails and found.refuted == [] and found.against == ""
+
+
+def test_every_statement_of_the_paper_is_shown_with_its_number(run):
+    """Convergence with a fixed threshold, R_D among energies, the sign of T1 and the rest, each with what it is now."""
+    page = (run[2] / "perriot1981.html").read_text()
+    top = page[page.index('id="against"') : page.index("<nav>")]
+    said = [value for value in vars(claims).values() if isinstance(value, Statement)]
+    assert len(said) == top.count("<tr>") - 1
+    values = {row["value"] for row in run[1]["verdicts"]}
+    assert all(escape(one.paper) in top and escape(one.truth) in top for one in said)
+    assert sum(escape(value) in top for value in values) >= len(said)
 
 
 # --- the filters against plain loops --------------------------------------------------------------------------

@@ -192,7 +192,7 @@ def design_restart(
     T1, R_D = _run_length_and_delay(h, reference / G, mean / G)
     at_bound = bool((np.abs(found.x[:, None] - np.log(box)) < 1e-6).any())
     words = (
-        f"threshold {h * G:.3g}, restart at gain 1/{N0:.3g}: a false alarm every {T1:.3g} samples, a jump noticed "
+        f"threshold {h * G:.3g}, restart at gain 1/{N0:.3g}: a false alarm every {T1:.0f} samples, a jump noticed "
         f"after {R_D:.3g}; J* = {found.fun * G**2:.3g}" + (", on a bound of the search" if at_bound else "")
     )
     return RestartDesign(

@@ -207,11 +207,16 @@ def demo(
 @app.command()
 def reproduce(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Whose experiments: salut1979 or perriot1981.")],
-    seeds: Annotated[int, typer.Option(help="Simulated records; tolerances widen with fewer (full: 300, 500).")] = 300,
+    seeds: Annotated[
+        int,
+        typer.Option(
+            help="Simulated records; full: 300 for salut1979, 500 for perriot1981. Tolerances widen with fewer."
+        ),
+    ] = 300,
     json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,
     figures: Annotated[str | None, typer.Option(help="Write the figures and one HTML page into this folder.")] = None,
 ) -> None:
-    """Run a paper's experiments again and say what holds; exit code 0 when every check does.
+    """Run a paper's experiments again and say which findings are confirmed; exit code 0 when none fails.
 
     Example: driftwise reproduce salut1979 --figures out
     """

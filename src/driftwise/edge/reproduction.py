@@ -11,11 +11,11 @@ from driftwise.errors import InputError
 
 __all__ = ["execute", "show"]
 
-MARKS = {True: ("holds", "green"), False: ("FAILS", "bold red"), None: ("skipped", "yellow")}
+MARKS = {True: ("confirmed", "green"), False: ("NOT CONFIRMED", "bold red"), None: ("skipped", "yellow")}
 
 
 def execute(name: str, seeds: int, json: str | None, figures: str | None) -> bool:
-    """Run one reproduction and return whether every check holds."""
+    """Run one reproduction and return whether no finding fails."""
     from driftwise.reproduce import reproduce
 
     err = console(stderr=True)
@@ -38,7 +38,7 @@ def execute(name: str, seeds: int, json: str | None, figures: str | None) -> boo
 
 
 def show(found, out=None) -> None:
-    """Print every section's verdicts, and what is not reproduced."""
+    """Print what of the paper does not hold, every section's verdicts, and what is not reproduced."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -46,28 +46,39 @@ def show(found, out=None) -> None:
     out = out or console()
     out.print()
     out.print(Text(found.title, style="bold"))
+    headline = Text(
+        f"{found.headline}{'; ' if found.against else ''}{found.against} ({found.seeds} records)",
+        style="bold" if found.passes else "bold red",
+    )
+    out.print(headline)
+    if found.refuted:
+        out.print()
+        out.print(Text("What the paper says that does not hold", style="bold"))
+        for said, measured in found.refuted:
+            lines = Table.grid(padding=(0, 1))
+            lines.add_row(Text("  the paper", style="yellow"), Text(f"{said.where}: {said.paper}"))
+            lines.add_row(Text("  what holds", style="dim"), Text(said.truth))
+            lines.add_row(Text("  measured", style="dim"), Text(measured))
+            out.print()
+            out.print(lines)
     for section in found.sections:
         out.print()
         out.print(Text(section.title, style="bold"))
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, expand=False)
-        for column, ratio in (("", None), ("check", 3), ("found", 3), ("expected", 3)):
+        for column, ratio in (("", None), ("finding", 3), ("found", 3), ("expected", 3)):
             table.add_column(column, header_style="dim", ratio=ratio, no_wrap=not column, overflow="fold")
         for verdict in section.verdicts:
-            mark, style = MARKS[verdict.holds]
-            table.add_row(Text(mark, style=style), Text(verdict.name), Text(verdict.value), Text(verdict.expected))
+            mark, style = MARKS[verdict.confirmed]
+            said = verdict.refutes
+            tag = Text(f" (against the paper, {said.where})" if said else "", style="yellow")
+            table.add_row(
+                Text(mark, style=style), Text(verdict.name) + tag, Text(verdict.value), Text(verdict.expected)
+            )
         out.print(table)
         for line in section.missing:
             out.print(Text("not reproduced: ", style="yellow") + Text(line))
-    verdicts = found.verdicts
-    failed, skipped = sum(v.fails for v in verdicts), sum(v.holds is None for v in verdicts)
     out.print()
-    out.print(
-        Text(
-            f"{len(verdicts) - failed - skipped} of {len(verdicts)} checks hold, {failed} fail, {skipped} skipped "
-            f"({found.seeds} records)",
-            style="bold red" if failed else "bold",
-        )
-    )
+    out.print(headline)
 
 
 def _write_json(file, record):

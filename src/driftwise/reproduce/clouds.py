@@ -17,7 +17,7 @@ LATE = slice(500, None)
 
 
 class Test(NamedTuple):
-    """One of the paper's tests: the d it assumes, what it prints, and where theory says the estimate ends (S3.1)."""
+    """One of the paper's tests: the d it assumes, what it prints, and where theory says the estimate ends."""
 
     number: int
     d: list

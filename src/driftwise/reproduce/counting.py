@@ -85,7 +85,7 @@ def per_sample(n: int, noise=None) -> int:
 
 
 def arx(n):
-    """Return the closed form of theory/salut.md S5.3 for U D U' factors and equation error."""
+    """Return the closed form (docs/decisions/ud.md) for U D U' factors and equation error."""
     return 22 * n * n + 36 * n + 8
 
 

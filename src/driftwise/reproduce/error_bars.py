@@ -9,11 +9,11 @@ import driftwise as dw
 from .records import canonical, coloured, nees
 from .verdict import Scaled, Section, Table, Verdict, numbers
 
-SOURCE = "theory/salut.md S10"
+SOURCE = "this package's study, docs/decisions/noise.md"
 
 
 def section(seeds: int) -> Section:
-    """Run the statistical checks; the numbers of records are those of the theory's table times seeds / 300."""
+    """Run the statistical checks; the numbers of records are for 300 seeds, times seeds / 300."""
     scaled = Scaled(seeds)
     table, sensor = output_error(scaled)
     return Section(
@@ -21,7 +21,7 @@ def section(seeds: int) -> Section:
         [
             "NEES / dim is the squared error of the parameters over their covariance and number: 1 when the "
             "covariance is honest.",
-            "Noise on the sensor alone makes the noise polynomial equal to the unknown a. The theory plugs in "
+            "Noise on the sensor alone makes the noise polynomial equal to the unknown a. One could plug in "
             "the estimate; driftwise's OutputError is a bilinear filter instead (docs/decisions/noise.md), so the "
             "row below judges that.",
         ],
@@ -106,7 +106,7 @@ def output_error(scaled: Scaled):
     )
     return table, [
         Verdict(
-            "noise on the sensor: OutputError (a bilinear filter, not the theory's plug-in)",
+            "noise on the sensor: OutputError (a bilinear filter, the estimate is not plugged in)",
             f"rmse of a {ratio:.2f} × the oracle's, NEES / dim {bars:.2f}",
             f"≤ {slack:.2f} × the oracle, NEES / dim < {limit:.2f}",
             bool(ratio <= slack and bars < limit),
@@ -117,6 +117,6 @@ def output_error(scaled: Scaled):
             f"rmse of a {(ignoring / knowing)[:2].min():.0f} × the oracle's, NEES / dim {biased:.0f}",
             "> 30 × and > 30: it must not be used here",
             bool((ignoring / knowing)[:2].min() > 30 and biased > 30),
-            "theory/salut.md S6.3",
+            SOURCE,
         ),
     ]

@@ -12,7 +12,7 @@ from driftwise.kernel.status import JUMP as JUMPED
 from .records import canonical, scan_all
 from .verdict import Scaled, Section, Table, Verdict, numbers
 
-SOURCE = "theory/salut.md S7.5, S10"
+SOURCE = "this package's study, beyond the paper"
 BEFORE, AFTER = np.array([0.7, -1.5]), np.array([0.3, -0.7])
 JUMP, T, R = 500, 1000, 0.09
 WINDOWS = {"300–500": slice(300, JUMP), "500–560": slice(JUMP, 560), "560–1000": slice(560, T)}

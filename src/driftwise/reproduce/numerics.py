@@ -11,7 +11,7 @@ from . import counting, printed
 from .records import PRINTED, TRUE_D, canonical, coloured
 from .verdict import Section, Table, Verdict, short
 
-SOURCE = "theory/salut.md S10"
+SOURCE = "Salut 1979, theorem 3, (20); docs/decisions/ud.md"
 
 
 def section(seeds: int) -> Section:
@@ -165,5 +165,5 @@ def operations() -> Verdict:
         ", ".join(map(str, counts)),
         "≤ 22 n² + 36 n + 8 and 3 n + 24 of book-keeping (likelihood, input statistics); no cubic term",
         bool(good),
-        "theory/salut.md S5.3, S10",
+        "this package's derivation, docs/decisions/ud.md",
     )

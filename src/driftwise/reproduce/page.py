@@ -26,6 +26,8 @@ section { background:#fff; border:1px solid var(--line); border-radius:12px; pad
 p { margin:0 0 10px; max-width:110ch; }
 .lead { font-size:17px; max-width:100ch; }
 .count { font-size:17px; font-weight:650; }
+.against { color:var(--warn); }
+.tag { display:block; color:var(--warn); font-weight:550; font-size:12.5px; }
 .quiet, figcaption { color:var(--quiet); font-size:13.5px; }
 figure { margin:20px 0 6px; }
 figure img { width:100%; height:auto; display:block; }
@@ -37,12 +39,14 @@ td { padding:5px 9px; border-bottom:1px solid #f0f2f5; vertical-align:top; }
 td:first-child { font-weight:600; }
 tr:last-child td { border-bottom:none; }
 .verdicts { table-layout:fixed; min-width:860px; }
-.verdicts th:nth-child(1) { width:84px; }
+.verdicts th:nth-child(1) { width:118px; }
 .verdicts th:nth-child(2) { width:24%; }
 .verdicts th:nth-child(5) { width:18%; }
 .verdicts td:nth-child(5) { font-size:12.5px; }
-.verdicts td:first-child { white-space:nowrap; }
-sub { font-size:.75em; line-height:0; }
+.verdicts td:first-child, .statements td:first-child { white-space:nowrap; }
+.statements { min-width:860px; }
+.statements th:nth-child(2) { width:28%; } .statements th:nth-child(3) { width:32%; }
+sub, sup { font-size:.75em; line-height:0; }
 .good { color:var(--good); } .bad { color:var(--bad); } .skip { color:var(--warn); }
 .missing { border-left:4px solid var(--warn); padding:8px 14px; background:#fdf8ee; margin:16px 0 4px; }
 .missing p { margin:0 0 6px; } .missing p:last-child { margin:0; }
@@ -53,9 +57,10 @@ nav a { color:var(--blue); text-decoration:none; margin-right:18px; white-space:
 
 
 def escape(words: str) -> str:
-    """Return words as markup, with real minus signs and indices set low."""
+    """Return words as markup, with real minus signs, indices set low and powers set high."""
     words = re.sub(r"(?<![\w)])-(?=[\d.])", "\u2212", plain(words))
-    return re.sub(r"\b([axbdQPK])_([0-9\u03c0]|rr|opt)", r"\1<sub>\2</sub>", words)
+    words = re.sub(r"\^(\u2212?\w+)", r"<sup>\1</sup>", words)
+    return re.sub(r"\b([axbdQPKRSE])_([0-9\u03c0nD]|rr|opt|FA|jump)\b", r"\1<sub>\2</sub>", words)
 
 
 def write(found: Reproduction, folder: str) -> Path:
@@ -79,14 +84,8 @@ def write(found: Reproduction, folder: str) -> Path:
 
 def page(found: Reproduction, pictures: dict[str, bytes]) -> str:
     """Return the whole page, figures inside it."""
-    failed = sum(verdict.fails for verdict in found.verdicts)
-    skipped = sum(verdict.holds is None for verdict in found.verdicts)
-    held = len(found.verdicts) - failed - skipped
-    count = (
-        f"{held} of {len(found.verdicts)} checks hold"
-        + (f", {failed} fail" if failed else "")
-        + (f", {skipped} skipped" if skipped else "")
-    )
+    color = "good" if found.passes else "bad"
+    against = f'; <a class="against" href="#against">{escape(found.against)}</a>' if found.against else ""
     links = " ".join(f'<a href="#part{i}">{escape(s.title.split(":")[0])}</a>' for i, s in enumerate(found.sections))
     missing = [text for section in found.sections for text in section.missing]
     return f"""<!DOCTYPE html>
@@ -96,13 +95,24 @@ def page(found: Reproduction, pictures: dict[str, bytes]) -> str:
 <div class="brand">driftwise reproduce {escape(found.name)}</div>
 <h1>{escape(found.title)}</h1>
 <p class="lead">{escape(found.lead)}</p>
-<p class="count {"bad" if failed else "good"}">{escape(count)}.</p>
-<p class="quiet">{found.seeds} simulated records; the same command gives the same numbers. {escape(found.note)}</p>
+<p class="count"><span class="{color}">{escape(found.headline)}</span>{against}.</p>
+<p class="quiet">{found.seeds} simulated records; the same command gives the same numbers. A finding is confirmed
+where this run meets the numbers that it expects. {escape(found.note)}</p>
+{_against(found)}
 <nav>{links}</nav>
 {_missing("What is not reproduced, and why", missing)}
 {"".join(_section(i, section, pictures) for i, section in enumerate(found.sections))}
 </main></body></html>
 """
+
+
+def _against(found: Reproduction) -> str:
+    """Return the statements of the paper that do not hold, with the numbers."""
+    if not found.refuted:
+        return ""
+    rows = [[s.where, s.paper, s.truth, measured] for s, measured in found.refuted]
+    table = _rows(["", "the paper says", "what holds", "measured"], rows, "statements")
+    return f'<section id="against"><h2>What the paper says that does not hold</h2>{table}</section>'
 
 
 def _missing(title, texts):
@@ -126,20 +136,29 @@ def _figure(caption: str, png: bytes) -> str:
 
 
 def _table(table: Table) -> str:
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in table.head)
-    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
-    caption = f"<h3>{escape(table.caption)}</h3>"
-    return f'{caption}<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+    return f"<h3>{escape(table.caption)}</h3>{_rows(table.head, table.rows)}"
+
+
+def _rows(head, rows, kind="") -> str:
+    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    table = f'<table class="{kind}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<div class="scroll">{table}</div>'
 
 
 def _verdicts(verdicts: list[Verdict]) -> str:
-    mark = {True: ("good", "✓ holds"), False: ("bad", "✗ fails"), None: ("skip", "– skipped")}
+    mark = {True: ("good", "✓ confirmed"), False: ("bad", "✗ not confirmed"), None: ("skip", "– skipped")}
     rows = "".join(
-        f'<tr><td class="{mark[v.holds][0]}">{mark[v.holds][1]}</td><td>{escape(v.name)}</td><td>{escape(v.value)}</td>'
-        f'<td>{escape(v.expected)}</td><td class="quiet">{escape(re.sub("/[a-z]+[.]md", "", v.source))}</td></tr>'
+        f'<tr><td class="{mark[v.confirmed][0]}">{mark[v.confirmed][1]}</td><td>{escape(v.name)}{_tag(v)}</td>'
+        f'<td>{escape(v.value)}</td><td>{escape(v.expected)}</td><td class="quiet">{escape(v.source)}</td></tr>'
         for v in verdicts
     )
+    head = "".join(f"<th>{word}</th>" for word in ("", "finding", "found", "expected", "source"))
     return (
-        '<div class="scroll"><table class="verdicts"><thead><tr><th></th><th>check</th><th>found</th><th>expected</th>'
-        f"<th>source</th></tr></thead><tbody>{rows}</tbody></table></div>"
+        f'<div class="scroll"><table class="verdicts"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
     )
+
+
+def _tag(verdict: Verdict) -> str:
+    said = verdict.refutes
+    return f'<span class="tag">against the paper, {escape(said.where)}</span>' if said else ""

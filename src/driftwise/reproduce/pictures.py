@@ -115,7 +115,7 @@ def arithmetic(errors, methods, coarse):
         ax.set_ylim(1e-17, 60)
         ax.set_xlim(3, 1000)
         ax.set_xlabel("samples seen")
-        title(ax, f"test {test}: {'stable, ill-conditioned' if test == 5 else 'unstable, grows like 1.064^t'}")
+        title(ax, f"test {test}: {'stable, ill-conditioned' if test == 5 else 'unstable, grows like $1.064^t$'}")
     axes[0, 0].set_ylabel("largest error of a")
     legend(figure, axes[0, 0], 3)
     return figure

@@ -1,4 +1,4 @@
-"""Salut, Aguilar, Favier, Alengrin (1979): sections 3.2 and 3.3, and the checks of theory/salut.md around them."""
+"""Salut, Aguilar, Favier, Alengrin (1979): sections 3.2 and 3.3, and what was found around them."""
 
 from __future__ import annotations
 

@@ -8,19 +8,33 @@ from typing import Any
 
 
 @dataclass(frozen=True)
+class Statement:
+    """A statement of the paper that does not hold: where it stands, what it says, and what holds instead."""
+
+    where: str
+    paper: str
+    truth: str
+
+
+@dataclass(frozen=True)
 class Verdict:
-    """One check: what came out, what was expected, whether it holds (None: skipped), and who says so."""
+    """One finding: what came out, what was expected, and whether this run confirms it (None: skipped).
+
+    ``source`` says whose finding it is. Where the finding shows that a statement of the paper does not hold,
+    ``refutes`` is that statement.
+    """
 
     name: str
     value: str
     expected: str
-    holds: bool | None
+    confirmed: bool | None
     source: str
+    refutes: Statement | None = None
 
     @property
     def fails(self) -> bool:
-        """Whether the check was made and did not hold."""
-        return self.holds is False
+        """Whether the finding was looked for and not confirmed."""
+        return self.confirmed is False
 
     def row(self) -> dict:
         """Return the verdict as JSON has it; a skipped one passes and says so in its value."""
@@ -29,7 +43,7 @@ class Verdict:
             "value": self.value,
             "expected": self.expected,
             "pass": not self.fails,
-            "skipped": self.holds is None,
+            "skipped": self.confirmed is None,
             "source": self.source,
         }
 
@@ -84,6 +98,29 @@ class Reproduction:
     def passes(self) -> bool:
         """Whether no verdict fails."""
         return not any(verdict.fails for verdict in self.verdicts)
+
+    @property
+    def refuted(self) -> list[tuple[Statement, str]]:
+        """The paper's statements that this run shows not to hold, in its order, each with what was measured."""
+        found = [(v.refutes, v.value) for v in self.verdicts if v.refutes is not None and v.confirmed]
+        return sorted(found, key=lambda pair: pair[0].where)
+
+    @property
+    def headline(self) -> str:
+        """How many findings are confirmed."""
+        failed, skipped = sum(v.fails for v in self.verdicts), sum(v.confirmed is None for v in self.verdicts)
+        return (
+            f"{len(self.verdicts) - failed - skipped} of {len(self.verdicts)} findings confirmed"
+            + (f", {failed} not confirmed" if failed else "")
+            + (f", {skipped} skipped" if skipped else "")
+        )
+
+    @property
+    def against(self) -> str:
+        """How many statements of the paper do not hold; empty where none was refuted."""
+        count = len(self.refuted)
+        words = "statement of the paper does" if count == 1 else "statements of the paper do"
+        return f"{count} {words} not hold" if count else ""
 
     def record(self) -> dict:
         """Return what ``--json`` writes."""

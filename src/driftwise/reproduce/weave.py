@@ -9,7 +9,7 @@ import driftwise as dw
 from . import radar_filters as filters
 from .verdict import Scaled, Section, Table, Verdict
 
-SOURCE = "theory/salut.md S4"
+SOURCE = "this package's study, after Salut 1979, section 3.3"
 SIGMA, ALPHA, LENGTH, OFFSET = 20.0, 0.1, 50, 5000.0
 EARLY, LATE = slice(5, 15), slice(15, LENGTH)
 WALKS = (0.0, 1e-6, 1e-4, 1e-3)

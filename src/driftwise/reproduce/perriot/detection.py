@@ -13,11 +13,9 @@ from .fresh import SOURCE, data, hinkley_on_z, probes
 from .hampton import Averaging, follow
 from .score import delays, detection
 
-CHECK = "theory/perriot.md P13 / P8.4"
-
 
 class Test(NamedTuple):
-    """One test in the loop: how to make it, and what the theory measured with Q and with R jumps (up, down, up)."""
+    """One test in the loop: how to make it, and what is expected with Q and with R jumps (up, down, up)."""
 
     name: str
     make: Any
@@ -71,7 +69,7 @@ def section(seeds: int) -> Section:
             Picture(
                 "detection",
                 "Share of the jumps seen within 500 samples, every test at one false alarm per 2000 samples; open "
-                "circles are what theory/perriot.md P8.3-P8.4 measured.",
+                "circles are what is expected.",
                 lambda: figures.detection(TESTS, seen),
             )
         ],
@@ -95,7 +93,7 @@ def _table(seen, late, count):
         ]
         for test in TESTS
     ]
-    head = ["test signal, test", "Q jumps", "theory", "mean delay", "R jumps", "theory", "mean delay"]
+    head = ["test signal, test", "Q jumps", "expected", "mean delay", "R jumps", "expected", "mean delay"]
     return Table(
         f"Share of jumps seen (up, down, up), {count} records; estimator (4)-(5) with 1/n, N0 = 26.5", head, rows
     )
@@ -124,5 +122,5 @@ def _probe(seen, scaled):
         f"{decrease:.3f}; Hinkley on Z at the same rate {hinkley:.2f}",
         f".92 ± {scaled.wide(0.03):.2f}; .59 ± {scaled.wide(0.05):.2f}",
         bool(abs(decrease - 0.92) <= scaled.wide(0.03) and abs(hinkley - 0.59) <= scaled.wide(0.05)),
-        CHECK,
+        SOURCE,
     )

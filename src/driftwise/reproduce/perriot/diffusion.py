@@ -1,4 +1,4 @@
-"""Section 3: the error under a constant step is tau K, F K + K F' + G G' = 0; theory beside simulation."""
+"""Section 2.2: the error under a constant step is tau K, F K + K F' + G G' = 0; theory beside simulation."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from ..verdict import Scaled, Section, Table, Verdict, numbers
 from . import engine
 from .hampton import PHI, Averaging, follow, mean_of_Z, plant, records
 
-SOURCE = "theory/perriot.md P4"
-CHECK = "theory/perriot.md P13 / P4"
+PAPER = "Perriot-Mathonna 1981, section 2.2, (14)"
+SIGNAL = "Perriot-Mathonna 1981, sections 4.3 and 5"
+GRADIENT = "this package's derivation, docs/decisions/recursive-prediction-error.md"
 A, C = 0.8, 0.5  # y = A y_{n-1} + e_n + C e_{n-1}
 
 
@@ -49,7 +50,7 @@ def _autoregression(seeds, scaled):
                 f"{found / theory:.3f}",
                 f"{expected} ± {wide:.2f}{words}",
                 bool(abs(found / theory - expected) <= wide),
-                SOURCE,
+                PAPER,
             )
         )
     return rows, verdicts
@@ -69,14 +70,14 @@ def _signal(seeds, scaled):
             ", ".join(row[2] for row in rows),
             f"{', '.join(row[1] for row in rows)} ± {wide:.3f}; the paper has Δμ = .15 and .07",
             bool(max(abs(mean - theory) for _, _, theory, mean, _ in found) <= wide),
-            "theory/perriot.md P1.6",
+            SIGNAL,
         ),
         Verdict(
             "long-run variance of Z at the optimum",
             f"{spread:.3f}",
             f"G² = 1/Φ² = {1 / PHI**2:.3f} within {100 * far:.0f} %",
             bool(abs(spread * PHI**2 - 1) <= far),
-            "theory/perriot.md P1.6",
+            SIGNAL,
         ),
     ]
 
@@ -164,14 +165,14 @@ def _moving_average(seeds, scaled):
             numbers(found[False]),
             f"{numbers(plr)} within {100 * wide:.0f} %; F = −I would give {numbers(minus_one)}",
             bool(np.all(np.abs(found[False] / plr - 1) <= wide)),
-            CHECK,
+            PAPER,
         ),
         Verdict(
             "ARMA(1, 1), gradient: covariance under τ = .001",
             numbers(found[True]),
             f"{numbers(rpem)} within {100 * wide:.0f} %",
             bool(np.all(np.abs(found[True] / rpem - 1) <= wide)),
-            SOURCE,
+            GRADIENT,
         ),
     ]
 
@@ -198,21 +199,21 @@ def _hampton(seeds, scaled):
             ", ".join(row[2] for row in rows[:2]),
             f"{theory:.5f} within {100 * wide:.0f} %",
             bool(worst <= wide),
-            CHECK,
+            PAPER,
         ),
         Verdict(
             "Hampton, gradient, p = .996, K_opt = .3",
             f"{gradient:.5f}",
             f"{gradient_theory:.5f} within {100 * wide:.0f} %",
             bool(abs(gradient / gradient_theory - 1) <= wide),
-            SOURCE,
+            GRADIENT,
         ),
         Verdict(
             "a gradient without its stability limits, K_opt = .1",
             f"{loose:.5f}",
-            f"WRONG: far from the theory's {small:.5f} (.00795): the projection is not optional",
+            f"far from the theory's {small:.5f} (.00795): the projection is not optional",
             not loose < 3 * small,
-            SOURCE,
+            GRADIENT,
         ),
     ]
 

@@ -53,8 +53,9 @@ def methods(scores, names):
             ax.plot([0, found.error], [row, row], color=color, lw=7, alpha=0.75, solid_capstyle="butt")
             ax.plot(found.error + 2 * found.deviation * np.array([-1, 1]), [row, row], color=INK, lw=1.4)
             ax.text(found.error + 2.4 * found.deviation + 0.3, row, f"{found.error:.1f}", va="center", fontsize=9)
-        ax.set_xlim(0, 1.15 * max(scores[name, j].error for name in names for j in "QR"))
-        ax.set_xlabel("K-MSE (mean square error of K times 1000)")
+        ends = [scores[name, j].error + 2 * scores[name, j].deviation for name in names for j in "QR"]
+        ax.set_xlim(0, 1.22 * max(ends))
+        ax.set_xlabel("K-MSE: mean square error of K, times 1000", fontsize=9)
         title(ax, f"{jumps} jumps")
     axes[0, 0].set_yticks(range(len(names)), labels=names)
     axes[0, 0].invert_yaxis()
@@ -62,7 +63,7 @@ def methods(scores, names):
 
 
 def detection(tests, seen):
-    """Share of each jump seen by each test, with what the theory measured."""
+    """Share of each jump seen by each test, with what is expected."""
     figure, axes = panels(1, 2, 4.6, sharey=True)
     jumps = (("first increase", BLUE, -0.2), ("decrease", RED, 0.0), ("second increase", SKY, 0.2))
     for ax, kind in zip(axes[0], "QR"):
@@ -85,17 +86,18 @@ def paying(jumps, errors):
     """Error of each way over that of the random walk, by size of the jump."""
     figure, axes = panels(1, 1, 5.0)
     ax, base = axes[0, 0], np.array(errors["random walk, matched q"])
-    styles = {
-        "Hinkley, best (h, N0)": (GREEN, "--"),
-        "Hinkley, minimum of J*": (GREEN, "-"),
-        "run-length rule, N0 = 1 + G²/d²": (SKY, "-"),
-        "the same, warm start": (BLUE, "-"),
-        "variable forgetting, best": (PURPLE, "-"),
-        "run-length mixture": (ORANGE, "-"),
-        "the paper's h = 15, N0 = 6": (RED, "-"),
+    styles = {  # a colour and a marker each: some lines lie on one another
+        "Hinkley, best (h, N0)": (INK, "D"),
+        "Hinkley, minimum of J*": (GREEN, "o"),
+        "run-length rule, N0 = 1 + G²/d²": (SKY, "^"),
+        "the same, warm start": (BLUE, "v"),
+        "variable forgetting, best": (PURPLE, "P"),
+        "run-length mixture": (ORANGE, "s"),
+        "the paper's h = 15, N0 = 6": (RED, "X"),
     }
-    for name, (color, line) in styles.items():
-        ax.plot(jumps, np.array(errors[name]) / base, "o", ls=line, color=color, lw=1.8, ms=5, label=name)
+    for name, (color, marker) in styles.items():
+        mine = np.array(errors[name]) / base
+        ax.plot(jumps, mine, marker, ls="-", color=color, lw=1.7, ms=7, mec="white", mew=0.7, label=name)
     ax.axhline(1, color=INK, lw=1.2, ls=":")
     ax.set_xscale("log")
     ax.set_xticks(jumps, labels=[f"{d:g}" for d in jumps])
