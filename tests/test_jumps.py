@@ -111,3 +111,12 @@ def test_the_sum_grows_by_the_log_likelihood_ratio():
         start = detector.scan([]).state
         start[OWN : OWN + 2] = 5.0
         assert np.allclose(detector.scan([z], state=start).state[OWN : OWN + 2], np.maximum(0, [5 + up, 5 + down]))
+
+
+def test_a_score_scales_with_the_data():
+    y, u = dw.simulate([-0.6], [1.0], samples=300, noise_std=0.3, seed=2)
+    y[200:] += 1.0 * np.roll(u, 1)[200:]
+    est = dw.ARX(1, 1, memory=dw.UntilJump(dw.Score(1000, 0.3), dw.GainReset(10)))
+    one, other = (est.scaled_to(y * k, u).scan(y * k, u) for k in (1.0, 1024.0))
+    assert np.array_equal(one.statistic, other.statistic, equal_nan=True)
+    assert len(one.jumps()) >= 1

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..kernel.status import MEANING, Status
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
-from .trace import KEEP, UNUSED, Trace, jump_words
+from .trace import KEEP, UNUSED, Trace, jump_words, widens
 
 
 class TraceMIMO(Trace):
@@ -137,7 +137,7 @@ class TraceMIMO(Trace):
         return [
             Output(
                 time=self.time, state=self.state, names=est.names[at[i] : at[i + 1]],
-                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, **one,
+                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, is_width=widens(est), **one,
             )
             for i, one in enumerate(each)
         ]  # fmt: skip
@@ -180,6 +180,7 @@ class Output:
     state: np.ndarray  # of all outputs, after the last sample
     names: list[str]  # of the parameters of its equation
     alarms: np.ndarray | None  # statistic, since, which of its detector
+    is_width: bool  # whether that detector watches how wide the innovations are
 
     def __len__(self):
         return len(self.y)
@@ -189,7 +190,9 @@ class Output:
         return Trace.jumps(self, limit)  # type: ignore[arg-type]
 
     def _jump_words(self, k):
-        return MEANING[Status.JUMP] if self.alarms is None else jump_words(self.names, *self.alarms[k])
+        if self.alarms is None:
+            return MEANING[Status.JUMP]
+        return jump_words(self.names, *self.alarms[k], self.is_width)
 
 
 def _named(event, i):

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..kernel.status import MEANING, Status
 from ..models.convert import Model
@@ -216,7 +217,7 @@ class Trace:
     def _jump_words(self, k) -> str:
         if self.estimator.columns <= 7:
             return MEANING[Status.JUMP]
-        return jump_words(self.names, *self.outs[k, 5:8])
+        return jump_words(self.names, *self.outs[k, 5:8], widens(self.estimator))
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -296,11 +297,19 @@ class Trace:
             return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
 
 
-def jump_words(names, statistic, since, which) -> str:
+def widens(estimator) -> bool:
+    """Whether the detector watches how wide the innovations are, not where."""
+    return isinstance(getattr(estimator.options.get("memory"), "detector", None), VarianceChange)
+
+
+def jump_words(names, statistic, since, which, is_width=False) -> str:
     """Return what a detector said at an alarm, in words."""
     what = names[int(which)] if which >= 0 else "the innovations"
-    moved = f"{what} {'rose' if since > 0 else 'fell'}" if since else MEANING[Status.JUMP]
+    up, down = ("widened", "narrowed") if is_width else ("rose", "fell")
+    moved = f"{what} {up if since > 0 else down}" if since else MEANING[Status.JUMP]
     when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
+    if which >= 0 and abs(since) == 1:
+        when = " as far as one sample can tell"
     return f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
 
 
