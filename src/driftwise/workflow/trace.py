@@ -217,7 +217,7 @@ class Trace:
     def _jump_words(self, k) -> str:
         if self.estimator.columns <= 7:
             return MEANING[Status.JUMP]
-        return jump_words(self.names, *self.outs[k, 5:8], widens(self.estimator))
+        return jump_words(self.names, *self.outs[k, 5:8], is_width=widens(self.estimator))
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
