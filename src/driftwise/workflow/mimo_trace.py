@@ -192,7 +192,7 @@ class Output:
     def _jump_words(self, k):
         if self.alarms is None:
             return MEANING[Status.JUMP]
-        return jump_words(self.names, *self.alarms[k], is_width=self.is_width)
+        return jump_words(self.names, self.alarms[k], self.is_width)
 
 
 def _named(event, i):

@@ -217,7 +217,7 @@ class Trace:
     def _jump_words(self, k) -> str:
         if self.estimator.columns <= 7:
             return MEANING[Status.JUMP]
-        return jump_words(self.names, *self.outs[k, 5:8], is_width=widens(self.estimator))
+        return jump_words(self.names, self.outs[k, 5:8], widens(self.estimator))
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -302,8 +302,9 @@ def widens(estimator) -> bool:
     return isinstance(getattr(estimator.options.get("memory"), "detector", None), VarianceChange)
 
 
-def jump_words(names, statistic, since, which, is_width=False) -> str:
-    """Return what a detector said at an alarm, in words."""
+def jump_words(names, alarm, is_width=False) -> str:
+    """Return what a detector said at an alarm (statistic, since, which), in words."""
+    statistic, since, which = alarm
     what = names[int(which)] if which >= 0 else "the innovations"
     up, down = ("widened", "narrowed") if is_width else ("rose", "fell")
     moved = f"{what} {up if since > 0 else down}" if since else MEANING[Status.JUMP]
