@@ -121,3 +121,12 @@ def test_an_event_can_be_read_without_words():
     (event,) = trace.jumps()
     assert event.parameter == "a1" and event.direction == 1 and event.statistic >= 1
     assert 590 <= event.since <= event.sample and "a1 rose" in event.text
+
+
+def test_a_score_scales_with_the_data():
+    y, u = dw.simulate([-0.6], [1.0], samples=300, noise_std=0.3, seed=2)
+    y[200:] += 1.0 * np.roll(u, 1)[200:]
+    est = dw.ARX(1, 1, memory=dw.UntilJump(dw.Score(1000, 0.3), dw.GainReset(10)))
+    one, other = (est.scaled_to(y * k, u).scan(y * k, u) for k in (1.0, 1024.0))
+    assert np.array_equal(one.statistic, other.statistic, equal_nan=True)
+    assert len(one.jumps()) >= 1

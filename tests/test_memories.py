@@ -291,6 +291,8 @@ def test_an_alarm_frees_all_or_the_one_that_is_named():
         trace = est.scan(y[:50], phi[:50])
         assert trace.status[-1] == dw.Status.JUMP and np.array_equal(trace.outs[-1, 6:8], [1.0, about])
         np.testing.assert_allclose(np.diag(est.covariance(trace.state) - est.covariance(calm)), gained, atol=1e-12)
+        wider = np.linalg.det(est.covariance(trace.state)) / np.linalg.det(est.covariance(calm))
+        np.testing.assert_allclose(trace.state["weight"], 50 * wider ** (-1 / 3), rtol=1e-9)
 
 
 def test_a_reset_scales_the_covariance_and_stays_below_the_prior():

@@ -180,6 +180,12 @@ def test_zeros_of_each_input_and_their_number():
             m.zeros(wrong)
 
 
+def test_zeros_put_at_0_by_the_orders_are_certain():
+    found = model([0.5, 0.4, 0.3], [2.0, 0.0, 0.0], np.diag([1e-4, 1e-4, 1e-4, 1e-2, 0.0, 0.0]), inputs=1)
+    assert np.array_equal(found.zeros(), [0, 0]) and np.array_equal(found.zeros_std(), [0, 0])
+    assert not any("zero" in note for note in found.notes)
+
+
 def test_a_zero_that_may_lie_at_infinity_says_so():
     a = [0.5, 0.3, 0.2]
     m = model(a, [0.01, 1.0, -0.4], 1e-4, inputs=1)  # b1 = one std

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.edge import specs
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +55,57 @@ def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
     found, out = run(call, record, tmp_path, "--model", "regression", "--report", page)
     assert [row["name"] for row in found["summary"]["parameters"]] == ["u", "v"]
     assert "The regression explains" in " ".join(out.split())
-    assert "y(t) = u + v + noise" in page.read_text()
+    for word in ("pole", "zero", "Steady-state", "b0"):
+        assert word not in out
+    assert found["summary"]["poles"] == found["summary"]["zeros"] == found["summary"]["dc_gain"] == []
+    assert 'id="poles"' not in page.read_text()
+    assert "y(t) = θ(u) u(t) + θ(v) v(t) + noise" in page.read_text()
+
+
+def test_every_memory_is_written_as_it_is_called():
+    for text, policy in {
+        "variable:100": dw.VariableForgetting(100.0),
+        "directional:0.98": dw.DirectionalForgetting(0.98),
+        "window:60": dw.Window(60),
+        "runlengths:0.3/500": dw.RunLengths(0.3, 500.0),
+        "runlengths:0.3,0.1/500": dw.RunLengths((0.3, 0.1), 500.0),
+        "walk:1e-3": dw.Walk(1e-3),
+        "walk:0.3/500": dw.Walk(matched=(0.3, 500.0)),
+        "jump:0.3": dw.UntilJump(restart=dw.Inflate(0.3)),
+        "reset:10": dw.UntilJump(restart=dw.GainReset(10.0)),
+    }.items():
+        assert specs.memory(text) == policy
+    for text, detector in {
+        "parameters:10000": dw.Score("10000"),
+        "parameters:1 per 10_000,0.3,0.2": dw.Score("1 per 10_000", (0.3, 0.2)),
+        "level:10000,0.5": dw.Hinkley("10000", 0.5),
+        "noise:1/10000,2": dw.VarianceChange(2.0, false_alarms="1/10000"),
+        "glr:10000,50": dw.GLR("10000", 50),
+    }.items():
+        assert specs.policy("never", text, False) == dw.UntilJump(detector)
+        assert specs.policy("reset:10", text, False) == dw.UntilJump(detector, dw.GainReset(10.0))
+
+
+def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
+    rng = np.random.default_rng(3)
+    u, y = rng.standard_normal(900), 0.2 * rng.standard_normal(900)
+    for t in range(1, 900):
+        y[t] += 0.6 * y[t - 1] + (1.0 if t < 500 else 1.3) * u[t - 1]
+    path, page, result = tmp_path / "jump.csv", tmp_path / "r.html", tmp_path / "r.json"
+    np.savetxt(path, np.c_[u, y], delimiter=",", header="u,y", comments="", fmt="%.17g")
+    options = ("--model", "arx:1,1", "--jumps", "parameters:10000,0.15", "--memory", "reset:10", "--center", "none")
+    code, out, err = call("run", path, "-o", "y", "-i", "u", *options, "--report", page, "--json", result)
+    assert (code, err) == (0, "")
+    est = dw.ARX(1, 1, memory=dw.UntilJump(dw.Score(10_000, 0.15), dw.GainReset(10))).scaled_to(y, u)
+    trace = est.scan(y, u)
+    found = json.loads(result.read_text())["jumps"]
+    assert [(jump["sample"], jump["words"]) for jump in found] == [(e.sample, e.text) for e in trace.jumps()]
+    assert 500 <= found[0]["sample"] < 540 and found[0]["words"].startswith("jump: b1 rose, it began about ")
+    assert f"jumps noticed at: {found[0]['sample']} s (b1 rose)" in " ".join(out.split())
+    assert trace.weight[found[0]["sample"] - 1] > 490 and trace.weight[found[0]["sample"] + 1] < 12
+    text = page.read_text()
+    assert "Score promises at most one false alarm per 10" in text
+    assert "statistic / threshold" in text and "memory (samples)" in text and found[0]["words"] in text
 
 
 @pytest.mark.parametrize(
@@ -64,18 +115,43 @@ def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
         (["--model", "arx:2,x"], "nb = 'x' must be a whole number, or one for each input as in 2/1"),
         (["--model", "arx:2/1,1"], "na = '2/1' must be a whole number."),
         (["--model", "arx:2,1/1/1"], "nb lists 3 numbers for 2 input(s)"),
+        (["--model", "arx:50000,1"], "na is at most 1000"),
         (["--model", "ar:2"], "--model ar has no input"),
         (["--model", "narx:2"], "--model must be one of ar, arx"),
         (["--model", "arx:2,1", "--order", "3"], "--order is for the joint filter"),
+        (["--model", "arx:2,1", "--orders", "1-3"], "--orders is for the joint filter"),
         (["--model", "arx:2,1", "--smooth", "all"], "--smooth is for the joint filter"),
         (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),
         (["--model", "arx:2,1", "--memory", "weighted:1.5"], "p is a weight per sample"),
-        (["--model", "arx:400,400"], "measured outputs are too few for 1200 unknowns (--model arx:400,400"),
+        (["--model", "arx:2,1", "--memory", "walk:nan"], "q must be finite, got nan"),
+        (["--model", "arx:2,1", "--memory", "window:1e9"], "take a shorter one"),
+        (["--model", "arx:2,1", "--memory", "window:1.5"], "a whole number of samples is expected"),
+        (["--model", "arx:2,1", "--memory", "runlengths:0.3"], "takes two numbers, for example runlengths:0.3/1000"),
+        (["--model", "arx:2,1", "--memory", "walk:0.1", "--jumps", "level:100"], "forgets all the time: leave one"),
+        (["--model", "arx:2,1", "--jumps", "level"], "--jumps is written DETECTOR:RATE or DETECTOR:RATE,SIZE"),
+        (["--model", "arx:2,1", "--jumps", "level:often"], "a rate of false alarms is written '1 per 10_000'"),
+        (["--model", "arx:2,1", "--jumps", "level:100,-1"], "jump must be positive"),
+        (["--model", "arx:2,1", "--jumps", "glr:1000,1.5"], "SIZE is how many samples to look back, a whole number"),
+        (["--model", "arx:2,1", "--jumps", "noise:1e30"], "is rarer than can be computed"),
+        (["--memory", "weighted:0.99"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
+        (["--jumps", "parameters:1000"], "watches its innovations: --jumps level, noise or glr"),
+        (["-o", "v"], "--output was given 2 times (y, v), and one output is estimated at a time"),
     ],
 )
 def test_wrong_models_are_one_line(call, record, options, words):
     code, out, err = call("run", record[0], "-o", "y", "-i", "u", "-i", "v", *options)
-    assert (code, out) == (1, "")
+    assert (code, out) == (2, "")
     assert words in err
     assert err.startswith("driftwise: ")
     assert err.count("\n") == 1
+
+
+def test_records_too_short_say_so(call, record, tmp_path):
+    code, out, err = call("run", record[0], "-o", "y", "-i", "u", "-i", "v", "--model", "arx:400,400")
+    assert (code, out) == (1, "")
+    assert "measured outputs are too few for 1200 unknowns (--model arx:400,400" in err
+    (tmp_path / "three.csv").write_text("y\n1\n2\n1.5\n")
+    code, out, _ = call("run", tmp_path / "three.csv", "-o", "y", "--model", "ar:1", "--report", tmp_path / "r.html")
+    assert code == 0
+    assert "2 measured outputs are too few to say how well it predicts" in " ".join(out.split())
+    assert "nan" not in out and ">nan<" not in (tmp_path / "r.html").read_text()

@@ -225,7 +225,7 @@ def test_smoothing_works_through_a_pipe(call, record, tmp_path, monkeypatch):
 )
 def test_wrong_options_are_one_line(call, record, options, words):
     code, out, err = call("run", record[0], "-o", "y", "-i", "u", *options)
-    assert (code, out) == (1, "")
+    assert (code, out) == (2, "")
     assert words in err
     assert err.startswith("driftwise: ")
     assert err.count("\n") == 1
@@ -233,7 +233,7 @@ def test_wrong_options_are_one_line(call, record, options, words):
 
 def test_order_auto_says_what_it_needs(call, record, tmp_path):
     code, _, err = call("run", "-", "-o", "y", "--order", "auto")
-    assert code == 1
+    assert code == 2
     assert "standard input can be read only once" in err
     y, u = jumping(samples=24)
     code, _, err = call("run", table(tmp_path / "short.csv", y, u), "-o", "y", "-i", "u", "--order", "auto")

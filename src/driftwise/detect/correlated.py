@@ -26,7 +26,7 @@ def inverse_excess(c):
     from scipy.optimize import brentq
 
     high = np.log1p(c) + np.log1p(np.log1p(c)) + np.sqrt(2 * c) + 2
-    return brentq(lambda x: x * x * phi2(x) - c, 0.0, high, xtol=1e-300, rtol=1e-15)
+    return brentq(lambda x: x * x * phi2(x) - c, 0.0, high, xtol=1e-300, rtol=1e-15, maxiter=1000)
 
 
 @dataclass(frozen=True)

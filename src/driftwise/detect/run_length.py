@@ -37,6 +37,7 @@ __all__ = [
 ]
 
 WIDEST = 1000.0  # threshold, in standard deviations, up to which the linear equations are solved
+RAREST = 1e12  # samples between false alarms up to which they keep three digits
 
 
 def rate(text) -> float:
@@ -317,7 +318,13 @@ def threshold_of(cdf, run_length, reference, std=1.0) -> float:
     above = 1 - float(cdf(np.array([k]))[0])
     if not above > 0:
         raise InputError(f"the signal never exceeds reference = {k:g}: no threshold is ever reached")
-    return _search(rate(run_length), 1 / above, k, std, lambda h: _states(cdf, h, k, 400))
+    wanted = rate(run_length)
+    if wanted > RAREST:
+        raise InputError(
+            f"one false alarm in {wanted:g} samples is rarer than can be computed for such a signal (at most one in "
+            f"{RAREST:g}): give a threshold"
+        )
+    return _search(wanted, 1 / above, k, std, lambda h: _states(cdf, h, k, 400))
 
 
 def _not_negative(reference):

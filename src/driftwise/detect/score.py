@@ -32,7 +32,8 @@ class Score(NamedTuple):
     false_alarms : str or float
         Promised rate, "1 per 10_000" or a mean number of samples. Unused where `threshold` is given.
     jump : float or (m,)
-        Size of the jump to be found soonest, of each parameter, in its units.
+        Size of the jump to be found soonest, of each parameter, in its units (in an estimator: those of `y_scale` and
+        `u_scale`).
     threshold : float, optional
         The threshold itself.
 

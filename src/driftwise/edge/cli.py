@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from driftwise.errors import InputError
+from driftwise.errors import CommandError, InputError
 
 __all__ = ["app", "main"]
 
@@ -51,12 +51,16 @@ def _common(
 @app.command()
 def run(
     file: Annotated[str, typer.Argument(help="CSV or Parquet table, or - for CSV on standard input.")],
-    output: Annotated[str, typer.Option("--output", "-o", help="Column of the measured output.")],
+    output: Annotated[
+        list[str], typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")
+    ],
     input: Annotated[
-        list[str] | None, typer.Option("--input", "-i", help="Column of an input; repeat for several.")
+        list[str] | None,
+        typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several."),
     ] = None,
     time: Annotated[
-        str | None, typer.Option("--time", "-t", help="Column of the time: numbers, or ISO 8601 stamps.")
+        str | None,
+        typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or ISO 8601 stamps."),
     ] = None,
     order: Annotated[
         str,
@@ -75,8 +79,9 @@ def run(
     noise: Annotated[
         str,
         typer.Option(
+            metavar="KIND",
             help="equation-error (ARX), output-error (white noise on the sensor alone), unknown (its colour is "
-            "estimated too: ARMAX), or polynomial:d0,d1,.."
+            "estimated too: ARMAX), or polynomial:d0,d1,..",
         ),
     ] = "equation-error",
     model: Annotated[
@@ -90,17 +95,25 @@ def run(
     memory: Annotated[
         str,
         typer.Option(
-            help="How the past is forgotten: never (constant parameters), walk:Q (they drift; variance per sample), "
-            "jump or jump:STEP (constant until they jump); with --model also limited:N, weighted:P, variable:N, "
-            "directional:P, window:T, runlengths:JUMP/EVERY."
+            metavar="KIND:NUMBER",
+            help="How the past is forgotten: never (constant parameters), walk:Q (they drift; variance per sample) or "
+            "walk:JUMP/EVERY (as jumps of that size every so many samples would have it), jump or jump:STEP (constant "
+            "until they jump; size to expect where output and inputs are of size one). With --model also limited:N "
+            "and weighted:P (gains that stop at 1/N, at 1-P), variable:N (forgets when surprised), directional:P "
+            "(only what new samples speak about), window:T "
+            "(the last T samples), runlengths:JUMP/EVERY (all instants of a jump considered), reset:N (like jump; "
+            "then the gain is 1/N).",
         ),
     ] = "never",
     jumps: Annotated[
         str | None,
         typer.Option(
-            metavar="DETECTOR:RATE",
-            help="Start afresh at jumps, with so many false alarms: parameters:1/10000 (which one jumped), "
-            "level:1/10000 (a shift of the innovations), noise:1/10000 (their variance).",
+            metavar="DETECTOR:RATE[,SIZE]",
+            help="Start afresh at jumps, with one false alarm in RATE samples (10000, or '1 per 10_000'). DETECTOR: "
+            "parameters (which one, which way; SIZE of its jump where output and inputs are of size one; needs "
+            "--model), level (a shift of the innovations; SIZE in standard deviations), noise (they widen, as they do "
+            "when any parameter jumps; SIZE: variance after over before), glr (a shift of any size; SIZE: samples to "
+            "look back). How to start afresh: --memory jump:STEP or reset:N.",
         ),
     ] = None,
     smooth: Annotated[
@@ -111,22 +124,32 @@ def run(
         ),
     ] = None,
     gate: Annotated[
-        float | None, typer.Option(help="Set aside outputs this many standard deviations off, e.g. 5.")
+        float | None,
+        typer.Option(metavar="SIGMAS", help="Set aside outputs this many standard deviations off, e.g. 5."),
     ] = None,
     direct: Annotated[bool, typer.Option("--direct", help="The input acts on the output at once (term b0).")] = False,
     center: Annotated[
-        str, typer.Option(help="Subtract the mean or the median of the first chunk from each column, or none.")
+        str,
+        typer.Option(
+            metavar="mean|median|none",
+            help="Subtract the mean or the median of the first chunk from each column, or none.",
+        ),
     ] = "mean",
     dt: Annotated[
-        float | None, typer.Option(help="Seconds between samples; taken from --time if omitted, else 1.")
+        float | None,
+        typer.Option(metavar="SECONDS", help="Seconds between samples; taken from --time if omitted, else 1."),
     ] = None,
     save: Annotated[
-        str | None, typer.Option(help="Write the trace, sample by sample, to this .parquet or .csv.")
+        str | None, typer.Option(metavar="FILE", help="Write the trace, sample by sample, to this .parquet or .csv.")
     ] = None,
-    report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
-    json: Annotated[str | None, typer.Option(help="Write the results as JSON; - for standard output.")] = None,
-    start: Annotated[float | None, typer.Option("--from", help="Leave out rows before this time.")] = None,
-    stop: Annotated[float | None, typer.Option("--to", help="Leave out rows after this time.")] = None,
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a self-contained HTML report.")] = None,
+    json: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")
+    ] = None,
+    start: Annotated[
+        float | None, typer.Option("--from", metavar="TIME", help="Leave out rows before this time.")
+    ] = None,
+    stop: Annotated[float | None, typer.Option("--to", metavar="TIME", help="Leave out rows after this time.")] = None,
     chunk: Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)] = 65_536,
 ) -> None:
     """Estimate a system from a recorded table.
@@ -134,15 +157,21 @@ def run(
     Reads FILE chunk by chunk (any length, constant memory), estimates state and parameters at every sample,
     and prints what the plant is and how far it can be trusted. Empty cells are missing samples, not errors.
 
-    Example: driftwise run plant.csv --output temperature --input heater --order 2 --report report.html
+    Examples: driftwise run plant.csv --output temperature --input heater --order 2 --report report.html;
+    driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000
     """
     from driftwise.edge.options import Plan
     from driftwise.edge.runner import execute
 
+    if len(output) > 1:
+        raise CommandError(
+            f"--output was given {len(output)} times ({', '.join(output)}), and one output is estimated at a time: run "
+            "once for each, the other perhaps as an --input. Together: driftwise.ARX or driftwise.Joint, in Python."
+        )
     execute(
         Plan(
             file,
-            output,
+            output[0],
             tuple(input or ()),
             time,
             order,
@@ -248,7 +277,7 @@ def main() -> None:
         app()
     except InputError as error:
         print(f"driftwise: {error}", file=sys.stderr)
-        sys.exit(1)
+        sys.exit(2 if isinstance(error, CommandError) else 1)
 
 
 if __name__ == "__main__":

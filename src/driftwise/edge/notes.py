@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from driftwise.edge.specs import DETECTORS
 from driftwise.edge.wording import number
 
 __all__ = ["described", "labels", "notes"]
@@ -9,6 +10,8 @@ __all__ = ["described", "labels", "notes"]
 
 def described(plan, dt: float) -> list[str]:
     """Return what kind of model was estimated, in a few words."""
+    from driftwise.detect.run_length import rate
+
     inputs = len(plan.inputs)
     order = f"order {plan.order}" + (" (the most probable)" if plan.chosen else "")
     found = [
@@ -17,9 +20,13 @@ def described(plan, dt: float) -> list[str]:
     ]
     found += ["direct term"] if plan.direct else []
     memories = {"never": "constant parameters", "jump": "parameters that may jump"}
+    if plan.jumps:
+        kind, _, numbers = plan.jumps.partition(":")
+        memories["never"] = memories["jump"]
+        restart = [f"alarms at {DETECTORS[kind][0]}, 1 false in {number(rate(numbers.partition(',')[0]))} samples"]
     if not plan.model:
         found.append("unknown noise colour" if plan.noise == "unknown" else plan.noise)
-    found += [memories.get(plan.memory, plan.memory), *([f"jumps {plan.jumps}"] if plan.jumps else [])]
+    found += [memories.get(plan.memory, plan.memory), *(restart if plan.jumps else [])]
     return [*found, *([f"gate {plan.gate:g}"] if plan.gate else []), f"dt {number(dt, 4)} s"]
 
 
@@ -65,8 +72,7 @@ def notes(plan, record, found) -> list[str]:
         said.append(f"order {plan.order} was estimated; the data speak for another: --order {found.evidence.best}.")
     if found.evidence is not None and plan.gate:
         said.append("orders were compared without the gate, which would reject other samples for each.")
-    if summary.is_enough:
-        said += [f"{text}." for text in summary.model.notes]
+    said += [f"{text}." for text in summary.notes]
     if offsets.values and not summary.whiteness.is_white and not summary.jumps:
         said.append(
             "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "

@@ -64,9 +64,16 @@ class Plan(NamedTuple):
             )
         return int(str(self.smooth))
 
+    @property
+    def policy(self) -> Any:
+        """The memory, with the detector of --jumps."""
+        return specs.policy(self.memory, self.jumps, self.model is None)
+
     def check(self) -> None:
         """Refuse wrong options before the table is read."""
         self.check_targets()
+        if self.model is not None:
+            self._check_model()
         _ = self.lag
         if self.is_auto and self.file == "-":
             raise InputError(
@@ -96,7 +103,7 @@ class Plan(NamedTuple):
             len(self.inputs),
             self.direct,
             noise=lambda order: _noise(noise, order),
-            memory=specs.memory(self.memory),
+            memory=self.policy,
             dt=dt,
         )
 
@@ -122,25 +129,31 @@ class Plan(NamedTuple):
             len(self.inputs),
             self.direct,
             noise=_noise(self.noise, self.order),
-            memory=specs.memory(self.memory),
+            memory=self.policy,
             gate=gate,
             dt=dt,
         )
+
+    def _check_model(self) -> None:
+        """Refuse what only the joint filter has."""
+        usual, kind = Plan._field_defaults, str(self.model).partition(":")[0]
+        for option, is_given, instead in (
+            ("--order", self.order != usual["order"], "the orders stand behind the colon"),
+            ("--orders", self.orders is not None, "the orders stand behind the colon; compare runs by their fit"),
+            ("--noise", self.noise != usual["noise"], "the model says what colours the noise"),
+            ("--direct", self.direct, "nk = 0 acts at once"),
+            ("--smooth", self.smooth is not None, "recursive models are not smoothed"),
+        ):
+            if is_given:
+                raise InputError(f"{option} is for the joint filter, without --model; with --model {kind}, {instead}.")
 
     def _recursive(self, gate, dt: float) -> Any:
         """Return the recursive estimator that --model names."""
         import driftwise as dw
 
         kind, orders_ = specs.model(str(self.model), len(self.inputs))
-        for option, is_given in (
-            ("--order", self.order != Plan._field_defaults["order"]), ("--orders", self.orders is not None),
-            ("--noise", self.noise != Plan._field_defaults["noise"]), ("--direct", self.direct),
-            ("--smooth", self.smooth is not None),
-        ):  # fmt: skip
-            if is_given:
-                raise InputError(f"{option} is for the joint filter; --model {kind} says it all (nk = 0 acts at once).")
         kinds = {"ar": "AR", "arx": "ARX", "arma": "ARMA", "armax": "ARMAX", "oe": "OE", "bj": "BJ"}
-        options = dict(memory=specs.memory(self.memory), gate=gate, dt=dt)
+        options = dict(memory=self.policy, gate=gate, dt=dt)
         if kind == "regression":
             return dw.Regression(list(self.inputs), **options)
         return getattr(dw, kinds[kind])(**orders_, **options)

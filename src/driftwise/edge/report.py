@@ -69,7 +69,7 @@ def write(
     figures |= {f"adaptation{j}": fig for j, fig in enumerate(adapts)}
     figures["innovations"] = draw.innovations(trace, labels, span)
     figures["acf"] = draw.autocorrelations(summary.correlations[1:], summary.observed)
-    if summary.is_enough:
+    if summary.is_enough and not summary.is_static:
         figures["poles"] = report_roots.plane(summary.model)
         window = report_roots.smallest_window(summary.model)
         figures |= {} if window is None else {"closeup": report_roots.plane(summary.model, window)}
@@ -95,7 +95,7 @@ def write(
             *_grid([part for name, part in parts.items() if name.startswith("parameter")]),
         ),
         _states(parts, smoothed),
-        _adaptation(parts),
+        parts_of.memory([_plot(parts[f"adaptation{j}"]) for j in range(len(adapts))], trace.estimator),
         "" if orders is None else parts_of.order_evidence(orders, parts["orders"]),
         '<div class="pair">',
         parts_of.roots(summary, trace.dt, parts["poles"] + parts.get("closeup", "")) if "poles" in parts else "",
@@ -155,7 +155,7 @@ def _cards(summary) -> list[str]:
         html.card("One-step fit", fixed(summary.fit, 1), "100 = perfect, 0 = no better than the mean", unit="%"),
         html.card("Noise (std)", number(summary.noise_std, 3), f"one-step error {number(summary.rmse, 3)} rms"),
         html.card("NIS", fixed(nis, 2), _expected(summary.nis_interval), size),
-        html.card("Held by 95 % bands", f"{100 * coverage:.1f}", "should be about 95", held, "%"),
+        html.card("Held by 95 % bands", fixed(100 * coverage, 1), "should be about 95", held, "%"),
         html.card("Innovations", "white" if white.is_white else "not white", p_value, _grade(white.is_white, True)),
         html.card("Samples unused", f"{summary.samples - summary.observed}", unused),
     ]
@@ -237,15 +237,6 @@ def _states(parts, smoothed) -> str:
     n = smoothed.estimator.model.n
     words = f"Filtered and smoothed as above, offsets subtracted; x{n} is the measured one. Zoom in to tell them apart."
     return html.section("states", "State", words, *_grid(divs))
-
-
-def _adaptation(parts) -> str:
-    divs = [part for name, part in parts.items() if name.startswith("adaptation")]
-    if not divs:
-        return ""
-    words = "How many samples the estimate rests on (one over the gain: it grows until the past is forgotten)"
-    words += ", and how near the detector came to an alarm (1)." if len(divs) > 1 else "."
-    return html.section("adaptation", "Memory", words, *_grid(divs))
 
 
 def _expected(nis) -> str:

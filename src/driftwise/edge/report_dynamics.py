@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import isfinite, log
 
 from driftwise.edge import report_page as html
+from driftwise.edge.report_plots import has_weight
 from driftwise.edge.report_roots import FAR
-from driftwise.edge.wording import fixed, number, plus_minus, probable
+from driftwise.edge.wording import fixed, number, plus_minus, probable, zeros_told
 
-__all__ = ["UNLEARNED", "directions", "knowledge", "order_evidence", "roots"]
+__all__ = ["UNLEARNED", "directions", "knowledge", "memory", "order_evidence", "roots"]
 
 UNLEARNED = 0.5  # a direction that keeps more than this share of its prior variance is not learned
 
@@ -25,27 +26,28 @@ def roots(summary, dt: float, figure: str) -> str:
     words += " Shaded: 95 % ellipses (a bar for a root that stays real); scroll to zoom in."
     if "sampled" in model.method or any("sampled" in model.zeros_method(i) for i in range(model.form.inputs)):
         words += " Dots: draws from the posterior, where an ellipse would mislead."
+    has_zeros = any(zeros_told(model, i) for i in range(model.form.inputs))
     rows = [[_complex(p), f"{abs(p):.4f}", _std(s), _time_constant(p, s, dt)] for p, s in found if p.imag >= -1e-12]
     body = [
         f'<div class="center">{figure}</div>',
         html.table(["pole", "size", "standard error", "time constant (s)"], rows),
         _zeros(model),
         _gains(model),
-        *[html.say(f"{note}.") for note in model.notes],
+        *[html.say(f"{note}.") for note in summary.notes],
     ]
-    return html.section("poles", "Poles and zeros" if model.form.inputs else "Poles", words, *body)
+    return html.section("poles", "Poles and zeros" if has_zeros else "Poles", words, *body)
 
 
 def _zeros(model) -> str:
     rows, far, k = [], 0, model.form.inputs
     for i in range(k):
-        for z, std in zip(model.zeros(i), model.zeros_std(i)):
+        for z, std in zeros_told(model, i):
             if z.imag < -1e-12:
                 continue
             name = "" if k == 1 else f" (u{i + 1})"
-            far += int(not isfinite(abs(z)) or abs(z) > FAR)
-            size = "infinite" if not isfinite(abs(z)) else f"{abs(z):.4f}" if abs(z) < 1e4 else number(abs(z), 2)
-            rows.append([("infinite" if size == "infinite" else _complex(z)) + name, size, _std(std)])
+            far += int(abs(z) > FAR)
+            size = f"{abs(z):.4f}" if abs(z) < 1e4 else number(abs(z), 2)
+            rows.append([_complex(z) + name, size, _std(std)])
     if not rows:
         return ""
     left = html.say(f"{far} zero{'s lie' if far > 1 else ' lies'} outside the figure.") if far else ""
@@ -124,6 +126,27 @@ def _numbers(study) -> list[list]:
         ratio = float(max(study.bound.ratio))
         rows.append(["error of a, noise colour unknown / known", number(ratio, 3) if isfinite(ratio) else "infinite"])
     return rows
+
+
+# --- memory --------------------------------------------------------------------------------------------------
+
+
+def memory(figures: list[str], estimator) -> str:
+    """Return the section about gain and detector; ``figures`` is trusted markup."""
+    if not figures:
+        return ""
+    kept, said = estimator.options.get("memory"), []
+    if has_weight(kept):
+        said.append("how many samples the estimate rests on (one over the gain: it grows until the past is forgotten)")
+    if hasattr(kept, "detector"):
+        said.append("how near the detector came to an alarm (1)")
+    words = f"{type(kept).__name__}: {', and '.join(said)}."
+    if hasattr(kept, "detector"):
+        promise = getattr(kept.detector, "words", "nothing")
+        promise = promise(estimator.model.N) if callable(promise) else promise
+        words += f" {type(kept.detector).__name__} promises {promise}."
+    body = f'<div class="many" style="--columns:{len(figures)}">{"".join(figures)}</div>'
+    return html.section("adaptation", "Memory", words, body)
 
 
 # --- order ---------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ __all__ = [
     "autocorrelations",
     "blank",
     "excitation",
+    "has_weight",
     "innovations",
     "legend",
     "orders",
@@ -153,8 +154,8 @@ def adaptation(trace, x_range, jumps=()):
 
     if trace.estimator.columns <= 5:
         return []
-    found = []
-    columns = [("memory (samples)", trace.weight, 1)]
+    found: list = []
+    columns = [("memory (samples)", trace.weight, 1)] if has_weight(trace.estimator.options.get("memory")) else []
     if np.nanmax(trace.statistic, initial=0.0) > 0:
         columns.append(("statistic / threshold", trace.statistic, 4))
     for label, values, line in columns:
@@ -163,13 +164,21 @@ def adaptation(trace, x_range, jumps=()):
         i = envelope(values, POINTS)
         fig.line(np.asarray(trace.time)[i], _single(values[i]), width=1.6, color=LINES[line])
         found.append(fig)
-    if len(found) > 1:
-        found[1].add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
+        if label.startswith("statistic"):
+            fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
     for fig in found:
         for when in jumps:
             mark = {"line_color": PALETTE["alert"], "line_dash": "dotdash", "line_alpha": 0.7}
             fig.add_layout(Span(location=when, dimension="height", **mark))
     return found
+
+
+def has_weight(memory) -> bool:
+    """Whether a memory counts samples: not where it adds variance at every one, or mixes several answers."""
+    from driftwise.memory.drift import Walk
+    from driftwise.memory.run_lengths import RunLengths
+
+    return not isinstance(memory, Walk | RunLengths)
 
 
 def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):

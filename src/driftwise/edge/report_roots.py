@@ -61,6 +61,8 @@ def plane(model, window=None):
         name = "zero" if k == 1 else f"zero from u{i + 1}"
         found = model.zeros(i), model.zeros_covariance(i), model.zeros_method(i)
         marker = MARKERS[i % len(MARKERS)]
+        told = [j for j, (z, std) in enumerate(zip(found[0], model.zeros_std(i))) if z != 0 or std > 0]
+        found = found[0][told], found[1][told], [found[2][j] for j in told]
         marks.append(_marks(fig, *found, name, marker, PALETTE["good"], reach))
     marks = [mark for mark in marks if mark is not None]
     tips = [("", "@what"), ("size", "@size"), ("real", "@x{0.0000}"), ("imaginary", "@y{0.0000}")]

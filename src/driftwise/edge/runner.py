@@ -13,7 +13,7 @@ from driftwise.edge.notes import described, labels, notes
 from driftwise.edge.options import AUTO, Plan
 from driftwise.edge.saving import Saver, smoothed_columns, widen
 from driftwise.edge.tables import Chunk, Record, open_record
-from driftwise.errors import InputError
+from driftwise.errors import CommandError, InputError
 
 __all__ = ["Run", "execute"]
 
@@ -38,7 +38,10 @@ class Run:
 
 def execute(plan: Plan) -> None:
     """Run the plan: estimate, save, report, print."""
-    plan.check()
+    try:
+        plan.check()
+    except InputError as error:
+        raise CommandError(str(error)) from None
     start = perf_counter()
     evidence = _choose(plan) if plan.is_auto else None
     if evidence is not None:

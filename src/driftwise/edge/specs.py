@@ -7,7 +7,7 @@ from typing import Any
 
 from driftwise.errors import InputError
 
-__all__ = ["MEMORIES", "MODELS", "floats", "memory", "model"]
+__all__ = ["DETECTORS", "MEMORIES", "MODELS", "detector", "floats", "memory", "model", "policy"]
 
 # the numbers of each model, in order; those in PER_INPUT may differ by input: 2/1 is 2 for the first, 1 for the second
 MODELS = {
@@ -20,12 +20,23 @@ MODELS = {
     "regression": (),
 }
 PER_INPUT = ("nb", "nf", "nk")
+LARGEST = 1000  # a covariance has the square of it
 MEMORIES = (
-    "never (constant parameters), limited:N (gain 1/n, then 1/N), weighted:P (a sample fades to P of its weight with "
-    "each new one), variable:N, directional:P, walk:Q (they drift; variance per sample, for example walk:1e-6), "
-    "walk:JUMP/EVERY (the same for jumps of that size every so many samples), window:T (the last T samples), "
-    "jump or jump:STEP (they jump; size to expect, 1 if omitted), runlengths:JUMP/EVERY (jumps of that size)"
+    "never (constant parameters), walk:Q (they drift; variance per sample, for example walk:1e-6), walk:JUMP/EVERY "
+    "(the same for jumps of that size every so many samples), jump or jump:STEP (they jump; size to expect, 1 if "
+    "omitted); with --model also reset:N (they jump; then the gain is 1/N again), limited:N (gain 1/n, then 1/N), "
+    "weighted:P (a sample fades to P of its weight with each new one), variable:N (forgets when surprised, else N "
+    "samples), directional:P (weighted, but only what new samples speak about), window:T (the last T samples), "
+    "runlengths:JUMP/EVERY (jumps of that size every so many samples, all instants considered)"
 )
+JOINT = ("never", "walk", "jump")  # memories of the joint filter
+# what a detector watches, and what its SIZE is
+DETECTORS = {
+    "parameters": ("jumps of a parameter", "the jump to expect, where output and inputs are of size one"),
+    "level": ("shifts of the innovations", "the shift to expect, in standard deviations"),
+    "noise": ("innovations that widen", "their variance after over before, above 1"),
+    "glr": ("shifts of the innovations, of any size", "how many samples to look back"),
+}
 
 
 def floats(option: str, text: str) -> list[float]:
@@ -61,6 +72,8 @@ def _order(name: str, part: str, inputs: int, text: str) -> Any:
     if not all(v.strip().isdecimal() for v in values) or (len(values) > 1 and name not in PER_INPUT):
         raise InputError(f"--model {text}: {name} = {part!r} must be a whole number"
                          + (", or one for each input as in 2/1." if name in PER_INPUT else "."))  # fmt: skip
+    if max(map(int, values)) > LARGEST:
+        raise InputError(f"--model {text}: {name} is at most {LARGEST}; is the record sampled too fast?")
     if name not in PER_INPUT:
         return int(part)
     if len(values) not in (1, inputs):
@@ -68,33 +81,116 @@ def _order(name: str, part: str, inputs: int, text: str) -> Any:
     return tuple(int(v) for v in values * (inputs if len(values) == 1 else 1))
 
 
+def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
+    """Return the memory that --memory and --jumps ask for together, refused where the model has none like it."""
+    import driftwise as dw
+
+    found, kind = memory(text), text.partition(":")[0]
+    if is_joint and kind not in JOINT:
+        raise InputError(
+            f"--memory {text} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) takes "
+            "never, walk:Q or jump:STEP."
+        )
+    if jumps is None:
+        return found
+    if is_joint and jumps.partition(":")[0] == "parameters":
+        raise InputError(
+            f"--jumps {jumps} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) "
+            "watches its innovations: --jumps level, noise or glr."
+        )
+    if not isinstance(found, dw.Never | dw.UntilJump):
+        raise InputError(
+            f"--jumps {jumps} restarts a memory that forgets nothing in between, and --memory {text} forgets all the "
+            "time: leave one of them out, or say --memory jump:STEP."
+        )
+    watching = detector(jumps)
+    return found._replace(detector=watching) if isinstance(found, dw.UntilJump) else dw.UntilJump(watching)
+
+
+def detector(text: str) -> Any:
+    """Return the detector that a text such as "level:10000,0.5" names: what, false alarms, size."""
+    import driftwise as dw
+
+    kind, _, numbers = text.partition(":")
+    rate, comma, size = (part.strip() for part in numbers.partition(","))
+    if kind not in DETECTORS or not rate or (comma and not size):
+        raise InputError(
+            "--jumps is written DETECTOR:RATE or DETECTOR:RATE,SIZE, for example parameters:10000,0.5 (one false alarm "
+            f"in 10 000 samples); DETECTOR is one of {', '.join(DETECTORS)}; got {text!r}."
+        )
+    sizes = floats(f"--jumps {kind}:RATE,", size) if size else []
+    if len(sizes) > 1 and kind != "parameters":
+        raise InputError(f"--jumps {text}: one SIZE is expected ({DETECTORS[kind][1]}).")
+    if kind == "glr" and sizes and sizes[0] % 1:
+        raise InputError(f"--jumps {text}: SIZE is {DETECTORS[kind][1]}, a whole number.")
+    try:
+        if kind == "parameters":
+            found: Any = dw.Score(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
+            found.resolve(max(len(sizes), 1))
+        else:
+            found = {
+                "level": lambda: dw.Hinkley(rate, *sizes),
+                "noise": lambda: dw.VarianceChange(*sizes, false_alarms=rate),
+                "glr": lambda: dw.GLR(rate, *map(int, sizes)),
+            }[kind]()
+            found.resolve()
+    except InputError as error:
+        raise InputError(f"--jumps {text}: {error}") from None
+    return found
+
+
 def memory(text: str) -> Any:
     """Return the memory policy that a text such as "weighted:0.99" names."""
     import driftwise as dw
 
-    kind, colon, number = text.partition(":")
+    kind, colon, numbers = text.partition(":")
     plain: dict[str, Callable[[], Any]] = {"never": dw.Never, "jump": dw.UntilJump}
-    if kind in plain and not colon:
-        return plain[kind]()
     one: dict[str, Callable[[float], Any]] = {
         "limited": dw.LimitedGain,
         "weighted": dw.Weighted,
+        "variable": dw.VariableForgetting,
+        "directional": dw.DirectionalForgetting,
+        "window": lambda number: dw.Window(_whole(text, number)),
+        "reset": lambda number: dw.UntilJump(restart=dw.GainReset(number)),
     }
-    if kind in one and number:
-        return one[kind](_number(text, number))
-    if kind == "walk" and number:
-        steps = floats("--memory walk:", number)
-        return dw.Walk(steps[0] if len(steps) == 1 else tuple(steps))
-    if kind == "jump" and number:
-        steps = floats("--memory jump:", number)
+    if kind in plain and not colon:
+        return plain[kind]()
+    if kind in one and numbers:
+        return one[kind](_number(text, numbers))
+    if kind == "runlengths" and numbers:
+        return dw.RunLengths(*_jump_every(text, numbers))
+    if kind == "walk" and "/" in numbers:
+        return dw.Walk(matched=_jump_every(text, numbers))
+    if kind == "walk" and numbers:
+        return dw.Walk(_one_or_each(floats("--memory walk:", numbers)))
+    if kind == "jump" and numbers:
+        steps = floats("--memory jump:", numbers)
         if not all(step > 0 for step in steps):
-            raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {number!r}.")
-        return dw.UntilJump(restart=dw.Inflate(steps[0] if len(steps) == 1 else tuple(steps)))
+            raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
+        return dw.UntilJump(restart=dw.Inflate(_one_or_each(steps)))
     raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
 
 
-def _number(text: str, number: str) -> float:
-    values = floats(f"--memory {text.partition(':')[0]}:", number)
+def _jump_every(text: str, numbers: str) -> tuple[Any, float]:
+    """Return (jump, every) of "0.3/1000", or of "0.3,0.1/1000": one jump for each parameter."""
+    kind, (jump, _, every) = text.partition(":")[0], numbers.partition("/")
+    if not jump or not every:
+        raise InputError(f"--memory {kind}:JUMP/EVERY takes two numbers, for example {kind}:0.3/1000; got {text!r}.")
+    return _one_or_each(floats(f"--memory {kind}:", jump)), _number(text, every)
+
+
+def _one_or_each(values: list[float]) -> Any:
+    return values[0] if len(values) == 1 else tuple(values)
+
+
+def _whole(text: str, number: float) -> int:
+    if not float(number).is_integer():
+        raise InputError(f"--memory {text}: a whole number of samples is expected.")
+    return int(number)
+
+
+def _number(text: str, numbers: str) -> float:
+    values = floats(f"--memory {text.partition(':')[0]}:", numbers)
     if len(values) != 1:
-        raise InputError(f"--memory {text}: one number is expected after the colon.")
+        raise InputError(f"--memory {text}: one number is expected there, got {numbers!r}.")
     return values[0]

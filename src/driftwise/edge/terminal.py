@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, isfinite
 
-from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable
+from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable, zeros_told
 
 __all__ = ["console", "show"]
 
@@ -31,10 +31,11 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     out.print(Text(title, style="bold"))
     out.print(Text(" \u00b7 ".join(facts), style="dim"))
     out.print()
-    tables = [_parameters(summary), _roots("pole", summary.poles, 1.0)]
-    model = summary.model
-    zeros = [pair for i in range(model.form.inputs) for pair in zip(model.zeros(i), model.zeros_std(i))]
-    tables += [_roots("zero", zeros)] if zeros and summary.is_enough else []
+    tables = [_parameters(summary)]
+    if not summary.is_static:
+        zeros = [pair for i in range(summary.model.form.inputs) for pair in zeros_told(summary.model, i)]
+        tables += [_roots("pole", summary.poles, 1.0)]
+        tables += [_roots("zero", zeros)] if zeros and summary.is_enough else []
     for k, shelf in enumerate(_shelves([*tables, _quality(summary)], out)):
         if k:
             out.print()
@@ -117,8 +118,14 @@ def _orders(evidence):
 
 
 def _times(jumps) -> str:
-    shown = ", ".join(f"{number(event.time)} s" for event in jumps[:JUMPS])
+    shown = ", ".join(f"{number(event.time)} s{_moved(event.text)}" for event in jumps[:JUMPS])
     return shown + (f" and {len(jumps) - JUMPS} more" if len(jumps) > JUMPS else "")
+
+
+def _moved(text: str) -> str:
+    """Return what a detector says has moved, nothing where it cannot say."""
+    said, _, what = text.partition("jump: ")
+    return "" if said else f" ({what.partition(', it began')[0].partition(' (')[0]})"
 
 
 def _quality(summary):
@@ -127,7 +134,7 @@ def _quality(summary):
     table.add_row("one-step fit", f"{fixed(summary.fit, 1)} %", "")
     table.add_row("noise std", number(summary.noise_std, 3), "")
     table.add_row("NIS", fixed(summary.nis, 3), _interval(summary.nis_interval))
-    table.add_row("95 % bands hold", f"{100 * summary.coverage:.1f} %", "ideal 95")
+    table.add_row("95 % bands hold", f"{fixed(100 * summary.coverage, 1)} %", "ideal 95")
     table.add_row("innovations", *_whiteness(white))
     for name, count in (
         ("missing outputs", summary.missing_outputs),

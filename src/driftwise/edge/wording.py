@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import floor, isfinite, log10
 
-__all__ = ["fixed", "interval", "near_one", "number", "plus_minus", "probable"]
+__all__ = ["fixed", "interval", "near_one", "number", "plus_minus", "probable", "zeros_told"]
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -44,6 +44,12 @@ def near_one(low: float, high: float, between: str) -> str:
 def probable(p: float) -> str:
     """Return a probability with the digits that matter."""
     return "0" if p < 1e-12 else f"{p:.0e}" if p < 1e-3 else f"{p:.3f}"
+
+
+def zeros_told(model, input: int) -> list[tuple[complex, float]]:
+    """Return (zero, std) of an input, without those that the orders themselves put at 0 or at infinity."""
+    pairs = zip(model.zeros(input), model.zeros_std(input))
+    return [(z, std) for z, std in pairs if isfinite(abs(z)) and (z != 0 or std > 0)]
 
 
 def _spec(value: float, std: float) -> str:

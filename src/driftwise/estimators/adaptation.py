@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..detect.score import ScoreSums
 from ..errors import InputError
 from ..memory import directional, fading, restart, run_lengths, window
 from ..memory.adapt import learn
@@ -15,6 +16,8 @@ from ..memory.hold import MEMORIES
 from ..models.scale import KnownScale
 from . import door
 from .policies import jump_size, resolve_walk, resolve_watch
+
+LARGEST = 50_000_000  # numbers in a window, 400 MB of them
 
 
 class Setting(NamedTuple):
@@ -42,6 +45,8 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
     Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
     """
     detector, settle = resolve_watch(memory, setting.N, setting.N)
+    if isinstance(detector, ScoreSums):
+        detector = detector._replace(d=detector.d * np.sqrt(setting.units))
     if isinstance(memory, UntilJump):
         return resolve_restart(memory.restart, setting), detector, settle, 0
     found, cells = resolve(memory, setting)
@@ -108,7 +113,13 @@ def _(memory: window.Window, setting):
             f"a window of {samples} samples cannot learn {setting.N} parameters and the variance of the noise: "
             f"it needs {setting.N + 1} samples, better ten times that. Is the variance known? Then say variance=..."
         )
-    return window.Slide(samples, freedom, chi2, *setting.prior), window.cells_of(samples, setting.N)
+    cells = window.cells_of(samples, setting.N)
+    if cells > LARGEST:
+        raise InputError(
+            f"a window of {samples} samples of {setting.N} parameters keeps {cells:.2g} numbers, more than "
+            f"{LARGEST:.0e}: take a shorter one, or LimitedGain(samples), which keeps next to nothing"
+        )
+    return window.Slide(samples, freedom, chi2, *setting.prior), cells
 
 
 @resolve.register

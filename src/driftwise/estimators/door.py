@@ -42,8 +42,10 @@ def vector(name, value, size) -> np.ndarray:
 def each(name, value, size) -> np.ndarray:
     """Return ``size`` finite numbers from one number for all, or one for each."""
     value = _floats(name, value)
-    if value.shape not in ((), (1,), (size,)) or not np.isfinite(value).all():
+    if value.shape not in ((), (1,), (size,)):
         raise InputError(f"{name} must be a finite number, or {size} of them, got shape {value.shape}")
+    if not np.isfinite(value).all():
+        raise InputError(f"{name} must be finite, got {value}")
     return np.full(size, value) if value.size == 1 else value.copy()
 
 

@@ -1,8 +1,9 @@
 """What an alarm does to the covariance: everything is known less, or some parameters are."""
 
+import math
 from typing import NamedTuple
 
-from ..kernel.compose import Vector
+from ..kernel.compose import Vector, kernel
 from ..kernel.status import JUMP
 from .adapt import age, plain, respond, stay
 from .drift import widen_within
@@ -38,12 +39,24 @@ plain(Jolt, Reset)
 age.on(Jolt, Reset)(stay)
 
 
+@kernel
+def log_volume(D):
+    """Return log |P| of P = U D U', exactly known directions left out."""
+    total = 0.0
+    for i in range(D.size):
+        if D[i] > 0.0:
+            total += math.log(D[i])
+    return total
+
+
 @respond.on(Jolt)
 def _(memory, way, which, cells, weight, s2, U, D, work):
+    known = log_volume(D)
     for i in range(D.size):
         if memory.is_named == 0.0 or which < 0.0 or which == i:
             widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], work.b)
-    return weight, JUMP
+    # as many samples as would be left had all of P grown by one factor: |P'| = c^N |P|
+    return weight * math.exp(min((known - log_volume(D)) / D.size, 0.0)), JUMP
 
 
 @respond.on(Reset)

@@ -71,7 +71,7 @@ class Equation:
         left = " + ".join(["y(t)", *_short([f"{name} y(t\u2212{name[1:]})" for name in self.names[: self.na]])])
         right = self.names[self.na : self.N - int(self.has_offset)]
         if self.labels:
-            terms = _short(list(right))
+            terms = _short([f"\u03b8({name}) {name}(t)" for name in right])
         else:
             lags = [(lag, l) for l, (nb, nk) in enumerate(zip(self.nb, self.nk)) for lag in range(nk, nk + nb)]
             of = [str(l + 1) if self.inputs > 1 else "" for _, l in lags]

@@ -60,6 +60,10 @@ def estimate(c, covariance, draws, kind: str, names: list[str]) -> Roots:
         rest = estimate(c[1:], covariance[1:, 1:], lambda: draws()[:, 1:], kind, names[1:])
         there = np.diag([np.inf, np.inf])[None]
         return Roots(np.append(np.inf, rest[0]), np.append(there, rest[1], 0), ["infinite", *rest[2]], rest[3])
+    if c[-1] == 0 and not covariance[-1].any():  # likewise, a root at 0
+        rest = estimate(c[:-1], covariance[:-1, :-1], lambda: draws()[:, :-1], kind, names[:-1])
+        there = np.zeros((1, 2, 2))
+        return Roots(np.append(rest[0], 0.0), np.append(rest[1], there, 0), [*rest[2], "first order"], rest[3])
     p = solve(c)
     if not np.isfinite(covariance).all():
         return Roots(p, np.full((len(p), 2, 2), np.inf), ["unknown"] * len(p), [f"nothing is known of the {kind}s yet"])

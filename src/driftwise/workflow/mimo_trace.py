@@ -136,7 +136,7 @@ class TraceMIMO(Trace):
         return [
             Output(
                 time=self.time, state=self.state, names=est.names[at[i] : at[i + 1]],
-                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, **one,
+                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, is_width=self.is_width, **one,
             )
             for i, one in enumerate(each)
         ]  # fmt: skip
@@ -179,6 +179,7 @@ class Output:
     state: np.ndarray  # of all outputs, after the last sample
     names: list[str]  # of the parameters of its equation
     alarms: np.ndarray | None  # statistic, since, which of its detector
+    is_width: bool  # whether that detector watches how wide the innovations are
 
     def __len__(self):
         return len(self.y)

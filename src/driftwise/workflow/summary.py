@@ -149,9 +149,21 @@ class Summary:
     @property
     def poles(self) -> list[tuple[complex, float]]:
         """(pole, standard deviation) of each pole, largest first."""
+        if self.is_static:
+            return []
         model = self.model
         std = model.poles_std if self.is_enough else np.full(len(model.poles), math.inf)
         return [(complex(p), float(s)) for p, s in zip(model.poles, std)]
+
+    @property
+    def is_static(self) -> bool:
+        """Whether the model is a regression without memory: it has no poles, no zeros, no steady state to reach."""
+        return not getattr(self.estimator.model, "order", self.estimator.model.n)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not an ordinary standard deviation in the model, in words."""
+        return list(dict.fromkeys(self.model.notes)) if self.is_enough and not self.is_static else []
 
     @property
     def unlearned(self) -> list[tuple[str, float]]:
@@ -168,8 +180,8 @@ class Summary:
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, ready for JSON (NaN becomes None)."""
-        model, w = self.model, self.whiteness
-        gains = zip(model.dc_gain, model.dc_gain_std, model.dc_gain_interval())
+        model, w, inputs = self.model, self.whiteness, 0 if self.is_static else self.model.form.inputs
+        gains = zip(model.dc_gain, model.dc_gain_std, model.dc_gain_interval()) if inputs else ()
         data = {
             "samples": self.samples, "observed": self.observed, "missing_outputs": self.missing_outputs,
             "missing_inputs": self.missing_inputs, "rejected": self.rejected, "bad_values": self.bad_values,
@@ -185,9 +197,9 @@ class Summary:
             "dc_gain": [{"value": float(g), "std": float(s), "interval": i.tolist()} for g, s, i in gains],
             "zeros": [
                 [{"real": float(z.real), "imag": float(z.imag), "std": float(d)} for z, d in zip(*found)]
-                for found in ((model.zeros(i), model.zeros_std(i)) for i in range(model.form.inputs))
+                for found in ((model.zeros(i), model.zeros_std(i)) for i in range(inputs))
             ],
-            "notes": model.notes if self.is_enough else [],
+            "notes": self.notes,
             "unlearned": [{"direction": d, "ratio": r} for d, r in self.unlearned],
             "words": self.words,
         }  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..kernel.status import MEANING, Status
 from ..models.convert import Model
@@ -220,7 +221,12 @@ class Trace:
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: when, about what, since when, on what evidence."""
         where = np.flatnonzero(self.status & int(Status.JUMP))[:limit]
-        return [jump(int(k), float(self.time[k]), self.names, self._alarm(k)) for k in where]
+        return [jump(int(k), float(self.time[k]), self.names, self._alarm(k), self.is_width) for k in where]
+
+    @property
+    def is_width(self) -> bool:
+        """Whether the detector watches how wide the innovations are, not where."""
+        return isinstance(getattr(self.estimator.options.get("memory"), "detector", None), VarianceChange)
 
     def _alarm(self, k):
         """Return statistic, since and which of the detector, None where the estimator does not write them."""
@@ -247,7 +253,7 @@ class Trace:
         >>> y, u = dw.simulate(a, [1.0, 0.5], samples=2000, noise_std=0.1, seed=1)
         >>> trace = dw.ARX(2, 2, memory=dw.UntilJump()).scaled_to(y, u).scan(y, u)
         >>> trace.jumps()[0].text
-        'jump: the innovations rose, it began about 2 samples ago (statistic 1.06 times its threshold)'
+        'jump: the innovations widened, it began about 2 samples ago (statistic 1.06 times its threshold)'
         >>> trace.what_changed(trace.jumps()[0])
         chi2 = 1080.7 on 4 degrees of freedom (p = 1.1e-232); most of all a1 up (+32.8 sd)
         """
@@ -334,14 +340,15 @@ class Trace:
             return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
 
 
-def jump(sample, time, names, alarm) -> Event:
+def jump(sample, time, names, alarm, is_width=False) -> Event:
     """Return what a detector said at an alarm."""
     kind = str(Status.JUMP.name)
     if alarm is None:
         return Event(sample, time, kind, MEANING[Status.JUMP])
     statistic, since, which = alarm
     name = names[int(which)] if which >= 0 else None
-    what, way = name or "the innovations", "rose" if since > 0 else "fell"
+    up, down = ("widened", "narrowed") if is_width else ("rose", "fell")
+    what, way = name or "the innovations", up if since > 0 else down
     moved = f"{what} {way}" if since else MEANING[Status.JUMP]
     if name and abs(since) < len(names):
         moved = f"a parameter changed, perhaps {name}, which then {way}"

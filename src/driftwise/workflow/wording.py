@@ -62,11 +62,16 @@ def paragraph(s) -> str:
     poles = s.poles
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), abs(cmath.exp(p * est.dt)) * est.dt * std) for p, std in poles]
-    modes = [pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0]
+    modes = dict.fromkeys(pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0)  # delays are said once
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     text = f"{kind} "
-    text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
-    if est.model.inputs:
+    if math.isfinite(s.fit):
+        verb = "explains" if s.fit > 0 else "predicts"
+        text += f"{verb} the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})"
+        text += "." if s.fit > 0 else ": no better than the mean of the output."
+    else:
+        text += f"was estimated; {s.observed} measured outputs are too few to say how well it predicts."
+    if est.model.inputs and not s.is_static:
         settles = all(abs(p) < 1 for p, _ in poles)
         gains = gain_words(model)
         if settles and all(gains) and not s.unlearned:
