@@ -32,13 +32,12 @@ class _Member(ARX):
         unknown = [name for name in options if name not in COMMON]
         if unknown:
             raise TypeError(f"{type(self).__name__} has no option {unknown[0]!r}; it has {', '.join(COMMON)}")
-        if method not in METHODS:
-            raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+        door.one_of("method", method, METHODS)
         self.options = {**orders, "method": method, **COMMON, **options}
         na, nc, nd = (door.count(name, orders.get(name, 0)) for name in ("na", "nc", "nd"))
         nb, nk, nf = (door.counts(name, orders.get(name, ())) for name in ("nb", "nk", "nf"))
         nk, nf = _each("nk", nk, nb), _each("nf", nf, nb)
-        self.model = form = Family(na, nb, nk, bool(self.options["offset"]), (), nc, nd, nf)
+        self.model = form = Family(na, nb, nk, door.yes("offset", self.options["offset"]), (), nc, nd, nf)
         if not form.N:
             raise InputError("the model has no parameter: its orders are all zero")
         is_exact = method == "rpem"

@@ -52,6 +52,15 @@ def believed(s, model) -> str:
     return "The error bars can be believed"
 
 
+def fit_words(s) -> str:
+    """Say how well the next sample is explained; no fit is to be had of an output that stood still."""
+    if math.isfinite(s.fit):
+        return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g})"
+    return (
+        f"an error of {s.rmse:.3g} (y stood still, so a fit means nothing)" if math.isfinite(s.rmse) else "no error yet"
+    )
+
+
 def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
@@ -65,7 +74,7 @@ def paragraph(s) -> str:
     modes = [pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0]
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     text = f"{kind} "
-    text += f"explains the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})."
+    text += f"explains the next sample with {fit_words(s)}."
     if est.model.inputs:
         settles = all(abs(p) < 1 for p, _ in poles)
         gains = gain_words(model)
