@@ -257,7 +257,8 @@ def _homes(policy) -> list:
         return [ARX(2, 2, memory=policy if isinstance(policy, UntilJump) else UntilJump(policy, settle=10))]
     if kind in drift.table or isinstance(policy, UntilJump):
         homes = [Joint(2, inputs=1, memory=policy, **joint)]
-        return homes + [ARX(2, 2, memory=policy)] * (kind in learn.table or isinstance(policy, UntilJump))
+        is_both = kind in learn.table or isinstance(policy, UntilJump)
+        return [*homes, ARX(2, 2, memory=policy)] if is_both else homes
     if kind in learn.table or kind in resolve.registry:
         return [ARX(2, 2, memory=policy)]
     if kind in watch.table or (hasattr(policy, "resolve") and not isinstance(policy, type)):
