@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import driftwise as dw
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 from driftwise.kernel import ud
+from driftwise.memory.adapt import age, plain
 from driftwise.memory.drift import drift
 from driftwise.workflow.laws import LAWS, example, same
 
@@ -54,6 +55,14 @@ ESTIMATORS = {
     "ARX, window": dw.ARX(2, 2, memory=dw.Window(20)),
     "ARX, window of one": dw.ARX(1, 1, memory=dw.Window(1), variance=0.01),
     "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
+    "ARX, until the mean jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.Hinkley(threshold=2.0), settle=10)),
+    "ARX, until the score jumps": dw.ARX(
+        2, (2, 1), memory=dw.UntilJump(dw.Score(jump=0.5, threshold=1.0), dw.Inflate(0.5, only_named=True), settle=10)
+    ),
+    "ARX, until the variance jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.VarianceChange(threshold=1.0), settle=10)),
+    "ARX, until the likelihood jumps": dw.ARX(
+        2, 2, memory=dw.UntilJump(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10)
+    ),
     "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
     "ARMA": dw.ARMA(2, 1, memory=dw.Weighted(0.98)),
@@ -105,6 +114,65 @@ def test_any_cut_of_any_record_changes_nothing(name, seed, cut, missing, exponen
     assert same(second.state, whole.state)
     assert np.all(whole.state["D"] >= 0)
     assert np.isfinite(np.atleast_1d(whole.state).view(float)).all()
+
+
+HOSTILE = {
+    "nothing": lambda y, u: (0 * y, 0 * u),
+    "all constant": lambda y, u: (0 * y + 3.0, 0 * u + 1.0),
+    "collinear inputs": lambda y, u: (y, 0 * u + u[:, :1]),
+    "no input": lambda y, u: (y, 0 * u),
+    "tiny": lambda y, u: (1e-150 * y, 1e-150 * u),
+    "absurd": lambda y, u: (1e150 * y, 1e150 * u),
+    "an outlier below absurd": lambda y, u: (np.where(np.arange(len(y)) == 40, 9e59, y), u),
+    "a long gap": lambda y, u: (np.where(abs(np.arange(len(y)) - 45) < 30, np.nan, y), u),
+    "all missing": lambda y, u: (y * np.nan, u * np.nan),
+    "one sample": lambda y, u: (y[:1], u[:1]),
+    "no sample": lambda y, u: (y[:0], u[:0]),
+}
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_no_record_leaves_anything_silent(name):
+    """Finite states, predictions and bars; NaN only where a sample was missing; no variance of zero without EXACT."""
+    est = ESTIMATORS[name]
+    y, u = example(est, samples=80, missing=0.0)
+    for kind, change in HOSTILE.items():
+        changed = change(y, np.zeros((80, 0)) if u is None else u)
+        trace = est.scan(changed[0], None if u is None else changed[1], keep="covariance")
+        status, variance = trace.status, trace.variance
+        assert np.isfinite(np.atleast_1d(trace.state).view(float)).all(), kind
+        assert np.isfinite(trace.prediction).all() and np.isfinite(variance).all(), kind
+        assert np.array_equal(np.isnan(trace.innovation), (status & dw.Status.MISSING_OUTPUT) > 0), kind
+        assert np.all((variance > 0) | (status & (dw.Status.EXACT | dw.Status.MISSING_OUTPUT) > 0)), kind
+        assert np.isfinite(trace.x).all() and np.isfinite(trace.parameters).all(), kind
+        assert not np.isnan(trace.parameters_std).any(), kind
+        P = est.covariance(trace.state)
+        if np.isfinite(P).all():
+            root = np.sqrt(np.diag(P).clip(1e-300))
+            assert np.linalg.eigvalsh(P / root / root[:, None]).min() > -1e-8, kind
+        summary = trace.summary()
+        assert summary.missing_outputs == np.sum((status & dw.Status.MISSING_OUTPUT) > 0), kind
+        assert summary.missing_inputs == np.sum((status & dw.Status.MISSING_INPUT) > 0), kind
+        assert "nan" not in summary.words, (kind, summary.words)
+
+
+@pytest.mark.parametrize("name", [name for name in ESTIMATORS if "jumps" in name])
+def test_an_event_is_replayed_bit_for_bit(name):
+    """From the state before it, one sample makes the same event, evidence and state; the laws see alarms at all."""
+    est = ESTIMATORS[name]
+    y, u = example(est)
+    trace = est.scan(y, u)
+    assert len(trace.jumps()) > 1
+    for event in trace.jumps():
+        at = slice(event.sample, event.sample + 1)
+        before = trace.state_before(event.sample)
+        again = est.scan(y[at], u[at], state=before)
+        assert same(again.outs, trace.outs[at])
+        assert [(e.kind, e.time, e.text) for e in again.jumps()] == [("JUMP", event.time, event.text)]
+        state, step = est.update(before, y[event.sample], u[event.sample])
+        assert same(state, again.state) and step.status & dw.Status.JUMP
+        rest = slice(event.sample + 1, None)
+        assert same(est.scan(y[rest], u[rest], state=state).state, trace.state)
 
 
 class Impatient(NamedTuple):
@@ -160,7 +228,61 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
     assert same(est.scan(y, u).outs, dw.Joint(2, inputs=1, **idle).scan(y, u).outs)
 
 
+@pytest.mark.parametrize(
+    "policy",
+    [
+        dw.Score(jump=0.5, threshold=1.0),
+        dw.UntilJump(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10),
+        dw.Inflate(0.5, only_named=True),
+        dw.GainReset(5),
+        dw.GainProbes(threshold=1.0),
+        dw.PullTest(threshold=2.0),
+        dw.Gate(4.0),
+    ],
+    ids=repr,
+)
+def test_every_policy_passes_the_public_check(policy):
+    dw.check_policy(policy)
+
+
+class Deaf(NamedTuple):
+    """A detector that forgets to keep its state finite."""
+
+    def marks(self, parameters):
+        return OWN
+
+
+@watch.on(Deaf)
+def _(detector, marks, z, slope):
+    marks[STATISTIC] = np.nan
+    return 0.0
+
+
+class Amnesia(NamedTuple):
+    """A memory that forgets without a bound."""
+
+    p: float
+
+
+plain(Amnesia)
+
+
+@age.on(Amnesia)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    for j in range(D.size):
+        D[j] /= memory.p
+    return memory.p, 0
+
+
 def test_a_broken_policy_is_named():
+    with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
+        dw.check_policy(Amnesia(0.98))
+    with pytest.raises(AssertionError, match="breaks a law"):
+        dw.check_policy(Deaf())
+    with pytest.raises(dw.InputError, match=r"a restart, got .*Were the brackets forgotten"):
+        dw.check_policy(dw.Weighted)
+    with pytest.raises(dw.InputError, match="check GainProbes"):
+        dw.check_policy(dw.ProbeBank([1.0]))
     with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
         dw.check_policy(Swelling(1.0))
     with pytest.raises(dw.InputError, match="memory, a gate or a detector"):

@@ -54,7 +54,7 @@ def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
     page = tmp_path / "r.html"
     found, out = run(call, record, tmp_path, "--model", "regression", "--report", page)
     assert [row["name"] for row in found["summary"]["parameters"]] == ["u", "v"]
-    assert "The regression explains" in " ".join(out.split())
+    assert "The regression predicts" in " ".join(out.split())
     for word in ("pole", "zero", "Steady-state", "b0"):
         assert word not in out
     assert found["summary"]["poles"] == found["summary"]["zeros"] == found["summary"]["dc_gain"] == []
@@ -123,7 +123,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         (["--model", "arx:2,1", "--smooth", "all"], "--smooth is for the joint filter"),
         (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),
         (["--model", "arx:2,1", "--memory", "weighted:1.5"], "p is a weight per sample"),
-        (["--model", "arx:2,1", "--memory", "walk:nan"], "q must be finite, got nan"),
+        (["--model", "arx:2,1", "--memory", "walk:nan"], "q must be a finite number"),
         (["--model", "arx:2,1", "--memory", "window:1e9"], "take a shorter one"),
         (["--model", "arx:2,1", "--memory", "window:1.5"], "a whole number of samples is expected"),
         (["--model", "arx:2,1", "--memory", "runlengths:0.3"], "takes two numbers, for example runlengths:0.3/1000"),
@@ -132,7 +132,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         (["--model", "arx:2,1", "--jumps", "level:often"], "a rate of false alarms is written '1 per 10_000'"),
         (["--model", "arx:2,1", "--jumps", "level:100,-1"], "jump must be positive"),
         (["--model", "arx:2,1", "--jumps", "glr:1000,1.5"], "SIZE is how many samples to look back, a whole number"),
-        (["--model", "arx:2,1", "--jumps", "noise:1e30"], "is rarer than can be computed"),
+        (["--model", "arx:2,1", "--jumps", "noise:1e30"], "such a threshold never alarms"),
         (["--memory", "weighted:0.99"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--jumps", "parameters:1000"], "watches its innovations: --jumps level, noise or glr"),
         (["-o", "v"], "--output was given 2 times (y, v), and one output is estimated at a time"),

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from ..errors import InputError
 from .hinkley import TwoSums
 from .probes import ProbeBank, bank
-from .settings import each
+from .settings import each, reachable
 
 
 class PullTest(NamedTuple):
@@ -24,7 +24,7 @@ class PullTest(NamedTuple):
         """Return what the kernel sees."""
         if parameters > 1:
             raise InputError("PullTest is for a scalar state: use GainProbes")
-        return TwoSums(each("drift", self.drift), each("threshold", self.threshold), 0.0)
+        return TwoSums(each("drift", self.drift), reachable(self.threshold), 0.0)
 
 
 class GainProbes(NamedTuple):

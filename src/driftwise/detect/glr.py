@@ -11,9 +11,8 @@ import numpy as np
 from ..errors import InputError
 from ..kernel.compose import kernel
 from .alarms import Alarms, scan, simulated_delay
-from .brownian import positive
 from .run_length import rate
-from .settings import delay_words, rate_words
+from .settings import delay_words, rate_words, reachable
 from .watch import OWN, SINCE, STATISTIC, WHICH, watch
 
 
@@ -64,7 +63,7 @@ class GLR(NamedTuple):
             raise InputError(f"window must be a whole number of samples, at least 1, got {self.window!r}")
         window = int(self.window)
         if self.threshold is not None:
-            return Windowed(float(window), float(positive("threshold", self.threshold)))
+            return Windowed(float(window), float(reachable(self.threshold, 1)[0]))
         return Windowed(float(window), _threshold(rate(self.false_alarms), window))
 
     @property

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..kernel.compose import Vector
 from .alarms import Alarms, scan
 from .run_length import growth, rate, run_length, threshold_for
-from .settings import delay_words, each, rate_words, together, watched
+from .settings import delay_words, each, rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 
 
@@ -82,7 +82,7 @@ class Hinkley(NamedTuple):
         """Return what the kernel sees."""
         k, sides = each("jump", self.jump) / 2, watched(self.sides)
         if self.threshold is not None:
-            h = each("threshold", self.threshold)
+            h = reachable(self.threshold)
         elif self.growing:
             raise InputError("growing=True needs a threshold to grow from: it cannot promise a false-alarm rate")
         else:

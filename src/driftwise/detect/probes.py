@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..kernel.compose import Vector, kernel
 from .alarms import scan
 from .run_length import rate
-from .settings import each
+from .settings import reachable
 from .watch import OWN, WHICH, accumulate, conclude, watch
 
 
@@ -61,7 +61,7 @@ def bank(probes: int, false_alarms="1 per 10_000", threshold=None) -> ProbeBank:
     """
     if not probes >= 1:
         raise InputError(f"a bank needs at least one probe, got {probes!r}")
-    h = math.log(probes * rate(false_alarms)) if threshold is None else each("threshold", threshold, 1)
+    h = math.log(probes * rate(false_alarms)) if threshold is None else reachable(threshold, 1)
     return ProbeBank(np.full(probes, h))
 
 

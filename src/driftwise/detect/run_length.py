@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 WIDEST = 1000.0  # threshold, in standard deviations, up to which the linear equations are solved
-RAREST = 1e12  # samples between false alarms up to which they keep three digits
+RAREST = 1e18  # samples between false alarms that doubles can tell from never
 
 
 def rate(text) -> float:
@@ -70,6 +70,11 @@ def rate(text) -> float:
         raise InputError(
             f"a rate of false alarms must be above 0 and below one per sample, got {text!r}: no threshold promises "
             "never, and the mean time between alarms is more than one sample. Are the two numbers in this order?"
+        )
+    if samples / alarms > RAREST:
+        raise InputError(
+            f"at most {RAREST:g} samples between false alarms can be promised, got {text!r}: such a threshold never "
+            "alarms. For no detector at all choose another memory"
         )
     return samples / alarms
 
@@ -129,7 +134,7 @@ def _brook_evans(cdf, h, k, n):
 
 
 def _known(L, threshold, reference):
-    if not np.isfinite(L):
+    if not (np.isfinite(L) and L > 0.99):
         raise InputError(
             f"with threshold = {threshold:g} and reference = {reference:g} there is never an alarm, or later than "
             "doubles can count. Are both in units of the signal?"
@@ -249,14 +254,18 @@ def _search(wanted, smallest, k, std, length):
     start = max((inverse_excess(c) * std**2 / (2 * k) if k else std * wanted**0.5) - OVERSHOOT * std, 0.05 * std)
 
     def off(h):
-        return min(np.log(length(h)), 710.0) - np.log(wanted)
+        L = length(h)  # what doubles cannot count comes out infinite, negative or NaN
+        return (min(np.log(L), 710.0) if L > 0 else 710.0) - np.log(wanted)
 
     low, high, step = max(0.2 * start, 1e-6 * std), start + 0.5 * std, std
     while off(low) > 0:
         low /= 2
     while off(high) < 0:
         high, step = high + step, 2 * step
-    return brentq(off, low, high, xtol=1e-10 * std, rtol=1e-13)
+    h = brentq(off, low, high, xtol=1e-10 * std, rtol=1e-13)
+    if abs(off(h)) > 0.01:  # it leaps there: the equations have lost their digits
+        raise InputError(_beyond(wanted, k, std))
+    return h
 
 
 def threshold_for(run_length, reference, std=1.0) -> float:
@@ -319,12 +328,18 @@ def threshold_of(cdf, run_length, reference, std=1.0) -> float:
     if not above > 0:
         raise InputError(f"the signal never exceeds reference = {k:g}: no threshold is ever reached")
     wanted = rate(run_length)
-    if wanted > RAREST:
-        raise InputError(
-            f"one false alarm in {wanted:g} samples is rarer than can be computed for such a signal (at most one in "
-            f"{RAREST:g}): give a threshold"
-        )
-    return _search(wanted, 1 / above, k, std, lambda h: _states(cdf, h, k, 400))
+    h = _search(wanted, 1 / above, k, std, lambda h: _states(cdf, h, k, 400))
+    fine, coarse = (_times(*_brook_evans(cdf, h, k, states))[0] for states in (400, 200))
+    if not (0.5 * coarse < fine < 2.0 * coarse):
+        raise InputError(_beyond(wanted, k, std))
+    return h
+
+
+def _beyond(wanted, k, std) -> str:
+    return (
+        f"a mean run length of {wanted:g} cannot be computed with reference {k:g} and std {std:g}: the sum moves too "
+        "little per sample. Give a threshold; log(run length) keeps the promise for sums of log likelihood ratios"
+    )
 
 
 def _not_negative(reference):

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..kernel.compose import Vector
 from .alarms import Alarms, scan
 from .run_length import rate, run_length
-from .settings import each, rate_words
+from .settings import each, rate_words, reachable
 from .watch import OWN, WHICH, accumulate, conclude, side, watch
 
 
@@ -32,8 +32,8 @@ class Score(NamedTuple):
     false_alarms : str or float
         Promised rate, "1 per 10_000" or a mean number of samples. Unused where `threshold` is given.
     jump : float or (m,)
-        Size of the jump to be found soonest, of each parameter, in its units (in an estimator: those of `y_scale` and
-        `u_scale`).
+        Size of the jump to be found soonest, of each parameter: in its own units, or, inside an estimator, in the
+        units of `y_scale` and `u_scale`.
     threshold : float, optional
         The threshold itself.
 
@@ -75,7 +75,7 @@ class Score(NamedTuple):
         if self.threshold is None:
             h = math.log(2 * parameters * rate(self.false_alarms))
         else:
-            h = float(each("threshold", self.threshold, 1)[0])
+            h = float(reachable(self.threshold, 1)[0])
         return ScoreSums(each("jump", self.jump, parameters), np.full(2 * parameters, h))
 
     def run_length(self, parameters: int) -> float:

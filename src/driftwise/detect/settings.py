@@ -6,6 +6,7 @@ import numpy as np
 
 from ..errors import InputError
 
+NEVER = 1e12  # no sum gets so far
 SIDES = {"both": (True, True), "up": (True, False), "down": (False, True)}
 
 
@@ -16,13 +17,25 @@ def each(name, value, size: int = 2) -> np.ndarray:
     except (TypeError, ValueError):
         numbers = np.array([np.nan])
     if not (np.isfinite(numbers).all() and np.all(numbers > 0)):
-        raise InputError(f"{name} must be positive and finite, one number or {size} of them, got {value!r}")
+        count = f"one number or {size} of them" if size > 1 else "one number"
+        raise InputError(f"{name} must be positive and finite, {count}, got {value!r}")
+    return numbers
+
+
+def reachable(threshold, size: int = 2) -> np.ndarray:
+    """Return thresholds, one for each, that a signal can reach."""
+    numbers = each("threshold", threshold, size)
+    if np.any(numbers > NEVER):
+        raise InputError(
+            f"threshold must be at most {NEVER:g}, got {threshold!r}: it never alarms. Sums count standard deviations "
+            "or logarithms of likelihoods, not units of the signal"
+        )
     return numbers
 
 
 def watched(sides) -> np.ndarray:
     """Return which of (up, down) are watched."""
-    if sides not in SIDES:
+    if not isinstance(sides, str) or sides not in SIDES:
         raise InputError(f"sides must be 'both', 'up' or 'down', got {sides!r}")
     return np.array(SIDES[sides])
 

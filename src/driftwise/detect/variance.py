@@ -13,7 +13,7 @@ from ..kernel.compose import Vector
 from .alarms import Alarms, scan
 from .brownian import positive
 from .run_length import rate, run_length_of, threshold_of
-from .settings import each, rate_words, together, watched
+from .settings import rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 
 
@@ -65,7 +65,7 @@ class VarianceChange(NamedTuple):
                 f"ratio > 1 is expected (variance after over before, either way round), got {self.ratio!r}"
             )
         if self.false_alarms is None:
-            h = each("threshold", self.threshold)
+            h = reachable(self.threshold)
         else:
             wanted = rate(self.false_alarms) * float(sides.sum())
             h = np.array([_threshold(wanted, ratio, i) if sides[i] else np.inf for i in range(2)])
@@ -136,4 +136,4 @@ def _length(h: float, ratio: float, i: int, variance: float) -> float:
 @lru_cache(maxsize=256)
 def _threshold(wanted: float, ratio: float, i: int) -> float:
     cdf, reference = _increments(ratio, i, 1.0)
-    return threshold_of(cdf, wanted, reference)
+    return threshold_of(cdf, wanted, reference, std=(1.0 - 1.0 / ratio if i == 0 else ratio - 1.0) / math.sqrt(2.0))

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..detect.score import ScoreSums
 from ..errors import InputError
 from ..memory import directional, fading, restart, run_lengths, window
 from ..memory.adapt import learn
@@ -15,7 +14,7 @@ from ..memory.drift import Inflate, UntilJump, Walk
 from ..memory.hold import MEMORIES
 from ..models.scale import KnownScale
 from . import door
-from .policies import jump_size, resolve_walk, resolve_watch
+from .policies import brackets, jump_size, resolve_walk, resolve_watch
 
 LARGEST = 50_000_000  # numbers in a window, 400 MB of them
 
@@ -44,9 +43,7 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 
     Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
     """
-    detector, settle = resolve_watch(memory, setting.N, setting.N)
-    if isinstance(detector, ScoreSums):
-        detector = detector._replace(d=detector.d * np.sqrt(setting.units))
+    detector, settle = resolve_watch(memory, setting.N, setting.units)
     if isinstance(memory, UntilJump):
         return resolve_restart(memory.restart, setting), detector, settle, 0
     found, cells = resolve(memory, setting)
@@ -57,10 +54,10 @@ def resolve_restart(answer, setting) -> Any:
     """Return the kernel's answer to an alarm."""
     if isinstance(answer, Inflate):
         q = jump_size("step", answer.step, setting.N) ** 2 * setting.units
-        return restart.Jolt(q, float(bool(answer.only_named)), setting.cap)
+        return restart.Jolt(q, float(door.yes("only_named", answer.only_named)), setting.cap)
     if isinstance(answer, restart.GainReset):
         return restart.Reset(_more_than_one("samples", answer.samples), setting.cap)
-    raise InputError(f"restart must be Inflate(step) or GainReset(samples), got {answer!r}")
+    raise InputError(f"restart must be Inflate(step) or GainReset(samples), got {answer!r}{brackets(answer)}")
 
 
 @singledispatch
@@ -69,7 +66,7 @@ def resolve(memory, setting) -> tuple[Any, int]:
     if type(memory) not in learn.table:
         raise InputError(
             "memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N), DirectionalForgetting(p), "
-            f"Walk(q), Window(T), UntilJump() or RunLengths(jump, every), got {memory!r}"
+            f"Walk(q), Window(T), UntilJump() or RunLengths(jump, every), got {memory!r}{_meant(memory)}"
         )
     return memory, 0
 
@@ -128,6 +125,13 @@ def _(memory: run_lengths.RunLengths, setting):
     rate = 1 / _more_than_one("every", memory.every)
     count = door.count("hypotheses", memory.hypotheses, least=2)
     return run_lengths.Mixture(rate, count, setting.settle, q, setting.cap), run_lengths.cells_of(count, setting.N)
+
+
+def _meant(memory) -> str:
+    """Return the likely cause where something else came in place of a memory."""
+    if isinstance(memory, int | float) and not isinstance(memory, bool):
+        return f". A weight per sample is Weighted({memory})" if memory <= 1 else f". Samples are LimitedGain({memory})"
+    return brackets(memory)
 
 
 def _more_than_one(name, value) -> float:

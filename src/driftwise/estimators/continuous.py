@@ -19,7 +19,7 @@ from ..models.scale import KnownScale, UnknownScale
 from . import door
 from .continuous_step import HEAD, Continuous, scratch_size
 from .joint import WIDTH
-from .policies import resolve_gate, resolve_memory, resolve_watch
+from .policies import check_scale, resolve_gate, resolve_memory, resolve_watch
 from .reading import Reading, Step
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
@@ -130,8 +130,7 @@ class ContinuousJoint(Reading):
             )
         relative = scale is not None or noise.variance is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
-        if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
-            raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
+        check_scale(scale)
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
         self._set_prior(s0, P0)
         if not 0.0 <= floor < 1.0:

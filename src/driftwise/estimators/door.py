@@ -8,12 +8,28 @@ import numpy as np
 
 from ..errors import InputError
 
+LARGEST = 1e100  # typical size of data
+
 
 def count(name, value, least=0) -> int:
     """Return a whole number of at least ``least``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
     return int(value)
+
+
+def yes(name, value) -> bool:
+    """Return a truth value."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} must be True or False, got {value!r}")
+    return bool(value)
+
+
+def one_of(name, value, words) -> str:
+    """Return one of the words allowed."""
+    if not isinstance(value, str) or value not in words:
+        raise InputError(f"{name} must be one of {', '.join(words)}, got {value!r}")
+    return value
 
 
 def positive(name, value) -> float:
@@ -24,34 +40,57 @@ def positive(name, value) -> float:
     return float(value)
 
 
-def _floats(name, value) -> np.ndarray:
+def size(name, value) -> float:
+    """Return a typical size of data, of which the kernel can take the square."""
+    return float(_sizes(name, np.array(positive(name, value)), value))
+
+
+def sizes(name, value, size) -> np.ndarray:
+    """Return ``size`` typical sizes of data."""
+    return _sizes(name, each(name, value, size), value)
+
+
+def _sizes(name, numbers, value):
+    if np.any(numbers <= 0):
+        raise InputError(f"{name} must be positive, got {value!r}")
+    if np.any((numbers < 1 / LARGEST) | (numbers > LARGEST)):
+        raise InputError(f"{name} must lie between {1 / LARGEST:g} and {LARGEST:g}, got {value!r}. Is the unit right?")
+    return numbers
+
+
+def floats(name, value) -> np.ndarray:
+    """Return an array of real numbers."""
     try:
-        return np.asarray(value, float)
+        found = np.asarray(value)
+        if found.dtype.kind in "cSUMm":
+            raise TypeError
+        return found.astype(float)
     except (TypeError, ValueError):
         raise InputError(f"{name} must hold numbers, got {value!r}") from None
 
 
 def vector(name, value, size) -> np.ndarray:
     """Return a finite vector of the given size."""
-    value = _floats(name, value)
+    value = floats(name, value)
     if value.shape != (size,) or not np.isfinite(value).all():
-        raise InputError(f"{name} must be a finite vector of {size} numbers, got shape {value.shape}")
+        came = f"shape {value.shape}" if value.shape != (size,) else f"{value.tolist()}"
+        raise InputError(f"{name} must be a finite vector of {size} numbers, got {came}")
     return value
 
 
 def each(name, value, size) -> np.ndarray:
     """Return ``size`` finite numbers from one number for all, or one for each."""
-    value = _floats(name, value)
-    if value.shape not in ((), (1,), (size,)):
-        raise InputError(f"{name} must be a finite number, or {size} of them, got shape {value.shape}")
-    if not np.isfinite(value).all():
-        raise InputError(f"{name} must be finite, got {value}")
+    value = floats(name, value)
+    fits = value.shape in ((), (1,), (size,))
+    if not (fits and np.isfinite(value).all()):
+        came = f"{value.tolist()}" if fits else f"shape {value.shape}"
+        raise InputError(f"{name} must be a finite number, or {size} of them, got {came}")
     return np.full(size, value) if value.size == 1 else value.copy()
 
 
 def covariance(name, value, size) -> np.ndarray:
     """Return a covariance matrix from a scalar, its diagonal, or itself."""
-    value = _floats(name, value)
+    value = floats(name, value)
     if not np.isfinite(value).all():
         raise InputError(f"{name} must be finite; for a vague prior give a large number (1e10 costs no digits here)")
     if value.shape not in ((), (size,), (size, size)):
@@ -64,14 +103,15 @@ def covariance(name, value, size) -> np.ndarray:
     return (full + full.T) / 2
 
 
-def _numbers(name, value) -> np.ndarray:
+def numbers(name, value) -> np.ndarray:
+    """Return data, contiguous float64, NaN where missing; masked means missing."""
     try:
         if isinstance(value, np.ma.MaskedArray):
             value = np.ma.filled(value.astype(float), np.nan)
         value = np.asarray(value)
         if value.dtype.kind in "cSUMm":
             raise TypeError
-        value = np.ascontiguousarray(value, np.float64)
+        value = np.asarray(value, np.float64, order="C")
     except (TypeError, ValueError):
         raise InputError(
             f"{name} must hold real numbers. Is there text among them, or are its rows of unequal length?"
@@ -86,7 +126,9 @@ def _numbers(name, value) -> np.ndarray:
 
 def record(y, u, inputs: int):
     """Return y (T,) and u (T, k), contiguous float64, of a record."""
-    y = _numbers("y", y)
+    y = numbers("y", y)
+    if not y.ndim:
+        raise InputError("y must be a record, (T,), got a single number: for one sample use update")
     if y.ndim != 1:
         raise InputError(
             f"y must be one-dimensional, (T,), got shape {y.shape}: the model has one output. "
@@ -103,7 +145,7 @@ def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
         return np.zeros((samples, 0))
     if not inputs:
         raise InputError("u was given but the model has no input; did you forget inputs=1?")
-    u = _numbers("u", u)
+    u = numbers("u", u)
     if u.ndim == 1 and inputs == 1:
         u = u[:, None]
     if u.ndim != 2 or u.shape[1] != inputs:
@@ -113,9 +155,12 @@ def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
     return np.ascontiguousarray(u)
 
 
-def _one(value, size: int) -> np.ndarray:
+def one(value, size: int) -> np.ndarray:
     """Return (1, 1, size) of a number or a sequence; streams hand over a float, which has a short way in."""
     if size != 1 or not isinstance(value, float | int):
+        value = np.asarray(value)
+        if value.dtype.kind in "cSUMm":
+            raise TypeError
         return np.array(value, np.float64).reshape(1, 1, size)
     one = np.empty((1, 1, 1))
     one[0, 0, 0] = value
@@ -125,7 +170,7 @@ def _one(value, size: int) -> np.ndarray:
 def sample(y, u, inputs: int):
     """Return y (1, 1, 1) and u (1, 1, k) of one sample."""
     try:
-        ys, us = _one(y, 1), _one(() if u is None else u, inputs)
+        ys, us = one(y, 1), one(() if u is None else u, inputs)
     except (TypeError, ValueError):
         raise InputError(
             f"one sample is a number y and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
@@ -137,13 +182,13 @@ def sample(y, u, inputs: int):
 
 def fleet(y, u, series: int, inputs: int):
     """Return y (S, T, 1), u (S, T, k) and the shape of y, for S series."""
-    y = _numbers("y", y)
+    y = numbers("y", y)
     if y.ndim not in (1, 2) or len(y) != series:
         raise InputError(f"y must be ({series},) or ({series}, T), one row per state, got shape {y.shape}")
     length = 1 if y.ndim == 1 else y.shape[1]
     if (u is None) != (inputs == 0):
         raise InputError(f"the model has {inputs} input(s); u was {'not ' if u is None else ''}given")
-    us = _numbers("u", np.zeros((*y.shape, 0)) if u is None else u)
+    us = numbers("u", np.zeros((*y.shape, 0)) if u is None else u)
     if us.shape not in ((*y.shape, inputs), y.shape if inputs == 1 else None):
         expected = f"{(*y.shape, inputs)}" + (f" or {y.shape}" if inputs == 1 else "")
         raise InputError(f"u must be {expected}, like y with the inputs last, got shape {us.shape}")

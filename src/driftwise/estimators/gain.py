@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from ..detect.gain import GainProbes, PullTest
 from ..detect.watch import Silent
 from ..errors import InputError
 from ..kernel import compose, ud
-from ..memory.drift import Walk
+from ..memory.drift import Matched, UntilJump, Walk
 from ..models.canonical import power_of_two
 from ..models.convert import Model
 from ..models.gain import GainPlant
@@ -21,7 +20,7 @@ from . import gain_step as _step  # registers the step
 from .adaptation import Setting, adaptation
 from .gain_row import INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
 from .methods import LeastSquares
-from .policies import resolve_detector, resolve_gate
+from .policies import check_scale, resolve_detector, resolve_gate
 from .reading import Reading
 from .recursive_row import COLUMNS
 
@@ -140,17 +139,20 @@ class AdaptiveGain(Reading):
                 f'method must be "rpem", or "plr" for a scalar state, got {method!r} with {plant.n} state(s): '
                 "the pseudo-linear row H Phi nu moves K along one direction only"
             )
-        self.dt, self.y_scale = door.positive("dt", dt), door.positive("y_scale", y_scale)
+        self.dt, self.y_scale = door.positive("dt", dt), door.size("y_scale", y_scale)
         usual = plant.gain(USUAL)
         is_walk = memory is None or isinstance(memory, Walk)
         self._set_prior(usual, is_walk)
         prior = np.diag(self.prior_covariance)[plant.n :].copy()
-        memory = Walk(prior / 1600) if memory is None else memory
-        memory, _, _, cells = adaptation(memory, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
+        given = Walk(prior / 1600) if memory is None else memory
+        memory, _, _, cells = adaptation(given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
+        memory = Walk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
         if type(memory) not in _step.reopen.table:
-            raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {memory!r}")
-        if scale is not None and not (0 < scale.alpha < math.inf and 0 < scale.beta < math.inf):
-            raise InputError(f"UnknownScale needs a positive finite alpha and beta here, got {scale!r}")
+            hint = ". For jumps say detector=... and restart=..." if isinstance(given, UntilJump) else ""
+            raise InputError(
+                f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {given!r}{hint}"
+            )
+        check_scale(scale, proper=True)
         self.scale = scale or UnknownScale(0.0, 0.0)
         signal, probes, detector = self._resolve_detector(detector, is_walk)
         low, high, radius = _limits(limits, plant, self._s0[plant.n :])
@@ -194,7 +196,9 @@ class AdaptiveGain(Reading):
             return PROBES, probes, detector.resolve(len(probes))
         if isinstance(detector, PullTest) and is_walk:
             raise InputError("PullTest needs a memory with a gain sequence, not Walk: use GainProbes")
-        return PULL if isinstance(detector, PullTest) else INNOVATION, none, resolve_detector(detector, n)
+        if isinstance(detector, PullTest):
+            return PULL, none, detector.resolve(n)
+        return INNOVATION, none, resolve_detector(detector, np.ones(n))
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (a power of two)."""
@@ -256,18 +260,18 @@ class AdaptiveGain(Reading):
 
 
 def _plant(Phi, H, B) -> GainPlant:
-    Phi = np.atleast_2d(np.asarray(Phi, float))
+    given, Phi = Phi, np.atleast_2d(door.floats("Phi", Phi))
     n = len(Phi)
-    if Phi.shape != (n, n) or not np.isfinite(Phi).all():
-        raise InputError(f"Phi must be a finite square matrix or a number, got shape {Phi.shape}")
-    H = np.eye(n)[0] if H is None else np.asarray(H, float)
+    if Phi.shape != (n, n) or not n or not np.isfinite(Phi).all():
+        raise InputError(f"Phi must be a finite square matrix or a number, got {given!r}")
+    H = np.eye(n)[0] if H is None else door.floats("H", H)
     if H.ndim == 2 and len(H) > 1:
         raise InputError(f"H has {len(H)} rows, but one output is all that AdaptiveGain takes: use one filter for each")
-    B = np.zeros((n, 0)) if B is None else np.asarray(B, float)
+    given, B = B, np.zeros((n, 0)) if B is None else door.floats("B", B)
     if B.ndim < 2 and B.size == n:
         B = B.reshape(n, 1)
     if B.ndim != 2 or len(B) != n or not np.isfinite(B).all():
-        raise InputError(f"B must be a finite ({n}, k) matrix, got shape {B.shape}")
+        raise InputError(f"B must be a finite ({n}, k) matrix, got {given!r}")
     plant = GainPlant(Phi, door.vector("H", H.ravel(), n), B)
     if plant.rank < n:
         raise InputError(
@@ -287,7 +291,8 @@ def _limits(limits, plant, K0) -> tuple[float, float, float]:
         if not max(abs(plant.poles(K0))) < RADIUS:
             raise InputError(f"K0 must keep the filter stable: Phi (I - K0 H) has a pole beyond {RADIUS}")
         return -np.inf, np.inf, RADIUS
-    if plant.n > 1 or np.shape(limits) != (2,) or not limits[0] < limits[1]:
+    is_pair = np.shape(limits) == (2,) and all(isinstance(limit, int | float | np.number) for limit in limits)
+    if plant.n > 1 or not is_pair or not limits[0] < limits[1]:
         raise InputError(f'limits must be (low, high) of H K for a scalar state, "stable" or None, got {limits!r}')
     if any(abs(plant.Phi[0, 0] * (1 - limit)) > 1 for limit in limits):
         raise InputError(f"limits must keep the filter stable, abs(Phi (1 - H K)) <= 1, got {limits!r}")
@@ -307,10 +312,10 @@ def _probes(gains, plant) -> np.ndarray:
     """Return the gains (M, n) of the probes."""
     if gains is None:
         return np.array([plant.gain(r) for r in RATIOS]) if plant.n > 1 else np.array(GRID)[:, None] / plant.H
-    gains = np.asarray(gains, float)
+    gains = door.floats("gains", gains)
     gains = gains[:, None] if gains.ndim == 1 and plant.n == 1 else gains
     if gains.ndim != 2 or gains.shape[1] != plant.n or not len(gains):
         raise InputError(f"gains of the probes must be (M, {plant.n}), got shape {gains.shape}")
-    if not all(max(abs(plant.poles(K))) < 1 for K in gains):
-        raise InputError("a probe is unstable: Phi (I - K H) has a pole outside the unit circle")
+    if not np.isfinite(gains).all() or not all(max(abs(plant.poles(K))) < 1 for K in gains):
+        raise InputError("a probe is unstable, or no number: Phi (I - K H) has a pole outside the unit circle")
     return gains

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from ..models.scale import KnownScale, UnknownScale
 from . import door
 from . import joint_step as _step  # noqa: F401  (registers the step)
 from .joint_row import Form, marks_at, scratch_size
-from .policies import resolve_gate, resolve_memory, resolve_watch
+from .policies import check_scale, resolve_gate, resolve_memory, resolve_watch
 from .reading import Reading
 
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
@@ -113,16 +112,12 @@ class Joint(Reading):
             isinstance(noise, noises.UnknownPolynomial),
         )
         self.dt = door.positive("dt", dt)
-        self.y_scale = door.positive("y_scale", y_scale)
-        self.u_scale = door.each("u_scale", u_scale, inputs)
-        if np.any(self.u_scale <= 0):
-            raise InputError(f"u_scale must be positive, got {u_scale!r}")
+        self.y_scale, self.u_scale = door.size("y_scale", y_scale), door.sizes("u_scale", u_scale, inputs)
         N, n = model.N, model.n
 
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
-        if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
-            raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
+        check_scale(scale)
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
         kernel_noise = self._set_prior(s0, P0, noise, kernel_noise, relative)
         kappa = getattr(kernel_noise, "kappa", ())

@@ -24,7 +24,7 @@ from .mimo_reading import ReadingMIMO
 from .mimo_row import INPUT, OUTPUT, scratch_size
 from .mimo_step import share
 from .mimo_tables import prior_factors, tables
-from .policies import resolve_gate, resolve_memory, resolve_watch
+from .policies import check_scale, resolve_gate, resolve_memory, resolve_watch
 from .reading import directions
 
 
@@ -121,13 +121,12 @@ class JointMIMO(ReadingMIMO):
         self.options["structure"] = nu = indices(structure, inputs)
         self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
         self.dt = door.positive("dt", dt)
-        self.y_scale = mimo_door.sizes("y_scale", y_scale, form.outputs)
-        self.u_scale = mimo_door.sizes("u_scale", u_scale, inputs)
+        self.y_scale = door.sizes("y_scale", y_scale, form.outputs)
+        self.u_scale = door.sizes("u_scale", u_scale, inputs)
         self._units = form.units(self.y_scale, self.u_scale)
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
-        if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
-            raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
+        check_scale(scale)
 
         Q, S, R = noise_many.covariances(noise, form, self.y_scale**2)
         self._set_prior(s0, P0)

@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from ..errors import InputError
-from .door import _numbers, each, simultaneous
+from .door import numbers, one, simultaneous
 
 
 def record(y, u, outputs: int, inputs: int):
     """Return y (T, p) and u (T, k), contiguous float64, of a record."""
-    y = _numbers("y", y)
+    y = numbers("y", y)
     if y.ndim == 1 and outputs == 1:
         y = y[:, None]
     if y.ndim != 2 or y.shape[1] != outputs:
@@ -26,8 +26,7 @@ def record(y, u, outputs: int, inputs: int):
 def sample(y, u, outputs: int, inputs: int):
     """Return y (1, 1, p) and u (1, 1, k) of one sample."""
     try:
-        ys = np.array(y, np.float64).reshape(1, 1, outputs)
-        us = np.array(() if u is None else u, np.float64).reshape(1, 1, inputs)
+        ys, us = one(y, outputs), one(() if u is None else u, inputs)
     except (TypeError, ValueError):
         raise InputError(
             f"one sample is {outputs} output(s) y and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
@@ -39,7 +38,7 @@ def sample(y, u, outputs: int, inputs: int):
 
 def fleet(y, u, series: int, outputs: int, inputs: int):
     """Return y (S, T, p), u (S, T, k) and the shape of y, for S series."""
-    y = _numbers("y", y)
+    y = numbers("y", y)
     if y.ndim not in (2, 3) or len(y) != series or y.shape[-1] != outputs:
         raise InputError(
             f"y must be ({series}, {outputs}) or ({series}, T, {outputs}), one row per state, got shape {y.shape}"
@@ -47,16 +46,8 @@ def fleet(y, u, series: int, outputs: int, inputs: int):
     if (u is None) != (inputs == 0):
         raise InputError(f"the model has {inputs} input(s); u was {'not ' if u is None else ''}given")
     lead = y.shape[:-1]
-    us = _numbers("u", np.zeros((*lead, 0)) if u is None else u)
+    us = numbers("u", np.zeros((*lead, 0)) if u is None else u)
     if us.shape not in ((*lead, inputs), lead if inputs == 1 else None):
         raise InputError(f"u must be {(*lead, inputs)}, like y with the inputs last, got shape {us.shape}")
     length = 1 if y.ndim == 2 else y.shape[1]
     return y.reshape(series, length, outputs), us.reshape(series, length, inputs), y.shape
-
-
-def sizes(name, value, size) -> np.ndarray:
-    """Return ``size`` positive numbers."""
-    value = each(name, value, size)
-    if np.any(value <= 0):
-        raise InputError(f"{name} must be positive, got {value!r}")
-    return value

@@ -14,6 +14,7 @@ from ..models.equation import Equation
 from ..models.scale import UnknownScale
 from . import door
 from .observer_step import Filtered
+from .reading import beyond
 from .recursive import Recursive
 
 LONGEST = 100_000  # samples that the filter is waited for
@@ -91,9 +92,9 @@ class AdaptiveObserver(Recursive):
         if isinstance(poles, np.ndarray):
             self.options["poles"] = poles.tolist()
         n, k = door.count("order", order, least=1), door.count("inputs", inputs)
-        self.model = Equation(n, (n,) * k, (1,) * k, bool(offset))
+        self.model = Equation(n, (n,) * k, (1,) * k, door.yes("offset", offset))
         self.filter = _polynomial(poles, n)
-        R = door.positive("y_scale", y_scale) ** 2 if variance is None else door.positive("variance", variance)
+        R = door.size("y_scale", y_scale) ** 2 if variance is None else door.positive("variance", variance)
         self._prepare(
             Filtered(
                 N=0.0, na=1.0, inputs=k, deep=1.0, registers=(1 + k) * n * (1 + n), cells=0.0, marks=0.0, missing=0.0,
@@ -109,6 +110,10 @@ class AdaptiveObserver(Recursive):
         F[:, 0] -= lam[1:]
         powers = [np.linalg.matrix_power(F, i) for i in range(n)]
         return np.array([sum(lam[k - i] * powers[i] for i in range(k + 1)) for k in range(n)])
+
+    def predict(self, state, u=None, horizon: int | None = None):
+        """Raise InputError: `ARMAX` with this Lambda as C predicts further."""
+        raise beyond(self)
 
     def state_of(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return x(t+1 | t) (n,) in observer canonical form, measured state first, and its covariance (n, n).

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
+from ..detect.gain import GainProbes, PullTest
 from ..detect.gate import Always, Gate, admit
+from ..detect.probes import ProbeBank
+from ..detect.score import ScoreSums
 from ..detect.watch import Silent, watch
 from ..errors import InputError
 from ..memory.drift import Inflate, Matched, Restart, UntilJump, Walk, drift
+from ..models.scale import UnknownScale
 from . import door
 
 
@@ -22,7 +27,7 @@ def resolve_memory(memory, units, cap) -> Any:
             raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {memory.restart!r}")
         return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
     if type(memory) not in drift.table:
-        raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
+        raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}{brackets(memory)}")
     return memory
 
 
@@ -34,7 +39,9 @@ def resolve_walk(memory, units, cap) -> Any:
             raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
         return Walk(q * units, cap)
     if np.any(memory.q) or not isinstance(memory.matched, tuple | list) or len(memory.matched) != 2:
-        raise InputError(f"a walk has either q or matched=(jump, every), got {memory!r}")
+        raise InputError(
+            f"a walk has either q or matched=(jump, every), got q = {memory.q!r} and matched = {memory.matched!r}"
+        )
     jump, every = memory.matched
     return Matched(jump_size("jump", jump, len(units)) ** 2 * units / door.positive("every", every), cap)
 
@@ -47,21 +54,44 @@ def jump_size(name, value, size) -> np.ndarray:
     return step
 
 
-def resolve_watch(memory, unknowns: int, parameters: int = 0) -> tuple[Any, float]:
+def resolve_watch(memory, unknowns: int, units=()) -> tuple[Any, float]:
     """Return the kernel's detector, and how many samples it waits for: for ever, where the memory has no use for it."""
     if not isinstance(memory, UntilJump):
         return Silent(), np.inf
     settle = 6 * unknowns if memory.settle is None else door.count("settle", memory.settle)
-    return resolve_detector(memory.detector, parameters), float(settle)
+    return resolve_detector(memory.detector, units), float(settle)
 
 
-def resolve_detector(detector, parameters: int = 0) -> Any:
-    """Return the kernel's detector; ``parameters`` is how many slopes the estimator can tell it (0: none)."""
-    resolve = getattr(detector, "resolve", None)
+def resolve_detector(detector, units=()) -> Any:
+    """Return the kernel's detector; ``units`` are the squared units of the parameters whose slopes it is told."""
+    parameters = len(units)
+    told = "VarianceChange(), Hinkley(), GLR() or Score()" if parameters else "VarianceChange(), Hinkley() or GLR()"
+    if isinstance(detector, ProbeBank | GainProbes | PullTest):
+        raise InputError(
+            f"detector must be {told}, got {detector!r}: it compares probes of a gain, which only AdaptiveGain runs"
+        )
+    resolve = None if isinstance(detector, type) else getattr(detector, "resolve", None)
     found = resolve(parameters) if resolve else detector
     if type(found) not in watch.table:
-        raise InputError(f"detector must be VarianceChange(), Hinkley() or GLR(), got {detector!r}")
-    return found
+        raise InputError(f"detector must be {told}, got {detector!r}{brackets(detector)}")
+    return found._replace(d=found.d * np.sqrt(units)) if isinstance(found, ScoreSums) else found
+
+
+def brackets(value) -> str:
+    """Return the likely cause where a policy's type came in place of a policy."""
+    return ". Were the brackets forgotten?" if isinstance(value, type) else ""
+
+
+def check_scale(scale, proper: bool = False) -> None:
+    """Raise InputError unless ``scale`` is None or a prior; a proper one has a positive alpha."""
+    if scale is None:
+        return
+    numbers = tuple(scale) if isinstance(scale, UnknownScale) else ()
+    if not numbers or not all(isinstance(n, int | float | np.number) and math.isfinite(n) for n in numbers):
+        raise InputError(f"scale must be UnknownScale(alpha, beta) of finite numbers or None, got {scale!r}")
+    if scale.beta <= 0 or (proper and scale.alpha <= 0):
+        which = "a positive alpha and a positive beta" if proper else "a finite alpha and a positive beta"
+        raise InputError(f"UnknownScale needs {which}, got {scale!r}. It is the prior of a variance, beta/alpha")
 
 
 def resolve_gate(gate, unknowns: int) -> Any:
@@ -69,8 +99,8 @@ def resolve_gate(gate, unknowns: int) -> Any:
     if gate is None:
         return Always()
     if isinstance(gate, Gate):
-        settle = 6 * unknowns if gate.settle is None else gate.settle
+        settle = 6 * unknowns if gate.settle is None else door.count("settle", gate.settle)
         return Gate(door.positive("sigmas", gate.sigmas), door.positive("patience", gate.patience), float(settle))
     if type(gate) not in admit.table:
-        raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
+        raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}{brackets(gate)}")
     return gate

@@ -32,13 +32,12 @@ class _Member(ARX):
         unknown = [name for name in options if name not in COMMON]
         if unknown:
             raise TypeError(f"{type(self).__name__} has no option {unknown[0]!r}; it has {', '.join(COMMON)}")
-        if method not in METHODS:
-            raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+        door.one_of("method", method, METHODS)
         self.options = {**orders, "method": method, **COMMON, **options}
         na, nc, nd = (door.count(name, orders.get(name, 0)) for name in ("na", "nc", "nd"))
         nb, nk, nf = (door.counts(name, orders.get(name, ())) for name in ("nb", "nk", "nf"))
         nk, nf = _each("nk", nk, nb), _each("nf", nf, nb)
-        self.model = form = Family(na, nb, nk, bool(self.options["offset"]), (), nc, nd, nf)
+        self.model = form = Family(na, nb, nk, door.yes("offset", self.options["offset"]), (), nc, nd, nf)
         if not form.N:
             raise InputError("the model has no parameter: its orders are all zero")
         is_exact = method == "rpem"
@@ -125,7 +124,7 @@ class ARMAX(_Member):
     A(q) y(t) = B(q) u(t) + C(q) e(t)
     A(q) = 1 - 0.8062 (± 0.0041) q^-1
     B(q) = 0.984 (± 0.01) q^-1
-    C(q) = 1 + 0.6002 (± 0.014) q^-1
+    C(q) = 1 + 0.6003 (± 0.014) q^-1
     standard deviation of e: 0.4969
     """
 

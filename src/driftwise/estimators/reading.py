@@ -66,6 +66,10 @@ class Rows:
         """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
         return compose.driver(*map(type, self.policies))
 
+    def predict(self, state, u=None, horizon: int | None = None):
+        """Return mean and deviation of the next outputs, where an estimator can; raise InputError elsewhere."""
+        raise beyond(self)
+
     def scratch(self) -> np.ndarray:
         """Return memory for one run of `drive`; its contents do not matter, but no two threads may share it."""
         return np.empty(self.scratch_size)
@@ -82,6 +86,11 @@ class Rows:
         return np.ndarray(
             (state.size, self.dtype.itemsize // 8), np.float64, state
         ).copy()  # faster than field by field
+
+
+def beyond(estimator) -> InputError:
+    """Return the error of an estimator that is asked to predict further than it can."""
+    return InputError(f"{type(estimator).__name__} does not predict further than one sample; ARX, ARMAX, OE and BJ do")
 
 
 class Reading(Rows):

@@ -22,7 +22,7 @@ from .gradient import LagsAlone, gradient
 from .instruments import InstrumentalLags, Instruments, instruments
 from .joint import WIDTH
 from .methods import LeastSquares
-from .policies import resolve_gate
+from .policies import check_scale, resolve_gate
 from .reading import Reading
 from .recursive_row import COLUMNS, HOLD, PREDICT, SKIP, Lags, fields
 
@@ -39,29 +39,21 @@ class Recursive(Reading):
         """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
         options, N = self.options, self.model.N
         self.dt = door.positive("dt", options["dt"])
-        self.y_scale = door.positive("y_scale", options["y_scale"])
-        self.u_scale = door.each("u_scale", options["u_scale"], self.model.inputs)
-        if np.any(self.u_scale <= 0):
-            raise InputError(f"u_scale must be positive, got {options['u_scale']!r}")
-        if options["missing"] not in MISSING:
-            raise InputError(f"missing must be one of {', '.join(MISSING)}, got {options['missing']!r}")
+        self.y_scale = door.size("y_scale", options["y_scale"])
+        self.u_scale = door.sizes("u_scale", options["u_scale"], self.model.inputs)
+        missing = MISSING[door.one_of("missing", options["missing"], MISSING)]
         variance, scale = options["variance"], options["scale"]
         R = self.y_scale**2 if variance is None else door.positive("variance", variance)
         is_relative = scale is not None or variance is None
-        if scale is not None and not (math.isfinite(scale.alpha) and scale.beta > 0):
-            raise InputError(f"UnknownScale needs a finite alpha and a positive beta, got {scale!r}")
+        check_scale(scale)
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if is_relative else KnownScale()
         self._set_prior(options["theta0"], options["P0"])
         prior = self._s0, self._U0, self._D0
         setting = Setting(self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale)
         memory, detector, settle, cells = adaptation(options["memory"], setting)
+        fill = 0.0 if options["at_rest"] else form.fill
         form = form._replace(
-            N=float(N),
-            cells=cells,
-            marks=detector.marks(N),
-            settle=settle,
-            missing=MISSING[options["missing"]],
-            fill=0.0 if options["at_rest"] else form.fill,
+            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
@@ -272,12 +264,11 @@ class ARX(Recursive):
             nk = nk * len(nb)
         if len(nk) != len(nb):
             raise InputError(f"nk must be one delay, or one for each of the {len(nb)} inputs, got {nk!r}")
-        self.model = form = Equation(door.count("na", na), nb, nk, bool(offset), tuple(labels))
+        self.model = form = Equation(door.count("na", na), nb, nk, door.yes("offset", offset), tuple(labels))
         if not form.N:
             raise InputError("the model has no parameter: give na, nb or an offset")
         kind, N, deep = self.options["method"], form.N, form.deep
-        if kind not in METHODS:
-            raise InputError(f"method must be one of {', '.join(METHODS)}, got {kind!r}")
+        door.one_of("method", kind, METHODS)
         registers = own = 0
         if kind == "iv":
             registers, own = N * N + 1 + form.na, 3 * N
@@ -365,7 +356,9 @@ class Regression(ARX):
     """
 
     def __init__(self, regressors=1, **options):
-        labels = () if isinstance(regressors, int) else tuple(map(str, regressors))
+        labels = tuple(map(str, regressors)) if isinstance(regressors, list | tuple | np.ndarray) else ()
+        if len(set(labels)) < len(labels):
+            raise InputError(f"regressors need different names, got {regressors!r}")
         m = len(labels) or door.count("regressors", regressors, least=1)
         labels = labels or tuple(f"theta{i + 1}" for i in range(m))
         plain = ARX(0, (1,) * m, 0, **options)

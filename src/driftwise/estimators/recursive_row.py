@@ -13,7 +13,7 @@ HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", 
 INPUT = ("held", "unsure", "known", "sums", "squares", "steps")  # numbers kept for each input
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
 COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
-HUGE = 1e100  # beyond this a square or a product of two would overflow
+HUGE = 1e60  # beyond this a product of four, and of a variance, would overflow
 
 
 class Lags(NamedTuple):

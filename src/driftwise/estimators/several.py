@@ -125,12 +125,12 @@ class ARXMIMO(ReadingMIMO):
         )  # fmt: skip
         p, k = door.count("outputs", outputs, least=1), door.count("inputs", inputs)
         tables = (_table("na", na, p, p), _table("nb", nb, p, k), _table("nk", nk, p, k))
-        self.model = form = Equations(*tables, bool(offset))
+        self.model = form = Equations(*tables, door.yes("offset", offset))
         for i, (a, b) in enumerate(zip(form.na, form.nb)):
             if not any(a + b):
                 raise InputError(f"the equation of output {i + 1} has no regressor: na[{i}] and nb[{i}] are all zero")
         self.dt = door.positive("dt", dt)
-        self.y_scale, self.u_scale = mimo_door.sizes("y_scale", y_scale, p), mimo_door.sizes("u_scale", u_scale, k)
+        self.y_scale, self.u_scale = door.sizes("y_scale", y_scale, p), door.sizes("u_scale", u_scale, k)
         self.unknowns, self.groups = form.sizes, [[i] for i in range(p)]
         self.parts = self._equations()
         first = self.parts[0]
@@ -161,7 +161,7 @@ class ARXMIMO(ReadingMIMO):
         if P0 is not None and np.any(P0[~own]):
             raise InputError("P0 links parameters of different equations, which are estimated apart: make those zero")
         variance = options["variance"]
-        variances = [None] * p if variance is None else mimo_door.sizes("variance", variance, p).tolist()
+        variances = [None] * p if variance is None else door.sizes("variance", variance, p).tolist()
         for i in range(p):
             mine = slice(at[i], at[i + 1])
             channel = Channel(

@@ -54,8 +54,9 @@ def absorb(R, row, first):
     at = first * width - first * (first - 1) // 2
     for i in range(first, width):
         x = row[i]
-        if x != 0.0:
-            h = math.sqrt(R[at] * R[at] + x * x)
+        square = R[at] * R[at] + x * x
+        if x != 0.0 and square > 0.0:  # (below 1e-162 squares vanish, and so does what such a row says)
+            h = math.sqrt(square)
             c, s = R[at] / h, x / h
             R[at] = h
             for k in range(1, width - i):

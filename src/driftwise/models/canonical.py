@@ -87,9 +87,9 @@ class Canonical:
 
 
 def power_of_two(values) -> float:
-    """Return the power of two nearest to the typical size of the finite values; 1 where there is none."""
+    """Return the power of two nearest to the typical size of the finite values; 1 where all are zero, or absurd."""
     values = np.abs(np.asarray(values, float))
-    values = values[(values > 0) & (values < 1e100)]
+    values = values[(values > 1e-100) & (values < 1e100)]
     if not values.size:
         return 1.0
     exponent = int(np.frexp(values.max())[1])

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..detect.gate import admit
+from ..detect.gain import GainProbes, PullTest
+from ..detect.gate import Gate, admit
+from ..detect.probes import ProbeBank
+from ..detect.score import Score
 from ..detect.watch import watch
 from ..errors import InputError
 from ..estimators.adaptation import resolve
+from ..estimators.gain import AdaptiveGain
 from ..estimators.joint import Joint
+from ..estimators.policies import brackets
 from ..estimators.recursive import ARX
 from ..kernel import compose
 from ..memory.adapt import learn
-from ..memory.drift import UntilJump, drift
+from ..memory.drift import Inflate, UntilJump, drift
+from ..memory.fading import Weighted
+from ..memory.restart import GainReset
 from ..models.noise import EquationError
 from ..models.simulate_mimo import simulate_mimo
 from .snapshot import is_described, load_state, save_state
@@ -216,28 +224,52 @@ def check_estimator(estimator, y=None, u=None) -> None:
 
 
 def check_policy(policy) -> None:
-    """Raise AssertionError, naming the law, if an estimator with this memory, gate or detector breaks one.
+    """Raise AssertionError, naming the law, if an estimator with this memory, gate, detector or restart breaks one.
 
     Parameters
     ----------
-    policy : a memory, a gate or a detector of innovations, driftwise's or your own
+    policy : driftwise's or your own; each works in the estimator it is for (`Joint`, `ARX`, `AdaptiveGain`)
 
     Examples
     --------
     >>> import driftwise as dw
     >>> dw.check_policy(dw.Walk(1e-4))
     """
-    if type(policy) in drift.table or isinstance(policy, UntilJump):
-        check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=policy, P0=10.0))
-    elif type(policy) in learn.table or type(policy) in resolve.registry:
-        check_estimator(ARX(2, 2, memory=policy))
-    elif type(policy) in admit.table:
-        check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), gate=policy, P0=10.0))
-    elif type(policy) in watch.table or hasattr(policy, "resolve"):
-        memory = UntilJump(policy, settle=10)
-        check_estimator(Joint(2, inputs=1, noise=EquationError(0.01), memory=memory, P0=10.0))
-    else:
-        raise InputError(
-            "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), "
-            f"got {policy!r}"
+    for estimator in _homes(policy):
+        check_estimator(estimator)
+
+
+def _homes(policy) -> list:
+    """Return the estimators in which a policy is checked."""
+    kind, joint = type(policy), dict[str, Any](noise=EquationError(0.01), P0=10.0)
+    if isinstance(policy, ProbeBank):
+        raise InputError("a ProbeBank alone compares probes of your own: check GainProbes(gains) instead")
+    if isinstance(policy, GainProbes | PullTest):
+        plr: dict[str, Any] = (
+            {"method": "plr", "memory": Weighted(0.98), "gate": Gate()} if isinstance(policy, PullTest) else {}
         )
+        return [AdaptiveGain(0.9, detector=policy, **plr)]
+    if isinstance(policy, Inflate | GainReset):
+        return [ARX(2, 2, memory=UntilJump(Score(threshold=1.0), policy, settle=10))]
+    if kind in admit.table:
+        return [Joint(2, inputs=1, gate=policy, **joint), ARX(2, 2, gate=policy)]
+    if isinstance(policy, Score) or (isinstance(policy, UntilJump) and not _fits_joint(policy)):
+        return [ARX(2, 2, memory=policy if isinstance(policy, UntilJump) else UntilJump(policy, settle=10))]
+    if kind in drift.table or isinstance(policy, UntilJump):
+        homes = [Joint(2, inputs=1, memory=policy, **joint)]
+        is_both = kind in learn.table or isinstance(policy, UntilJump)
+        return [*homes, ARX(2, 2, memory=policy)] if is_both else homes
+    if kind in learn.table or kind in resolve.registry:
+        return [ARX(2, 2, memory=policy)]
+    if kind in watch.table or (hasattr(policy, "resolve") and not isinstance(policy, type)):
+        return [Joint(2, inputs=1, memory=UntilJump(policy, settle=10), **joint)]
+    raise InputError(
+        "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), or a "
+        f"restart, got {policy!r}{brackets(policy)}"
+    )
+
+
+def _fits_joint(memory) -> bool:
+    """Say whether `Joint` takes this `UntilJump`: it tells no slopes, and frees all parameters at once."""
+    restart = memory.restart
+    return not isinstance(memory.detector, Score) and isinstance(restart, Inflate) and not restart.only_named

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..estimators.door import floats
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
 from .trace import KEEP, UNUSED, Trace
@@ -29,7 +30,7 @@ class TraceMIMO(Trace):
         self.dt, self.begun = estimator.dt, None
         if time is None:
             time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
-        self.time = np.asarray(time, float)
+        self.time = floats("time", time)
         if self.time.shape != (len(y),):
             raise InputError(f"time must be ({len(y)},), got shape {self.time.shape}")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .wording import pole_words
+from .wording import fit_words, pole_words
 
 
 def paragraph(s) -> str:
@@ -32,7 +32,7 @@ def paragraph(s) -> str:
 
 
 def _output(name, one, samples) -> str:
-    text = f"{name}: the next sample is explained with a fit of {one.fit:.1f} % (error {one.rmse:.3g})"
+    text = f"{name}: the next sample is predicted with {fit_words(one)}"
     if math.isfinite(one.nis):
         believed = 0.8 <= one.nis <= 1.25
         white = one.whiteness.is_white or not math.isfinite(one.whiteness.p_value)

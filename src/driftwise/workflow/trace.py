@@ -11,6 +11,7 @@ import numpy as np
 
 from ..detect.variance import VarianceChange
 from ..errors import InputError
+from ..estimators.door import count, floats
 from ..kernel.status import MEANING, Status
 from ..models.convert import Model
 from ..models.scale import KnownScale
@@ -60,7 +61,7 @@ class Trace:
         self.begun: Any = None  # the state before the first sample
         if time is None:
             time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
-        self.time = np.asarray(time, float)
+        self.time = floats("time", time)
         if self.time.shape != self.y.shape:
             raise InputError(f"time must be ({len(y)},) like y, got shape {self.time.shape}")
 
@@ -190,8 +191,6 @@ class Trace:
 
     def predict(self, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (h,) and standard deviation (h,) of the outputs that follow, given the inputs to come."""
-        if not hasattr(self.estimator, "predict"):
-            raise InputError(f"{type(self.estimator).__name__} does not predict further than one sample")
         return self.estimator.predict(self.state, u, horizon)
 
     def summary(self):
@@ -255,7 +254,7 @@ class Trace:
         >>> trace.jumps()[0].text
         'jump: the innovations widened, it began about 2 samples ago (statistic 1.06 times its threshold)'
         >>> trace.what_changed(trace.jumps()[0])
-        chi2 = 1080.7 on 4 degrees of freedom (p = 1.1e-232); most of all a1 up (+32.8 sd)
+        chi2 = 1080.0 on 4 degrees of freedom (p = 1.6e-232); most of all a1 up (+32.7 sd)
         """
         from .what_changed import what_changed
 
@@ -264,7 +263,7 @@ class Trace:
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
-        if not 0 <= sample < len(self):
+        if not count("sample", sample) < len(self):
             raise InputError(f"sample must lie between 0 and {len(self) - 1}, got {sample!r}")
         if self.begun is None:
             raise InputError("a trace that was read back does not know the state it began with: run it again")

@@ -52,6 +52,16 @@ def believed(s, model) -> str:
     return "The error bars can be believed"
 
 
+def fit_words(s) -> str:
+    """Say how well the next sample is explained; no fit is to be had of an output that stood still."""
+    if not math.isfinite(s.rmse):
+        return "no error yet"
+    if not math.isfinite(s.fit):
+        return f"an error of {s.rmse:.3g} (y stood still, so a fit means nothing)"
+    worse = "" if s.fit > 0 else ", no better than the mean of the output"
+    return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
+
+
 def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
@@ -65,10 +75,8 @@ def paragraph(s) -> str:
     modes = dict.fromkeys(pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0)  # delays are said once
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     text = f"{kind} "
-    if math.isfinite(s.fit):
-        verb = "explains" if s.fit > 0 else "predicts"
-        text += f"{verb} the next sample with a fit of {s.fit:.1f} % (error {s.rmse:.3g})"
-        text += "." if s.fit > 0 else ": no better than the mean of the output."
+    if math.isfinite(s.rmse):
+        text += f"predicts the next sample with {fit_words(s)}."
     else:
         text += f"was estimated; {s.observed} measured outputs are too few to say how well it predicts."
     if est.model.inputs and not s.is_static:
