@@ -1,7 +1,14 @@
 """The error a user meets at the door."""
 
-__all__ = ["InputError"]
+__all__ = ["InputError", "refuse_class"]
 
 
 class InputError(ValueError):
     """Data or a setting handed over by the user cannot be used; the message says which, why and the likely cause."""
+
+
+def refuse_class(name, value) -> None:
+    """Raise `InputError` where a class came instead of one of its kind: the brackets were forgotten."""
+    if isinstance(value, type):
+        call = f"{value.__name__}(..)"
+        raise InputError(f"{name} must be {call}, got the class {value.__name__} itself; were the brackets forgotten?")

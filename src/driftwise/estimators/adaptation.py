@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..memory import directional, fading, restart, run_lengths, window
 from ..memory.adapt import learn
 from ..memory.drift import Inflate, UntilJump, Walk
@@ -41,6 +41,7 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 
     Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
     """
+    refuse_class("memory", memory)
     detector, settle = resolve_watch(memory, setting.N, setting.N)
     if isinstance(memory, UntilJump):
         return resolve_restart(memory.restart, setting), detector, settle, 0
@@ -50,6 +51,7 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 
 def resolve_restart(answer, setting) -> Any:
     """Return the kernel's answer to an alarm."""
+    refuse_class("restart", answer)
     if isinstance(answer, Inflate):
         q = jump_size("step", answer.step, setting.N) ** 2 * setting.units
         return restart.Jolt(q, float(bool(answer.only_named)), setting.cap)

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..detect.gain import GainProbes, PullTest
 from ..detect.watch import Silent
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..kernel import compose, ud
-from ..memory.drift import Walk
+from ..memory.drift import UntilJump, Walk
 from ..models.canonical import power_of_two
 from ..models.convert import Model
 from ..models.gain import GainPlant
@@ -145,9 +145,14 @@ class AdaptiveGain(Reading):
         is_walk = memory is None or isinstance(memory, Walk)
         self._set_prior(usual, is_walk)
         prior = np.diag(self.prior_covariance)[plant.n :].copy()
-        memory = Walk(prior / 1600) if memory is None else memory
-        memory, _, _, cells = adaptation(memory, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
-        if type(memory) not in _step.reopen.table:
+        chosen = Walk(prior / 1600) if memory is None else memory
+        if isinstance(memory, UntilJump):
+            raise InputError(
+                "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
+                f"detector={memory.detector!r}, and restart= says what an alarm does"
+            )
+        found, _, _, cells = adaptation(chosen, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
+        if type(found) not in _step.reopen.table:
             raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {memory!r}")
         if scale is not None and not (0 < scale.alpha < math.inf and 0 < scale.beta < math.inf):
             raise InputError(f"UnknownScale needs a positive finite alpha and beta here, got {scale!r}")
@@ -164,7 +169,7 @@ class AdaptiveGain(Reading):
             B=plant.B.ravel(), dead_beat=plant.dead_beat, cap=prior, poles=poles, moves=moves.ravel(),
             reopen=_restart(restart, is_walk), probes=probes.ravel(),
         )  # fmt: skip
-        self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
+        self.policies = (form, LeastSquares(1.0), found, resolve_gate(gate, plant.N), KnownScale(), detector)
         self.spec = compose.flatten(self.policies)
         self.dtype = np.dtype(fields(form))
         self.scratch_size = scratch_size(form)
@@ -187,6 +192,7 @@ class AdaptiveGain(Reading):
     def _resolve_detector(self, detector, is_walk):
         """Return what the detector listens to, the gains of its probes (M, n), and the kernel's detector."""
         n, none = self.model.n, np.zeros((0, self.model.n))
+        refuse_class("detector", detector)
         if detector is None:
             return INNOVATION, none, Silent()
         if isinstance(detector, GainProbes):

@@ -8,16 +8,18 @@ import numpy as np
 
 from ..detect.gate import Always, Gate, admit
 from ..detect.watch import Silent, watch
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..memory.drift import Inflate, Matched, Restart, UntilJump, Walk, drift
 from . import door
 
 
 def resolve_memory(memory, units, cap) -> Any:
     """Return the kernel's memory; ``units`` and ``cap`` are the squared units and prior variances of theta."""
+    refuse_class("memory", memory)
     if isinstance(memory, Walk):
         return resolve_walk(memory, units, np.array(cap))
     if isinstance(memory, UntilJump):
+        refuse_class("restart", memory.restart)
         if not isinstance(memory.restart, Inflate) or memory.restart.only_named:
             raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {memory.restart!r}")
         return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
@@ -29,6 +31,11 @@ def resolve_memory(memory, units, cap) -> Any:
 def resolve_walk(memory, units, cap) -> Any:
     """Return the kernel's random walk."""
     if isinstance(memory.matched, tuple | list) and not memory.matched:
+        if not np.size(memory.q):
+            raise InputError(
+                "a walk needs its speed: Walk(q), the variance of a step per sample, or Walk(matched=(jump, every)); "
+                "for constant parameters use Never()"
+            )
         q = door.each("q", memory.q, len(units))
         if np.any(q < 0):
             raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
@@ -57,6 +64,7 @@ def resolve_watch(memory, unknowns: int, parameters: int = 0) -> tuple[Any, floa
 
 def resolve_detector(detector, parameters: int = 0) -> Any:
     """Return the kernel's detector; ``parameters`` is how many slopes the estimator can tell it (0: none)."""
+    refuse_class("detector", detector)
     resolve = getattr(detector, "resolve", None)
     found = resolve(parameters) if resolve else detector
     if type(found) not in watch.table:
@@ -66,6 +74,7 @@ def resolve_detector(detector, parameters: int = 0) -> Any:
 
 def resolve_gate(gate, unknowns: int) -> Any:
     """Return the kernel's gate."""
+    refuse_class("gate", gate)
     if gate is None:
         return Always()
     if isinstance(gate, Gate):

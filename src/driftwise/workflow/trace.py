@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..kernel.status import MEANING, Status
 from ..models.convert import Model
 from ..models.scale import KnownScale
+from .frames import as_frame
 
 KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
@@ -180,8 +181,6 @@ class Trace:
 
     def predict(self, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (h,) and standard deviation (h,) of the outputs that follow, given the inputs to come."""
-        if not hasattr(self.estimator, "predict"):
-            raise InputError(f"{type(self.estimator).__name__} does not predict further than one sample")
         return self.estimator.predict(self.state, u, horizon)
 
     def summary(self):
@@ -260,9 +259,7 @@ class Trace:
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
-        import narwhals as nw
-
-        return nw.from_dict(self.columns(), backend=cast(Any, backend)).to_native()
+        return as_frame(self.columns(), backend)
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the columns by name, as `to_frame` and the command line write them."""
