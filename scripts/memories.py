@@ -1,5 +1,7 @@
 """Print the tables of docs/memory.md and docs/decisions/wind-up.md: who follows jumps, survives a rest, what it costs.
 
+Also what directional forgetting remembers where all directions are excited.
+
 Run: python scripts/memories.py (a minute).
 """
 
@@ -55,6 +57,26 @@ def table_of_jumps():
         print(f"| {name} | " + " | ".join(row) + " |", flush=True)
 
 
+def table_of_directions(samples=4000):
+    """Root mean square error of b2, and over its bar, so many samples after it jumped by .3; white input, noise .1."""
+    after = (-1, 100, 300, 500, 1000)
+    b = np.where(np.arange(samples)[:, None] < samples // 2, [1.0, 0.5], [1.0, 0.8])
+    inputs = [np.random.default_rng(seed).standard_normal(samples) for seed in range(50)]
+    records = [dw.simulate([-1.5, 0.7], b, u=u, noise_std=0.1, seed=99 + seed) for seed, u in enumerate(inputs)]
+    print("\n| memory | before | " + " | ".join(f"+{k}" for k in after[1:]) + " |\n|---|---|---|---|---|---|")
+    for name, memory in {
+        "`Weighted(.99)`": dw.Weighted(0.99),
+        "`DirectionalForgetting(.99)`": dw.DirectionalForgetting(0.99),
+        "`DirectionalForgetting(.96)`": dw.DirectionalForgetting(0.96),
+    }.items():
+        traces = [dw.ARX(2, 2, memory=memory).scan(y, u) for y, u in records]
+        at = samples // 2 + np.array(after)
+        error = np.array([t.parameters[at, 3] - b[at, 1] for t in traces])
+        bar = np.array([t.parameters_std[at, 3] for t in traces])
+        size, bars = (np.sqrt(np.mean(v**2, axis=0)) for v in (error, error / bar))
+        print(f"| {name} | " + " | ".join(f"{e:.3f} ({z:.1f})" for e, z in zip(size, bars)) + " |", flush=True)
+
+
 RESTED = {
     "`Never()`": dw.Never(),
     "`LimitedGain(50)`": dw.LimitedGain(50),
@@ -95,3 +117,4 @@ def table_of_rests():
 if __name__ == "__main__":
     table_of_rests()
     table_of_jumps()
+    table_of_directions()

@@ -122,6 +122,24 @@ def test_delay_is_that_of_simulation(jump):
     assert detector.delay(jump, start="zero") > detector.delay(jump)
 
 
+@pytest.mark.parametrize("start", ["steady", "zero"])
+def test_delay_of_a_change_of_variance_is_that_of_simulation(start):
+    detector, rng, runs = dw.VarianceChange(ratio=2.0, false_alarms="1 per 10_000"), np.random.default_rng(7), 20_000
+    h, g, delay, n = detector.resolve().h[0], np.zeros(runs), np.zeros(runs), 0
+    for t in range(-200 if start == "steady" else 0, 1000):
+        z = rng.standard_normal(len(g)) * (2.0**0.5 if t >= 0 else 1.0)
+        g = np.maximum(0.0, g - 0.5 * np.log(2.0) + 0.25 * z**2)
+        if t < 0:
+            g[g >= h] = 0.0
+            continue
+        done = int(np.count_nonzero(g >= h))
+        delay[n : n + done] = t + 1
+        g, n = g[g < h], n + done
+    assert n == runs
+    assert abs(delay.mean() - detector.delay(start=start)) < 3.5 * delay.std() / runs**0.5
+    assert detector.delay() < 0.96 * detector.delay(start="zero")
+
+
 def test_the_growing_threshold_lets_false_alarms_die_out():
     z = np.random.default_rng(0).standard_normal(300_000)
     fixed = dw.Hinkley(jump=0.5, threshold=6.0).scan(z)
@@ -365,9 +383,14 @@ def test_words():
     assert "one false alarm per 10 000 samples on average (exact" in words
     assert "a shift of 1 sd is found after 15.7 samples" in words
     assert "approximately" in dw.GLR(1000, window=20).words
-    assert "guaranteed" in dw.Score(1000).words(3)
+    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.Score(1000).words
+    assert "per 202 samples" in dw.Score(threshold=6.0).words and "for each parameter" in dw.Score(threshold=6.0).words
+    calibrated = dw.Score("1 per 1000", jump=0.5).calibrated_to([-1.0, 0.3]).words
+    assert (
+        calibrated.startswith("one false alarm per 1 000 samples") and "slopes of size 1, 0.3; no guarant" in calibrated
+    )
     assert "no fixed rate" in dw.Hinkley(threshold=4.0, growing=True).words
-    assert "4 times as large is found after 17.0 samples" in dw.VarianceChange().words
+    assert "4 times as large is found after 16.7 samples" in dw.VarianceChange().words
 
 
 @pytest.mark.parametrize(
@@ -388,6 +411,7 @@ def test_words():
         (lambda: dw.Hinkley().scan([1.0], state=np.zeros(3)), "state"),
         (lambda: dw.VarianceChange(ratio=0.5).resolve(), "ratio > 1"),
         (lambda: dw.VarianceChange().delay(0.5), "does not watch"),
+        (lambda: dw.VarianceChange().delay(start="late"), "steady"),
         (lambda: dw.GLR(window=0).resolve(), "window"),
         (lambda: dw.GLR(1.5).resolve(), "too often"),
         (lambda: dw.Score().scan(np.zeros(3), np.zeros(3)), "slopes"),

@@ -279,7 +279,7 @@ def test_a_broken_policy_is_named():
         dw.check_policy(Amnesia(0.98))
     with pytest.raises(AssertionError, match="breaks a law"):
         dw.check_policy(Deaf())
-    with pytest.raises(dw.InputError, match=r"a restart, got .*Were the brackets forgotten"):
+    with pytest.raises(dw.InputError, match=r"were the brackets forgotten"):
         dw.check_policy(dw.Weighted)
     with pytest.raises(dw.InputError, match="check GainProbes"):
         dw.check_policy(dw.ProbeBank([1.0]))

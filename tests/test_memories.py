@@ -166,16 +166,40 @@ def test_variable_forgetting_is_fortescues():
 
 
 def test_directional_forgetting_equals_its_information_form():
-    """P^-1 <- P^-1 - (1 - p) P^-1 psi psi' P^-1 / (psi' P^-1 psi) + psi psi' / R."""
+    """Kulhavy's rule: P^-1 <- P^-1 - (1 - p) psi psi' / (psi' P psi) + psi psi' / R."""
     phi, y = excite(2)
     theta, P, trace = after_twenty(dw.DirectionalForgetting(0.9), phi, y)
     I = np.linalg.inv(P)
     for t, (row, value) in enumerate(zip(phi[20:], y[20:])):
-        known = I @ row
-        I = I - 0.1 * np.outer(known, known) / (row @ known) + np.outer(row, row) / 0.25
+        I = I - 0.1 * np.outer(row, row) / (row @ np.linalg.solve(I, row)) + np.outer(row, row) / 0.25
         theta = theta + np.linalg.solve(I, row) * (value - row @ theta) / 0.25
         assert np.max(np.abs(theta - trace.parameters[t])) < 1e-10
     assert not np.any(trace.status)
+
+
+def test_directional_forgetting_remembers_a_memory_for_each_direction():
+    """Excited on all sides, whatever the units, P settles at (1 - p)/N of the inverse second moment of psi."""
+    rng, p, scales = np.random.default_rng(12), 0.98, np.array([1.0, 100.0, 0.1])
+    phi = rng.standard_normal((64, 1500, 3)) @ np.array([[1.0, 0.5, 0.2], [0.0, 1.0, 0.3], [0.0, 0.0, 1.0]]) * scales
+    y = phi @ (1 / scales) + 0.5 * rng.standard_normal((64, 1500))
+    est = dw.Regression(3, memory=dw.DirectionalForgetting(p), variance=0.25, P0=1e6)
+    states, _ = est.tick(est.start(64), y, phi)
+    moment = np.mean([phi[i].T @ phi[i] / 1500 for i in range(64)], axis=0)
+    traces = [np.trace(est.covariance(state) @ moment) / 0.25 for state in states]
+    assert abs(np.mean(traces) / (1 - p) - 1) < 0.1  # N directions, (1 - p)/N each
+
+
+@pytest.mark.parametrize("memory, p", [(dw.Weighted(0.995), 0.995), (dw.LimitedGain(200), 0.995)], ids=str)
+def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, p):
+    """The variance of the estimate is P/(1 + p), P after the correction; the state's is that over p."""
+    rng = np.random.default_rng(21)
+    phi = rng.standard_normal((1000, 1500, 3))
+    y = phi @ [1.0, 2.0, 3.0] + 0.5 * rng.standard_normal((1000, 1500))
+    est = dw.Regression(3, memory=memory, variance=0.25)
+    states, _ = est.tick(est.start(1000), y, phi)
+    P = p * np.array([np.diag(est.covariance(state)) for state in states])
+    squares = np.mean((states["theta"] - [1.0, 2.0, 3.0]) ** 2 / P)
+    assert abs(squares * (1 + p) - 1) < 2.58 * np.sqrt(2 / 3000)  # 99 %: 3000 normalised squares
 
 
 # --- walks -----------------------------------------------------------------------------------------------------

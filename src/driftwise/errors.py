@@ -1,6 +1,6 @@
 """The error a user meets at the door."""
 
-__all__ = ["CommandError", "InputError"]
+__all__ = ["CommandError", "InputError", "refuse_class"]
 
 
 class InputError(ValueError):
@@ -9,3 +9,10 @@ class InputError(ValueError):
 
 class CommandError(InputError):
     """An option of a command cannot be what it is; no data were looked at."""
+
+
+def refuse_class(name, value) -> None:
+    """Raise `InputError` where a class came instead of one of its kind: the brackets were forgotten."""
+    if isinstance(value, type):
+        call = f"{value.__name__}(..)"
+        raise InputError(f"{name} must be {call}, got the class {value.__name__} itself; were the brackets forgotten?")

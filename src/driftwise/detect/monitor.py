@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..kernel import compose
 from .brownian import positive
 from .watch import OWN, watch
@@ -48,6 +48,7 @@ class Monitor:
     """
 
     def __init__(self, detector: Any, *, mean: float = 0.0, std: float = 1.0, parameters: int = 0):
+        refuse_class("detector", detector)
         resolve = getattr(detector, "resolve", None)
         found = resolve(parameters) if resolve else detector
         kind: Any = type(found)
@@ -73,6 +74,11 @@ class Monitor:
         if z != z:
             return marks[0], Sign(0, math.nan, 0, -1)
         if self._parameters:
+            if np.shape(slopes) != (self._parameters,):
+                raise InputError(
+                    f"slopes must be {self._parameters} numbers, how the mean of value moves per unit of each "
+                    f"parameter (the regressors), got shape {np.shape(slopes)}; were they left out?"
+                )
             m[0, 0] = np.divide(slopes, self.std)
         outs = np.empty((1, 1, 1 + OWN))
         self._look(marks, np.array([[z]]), m, outs, self._spec)

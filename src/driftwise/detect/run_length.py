@@ -184,11 +184,16 @@ def run_length(threshold, reference, std=1.0, mean=0.0, start="zero") -> float:
         return _known(L[0], threshold, reference)
     if start != "steady":
         raise InputError(f'start must be "zero" or "steady", got {start!r}')
+    return _known(_settled(_nystrom(h, k)[0]) @ L, threshold, reference)
+
+
+def _settled(A):
+    """Return the law of the sum after a long wait without alarm: the leading left eigenvector of its chances."""
     from scipy.linalg import eig
 
-    values, left = eig(_nystrom(h, k)[0].T)
+    values, left = eig(A.T)
     law = np.abs(left[:, np.argmax(values.real)])
-    return _known(law @ L / law.sum(), threshold, reference)
+    return law / law.sum()
 
 
 def _within(h):
@@ -199,24 +204,31 @@ def _within(h):
         )
 
 
-def _states(cdf, h, k, n):
-    fine, coarse = (_times(*_brook_evans(cdf, h, k, size))[0] for size in (n, n // 2))
+def _states(cdf, h, k, n, before=None):
+    def mean(size):
+        L = _times(*_brook_evans(cdf, h, k, size))
+        return L[0] if before is None else _settled(_brook_evans(before, h, k, size)[0]) @ L
+
+    fine, coarse = mean(n), mean(n // 2)
     return fine + (fine - coarse) / 3 if np.isfinite(coarse) else coarse  # Richardson: the error goes like 1/n^2
 
 
-def run_length_of(cdf, threshold, reference, mean=0.0, states=400) -> float:
+def run_length_of(cdf, threshold, reference, mean=0.0, states=400, before=None) -> float:
     """Return the mean run length of a one-sided sum over independent samples of any distribution.
 
     Parameters
     ----------
     cdf : callable
-        Distribution function of the signal before the jump, on arrays: ``scipy.stats.t(4).cdf``.
+        Distribution function of the signal, on arrays: ``scipy.stats.t(4).cdf``.
     threshold, reference : float
         As for `run_length`.
     mean : float
         Added to every sample: the jump, for a delay.
     states : int
         Even; cells of the Markov chain (Brook and Evans 1972), extrapolated from half as many.
+    before : callable, optional
+        Distribution function until then: the sum starts in its law after a long wait without alarm, as when a change
+        comes late, and the result is a delay. At 0 if omitted.
 
     Raises
     ------
@@ -238,7 +250,8 @@ def run_length_of(cdf, threshold, reference, mean=0.0, states=400) -> float:
     h, k = positive("threshold", threshold), finite("reference", reference) - finite("mean", mean)
     if isinstance(states, bool) or not isinstance(states, int | np.integer) or states < 4 or states % 2:
         raise InputError(f"states must be an even whole number of at least 4, got {states!r}")
-    return _known(_states(cdf, h, k, states), threshold, reference)
+    settled = None if before is None else lambda x: before(x + mean)  # no mean is added yet
+    return _known(_states(cdf, h, k, states, settled), threshold, reference)
 
 
 def _search(wanted, smallest, k, std, length):

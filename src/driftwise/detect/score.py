@@ -36,6 +36,8 @@ class Score(NamedTuple):
         units of `y_scale` and `u_scale`.
     threshold : float, optional
         The threshold itself.
+    slopes : (m,), optional
+        Typical sizes of the slopes that the threshold was calibrated to (`calibrated_to` fills them in), for `words`.
 
     Notes
     -----
@@ -64,6 +66,7 @@ class Score(NamedTuple):
     false_alarms: Any = "1 per 10_000"
     jump: Any = 1.0
     threshold: float | None = None
+    slopes: Any = None
 
     def resolve(self, parameters: int) -> ScoreSums:
         """Return what the kernel sees, for so many parameters."""
@@ -109,15 +112,22 @@ class Score(NamedTuple):
         def off(h):
             return math.log(self._replace(threshold=h).typical_run_length(slopes) / wanted)
 
-        most = math.log(2 * np.size(slopes) * wanted)  # what is guaranteed
+        sizes = tuple(each("slopes", np.abs(slopes), np.size(slopes)).tolist())
+        most = math.log(2 * len(sizes) * wanted)  # what is guaranteed
         least = 1e-3 * most
         if off(least) > 0:
             raise InputError(f"false alarms as often as {self.false_alarms!r} need no threshold at all")
-        return self._replace(threshold=float(brentq(off, least, most, xtol=1e-6)))
+        return self._replace(threshold=float(brentq(off, least, most, xtol=1e-6)), slopes=sizes)
 
-    def words(self, parameters: int) -> str:
-        """Return what the settings promise, as a sentence."""
-        return "at most " + rate_words(self.run_length(parameters), "guaranteed for white Gaussian innovations")
+    @property
+    def words(self) -> str:
+        """What the settings promise, as a sentence."""
+        if self.slopes is not None:
+            sizes = ", ".join(f"{s:.3g}" for s in np.ravel(self.slopes))
+            how = f"typically, for white Gaussian innovations and slopes of size {sizes}; no guarantee"
+            return rate_words(self.typical_run_length(self.slopes), how)
+        told = "at most " + rate_words(self.run_length(1), "guaranteed for white Gaussian innovations")
+        return told if self.threshold is None else f"{told}, for each parameter that is watched"
 
     def scan(self, signal, slopes, *, std: float = 1.0, state=None) -> Alarms:
         """Return the alarms in the innovations of a regression.

@@ -49,7 +49,7 @@ class VarianceChange(NamedTuple):
     >>> import driftwise as dw
     >>> print(dw.VarianceChange(false_alarms="1 per 10_000").words)
     one false alarm per 10 000 samples on average (numerically, for independent Gaussian innovations); a variance 4
-    times as large is found after 10.3 samples
+    times as large is found after 10.0 samples
     """
 
     ratio: float = 4.0
@@ -78,14 +78,19 @@ class VarianceChange(NamedTuple):
         found = self.resolve()
         return together([_length(h, found.ratio, i, 1.0) for i, h in enumerate(found.h) if np.isfinite(h)])
 
-    def delay(self, ratio: float | None = None) -> float:
-        """Return the mean number of samples until a variance of ``ratio`` (default: the one set) alarms, from 0."""
+    def delay(self, ratio: float | None = None, start: str = "steady") -> float:
+        """Return the mean number of samples until a variance of ``ratio`` (default: the one set) alarms.
+
+        With the sum in its long-run law (``start="steady"``) or at 0 (``"zero"``) when the variance changes.
+        """
+        if start not in ("steady", "zero"):
+            raise InputError(f'start must be "zero" or "steady", got {start!r}')
         found = self.resolve()
         ratio = ratio or (1 / found.ratio if self.sides == "down" else found.ratio)
         i = int(ratio < 1)
         if not np.isfinite(found.h[i]):
             raise InputError(f"a ratio of {ratio:g} is on the side that sides={self.sides!r} does not watch")
-        return _length(found.h[i], found.ratio, i, ratio)
+        return _length(found.h[i], found.ratio, i, ratio, start == "steady")
 
     @property
     def words(self) -> str:
@@ -128,9 +133,9 @@ def _increments(ratio: float, i: int, variance: float):
     return (lambda x: chi2.sf(2.0 * (2.0 * half - x) / (ratio - 1.0) / variance, 1)), half
 
 
-def _length(h: float, ratio: float, i: int, variance: float) -> float:
+def _length(h: float, ratio: float, i: int, variance: float, is_late: bool = False) -> float:
     cdf, reference = _increments(ratio, i, variance)
-    return run_length_of(cdf, float(h), reference)
+    return run_length_of(cdf, float(h), reference, before=_increments(ratio, i, 1.0)[0] if is_late else None)
 
 
 @lru_cache(maxsize=256)

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..memory import directional, fading, restart, run_lengths, window
 from ..memory.adapt import learn
 from ..memory.drift import Inflate, UntilJump, Walk
 from ..memory.hold import MEMORIES
 from ..models.scale import KnownScale
 from . import door
-from .policies import brackets, jump_size, resolve_walk, resolve_watch
+from .policies import jump_size, resolve_walk, resolve_watch
 
 LARGEST = 50_000_000  # numbers in a window, 400 MB of them
 
@@ -43,6 +43,7 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 
     Besides: how many measured samples pass before the detector counts, and how many numbers the memory keeps.
     """
+    refuse_class("memory", memory)
     detector, settle = resolve_watch(memory, setting.N, setting.units)
     if isinstance(memory, UntilJump):
         return resolve_restart(memory.restart, setting), detector, settle, 0
@@ -52,12 +53,13 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 
 def resolve_restart(answer, setting) -> Any:
     """Return the kernel's answer to an alarm."""
+    refuse_class("restart", answer)
     if isinstance(answer, Inflate):
         q = jump_size("step", answer.step, setting.N) ** 2 * setting.units
         return restart.Jolt(q, float(door.yes("only_named", answer.only_named)), setting.cap)
     if isinstance(answer, restart.GainReset):
         return restart.Reset(_more_than_one("samples", answer.samples), setting.cap)
-    raise InputError(f"restart must be Inflate(step) or GainReset(samples), got {answer!r}{brackets(answer)}")
+    raise InputError(f"restart must be Inflate(step) or GainReset(samples), got {answer!r}")
 
 
 @singledispatch
@@ -131,7 +133,7 @@ def _meant(memory) -> str:
     """Return the likely cause where something else came in place of a memory."""
     if isinstance(memory, int | float) and not isinstance(memory, bool):
         return f". A weight per sample is Weighted({memory})" if memory <= 1 else f". Samples are LimitedGain({memory})"
-    return brackets(memory)
+    return ""
 
 
 def _more_than_one(name, value) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..detect.gate import Gate
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..kernel import compose, ud
 from ..memory.drift import Never, UntilJump, Walk
 from ..models import noise as noises
@@ -17,7 +17,7 @@ from ..models.continuous import ContinuousModel
 from ..models.continuous import observer as filters
 from ..models.scale import KnownScale, UnknownScale
 from . import door
-from .continuous_step import HEAD, Continuous, scratch_size
+from .continuous_step import HEAD, Continuous, drift_over, scratch_size
 from .joint import WIDTH
 from .policies import check_scale, resolve_gate, resolve_memory, resolve_watch
 from .reading import Reading, Step
@@ -184,10 +184,14 @@ class ContinuousJoint(Reading):
         return np.concatenate([rate, np.outer((self.y_scale / self.u_scale) ** 2, rate).ravel()])
 
     def _resolve_memory(self, memory):
+        refuse_class("memory", memory)
         if not isinstance(memory, Never | Walk | UntilJump):
             raise InputError(f"memory must be Never(), Walk(q) or UntilJump() in continuous time, got {memory!r}")
         n = self.model.n
-        return resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:])
+        found = resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:])
+        if type(found) not in drift_over.table:
+            raise InputError(f"in continuous time a walk has q, a variance per second: Walk(q), got {memory!r}")
+        return found
 
     def scaled_to(self, y, u=None, *, time=None) -> ContinuousJoint:
         """Return the same estimator with its default prior in units of the data (powers of two).

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..detect.gain import GainProbes, PullTest
 from ..detect.watch import Silent
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..kernel import compose, ud
 from ..memory.drift import Matched, UntilJump, Walk
 from ..models.canonical import power_of_two
@@ -145,13 +145,15 @@ class AdaptiveGain(Reading):
         self._set_prior(usual, is_walk)
         prior = np.diag(self.prior_covariance)[plant.n :].copy()
         given = Walk(prior / 1600) if memory is None else memory
+        if isinstance(memory, UntilJump):
+            raise InputError(
+                "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
+                f"detector={memory.detector!r}, and restart= says what an alarm does"
+            )
         memory, _, _, cells = adaptation(given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
         memory = Walk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
         if type(memory) not in _step.reopen.table:
-            hint = ". For jumps say detector=... and restart=..." if isinstance(given, UntilJump) else ""
-            raise InputError(
-                f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {given!r}{hint}"
-            )
+            raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {given!r}")
         check_scale(scale, proper=True)
         self.scale = scale or UnknownScale(0.0, 0.0)
         signal, probes, detector = self._resolve_detector(detector, is_walk)
@@ -189,6 +191,7 @@ class AdaptiveGain(Reading):
     def _resolve_detector(self, detector, is_walk):
         """Return what the detector listens to, the gains of its probes (M, n), and the kernel's detector."""
         n, none = self.model.n, np.zeros((0, self.model.n))
+        refuse_class("detector", detector)
         if detector is None:
             return INNOVATION, none, Silent()
         if isinstance(detector, GainProbes):

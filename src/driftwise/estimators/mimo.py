@@ -145,10 +145,10 @@ class JointMIMO(ReadingMIMO):
         detector, settle = resolve_watch(memory, longest)
         shape = tables(form, self.groups, kernel_noise, float(floor), self.spent, self.prior_covariance, settle)
         n, N, m = form.n, form.N, form.N - form.n
-        memory = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
-        if type(memory) not in share.table:
+        found = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
+        if type(found) not in share.table:
             raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
-        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, longest), self.scale, detector)
+        self.policies = (shape, kernel_noise, found, resolve_gate(gate, longest), self.scale, detector)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
         each: dict[str, Any] = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)

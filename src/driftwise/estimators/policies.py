@@ -12,7 +12,7 @@ from ..detect.gate import Always, Gate, admit
 from ..detect.probes import ProbeBank
 from ..detect.score import ScoreSums
 from ..detect.watch import Silent, watch
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..memory.drift import Inflate, Matched, Restart, UntilJump, Walk, drift
 from ..models.scale import UnknownScale
 from . import door
@@ -20,20 +20,27 @@ from . import door
 
 def resolve_memory(memory, units, cap) -> Any:
     """Return the kernel's memory; ``units`` and ``cap`` are the squared units and prior variances of theta."""
+    refuse_class("memory", memory)
     if isinstance(memory, Walk):
         return resolve_walk(memory, units, np.array(cap))
     if isinstance(memory, UntilJump):
+        refuse_class("restart", memory.restart)
         if not isinstance(memory.restart, Inflate) or memory.restart.only_named:
             raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {memory.restart!r}")
         return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
     if type(memory) not in drift.table:
-        raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}{brackets(memory)}")
+        raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
     return memory
 
 
 def resolve_walk(memory, units, cap) -> Any:
     """Return the kernel's random walk."""
     if isinstance(memory.matched, tuple | list) and not memory.matched:
+        if not np.size(memory.q):
+            raise InputError(
+                "a walk needs its speed: Walk(q), the variance of a step per sample, or Walk(matched=(jump, every)); "
+                "for constant parameters use Never()"
+            )
         q = door.each("q", memory.q, len(units))
         if np.any(q < 0):
             raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
@@ -70,16 +77,12 @@ def resolve_detector(detector, units=()) -> Any:
         raise InputError(
             f"detector must be {told}, got {detector!r}: it compares probes of a gain, which only AdaptiveGain runs"
         )
-    resolve = None if isinstance(detector, type) else getattr(detector, "resolve", None)
+    refuse_class("detector", detector)
+    resolve = getattr(detector, "resolve", None)
     found = resolve(parameters) if resolve else detector
     if type(found) not in watch.table:
-        raise InputError(f"detector must be {told}, got {detector!r}{brackets(detector)}")
+        raise InputError(f"detector must be {told}, got {detector!r}")
     return found._replace(d=found.d * np.sqrt(units)) if isinstance(found, ScoreSums) else found
-
-
-def brackets(value) -> str:
-    """Return the likely cause where a policy's type came in place of a policy."""
-    return ". Were the brackets forgotten?" if isinstance(value, type) else ""
 
 
 def check_scale(scale, proper: bool = False) -> None:
@@ -96,11 +99,12 @@ def check_scale(scale, proper: bool = False) -> None:
 
 def resolve_gate(gate, unknowns: int) -> Any:
     """Return the kernel's gate."""
+    refuse_class("gate", gate)
     if gate is None:
         return Always()
     if isinstance(gate, Gate):
         settle = 6 * unknowns if gate.settle is None else door.count("settle", gate.settle)
         return Gate(door.positive("sigmas", gate.sigmas), door.positive("patience", gate.patience), float(settle))
     if type(gate) not in admit.table:
-        raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}{brackets(gate)}")
+        raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
     return gate

@@ -107,10 +107,12 @@ class ARMAX(_Member):
     Notes
     -----
     "rpem" reaches the Cramer-Rao bound (Ljung and Soderstrom 1983, chapter 4). "plr" does not, and converges for sure
-    only where 1/C - 1/2 is positive real. After each step C is kept inside the circle by halving the step
-    (Perriot-Mathonna 1981; status ``PROJECTED``). With the default prior the first few hundred samples count less, for
-    their e is not yet what it will be, and c starts with a standard deviation of one; give ``P0`` and nothing of the
-    kind happens.
+    only where 1/C - 1/2 is positive real. Its bars assume the exact gradient all the same and are too narrow: in 200
+    runs of an ARMAX(2, 2, 2) b2 spread 1.4 and c2 1.5 times as far as they say.
+
+    After each step C is kept inside the circle by halving the step (Perriot-Mathonna 1981; status ``PROJECTED``).
+    With the default prior the first few hundred samples count less, for their e is not yet what it will be, and c
+    starts with a standard deviation of one; give ``P0`` and nothing of the kind happens.
 
     Bad at: zeros of C near the circle and poles near one (thousands of samples to converge); white noise on the
     measurement alone (C = A is then to be learnt: `OE` is leaner); a start from nothing under many gaps.
@@ -157,7 +159,8 @@ class OE(_Member):
     nb, nf, nk : int, or one for each input
         Number of coefficients of B and of F, and delay, of each input.
     method : "rpem" or "plr"
-        The exact gradient, or the regressors themselves (Landau's output error method; 1/F - 1/2 positive real).
+        The exact gradient, or the regressors themselves (Landau's output error method; 1/F - 1/2 positive real; its
+        bars are too narrow, see `ARMAX`).
     memory, gate, offset, ... : as for `ARX`
 
     Notes
@@ -191,7 +194,7 @@ class BJ(_Member):
     nc, nd : int
         Number of coefficients of C and of D.
     method : "rpem" or "plr"
-        The exact gradient, or the regressors themselves.
+        The exact gradient, or the regressors themselves (bars too narrow, see `ARMAX`).
     memory, gate, offset, ... : as for `ARX`
 
     Notes

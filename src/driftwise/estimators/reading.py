@@ -61,14 +61,25 @@ class Rows:
         """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
         return self.model.names
 
+    def smooth(self, *args, **options):
+        """Refuse (InputError): smoothing needs the joint posterior of state and parameters."""
+        raise InputError(
+            f"{type(self).__name__} has no smoother: use Joint(order, inputs).smooth(y, u), which with "
+            "noise=EquationError() is ARX with na = nb = order"
+        )
+
+    def predict(self, *args, **options):
+        """Refuse (InputError): missing samples at the end of a record are the prediction here."""
+        raise InputError(
+            f"{type(self).__name__} has no predict: scan the inputs to come with y missing, "
+            "ahead = est.scan(np.full(h, np.nan), u, state=state), and read ahead.prediction and ahead.variance "
+            "(several outputs: np.full((h, p), np.nan))"
+        )
+
     @cached_property
     def drive(self):
         """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
         return compose.driver(*map(type, self.policies))
-
-    def predict(self, state, u=None, horizon: int | None = None):
-        """Return mean and deviation of the next outputs, where an estimator can; raise InputError elsewhere."""
-        raise beyond(self)
 
     def scratch(self) -> np.ndarray:
         """Return memory for one run of `drive`; its contents do not matter, but no two threads may share it."""
@@ -86,11 +97,6 @@ class Rows:
         return np.ndarray(
             (state.size, self.dtype.itemsize // 8), np.float64, state
         ).copy()  # faster than field by field
-
-
-def beyond(estimator) -> InputError:
-    """Return the error of an estimator that is asked to predict further than it can."""
-    return InputError(f"{type(estimator).__name__} does not predict further than one sample; ARX, ARMAX, OE and BJ do")
 
 
 class Reading(Rows):
@@ -191,7 +197,11 @@ class Reading(Rows):
         return self.scale.alpha + float(state["observed"]) / 2, self.scale.beta + float(state["chi2"]) / 2
 
     def sigma2(self, state) -> float:
-        """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
+        """Return the estimate of the scale sigma^2 (1 where the noise is known).
+
+        It is relative to the variance that the noise has in the units of y_scale; the noise itself in units of y is
+        ``trace.summary().noise_std``.
+        """
         return sigma2(self.scale, float(state["observed"]), float(state["chi2"]))
 
     def loglik(self, state) -> float:

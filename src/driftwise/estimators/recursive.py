@@ -114,7 +114,11 @@ class Recursive(Reading):
         return float(state["count"]) / 2, float(state["chi2"]) / 2
 
     def sigma2(self, state) -> float:
-        """Return the estimate of the scale sigma^2 (1 where the noise is known)."""
+        """Return the estimate of the scale sigma^2 (1 where the noise is known).
+
+        It is relative to y_scale^2: the variance of the noise is y_scale^2 sigma^2, or the ``variance`` that was given.
+        Its root is ``trace.summary().noise_std``.
+        """
         alpha, beta = self.scale_posterior(state)
         return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
 

@@ -236,7 +236,10 @@ class ARXMIMO(ReadingMIMO):
         return _blocks([ud.unpack(one["U"], one["D"]) for _, one in self._each(state)])
 
     def sigma2(self, state) -> np.ndarray:
-        """Return the estimate of the scale sigma^2 of each output, (p,); 1 where the noise is known."""
+        """Return the estimate of the scale sigma^2 of each output, (p,); 1 where the noise is known.
+
+        Each is relative to y_scale^2; the noises in units of y are ``trace.summary().noise_std``.
+        """
         return np.array([part.sigma2(one) for part, one in self._each(state)])
 
     def scale_posterior(self, state) -> tuple[np.ndarray, np.ndarray]:

@@ -138,19 +138,14 @@ def project(U, psi, f):
 
 
 @kernel
-def quadratic(U, D, d, z):
-    """Return d' P^-1 d by solving U z = d (infinite where d leaves the range of P)."""
-    for j in range(d.size):
-        z[j] = d[j]
-    total = 0.0
-    for j in range(d.size - 1, -1, -1):
-        zj = z[j]
-        if zj != 0.0:
-            total += zj * zj / D[j] if D[j] > 0.0 else np.inf
-            at = j * (j - 1) // 2
-            for i in range(j):
-                z[i] -= U[at + i] * zj
-    return total
+def covariances(U, D, f, q):
+    """Fill q = P psi, where f = U' psi."""
+    at = 0
+    for j in range(D.size):
+        q[j] = D[j] * f[j]
+        for i in range(j):
+            q[i] += U[at + i] * q[j]
+        at += j
 
 
 @kernel

@@ -1,21 +1,26 @@
 """Directional forgetting: only what the new sample speaks about is forgotten."""
 
+import math
 from typing import NamedTuple
 
 from ..kernel.compose import Vector
-from ..kernel.ud import project, quadratic, widen_along
+from ..kernel.ud import covariances, predicted_variance, project, widen_along
 from .adapt import age, by_least_squares, learn, plain
 from .hold import shrink
 
 
 class DirectionalForgetting(NamedTuple):
-    """Forget by the factor ``p``, along the regressors of the new sample only; all else is kept as it is.
+    """Forget by the factor ``p`` what the regressors psi of the new sample speak about; all else is kept as it is.
 
-    Before each correction P <- P + (1 - p)/p d d'/(d' P^-1 d), which cannot lose positivity; d are the regressors
-    times the prior variances, so that units do not matter. Directions that are never excited are never forgotten.
-    Source: Cao and Schwartz (2000), who have d = psi (equal prior variances). Bad at:
-    regressors that shrink to noise, which forget as much as large ones and teach nothing (held as in `Weighted`), and
-    at following a drift in directions that are excited rarely.
+    Before each correction P <- P + (1/p - 1) d d', d = P psi/sqrt(psi' P psi): the prediction's variance psi' P psi
+    grows by 1/p. In terms of information R <- R - (1 - p) psi psi'/(psi' P psi), which cannot lose positivity, and
+    knows no units. One direction of N is forgotten per sample, so the memory is N/(1 - p) samples, N times that of
+    `Weighted`, even where all are excited; directions that never are, are never forgotten.
+
+    Source: Kulhavy (1987), Automatica 23, 589-600. Bad at: following jumps and drift (unless p makes up for N; after a
+    jump the bars are too narrow for two or three memories); a regressor hundreds of times larger than the others, whose
+    direction then stays put for long; and regressors that shrink to noise, which forget as much as large ones and teach
+    nothing (held as in `Weighted`). On constant parameters bars are too wide, as there.
     """
 
     p: float
@@ -34,11 +39,12 @@ plain(Along)
 
 @learn.on(Along)
 def _(memory, cells, e, R, s2, theta, U, D, work):
-    for i in range(D.size):
-        work.c[i] = memory.cap[i] * work.psi[i]
-    known = quadratic(U, D, work.c, work.b)
+    known = predicted_variance(work.f, D, 0.0)
     if memory.p < 1.0 and known > 0.0:
-        widen_along(U, D, work.c, (1.0 - memory.p) / (memory.p * known), D.size - 1)
+        covariances(U, D, work.f, work.c)
+        for i in range(D.size):
+            work.c[i] /= math.sqrt(known)
+        widen_along(U, D, work.c, 1.0 / memory.p - 1.0, D.size - 1)
         project(U, work.psi, work.f)
     return by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
 

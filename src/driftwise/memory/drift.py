@@ -19,10 +19,10 @@ class Walk(NamedTuple):
     and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the
     covariance stays bounded. Or say ``matched=(jump, every)``: jumps of that size (one number or one per parameter)
     every so many samples; the walk then has their variance per sample, q = jump^2/every, whatever sigma^2 is.
-    Bad at rare jumps: a q that follows them quickly is noisy in between.
+    One of the two is required. Bad at rare jumps: a q that follows them quickly is noisy in between.
     """
 
-    q: Vector = 0.0
+    q: Vector = ()
     cap: Vector = ()
     matched: Vector = ()
 

@@ -10,7 +10,8 @@ from .hold import shrink
 class LimitedGain(NamedTuple):
     """The gain falls like 1/n and stops at 1/``samples``: then the past fades with that many samples of memory.
 
-    Without excitation no variance exceeds that of one typical sample (status CAPPED).
+    Without excitation no variance exceeds that of one typical sample (status CAPPED). Where the parameters are in fact
+    constant, their bars are 1.4 times too wide, as those of `Weighted`.
     Source: Perriot-Mathonna (1981), eq. 6. Bad at: both ends, as every constant gain is (slow after a jump, restless
     without one).
     """
@@ -22,6 +23,8 @@ class Weighted(NamedTuple):
     """A sample of age k counts ``p`` to the power k: exponential forgetting, gain (1 - p)/(1 - p^n).
 
     The memory is 1/(1 - p) samples. Without excitation no variance exceeds that of one typical sample (status CAPPED).
+    P is what the weighted sum allows, as if old samples had louder noise. Where the parameters are in fact constant the
+    variance of their estimate is P/(1 + p): bars are sqrt(1 + p), about 1.4, too wide, and leave room for drift.
     Source: Perriot-Mathonna (1981), eqs. 7-9. Bad at: directions that stay unexcited, which are forgotten meanwhile.
     """
 
@@ -32,7 +35,8 @@ class VariableForgetting(NamedTuple):
     """Forget as much as the last error surprises: lambda = 1 - e^2/(sigma^2 T ``samples``), at least ``least``.
 
     While the model fits, the memory is ``samples`` long; an error of k standard deviations forgets as much as k^2
-    usual ones. Where the noise variance is learnt, the memory keeps two samples per parameter.
+    usual ones. Where the noise variance is learnt, the memory keeps two samples per parameter. Where the parameters are
+    in fact constant, their bars are about 1.4 times too wide, as those of `Weighted`.
     Source: Fortescue, Kershenbaum and Ydstie (1981): constant information. Bad at: outliers and noise
     that grows, both of which it takes for a change (put a `Gate` before it).
     """

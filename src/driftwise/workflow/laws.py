@@ -13,11 +13,10 @@ from ..detect.gate import Gate, admit
 from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.watch import watch
-from ..errors import InputError
+from ..errors import InputError, refuse_class
 from ..estimators.adaptation import resolve
 from ..estimators.gain import AdaptiveGain
 from ..estimators.joint import Joint
-from ..estimators.policies import brackets
 from ..estimators.recursive import ARX
 from ..kernel import compose
 from ..memory.adapt import learn
@@ -241,6 +240,7 @@ def check_policy(policy) -> None:
 
 def _homes(policy) -> list:
     """Return the estimators in which a policy is checked."""
+    refuse_class("policy", policy)
     kind, joint = type(policy), dict[str, Any](noise=EquationError(0.01), P0=10.0)
     if isinstance(policy, ProbeBank):
         raise InputError("a ProbeBank alone compares probes of your own: check GainProbes(gains) instead")
@@ -265,7 +265,7 @@ def _homes(policy) -> list:
         return [Joint(2, inputs=1, memory=UntilJump(policy, settle=10), **joint)]
     raise InputError(
         "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), or a "
-        f"restart, got {policy!r}{brackets(policy)}"
+        f"restart, got {policy!r}"
     )
 
 

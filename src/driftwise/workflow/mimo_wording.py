@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .wording import fit_words, pole_words
+from .wording import fit_words, pole_words, size_words
 
 
 def paragraph(s) -> str:
@@ -34,10 +34,10 @@ def paragraph(s) -> str:
 def _output(name, one, samples) -> str:
     text = f"{name}: the next sample is predicted with {fit_words(one)}"
     if math.isfinite(one.nis):
-        believed = 0.8 <= one.nis <= 1.25
+        size = size_words(one.nis_interval)
         white = one.whiteness.is_white or not math.isfinite(one.whiteness.p_value)
         good = "the error bars can be believed" if white else "the bands of the predictions hold"
-        bars = good if believed else f"the error bars are too {'narrow' if one.nis > 1.25 else 'wide'}"
+        bars = f"the error bars are {size}" if size else good
         text += f"; {bars} (NIS {one.nis:.2f}, {100 * one.coverage:.0f} % inside the 95 % band)"
     w = one.whiteness
     if math.isfinite(w.p_value):

@@ -14,6 +14,7 @@ from ..estimators.joint import WIDTH, Joint
 from ..models.canonical import power_of_two
 from ..models.noise import EquationError
 from ..models.scale import KnownScale, UnknownScale
+from .frames import as_frame
 from .summary import Summary
 
 PILOT = 1000  # samples that set the units
@@ -293,9 +294,7 @@ class OrderEvidence:
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return one row per order as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
-        import narwhals as nw
-
-        return nw.from_dict(self.columns(), backend=cast(Any, backend)).to_native()
+        return as_frame(self.columns(), backend)
 
 
 def choose_order(y, u=None, orders=range(1, 6), **options) -> OrderEvidence:

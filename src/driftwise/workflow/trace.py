@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ..estimators.door import count, floats
 from ..kernel.status import MEANING, Status
 from ..models.convert import Model
 from ..models.scale import KnownScale
+from .frames import as_frame
 
 KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
@@ -272,9 +273,7 @@ class Trace:
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
-        import narwhals as nw
-
-        return nw.from_dict(self.columns(), backend=cast(Any, backend)).to_native()
+        return as_frame(self.columns(), backend)
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the columns by name, as `to_frame` and the command line write them."""

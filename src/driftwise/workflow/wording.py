@@ -5,6 +5,9 @@ from __future__ import annotations
 import cmath
 import math
 
+from ..models.polynomial import PolynomialModel
+from .whiteness import Nis
+
 
 def is_integrator(p: complex, std: float) -> bool:
     """Say whether a pole cannot be told from one."""
@@ -40,16 +43,37 @@ def gain_words(model) -> list[str]:
     return found
 
 
-def believed(s, model) -> str:
-    """Say how far the error bars can be believed when those of the predictions hold."""
+def size_words(nis: Nis) -> str:
+    """Return how far the error bars of the predictions are off; nothing where NIS lies in its interval."""
+    if nis.is_consistent:
+        return ""
+    way = "narrow" if nis.value > 1 else "wide"
+    return f"about right, slightly too {way}" if 0.8 <= nis.value <= 1.25 else f"too {way}"
+
+
+def caveat(s, model) -> str:
+    """Return what the bars of the parameters leave out, even where those of the predictions hold."""
     if getattr(model, "is_continuous", False):
         return (
-            "The bands of the predictions hold, but the bars of the parameters leave out the bias of straight lines "
-            "between the samples and of noise on y: compare with half and twice the observer rate"
+            "leave out the bias of straight lines between the samples and of noise on y: compare with half and twice "
+            "the observer rate"
         )
+    assumed = []
     if math.isfinite(s.whiteness.p_value) and not s.whiteness.is_white:
-        return "The bands of the predictions hold, but the bars of the parameters assume white innovations"
-    return "The error bars can be believed"
+        assumed.append("white innovations")
+    if isinstance(model, PolynomialModel) and s.estimator.options["method"] == "plr":
+        assumed.append("the exact gradient, which plr is not: it may spread twice as far")
+    return f"assume {' and '.join(assumed)}" if assumed else ""
+
+
+def bars_words(s, model) -> str:
+    """Say how far the error bars of a `Summary` can be believed."""
+    size, but = size_words(s.nis_interval), caveat(s, model)
+    if size.startswith("too"):
+        return f"The error bars are {size}"
+    if but:
+        return f"The bands of the predictions {f'are {size}' if size else 'hold'}, but the bars of the parameters {but}"
+    return f"The error bars {f'are {size}' if size else 'can be believed'}"
 
 
 def fit_words(s) -> str:
@@ -85,11 +109,7 @@ def paragraph(s) -> str:
         if settles and all(gains) and not s.unlearned:
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
-        if 0.8 <= s.nis <= 1.25:
-            text += f" {believed(s, model)} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
-        else:
-            more = "too narrow" if s.nis > 1.25 else "too wide"
-            text += f" The error bars are {more} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
+        text += f" {bars_words(s, model)} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
     w = s.whiteness
     if math.isfinite(w.p_value):
         if w.is_white:

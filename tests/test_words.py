@@ -1,0 +1,152 @@
+"""What a user is told: verdicts by their intervals, caveats, and what to write instead."""
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.workflow.whiteness import Nis
+from driftwise.workflow.wording import size_words
+
+Y, U = dw.simulate([-0.8], [1.0], samples=300, noise_std=0.1, seed=1)
+
+
+@pytest.mark.parametrize(
+    "nis, words",
+    [
+        (Nis(0.98, 0.95, 1.05, 3000, True), ""),
+        (Nis(0.86, 0.95, 1.05, 3000, False), "about right, slightly too wide"),
+        (Nis(1.20, 0.95, 1.05, 3000, False), "about right, slightly too narrow"),
+        (Nis(1.30, 0.60, 1.50, 30, True), ""),
+        (Nis(1.30, 0.95, 1.05, 3000, False), "too narrow"),
+        (Nis(0.70, 0.95, 1.05, 3000, False), "too wide"),
+    ],
+)
+def test_error_bars_are_judged_by_the_interval_of_nis(nis, words):
+    assert size_words(nis) == words
+
+
+@pytest.mark.parametrize("size, words", [(1.0, "can be believed"), (1.16, "are about right, slightly too wide")])
+def test_a_summary_says_so(size, words):
+    """The noise's variance as it is, and stated a little too large: NIS .86."""
+    y, u = dw.simulate([-0.8], [1.0], samples=3000, noise_std=0.1, seed=2)
+    s = dw.ARX(1, 1, variance=0.01 * size).scan(y, u).summary()
+    assert s.nis_interval.is_consistent == (size == 1.0) and 0.8 < s.nis < 1.25
+    assert f"The error bars {words} (NIS {s.nis:.2f}" in s.words
+    y, u = dw.simulate_mimo((1, 1), [-0.8, 0.1, 1.0, -0.5, 0.1, 0.5], samples=3000, inputs=1, noise_std=0.1, seed=2)
+    told = dw.ARXMIMO(2, 1, 1, 1, variance=0.01 * size).scan(y, u).summary().words
+    assert told.count(f"the error bars {words}") == 2
+
+
+def test_bars_of_a_pseudolinear_regression_come_with_a_caveat():
+    y, u = dw.simulate([-0.8], [1.0], samples=3000, noise_std=0.1, d=[0.3], seed=1)
+    exact, plr = (dw.ARMAX(1, 1, 1, method=method).scan(y, u).summary() for method in ("rpem", "plr"))
+    assert "The error bars can be believed" in exact.words and "can be believed" not in plr.words
+    assert "bars of the parameters assume the exact gradient, which plr is not" in plr.words
+
+
+# --- what to write instead -------------------------------------------------------------------------------------
+
+CLASSES = {
+    "memory": lambda: dw.ARX(1, 1, memory=dw.Weighted),
+    "memory, Joint": lambda: dw.Joint(1, memory=dw.Never),
+    "memory, continuous": lambda: dw.ContinuousJoint(1, memory=dw.Never),
+    "memory, several outputs": lambda: dw.JointMIMO((1, 1), memory=dw.Walk),
+    "memory, gain": lambda: dw.AdaptiveGain(1.0, memory=dw.Never),
+    "gate": lambda: dw.ARX(1, 1, gate=dw.Gate),
+    "detector": lambda: dw.ARX(1, 1, memory=dw.UntilJump(dw.Hinkley)),
+    "detector, Monitor": lambda: dw.Monitor(dw.Hinkley),
+    "detector, gain": lambda: dw.AdaptiveGain(1.0, detector=dw.GainProbes),
+    "restart": lambda: dw.ARX(1, 1, memory=dw.UntilJump(restart=dw.GainReset)),
+    "restart, Joint": lambda: dw.Joint(1, memory=dw.UntilJump(restart=dw.Inflate)),
+}
+
+
+@pytest.mark.parametrize("case", CLASSES)
+def test_a_class_in_place_of_a_policy(case):
+    with pytest.raises(dw.InputError, match=rf"{case.split(',')[0]} must be .*were the brackets forgotten"):
+        CLASSES[case]()
+
+
+ALL = (
+    dw.Never(), dw.LimitedGain(50), dw.Weighted(0.98), dw.VariableForgetting(50), dw.DirectionalForgetting(0.98),
+    dw.Walk(1e-4), dw.Walk(matched=(0.1, 500)), dw.Window(50), dw.RunLengths(0.1, 500),
+    dw.UntilJump(restart=dw.Inflate()), dw.UntilJump(restart=dw.GainReset(10)),
+)  # fmt: skip
+NEVER, LIMITED, WEIGHTED, VARIABLE, _, WALK, MATCHED, *_, INFLATE, RESET = ALL
+TAKES = {
+    "ARX": (dw.ARX, ALL),
+    "OE": (dw.OE, ALL),
+    "AdaptiveObserver": (dw.AdaptiveObserver, ALL),
+    "ARXMIMO": (lambda **o: dw.ARXMIMO(2, 1, **o), ALL),
+    "iv": (lambda **o: dw.ARX(method="iv", **o), (NEVER, LIMITED, WEIGHTED, VARIABLE, RESET)),
+    "nlms": (lambda **o: dw.ARX(method="nlms", **o), (NEVER, LIMITED, WEIGHTED)),
+    "Joint": (lambda **o: dw.Joint(2, **o), (NEVER, WALK, MATCHED, INFLATE)),
+    "JointMIMO": (lambda **o: dw.JointMIMO((2, 1), **o), (NEVER, WALK, INFLATE)),
+    "ContinuousJoint": (lambda **o: dw.ContinuousJoint(2, **o), (NEVER, WALK, INFLATE)),
+    "AdaptiveGain": (dw.AdaptiveGain, (NEVER, LIMITED, WEIGHTED, WALK, MATCHED)),
+}
+
+
+@pytest.mark.parametrize("name", TAKES)
+def test_who_takes_which_memory_is_as_the_page_says(name):
+    make, taken = TAKES[name]
+    for memory in ALL:
+        if any(memory is one for one in taken):  # tuples of equal numbers are equal
+            make(memory=memory)
+        else:
+            with pytest.raises(dw.InputError, match=r"memory|restart|Walk"):
+                make(memory=memory)
+
+
+@pytest.mark.parametrize("make", [dw.ARX, lambda **options: dw.Joint(1, **options)])
+def test_a_walk_needs_its_speed(make):
+    with pytest.raises(dw.InputError, match="a walk needs its speed"):
+        make(memory=dw.Walk())
+    with pytest.raises(dw.InputError, match="either q or matched"):
+        make(memory=dw.Walk(1e-4, matched=(0.1, 500)))
+    make(memory=dw.Walk(0.0)), make(memory=dw.Walk(matched=(0.1, 500)))
+
+
+@pytest.mark.parametrize("slopes", [(), 1.0, [1.0], [[1.0, 2.0]]], ids=str)
+def test_a_monitor_of_slopes_says_how_many(slopes):
+    monitor = dw.Monitor(dw.Score(), parameters=2)
+    with pytest.raises(dw.InputError, match="slopes must be 2 numbers"):
+        monitor.update(monitor.start(), 1.0, slopes)
+
+
+@pytest.mark.parametrize(
+    "est", [dw.ARX(1, 1), dw.OE(1, 1), dw.ARXMIMO(2, 1), dw.AdaptiveGain(1.0)], ids=lambda est: type(est).__name__
+)
+def test_who_does_not_smooth_says_who_does(est):
+    with pytest.raises(dw.InputError, match=r"has no smoother: use Joint\(order, inputs\).smooth"):
+        est.smooth(Y, U)
+
+
+def test_who_does_not_predict_says_what_to_do_and_it_works():
+    """A record with its end missing: for constant inputs and parameters the forecast of the very ARX model."""
+    with pytest.raises(dw.InputError, match=r"scan\(np.full\(h, np.nan\), u, state=state\)"):
+        dw.ARXMIMO(1, 1).predict(None)
+    est, arx = dw.Joint(1, inputs=1), dw.ARX(1, 1)
+    trace = est.scan(Y, U)
+    for predict in (trace.predict, lambda u: est.predict(trace.state, u)):
+        with pytest.raises(dw.InputError, match="has no predict"):
+            predict(np.ones(4))
+    ahead = est.scan(np.full(4, np.nan), np.ones(4), state=trace.state)
+    mean, std = arx.predict(arx.scan(Y, U).state, np.ones(4))
+    np.testing.assert_allclose(ahead.prediction, mean, rtol=1e-3)
+    np.testing.assert_allclose(np.sqrt(ahead.variance), std, rtol=0.02)
+
+
+def test_a_frame_of_a_library_that_is_not_there(monkeypatch):
+    import narwhals
+
+    def absent(columns, backend):
+        raise ModuleNotFoundError(f"No module named {backend!r}")
+
+    trace = dw.ARX(1, 1).scan(Y, U)
+    assert trace.to_frame("pyarrow").num_rows == len(Y)
+    monkeypatch.setattr(narwhals, "from_dict", absent)
+    with pytest.raises(
+        ImportError, match=r"needs pandas: pip install driftwise\[frames\]; or take to_frame\('pyarrow'\)"
+    ):
+        trace.to_frame()
