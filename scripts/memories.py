@@ -1,6 +1,6 @@
-"""Print the tables of docs/memory.md and docs/decisions/wind-up.md: who follows jumps, survives a rest, what it costs.
+"""Print the tables of docs/memory.md and docs/decisions/wind-up.md: who follows jumps, survives a rest, at what cost.
 
-Also what directional forgetting remembers where all directions are excited.
+Besides: who learns the noise, and what directional forgetting remembers where all directions are excited.
 
 Run: python scripts/memories.py (a minute).
 """
@@ -8,6 +8,7 @@ Run: python scripts/memories.py (a minute).
 import time
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 import driftwise as dw
 
@@ -77,6 +78,36 @@ def table_of_directions(samples=4000):
         print(f"| {name} | " + " | ".join(f"{e:.3f} ({z:.1f})" for e, z in zip(size, bars)) + " |", flush=True)
 
 
+def rare_jump(noise_std, seed):
+    """Return ARX(2, 2) of 3000 samples whose b2 jumps by .3 halfway."""
+    theta = np.tile([-1.5, 0.7, 1.0, 0.5], (3000, 1))
+    theta[1500:, 3] += 0.3
+    return dw.simulate(theta[:, :2], theta[:, 2:], samples=3000, noise_std=noise_std, noise="equation", seed=seed)
+
+
+def likeliest(memory, noise_std, y, u):
+    """Return the noise's standard deviation, relative to the truth, that makes the record likeliest."""
+
+    def surprise(log):
+        est = dw.ARX(2, 2, memory=memory, variance=(noise_std * np.exp(log)) ** 2, P0=10.0)
+        return -est.loglik(est.scan(y, u, keep="innovations").state)
+
+    return np.exp(minimize_scalar(surprise, bounds=(-5, 1), method="bounded").x)
+
+
+def table_of_noise():
+    """Learnt standard deviation of the noise over the true one, where jumps are rare."""
+    print("\n| memory | noise .1 | noise .01 |\n|---|---|---|")
+    walk, records = dw.Walk(matched=(0.3, 1500)), {n: [rare_jump(n, seed) for seed in range(10)] for n in (0.1, 0.01)}
+    rows = {"Never()": dw.Never(), "RunLengths(.3, 1500)": dw.RunLengths(0.3, 1500), "Walk(matched=(.3, 1500))": walk}
+    for name, memory in rows.items():
+        est = dw.ARX(2, 2, memory=memory)
+        found = [[est.sigma2(est.scan(*r).state) ** 0.5 / noise for r in many] for noise, many in records.items()]
+        print(f"| `{name}` | " + " | ".join(f"{np.mean(f):.2f}" for f in found) + " |")
+    found = [[likeliest(walk, noise, *r) for r in many] for noise, many in records.items()]
+    print("| the walk, maximum likelihood | " + " | ".join(f"{np.mean(f):.2f}" for f in found) + " |")
+
+
 RESTED = {
     "`Never()`": dw.Never(),
     "`LimitedGain(50)`": dw.LimitedGain(50),
@@ -118,3 +149,4 @@ if __name__ == "__main__":
     table_of_rests()
     table_of_jumps()
     table_of_directions()
+    table_of_noise()

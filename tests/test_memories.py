@@ -370,9 +370,10 @@ def test_runs_that_never_end_are_no_runs():
 
 
 def mixture(phi, y, R, P0, q, rate, M):
-    """The run-length mixture with dense covariances: estimates and covariances after each sample."""
+    """The run-length mixture with dense covariances: estimates, covariances, run lengths after each sample; chi2."""
     N = phi.shape[1]
     m, P, w, means, covariances = [np.zeros(N)], [P0], np.array([1.0]), [], []
+    runs, chi2, lengths, total = np.zeros(1), np.zeros(1), [], 0.0
     for t, (row, value) in enumerate(zip(phi, y)):
         if t:
             mean = sum(a * b for a, b in zip(w, m))
@@ -380,20 +381,23 @@ def mixture(phi, y, R, P0, q, rate, M):
             if len(w) == M:
                 out = int(np.argmin(w))
                 del m[out], P[out]
-                w = np.delete(w, out)
-            w = np.append(w * (1 - rate), rate)
+                w, runs, chi2 = np.delete([w, runs, chi2], out, axis=1)
+            w, runs, chi2 = np.append(w * (1 - rate), rate), np.append(runs, 0.0), np.append(chi2, total)
             m.append(mean), P.append(spread + np.diag(q))
         log = np.log(w)
         for i in range(len(w)):
             S, e = row @ P[i] @ row + R, value - row @ m[i]
             K = P[i] @ row / S
             log[i] -= e * e / (2 * S) + np.log(S) / 2
+            chi2[i] += e * e / S
             m[i], P[i] = m[i] + K * e, P[i] - np.outer(K, K) * S
         w = np.exp(log - log.max())
         w /= w.sum()
+        runs, total = runs + 1.0, w @ chi2
+        lengths.append(w @ runs)
         means.append(sum(a * b for a, b in zip(w, m)))
         covariances.append(sum(a * (C + np.outer(b - means[-1], b - means[-1])) for a, b, C in zip(w, m, P)))
-    return np.array(means), np.array(covariances)
+    return np.array(means), np.array(covariances), np.array(lengths), total
 
 
 def test_the_mixture_equals_dense_filters():
@@ -401,10 +405,65 @@ def test_the_mixture_equals_dense_filters():
     y[80:] += phi[80:] @ [2.0, -1.0, 0.0]
     est = dw.Regression(3, memory=dw.RunLengths([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
     trace = est.scan(y, phi, keep="covariance")
-    means, covariances = mixture(phi, y, 0.25, 1e3 * np.eye(3), np.array([1.0, 0.25, 0.04]), 1 / 40, 6)
+    means, covariances, lengths, chi2 = mixture(phi, y, 0.25, 1e3 * np.eye(3), np.array([1.0, 0.25, 0.04]), 1 / 40, 6)
     np.testing.assert_allclose(trace.parameters, means, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(trace.parameters_std**2, covariances[:, range(3), range(3)], rtol=1e-8)
     assert np.max(np.abs(means[-1] - [3.0, 1.0, 3.0])) < 0.2
+    np.testing.assert_allclose(trace.weight, lengths, rtol=1e-8)
+    np.testing.assert_allclose(trace.state["chi2"], chi2, rtol=1e-8)
+
+
+def with_jumps(seed, noise_std, size, every=1500, samples=3000):
+    """ARX(2,2) whose b2 goes up by ``size`` and back, every so many samples."""
+    theta = np.tile([-1.5, 0.7, 1.0, 0.5], (samples, 1))
+    theta[:, 3] += size * (np.arange(samples) // every % 2)
+    return dw.simulate(theta[:, :2], theta[:, 2:], samples=samples, noise_std=noise_std, noise="equation", seed=seed)
+
+
+B2 = [1e-6, 1e-6, 1e-6, 0.3]
+
+
+@pytest.mark.parametrize("noise_std, every, jump", [(0.1, 1500, 0.3), (0.01, 1500, 0.3), (0.1, 50, B2)], ids=str)
+def test_jumps_do_not_spoil_what_is_learnt_of_the_noise(noise_std, every, jump):
+    """e^2/T of the mixture gave .70 and .12 of the true standard deviation where jumps are rare."""
+    found = []
+    for seed in range(5):
+        y, u = with_jumps(seed, noise_std, 0.3, every)
+        est = dw.ARX(2, 2, memory=dw.RunLengths(jump, every))
+        found.append(np.sqrt(est.sigma2(est.scan(y, u, keep="innovations").state)) / noise_std)
+    assert abs(np.mean(found) - 1) < 0.03, found
+
+
+def test_a_matched_walk_learns_the_noise_of_a_walk():
+    found = []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        phi, steps, e = rng.standard_normal((3, 3000, 3))
+        y = np.sum(phi * np.cumsum(0.3 / np.sqrt(1500) * steps, axis=0), axis=1) + 0.1 * e[:, 0]
+        est = dw.Regression(3, memory=dw.Walk(matched=(0.3, 1500)))
+        found.append(np.sqrt(est.sigma2(est.scan(y, phi).state)) / 0.1)
+    assert abs(np.mean(found) - 1) < 0.03, found
+
+
+def test_the_mixture_tells_when_the_parameters_jumped():
+    """b2 of row 1500 multiplies u(1500) in y(1502)."""
+    for seed, size, late in ((0, 0.3, 10), (1, -0.3, 10), (2, 3.0, 1)):
+        y, u = with_jumps(seed, 0.1, size)
+        trace = dw.ARX(2, 2, memory=dw.RunLengths(0.3, 1500)).scan(y, u)
+        (told,) = trace.jumps()
+        began = told.sample - trace.outs[told.sample, 6] + 1
+        assert told.sample < 1502 + late and abs(began - 1502) <= 1, (told.sample, began)
+        assert trace.statistic[told.sample] >= 1 and np.all(np.delete(trace.statistic, told.sample) < 1)
+        assert abs(trace.weight[1499] - 1498) < 2 and abs(trace.weight[1600] - 99) < 2
+
+
+def test_the_mixture_seldom_tells_of_a_jump_that_was_none():
+    """False events are 100 * every samples apart or more: here four at most are to be expected."""
+    est, told = dw.ARX(2, 2, memory=dw.RunLengths(0.3, 500)), 0
+    for seed in range(20):
+        y, u = with_jumps(seed, 1.0, 0.0, samples=10_000)
+        told += len(est.scan(y, u, keep="innovations").jumps())
+    assert told <= 4
 
 
 def test_a_gap_gives_jumps_time():

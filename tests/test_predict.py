@@ -103,7 +103,7 @@ def test_what_is_refused():
         est.predict(state, [1.0, np.nan])
     with pytest.raises(dw.InputError, match="simultaneous"):
         est.predict(state, [1.0, 2.0], 3)
-    with pytest.raises(dw.InputError, match="does not predict"):
+    with pytest.raises(dw.InputError, match="has no predict"):
         dw.Joint(1, inputs=1).scan(y[0], u[0]).predict([1.0])
 
 

@@ -126,7 +126,8 @@ def _(memory: run_lengths.RunLengths, setting):
     q = jump_size("jump", memory.jump, setting.N) ** 2 * setting.units
     rate = 1 / _more_than_one("every", memory.every)
     count = door.count("hypotheses", memory.hypotheses, least=2)
-    return run_lengths.Mixture(rate, count, setting.settle, q, setting.cap), run_lengths.cells_of(count, setting.N)
+    settle = 3 * setting.settle  # six times the number of unknowns, as long as detectors wait
+    return run_lengths.Mixture(rate, count, settle, q, setting.cap), run_lengths.cells_of(count, setting.N)
 
 
 def _meant(memory) -> str:

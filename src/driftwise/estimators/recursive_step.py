@@ -9,7 +9,7 @@ from ..detect.watch import SINCE, STATISTIC, WHICH, watch
 from ..kernel.compose import advance, kernel
 from ..kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ..kernel.ud import entry, predicted_variance, project, variance, variances
-from ..memory.adapt import age, reckon, respond
+from ..memory.adapt import age, notice, reckon, respond
 from ..models.scale import sigma2
 from .joint_step import predict_input
 from .methods import correct_by
@@ -180,6 +180,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
             head[COUNT], head[CHI2], head[WEIGHT] = reckon(
                 memory, state.cells, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
+            alarm += notice(memory, state.cells, state.marks)
             head[LOGDET] += math.log(T)
             head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
         else:

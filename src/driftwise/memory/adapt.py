@@ -26,6 +26,14 @@ def reckon(memory, cells, count, chi2, weight, gain):
 
 
 @choice
+def notice(memory, cells, marks):
+    """Say whether the memory itself found, at the sample just learnt, that the parameters had jumped: 1, otherwise 0.
+
+    ``marks`` are those of a detector: statistic over threshold, and at an alarm since when and which parameter.
+    """
+
+
+@choice
 def age(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     """Forget, between two samples; return lambda, by which all sums over the past are to shrink, and status bits.
 
@@ -43,9 +51,10 @@ def respond(memory, way, which, cells, weight, s2, U, D, work):
 
 
 def plain(*kinds: type):
-    """Give memories the usual `learn`, `reckon` and `respond`; they differ in how they age."""
+    """Give memories the usual `learn`, `reckon`, `notice` and `respond`; they differ in how they age."""
     learn.on(*kinds)(by_least_squares)
     reckon.on(*kinds)(one_more)
+    notice.on(*kinds)(nothing)
     respond.on(*kinds)(unmoved)
 
 
@@ -63,6 +72,12 @@ def by_least_squares(memory, cells, e, R, s2, theta, U, D, work):
 def one_more(memory, cells, count, chi2, weight, gain):
     """Count one sample more."""
     return count + 1.0, chi2 + gain, weight + 1.0
+
+
+@kernel
+def nothing(memory, cells, marks):
+    """Leave it to the detector."""
+    return 0.0
 
 
 @kernel

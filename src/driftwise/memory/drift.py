@@ -19,7 +19,9 @@ class Walk(NamedTuple):
     and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the
     covariance stays bounded. Or say ``matched=(jump, every)``: jumps of that size (one number or one per parameter)
     every so many samples; the walk then has their variance per sample, q = jump^2/every, whatever sigma^2 is.
-    One of the two is required. Bad at rare jumps: a q that follows them quickly is noisy in between.
+    One of the two is required. Bad at rare jumps: a q that follows them quickly is noisy in between, and takes noise
+    for steps, so that sigma is learnt too small (docs/memory.md: .7 of the truth and less; after a true walk it is
+    right).
     """
 
     q: Vector = ()

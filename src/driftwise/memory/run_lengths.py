@@ -3,24 +3,32 @@
 import math
 from typing import Any, NamedTuple
 
+from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..kernel.compose import Vector, kernel, rare
 from ..kernel.status import CAPPED
 from ..kernel.ud import correct, predicted_variance, project, widen_along
-from .adapt import age, learn, plain
+from .adapt import age, learn, notice, plain, reckon
 from .drift import widen_within
 from .hold import hold_within
 
-COUNT, NEWEST, FIRST = range(3)  # cells: how many hypotheses, which one is the newest; then log w, theta, D, U of each
+# cells: how many hypotheses, which one is the newest, samples since the last jump that was told; then each hypothesis:
+# log weight, samples since its jump (run), chi2 of sigma^2 less what the row has, theta, D, U
+COUNT, NEWEST, TOLD, FIRST = range(4)
+LOG, RUN, CHI2, OWN = range(4)
+ODDS = 100.0  # a jump is told when it is so many times likelier than none
 
 
 class RunLengths(NamedTuple):
     """Jumps of size ``jump``, one every so many samples on average: all instants are considered, the likely ones kept.
 
     The ``hypotheses`` most likely answers to "when was the last jump?" each have their own Kalman filter; theta and P
-    are mean and covariance of the mixture. No threshold, no alarm: it re-learns as far as the data ask for it. A sample
-    costs more than ``hypotheses`` updates. ``jump`` is one number or one per parameter, in the units of `y_scale` and
-    `u_scale`. Source: Adams and MacKay (2007); here the least likely run is dropped. Bad at: jumps below half the noise
-    (dropping hurts there: use `Walk`), drift, noise that grows, speed.
+    are mean and covariance of the mixture, the weight of a trace is how many samples ago the last jump was, on average
+    over it. It re-learns as far as the data ask for it; besides, it tells (``JUMP``) when a new jump is 100 times
+    likelier than none, and since when. A sample costs more than ``hypotheses`` updates. ``jump`` is one number or one
+    per parameter, in the units of `y_scale` and `u_scale`. Source: Adams and MacKay (2007); here the least likely run
+    is dropped. Bars of the prediction hold the jump that may come: where it would be large they are too wide until it
+    does (NIS below 1). Bad at: jumps below half the noise (dropping hurts there: use `Walk`), drift, noise that grows,
+    speed.
     """
 
     jump: Any
@@ -40,7 +48,7 @@ class Mixture(NamedTuple):
 
 def cells_of(hypotheses: int, N: int) -> int:
     """Return how many numbers the mixture keeps."""
-    return FIRST + hypotheses * (1 + 2 * N + N * (N - 1) // 2)
+    return FIRST + hypotheses * (OWN + 2 * N + N * (N - 1) // 2)
 
 
 plain(Mixture)
@@ -48,17 +56,27 @@ plain(Mixture)
 
 @kernel
 def hypothesis(cells, i, N):
-    """Return log weight (a view of one), theta, D, U of hypothesis i."""
-    at = FIRST + i * (1 + 2 * N + N * (N - 1) // 2)
-    m, d, u = at + 1, at + 1 + N, at + 1 + 2 * N
-    return cells[at : at + 1], cells[m:d], cells[d:u], cells[u : u + N * (N - 1) // 2]
+    """Return views of hypothesis i: its own numbers (log weight, run, chi2), theta, D, U."""
+    at = FIRST + i * (OWN + 2 * N + N * (N - 1) // 2)
+    m, d, u = at + OWN, at + OWN + N, at + OWN + 2 * N
+    return cells[at:m], cells[m:d], cells[d:u], cells[u : u + N * (N - 1) // 2]
+
+
+@kernel
+def average(cells, which, N):
+    """Return what the hypotheses' own number ``which`` is on average."""
+    total = 0.0
+    for i in range(int(cells[COUNT])):
+        own = hypothesis(cells, i, N)[0]
+        total += math.exp(own[LOG]) * own[which]
+    return total
 
 
 @kernel
 def settle_in(cells, i, log_weight, theta, U, D):
-    """Write hypothesis i and make it the newest."""
-    lw, m, d, u = hypothesis(cells, i, D.size)
-    lw[0] = log_weight
+    """Write hypothesis i, of run 0, and make it the newest."""
+    own, m, d, u = hypothesis(cells, i, D.size)
+    own[LOG], own[RUN], own[CHI2] = log_weight, 0.0, 0.0
     for j in range(D.size):
         m[j], d[j] = theta[j], D[j]
     for j in range(U.size):
@@ -73,20 +91,21 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
         settle_in(cells, 0, 0.0, theta, U, D)
         cells[COUNT] = 1.0
     for i in range(int(cells[COUNT])):
-        lw, m, d, u = hypothesis(cells, i, N)
-        own = e
+        own, m, d, u = hypothesis(cells, i, N)
+        error = e
         for j in range(N):
-            own += work.psi[j] * (theta[j] - m[j])
+            error += work.psi[j] * (theta[j] - m[j])
         project(u, work.psi, work.f)
         S = correct(u, d, work.f, R, work.b)
         for j in range(N):
-            m[j] += work.b[j] * (own / S)
-        lw[0] -= 0.5 * (own * own / (s2 * S) + math.log(S / T))
-        top = max(top, lw[0])
+            m[j] += work.b[j] * (error / S)
+        own[LOG] -= 0.5 * (error * error / (s2 * S) + math.log(S / T))
+        own[RUN] += 1.0
+        own[CHI2] += error * error / S
+        top = max(top, own[LOG])
     total = 0.0
     for i in range(int(cells[COUNT])):
-        lw, m, d, u = hypothesis(cells, i, N)
-        total += math.exp(lw[0] - top)
+        total += math.exp(hypothesis(cells, i, N)[0][LOG] - top)
     mix(cells, top + math.log(total), s2, theta, U, D, work.c)
     return T
 
@@ -100,14 +119,14 @@ def mix(cells, evidence, s2, theta, U, D, a):
     for j in range(U.size):
         U[j] = 0.0
     for i in range(int(cells[COUNT])):
-        lw, m, d, u = hypothesis(cells, i, N)
-        lw[0] -= evidence
-        w = math.exp(lw[0])
+        own, m, d, u = hypothesis(cells, i, N)
+        own[LOG] -= evidence
+        w = math.exp(own[LOG])
         for j in range(N):
             theta[j] += w * m[j]
     for i in range(int(cells[COUNT])):
-        lw, m, d, u = hypothesis(cells, i, N)
-        w = math.exp(lw[0])
+        own, m, d, u = hypothesis(cells, i, N)
+        w = math.exp(own[LOG])
         for j in range(N):
             for k in range(j):
                 a[k] = u[j * (j - 1) // 2 + k]
@@ -118,23 +137,63 @@ def mix(cells, evidence, s2, theta, U, D, a):
         widen_along(U, D, a, w / s2, N - 1)
 
 
+@reckon.on(Mixture)
+def _(memory, cells, count, chi2, weight, gain):
+    """E-step of EM: chi2 is what it is on average over the hypotheses, each with the errors e_i^2/T_i of its own run.
+
+    e^2/T of the mixture will not do: its T holds the jump that hardly ever comes, so sigma^2 would come out too small.
+    Runs that turn out unlikely take their errors away again, at most half of chi2 at a time: it stays positive.
+    """
+    N = memory.q.size
+    added = max(average(cells, CHI2, N), -0.5 * chi2)
+    for i in range(int(cells[COUNT])):
+        own = hypothesis(cells, i, N)[0]
+        own[CHI2] -= added
+    return count + 1.0, chi2 + added, average(cells, RUN, N)
+
+
+@notice.on(Mixture)
+def _(memory, cells, marks):
+    """Tell a jump when runs that began after the last one told are ODDS times likelier than all others.
+
+    While nothing jumps these odds grow by 1/every a sample on average (a martingale, Shiryaev 1963), so that false
+    events are ODDS * every samples apart, or more, where the noise is known.
+    """
+    N, new, old, best, top = memory.q.size, 0.0, 1e-300, 0.0, -math.inf
+    cells[TOLD] += 1.0
+    for i in range(int(cells[COUNT])):
+        own = hypothesis(cells, i, N)[0]
+        if own[RUN] >= cells[TOLD]:
+            old += math.exp(own[LOG])
+        else:
+            new += math.exp(own[LOG])
+            if own[LOG] > top:
+                best, top = own[RUN], own[LOG]
+    odds = new / old
+    marks[STATISTIC] = math.log(odds) / math.log(ODDS) if odds > 1.0 else 0.0
+    if odds < ODDS:
+        return 0.0
+    marks[SINCE], marks[WHICH], cells[TOLD] = best, -1.0, 0.0
+    return 1.0
+
+
 @age.on(Mixture)
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     N, count = D.size, int(cells[COUNT])
     is_learnt = surprise >= 0.0
-    if weight <= memory.settle or (count < 2 and not is_learnt):
+    if count < 2 and (weight <= memory.settle or not is_learnt):
         return 1.0, 0
     is_held = hold_within(U, D, memory.cap, work.c, work.f, work.b)
     moved = memory.rate
     if is_learnt:
         branch(memory, cells, count, theta, U, D, s2, work)
     else:  # the newest hypothesis has seen nothing yet: in a gap it takes later jumps in as well
-        moved *= 1.0 - math.exp(hypothesis(cells, int(cells[NEWEST]), N)[0][0])
+        moved *= 1.0 - math.exp(hypothesis(cells, int(cells[NEWEST]), N)[0][LOG])
         for i in range(count):
-            lw = hypothesis(cells, i, N)[0]
-            lw[0] += math.log1p(-memory.rate)
+            own = hypothesis(cells, i, N)[0]
+            own[LOG] += math.log1p(-memory.rate)
             if i == int(cells[NEWEST]):
-                lw[0] = math.log(math.exp(lw[0]) + memory.rate)
+                own[LOG] = math.log(math.exp(own[LOG]) + memory.rate)
     for i in range(N):  # the covariance of the mixture with a new member of the same mean
         is_held |= not widen_within(U, D, i, moved * memory.q[i] / s2, memory.cap[i], work.b)
     return 1.0, CAPPED if is_held else 0
@@ -145,10 +204,10 @@ def branch(memory, cells, count, theta, U, D, s2, work):
     """Add the hypothesis that the parameters jump now; the least likely one goes where there is no room."""
     slot, least = count, math.inf
     for i in range(count):
-        lw = hypothesis(cells, i, D.size)[0]
-        if count == int(memory.hypotheses) and lw[0] < least:
-            slot, least = i, lw[0]
-        lw[0] += math.log1p(-memory.rate)
+        own = hypothesis(cells, i, D.size)[0]
+        if count == int(memory.hypotheses) and own[LOG] < least:
+            slot, least = i, own[LOG]
+        own[LOG] += math.log1p(-memory.rate)
     settle_in(cells, slot, math.log(memory.rate), theta, U, D)
     cells[COUNT] = max(cells[COUNT], slot + 1.0)
     _, _, d, u = hypothesis(cells, slot, D.size)
