@@ -4,6 +4,8 @@
   known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
 * `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
 * `JointMIMO` (split) and `ContinuousJoint`: the defaults
+* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` with its default and `Score`
+* `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
 
 Whatever else one combines compiles when it is first used.
 """
@@ -16,12 +18,18 @@ from pathlib import Path
 from typing import Any
 
 from ..detect.gate import Gate
+from ..detect.score import Score
 from ..kernel import compose
 from ..memory.drift import Never, UntilJump, Walk
+from ..memory.fading import Weighted
 from ..models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from .continuous import ContinuousJoint
+from .gain import AdaptiveGain
 from .joint import Joint
 from .mimo import JointMIMO
+from .polynomial import ARMAX
+from .recursive import ARX
+from .several import ARXMIMO
 
 
 def combinations() -> list[dict[str, Any]]:
@@ -57,6 +65,8 @@ def warm() -> Iterator[str]:
     for est in (Joint(1), Joint(1, memory=Walk(1e-6)), Joint(1, memory=UntilJump())):
         est.smooth([0.0])
         yield f"{est!r}.smooth"
-    for other in (JointMIMO((1, 1)), ContinuousJoint(1)):
+    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()))
+    recursive = [ARX(1, 1, memory=memory) for memory in memories]
+    for other in (JointMIMO((1, 1)), ContinuousJoint(1), *recursive, ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain()):
         other.drive  # noqa: B018  (compiles)
         yield repr(other)
