@@ -4,7 +4,7 @@
   known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
 * `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
 * `JointMIMO` (split) and `ContinuousJoint`: the defaults
-* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` with its default and `Score`
+* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`)
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
 
 Whatever else one combines compiles when it is first used.
