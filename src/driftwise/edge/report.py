@@ -284,12 +284,13 @@ def _event_words(events) -> str:
         return "Nothing to report: no sample was rejected and no guard had to act."
     jumps = sum(event.kind == "JUMP" for event in events)
     shown = f", {EVENTS_SHOWN} shown" if len(events) > EVENTS_SHOWN else ""
-    counted = f", {jumps} of them jump{'s' if jumps > 1 else ''} of the parameters" if jumps else ""
+    counted = f", the {jumps} jump{'s' if jumps > 1 else ''} of the parameters first" if jumps else ""
     return f"{len(events)} event{'s' if len(events) > 1 else ''}{counted}{shown}."
 
 
 def _event_table(events) -> str:
     if not events:
         return ""
-    rows = [[event.sample, number(event.time), event.text] for event in _chosen(events)]
+    told = sorted(_chosen(events), key=lambda event: event.kind != "JUMP")  # jumps first
+    rows = [[event.sample, number(event.time), event.text] for event in told]
     return html.table(["sample", "time", "what happened"], rows, text=(2,))
