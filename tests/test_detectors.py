@@ -379,6 +379,7 @@ def test_a_change_before_the_record_has_a_negative_date():
 
 
 def test_words():
+    assert "a shift of -0.8 sd is found after" in dw.Hinkley("1 per 10_000", jump=0.8, sides="down").words
     words = dw.Hinkley("1 per 10_000", jump=1.0).words
     assert "one false alarm per 10 000 samples on average (exact" in words
     assert "a shift of 1 sd is found after 15.7 samples" in words

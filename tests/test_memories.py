@@ -202,6 +202,34 @@ def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, 
     assert abs(squares * (1 + p) - 1) < 2.58 * np.sqrt(2 / 3000)  # 99 %: 3000 normalised squares
 
 
+def test_the_noise_is_learnt_before_anything_is_forgotten():
+    """Two samples per parameter (six for a mixture) count in full; the one after them is the first to fade."""
+    phi, y = excite(13, 40)
+    for memory, first in ((dw.VariableForgetting(50), 6), (dw.RunLengths(0.2, 500, 8), 18)):
+        weight = dw.Regression(3, memory=memory).scan(y, phi).weight
+        assert np.array_equal(weight[: first + 1], np.arange(1.0, first + 2)), memory
+        assert weight[first + 1] < first + 2, memory
+
+
+def test_a_variance_is_held_at_that_of_one_typical_sample():
+    """That is the geometric mean of weight * P so far; while held it rises e-fold in a hundred memories."""
+    phi, y = excite(14, 700, 1)
+    phi[300:] = 0.0
+    trace = dw.Regression(1, memory=dw.Weighted(0.98), variance=0.25, P0=1e3).scan(y, phi)
+    P, first = trace.parameters_std[:, 0] ** 2, np.flatnonzero(trace.status & dw.Status.CAPPED)[0]
+    assert first > 300
+    assert P[first + 1] == pytest.approx(np.exp(np.mean(np.log(trace.weight * P)[:first])), rel=1e-9)
+    np.testing.assert_allclose(P[first + 2 :] / P[first + 1 : -1], np.exp(0.02 / 100), rtol=1e-9)
+
+
+def test_a_walk_that_reaches_the_prior_says_so():
+    est = dw.Regression(3, memory=dw.Walk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
+    status = est.scan(np.full(10, np.nan), np.zeros((10, 3))).status & dw.Status.CAPPED
+    assert np.all(status)
+    phi, y = excite(4)
+    assert not np.any(est.scan(y, phi).status[10:])
+
+
 # --- walks -----------------------------------------------------------------------------------------------------
 
 
@@ -326,6 +354,9 @@ def test_a_reset_scales_the_covariance_and_stays_below_the_prior():
     state = est.scan(y[:50], phi[:50]).state
     assert state["weight"] == 5
     np.testing.assert_allclose(est.covariance(state), 10 * est.covariance(calm), rtol=1e-12)
+    young = dw.Regression(3, variance=0.25, P0=4.0, memory=until(dw.GainReset(60)))  # nothing to forget yet
+    state = young.scan(y[:50], phi[:50]).state
+    assert state["weight"] == 50 and np.array_equal(young.covariance(state), est.covariance(calm))
     tight = dw.Regression(3, variance=0.25, P0=0.01, memory=until(dw.GainReset(1.001)))
     assert np.all(np.diag(tight.covariance(tight.scan(y[:50], phi[:50]).state)) <= 0.01 * (1 + 1e-12))
 

@@ -141,6 +141,15 @@ def test_equals_the_textbook(method, step):
     assert trace.estimator.sigma2(trace.state) == pytest.approx(np.mean(trace.innovation**2), rel=0.05)
 
 
+def test_a_normalised_gradient_knows_no_units():
+    rng = np.random.default_rng(4)
+    x, e = rng.standard_normal((300, 3)), rng.standard_normal(300)
+    y = x @ [1.0, -2.0, 0.5] + 0.1 * e
+    one = dw.Regression(3, method="nlms", step=0.5).scan(y, x)
+    two = dw.Regression(3, method="nlms", step=0.5, y_scale=1e3, u_scale=1e3).scan(1e3 * y, 1e3 * x)
+    np.testing.assert_allclose(two.parameters, one.parameters, rtol=0, atol=1e-12)
+
+
 def test_a_gradient_never_runs_away():
     rng = np.random.default_rng(2)
     x = 100 * rng.standard_normal((20_000, 4))
