@@ -586,3 +586,13 @@ def test_the_joint_filter_says_what_it_cannot():
 @pytest.mark.parametrize("name", MEMORIES)
 def test_memories_pass_the_public_check(name):
     dw.check_policy(MEMORIES[name])
+
+
+@pytest.mark.parametrize("est", [dw.ARX(2, 2, memory=dw.Weighted(0.98)), dw.ARMAX(2, 2, 2)], ids=["weighted", "young"])
+def test_the_likelihood_of_a_fading_memory_is_that_of_its_predictions(est):
+    """What has faded is not in chi2 any more, so the closed form of constant parameters does not hold."""
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=500, noise_std=0.3, missing=0.1, seed=1)
+    trace = est.scaled_to(y, u).scan(y, u)
+    e, T = trace.innovation[trace.is_used], trace.variance[trace.is_used]
+    expected = -0.5 * np.sum(np.log(2 * np.pi * T) + e**2 / T)
+    assert trace.estimator.loglik(trace.state) == pytest.approx(expected, rel=1e-12)

@@ -122,6 +122,17 @@ class Recursive(Reading):
         alpha, beta = self.scale_posterior(state)
         return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
 
+    def loglik(self, state) -> float:
+        """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
+
+        Where samples have faded there is no such thing, and it is the sum of the log densities of the one-step
+        predictions (Gaussian, with the variance learnt so far). Under the reference prior of an unknown scale both are
+        known up to a constant only, which depends on N.
+        """
+        begun = 0.0 if isinstance(self.scale, KnownScale) else 2 * self.scale.alpha
+        faded = begun + float(state["observed"]) - float(state["count"])
+        return super().loglik(state) if faded <= 1e-9 * float(state["observed"]) else float(state["score"])
+
     def predict(self, state, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (h,) and standard deviation (h,) of the next h outputs, given the inputs to come.
 
