@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import driftwise as dw
-from driftwise.estimators.smoother import smooth
+from driftwise.estimators.joint.smoother import smooth
 
 from .clock import cpu, ratio
 from .opponents import FilterPy

@@ -7,7 +7,7 @@ from oracle import continuous as oracle
 from oracle.continuous import problem
 
 import driftwise as dw
-from driftwise.estimators.continuous_chain import decay, respond
+from driftwise.estimators.continuous.chain import decay, respond
 from driftwise.models.canonical import Canonical
 from driftwise.models.continuous import observer
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.estimators import joint_predict, joint_row
+from driftwise.estimators.joint import predict as joint_predict
+from driftwise.estimators.joint import row as joint_row
 from driftwise.kernel import ud
 
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 
 import driftwise as dw
-from driftwise.estimators.joint import Joint
+from driftwise.estimators.joint.estimator import Joint
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
 

@@ -9,7 +9,7 @@ from oracle.polynomial import System, rpem
 from scipy.optimize import least_squares
 
 import driftwise as dw
-from driftwise.estimators import polynomials
+from driftwise.estimators.polynomial import regressors as polynomials
 from driftwise.kernel import compose
 
 PERRIOT = {

@@ -7,7 +7,7 @@ from test_golden import joint as golden_joint
 from test_joint_vs_dense import covariance, noise_of
 
 import driftwise as dw
-from driftwise.estimators import smoother
+from driftwise.estimators.joint import smoother
 from driftwise.kernel import compose
 from driftwise.workflow.laws import same
 

@@ -5,7 +5,7 @@ import pytest
 from oracle import armax, golden
 
 import driftwise as dw
-from driftwise.estimators import joint_step  # noqa: F401
+from driftwise.estimators.joint import step as joint_step  # noqa: F401
 from driftwise.models.stability import is_inside, shrink_inside
 
 METHODS = ["ekf", "rml", "els"]

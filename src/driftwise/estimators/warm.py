@@ -23,13 +23,13 @@ from ..kernel import compose
 from ..memory.drift import Never, UntilJump, Walk
 from ..memory.fading import Weighted
 from ..models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
-from .continuous import ContinuousJoint
-from .gain import AdaptiveGain
-from .joint import Joint
-from .mimo import JointMIMO
-from .polynomial import ARMAX
-from .recursive import ARX
-from .several import ARXMIMO
+from .continuous.estimator import ContinuousJoint
+from .gain.estimator import AdaptiveGain
+from .joint.estimator import Joint
+from .mimo.estimator import JointMIMO
+from .polynomial.estimator import ARMAX
+from .recursive.estimator import ARX
+from .several.estimator import ARXMIMO
 
 
 def combinations() -> list[dict[str, Any]]:

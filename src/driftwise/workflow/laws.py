@@ -14,10 +14,10 @@ from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.watch import watch
 from ..errors import InputError, refuse_class
-from ..estimators.adaptation import resolve
-from ..estimators.gain import AdaptiveGain
-from ..estimators.joint import Joint
-from ..estimators.recursive import ARX
+from ..estimators.gain.estimator import AdaptiveGain
+from ..estimators.joint.estimator import Joint
+from ..estimators.recursive.adaptation import resolve
+from ..estimators.recursive.estimator import ARX
 from ..kernel import compose
 from ..memory.adapt import learn
 from ..memory.drift import Inflate, UntilJump, drift

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..estimators import door
-from ..estimators.joint import WIDTH, Joint
+from ..estimators.joint.estimator import WIDTH, Joint
 from ..models.canonical import power_of_two
 from ..models.noise import EquationError
 from ..models.scale import KnownScale, UnknownScale

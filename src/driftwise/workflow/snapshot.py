@@ -96,14 +96,14 @@ def describe(estimator) -> str:
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
-    from ..estimators.continuous import ContinuousJoint
-    from ..estimators.gain import AdaptiveGain
-    from ..estimators.joint import Joint
-    from ..estimators.mimo import JointMIMO
-    from ..estimators.observer import AdaptiveObserver
-    from ..estimators.polynomial import ARMA, ARMAX, BJ, OE
-    from ..estimators.recursive import AR, ARX, Regression
-    from ..estimators.several import ARXMIMO
+    from ..estimators.continuous.estimator import ContinuousJoint
+    from ..estimators.gain.estimator import AdaptiveGain
+    from ..estimators.joint.estimator import Joint
+    from ..estimators.mimo.estimator import JointMIMO
+    from ..estimators.observer.estimator import AdaptiveObserver
+    from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
+    from ..estimators.recursive.estimator import AR, ARX, Regression
+    from ..estimators.several.estimator import ARXMIMO
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:

@@ -10,8 +10,9 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import InputError
-from ..estimators import door, mimo_door
-from ..estimators.mimo import JointMIMO
+from ..estimators import door
+from ..estimators.mimo import door as mimo_door
+from ..estimators.mimo.estimator import JointMIMO
 from ..memory.drift import Never
 from ..models.noise import EquationError
 from ..models.scale import UnknownScale

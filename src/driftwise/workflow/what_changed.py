@@ -6,9 +6,9 @@ import numpy as np
 
 from ..detect.score_test import ScoreTest, score_test
 from ..errors import InputError
-from ..estimators.forecast import STEP
-from ..estimators.methods import LeastSquares
-from ..estimators.recursive import Recursive
+from ..estimators.recursive.estimator import Recursive
+from ..estimators.recursive.forecast import STEP
+from ..estimators.recursive.methods import LeastSquares
 from ..memory.drift import Never
 
 __all__ = ["what_changed"]

@@ -1,0 +1,343 @@
+"""Continuous time: the parameters of a differential equation from samples at any instants."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import Gate
+from ...errors import InputError, refuse_class
+from ...kernel import compose, ud
+from ...memory.drift import Never, UntilJump, Walk
+from ...models import noise as noises
+from ...models.canonical import Canonical, power_of_two
+from ...models.continuous import ContinuousModel
+from ...models.continuous import observer as filters
+from ...models.scale import KnownScale, UnknownScale
+from .. import door
+from ..joint.estimator import WIDTH
+from ..policies import check_scale, resolve_gate, resolve_memory, resolve_watch
+from ..reading import Reading, Step
+from .step import HEAD, Continuous, drift_over, scratch_size
+
+RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
+
+
+class ContinuousJoint(Reading):
+    """Posterior of A(p) y = B(p) u, p = d/dt, from samples at regular or irregular instants, sample by sample.
+
+    A(p) = p^n + a1 p^(n-1) + .. + an, B(p) = b1 p^(n-1) + .. + bn. Both sides pass the filter 1/(p + c)^n, whose
+    response to an input that is held and to an output on straight lines between *measured* samples has a closed form
+    over any gap. What is left is linear in the parameters and in the state x(t0) at the first measured sample:
+
+        y_k = sum_i (lam_i - a_i) phi_i[y] + b_i phi_i[u] + x_i(t0) phi_i[impulse] + v_k,   phi_i = p^(n-i)/(p + c)^n
+
+    Regularised least squares in it is exact, on U D U' factors, O(N^2) a sample. y_k ends its own straight line,
+    so the estimate uses it on both sides; the prediction solves for it (``docs/continuous.md``).
+
+    Parameters
+    ----------
+    order : int
+        Order n of the differential equation, at least 1.
+    inputs : int
+        Number of inputs k, each held from its sample to the next.
+    observer : float, optional
+        Rate c of the filter in rad/s, best near the plant's bandwidth. Default 0.2/dt, for plants that move in some
+        five to fifty samples.
+    noise : EquationError
+        White v_k; without a variance its scale is learnt.
+    memory : Never, Walk or UntilJump
+        Constant parameters, a random walk whose q is a variance per *second*, capped at the prior, or constant until
+        a detector alarms.
+    gate : Gate, optional
+        Treat outliers as missing: the straight line passes them by.
+    scale : UnknownScale, optional
+        All variances relative to an unknown sigma^2 with this inverse-gamma prior.
+    s0, P0 : (N,), and scalar, (N,) or (N, N), optional
+        Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0..], x being x(t0). The default is wide, in
+        units of `y_scale`, `u_scale` and c.
+    y_scale, u_scale : float, (k,)
+        Typical size of the data, for the default prior; `scaled_to` sets them.
+    dt : float
+        Typical seconds between samples: the interval where no time is given, and what the default observer goes by.
+    floor : float
+        Relative round-off carried by y.
+
+    Raises
+    ------
+    InputError
+        Where a number does not fit; the message says which and why.
+
+    Notes
+    -----
+    Source: Salut et al. (1979), eq. 2, in the discretisation of Young (1981) and Garnier and Wang (2008), by filters.
+
+    Bad at: measurement noise (it enters the regressors: the bias of a grows with its variance; a lower c softens it,
+    and on regular samples `Joint` with `OutputError` has none), plants faster than the samples and gaps longer than the
+    plant's time constants (a straight line is then not what y did), dead time, parameters that change within 1/c.
+    Its error bars know nothing of these biases, however well the predictions hold: on precise data the bias of the
+    straight lines exceeds them. Compare two observer rates before trusting a digit.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> time = np.cumsum(np.random.default_rng(0).uniform(0.02, 0.18, 600))
+    >>> y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=time, noise_std=0.005, seed=1)
+    >>> trace = dw.ContinuousJoint(2, inputs=1, dt=0.1).scan(y, u, time=time)
+    >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
+    ['a1 0.29', 'a2 1.00', 'b1 -0.01', 'b2 1.99']
+    """
+
+    _x = "x0"
+
+    def __init__(
+        self,
+        order: int,
+        inputs: int = 0,
+        *,
+        observer: float | None = None,
+        noise: Any = noises.EquationError(),
+        memory: Any = Never(),
+        gate: Gate | None = None,
+        scale: UnknownScale | None = None,
+        s0=None,
+        P0=None,
+        y_scale: float = 1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+        floor: float = 1e-12,
+    ):
+        self.options = dict(
+            order=order, inputs=inputs, observer=observer, noise=noise, memory=memory, gate=gate, scale=scale,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor,
+        )  # fmt: skip
+        self.model = model = Canonical(door.count("order", order, least=1), door.count("inputs", inputs))
+        n, N = model.n, model.N
+        if n > 12:
+            raise InputError(f"order must be at most 12, got {order}: beyond, the filters' binomials eat the digits")
+        self.dt = door.positive("dt", dt)
+        self.observer = RATE / self.dt if observer is None else door.positive("observer", observer)
+        self.y_scale = door.positive("y_scale", y_scale)
+        self.u_scale = door.each("u_scale", u_scale, inputs)
+        if np.any(self.u_scale <= 0):
+            raise InputError(f"u_scale must be positive, got {u_scale!r}")
+        if not isinstance(noise, noises.EquationError):
+            raise InputError(
+                f"noise must be EquationError(variance) in continuous time, got {noise!r}; for noise on the sensor "
+                "alone use Joint on regular samples"
+            )
+        relative = scale is not None or noise.variance is None
+        kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
+        check_scale(scale)
+        self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
+        self._set_prior(s0, P0)
+        if not 0.0 <= floor < 1.0:
+            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
+        lam, V = filters(n, self.observer)
+        detector, settle = resolve_watch(memory, N)
+        shape = Continuous(n, inputs, self.observer, self.dt, floor, settle, lam, V.ravel())
+        self.policies = (
+            shape,
+            kernel_noise,
+            self._resolve_memory(memory),
+            resolve_gate(gate, self.model.N),
+            self.scale,
+            detector,
+        )
+        self.spec = compose.flatten(self.policies)
+        self.scratch_size = scratch_size(n, inputs)
+        self.dtype = np.dtype(
+            [(name, "f8") for name in HEAD]
+            + [("x0", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
+            + [
+                ("y", "f8", (n,)),
+                ("x", "f8", (n,)),
+                ("u", "f8", (inputs, n)),
+                ("held", "f8", (inputs,)),
+                ("marks", "f8", (detector.marks(0),)),
+            ]
+        )
+
+    # --- prior ---------------------------------------------------------------------------------------------
+
+    def _set_prior(self, s0, P0):
+        model, back = self.model, self.model.salut
+        n, N = model.n, model.N
+        self._s0 = (np.zeros(N) if s0 is None else door.vector("s0", s0, N))[back]
+        if P0 is None:
+            x = self.y_scale**2 * self.observer ** (2.0 * np.arange(n))
+            P = WIDTH * np.diag(np.concatenate([x, self._theta_units()]))
+        else:
+            P = door.covariance("P0", P0, N)[np.ix_(back, back)]
+        try:
+            U, self._D0 = ud.factor(P)
+        except ValueError:
+            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
+        self._U0 = U[ud.packed_indices(N)]
+        self.prior_covariance = P
+
+    def _theta_units(self):
+        """Return the squared units of theta: powers of the observer's rate, times y over u for b."""
+        rate = self.observer ** (2.0 * np.arange(1, self.model.n + 1))
+        return np.concatenate([rate, np.outer((self.y_scale / self.u_scale) ** 2, rate).ravel()])
+
+    def _resolve_memory(self, memory):
+        refuse_class("memory", memory)
+        if not isinstance(memory, Never | Walk | UntilJump):
+            raise InputError(f"memory must be Never(), Walk(q) or UntilJump() in continuous time, got {memory!r}")
+        n = self.model.n
+        found = resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:])
+        if type(found) not in drift_over.table:
+            raise InputError(f"in continuous time a walk has q, a variance per second: Walk(q), got {memory!r}")
+        return found
+
+    def scaled_to(self, y, u=None, *, time=None) -> ContinuousJoint:
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        With ``time``, dt becomes its median step, and the default observer follows. Scaling y or u by a power of two
+        then scales every result exactly.
+        """
+        y, u = door.record(y, u, self.model.inputs)
+        options = self.options | dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        if time is not None and len(y) > 1:
+            options["dt"] = float(np.median(np.diff(_instants(time, y.shape))))
+        return ContinuousJoint(**options)
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def update(self, state, y, u=None, *, time: float | None = None) -> tuple[np.ndarray, Step]:
+        """Return the next state and what this sample showed; NaN means missing.
+
+        Parameters
+        ----------
+        state : from `start`, `update`, or a trace
+        y : the output
+        u : the input, or a sequence of k inputs, held from now on
+        time : instant in seconds; dt after the sample before if omitted
+        """
+        rows = self._rows(state)
+        ys, us = door.sample(y, u, self.model.inputs)
+        if time is not None:
+            is_later = isinstance(time, float) and math.isfinite(time) and time > state["time"] and state["samples"] > 0
+            stamp = np.array([time]) if is_later else _instants([time], (1,), state)  # the short way of a stream
+            us = np.concatenate([us, stamp[None, :, None]], axis=2)
+        outs = np.empty((1, 1, 4))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        prediction, innovation, variance, status = outs[0, 0].tolist()
+        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
+
+    def scan(self, y, u=None, *, time=None, state=None, keep: str = "std"):
+        """Run over a record and return its trace; ``trace.state`` continues where it ended.
+
+        Parameters
+        ----------
+        y : (T,) outputs; NaN where missing
+        u : (T,) or (T, k) inputs, each held to the next sample; NaN where missing (the last one is held on)
+        time : (T,) increasing instants in seconds; steps of dt if omitted
+        state : state to start from; a fresh one if omitted
+        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
+        """
+        from ...workflow.trace import Trace, width
+
+        y, u = door.record(y, u, self.model.inputs)
+        start = self.start() if state is None else state
+        rows = self._rows(start)
+        us = u
+        if time is not None:
+            time = _instants(time, y.shape, start)
+            us = np.column_stack([u, time])
+        outs = np.empty((1, len(y), width(keep, self.model.N)))
+        self.drive(rows, y.reshape(1, -1, 1), us[None], outs, self.spec, self.scratch())
+        end = rows.view(self.dtype).reshape(())
+        if time is None:
+            time = float(end["time"]) - self.dt * np.arange(len(y))[::-1]
+        return Trace(self, y, u, outs[0], keep, end, float(np.asarray(start)["observed"]), time)
+
+    def smooth(self, *args, **options):
+        """Refuse (InputError): x(t0) and the parameters do not move here, and the last state knows them."""
+        raise InputError(
+            "there is nothing to smooth in continuous time: x(t0) and the parameters are constants, and the last state "
+            "knows them given the whole record (trace.model(), trace.state)"
+        )
+
+    def tick(self, states, y, u=None, *, time=None):
+        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
+
+        Parameters
+        ----------
+        states : (S,) states
+        y : (S,) or (S, T) outputs
+        u : (S,), (S, k) or (S, T, k) inputs
+        time : shaped like y: instants in seconds; steps of dt if omitted
+
+        Returns
+        -------
+        states : (S,) new states
+        steps : Step of arrays shaped like y
+        """
+        rows = self._rows(states, is_one=False)
+        ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
+        if time is not None:
+            stamps = np.asarray(time, float).reshape(ys.shape[:2]) if np.shape(time) == shape else np.zeros(0)
+            if not stamps.size:
+                raise InputError(f"time must be shaped like y, {shape}, got {np.shape(time)}")
+            for series, state in zip(stamps, np.ravel(states)):
+                _instants(series, series.shape, state)
+            us = np.concatenate([us, stamps[:, :, None]], axis=2)
+        outs = np.empty((*ys.shape[:2], 4))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        prediction, innovation, variance, status = (outs[..., i].reshape(shape) for i in range(4))
+        return rows.view(self.dtype).reshape(np.shape(states)), Step(
+            prediction, innovation, variance, status.astype(int)
+        )
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return E s in Salut's order [x_1..x_n ; a_0.., b_0..], x being x(t0)."""
+        s = np.concatenate([state["x0"], state["theta"]], axis=-1)
+        return s[..., self.model.kernel]
+
+    def model_at(self, values, covariance) -> ContinuousModel:
+        """Return the model of given parameters and covariance."""
+        return ContinuousModel(self.model, values, covariance)
+
+    def model_of(self, state) -> ContinuousModel:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        return self.model_at(np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state))
+
+
+def _instants(time, shape, state=None) -> np.ndarray:
+    """Return increasing finite instants of the given shape, later than those a state has seen."""
+    try:
+        time = np.ascontiguousarray(time, float)
+    except (TypeError, ValueError):
+        raise InputError(f"time must hold seconds as numbers, got {time!r}; turn dates into seconds first") from None
+    if time.shape != shape:
+        raise InputError(f"time must have shape {shape}, one instant per sample, got {time.shape}")
+    if not np.isfinite(time).all():
+        where = int(np.flatnonzero(~np.isfinite(time))[0])
+        raise InputError(f"time[{where}] is {time[where]}: every sample needs its instant, also where y is missing")
+    bad = np.flatnonzero(np.diff(time) <= 0)
+    if len(bad):
+        k = int(bad[0]) + 1
+        repeats = time[k] == time[k - 1]
+        cause = (
+            "Are two sensors in one column, or is the clock too coarse for the samples?"
+            if repeats
+            else "Is the file unsorted, are two files joined, or was the clock set back?"
+        )
+        raise InputError(
+            f"time must increase, but time[{k}] = {time[k]:.17g} {'repeats' if repeats else 'comes after'} "
+            f"time[{k - 1}] = {time[k - 1]:.17g} ({len(bad)} such). {cause}"
+        )
+    if state is not None and len(time) and float(np.asarray(state)["samples"]) > 0:
+        before = float(np.asarray(state)["time"])
+        if time[0] <= before:
+            raise InputError(
+                f"time[0] = {time[0]:.17g} is not after the state's last sample at {before:.17g} s. Was this sample "
+                "fed twice, or is the state from another record?"
+            )
+    return time

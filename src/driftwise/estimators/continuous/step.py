@@ -1,0 +1,361 @@
+"""One sample of the continuous-time filter: exact filters between the samples, then one regression update.
+
+A(p) y = B(p) u, filtered by lambda(p) = (p + c)^n: with phi_i = p^(n-i)/lambda of y and of u, and x(t0) the state at
+the first measured sample,
+
+    y(t_k) = sum_i (lam_i - a_i) phi_i[y] + b_i phi_i[u] + x_i(t0) phi_i[impulse]  + v_k
+
+u is held, y is a straight line between measured samples: every phi is a number. There is no noise on the state, so s =
+[x(t0); a; b] is constant: the update is Bierman's, and there is no time update. y_k itself ends its own straight
+line: it enters its regressors with the weights ``line``, and y_k - (right-hand side) = w y_k + ..: see `project`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...detect.gate import admit, count_rejections
+from ...kernel.compose import Vector, advance, choice, kernel, open_row, open_work, rare, watch
+from ...kernel.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_INPUT, MISSING_OUTPUT, REJECTED
+from ...kernel.ud import correct, entry, predicted_variance, variance, widen
+from ...memory.drift import Never, Restart, Walk, drift
+from ...models.scale import sigma2
+from ..joint.row import HUGE
+from .chain import decay, respond
+
+# head of the row: one number each
+HEAD = ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "time", "started", "since", "last")
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TIME, STARTED, SINCE, LAST = range(len(HEAD))
+LEAST = 1e-3  # own weight w of y_k below which y_k cannot be predicted: the last one is held
+
+
+class Continuous(NamedTuple):
+    """Sizes and constants of a continuous-time filter."""
+
+    n: float
+    inputs: float
+    c: float  # observer rate, rad/s
+    dt: float  # seconds between samples that come without time stamps
+    floor: float  # relative round-off of y
+    settle: float  # measured samples before the detector watches
+    lam: Vector  # coefficients of (p + c)^n, without the leading 1
+    V: Vector  # (n, n, n): x_i = sum_j V[i, j, :] . chain of what drives x_j
+
+
+class Row(NamedTuple):
+    """Views of one state row."""
+
+    head: np.ndarray
+    s: np.ndarray
+    D: np.ndarray
+    U: np.ndarray
+    y: np.ndarray  # chain of y, at the last measured sample
+    x: np.ndarray  # chain of the impulse that x(t0) stands for, there
+    u: np.ndarray  # chains of the inputs (k, n), now
+    held: np.ndarray  # inputs as held now
+    marks: np.ndarray  # what the detector keeps
+
+
+class Work(NamedTuple):
+    """Sizes as integers, and scratch."""
+
+    n: int
+    inputs: int
+    e: np.ndarray
+    hold: np.ndarray
+    line: np.ndarray
+    y: np.ndarray
+    x: np.ndarray
+    own: np.ndarray  # d phi_i / d y_k
+    h: np.ndarray
+    f: np.ndarray
+    b: np.ndarray
+    X: np.ndarray  # rows of x(t_k), and one for what they share with a y_k that is not known
+
+
+@open_row.on(Continuous)
+def _(form, row):
+    n, k = int(form.n), int(form.inputs)
+    N = n * (k + 2)
+    s = HEAD_SIZE
+    D = s + N
+    U = D + N
+    y = U + N * (N - 1) // 2
+    u = y + 2 * n
+    end = u + k * n
+    return Row(
+        row[:s], row[s:D], row[D:U], row[U:y], row[y : y + n], row[y + n : u], row[u:end].reshape(k, n),
+        row[end : end + k], row[end + k :],
+    )  # fmt: skip
+
+
+HEAD_SIZE = len(HEAD)
+
+
+def scratch_size(n: int, inputs: int) -> int:
+    """Return how many numbers of scratch a run needs."""
+    N = n * (inputs + 2)
+    return 6 * n + 3 * N + (n + 1) * N
+
+
+@open_work.on(Continuous)
+def _(form, scratch):
+    n, k = int(form.n), int(form.inputs)
+    N = n * (k + 2)
+    small = scratch[: 6 * n].reshape(6, n)
+    wide = scratch[6 * n : 6 * n + (n + 4) * N].reshape(n + 4, N)
+    return Work(
+        n, k, small[0], small[1], small[2], small[3], small[4], small[5], wide[0], wide[1], wide[2], wide[3:]
+    )  # fmt: skip
+
+
+@choice
+def drift_over(memory, U, D, n, seconds, scratch):
+    """Widen U D U' by the drift of so many seconds and return a status bit."""
+
+
+@drift_over.on(Never, Restart)
+def _(memory, U, D, n, seconds, scratch):
+    return 0
+
+
+@drift_over.on(Walk)
+def _(memory, U, D, n, seconds, scratch):
+    status = 0
+    for i in range(memory.q.size):
+        q = memory.q[i] * seconds
+        if q > 0.0:
+            room = memory.cap[i] - variance(U, D, n + i)
+            if room < q:
+                q = max(room, 0.0)
+                status = CAPPED
+            widen(U, D, n + i, q, scratch)
+    return status
+
+
+@kernel
+def mix(form, n, i, j, chain):
+    """Return V[i, j, :] . chain."""
+    at = (i * n + j) * n
+    total = 0.0
+    for m in range(n):
+        total += form.V[at + m] * chain[m]
+    return total
+
+
+@kernel
+def fill_row(form, state, work, i, h):
+    """Fill h with the row of x_i(t) on s = [x(t0); a; b]; return what does not depend on s."""
+    n, known = work.n, 0.0
+    for j in range(n):
+        phi = mix(form, n, i, j, work.y)
+        known += form.lam[j] * phi
+        h[j] = form.c * mix(form, n, i, j, work.x)
+        h[n + j] = -phi
+    for l in range(work.inputs):
+        for j in range(n):
+            h[n * (l + 2) + j] = mix(form, n, i, j, state.u[l])
+    return known
+
+
+@kernel
+def own_weights(form, state, work, i):
+    """Fill own with d phi_j / d y_k in the row of x_i; return d x_i / d y_k."""
+    n, total = work.n, 0.0
+    for j in range(n):
+        work.own[j] = mix(form, n, i, j, work.line)
+        total += (form.lam[j] - state.s[n + j]) * work.own[j]
+    return total
+
+
+@kernel
+def dot(a, b):
+    """Return a . b."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@kernel
+def project(U, h, f):
+    """Fill f = U' h."""
+    at = 0
+    for j in range(h.size):
+        total = h[j]
+        for i in range(j):
+            total += U[at + i] * h[i]
+        f[j] = total
+        at += j
+
+
+@kernel
+def move_inputs(form, state, work, seconds):
+    """Take the chains of the inputs over a stretch in which they were held."""
+    respond(form.c * seconds, work.e, work.hold, work.line)
+    for l in range(work.inputs):
+        decay(work.e, state.u[l], state.u[l])
+        for j in range(work.n):
+            state.u[l, j] += state.held[l] * work.hold[j]
+
+
+@kernel
+def take_inputs(state, u, t):
+    """Take the inputs of sample t; a missing one stays what it was."""
+    status = 0
+    for l in range(state.held.size):
+        value = u[t, l]
+        if abs(value) < HUGE:
+            state.held[l] = value
+        else:
+            status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
+    return status
+
+
+@kernel
+def elapse(form, state, u, t):
+    """Return the seconds since the sample before, from the stamp in the column behind the inputs, or dt without one."""
+    head, k = state.head, state.held.size
+    stamp = u[t, k] if u.shape[1] > k else np.nan
+    before = head[TIME]
+    if head[SAMPLES] == 0.0:
+        head[TIME] = 0.0 if stamp != stamp else stamp
+        return 0.0
+    if stamp != stamp:
+        head[TIME] += form.dt
+        return form.dt
+    head[TIME] = stamp
+    return max(stamp - before, 0.0)
+
+
+@rare
+def begin(state, work):
+    """Let t0 be now: x(t0) stands for all that came before."""
+    state.head[SINCE] = state.head[LAST] = 0.0
+    for j in range(work.n):
+        state.y[j] = 0.0
+        state.x[j] = 1.0 if j == 0 else 0.0
+        for l in range(work.inputs):
+            state.u[l, j] = 0.0
+
+
+@rare
+def write_estimates(form, state, work, out, t, w, R, s2, is_measured):
+    """Write s with x(t) in place of x(t0), and its spread or covariance.
+
+    A y_k that is not known is its prediction: with w y_k = h s + v its error reaches x_i with the weight dx_i/dy_k / w.
+    """
+    s, U, D, n, N, C = state.s, state.U, state.D, work.n, state.D.size, out.shape[1]
+    X, gain = work.X, work.X[n]
+    for i in range(n):
+        out[t, 4 + i] = fill_row(form, state, work, i, work.h) + dot(work.h, s)
+        project(U, work.h, X[i])
+        gain[i] = 0.0 if is_measured else own_weights(form, state, work, i) / w
+    for i in range(n, N):
+        out[t, 4 + i] = s[i]
+    if C == 4 + N:
+        return
+    for i in range(n - 1, -1, -1):
+        for j in range(N):
+            X[i, j] += gain[i] * X[0, j]
+    at = 4 + N
+    for j in range(N):
+        for i in range(0 if C > 4 + 2 * N else j, j + 1):
+            p = gain[i] * gain[j] * R if j < n else 0.0
+            for m in range(j if j >= n else 0, N):
+                Xi = X[i, m] if i < n else entry(U, i, m)
+                Xj = X[j, m] if j < n else entry(U, j, m)
+                p += Xi * Xj * D[m]
+            out[t, at] = s2 * p if C > 4 + 2 * N else math.sqrt(s2 * p)
+            at += 1
+
+
+@advance.on(Continuous)
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+    head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
+    seconds = elapse(form, state, u, t)
+    if work.inputs > 0:
+        move_inputs(form, state, work, seconds)
+    status = take_inputs(state, u, t)
+    status |= drift_over(memory, U, D, n, seconds, work.b)
+    head[SINCE] += seconds
+    if head[STARTED] == 0.0:
+        begin(state, work)
+    z = y[t, 0]
+    is_measured = abs(z) < HUGE
+    peak = max(0.75 * head[PEAK], abs(z)) if is_measured else head[PEAK]
+    if not is_measured:
+        status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
+
+    s2 = sigma2(scale, head[OBSERVED], head[CHI2])
+    R = noise.R
+    if R > 0.0:
+        rounding = (form.floor * peak) ** 2 / s2
+        if rounding > R:
+            status |= FLOORED
+        R += rounding
+
+    # predict: the row as if y had stayed where it was; the residual of any other y_k is w (y_k - last) - rest
+    last = head[LAST]
+    respond(form.c * head[SINCE], work.e, work.hold, work.line)
+    decay(work.e, state.y, work.y)
+    decay(work.e, state.x, work.x)
+    for j in range(n):
+        work.y[j] += last * work.hold[j]
+    rest = fill_row(form, state, work, 0, work.h) + dot(work.h, s) - last
+    w = 1.0 - own_weights(form, state, work, 0)
+    step = rest / w if w > LEAST else 0.0
+    yhat, divisor = last + step, max(w, LEAST)
+
+    # project: the row at the predicted y is w times the derivative of the prediction
+    for j in range(n):
+        work.h[n + j] -= work.own[j] * step
+    project(U, work.h, work.f)
+    T = predicted_variance(work.f, D, R)
+    out[t, 2] = s2 * T / (divisor * divisor)
+
+    # detect
+    e = z - yhat if is_measured else np.nan
+    if is_measured:
+        is_measured = admit(gate, divisor * e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_measured)
+        status |= 0 if is_measured else REJECTED
+
+    # correct: the row at the measured y
+    alarm = 0.0
+    if is_measured:
+        for j in range(n):
+            work.h[n + j] -= work.own[j] * e
+        project(U, work.h, work.f)
+        T = correct(U, D, work.f, R, work.b)
+        if T > 0.0:
+            residual = w * (z - last) - rest
+            for i in range(D.size):
+                s[i] += work.b[i] * (residual / T)
+            head[OBSERVED] += 1.0
+            head[CHI2] += residual * residual / T
+            head[LOGDET] += math.log(T) - 2.0 * math.log(divisor)
+            if head[OBSERVED] > form.settle:
+                alarm = watch(detector, state.marks, residual / math.sqrt(s2 * T), state.marks[:0])
+        else:
+            status |= EXACT
+    for j in range(n):
+        work.y[j] += work.line[j] * (z - last if is_measured else step)
+    out[t, 0], out[t, 1], out[t, 3] = yhat, e, status
+    if out.shape[1] > 4:
+        after = sigma2(scale, head[OBSERVED], head[CHI2])
+        write_estimates(form, state, work, out, t, divisor, R, after, is_measured)
+
+    if alarm != 0.0:
+        status |= drift(memory, alarm, np.nan, head[OBSERVED], s2, U, D, n, work.b)
+        out[t, 3] = status
+
+    # keep
+    if is_measured:
+        for j in range(n):
+            state.y[j] = work.y[j]
+            state.x[j] = work.x[j]
+        head[LAST], head[SINCE], head[STARTED], head[PEAK] = z, 0.0, 1.0, peak
+    head[STATUS] = status
+    head[SAMPLES] += 1.0

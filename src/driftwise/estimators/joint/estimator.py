@@ -1,0 +1,275 @@
+"""The joint filter: state and parameters of one output's ARMAX equation, exactly (Salut et al. 1979)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import Gate
+from ...errors import InputError
+from ...kernel import compose, ud
+from ...memory.drift import Never
+from ...models import noise as noises
+from ...models.canonical import Canonical, power_of_two
+from ...models.convert import Model
+from ...models.scale import KnownScale, UnknownScale
+from .. import door
+from ..policies import check_scale, resolve_gate, resolve_memory, resolve_watch
+from ..reading import Reading
+from . import step as _step  # noqa: F401  (registers the step)
+from .row import Form, marks_at, scratch_size
+
+# Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
+# not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
+WIDTH = 1e4
+
+
+class Joint(Reading):
+    """Posterior of state and parameters of A(q) y = B(q) u + C(q) v, sample by sample.
+
+    The model is Salut's canonical form (1979, eqs. 2, 17-20), here with the measured state first:
+
+        x+ = shift_up(x) - a y + sum_l b_l u_l + w,    y = x[0] + sum_l b0_l u_l + w_n
+
+    Given data, it is linear in the state *and* the parameters, so the filter is the exact posterior (theorem
+    3) when the noise (w, w_n) is Gaussian with the stated covariances; every sample costs O(N^2). (`OutputError` is the
+    exception: there the posterior is approximate.) It runs on
+    U D U' factors, so P stays symmetric and non-negative for ever, at any prior.
+
+    Parameters
+    ----------
+    order : int
+        Order n of the model, at least 1.
+    inputs : int
+        Number of inputs k.
+    direct : bool
+        Whether u(t) acts on y(t) at once (the term b0).
+    noise : EquationError, OutputError, NoisePolynomial, UnknownPolynomial or NoiseCovariance
+        What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
+    memory : Never, Walk or UntilJump
+        Constant parameters, a capped random walk, or constant between detected jumps.
+    gate : Gate, optional
+        Treat outliers as missing, before they enter F.
+    scale : UnknownScale, optional
+        All variances relative to an unknown sigma^2 with this inverse-gamma prior.
+    s0, P0 : (N,), and scalar, (N,) or (N, N), optional
+        Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]. The default is wide, in the
+        units of `y_scale` and `u_scale`.
+    y_scale, u_scale : float, (k,)
+        Typical size of the data, for the default prior; `scaled_to` sets them.
+    dt : float
+        Seconds between samples.
+    floor : float
+        Relative round-off carried by y: R_t = R + (floor max|y recent|)^2, for signals that grow for ever.
+
+    Raises
+    ------
+    InputError
+        Where a number does not fit; the message says which and why.
+
+    Notes
+    -----
+    Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Never`, orders far
+    above the truth (nearly cancelling poles and zeros are not identifiable: see `excitation`), irregular sampling,
+    offsets (subtract them first).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
+    >>> trace = dw.Joint(2, inputs=1).scan(y, u)
+    >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
+    ['a1 -1.50', 'a2 0.70', 'b1 1.00', 'b2 0.48']
+    """
+
+    def __init__(
+        self,
+        order: int,
+        inputs: int = 0,
+        direct: bool = False,
+        *,
+        noise: Any = noises.EquationError(),
+        memory: Any = Never(),
+        gate: Gate | None = None,
+        scale: UnknownScale | None = None,
+        s0=None,
+        P0=None,
+        y_scale: float = 1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+        floor: float = 1e-12,
+        form: str | None = None,
+    ):
+        self.options = dict(
+            order=order, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form,
+        )  # fmt: skip
+        self.model = model = Canonical(
+            door.count("order", order, least=1),
+            door.count("inputs", inputs),
+            bool(direct) and inputs > 0,
+            isinstance(noise, noises.UnknownPolynomial),
+        )
+        self.dt = door.positive("dt", dt)
+        self.y_scale, self.u_scale = door.size("y_scale", y_scale), door.sizes("u_scale", u_scale, inputs)
+        N, n = model.N, model.n
+
+        relative = scale is not None or getattr(noise, "variance", 0.0) is None
+        kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
+        check_scale(scale)
+        self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
+        kernel_noise = self._set_prior(s0, P0, noise, kernel_noise, relative)
+        kappa = getattr(kernel_noise, "kappa", ())
+        self.form = form or ("array" if len(kappa) == N else "ud")
+        rows = N if self.form == "array" else n
+        if self.form not in ("ud", "array") or len(kappa) > rows:
+            raise InputError(f"form must be 'ud' or 'array' ('array' where noise reaches the parameters), got {form!r}")
+        if isinstance(kernel_noise, noises.Coloured):
+            kernel_noise = _pad(kernel_noise, rows)
+        columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
+        if not 0.0 <= floor < 1.0:
+            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
+        detector, settle = resolve_watch(memory, N)
+        shape = Form(
+            n,
+            inputs,
+            model.direct_terms,
+            float(model.coloured),
+            rows,
+            columns,
+            floor,
+            self.prior_covariance[0, 0],
+            1e-60 * kernel_noise.R,
+            settle,
+        )
+        cap = np.diag(self.prior_covariance)[n:]
+        memory = resolve_memory(memory, self._theta_units(), cap)
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
+        self.spec = compose.flatten(self.policies)
+        self.scratch_size = scratch_size(shape)
+        self.dtype = np.dtype(
+            [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
+            + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
+            + [
+                (name, "f8", (inputs + model.coloured,))
+                for name in ("held", "unsure", "known", "sums", "squares", "steps")
+            ]
+            + [("marks", "f8", (detector.marks(0),))]
+        )
+        assert self.dtype.fields["marks"][1] == 8 * marks_at(shape)  # type: ignore[index]
+
+    # --- prior ---------------------------------------------------------------------------------------------
+
+    def _set_prior(self, s0, P0, noise, kernel_noise, is_relative):
+        """Set mean and factors of the prior; return the kernel's noise, which may wait for its part of it."""
+        N, n, back = self.model.N, self.model.n, self.model.salut
+        c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
+        mean = np.zeros(N)
+        if s0 is not None:
+            mean = door.vector("s0", s0, N)
+        elif self.model.coloured and noise.d is not None:
+            mean[c] = noises.coefficients(noise.d, n)
+        self._s0 = mean[back]
+        if P0 is None:
+            P = WIDTH * np.diag(np.concatenate([np.full(n, self.y_scale**2), self._theta_units()]))
+            if self.model.coloured and not is_relative:
+                P[c, c] = noise.std**2 * np.eye(n)
+        else:
+            P = door.covariance("P0", P0, N)[np.ix_(back, back)]
+        try:
+            U, self._D0 = ud.factor(P)
+        except ValueError:
+            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
+        self._U0 = U[ud.packed_indices(N)]
+        self.prior_covariance = P
+        if self.model.coloured and P0 is None and is_relative:
+            self._D0[c] = 0.0  # held until sigma^2 is known
+            return kernel_noise._replace(settle=2.0 * N, most=WIDTH)
+        return kernel_noise
+
+    def _theta_units(self):
+        """Return the squared units of theta: none for a, those of y over u for b."""
+        n, gain = self.model.n, (self.y_scale / self.u_scale) ** 2
+        c = np.ones(n * self.model.coloured)
+        return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms]])
+
+    def scaled_to(self, y, u=None) -> Joint:
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        Scaling y or u by a power of two then scales every result exactly.
+        """
+        y, u = door.record(y, u, self.model.inputs)
+        scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return Joint(**{**self.options, **scales})
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None):
+        """Return state and parameters at every sample given the whole record, or the samples up to ``lag`` later.
+
+        The modified Bryson-Frazier recursion in the coordinates of the filter's own factors (F and P are singular here,
+        so neither may be inverted). Exact where the filter is; around missing samples it is the best linear smoother of
+        the filter's moments. Constant parameters have one value for the whole record; `Walk` and `UntilJump` are where
+        smoothing pays. The record is held in memory, its covariances are not.
+
+        Parameters
+        ----------
+        y, u, state, time : as for `scan`
+        lag : samples to look ahead; None: to the end
+        keep : "means", "std" or "covariance"
+
+        Notes
+        -----
+        Bad at: a fixed lag, whose cost grows with it; and priors 1e14 times wider than what the record teaches, where a
+        variance is no better than round-off of the prior's (its standard deviation is then too large, not too small);
+        and the samples between a jump and its alarm (`UntilJump`), which count as the old parameters.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=200, noise_std=0.1, seed=1)
+        >>> smoothed = dw.Joint(1, inputs=1).smooth(y, u)
+        >>> print(smoothed.parameters[0].round(2), smoothed.parameters_std[0].round(3))
+        [-0.8   1.01] [0.003 0.007]
+        """
+        from ...workflow.smoothed import Smoothed, width
+        from .smoother import smooth
+
+        y, u = door.record(y, u, self.model.inputs)
+        if not len(y):
+            raise InputError("y is empty: there is nothing to smooth")
+        lag = None if lag is None else door.count("lag", lag)
+        outs = np.empty((len(y), width(keep, self.model.N)))
+        final = smooth(self, y, u, self.start() if state is None else state, lag, outs)
+        return Smoothed(self, y, u, outs, keep, final, lag, time)
+
+    def batch(self, y, u=None, *, state=None):
+        """Return the state after a complete record by one least squares: a second opinion on `scan`."""
+        from .batch import batch
+
+        return batch(self, y, u, state)
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return E s(t+1 | t) in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]."""
+        s = np.concatenate([state["x"], state["theta"]], axis=-1)
+        return s[..., self.model.kernel]
+
+    def model_of(self, state) -> Model:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        return Model(self.model, np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state), self.dt)
+
+
+def _pad(noise, rows):
+    """Let constant noise on the state reach ``rows`` rows."""
+    n = len(noise.kappa)
+    if n == rows:
+        return noise
+    kappa = np.zeros(rows)
+    kappa[:n] = noise.kappa
+    G = noise.G.reshape(-1, n)
+    full = np.zeros((len(G), rows))
+    full[:, :n] = G
+    return noise._replace(kappa=kappa, G=full.ravel())

@@ -1,0 +1,352 @@
+"""Time update of the joint filter: s(t | t) to s(t+1 | t), whatever is missing and however the noise is coloured.
+
+With w = kappa w_n + G xi the measured y tells about w: s+ = (F - kappa H) s + kappa y + G xi. Only the x rows of U
+change; they shift, and the state block is re-triangularised where its noise needs it.
+"""
+
+from ...kernel.compose import choice, kernel, rare
+from ...kernel.ud import entry, orthogonalise, predicted_variance, variance, widen
+from ...models.noise import Coloured, Sensor, Unknown, White, correlate, held_back
+from .row import HAS_KAPPA, OBSERVED, USED_Y, predict_output, project
+
+SETTLED = 1e-6  # variance of a below which a product with a is as good as linear
+
+
+@kernel
+def shift_mean(s, n, inputs, y, u):
+    """x+ = shift_up(x) - y a + sum_l u_l b_l."""
+    for i in range(n):
+        x = -y * s[n + i]
+        if i + 1 < n:
+            x += s[i + 1]
+        for l in range(inputs):
+            x += u[l] * s[n * (l + 2) + i]
+        s[i] = x
+
+
+@kernel
+def shift_factor(U, N, n, inputs, y, u):
+    """The same for the parameter columns of U: U[x, theta] becomes (F U)[x, theta]."""
+    at = n * (n - 1) // 2
+    for c in range(n, N):
+        column = U[at : at + c]
+        for i in range(n - 1):
+            column[i] = column[i + 1]
+        column[n - 1] = 0.0
+        for g in range(inputs + 1):
+            weight = -y if g == 0 else u[g - 1]
+            lo = n * (g + 1)
+            above = c - lo  # rows of this block above the diagonal
+            if above < n:
+                if above >= 0:
+                    for i in range(above):
+                        column[i] += weight * column[lo + i]
+                    column[above] += weight
+                break
+            for i in range(n):
+                column[i] += weight * column[lo + i]
+        at += c
+
+
+@kernel
+def drop_measured(U, D, n):
+    """With no state noise the measured state leaves and a known zero enters: U[x, x] moves up, D = 0 enters."""
+    for j in range(n - 1):
+        at, after = j * (j - 1) // 2, (j + 1) * j // 2
+        for i in range(j):
+            U[at + i] = U[after + i + 1]
+        D[j] = D[j + 1]
+    at = (n - 1) * (n - 2) // 2
+    for i in range(n - 1):
+        U[at + i] = 0.0
+    D[n - 1] = 0.0
+
+
+@kernel
+def lay_out(U, D, f, kappa, n, rows, Y, d):
+    """Write (F - kappa H) U into Y and U: Y takes the columns to re-triangularise, U keeps the others.
+
+    The parameter columns of U have been shifted already.
+    """
+    N = D.size
+    for j in range(n):
+        at, d[j] = j * (j - 1) // 2, D[j]
+        for i in range(n - 1):
+            below = U[at + i + 1] if i + 1 < j else (1.0 if i + 1 == j else 0.0)
+            Y[i, j] = below - kappa[i] * f[j]
+        Y[n - 1, j] = -kappa[n - 1] * f[j]
+        for i in range(n, rows):
+            Y[i, j] = -kappa[i] * f[j]
+    for c in range(n, N):
+        at = c * (c - 1) // 2
+        if rows == n:
+            for i in range(n):
+                U[at + i] -= kappa[i] * f[c]
+        else:
+            d[c] = D[c]
+            for i in range(rows):
+                Uic = U[at + i] if i < c else (1.0 if i == c else 0.0)
+                Y[i, c] = Uic - kappa[i] * f[c]
+
+
+@rare
+def add_spread(U, D, first, last, weight, n, rows, Y, d, g, at):
+    """Append noise of covariance weight P_pp to x, p the n parameters from ``first`` on; return the next column.
+
+    It is the spread of p times an error of that variance. Parameter ``last`` (none: -1) multiplies the same error
+    into y: ``g`` takes its columns.
+    """
+    for c in range(first, D.size):
+        d[at] = weight * D[c]
+        g[at] = entry(U, last, c) if 0 <= last <= c else 0.0
+        for i in range(rows):
+            Y[i, at] = entry(U, first + i, c) if i < n and first + i <= c else 0.0
+        at += 1
+    return at
+
+
+@rare
+def add_difference_spread(U, D, first, second, weight, n, rows, Y, d, at):
+    """Append noise of covariance weight cov(p - q) to x, p and q the n parameters from ``first`` and ``second`` on."""
+    for c in range(min(first, second), D.size):
+        d[at] = weight * D[c]
+        for i in range(rows):
+            Y[i, at] = 0.0
+            if i < n and first + i <= c:
+                Y[i, at] += entry(U, first + i, c)
+            if i < n and second + i <= c:
+                Y[i, at] -= entry(U, second + i, c)
+        at += 1
+    return at
+
+
+@choice
+def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    """Time update of mean and factors; z is the measured y, unused where there is none.
+
+    ``direct`` is the variance that held inputs add to y through their direct terms.
+    """
+
+
+@propagate.on(White)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    if is_held or not is_measured:
+        propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+        return
+    n = work.n
+    work.memo[USED_Y], work.memo[HAS_KAPPA] = z, 0.0
+    shift_mean(state.s, n, work.inputs, z, state.held)
+    shift_factor(state.U, state.D.size, n, work.inputs, z, state.held)
+    drop_measured(state.U, state.D, n)
+
+
+@propagate.on(Sensor)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
+    # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
+    yhat = predict_output(state.s, state.held, work.direct)
+    project(state.U, state.D.size, state.held, work.direct, work.f)
+    T = predicted_variance(work.f, state.D, direct)
+    widest = 0.0
+    for i in range(work.n):
+        widest = max(widest, variance(state.U, state.D, work.n + i))
+    if s2 * widest < SETTLED:
+        T = 0.0  # a is known so well that the product's own spread is no part of the answer
+    propagate_dense(noise, state, work, z, yhat, 0.0, T, s2, False)
+
+
+@propagate.on(Unknown)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+    if is_measured and state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
+        first, free = work.n * (work.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        for i in range(first, first + work.n):
+            widen(state.U, state.D, i, min(free, noise.most), work.c)
+
+
+@propagate.on(Coloured)
+def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+    propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+
+
+@kernel
+def add_square(c, weight, n, rows, Y, d, at):
+    """Append noise of covariance weight c c' to x; return the next column."""
+    d[at] = weight
+    for i in range(rows):
+        Y[i, at] = c[i] if i < n else 0.0
+    return at + 1
+
+
+@choice
+def add_missing_product(noise, state, work, R, T, s2, at):
+    """Append the spread of the product a y, y missing with variance T; return the next column."""
+
+
+@add_missing_product.on(White, Sensor, Coloured)
+def _(noise, state, work, R, T, s2, at):
+    if T <= 0.0:
+        return at
+    return add_spread(state.U, state.D, work.n, -1, s2 * T, work.n, work.rows, work.Y, work.d, work.g, at)
+
+
+@add_missing_product.on(Unknown)
+def _(noise, state, work, R, T, s2, at):
+    n, c = work.n, work.n * (work.inputs + 2)
+    if noise.spread == 0.0:
+        return add_spread(state.U, state.D, n, -1, s2 * T, n, work.rows, work.Y, work.d, work.g, at)
+    at = add_spread(state.U, state.D, n, -1, s2 * (T - R), n, work.rows, work.Y, work.d, work.g, at)
+    return add_difference_spread(state.U, state.D, c, n, s2 * R, n, work.rows, work.Y, work.d, at)
+
+
+@choice
+def add_noise_product(noise, state, work, s2, at):
+    """Append the spread of the product d v, v = y - H s; return the next column."""
+
+
+@add_noise_product.on(White, Sensor, Coloured)
+def _(noise, state, work, s2, at):
+    return at
+
+
+@add_noise_product.on(Unknown)
+def _(noise, state, work, s2, at):
+    U, D, n, first = state.U, state.D, work.n, work.n * (work.inputs + 2)
+    covariance_with_output(U, D, work.f, first, n, work.c)
+    if noise.spread == 0.0:
+        return at
+    Tx = predicted_variance(work.f, D, 0.0)
+    at = add_spread(U, D, first, -1, s2 * Tx, n, work.rows, work.Y, work.d, work.g, at)
+    return add_square(work.c, s2, n, work.rows, work.Y, work.d, at)
+
+
+@choice
+def multiply_noise(noise, state, work, v, s2):
+    """Let the innovation v pass through the unknown noise polynomial, where kappa has not done so."""
+
+
+@multiply_noise.on(White, Sensor, Coloured)
+def _(noise, state, work, v, s2):
+    pass
+
+
+@multiply_noise.on(Unknown)
+def _(noise, state, work, v, s2):
+    k, first = work.inputs, work.n * (work.inputs + 2)
+    state.held[k] = v
+    for i in range(work.n):
+        state.s[i] += (1.0 - noise.gradient) * v * state.s[first + i] - noise.spread * s2 * work.c[i]
+
+
+@kernel
+def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
+    """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
+    s, U, D, n, rows, kappa, Y, d = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d
+    N, k, held = D.size, work.inputs, state.held
+    correlate(noise, s[n * (k + 2) : n * (k + 3)], kappa)
+    at, share = add_noise(noise, state, work, R, s2, is_measured)
+    if is_measured:
+        y = z
+        rest = z - predict_output(s, held, work.direct)
+        project(U, N, held, work.direct, work.f)
+        at = add_noise_product(noise, state, work, s2, at)
+        shift_mean(s, n, k, z, held)
+        for i in range(rows):
+            s[i] += kappa[i] * rest
+        multiply_noise(noise, state, work, share * rest, s2)
+    else:
+        # F(yhat, u) - [a; 0] H, and the Isserlis terms T P_aa + c c' of the product a y
+        # (all relative to sigma^2, which a product of two covariances carries twice)
+        y = yhat
+        covariance_with_output(U, D, work.f, n, n, work.c)
+        at = add_missing_product(noise, state, work, R, T, s2, at)
+        at = add_square(work.c, s2, n, rows, Y, d, at)
+        shift_mean(s, n, k, yhat, held)
+        for i in range(n):
+            s[i] -= s2 * work.c[i]
+        for l in range(k, work.blocks):
+            held[l] = 0.0
+    shift_factor(U, N, n, work.blocks, y, held)
+    work.memo[USED_Y], work.memo[HAS_KAPPA] = y, 1.0
+    lay_out(U, D, work.f, kappa, n, rows, Y, d)
+    orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
+    for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
+        if D[i] < work.least:
+            D[i] = 0.0
+
+
+@kernel
+def add_noise(noise, state, work, R, s2, is_measured):
+    """Write the noise on x into columns of Y and settle kappa; return the next free column and v's share of its error.
+
+    Each column is noise shared by x (in Y) and y (in g). A measured y tells about it: regress on y, kappa its
+    coefficients. A missing y was replaced in F by its prediction: then kappa = [a; 0], since -a y carries it into x.
+    U itself takes the first columns of Y.
+    """
+    s, U, D, n, rows, kappa, Y, d, g = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d, work.g
+    at, share = rows, 1.0
+    is_held = False
+    for l in range(work.inputs):
+        is_held = is_held or state.unsure[l] > 0.0
+    if is_held or not is_measured:
+        d[at], g[at] = R, 1.0
+        for i in range(rows):
+            Y[i, at] = kappa[i]
+        at += 1
+        for l in range(work.inputs):
+            unsure = state.unsure[l]
+            if unsure > 0.0:
+                b0 = D.size - work.direct + l if work.direct > 0 else -1
+                at = add_spread(U, D, n * (l + 2), b0, unsure, n, rows, Y, d, g, at)
+                d[at] = unsure / s2
+                g[at] = s[b0] if b0 >= 0 else 0.0
+                for i in range(rows):
+                    Y[i, at] = s[n * (l + 2) + i] if i < n else 0.0
+                at += 1
+        if is_measured:
+            total = 0.0
+            for c in range(rows, at):
+                total += d[c] * g[c] * g[c]
+            for i in range(rows):
+                kappa[i] = 0.0
+                for c in range(rows, at):
+                    kappa[i] += d[c] * Y[i, c] * g[c]
+                kappa[i] = kappa[i] / total if total > 0.0 else 0.0
+            share = R / total if total > 0.0 else 0.0
+        else:
+            for i in range(rows):
+                kappa[i] = s[n + i] if i < n else 0.0
+        for c in range(rows, at):
+            for i in range(rows):
+                Y[i, c] -= kappa[i] * g[c]
+    return add_columns(noise, rows, Y, d, at), share
+
+
+@rare
+def covariance_with_output(U, D, f, first, count, c):
+    """Fill c with cov(s_i, y) = (U D f)_i for ``count`` indices from ``first`` on."""
+    for i in range(count):
+        c[i] = 0.0
+        for j in range(first + i, D.size):
+            c[i] += entry(U, first + i, j) * D[j] * f[j]
+
+
+@choice
+def add_columns(noise, rows, Y, d, at):
+    """Append the constant noise columns to Y and return the next free column."""
+
+
+@add_columns.on(White, Sensor, Unknown)
+def _(noise, rows, Y, d, at):
+    return at
+
+
+@add_columns.on(Coloured)
+def _(noise, rows, Y, d, at):
+    G = noise.G
+    for k in range(G.size // rows):
+        d[at] = 1.0
+        for i in range(rows):
+            Y[i, at] = G[k * rows + i]
+        at += 1
+    return at

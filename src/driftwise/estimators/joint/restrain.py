@@ -1,0 +1,69 @@
+"""An unknown noise polynomial must stay invertible: its zeros are drawn back inside, and all else moves with them."""
+
+from ...kernel.compose import choice, rare
+from ...kernel.ud import entry
+from ...models.noise import Coloured, Sensor, Unknown, White
+from ...models.stability import is_inside, shrink_inside
+from .row import MEMO
+
+
+@choice
+def restrain(noise, state, work):
+    """Move s to where the noise allows it to be."""
+
+
+@restrain.on(White, Sensor, Coloured)
+def _(noise, state, work):
+    pass
+
+
+@restrain.on(Unknown)
+def _(noise, state, work):
+    first, n = work.n * (work.inputs + 2), work.n
+    for i in range(n):
+        work.memo[MEMO + i] = 0.0
+    if not is_inside(state.s[first : first + n], noise.radius, work.c, work.kappa):
+        draw_back(noise, state, work, first)
+
+
+@rare
+def draw_back(noise, state, work, first):
+    """s += P[:, d] P_dd^-1 delta: the posterior mean, were d known to be delta away from its estimate.
+
+    What x, a and b owe to the old d goes with it. ``memo`` takes P_dd^-1 delta for the smoother.
+    """
+    s, U, D, n = state.s, state.U, state.D, work.n
+    N, d, w, P, old = D.size, s[first : first + n], work.memo[MEMO:], work.Y, work.g
+    for i in range(n):
+        old[i] = d[i]
+    shrink_inside(d, noise.radius, work.c, work.kappa)
+    for i in range(n):
+        w[i] = d[i] - old[i]
+        d[i] = old[i]
+    # Cholesky factor of P_dd, then two substitutions
+    for i in range(n):
+        for j in range(i + 1):
+            p = 0.0
+            for c in range(first + i, N):
+                p += entry(U, first + i, c) * entry(U, first + j, c) * D[c]
+            for k in range(j):
+                p -= P[i, k] * P[j, k]
+            if i == j:
+                P[i, i] = p**0.5 if p > 0.0 else 0.0
+            else:
+                P[i, j] = p / P[j, j] if P[j, j] > 0.0 else 0.0
+    for i in range(n):
+        for k in range(i):
+            w[i] -= P[i, k] * w[k]
+        w[i] = w[i] / P[i, i] if P[i, i] > 0.0 else 0.0
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            w[i] -= P[k, i] * w[k]
+        w[i] = w[i] / P[i, i] if P[i, i] > 0.0 else 0.0
+    for c in range(first, N):
+        along = 0.0
+        for i in range(min(n, c - first + 1)):
+            along += entry(U, first + i, c) * w[i]
+        along *= D[c]
+        for i in range(c + 1):
+            s[i] += entry(U, i, c) * along

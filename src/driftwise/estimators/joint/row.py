@@ -1,0 +1,150 @@
+"""The joint filter's numbers: what a state row and the scratch hold, and H s.
+
+Kernel order of s: the state reversed, x_n first, then theta = a_{n-1}..a_0, b_{n-1}..b_0 of each input and the
+direct terms b_n: in q^-1 language a1..an, b1..bn, b0. In this order F is a shift up plus data times
+parameter blocks that line up with the shift, and H = [1, 0, .., 0, u]:
+
+    x+ = shift_up(x) - y a + sum_l u_l b_l + w,      y = x_n + sum_l u_l b_n,l + w_n
+
+The state row carries s(t+1 | t). U, D are the factors of its covariance (relative to sigma^2).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel.compose import kernel, open_row, open_work
+
+# head of the row: one number each
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
+HEAD = 8
+INPUT = 6  # numbers kept for each input
+MEMO = 5  # what the last step did: T (0: no correction), R, e, what multiplied a, whether kappa holds
+USED_T, USED_R, USED_E, USED_Y, HAS_KAPPA = range(MEMO)
+HUGE = 1e100  # beyond this a square or a product of two would overflow
+
+
+class Form(NamedTuple):
+    """Sizes and constants of a joint filter."""
+
+    n: float
+    inputs: float
+    direct: float  # number of direct terms: 0 or the number of inputs
+    coloured: float  # 1 where the noise polynomial is unknown: its innovation v is one more "input", else 0
+    rows: float  # rows that the time update re-triangularises: n (the state), or N (noise on the parameters)
+    noises: float  # columns of G
+    floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
+    Px: float  # prior variance of the measured state
+    least: float  # variance of the state, negligible beside R, that counts as none
+    settle: float  # measured samples before the detector watches
+
+
+class Row(NamedTuple):
+    """Views of one state row."""
+
+    head: np.ndarray
+    s: np.ndarray
+    D: np.ndarray
+    U: np.ndarray
+    held: np.ndarray  # each input: its value, predicted while missing (and last, where coloured, v)
+    unsure: np.ndarray  # variance of that prediction
+    known: np.ndarray  # how many values are known, and their sums of values, squares and squared steps
+    sums: np.ndarray
+    squares: np.ndarray
+    steps: np.ndarray
+    marks: np.ndarray  # what the detector keeps
+
+
+class Work(NamedTuple):
+    """Sizes as integers, and scratch."""
+
+    n: int
+    inputs: int
+    blocks: int  # inputs, and the noise v where its polynomial is unknown: each multiplies n parameters
+    direct: int
+    rows: int
+    least: float
+    f: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    kappa: np.ndarray
+    Y: np.ndarray
+    d: np.ndarray
+    g: np.ndarray
+    memo: np.ndarray  # what the last step did, for the smoother
+
+
+@open_row.on(Form)
+def _(form, row):
+    n, k = int(form.n), int(form.inputs + form.coloured)
+    N = n * (k + 2) + int(form.direct)
+    s = HEAD
+    D = s + N
+    U = D + N
+    h = U + N * (N - 1) // 2
+    marks = h + INPUT * k
+    inputs = row[h:marks].reshape(INPUT, k)
+    return Row(
+        row[:s], row[s:D], row[D:U], row[U:h],
+        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], row[marks:],
+    )  # fmt: skip
+
+
+def marks_at(form) -> int:
+    """Return where in a row the detector's numbers begin."""
+    k = int(form.inputs + form.coloured)
+    N = int(form.n) * (k + 2) + int(form.direct)
+    return HEAD + 2 * N + N * (N - 1) // 2 + INPUT * k
+
+
+@kernel
+def memo_size(form):
+    """Return how many numbers tell what a step did."""
+    return MEMO + int(form.n * form.coloured)
+
+
+def scratch_size(form) -> int:
+    """Return how many numbers of scratch a run needs."""
+    n, k, rows = int(form.n), int(form.inputs + form.coloured), int(form.rows)
+    m = n * (k + 1) + int(form.direct)
+    width = rows + int(form.noises) + (k + 1) * (m + 1) + 2
+    return 4 * (n + m) + (rows + 2) * width + memo_size(form)
+
+
+@open_work.on(Form)
+def _(form, scratch):
+    n, k, rows = int(form.n), int(form.inputs), int(form.rows)
+    blocks = k + int(form.coloured)
+    N = n * (blocks + 2) + int(form.direct)
+    at, end = 4 * N, scratch.size - memo_size(form)
+    vectors = scratch[:at].reshape(4, N)
+    wide = scratch[at:end].reshape(rows + 2, (end - at) // (rows + 2))
+    return Work(
+        n, k, blocks, int(form.direct), rows, form.least,
+        vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1], scratch[end:],
+    )  # fmt: skip
+
+
+@kernel
+def predict_output(s, u, direct):
+    """Return H s, H = [1, 0, .., 0, u]."""
+    yhat = s[0]
+    first = s.size - direct
+    for l in range(direct):
+        yhat += u[l] * s[first + l]
+    return yhat
+
+
+@kernel
+def project(U, N, u, direct, f):
+    """Fill f = U' h."""
+    first = N - direct
+    f[0] = 1.0
+    at = 0
+    for j in range(1, N):
+        at += j - 1
+        f[j] = U[at]
+        if j >= first:
+            for i in range(first, j):
+                f[j] += u[i - first] * U[at + i]
+            f[j] += u[j - first]

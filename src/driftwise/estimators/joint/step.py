@@ -1,0 +1,185 @@
+"""Theorem 3 of Salut et al. (1979) on U D U' factors: one sample of the joint filter, in the order of the book."""
+
+import math
+
+import numpy as np
+
+from ...detect.gate import admit, count_rejections
+from ...kernel.compose import advance, kernel, rare, watch
+from ...kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
+from ...kernel.ud import correct, entry, predicted_variance, variance, variances
+from ...memory.drift import drift
+from ...models.noise import held_back
+from ...models.scale import sigma2
+from .predict import propagate
+from .restrain import restrain
+from .row import (
+    CHI2,
+    HUGE,
+    IN_A_ROW,
+    LOGDET,
+    OBSERVED,
+    PEAK,
+    SAMPLES,
+    STATUS,
+    TOP,
+    USED_E,
+    USED_R,
+    USED_T,
+    Form,
+    predict_output,
+    project,
+)  # fmt: skip
+
+LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
+
+
+@kernel
+def take_inputs(state, inputs, u, t):
+    """Take the inputs of sample t into ``state.held``, a missing one as predicted; return a status."""
+    status = 0
+    for l in range(inputs):
+        value = u[t, l]
+        if abs(value) < HUGE:
+            if state.known[l] > 0.0:
+                step = value - state.held[l]
+                state.steps[l] += step * step
+            state.known[l] += 1.0
+            state.sums[l] += value
+            state.squares[l] += value * value
+            state.held[l] = value
+            state.unsure[l] = 0.0
+        else:
+            status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
+            predict_input(state, l)
+    return status
+
+
+@kernel
+def predict_input(state, l):
+    """One step of an AR(1) process with the mean, variance and mean squared step the input has shown so far.
+
+    rho = 1 - E step^2 / (2 var): an input that moves slowly is held, a white one is put at its mean.
+    """
+    known = state.known[l]
+    if known > 1.0:
+        mean = state.sums[l] / known
+        spread = max(state.squares[l] / known - mean * mean, 0.0)
+        rho = max(1.0 - 0.5 * state.steps[l] / ((known - 1.0) * spread), 0.0) if spread > 0.0 else 1.0
+        state.held[l] = mean + rho * (state.held[l] - mean)
+        state.unsure[l] = rho * rho * state.unsure[l] + (1.0 - rho * rho) * spread
+
+
+@kernel
+def write(noise, out, t, state, work, yhat, e, T, status, s2):
+    """Write one row of the trace: prediction, innovation, its variance, status, then s, its spread or P."""
+    N, C, n = state.D.size, out.shape[1], work.n
+    out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, T, status
+    if C >= 4 + N:
+        for i in range(N):
+            out[t, 4 + i] = state.s[i]
+        d, free = n * (work.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        if free > 0.0 and state.D[d] > 0.0:  # freed already, and nothing seen since
+            free = 0.0
+    if C == 4 + 2 * N:
+        variances(state.U, state.D, work.c)
+        if free > 0.0:
+            for i in range(d, d + n):
+                work.c[i] += free
+        for i in range(N):
+            out[t, 4 + N + i] = math.sqrt(s2 * work.c[i])
+    elif C > 4 + N:
+        at = 4 + N
+        for j in range(N):
+            for i in range(j + 1):
+                p = 0.0
+                for k in range(j, N):
+                    p += entry(state.U, i, k) * entry(state.U, j, k) * state.D[k]
+                p += free if i == j and d <= i < d + n else 0.0
+                out[t, at] = s2 * p
+                at += 1
+
+
+@rare
+def restart_state(state, n, Px, s2):
+    """Forget x but not theta: x = 0 with ten times the range of the data as its standard deviation."""
+    top = state.head[TOP]
+    for i in range(n):
+        state.s[i] = 0.0
+        state.D[i] = 100.0 * top * top / s2 if top > 0.0 else Px
+    for j in range(state.D.size):
+        for i in range(min(j, n)):
+            state.U[j * (j - 1) // 2 + i] = 0.0
+
+
+@advance.on(Form)
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+    head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
+    status = take_inputs(state, work.inputs, u, t)
+    z = y[t, 0]
+    head[PEAK] *= 0.75
+    is_measured = abs(z) < HUGE
+    if is_measured:
+        head[PEAK] = max(head[PEAK], abs(z))
+        head[TOP] = max(head[TOP], abs(z))
+    else:
+        status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
+
+    # project
+    s2 = sigma2(scale, head[OBSERVED], head[CHI2])
+    R = noise.R
+    if R > 0.0:
+        rounding = (form.floor * head[PEAK]) ** 2 / s2
+        if rounding > R:
+            status |= FLOORED
+        R += rounding
+    yhat = predict_output(s, state.held, work.direct)
+    project(U, D.size, state.held, work.direct, work.f)
+    Rn = R
+    for l in range(work.direct):
+        if state.unsure[l] > 0.0:  # the direct term passes the error of a held input on to y
+            i = D.size - work.direct + l
+            R += state.unsure[l] * (s[i] * s[i] / s2 + variance(U, D, i))
+
+    if not is_measured and not predicted_variance(work.f, D, R) < LIMIT * (head[TOP] ** 2 / s2 + form.Px + R):
+        restart_state(state, n, form.Px, s2)  # a gap so long that the model has lost the state
+        status |= LOST
+        yhat = predict_output(s, state.held, work.direct)
+        project(U, D.size, state.held, work.direct, work.f)
+
+    # detect
+    e = z - yhat if is_measured else np.nan
+    if is_measured:
+        is_measured = admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_measured)
+        status |= 0 if is_measured else REJECTED
+
+    # correct
+    white = np.nan
+    work.memo[USED_T] = 0.0
+    if is_measured:
+        T = correct(U, D, work.f, R, work.b)
+        if T > 0.0:
+            white = e / math.sqrt(s2 * T)
+            for i in range(D.size):
+                s[i] += work.b[i] * (e / T)
+            restrain(noise, state, work)
+            work.memo[USED_T], work.memo[USED_R], work.memo[USED_E] = T, R, e
+            head[OBSERVED] += 1.0
+            head[CHI2] += e * e / T
+            head[LOGDET] += math.log(T)
+        else:
+            status |= EXACT
+    else:
+        T = predicted_variance(work.f, D, R)
+    write(noise, out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
+
+    # predict
+    propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
+    alarm = 0.0
+    if white == white and head[OBSERVED] > form.settle:
+        alarm = watch(detector, state.marks, white, state.marks[:0])
+    status |= drift(memory, alarm, white * white, head[OBSERVED], s2, U, D, n, work.c)
+    out[t, 3] = status
+    head[STATUS] = status
+    head[SAMPLES] += 1.0
