@@ -596,3 +596,14 @@ def test_the_likelihood_of_a_fading_memory_is_that_of_its_predictions(est):
     e, T = trace.innovation[trace.is_used], trace.variance[trace.is_used]
     expected = -0.5 * np.sum(np.log(2 * np.pi * T) + e**2 / T)
     assert trace.estimator.loglik(trace.state) == pytest.approx(expected, rel=1e-12)
+
+
+def test_never_is_batch_least_squares():
+    """theta, and its covariance where the variance is known, to 1e-12 of NumPy's least squares."""
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=2000, noise_std=0.1, seed=1)
+    trace = dw.ARX(2, 2, variance=0.01, P0=1e4).scan(y, u, keep="covariance")
+    X = np.column_stack([-y[1:-1], -y[:-2], u[1:-1], u[:-2]])  # from the first sample whose lags are all in the record
+    theta = np.linalg.lstsq(np.vstack([X, 1e-3 * np.eye(4)]), np.append(y[2:], np.zeros(4)), rcond=None)[0]
+    np.testing.assert_allclose(trace.parameters[-1], theta, rtol=1e-12)
+    P = np.linalg.inv(X.T @ X / 0.01 + 1e-4 * np.eye(4))
+    np.testing.assert_allclose(trace.covariance[-1], P, rtol=1e-10)
