@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from .canonical import Canonical
 from .response import denominator_std, gain_interval, response
-from .roots import Roots, estimate
+from .roots import Roots, WithPoles, estimate
 from .simulate import simulate
 
 ONE = np.ones(1)
@@ -21,7 +21,7 @@ DRAWS = 8192  # a sampled std is good to one percent
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(WithPoles):
     """Discrete state space in observer canonical form, with the covariance of its parameters.
 
     x(t+1) = A x(t) + B u(t), y(t) = C x(t) + D u(t); C = [1, 0, ..].
@@ -117,26 +117,6 @@ class Model:
             raise InputError(f"input must be one of 0 to {self.form.inputs - 1}, got {input!r}; they count from 0")
         return self._zeros[input]
 
-    @property
-    def poles(self) -> np.ndarray:
-        """Poles (n,), largest first, the lower one of a conjugate pair first."""
-        return self._poles.values
-
-    @property
-    def poles_covariance(self) -> np.ndarray:
-        """Covariance (n, 2, 2) of (real, imaginary) part of each pole; how it was found: ``method``."""
-        return self._poles.covariance
-
-    @property
-    def poles_std(self) -> np.ndarray:
-        """Root mean square radius of uncertainty of each pole."""
-        return self._poles.std
-
-    @property
-    def method(self) -> list[str]:
-        """How the uncertainty of each pole was found: "first order", or "sampled" where poles nearly coincide."""
-        return self._poles.method
-
     def zeros(self, input: int = 0) -> np.ndarray:
         """Return the zeros from an input, largest first: n with a direct term, else n - 1; inf at infinity.
 
@@ -197,11 +177,6 @@ class Model:
         if not 0 < level < 1:
             raise InputError(f"level is a probability between 0 and 1, got {level!r}; was it meant in percent?")
         return gain_interval(self.form, self.values, self.covariance, level)
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether every pole lies inside the unit circle."""
-        return bool(np.all(abs(self.poles) < 1))
 
     # --- out -----------------------------------------------------------------------------------------------
 

@@ -12,11 +12,11 @@ from ..errors import InputError
 from .canonical import Canonical
 from .convert import DRAWS, Model
 from .family import Family
-from .roots import Roots, estimate
+from .roots import Roots, WithPoles, estimate, order
 
 
 @dataclass(frozen=True)
-class PolynomialModel:
+class PolynomialModel(WithPoles):
     """A(q) y = sum B_l/F_l u_l + offset + C/D e, with the covariance of its coefficients; reads like a `Model`.
 
     Each channel B_l/(A F_l) is a `Model` of its own, whose coefficients are products: theirs is first order (the
@@ -133,29 +133,9 @@ class PolynomialModel:
                 found.append(estimate(c, P, draws, "pole", ["1", *self.names[start : start + size]]))
         values = np.concatenate([f.values for f in found]) if found else np.zeros(0, complex)
         covariance = np.concatenate([f.covariance for f in found]) if found else np.zeros((0, 2, 2))
-        order = np.lexsort((values.imag, -np.abs(values)))
         method = [m for f in found for m in f.method]
-        return Roots(values[order], covariance[order], [method[i] for i in order], [n for f in found for n in f.notes])
-
-    @property
-    def poles(self) -> np.ndarray:
-        """Poles of A and of every F, largest first."""
-        return self._poles.values
-
-    @property
-    def poles_covariance(self) -> np.ndarray:
-        """Covariance (.., 2, 2) of (real, imaginary) part of each pole."""
-        return self._poles.covariance
-
-    @property
-    def poles_std(self) -> np.ndarray:
-        """Root mean square radius of uncertainty of each pole."""
-        return self._poles.std
-
-    @property
-    def method(self) -> list[str]:
-        """How the uncertainty of each pole was found."""
-        return self._poles.method
+        at = order(values)
+        return Roots(values[at], covariance[at], [method[i] for i in at], [n for f in found for n in f.notes])
 
     def zeros(self, input: int = 0) -> np.ndarray:
         """Return the zeros of a channel."""
@@ -200,11 +180,6 @@ class PolynomialModel:
         """Return G (k, len(w)) and the covariance (k, len(w), 2, 2) of its (real, imaginary) parts."""
         found = [c.frequency_response(w) for c in self._channels or [self.common]]
         return np.concatenate([G for G, _ in found]), np.concatenate([C for _, C in found])
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether every pole of A and of every F lies inside the unit circle."""
-        return bool(np.all(abs(self.poles) < 1))
 
     # --- out -----------------------------------------------------------------------------------------------
 

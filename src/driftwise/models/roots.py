@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import combinations
 from typing import NamedTuple
 
@@ -28,6 +29,39 @@ class Roots(NamedTuple):
     def std(self) -> np.ndarray:
         """Root mean square radius of uncertainty of each root."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
+
+
+class WithPoles:
+    """The poles of a model in discrete time, which finds them once, as ``_poles``."""
+
+    @cached_property
+    def _poles(self) -> Roots:
+        raise NotImplementedError
+
+    @property
+    def poles(self) -> np.ndarray:
+        """Poles, largest first, the lower one of a conjugate pair first; of A and, where there are any, of every F."""
+        return self._poles.values
+
+    @property
+    def poles_covariance(self) -> np.ndarray:
+        """Covariance (.., 2, 2) of (real, imaginary) part of each pole; how it was found: ``method``."""
+        return self._poles.covariance
+
+    @property
+    def poles_std(self) -> np.ndarray:
+        """Root mean square radius of uncertainty of each pole."""
+        return self._poles.std
+
+    @property
+    def method(self) -> list[str]:
+        """How the uncertainty of each pole was found: "first order", or "sampled" where poles nearly coincide."""
+        return self._poles.method
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether every pole lies inside the unit circle."""
+        return bool(np.all(abs(self.poles) < 1))
 
 
 def order(p: np.ndarray) -> np.ndarray:

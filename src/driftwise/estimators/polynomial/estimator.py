@@ -26,7 +26,7 @@ COMMON = {
 class _Member(ARX):
     """What the members of the family share; the orders make the difference."""
 
-    model: Family  # type: ignore[assignment]
+    model: Family
 
     def _set(self, orders, method, options):
         unknown = [name for name in options if name not in COMMON]
