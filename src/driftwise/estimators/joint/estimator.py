@@ -157,7 +157,8 @@ class Joint(Reading):
             ]
             + [("marks", "f8", (detector.marks(0),))]
         )
-        assert self.dtype.fields["marks"][1] == 8 * marks_at(shape)  # type: ignore[index]
+        fields = self.dtype.fields
+        assert fields and fields["marks"][1] == 8 * marks_at(shape)
 
     # --- prior ---------------------------------------------------------------------------------------------
 

@@ -41,18 +41,24 @@ def take_inputs(state, inputs, u, t):
     for l in range(inputs):
         value = u[t, l]
         if abs(value) < HUGE:
-            if state.known[l] > 0.0:
-                step = value - state.held[l]
-                state.steps[l] += step * step
-            state.known[l] += 1.0
-            state.sums[l] += value
-            state.squares[l] += value * value
-            state.held[l] = value
-            state.unsure[l] = 0.0
+            hold_input(state, l, value)
         else:
             status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
             predict_input(state, l)
     return status
+
+
+@kernel
+def hold_input(state, l, value):
+    """Hold a measured input, and count what `predict_input` goes by."""
+    if state.known[l] > 0.0:
+        step = value - state.held[l]
+        state.steps[l] += step * step
+    state.known[l] += 1.0
+    state.sums[l] += value
+    state.squares[l] += value * value
+    state.held[l] = value
+    state.unsure[l] = 0.0
 
 
 @kernel

@@ -15,22 +15,10 @@ from .step import fill_lags
 LEAST = 1e-3  # added to psi' psi, in units of y squared
 
 
-class LagsAlone(NamedTuple):
+class LagsAlone(Lags):
     """`Lags` without a covariance."""
 
-    N: float
-    na: float
-    inputs: float
-    deep: float
-    registers: float
-    cells: float
-    marks: float
-    missing: float
-    settle: float
-    fill: float
-    offset: float
-    nb: Vector
-    nk: Vector
+    __slots__ = ()
 
     @property
     def is_bare(self) -> bool:

@@ -27,22 +27,13 @@ NEAR = 10.0  # the auxiliary model starts afresh from y beyond so many times the
 STEADY = 0.999  # ... and where a pole lies outside this circle
 
 
-class InstrumentalLags(NamedTuple):
-    """`Lags`, with a register of instruments."""
+class InstrumentalLags(Lags):
+    """`Lags`, with a register of instruments.
 
-    N: float
-    na: float
-    inputs: float
-    deep: float
-    registers: float  # P, row after row; the weight it belongs to; past outputs of the auxiliary model, newest first
-    cells: float
-    marks: float
-    missing: float
-    settle: float
-    fill: float
-    offset: float
-    nb: Vector
-    nk: Vector
+    ``registers``: P, row after row; the weight it belongs to; past outputs of the auxiliary model, newest first.
+    """
+
+    __slots__ = ()
 
 
 class Instruments(NamedTuple):

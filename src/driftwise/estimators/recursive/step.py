@@ -11,7 +11,7 @@ from ...kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISS
 from ...kernel.ud import entry, predicted_variance, project, variance, variances
 from ...memory.adapt import age, notice, reckon, respond
 from ...models.scale import sigma2
-from ..joint.step import predict_input
+from ..joint.step import hold_input, predict_input
 from .methods import correct_by
 from .row import (
     CHI2,
@@ -46,14 +46,7 @@ def take_inputs(form, state, u, t):
     for l in range(state.held.size):
         value = u[t, l]
         if abs(value) < HUGE:
-            if state.known[l] > 0.0:
-                step = value - state.held[l]
-                state.steps[l] += step * step
-            state.known[l] += 1.0
-            state.sums[l] += value
-            state.squares[l] += value * value
-            state.held[l] = value
-            state.unsure[l] = 0.0
+            hold_input(state, l, value)
         else:
             status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
             if form.missing != HOLD:
