@@ -61,8 +61,8 @@ def rate(text) -> float:
     number = r"([-+]?[\d_.]+(?:e[-+]?\d+)?)"
     found = re.fullmatch(rf"\s*(?:{number}\s*(?:per|in|/)\s*)?{number}\s*(?:samples?)?\s*", str(text), re.IGNORECASE)
     try:
-        alarms, samples = (float(part or 1) for part in found.groups())  # type: ignore[union-attr]
-    except (AttributeError, ValueError):
+        alarms, samples = (float(part or 1) for part in (found.groups() if found else ()))
+    except ValueError:
         raise InputError(
             f"a rate of false alarms is written '1 per 10_000', '1/2000' or as a number of samples, got {text!r}"
         ) from None

@@ -142,9 +142,7 @@ def memory(figures: list[str], estimator) -> str:
         said.append("how near the detector came to an alarm (1)")
     words = f"{type(kept).__name__}: {', and '.join(said)}."
     if hasattr(kept, "detector"):
-        promise = getattr(kept.detector, "words", "nothing")
-        promise = promise(estimator.model.N) if callable(promise) else promise
-        words += f" {type(kept.detector).__name__} promises {promise}."
+        words += f" {type(kept.detector).__name__} promises {getattr(kept.detector, 'words', 'nothing')}."
     body = f'<div class="many" style="--columns:{len(figures)}">{"".join(figures)}</div>'
     return html.section("adaptation", "Memory", words, body)
 

@@ -118,14 +118,8 @@ def _orders(evidence):
 
 
 def _times(jumps) -> str:
-    shown = ", ".join(f"{number(event.time)} s{_moved(event.text)}" for event in jumps[:JUMPS])
+    shown = ", ".join(f"{number(event.time)} s{f' ({event.moved})' if event.moved else ''}" for event in jumps[:JUMPS])
     return shown + (f" and {len(jumps) - JUMPS} more" if len(jumps) > JUMPS else "")
-
-
-def _moved(text: str) -> str:
-    """Return what a detector says has moved, nothing where it cannot say."""
-    said, _, what = text.partition("jump: ")
-    return "" if said else f" ({what.partition(', it began')[0].partition(' (')[0]})"
 
 
 def _quality(summary):

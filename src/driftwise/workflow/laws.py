@@ -261,7 +261,7 @@ def _homes(policy) -> list:
         return [*homes, ARX(2, 2, memory=policy)] if is_both else homes
     if kind in learn.table or kind in resolve.registry:
         return [ARX(2, 2, memory=policy)]
-    if kind in watch.table or (hasattr(policy, "resolve") and not isinstance(policy, type)):
+    if kind in watch.table or hasattr(policy, "resolve"):
         return [Joint(2, inputs=1, memory=UntilJump(policy, settle=10), **joint)]
     raise InputError(
         "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), or a "

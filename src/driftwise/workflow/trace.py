@@ -33,8 +33,8 @@ class Event:
     """Something that happened at a sample.
 
     A jump also has ``statistic`` (the detector's, over its threshold), ``since`` (the first sample after the change, as
-    the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess) and
-    ``direction`` (1 up, -1 down, 0 not known).
+    the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess),
+    ``direction`` (1 up, -1 down, 0 not known) and ``moved`` (the last two in words).
     """
 
     sample: int
@@ -45,6 +45,7 @@ class Event:
     since: int | None = None
     parameter: str | None = None
     direction: int = 0
+    moved: str = ""
 
 
 class Trace:
@@ -353,7 +354,7 @@ def jump(sample, time, names, alarm, is_width=False) -> Event:
     when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
     text = f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
     first = max(sample + 1 - max(int(abs(since)), 1), 0)
-    return Event(sample, time, kind, text, float(statistic), first, name, int(np.sign(since)))
+    return Event(sample, time, kind, text, float(statistic), first, name, int(np.sign(since)), moved)
 
 
 def unpack(packed, N) -> np.ndarray:

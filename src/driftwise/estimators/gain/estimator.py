@@ -8,7 +8,7 @@ import numpy as np
 
 from ...detect.gain import GainProbes, PullTest
 from ...detect.watch import Silent
-from ...errors import InputError, refuse_class
+from ...errors import InputError
 from ...kernel import compose, ud
 from ...memory.drift import Matched, UntilJump, Walk
 from ...models.canonical import power_of_two
@@ -191,7 +191,6 @@ class AdaptiveGain(Reading):
     def _resolve_detector(self, detector, is_walk):
         """Return what the detector listens to, the gains of its probes (M, n), and the kernel's detector."""
         n, none = self.model.n, np.zeros((0, self.model.n))
-        refuse_class("detector", detector)
         if detector is None:
             return INNOVATION, none, Silent()
         if isinstance(detector, GainProbes):
