@@ -31,6 +31,7 @@ _HOME = {
     "UnknownScale": "models.scale",
     "Never": "memory.drift",
     "Walk": "memory.drift",
+    "Drift": "memory.transition",
     "UntilJump": "memory.drift",
     "Inflate": "memory.drift",
     "GainReset": "memory.restart",

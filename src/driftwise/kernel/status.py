@@ -14,6 +14,9 @@ LOST = 256
 SKIPPED = 512
 PROJECTED = 1024
 FILLED = 2048
+NOISE = 4096
+OUTLIER = 8192
+AT_REST = 16384
 
 
 class Status(IntFlag):
@@ -31,6 +34,9 @@ class Status(IntFlag):
     SKIPPED = SKIPPED  # a regressor was missing or before the record, or an instrument failed: nothing was learnt
     PROJECTED = PROJECTED  # the new parameters were unstable: the step was halved
     FILLED = FILLED  # a missing regressor was predicted
+    NOISE = NOISE  # the innovations say that the noise has become louder: its variance is learnt anew
+    OUTLIER = OUTLIER  # y is more likely an outlier than not: it taught next to nothing
+    AT_REST = AT_REST  # nothing moves: neither the speed of drift nor the noise variance is learnt
 
 
 MEANING = {
@@ -46,4 +52,7 @@ MEANING = {
     Status.SKIPPED: "a regressor was unknown or an instrument failed, nothing learnt",
     Status.PROJECTED: "step halved, the new parameters were unstable",
     Status.FILLED: "a missing regressor was predicted",
+    Status.NOISE: "noise level rose",
+    Status.OUTLIER: "outlier, hardly counted",
+    Status.AT_REST: "plant at rest, nothing adapted",
 }

@@ -47,6 +47,14 @@ def respond(memory, way, which, cells, weight, s2, U, D, work):
     """Answer an alarm of direction ``way`` about parameter ``which`` (-1: any); return the new weight, status bits."""
 
 
+@choice
+def tell(memory, cells, R, s2, theta, work, out):
+    """Write into ``out`` what a mixture's prediction is made of: weight, mean less the whole's, squared scale of each.
+
+    ``work.psi`` is the row. Memories that are no mixtures have nothing to tell.
+    """
+
+
 # --- what most memories do: learn by least squares, count one more, leave alarms alone --------------------------
 
 
@@ -56,6 +64,7 @@ def plain(*kinds: type):
     reckon.on(*kinds)(one_more)
     notice.on(*kinds)(nothing)
     respond.on(*kinds)(unmoved)
+    tell.on(*kinds)(silent)
 
 
 @kernel
@@ -84,6 +93,11 @@ def nothing(memory, cells, marks):
 def unmoved(memory, way, which, cells, weight, s2, U, D, work):
     """Report the alarm, change nothing."""
     return weight, JUMP
+
+
+@kernel
+def silent(memory, cells, R, s2, theta, work, out):
+    """Tell nothing."""
 
 
 @kernel

@@ -1,5 +1,6 @@
 """The scale sigma^2 that multiplies every variance: known to be one, or learnt (normal-inverse-gamma)."""
 
+import math
 from typing import NamedTuple
 
 from ..kernel.compose import choice
@@ -26,6 +27,11 @@ def sigma2(scale, observed, chi2):
     """Return the current estimate beta / alpha of sigma^2 (1 where it is known)."""
 
 
+@choice
+def freedom(scale, observed):
+    """Return the degrees of freedom of that estimate (infinite where it is known)."""
+
+
 @sigma2.on(KnownScale)
 def _(scale, observed, chi2):
     return 1.0
@@ -34,3 +40,13 @@ def _(scale, observed, chi2):
 @sigma2.on(UnknownScale)
 def _(scale, observed, chi2):
     return (scale.beta + 0.5 * chi2) / max(scale.alpha + 0.5 * observed, 0.5)
+
+
+@freedom.on(KnownScale)
+def _(scale, observed):
+    return math.inf
+
+
+@freedom.on(UnknownScale)
+def _(scale, observed):
+    return max(2.0 * scale.alpha + observed, 1.0)

@@ -71,6 +71,8 @@ class TraceMIMO(Trace):
     def dof(self) -> np.ndarray:
         """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T, p)."""
         est = self.estimator
+        if est.columns > 8:
+            return self._extra(8)
         if isinstance(est.scale, KnownScale):
             return np.full(self.y.shape, np.inf)
         used, found = self.is_used, np.empty(self.y.shape)

@@ -20,11 +20,12 @@ from ..memory.drift import Inflate, Never, UntilJump, Walk
 from ..memory.fading import LimitedGain, VariableForgetting, Weighted
 from ..memory.restart import GainReset
 from ..memory.run_lengths import RunLengths
+from ..memory.transition import Drift
 from ..memory.window import Window
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
 
-SCHEMA = 3  # 3: a state keeps the marks of its detector
+SCHEMA = 4  # 4: a trace keeps the degrees of freedom of each prediction
 KINDS = {
     k.__name__: k
     for k in (
@@ -35,6 +36,7 @@ KINDS = {
         NoiseCovariance,
         Never,
         Walk,
+        Drift,
         LimitedGain,
         Weighted,
         VariableForgetting,

@@ -118,6 +118,8 @@ class Trace:
     @property
     def dof(self) -> np.ndarray:
         """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T,)."""
+        if self.estimator.columns > 8:
+            return self.outs[:, 8]
         scale = self.estimator.scale
         if isinstance(scale, KnownScale):
             return np.full(len(self), np.inf)

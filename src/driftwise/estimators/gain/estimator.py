@@ -20,9 +20,8 @@ from ..policies import check_scale, resolve_detector, resolve_gate
 from ..reading import Reading
 from ..recursive.adaptation import Setting, adaptation
 from ..recursive.methods import LeastSquares
-from ..recursive.row import COLUMNS
 from . import step as _step  # registers the step
-from .row import INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
+from .row import COLUMNS, INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
 
 USUAL = 0.2  # Q/R of the gain to start from: .36 for a random walk
 RADIUS = 1 - 1e-3
@@ -150,7 +149,9 @@ class AdaptiveGain(Reading):
                 "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
                 f"detector={memory.detector!r}, and restart= says what an alarm does"
             )
-        memory, _, _, cells = adaptation(given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale()))
+        memory, _, _, cells = adaptation(
+            given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale(), 1.0, plant.n)
+        )
         memory = Walk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
         if type(memory) not in _step.reopen.table:
             raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {given!r}")

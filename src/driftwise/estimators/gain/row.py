@@ -7,6 +7,7 @@ import numpy as np
 from ...kernel.compose import Vector, open_row, open_work
 from ..recursive.row import HEAD
 
+COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
 INNOVATION, PULL, PROBES = range(3)  # what the detector listens to
 
 

@@ -16,7 +16,6 @@ from ...memory.hold import hold_within
 from ...models.stability import is_inside
 from ..recursive.row import (
     CHI2,
-    COLUMNS,
     COUNT,
     HUGE,
     IN_A_ROW,
@@ -28,7 +27,7 @@ from ..recursive.row import (
     WEIGHT,
 )
 from ..recursive.step import project
-from .row import INNOVATION, PROBES, PULL, GainForm
+from .row import COLUMNS, INNOVATION, PROBES, PULL, GainForm
 
 HALVINGS = 30
 

@@ -30,6 +30,7 @@ class Filtered(NamedTuple):
     settle: float
     fill: float
     offset: float
+    told: float
     noise: float  # variance of e, relative to sigma^2
     lam: Vector
 

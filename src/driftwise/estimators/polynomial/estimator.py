@@ -44,7 +44,7 @@ class _Member(ARX):
         registers, own = sizes(form.N, form.kept, is_exact)
         kernel_form = Polynomials(
             N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=registers, cells=0.0, marks=0.0,
-            missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), nb=np.array(nb, float),
+            missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), told=0.0, nb=np.array(nb, float),
             nk=np.array(nk, float),
             R=0.0, exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, nf=np.array(nf, float),
             start=2.0 * form.N if self.options["P0"] is None else math.inf, cap=(),

@@ -43,6 +43,7 @@ class Polynomials(NamedTuple):
     settle: float
     fill: float
     offset: float
+    told: float
     nb: Vector
     nk: Vector
     R: float  # variance of e, relative to the scale

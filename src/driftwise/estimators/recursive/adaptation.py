@@ -20,12 +20,18 @@ LARGEST = 50_000_000  # numbers in a window, 400 MB of them
 
 
 class Setting(NamedTuple):
-    """Where a memory works: squared units and prior variances of theta, its prior (mean, U, D), the scale."""
+    """Where a memory works: squared units and prior variances of theta, its prior (mean, U, D), the scale.
+
+    ``R`` is the variance of the noise, relative to sigma^2 where that is learnt; the first ``moving`` regressors are
+    data, not a constant.
+    """
 
     units: np.ndarray
     cap: np.ndarray
     prior: tuple[np.ndarray, np.ndarray, np.ndarray]
     scale: Any
+    R: float
+    moving: int
 
     @property
     def N(self) -> int:

@@ -20,6 +20,7 @@ from ..joint.estimator import WIDTH
 from ..policies import check_scale, resolve_gate
 from ..reading import Reading
 from . import step as _step  # noqa: F401  (registers the step)
+from . import unknown_noise as _unknown_noise  # noqa: F401  (registers the policies)
 from .adaptation import Setting, adaptation
 from .gradient import LagsAlone, gradient
 from .instruments import InstrumentalLags, Instruments, instruments
@@ -49,11 +50,16 @@ class Recursive(Reading):
         self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if is_relative else KnownScale()
         self._set_prior(options["theta0"], options["P0"])
         prior = self._s0, self._U0, self._D0
-        setting = Setting(self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale)
+        has_offset = bool(getattr(self.model, "has_offset", False))
+        setting = Setting(
+            self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale, R, N - has_offset
+        )
         memory, detector, settle, cells = adaptation(options["memory"], setting)
         fill = 0.0 if options["at_rest"] else form.fill
+        told = float(getattr(memory, "told", 0))
+        self.columns = COLUMNS + int(told)
         form = form._replace(
-            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing
+            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing, told=told
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
@@ -292,8 +298,8 @@ class ARX(Recursive):
         self._prepare(
             METHODS[kind](
                 N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
-                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), nb=np.array(nb, float),
-                nk=np.array(nk, float),
+                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), told=0.0,
+                nb=np.array(nb, float), nk=np.array(nk, float),
             ), own
         )  # fmt: skip
         if self._is_bare:

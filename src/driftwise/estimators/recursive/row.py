@@ -12,7 +12,7 @@ SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP, PA
 HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", "score", "weight", "top", "past")
 INPUT = ("held", "unsure", "known", "sums", "squares", "steps")  # numbers kept for each input
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
-COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
+COLUMNS = 9  # prediction, innovation, variance, status, weight, statistic, since, which, dof; then what a mixture tells
 HUGE = 1e60  # beyond this a product of four, and of a variance, would overflow
 
 
@@ -30,6 +30,7 @@ class Lags(NamedTuple):
     settle: float  # measured samples before the detector counts
     fill: float  # samples until the registers hold no time before the record
     offset: float  # value of the constant regressor; 0: none
+    told: float  # columns of the trace that the memory fills
     nb: Vector
     nk: Vector
 

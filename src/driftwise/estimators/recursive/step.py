@@ -9,8 +9,8 @@ from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...kernel.compose import advance, kernel
 from ...kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...kernel.ud import entry, predicted_variance, project, variance, variances
-from ...memory.adapt import age, notice, reckon, respond
-from ...models.scale import sigma2
+from ...memory.adapt import age, notice, reckon, respond, tell
+from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .methods import correct_by
 from .row import (
@@ -99,21 +99,21 @@ def _(form, state, work, y, doubt):
 
 
 @kernel
-def write(out, t, state, work, s2):
-    """Write theta, and its spread or covariance, behind the columns of the trace; no D: nobody knows (infinite)."""
+def write(out, t, state, work, s2, first):
+    """Write theta, and its spread or covariance, from column ``first`` on; no D: nobody knows (infinite)."""
     N, C = state.theta.size, out.shape[1]
-    if C >= COLUMNS + N:
+    if C >= first + N:
         for i in range(N):
-            out[t, COLUMNS + i] = state.theta[i]
+            out[t, first + i] = state.theta[i]
     if state.D.size < N:
-        for at in range(COLUMNS + N, C):
+        for at in range(first + N, C):
             out[t, at] = np.inf
-    elif C == COLUMNS + 2 * N:
+    elif C == first + 2 * N:
         variances(state.U, state.D, work.c)
         for i in range(N):
-            out[t, COLUMNS + N + i] = math.sqrt(s2 * work.c[i])
-    elif C > COLUMNS + N:
-        at = COLUMNS + N
+            out[t, first + N + i] = math.sqrt(s2 * work.c[i])
+    elif C > first + N:
+        at = first + N
         for j in range(N):
             for i in range(j + 1):
                 p = 0.0
@@ -146,6 +146,11 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     if head[PAST] > 0.0 or abs(z) < HUGE:
         head[PAST] += 1.0
     R = method.R + doubt / s2
+
+    if out.shape[1] >= COLUMNS:
+        out[t, 8] = freedom(scale, head[COUNT])
+        if form.told > 0.0:
+            tell(memory, state.cells, R, s2, theta, work, out[t, COLUMNS:])
 
     # project
     project(U, psi, work.f)
@@ -196,7 +201,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     if out.shape[1] >= COLUMNS:
         out[t, 4], out[t, 5] = head[WEIGHT], state.marks[STATISTIC]
         out[t, 6], out[t, 7] = alarm * state.marks[SINCE], state.marks[WHICH]
-        write(out, t, state, work, sigma2(scale, head[COUNT], head[CHI2]))
+        write(out, t, state, work, sigma2(scale, head[COUNT], head[CHI2]), COLUMNS + int(form.told))
 
     # respond, forget
     if alarm != 0.0:

@@ -167,7 +167,7 @@ class ARXMIMO(ReadingMIMO):
             mine = slice(at[i], at[i + 1])
             channel = Channel(
                 N=0.0, na=0.0, inputs=0.0, deep=0.0, registers=0.0, cells=0.0, marks=0.0, missing=0.0, settle=0.0,
-                fill=form.reach(i), offset=float(form.has_offset), past=np.array(form.na[i], float),
+                fill=form.reach(i), offset=float(form.has_offset), told=0.0, past=np.array(form.na[i], float),
                 nb=np.array(form.nb[i], float), nk=np.array(form.nk[i], float),
             )  # fmt: skip
             given = dict(

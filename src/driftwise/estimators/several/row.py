@@ -42,6 +42,7 @@ class Channel(NamedTuple):
     settle: float
     fill: float
     offset: float
+    told: float
     past: Vector  # (p,) lags of each output
     nb: Vector
     nk: Vector

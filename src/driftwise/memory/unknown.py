@@ -1,0 +1,174 @@
+"""Drift of unknown speed: what every policy that learns it has in common.
+
+A policy is a few numbers and one small function, `revise`, which sees one sample and sets q, the variances that the
+parameters gain until the next one. Everything else happens here, for every policy, a user's own included: units,
+the guard against learning from a plant at rest, q >= 0, the time update within the prior's variances, sigma^2.
+
+Units: R/ms_i, ms_i the running mean square of regressor i, is the variance of parameter i that moves y as much as the
+noise does. q_i = NVR_i R/ms_i, like P, is relative to sigma^2 where that is learnt, so that an NVR is a number without
+units, and 1/sqrt(NVR) a memory in samples.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernel.compose import Vector, choice, kernel
+from ..kernel.status import AT_REST, CAPPED
+from .adapt import age, by_least_squares, learn, nothing, notice, reckon, respond, silent, tell, unmoved
+from .drift import widen_within
+from .transition import relax
+
+SEEN, RESTS, HEAD = range(3)  # cells: samples that counted, whether the last one was at rest; then ms, top, unit, q
+SLOWEST = 0.005  # gain of the running mean squares
+LEAST = 0.01  # of its largest mean square: a regressor's floor; of all mean squares: a plant at rest
+WAKING = 0.01  # at rest the mean squares move so much slower: a level that stays low is taken for normal in the end
+
+
+class Ground(NamedTuple):
+    """Views of what all policies keep: mean squares of the regressors, the largest so far, units and q."""
+
+    head: np.ndarray
+    ms: np.ndarray
+    top: np.ndarray
+    unit: np.ndarray
+    q: np.ndarray
+    own: np.ndarray
+
+
+class Sample(NamedTuple):
+    """What a policy sees of a sample: row, innovation and its variance T = psi' P psi + R, b = P psi, sigma^2.
+
+    T, R and P are relative to sigma^2 where that is learnt: the innovation's variance is s2 T, the gain is b/T.
+    """
+
+    psi: np.ndarray
+    b: np.ndarray
+    e: float
+    T: float
+    R: float
+    s2: float
+    seen: float
+    unit: np.ndarray
+    phi: np.ndarray
+
+
+def cells_of(N: int, own: int = 0) -> int:
+    """Return how many numbers a policy keeps, ``own`` of them its own."""
+    return HEAD + 4 * N + own
+
+
+@kernel
+def open_ground(cells, N):
+    """Return the views."""
+    v = cells[HEAD : HEAD + 4 * N].reshape(4, N)
+    return Ground(cells[:HEAD], v[0], v[1], v[2], v[3], cells[HEAD + 4 * N :])
+
+
+@choice
+def revise(policy, own, sample, theta, U, D, q):
+    """Set q (N,), the variances that the parameters gain until the next sample, from what this one showed.
+
+    ``own`` are the numbers the policy keeps (zero at the start), theta and P = U D U' are those after the correction.
+    """
+
+
+@kernel
+def excite(memory, ground, psi):
+    """Take the row into the mean squares, update the units, and say whether the plant is at rest."""
+    head, ms, top, unit, N = ground.head, ground.ms, ground.top, ground.unit, psi.size
+    size, moving = 0.0, int(memory.moving)
+    for i in range(moving):
+        if ms[i] > 0.0:
+            size += psi[i] * psi[i] / ms[i]
+    rests = head[SEEN] > 4.0 * N and size < LEAST * moving
+    gain = SLOWEST * WAKING if rests else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
+    for i in range(N):
+        ms[i] += gain * (psi[i] * psi[i] - ms[i])
+        top[i] = max(top[i], ms[i])
+        floored = max(ms[i], LEAST * top[i], memory.floor)
+        unit[i] = memory.R / floored if floored > 0.0 else 0.0
+    head[RESTS] = 1.0 if rests else 0.0
+    if not rests:
+        head[SEEN] += 1.0
+    return rests
+
+
+@kernel
+def learn_and_revise(memory, cells, e, R, s2, theta, U, D, work):
+    """Least squares, then the policy."""
+    ground = open_ground(cells, D.size)
+    rests = excite(memory, ground, work.psi)
+    T = by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    if T > 0.0 and not rests:
+        sample = Sample(work.psi, work.b, e, T, R, s2, ground.head[SEEN], ground.unit, memory.phi)
+        revise(memory, ground.own, sample, theta, U, D, ground.q)
+        for i in range(D.size):
+            if not ground.q[i] >= 0.0:
+                ground.q[i] = 0.0
+    return T
+
+
+@kernel
+def pace(ground):
+    """Return the memory in samples: 1/sqrt(NVR) of the fastest parameters, at most all there were."""
+    nvr = 0.0
+    for i in range(ground.q.size):
+        if ground.unit[i] > 0.0:
+            nvr += ground.q[i] / ground.unit[i]
+    return min(ground.head[SEEN], math.sqrt(ground.q.size / nvr)) if nvr > 0.0 else ground.head[SEEN]
+
+
+@kernel
+def count_unless_at_rest(memory, cells, count, chi2, weight, gain):
+    """Count one sample more for sigma^2, unless the plant is at rest: its noise may rest as well."""
+    ground = open_ground(cells, memory.cap.size)
+    if ground.head[RESTS] > 0.0:
+        return count, chi2, pace(ground)
+    return count + 1.0, chi2 + gain, pace(ground)
+
+
+@kernel
+def wander(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    """P <- Phi P Phi' + diag(q), no variance beyond its prior; what sigma^2 rests on fades."""
+    ground, status = open_ground(cells, D.size), 0
+    relax(theta, U, D, memory.phi, work.b)
+    for i in range(D.size):
+        if not widen_within(U, D, i, ground.q[i], memory.cap[i], work.b):
+            status = CAPPED
+    rests = ground.head[RESTS] > 0.0
+    if surprise >= 0.0 and rests:
+        status |= AT_REST
+    return memory.discount if surprise >= 0.0 and not rests else 1.0, status
+
+
+def adaptive(*kinds: type):
+    """Give policies all they have in common; each of them then only has its `revise`."""
+    learn.on(*kinds)(learn_and_revise)
+    reckon.on(*kinds)(count_unless_at_rest)
+    notice.on(*kinds)(nothing)
+    age.on(*kinds)(wander)
+    respond.on(*kinds)(unmoved)
+    tell.on(*kinds)(silent)
+
+
+class Paced(NamedTuple):
+    """What the kernel sees of a `Drift` of given NVR."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    discount: float
+    nvr: Vector
+
+
+adaptive(Paced)
+
+
+@revise.on(Paced)
+def _(policy, own, sample, theta, U, D, q):
+    for i in range(q.size):
+        q[i] = policy.nvr[i] * sample.unit[i]
