@@ -33,6 +33,11 @@ def diag(P):
     return np.diagonal(P, axis1=-2, axis2=-1)
 
 
+def ratio(a, b):
+    """a / b, 0 where b is: what has no unit yet (1.5) does not count."""
+    return np.divide(a, b, out=np.zeros_like(b), where=b > 0)
+
+
 def symmetric(P):
     return (P + np.swapaxes(P, -1, -2)) / 2
 
@@ -54,7 +59,7 @@ class MeanSquare:
     @property
     def inverse(self):
         ms = self.floored
-        return np.divide(1.0, ms, out=np.zeros_like(ms), where=ms > 0)
+        return ratio(1.0, ms)
 
 
 @dataclass
@@ -123,7 +128,7 @@ def run(policy, y, psi, phi, told, *, theta0=0.0, P0=1000.0, robust=None, publis
     """Return the `Run` over y (S, T), psi (S, T, n); ``published`` is the printed gain without Phi (2.1)."""
     S, T, n = psi.shape
     phi, ms = np.broadcast_to(np.asarray(phi, float), (n,)), MeanSquare() if ms is None else ms
-    theta, P = np.zeros((S, n)) + theta0, np.zeros((S, n, n)) + P0 * np.eye(n)
+    theta, P = np.zeros((S, n)) + theta0, np.zeros((S, n, n)) + (P0 if np.ndim(P0) else P0 * np.eye(n))
     told = np.zeros(S) + told
     sigma2, Q, k, kept = told, np.zeros((S, n, n)), 0, []
     for t in range(T):
@@ -271,7 +276,7 @@ class Fuzzy(Policy):
 
     def step(self, now):
         increment = now.theta_p - self.theta_before if self.delayed else now.K * now.eps[:, None]
-        x1, x2 = np.abs(now.eps) / np.sqrt(now.S), increment / np.sqrt(now.s2)
+        x1, x2 = np.abs(now.eps) / np.sqrt(now.S), ratio(increment, np.sqrt(now.s2))
         used = self.inputs if self.delayed and self.inputs is not None else (x1, x2)
         self.inputs, self.theta_before = (x1, x2), now.theta_p
         return fuzzy_table(used[0][:, None], used[1], **self.table) * now.s2, now.sigma2

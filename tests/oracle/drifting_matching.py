@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .drifting import Policy, diag, diagonal, dot, outer, times
+from .drifting import Policy, diag, diagonal, dot, outer, ratio, times
 
 START = 1e-3  # NVR until learning starts
 FIRST = 10  # row at which it starts
@@ -140,6 +140,6 @@ class Auxiliary(Matching):
         if now.k == FIRST:
             self.q, self.Pq = START * now.s2, diagonal((self.spread * now.s2) ** 2)
         q, Pq = auxiliary_step(self.q, self.Pq, now.psi, z, now.S, self.lam)
-        D = np.minimum(1, 10 * now.s2 / np.sqrt(diag(Pq)))
+        D = np.minimum(1, ratio(10 * now.s2, np.sqrt(diag(Pq))))
         self.Pq = outer(D, D) * Pq
         return (q if self.most is None else np.clip(q, 0, self.most * now.s2)), now.sigma2

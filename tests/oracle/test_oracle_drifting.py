@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from driftwise.reproduce.abid.systems import system
+from driftwise.reproduce.abid.systems import NAMES, RANKED, system
 from oracle import drifting, golden
 from oracle import drifting_learnt as learnt
 from oracle import drifting_matching as matching
@@ -150,10 +150,41 @@ def test_gradient_of_the_likelihood():
     golden.assert_close(policy.score[0], numeric, 1e-9, "differences")
 
 
+def squared(run, s):
+    """Squared error of the parameters from sample 50 on, a number for each record."""
+    return np.mean((run.theta_f - s.theta)[:, 50:] ** 2, axis=(1, 2))
+
+
+@pytest.mark.parametrize("name", RANKED)
+def test_reference_filter_on_every_system(name):
+    """RMSE of parameters and prediction as published from 200 other records, within four standard errors."""
+    s = system(name, 60)
+    run = drifting.run(drifting.Known(s.q), s.y, s.psi, s.phi, s.sigma2)
+    for each, expected in zip((squared(run, s), np.mean(run.eps[:, 50:] ** 2, axis=1)), s.reference or ()):
+        rms = np.sqrt(each.mean())
+        error = np.std(each) / (2 * rms) * np.sqrt(1 / 60 + 1 / 200)
+        assert rms == pytest.approx(expected, abs=4 * error), (rms, error)
+    if name not in ("b", "d"):  # there Q is the best constant one, not the truth
+        assert np.mean(run.eps[:, 50:] ** 2 / run.S[:, 50:]) == pytest.approx(1.0, abs=4 * np.sqrt(2 / (60 * 550)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_seed_is_a_record(name):
+    few, other = system(name, 3), system(name, range(2, 4))
+    for part in ("y", "u", "psi", "theta"):
+        np.testing.assert_array_equal(getattr(few, part)[2], getattr(other, part)[0])
+    assert (few.y[0] != few.y[1]).any()
+    ok = ~np.isnan(few.psi).any(-1) & ~np.isnan(few.y)
+    noise = (few.y - np.sum(few.psi * few.theta, axis=-1))[ok]
+    if name != "rest":
+        assert np.mean(noise**2) == pytest.approx(few.sigma2, rel=4 * np.sqrt(2 / noise.size))
+
+
 RANKING: dict[
     str, tuple
 ] = {  # RMSE over that of the filter that knows Q and sigma^2, cases a, c and f01, from 200 other records
     "fuzzy": (drifting.Fuzzy, 1.10, 1.29, 1.70),
+    "fuzzy, undelayed": (lambda: drifting.Fuzzy(delayed=False), 1.07, 1.25, 1.78),
     "fuzzy +R": (lambda: drifting.Learning(drifting.Fuzzy()), 1.25, 1.31, 1.30),
     "K eps^2 K'": (matching.Increment, 1.13, 1.18, 2.39),
     "scalar": (matching.Scalar, 1.01, 1.34, 2.36),
@@ -174,10 +205,6 @@ def records():
     return [(s, squared(drifting.run(drifting.Known(s.q), s.y, s.psi, s.phi, s.sigma2), s)) for s in made]
 
 
-def squared(run, s):
-    return np.mean((run.theta_f - s.theta)[:, 50:] ** 2, axis=(1, 2))
-
-
 @pytest.mark.parametrize("name", RANKING)
 def test_policies_rank_as_published(name, records):
     """The ratio within four standard errors, of 60 records here and 200 there, and two digits of print."""
@@ -187,3 +214,21 @@ def test_policies_rank_as_published(name, records):
         ratio = np.sqrt(got.mean() / best.mean())
         error = ratio / 2 * np.std(got / got.mean() - best / best.mean()) * np.sqrt(1 / 60 + 1 / 200)
         assert ratio == pytest.approx(expected, abs=4 * error + 0.005), s.name
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in RANKING if "ALS" not in name]
+)  # its design filter starts at P = 1000
+def test_units_do_not_matter(name):
+    """Outputs in thousandths, inputs in hundreds, with a relative floor of the mean squares: the same filter."""
+    s, unit = system("e", 2), np.array([1.0, 1.0, 1e5, 1e5])
+    policy, *_ = RANKING[name]
+
+    def follow(y, psi, told, P0):
+        run = drifting.run(policy(), y, psi, s.phi, told, P0=P0, ms=drifting.MeanSquare(0.01, relative=True))
+        return run.theta_f, run.sigma2
+
+    theta, sigma2 = follow(s.y, s.psi, s.told, 1000.0)
+    scaled, sigma2_scaled = follow(1e3 * s.y, 1e3 * s.psi / unit, 1e6 * s.told, 1000 * np.diag(unit**2))
+    np.testing.assert_allclose(scaled / unit, theta, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(sigma2_scaled, 1e6 * sigma2, rtol=1e-6)
