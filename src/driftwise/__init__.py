@@ -32,6 +32,8 @@ _HOME = {
     "Never": "memory.drift",
     "Walk": "memory.drift",
     "Drift": "memory.transition",
+    "Bank": "memory.bank",
+    "Interacting": "memory.bank",
     "UntilJump": "memory.drift",
     "Inflate": "memory.drift",
     "GainReset": "memory.restart",

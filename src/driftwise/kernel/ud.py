@@ -8,7 +8,8 @@ import numpy as np
 
 from .compose import kernel
 
-TINY = (64 * np.finfo(float).eps) ** 2  # a squared length that has lost all its digits
+EPS = np.finfo(float).eps
+TINY = (64 * EPS) ** 2  # a squared length that has lost all its digits
 
 
 @kernel
@@ -169,6 +170,23 @@ def variances(U, D, p):
         for i in range(j):
             p[i] += column[i] * column[i] * Dj
         at += j
+
+
+@kernel
+def factor_within(P, U, D):
+    """U D U' = P, given by its upper triangle, which is destroyed; a pivot that is round-off, or less, becomes zero."""
+    N = D.size
+    for j in range(N):
+        D[j] = P[j, j]
+    for j in range(N - 1, -1, -1):
+        at, pivot = j * (j - 1) // 2, P[j, j]
+        is_live = pivot > 8 * N * EPS * D[j]
+        D[j] = pivot if is_live else 0.0
+        for i in range(j):
+            U[at + i] = P[i, j] / pivot if is_live else 0.0
+        for k in range(j if is_live else 0):
+            for i in range(k + 1):
+                P[i, k] -= U[at + i] * P[k, j]
 
 
 def unpack(U, D) -> np.ndarray:

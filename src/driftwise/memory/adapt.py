@@ -48,6 +48,11 @@ def respond(memory, way, which, cells, weight, s2, U, D, work):
 
 
 @choice
+def begin(memory, cells, theta, U, D):
+    """Write into ``cells`` what the memory starts with, before the first sample, from the prior."""
+
+
+@choice
 def tell(memory, cells, R, s2, theta, work, out):
     """Write into ``out`` what a mixture's prediction is made of: weight, mean less the whole's, squared scale of each.
 
@@ -65,6 +70,7 @@ def plain(*kinds: type):
     notice.on(*kinds)(nothing)
     respond.on(*kinds)(unmoved)
     tell.on(*kinds)(silent)
+    begin.on(*kinds)(from_nothing)
 
 
 @kernel
@@ -93,6 +99,11 @@ def nothing(memory, cells, marks):
 def unmoved(memory, way, which, cells, weight, s2, U, D, work):
     """Report the alarm, change nothing."""
     return weight, JUMP
+
+
+@kernel
+def from_nothing(memory, cells, theta, U, D):
+    """Start with zeros."""
 
 
 @kernel

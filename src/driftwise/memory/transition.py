@@ -8,6 +8,8 @@ from ..kernel.ud import entry, orthogonalise, widen_along
 from .adapt import age, plain
 from .drift import widen_within
 
+APART = 1e-8  # a share of a deviation that is none
+
 
 class Drift(NamedTuple):
     """Each parameter relaxes and wanders: theta(k+1) = phi theta(k) + w(k), var w = q (a Gauss-Markov process).
@@ -52,12 +54,15 @@ def relax(theta, U, D, phi, a):
     at = 0
     for j in range(D.size):
         theta[j] *= phi[j]
-        column, before = U[at : at + j], D[j]
+        column, before, most = U[at : at + j], D[j], 0.0
         D[j] *= phi[j] * phi[j]
         for i in range(j):
             a[i] = phi[i] * column[i]
-            column[i] = a[i] / phi[j] if phi[j] != 0.0 else 0.0
-        if phi[j] == 0.0:  # what the others shared with this parameter is theirs alone now
+            most = max(most, abs(a[i]))
+        is_apart = abs(phi[j]) <= APART * most  # what the others shared with this parameter is theirs alone now
+        for i in range(j):
+            column[i] = 0.0 if is_apart else a[i] / phi[j]
+        if is_apart:
             widen_along(U, D, a, before, j - 1)
         at += j
 

@@ -16,7 +16,20 @@ import numpy as np
 
 from ..kernel.compose import Vector, choice, kernel
 from ..kernel.status import AT_REST, CAPPED
-from .adapt import age, by_least_squares, learn, nothing, notice, reckon, respond, silent, tell, unmoved
+from .adapt import (
+    age,
+    begin,
+    by_least_squares,
+    from_nothing,
+    learn,
+    nothing,
+    notice,
+    reckon,
+    respond,
+    silent,
+    tell,
+    unmoved,
+)
 from .drift import widen_within
 from .transition import relax
 
@@ -151,6 +164,7 @@ def adaptive(*kinds: type):
     age.on(*kinds)(wander)
     respond.on(*kinds)(unmoved)
     tell.on(*kinds)(silent)
+    begin.on(*kinds)(from_nothing)
 
 
 class Paced(NamedTuple):

@@ -15,6 +15,7 @@ from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
+from ..memory.bank import Bank, Interacting
 from ..memory.directional import DirectionalForgetting
 from ..memory.drift import Inflate, Never, UntilJump, Walk
 from ..memory.fading import LimitedGain, VariableForgetting, Weighted
@@ -37,6 +38,8 @@ KINDS = {
         Never,
         Walk,
         Drift,
+        Bank,
+        Interacting,
         LimitedGain,
         Weighted,
         VariableForgetting,

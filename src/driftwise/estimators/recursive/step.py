@@ -9,7 +9,7 @@ from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...kernel.compose import advance, kernel
 from ...kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...kernel.ud import entry, predicted_variance, project, variance, variances
-from ...memory.adapt import age, notice, reckon, respond, tell
+from ...memory.adapt import age, begin, notice, reckon, respond, tell
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .methods import correct_by
@@ -126,6 +126,8 @@ def write(out, t, state, work, s2, first):
 @advance.on(Lags)
 def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     head, theta, U, D, psi = state.head, state.theta, state.U, state.D, work.psi
+    if head[SAMPLES] == 0.0:
+        begin(memory, state.cells, theta, U, D)
     status = take_inputs(form, state, u, t)
     z = y[t, 0]
     is_used = abs(z) < HUGE

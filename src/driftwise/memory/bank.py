@@ -1,0 +1,246 @@
+"""Several speeds of drift at once: a bank of filters with forgetting weights, or interacting ones with a jump mode."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..detect.watch import SINCE, STATISTIC, WHICH
+from ..kernel.compose import Vector, kernel
+from ..kernel.status import AT_REST
+from ..kernel.ud import predicted_variance, project
+from .adapt import age, begin, learn, nothing, notice, reckon, respond, tell, unmoved
+from .modes import (
+    OWN,
+    WEIGHT,
+    drift_apart,
+    interact,
+    merge,
+    mode,
+    normalise,
+    open_bank,
+    own_sigma2,
+    size_of,
+    update,
+)
+from .unknown import RESTS, excite, open_ground, pace
+
+LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+JUMP, AGAIN = 1.0, 0.1  # NVR of the jump mode, and how likely one jump follows another
+FREEDOM_NOW, SIGMA2_NOW, TOLD, OWN_HEAD = range(4)
+
+
+class Bank(NamedTuple):
+    """Drift of unknown speed: one filter for each NVR of ``levels``, weighted by how well each predicts.
+
+    Weights fade (``forgetting``, to its power at every sample), so that the bank follows a plant whose drift changes
+    speed. Each filter learns its own sigma^2 where that is unknown. The light mode of `Auto`: less than half its cost,
+    no outliers, no jumps told. All parameters drift at one speed in units of y: bad at speeds that differ much.
+    Source: Abid and Kamoun (2008), section 5 ("multiple model"); Magill (1965).
+    """
+
+    levels: tuple[float, ...] = LEVELS
+    forgetting: float = 0.99
+    phi: Any = 1.0
+
+
+class Interacting(NamedTuple):
+    """A bank whose filters exchange what they know, with a mode for jumps: IMM.
+
+    From sample to sample a filter stays at its speed with probability ``stay``; ``jumps`` is the probability of a jump
+    of about the size that one unit of noise hides (0: no such mode). A jump is told (``JUMP``) when its mode is
+    likelier than all others. Source: Blom and Bar-Shalom (1988). Bad at: constant parameters, which the jump mode makes
+    restless, and outliers, which look like jumps (use `Auto`).
+    """
+
+    levels: tuple[float, ...] = LEVELS
+    stay: float = 0.995
+    jumps: float = 0.0005
+    phi: Any = 1.0
+
+
+class Fading(NamedTuple):
+    """What the kernel sees of a `Bank`; ``freedom`` and ``chi2`` are where each sigma^2 begins, where it is learnt."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    learns: float
+    freedom: float
+    chi2: float
+    told: float
+    forgetting: float
+    levels: Vector
+
+
+class Mixing(NamedTuple):
+    """What the kernel sees of `Interacting`: A is the (M, M) matrix of the transitions."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    learns: float
+    freedom: float
+    chi2: float
+    told: float
+    jumps: float
+    levels: Vector
+    A: Vector
+
+
+class Cells(NamedTuple):
+    """Views of what a bank keeps beyond the ground of all policies; q, old, dense, P and logs are scratch."""
+
+    head: np.ndarray
+    bank: np.ndarray
+    q: np.ndarray
+    dense: np.ndarray
+    old: np.ndarray
+    P: np.ndarray
+    logs: np.ndarray
+
+
+def own_cells(N: int, M: int, banks: int = 1) -> int:
+    """Return how many numbers a bank of M modes keeps."""
+    return OWN_HEAD + banks * M * size_of(N) + M * N + M * N * N + M * (OWN + 1 + N) + N * N + M
+
+
+@kernel
+def open_cells(own, N, M, size):
+    """Return the views; ``size`` is that of a mode."""
+    a = OWN_HEAD + M * size
+    b = a + M * N
+    c = b + M * N * N
+    d = c + M * (OWN + 1 + N)
+    e = d + N * N
+    return Cells(
+        own[:OWN_HEAD], own[OWN_HEAD:a].reshape(M, size), own[a:b].reshape(M, N), own[b:c].reshape(M, N, N),
+        own[c:d].reshape(M, OWN + 1 + N), own[d:e].reshape(N, N), own[e : e + M],
+    )  # fmt: skip
+
+
+@kernel
+def cells_of_modes(memory, ground):
+    """Return the views of a bank of as many modes as there are levels."""
+    N = memory.cap.size
+    return open_cells(ground.own, N, memory.levels.size, OWN + 2 * N + N * (N - 1) // 2)
+
+
+@kernel
+def learn_in_bank(memory, cells, e, R, s2, theta, U, D, work):
+    """Every mode learns; theta and P become those of the mixture."""
+    ground = open_ground(cells, D.size)
+    own, T = cells_of_modes(memory, ground), predicted_variance(work.f, D, R)
+    rests = excite(memory, ground, work.psi)
+    update(memory, own.bank, e, R, theta, work, own.logs, False, rests)
+    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
+    return T
+
+
+learn.on(Fading, Mixing)(learn_in_bank)
+
+
+@begin.on(Fading, Mixing)
+def _(memory, cells, theta, U, D):
+    own = cells_of_modes(memory, open_ground(cells, D.size))
+    open_bank(memory, own.bank, theta, U, D)
+
+
+@kernel
+def reckon_bank(memory, cells, count, chi2, weight, gain):
+    """Freedom and sigma^2 are those of the mixture."""
+    ground = open_ground(cells, memory.cap.size)
+    if memory.learns == 0.0:
+        return count + 1.0, chi2 + gain, pace(ground)
+    freedom, s2 = ground.own[FREEDOM_NOW], ground.own[SIGMA2_NOW]
+    return freedom, s2 * max(freedom, 1.0), pace(ground)
+
+
+reckon.on(Fading, Mixing)(reckon_bank)
+notice.on(Fading)(nothing)
+respond.on(Fading, Mixing)(unmoved)
+
+
+@kernel
+def speeds(memory, ground, own):
+    """Fill q (M, N) with the variances each mode gains, and the ground's with what they are on average."""
+    q, bank = own.q, own.bank
+    for i in range(q.shape[1]):
+        ground.q[i] = 0.0
+        for m in range(q.shape[0]):
+            q[m, i] = memory.levels[m] * ground.unit[i]
+    s2 = 0.0
+    for m in range(q.shape[0]):
+        share = bank[m, WEIGHT] * own_sigma2(memory, bank[m])
+        s2 += share
+        for i in range(q.shape[1]):
+            ground.q[i] += share * q[m, i]
+    for i in range(q.shape[1]):
+        ground.q[i] /= s2
+
+
+@age.on(Fading)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    ground = open_ground(cells, D.size)
+    own = cells_of_modes(memory, ground)
+    if surprise >= 0.0:
+        total = 0.0
+        for m in range(own.bank.shape[0]):
+            own.bank[m, WEIGHT] = own.bank[m, WEIGHT] ** memory.forgetting
+            total += own.bank[m, WEIGHT]
+        normalise(own.bank, total)
+    speeds(memory, ground, own)
+    drift_apart(memory, own.bank, own.q, work.b)
+    merge(memory, own.bank, own.dense, theta, U, D, own.P)
+    return 1.0, AT_REST if surprise >= 0.0 and ground.head[RESTS] > 0.0 else 0
+
+
+@age.on(Mixing)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    ground = open_ground(cells, D.size)
+    own = cells_of_modes(memory, ground)
+    speeds(memory, ground, own)
+    if surprise >= 0.0:
+        interact(memory, own.bank, own.dense, memory.A, own.q, own.old, own.P)
+    else:
+        drift_apart(memory, own.bank, own.q, work.b)
+    merge(memory, own.bank, own.dense, theta, U, D, own.P)
+    return 1.0, AT_REST if surprise >= 0.0 and ground.head[RESTS] > 0.0 else 0
+
+
+@notice.on(Mixing)
+def _(memory, cells, marks):
+    """Tell a jump when the jump mode is likelier than all others, once until it is not."""
+    own = cells_of_modes(memory, open_ground(cells, memory.cap.size))
+    last = own.bank.shape[0] - 1
+    if memory.jumps == 0.0:
+        return 0.0
+    w = own.bank[last, WEIGHT]
+    marks[STATISTIC], was_told = 2.0 * w, own.head[TOLD] > 0.0
+    own.head[TOLD] = 1.0 if w > 0.5 else 0.0
+    if was_told or w <= 0.5:
+        return 0.0
+    marks[SINCE], marks[WHICH] = 1.0, -1.0
+    return 1.0
+
+
+@kernel
+def tell_modes(memory, bank, R, s2, theta, work, out):
+    """Write weight, mean less the mixture's, and squared scale of each mode's prediction."""
+    N, M = theta.size, bank.shape[0]
+    for m in range(M):
+        one, offset = mode(bank, m, N), 0.0
+        for i in range(N):
+            offset += work.psi[i] * (one.theta[i] - theta[i])
+        project(one.U, work.psi, work.b)
+        out[3 * m], out[3 * m + 1] = one.own[WEIGHT], offset
+        out[3 * m + 2] = own_sigma2(memory, one.own) * predicted_variance(work.b, one.D, R)
+
+
+@tell.on(Fading, Mixing)
+def _(memory, cells, R, s2, theta, work, out):
+    own = cells_of_modes(memory, open_ground(cells, theta.size))
+    tell_modes(memory, own.bank, R, s2, theta, work, out)

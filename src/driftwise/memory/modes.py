@@ -1,0 +1,265 @@
+"""A bank of Kalman filters, one for each speed of drift, weighted by how well they predict.
+
+Each mode has its own weight, theta, P = U D U' in units of its own sigma^2, and that sigma^2 as chi2/freedom. What the
+estimator shows as theta and P is the mean and covariance of the mixture, what it shows as sigma^2 their mean.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernel.compose import kernel
+from ..kernel.ud import correct, covariances, factor_within, predicted_variance, project, widen_along
+from .drift import widen_within
+from .transition import relax
+
+WEIGHT, FREEDOM, CHI2, OWN = range(4)  # the numbers of a mode; then theta, D, U
+FADE = 0.995  # per sample, of what each sigma^2 rests on
+FAINTEST = 1e-6  # least weight of a mode
+OUTLIERS, WIDER = 0.01, 400.0  # share of outliers, and how many times the noise variance theirs is
+
+
+class Mode(NamedTuple):
+    """Views of one mode."""
+
+    own: np.ndarray
+    theta: np.ndarray
+    D: np.ndarray
+    U: np.ndarray
+
+
+def size_of(N: int) -> int:
+    """Return how many numbers a mode has."""
+    return OWN + 2 * N + N * (N - 1) // 2
+
+
+@kernel
+def mode(bank, m, N):
+    """Return the views of mode m."""
+    row = bank[m]
+    return Mode(row[:OWN], row[OWN : OWN + N], row[OWN + N : OWN + 2 * N], row[OWN + 2 * N :])
+
+
+@kernel
+def own_sigma2(memory, own):
+    """Return the sigma^2 of a mode: 1 where it is known, and until it has a degree of freedom."""
+    return own[CHI2] / own[FREEDOM] if memory.learns > 0.0 and own[FREEDOM] >= 1.0 else 1.0
+
+
+@kernel
+def open_bank(memory, bank, theta, U, D):
+    """Let every mode begin as the estimator does; the weights are equal."""
+    for m in range(bank.shape[0]):
+        one = mode(bank, m, D.size)
+        one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = 1.0 / bank.shape[0], memory.freedom, memory.chi2
+        for i in range(D.size):
+            one.theta[i], one.D[i] = theta[i], D[i]
+        for i in range(U.size):
+            one.U[i] = U[i]
+
+
+@kernel
+def log_density(nu, z, V):
+    """Return the log of Student's t with nu degrees of freedom and squared scale V at z = e^2/V (normal: inf)."""
+    if nu == math.inf:
+        return -0.5 * (z + math.log(2.0 * math.pi * V))
+    if nu < 50.0:
+        constant = math.lgamma(0.5 * (nu + 1.0)) - math.lgamma(0.5 * nu) - 0.5 * math.log(0.5 * nu)
+    else:  # the same to 1e-13 (Stirling)
+        constant = (-0.25 + (1.0 / 24.0 - 0.05 / (nu * nu)) / (nu * nu)) / nu
+    return constant - 0.5 * (math.log(2.0 * math.pi * V) + (nu + 1.0) * math.log1p(z / nu))
+
+
+@kernel
+def outlier(nu, z, V, St, St2):
+    """Return log p of an error that is an outlier OUTLIERS of the time, and the probability that this one is."""
+    wider = St2 / St
+    if nu == math.inf:
+        ratio = 0.5 * z * (1.0 - 1.0 / wider)
+    else:
+        ratio = 0.5 * (nu + 1.0) * math.log((nu + z) / (nu + z / wider))
+    odds = OUTLIERS / (1.0 - OUTLIERS) * math.exp(min(ratio - 0.5 * math.log(wider), 700.0))
+    return log_density(nu, z, V) + math.log1p(-OUTLIERS) + math.log1p(odds), odds / (1.0 + odds)
+
+
+@kernel
+def take(memory, one, error, R, work, is_robust, rests):
+    """Let one mode learn from its error; return log p of the error, the probability of an outlier, its e^2/T.
+
+    An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
+    WIDER times as large, and P is that of the two outcomes together (moment matching): a rank-one change along P psi.
+    """
+    D, U, own, f, b = one.D, one.U, one.own, work.f, work.b
+    s2, nu = own_sigma2(memory, own), math.inf
+    is_ready = memory.learns == 0.0 or own[FREEDOM] >= 1.0
+    if memory.learns > 0.0:
+        nu = max(own[FREEDOM], 1.0)
+    project(U, work.psi, f)
+    p = predicted_variance(f, D, 0.0)
+    St = p + R
+    z, log_p, rho = error * error / (s2 * St), 0.0, 0.0
+    if is_ready and is_robust:
+        log_p, rho = outlier(nu, z, s2 * St, St, St + (WIDER - 1.0) * R)
+    elif is_ready:
+        log_p = log_density(nu, z, s2 * St)
+    k, k2 = 1.0 / St, 1.0 / (St + (WIDER - 1.0) * R)
+    gain = (1.0 - rho) * k + rho * k2
+    less = gain - rho * (1.0 - rho) * z * St * (k - k2) * (k - k2)
+    if less * St > 1e-12:
+        correct(U, D, f, 1.0 / less - p, b)
+    else:
+        covariances(U, D, f, b)
+    for i in range(D.size):
+        one.theta[i] += b[i] * gain * error
+    if less < 0.0:
+        widen_along(U, D, b, -less, D.size - 1)
+    if memory.learns > 0.0 and not rests:
+        own[FREEDOM] = FADE * own[FREEDOM] + 1.0 - rho
+        own[CHI2] = FADE * own[CHI2] + (1.0 - rho) * error * error / St
+    return log_p, rho
+
+
+@kernel
+def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
+    """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
+
+    e is the innovation of ``theta``, R the variance of the noise; ``logs`` is scratch of one number a mode.
+    """
+    N, M, top, rho = theta.size, bank.shape[0], -math.inf, 0.0
+    for m in range(M):
+        one = mode(bank, m, N)
+        error = e
+        for i in range(N):
+            error += work.psi[i] * (theta[i] - one.theta[i])
+        logs[m], share = take(memory, one, error, R, work, is_robust, rests)
+        logs[m] += math.log(one.own[WEIGHT])
+        rho += one.own[WEIGHT] * share
+        top = max(top, logs[m])
+    total = 0.0
+    for m in range(M):
+        bank[m, WEIGHT] = math.exp(logs[m] - top)
+        total += bank[m, WEIGHT]
+    normalise(bank, total)
+    return top + math.log(total), rho
+
+
+@kernel
+def normalise(bank, total):
+    """Let the weights, whose sum is ``total``, sum to one, none of them below FAINTEST."""
+    again = 0.0
+    for m in range(bank.shape[0]):
+        bank[m, WEIGHT] = max(bank[m, WEIGHT] / total, FAINTEST)
+        again += bank[m, WEIGHT]
+    for m in range(bank.shape[0]):
+        bank[m, WEIGHT] /= again
+
+
+@kernel
+def expand(U, D, P):
+    """P = U D U', its upper triangle."""
+    for j in range(D.size):
+        for i in range(j + 1):
+            P[i, j] = 0.0
+        at = j * (j - 1) // 2
+        for k in range(j):
+            g = U[at + k] * D[j]
+            for i in range(k + 1):
+                P[i, k] += U[at + i] * g
+            P[k, j] = g
+        P[j, j] = D[j]
+
+
+@kernel
+def merge(memory, bank, dense, theta, U, D, P):
+    """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
+
+    ``dense`` (M, N, N) is left with the P of every mode; P (N, N) is scratch.
+    """
+    N, M, s2, freedom = D.size, bank.shape[0], 0.0, 0.0
+    for i in range(N):
+        theta[i] = 0.0
+        for j in range(i, N):
+            P[i, j] = 0.0
+    for m in range(M):
+        one = mode(bank, m, N)
+        w = one.own[WEIGHT]
+        s2 += w * own_sigma2(memory, one.own)
+        freedom += w * one.own[FREEDOM]
+        for i in range(N):
+            theta[i] += w * one.theta[i]
+        expand(one.U, one.D, dense[m])
+    for m in range(M):
+        one = mode(bank, m, N)
+        w, v = one.own[WEIGHT] / s2, one.own[WEIGHT] / s2 * own_sigma2(memory, one.own)
+        for i in range(N):
+            d = w * (one.theta[i] - theta[i])
+            for j in range(i, N):
+                P[i, j] += v * dense[m, i, j] + d * (one.theta[j] - theta[j])
+    factor_within(P, U, D)
+    return freedom, s2
+
+
+@kernel
+def drift_apart(memory, bank, q, b):
+    """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (M, N)."""
+    for m in range(bank.shape[0]):
+        one = mode(bank, m, memory.cap.size)
+        relax(one.theta, one.U, one.D, memory.phi, b)
+        for i in range(memory.cap.size):
+            widen_within(one.U, one.D, i, q[m, i], memory.cap[i], b)
+
+
+@kernel
+def interact(memory, bank, dense, A, q, old, P):
+    """Take an interacting bank one sample on: mixed by A (M, M), then drifted, each mode with its own q (M, N).
+
+    Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
+    variance exceeds its cap (D P D keeps P a covariance). ``dense`` has the P of every mode; ``old`` (M, OWN + 1 + N)
+    and P (N, N) are scratch.
+    """
+    N, M, phi, cap = memory.cap.size, bank.shape[0], memory.phi, memory.cap
+    for m in range(M):
+        one = mode(bank, m, N)
+        for i in range(OWN):
+            old[m, i] = one.own[i]
+        old[m, OWN] = own_sigma2(memory, one.own)
+        for i in range(N):
+            old[m, OWN + 1 + i] = one.theta[i]
+    for j in range(M):
+        one = mode(bank, j, N)
+        own, theta, weight, s2 = one.own, one.theta, 0.0, 0.0
+        for i in range(M):
+            weight += old[i, WEIGHT] * A[i * M + j]
+        own[WEIGHT], own[FREEDOM], own[CHI2] = weight, 0.0, 0.0
+        for k in range(N):
+            theta[k] = 0.0
+            for h in range(k, N):
+                P[k, h] = 0.0
+        for i in range(M):
+            mu = old[i, WEIGHT] * A[i * M + j] / weight
+            own[FREEDOM] += mu * old[i, FREEDOM]
+            own[CHI2] += mu * old[i, CHI2]
+            s2 += mu * old[i, OWN]
+            for k in range(N):
+                theta[k] += mu * old[i, OWN + 1 + k]
+        for i in range(M):
+            mu = old[i, WEIGHT] * A[i * M + j] / (weight * s2)
+            for k in range(N):
+                d = mu * (old[i, OWN + 1 + k] - theta[k])
+                for h in range(k, N):
+                    P[k, h] += mu * old[i, OWN] * dense[i, k, h] + d * (old[i, OWN + 1 + h] - theta[h])
+        if own[FREEDOM] >= 1.0:
+            own[CHI2] = s2 * own[FREEDOM]
+        for k in range(N):
+            theta[k] *= phi[k]
+            for h in range(k, N):
+                P[k, h] *= phi[k] * phi[h]
+            P[k, k] += q[j, k]
+        for k in range(N):
+            if P[k, k] > cap[k]:
+                share = math.sqrt(cap[k] / P[k, k])
+                for h in range(N):
+                    P[min(h, k), max(h, k)] *= share
+                P[k, k] = cap[k]
+        factor_within(P, one.U, one.D)
