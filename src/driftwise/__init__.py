@@ -32,6 +32,7 @@ _HOME = {
     "Never": "memory.drift",
     "Walk": "memory.drift",
     "Drift": "memory.transition",
+    "Auto": "memory.auto",
     "Bank": "memory.bank",
     "Interacting": "memory.bank",
     "UntilJump": "memory.drift",

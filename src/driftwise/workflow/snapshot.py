@@ -15,6 +15,7 @@ from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
+from ..memory.auto import Auto
 from ..memory.bank import Bank, Interacting
 from ..memory.directional import DirectionalForgetting
 from ..memory.drift import Inflate, Never, UntilJump, Walk
@@ -38,6 +39,7 @@ KINDS = {
         Never,
         Walk,
         Drift,
+        Auto,
         Bank,
         Interacting,
         LimitedGain,

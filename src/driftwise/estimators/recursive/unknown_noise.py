@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...kernel import ud
-from ...memory import bank, transition, unknown
+from ...memory import auto, bank, transition, unknown
 from ...models.scale import KnownScale
 from .. import door
 from .adaptation import Setting, resolve
@@ -95,6 +95,20 @@ def _(memory: bank.Interacting, setting):
         A[:-1, -1], A[-1, -1], A[-1, :-1] = jumps, bank.AGAIN, (1 - bank.AGAIN) / (M - 1)
     kernel = bank.Mixing(**modes(setting, M, memory.phi), jumps=jumps, levels=levels, A=A.ravel())
     return kernel, unknown.cells_of(setting.N, bank.own_cells(setting.N, M))
+
+
+@resolve.register
+def _(memory: auto.Auto, setting):
+    expect = door.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
+    levels = np.array([0.0, 1e-4, 1e-2, np.nan])  # the last one is learnt
+    M, stay = len(levels), 0.995
+    A = np.full((M, M), (1 - stay) / (M - 1))
+    np.fill_diagonal(A, stay)
+    kernel = auto.Contest(
+        **modes(setting, M, memory.phi), outliers=float(expect != "jumps"), trials=float(expect != "outliers"),
+        ripe=1.0 if expect == "jumps" else 2.0, levels=levels, A=A.ravel(),
+    )  # fmt: skip
+    return kernel, unknown.cells_of(setting.N, auto.auto_cells(setting.N, M))
 
 
 def _coupled(memory, setting):

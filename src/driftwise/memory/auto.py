@@ -1,0 +1,262 @@
+"""The default where nothing is known of drift, noise, outliers and jumps: every explanation competes.
+
+A small interacting bank with one learnt speed explains slow change. A surprise starts a trial: a challenger, whose
+parameters have just jumped, against a rival, whose noise has become louder, and both against the bank as it was. Each
+collects the evidence of its predictions; the one that wins takes over, and the event is told.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..detect.watch import SINCE, STATISTIC, WHICH
+from ..kernel.compose import Vector, kernel, rare
+from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
+from ..kernel.ud import predicted_variance, widen
+from .adapt import age, begin, learn, notice, reckon, respond, tell, unmoved
+from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_bank, tell_modes
+from .drift import widen_within
+from .learner import Learner, begin_learner, learner_cells, move_on, open_learner, speed_up, start_anew, study
+from .modes import (
+    CHI2,
+    FREEDOM,
+    OWN,
+    WEIGHT,
+    drift_apart,
+    expand,
+    interact,
+    merge,
+    mode,
+    open_bank,
+    own_sigma2,
+    size_of,
+)
+from .modes import update as update_bank
+from .transition import relax
+from .unknown import RESTS, SEEN, Ground, excite, open_ground
+
+ON, AGE, JUMPED, LOUDER, VERDICT, RHO, TRIAL = range(7)  # of a trial: runs it, how long, log odds, what it found
+NOTHING, A_JUMP, A_LEVEL = range(3)
+SURPRISE = 9.0  # times the variance of the prediction: a trial starts
+PRIOR = math.log(1 / 200)  # log odds of both explanations then
+WIDE, LOUD = 100.0, 3.0  # what a jump adds to P, in units; by what the noise variance grows
+JUMP_ODDS, LEVEL_ODDS, AHEAD = math.log(5.0), math.log(20.0), math.log(3.0)
+LEVEL_AGE, OLDEST, HOPELESS = 8.0, 16.0, -6.0
+
+
+class Auto(NamedTuple):
+    """Nothing to tune: how fast each parameter drifts, sigma^2, outliers, jumps and louder noise are found out.
+
+    Four Kalman filters interact, at NVR 0, 1e-4, 1e-2 and at speeds learnt for each parameter (recursive maximum
+    likelihood); each has its own sigma^2. ``expect`` says what surprises may be: "outliers" (then nothing jumps),
+    "jumps" (then every sample counts) or "both". An outlier is discounted by the odds that it is one (status
+    ``OUTLIER``); a jump is told (``JUMP``) when the odds are 5:1 and three times those of louder noise, which is told
+    as such (``NOISE``). A plant at rest (``AT_REST``) teaches nothing about speeds and noise. ``phi`` as in `Drift`.
+
+    Bad at: very smooth motion, and speeds that differ a thousandfold, where the right Q would be 15 % better; a few
+    samples after a jump its bars are too narrow. The learnt speeds take a few hundred samples.
+    Source: Abid and Kamoun (2008) pose the problem; Blom and Bar-Shalom (1988), Willsky and Jones (1976) the parts.
+    """
+
+    expect: str = "both"
+    phi: Any = 1.0
+
+
+class Contest(NamedTuple):
+    """What the kernel sees of `Auto`."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    learns: float
+    freedom: float
+    chi2: float
+    told: float
+    outliers: float  # 1: some samples are
+    trials: float  # 1: jumps and louder noise are looked for
+    ripe: float  # samples a challenger runs at least
+    levels: Vector
+    A: Vector
+
+
+class Parts(NamedTuple):
+    """Views of everything `Auto` keeps."""
+
+    ground: Ground
+    own: Cells
+    trial: np.ndarray
+    challenger: np.ndarray
+    rival: np.ndarray
+    learner: Learner
+
+
+def auto_cells(N: int, M: int) -> int:
+    """Return how many numbers `Auto` keeps beyond the ground of all policies."""
+    return own_cells(N, M) + TRIAL + 2 * M * size_of(N) + learner_cells(N)
+
+
+@kernel
+def open_parts(memory, cells):
+    """Return the views."""
+    N, M = memory.cap.size, memory.levels.size
+    size = OWN + 2 * N + N * (N - 1) // 2
+    ground = open_ground(cells, N)
+    own = open_cells(ground.own, N, M, size)
+    a = ground.own.size - TRIAL - 2 * M * size - (1 + 8 * N + N * (N - 1) // 2 + 4 * N * N + N**3)
+    b = a + TRIAL
+    c = b + M * size
+    d = c + M * size
+    return Parts(
+        ground, own, ground.own[a:b], ground.own[b:c].reshape(M, size), ground.own[c:d].reshape(M, size),
+        open_learner(ground.own[d:], N),
+    )  # fmt: skip
+
+
+@begin.on(Contest)
+def _(memory, cells, theta, U, D):
+    parts = open_parts(memory, cells)
+    open_bank(memory, parts.own.bank, theta, U, D)
+    begin_learner(parts.learner, theta, U, D)
+
+
+@rare
+def challenge(memory, parts, b):
+    """Start a trial: both banks are the incumbent's; one with parameters set free, one with louder noise."""
+    bank, trial, N = parts.own.bank, parts.trial, memory.cap.size
+    for m in range(bank.shape[0]):
+        for i in range(bank.shape[1]):
+            parts.challenger[m, i] = parts.rival[m, i] = bank[m, i]
+        one, rival = mode(parts.challenger, m, N), parts.rival[m]
+        for i in range(N):
+            widen(one.U, one.D, i, WIDE * parts.ground.unit[i], b)
+        rival[CHI2] = 2.0 * LOUD * own_sigma2(memory, rival)
+        rival[FREEDOM] = 2.0
+    trial[ON], trial[AGE], trial[JUMPED], trial[LOUDER] = 1.0, 0.0, PRIOR, PRIOR
+
+
+@rare
+def argue(memory, parts, e, R, theta, evidence, work, rests):
+    """Let challenger and rival see the sample; return what is decided, NOTHING while the trial goes on."""
+    trial, own, is_robust = parts.trial, parts.own, memory.outliers > 0.0
+    first, _ = update_bank(memory, parts.challenger, e, R, theta, work, own.logs, is_robust, rests)
+    trial[JUMPED] += first - evidence
+    second, _ = update_bank(memory, parts.rival, e, R, theta, work, own.logs, is_robust, rests)
+    trial[LOUDER] = trial[LOUDER] + second - evidence if memory.learns > 0.0 else -math.inf
+    trial[AGE] += 1.0
+    jumped, louder, samples = trial[JUMPED], trial[LOUDER], trial[AGE]
+    if jumped > JUMP_ODDS and samples >= memory.ripe and jumped > louder + AHEAD:
+        return A_JUMP
+    if louder > LEVEL_ODDS and samples >= LEVEL_AGE and louder > jumped:
+        return A_LEVEL
+    if (jumped < HOPELESS and louder < HOPELESS) or samples >= OLDEST:
+        trial[ON] = 0.0
+    return NOTHING
+
+
+@kernel
+def take_over(own, bank, trial):
+    """Let the winner be the incumbent."""
+    for m in range(bank.shape[0]):
+        for i in range(bank.shape[1]):
+            own[m, i] = bank[m, i]
+    trial[ON] = 0.0
+
+
+@learn.on(Contest)
+def _(memory, cells, e, R, s2, theta, U, D, work):
+    parts = open_parts(memory, cells)
+    own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
+    N, T = D.size, predicted_variance(work.f, D, R)
+    rests = excite(memory, ground, work.psi)
+    error = e
+    for i in range(N):
+        error += work.psi[i] * (theta[i] - learner.theta[i])
+    if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
+        freedom = own.head[FREEDOM_NOW] if memory.learns > 0.0 else math.inf
+        heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0
+        if e * e > SURPRISE * heavy * s2 * T:
+            challenge(memory, parts, work.b)
+    evidence, trial[RHO] = update_bank(memory, own.bank, e, R, theta, work, own.logs, memory.outliers > 0.0, rests)
+    trial[VERDICT] = NOTHING
+    if trial[ON] > 0.0:
+        trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
+        if trial[VERDICT] == A_JUMP:
+            take_over(own.bank, parts.challenger, trial)
+        elif trial[VERDICT] == A_LEVEL:
+            take_over(own.bank, parts.rival, trial)
+    is_ready = memory.learns == 0.0 or own.head[FREEDOM_NOW] >= 1.0
+    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
+
+    is_robust = memory.outliers > 0.0 and is_ready
+    study(memory, learner, error, R, s2, work, is_robust, rests, ground.head[SEEN] > 2.0 * N)
+    if trial[VERDICT] == A_JUMP:
+        start_anew(learner, theta, U, D)
+    return T
+
+
+reckon.on(Contest)(reckon_bank)
+respond.on(Contest)(unmoved)
+
+
+@notice.on(Contest)
+def _(memory, cells, marks):
+    trial = open_parts(memory, cells).trial
+    is_told = trial[VERDICT] == A_JUMP
+    marks[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
+    if is_told:
+        marks[SINCE], marks[WHICH] = trial[AGE], -1.0
+    return 1.0 if is_told else 0.0
+
+
+@kernel
+def mixed_on(memory, own, bank, b):
+    """Take a bank of a trial one sample on."""
+    for m in range(bank.shape[0]):
+        one = mode(bank, m, memory.cap.size)
+        expand(one.U, one.D, own.dense[m])
+    interact(memory, bank, own.dense, memory.A, own.q, own.old, own.P)
+
+
+@age.on(Contest)
+def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+    parts = open_parts(memory, cells)
+    own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
+    N, M, q, status = D.size, own.bank.shape[0], own.q, 0
+    speed_up(learner, ground.unit)
+    for i in range(N):
+        for m in range(M - 1):
+            q[m, i] = memory.levels[m] * ground.unit[i]
+        q[M - 1, i] = ground.q[i] = learner.q[i]
+    move_on(learner, memory.phi, work.b)
+    if surprise >= 0.0:
+        interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)
+        if trial[ON] > 0.0:
+            mixed_on(memory, own, parts.challenger, work.b)
+            mixed_on(memory, own, parts.rival, work.b)
+        status |= AT_REST if ground.head[RESTS] > 0.0 else 0
+        status |= NOISE if trial[VERDICT] == A_LEVEL else 0
+        status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
+    else:
+        drift_apart(memory, own.bank, q, work.b)
+        if trial[ON] > 0.0:
+            drift_apart(memory, parts.challenger, q, work.b)
+            drift_apart(memory, parts.rival, q, work.b)
+    relax(theta, U, D, memory.phi, work.b)
+    total = 0.0
+    for m in range(M):
+        total += own.bank[m, WEIGHT] * own_sigma2(memory, own.bank[m])
+    for i in range(N):
+        mean = 0.0
+        for m in range(M):
+            mean += own.bank[m, WEIGHT] * own_sigma2(memory, own.bank[m]) * q[m, i]
+        if not widen_within(U, D, i, mean / total, memory.cap[i], work.b):
+            status |= CAPPED
+    return 1.0, status
+
+
+@tell.on(Contest)
+def _(memory, cells, R, s2, theta, work, out):
+    tell_modes(memory, open_parts(memory, cells).own.bank, R, s2, theta, work, out)
