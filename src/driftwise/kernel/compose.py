@@ -39,7 +39,7 @@ def kernel(function: Callable) -> Callable:
 
 
 def rare(function: Callable) -> Callable:
-    """Mark a kernel that few samples reach: it is called, not inlined, which compiles faster; return it unchanged."""
+    """Mark a kernel that few samples reach, or a large one: it is called, not inlined, which compiles faster."""
     _apart.add(function)
     return kernel(function)
 

@@ -17,7 +17,7 @@ from ..kernel.ud import predicted_variance, widen
 from .adapt import age, begin, learn, notice, reckon, respond, tell, unmoved
 from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_bank, tell_modes
 from .drift import widen_within
-from .learner import Learner, begin_learner, learner_cells, move_on, open_learner, speed_up, start_anew, study
+from .learner import Learner, begin_learner, forget_slopes, learner_cells, move_on, open_learner, speed_up, study
 from .modes import (
     CHI2,
     FREEDOM,
@@ -38,6 +38,7 @@ from .unknown import RESTS, SEEN, Ground, excite, open_ground
 
 ON, AGE, JUMPED, LOUDER, VERDICT, RHO, TRIAL = range(7)  # of a trial: runs it, how long, log odds, what it found
 NOTHING, A_JUMP, A_LEVEL = range(3)
+LEVELS, STAY = (0.0, 0.1), 0.999  # NVRs besides the learnt one; probability that the speed stays
 SURPRISE = 9.0  # times the variance of the prediction: a trial starts
 PRIOR = math.log(1 / 200)  # log odds of both explanations then
 WIDE, LOUD = 100.0, 3.0  # what a jump adds to P, in units; by what the noise variance grows
@@ -48,14 +49,16 @@ LEVEL_AGE, OLDEST, HOPELESS = 8.0, 16.0, -6.0
 class Auto(NamedTuple):
     """Nothing to tune: how fast each parameter drifts, sigma^2, outliers, jumps and louder noise are found out.
 
-    Four Kalman filters interact, at NVR 0, 1e-4, 1e-2 and at speeds learnt for each parameter (recursive maximum
-    likelihood); each has its own sigma^2. ``expect`` says what surprises may be: "outliers" (then nothing jumps),
-    "jumps" (then every sample counts) or "both". An outlier is discounted by the odds that it is one (status
-    ``OUTLIER``); a jump is told (``JUMP``) when the odds are 5:1 and three times those of louder noise, which is told
-    as such (``NOISE``). A plant at rest (``AT_REST``) teaches nothing about speeds and noise. ``phi`` as in `Drift`.
+    Three Kalman filters interact: one that never forgets, one that does so fast (NVR .1), and one whose speeds are
+    learnt for each parameter (recursive maximum likelihood); each has its own sigma^2. ``expect`` says what surprises
+    may be: "outliers" (then nothing jumps), "jumps" (then every sample counts) or "both". An outlier is discounted by
+    the odds that it is one (status ``OUTLIER``); a jump is told (``JUMP``) when the odds are 5:1 and three times those
+    of louder noise, which is told as such (``NOISE``). A plant at rest (``AT_REST``) teaches nothing about speeds and
+    noise. ``phi`` as in `Drift`.
 
-    Bad at: very smooth motion, and speeds that differ a thousandfold, where the right Q would be 15 % better; a few
-    samples after a jump its bars are too narrow. The learnt speeds take a few hundred samples.
+    Bad at: very smooth motion, and speeds that differ a thousandfold, where the right Q is 10 % better; for a few
+    samples after a jump its bars are too narrow; an outlier of y stays among the regressors of an `ARX` (add a
+    `Gate`). The learnt speeds take a few hundred samples.
     Source: Abid and Kamoun (2008) pose the problem; Blom and Bar-Shalom (1988), Willsky and Jones (1976) the parts.
     """
 
@@ -105,7 +108,7 @@ def open_parts(memory, cells):
     size = OWN + 2 * N + N * (N - 1) // 2
     ground = open_ground(cells, N)
     own = open_cells(ground.own, N, M, size)
-    a = ground.own.size - TRIAL - 2 * M * size - (1 + 8 * N + N * (N - 1) // 2 + 4 * N * N + N**3)
+    a = ground.own.size - TRIAL - 2 * M * size - (1 + 6 * N + 4 * N * N + N**3)
     b = a + TRIAL
     c = b + M * size
     d = c + M * size
@@ -119,7 +122,7 @@ def open_parts(memory, cells):
 def _(memory, cells, theta, U, D):
     parts = open_parts(memory, cells)
     open_bank(memory, parts.own.bank, theta, U, D)
-    begin_learner(parts.learner, theta, U, D)
+    begin_learner(parts.learner)
 
 
 @rare
@@ -169,31 +172,27 @@ def take_over(own, bank, trial):
 def _(memory, cells, e, R, s2, theta, U, D, work):
     parts = open_parts(memory, cells)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, T = D.size, predicted_variance(work.f, D, R)
+    N, M, T = D.size, own.bank.shape[0], predicted_variance(work.f, D, R)
     rests = excite(memory, ground, work.psi)
-    error = e
-    for i in range(N):
-        error += work.psi[i] * (theta[i] - learner.theta[i])
     if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
         freedom = own.head[FREEDOM_NOW] if memory.learns > 0.0 else math.inf
         heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0
         if e * e > SURPRISE * heavy * s2 * T:
             challenge(memory, parts, work.b)
     evidence, trial[RHO] = update_bank(memory, own.bank, e, R, theta, work, own.logs, memory.outliers > 0.0, rests)
+    last, climbs = own.logs[M:], ground.head[SEEN] > 2.0 * N and not rests
+    study(
+        memory, learner, last[0], last[1], last[2], last[3], work.b, work.psi, ground.head[SEEN] > 2.0 * N and not rests
+    )
     trial[VERDICT] = NOTHING
     if trial[ON] > 0.0:
         trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
         if trial[VERDICT] == A_JUMP:
             take_over(own.bank, parts.challenger, trial)
+            forget_slopes(learner)
         elif trial[VERDICT] == A_LEVEL:
             take_over(own.bank, parts.rival, trial)
-    is_ready = memory.learns == 0.0 or own.head[FREEDOM_NOW] >= 1.0
     own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
-
-    is_robust = memory.outliers > 0.0 and is_ready
-    study(memory, learner, error, R, s2, work, is_robust, rests, ground.head[SEEN] > 2.0 * N)
-    if trial[VERDICT] == A_JUMP:
-        start_anew(learner, theta, U, D)
     return T
 
 
@@ -230,13 +229,13 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
         for m in range(M - 1):
             q[m, i] = memory.levels[m] * ground.unit[i]
         q[M - 1, i] = ground.q[i] = learner.q[i]
-    move_on(learner, memory.phi, work.b)
-    if surprise >= 0.0:
+    move_on(learner, memory.phi)
+    rests = ground.head[RESTS] > 0.0
+    if surprise >= 0.0 and not rests:
         interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)
         if trial[ON] > 0.0:
             mixed_on(memory, own, parts.challenger, work.b)
             mixed_on(memory, own, parts.rival, work.b)
-        status |= AT_REST if ground.head[RESTS] > 0.0 else 0
         status |= NOISE if trial[VERDICT] == A_LEVEL else 0
         status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
     else:
@@ -244,6 +243,7 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
         if trial[ON] > 0.0:
             drift_apart(memory, parts.challenger, q, work.b)
             drift_apart(memory, parts.rival, q, work.b)
+        status |= AT_REST if surprise >= 0.0 else 0
     relax(theta, U, D, memory.phi, work.b)
     total = 0.0
     for m in range(M):

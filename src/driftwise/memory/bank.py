@@ -105,7 +105,7 @@ class Cells(NamedTuple):
 
 def own_cells(N: int, M: int, banks: int = 1) -> int:
     """Return how many numbers a bank of M modes keeps."""
-    return OWN_HEAD + banks * M * size_of(N) + M * N + M * N * N + M * (OWN + 1 + N) + N * N + M
+    return OWN_HEAD + banks * M * size_of(N) + M * N + M * N * N + M * (OWN + 1 + N) + N * N + M + 4
 
 
 @kernel
@@ -118,7 +118,7 @@ def open_cells(own, N, M, size):
     e = d + N * N
     return Cells(
         own[:OWN_HEAD], own[OWN_HEAD:a].reshape(M, size), own[a:b].reshape(M, N), own[b:c].reshape(M, N, N),
-        own[c:d].reshape(M, OWN + 1 + N), own[d:e].reshape(N, N), own[e : e + M],
+        own[c:d].reshape(M, OWN + 1 + N), own[d:e].reshape(N, N), own[e : e + M + 4],
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """How fast does each parameter drift? Recursive maximum likelihood of log NVR, one for each parameter.
 
-A filter that carries, besides theta and P, their derivatives with respect to eta_i = log NVR_i, climbs the likelihood
+A filter whose theta and P come with their derivatives with respect to eta_i = log NVR_i climbs the likelihood
 
     -1/2 sum [ log(sigma^2 T) + e^2/(sigma^2 T) ]
 
@@ -13,29 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import kernel
-from ..kernel.ud import correct, project, widen
-from .transition import relax
+from ..kernel.compose import kernel, rare
 
 START, SPREAD = 1e-2, 4.0  # of the NVRs: where they begin (high: the gradient vanishes with q), prior deviation of eta
-ALIKE = 1.5  # deviation of eta from the mean of all: weakly identified NVRs follow the others
-SAMPLES = 150.0  # memory
+ALIKE = 2.0  # deviation of eta from the mean of all: weakly identified NVRs follow the others
+SAMPLES = 300.0  # memory
 LEAST, MOST = 1e-6, 10.0  # bounds of an NVR
 
 
 class Learner(NamedTuple):
-    """Views of what it keeps: filter, derivatives dtheta (N, N) and dP (N, N, N) by eta_i, information; scratch."""
+    """Views of what it keeps: derivatives dtheta (N, N) and dP (N, N, N) by eta_i, information, scratch."""
 
     corner: np.ndarray  # information about log sigma^2
     eta: np.ndarray
-    theta: np.ndarray
-    D: np.ndarray
     q: np.ndarray
     cross: np.ndarray  # information about log sigma^2 and each eta
     slope: np.ndarray
     dT: np.ndarray
     de: np.ndarray
-    U: np.ndarray
     v: np.ndarray
     dtheta: np.ndarray
     J: np.ndarray
@@ -45,47 +40,41 @@ class Learner(NamedTuple):
 
 def learner_cells(N: int) -> int:
     """Return how many numbers a learner keeps."""
-    return 1 + 8 * N + N * (N - 1) // 2 + 4 * N * N + N**3
+    return 1 + 6 * N + 4 * N * N + N**3
 
 
 @kernel
 def open_learner(cells, N):
     """Return the views."""
-    u = 1 + 8 * N
-    m = u + N * (N - 1) // 2
+    m = 1 + 6 * N
     p = m + 4 * N * N
-    a, s = cells[1:u].reshape(8, N), cells[m:p].reshape(4, N, N)
+    a, s = cells[1:m].reshape(6, N), cells[m:p].reshape(4, N, N)
     return Learner(
-        cells[:1], a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], cells[u:m], s[0], s[1], s[2], s[3],
-        cells[p : p + N**3].reshape(N, N, N),
-    )  # fmt: skip
+        cells[:1], a[0], a[1], a[2], a[3], a[4], a[5], s[0], s[1], s[2], s[3], cells[p : p + N**3].reshape(N, N, N)
+    )
 
 
 @kernel
-def begin_learner(learner, theta, U, D):
-    """Start from the estimator's prior, in the middle of what is expected of NVRs."""
-    for i in range(D.size):
+def begin_learner(learner):
+    """Start in the middle of what is expected of NVRs."""
+    for i in range(learner.eta.size):
         learner.eta[i] = math.log(START)
         learner.J[i, i] = 1.0 / (SPREAD * SPREAD)
-    start_anew(learner, theta, U, D)
 
 
 @kernel
-def start_anew(learner, theta, U, D):
-    """Let the filter go on from theta, U, D, which no longer depend on eta."""
-    for i in range(D.size):
-        learner.theta[i], learner.D[i] = theta[i], D[i]
-        for j in range(D.size):
+def forget_slopes(learner):
+    """Let theta and P depend on eta no longer: they are new."""
+    for i in range(learner.eta.size):
+        for j in range(learner.eta.size):
             learner.dtheta[i, j] = 0.0
-            for k in range(D.size):
+            for k in range(learner.eta.size):
                 learner.dP[i, j, k] = 0.0
-    for i in range(U.size):
-        learner.U[i] = U[i]
 
 
 @kernel
-def differentiate(learner, e, T, b, psi):
-    """Take the correction by e (gain b/T) into the derivatives of theta and P; leave dT and de (A2.3)."""
+def differentiate(learner, e, T, b, psi, share):
+    """Take a ``share`` of the correction by e (gain b/T) into the derivatives of theta and P; leave dT and de."""
     N = psi.size
     for i in range(N):
         v, dtheta, dP = learner.v[i], learner.dtheta[i], learner.dP[i]
@@ -99,37 +88,27 @@ def differentiate(learner, e, T, b, psi):
         learner.dT[i], learner.de[i] = dT, de
         for j in range(N):
             K = b[j] / T
-            dtheta[j] += (v[j] - K * dT) * (e / T) + K * de
+            dtheta[j] += share * ((v[j] - K * dT) * (e / T) + K * de)
             for k in range(j + 1):
-                dP[j, k] -= K * v[k] + (v[j] - K * dT) * (b[k] / T)
+                dP[j, k] -= share * (K * v[k] + (v[j] - K * dT) * (b[k] / T))
                 dP[k, j] = dP[j, k]
 
 
-@kernel
-def study(memory, learner, y_error, R, s2, work, is_robust, rests, settled):
-    """Take one sample in: filter, derivatives, and (once ``settled``, unless at rest) a Newton step of eta.
+@rare
+def study(memory, learner, e, T, s2, share, b, psi, climbs):
+    """Take one sample in, as far as it is none of an outlier (``share``); eta moves where ``climbs`` says so.
 
-    ``y_error`` is the innovation of this filter; where ``is_robust`` it counts for three deviations at most.
+    e is the filter's innovation, of variance s2 T, and b = P psi.
     """
-    e, b, N = y_error, work.b, work.psi.size
-    project(learner.U, work.psi, work.f)
-    T = R
-    for i in range(N):
-        T += work.f[i] * work.f[i] * learner.D[i]
-    if is_robust:
-        most = 3.0 * math.sqrt(s2 * T)
-        e = min(max(e, -most), most)
-    correct(learner.U, learner.D, work.f, R, b)
-    for i in range(N):
-        learner.theta[i] += b[i] * (e / T)
-    differentiate(learner, e, T, b, work.psi)
-    if settled and not rests:
-        climb(memory, learner, e * e / (s2 * T), e, s2 * T, T)
+    differentiate(learner, e, T, b, psi, share)
+    if climbs:
+        climb(memory, learner, e, T, s2, share)
 
 
 @kernel
-def climb(memory, learner, z, e, V, T):
+def climb(memory, learner, e, T, s2, share):
     """Score and information of this sample; eta moves by at most one."""
+    V = s2 * T
     N, dT, de, g, J, A = learner.eta.size, learner.dT, learner.de, learner.slope, learner.J, learner.A
     keep, center, spread = 1.0 - 1.0 / SAMPLES, 0.0, 1.0 / (SPREAD * SPREAD)
     for i in range(N):
@@ -137,13 +116,13 @@ def climb(memory, learner, z, e, V, T):
     corner = learner.corner
     corner[0] = keep * corner[0] + 0.5
     for i in range(N):
-        g[i] = -0.5 * (dT[i] / T * (1.0 - z) + 2.0 * e * de[i] / V)
+        g[i] = -0.5 * share * (dT[i] / T * (1.0 - e * e / V) + 2.0 * e * de[i] / V)
         g[i] -= (learner.eta[i] - math.log(START)) * spread / SAMPLES
         g[i] -= (learner.eta[i] - center) / (ALIKE * ALIKE * SAMPLES)
         learner.cross[i] = keep * learner.cross[i] + 0.5 * dT[i] / T
     for i in range(N):
         for j in range(i + 1):
-            J[i, j] = keep * J[i, j] + 0.5 * (dT[i] / T) * (dT[j] / T) + de[i] * de[j] / V
+            J[i, j] = keep * J[i, j] + share * (0.5 * (dT[i] / T) * (dT[j] / T) + de[i] * de[j] / V)
             if i == j:
                 J[i, j] += spread / SAMPLES
             A[i, j] = J[i, j] + ((1.0 if i == j else 0.0) - 1.0 / N) / (ALIKE * ALIKE)
@@ -185,12 +164,10 @@ def speed_up(learner, unit):
 
 
 @kernel
-def move_on(learner, phi, b):
-    """Predict the filter and its derivatives, with q."""
+def move_on(learner, phi):
+    """Predict the derivatives."""
     N = phi.size
-    relax(learner.theta, learner.U, learner.D, phi, b)
     for i in range(N):
-        widen(learner.U, learner.D, i, learner.q[i], b)
         for j in range(N):
             learner.dtheta[i, j] *= phi[j]
             for k in range(N):

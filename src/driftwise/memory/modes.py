@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import kernel
+from ..kernel.compose import kernel, rare
 from ..kernel.ud import correct, covariances, factor_within, predicted_variance, project, widen_along
 from .drift import widen_within
 from .transition import relax
@@ -61,7 +61,10 @@ def open_bank(memory, bank, theta, U, D):
 
 @kernel
 def log_density(nu, z, V):
-    """Return the log of Student's t with nu degrees of freedom and squared scale V at z = e^2/V (normal: inf)."""
+    """Return the log of Student's t with nu degrees of freedom and squared scale V at z = e^2/V (normal: inf).
+
+    The unit of V is free: it shifts all logs alike.
+    """
     if nu == math.inf:
         return -0.5 * (z + math.log(2.0 * math.pi * V))
     if nu < 50.0:
@@ -85,7 +88,7 @@ def outlier(nu, z, V, St, St2):
 
 @kernel
 def take(memory, one, error, R, work, is_robust, rests):
-    """Let one mode learn from its error; return log p of the error, the probability of an outlier, its e^2/T.
+    """Let one mode learn from its error; return log p of the error, the probability of an outlier, T, sigma^2.
 
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
     WIDER times as large, and P is that of the two outcomes together (moment matching): a rank-one change along P psi.
@@ -100,9 +103,9 @@ def take(memory, one, error, R, work, is_robust, rests):
     St = p + R
     z, log_p, rho = error * error / (s2 * St), 0.0, 0.0
     if is_ready and is_robust:
-        log_p, rho = outlier(nu, z, s2 * St, St, St + (WIDER - 1.0) * R)
+        log_p, rho = outlier(nu, z, s2 * (St / memory.R), St, St + (WIDER - 1.0) * R)
     elif is_ready:
-        log_p = log_density(nu, z, s2 * St)
+        log_p = log_density(nu, z, s2 * (St / memory.R))
     k, k2 = 1.0 / St, 1.0 / (St + (WIDER - 1.0) * R)
     gain = (1.0 - rho) * k + rho * k2
     less = gain - rho * (1.0 - rho) * z * St * (k - k2) * (k - k2)
@@ -113,18 +116,21 @@ def take(memory, one, error, R, work, is_robust, rests):
     for i in range(D.size):
         one.theta[i] += b[i] * gain * error
     if less < 0.0:
-        widen_along(U, D, b, -less, D.size - 1)
+        for i in range(D.size):
+            work.c[i] = b[i]
+        widen_along(U, D, work.c, -less, D.size - 1)
     if memory.learns > 0.0 and not rests:
         own[FREEDOM] = FADE * own[FREEDOM] + 1.0 - rho
         own[CHI2] = FADE * own[CHI2] + (1.0 - rho) * error * error / St
-    return log_p, rho
+    return log_p, rho, St, s2
 
 
-@kernel
+@rare
 def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
     """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
 
-    e is the innovation of ``theta``, R the variance of the noise; ``logs`` is scratch of one number a mode.
+    e is the innovation of ``theta``, R the variance of the noise. ``logs`` is scratch of one number a mode; behind
+    them stays, of the last mode, what `learner.study` wants: innovation, T, sigma^2, share that is no outlier.
     """
     N, M, top, rho = theta.size, bank.shape[0], -math.inf, 0.0
     for m in range(M):
@@ -132,10 +138,12 @@ def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
         error = e
         for i in range(N):
             error += work.psi[i] * (theta[i] - one.theta[i])
-        logs[m], share = take(memory, one, error, R, work, is_robust, rests)
+        logs[m], share, T, s2 = take(memory, one, error, R, work, is_robust, rests)
         logs[m] += math.log(one.own[WEIGHT])
         rho += one.own[WEIGHT] * share
         top = max(top, logs[m])
+        if m == M - 1:
+            logs[M], logs[M + 1], logs[M + 2], logs[M + 3] = error, T, s2, 1.0 - share
     total = 0.0
     for m in range(M):
         bank[m, WEIGHT] = math.exp(logs[m] - top)
@@ -170,7 +178,7 @@ def expand(U, D, P):
         P[j, j] = D[j]
 
 
-@kernel
+@rare
 def merge(memory, bank, dense, theta, U, D, P):
     """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
 
@@ -200,7 +208,7 @@ def merge(memory, bank, dense, theta, U, D, P):
     return freedom, s2
 
 
-@kernel
+@rare
 def drift_apart(memory, bank, q, b):
     """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (M, N)."""
     for m in range(bank.shape[0]):
@@ -210,7 +218,7 @@ def drift_apart(memory, bank, q, b):
             widen_within(one.U, one.D, i, q[m, i], memory.cap[i], b)
 
 
-@kernel
+@rare
 def interact(memory, bank, dense, A, q, old, P):
     """Take an interacting bank one sample on: mixed by A (M, M), then drifted, each mode with its own q (M, N).
 

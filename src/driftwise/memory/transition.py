@@ -8,7 +8,7 @@ from ..kernel.ud import entry, orthogonalise, widen_along
 from .adapt import age, plain
 from .drift import widen_within
 
-APART = 1e-8  # a share of a deviation that is none
+APART = 1e-100  # far below any ratio of units: a share of a deviation that is none
 
 
 class Drift(NamedTuple):

@@ -35,6 +35,7 @@ class Recursive(Reading):
     """What every recursive estimator has: a prior, a memory, a gate, and rows that the compiled step advances."""
 
     columns = COLUMNS
+    _tells = True  # a trace has columns for what a mixture is made of
 
     def _prepare(self, form, own: int = 0):
         """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
@@ -56,7 +57,7 @@ class Recursive(Reading):
         )
         memory, detector, settle, cells = adaptation(options["memory"], setting)
         fill = 0.0 if options["at_rest"] else form.fill
-        told = float(getattr(memory, "told", 0))
+        told = float(getattr(memory, "told", 0)) if self._tells else 0.0
         self.columns = COLUMNS + int(told)
         form = form._replace(
             N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing, told=told

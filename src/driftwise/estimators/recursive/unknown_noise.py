@@ -100,8 +100,8 @@ def _(memory: bank.Interacting, setting):
 @resolve.register
 def _(memory: auto.Auto, setting):
     expect = door.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
-    levels = np.array([0.0, 1e-4, 1e-2, np.nan])  # the last one is learnt
-    M, stay = len(levels), 0.995
+    levels = np.array([*auto.LEVELS, np.nan])  # the last one is learnt
+    M, stay = len(levels), auto.STAY
     A = np.full((M, M), (1 - stay) / (M - 1))
     np.fill_diagonal(A, stay)
     kernel = auto.Contest(

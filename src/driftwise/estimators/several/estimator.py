@@ -37,6 +37,8 @@ class Part(NamedTuple):
 class OneOfSeveral(Recursive):
     """Policies, prior and posterior of one equation; its state is that of all (`ARXMIMO._part`)."""
 
+    _tells = False  # a trace of several outputs has no room for it
+
     def __init__(self, form, units, options):
         self.options, self._units, self.model = options, units, Part(len(units), len(np.atleast_1d(options["u_scale"])))
         self._prepare(form)
