@@ -181,9 +181,7 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
             challenge(memory, parts, work.b)
     evidence, trial[RHO] = update_bank(memory, own.bank, e, R, theta, work, own.logs, memory.outliers > 0.0, rests)
     last, climbs = own.logs[M:], ground.head[SEEN] > 2.0 * N and not rests
-    study(
-        memory, learner, last[0], last[1], last[2], last[3], work.b, work.psi, ground.head[SEEN] > 2.0 * N and not rests
-    )
+    study(memory, learner, last[0], last[1], last[2], last[3], work.b, work.psi, climbs)
     trial[VERDICT] = NOTHING
     if trial[ON] > 0.0:
         trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
