@@ -34,7 +34,7 @@ from .modes import (
 )
 from .modes import update as update_bank
 from .transition import relax
-from .unknown import RESTS, SEEN, Ground, excite, open_ground
+from .unknown import RESTS, SEEN, Ground, excite, lean, open_ground
 
 ON, AGE, JUMPED, LOUDER, VERDICT, RHO, TRIAL = range(7)  # of a trial: runs it, how long, log odds, what it found
 NOTHING, A_JUMP, A_LEVEL = range(3)
@@ -64,6 +64,11 @@ class Auto(NamedTuple):
 
     expect: str = "both"
     phi: Any = 1.0
+
+    @property
+    def odds(self) -> float:
+        """The odds at which a jump is told: a statistic of 1."""
+        return math.exp(JUMP_ODDS)
 
 
 class Contest(NamedTuple):
@@ -174,6 +179,7 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, T = D.size, own.bank.shape[0], predicted_variance(work.f, D, R)
     rests = excite(memory, ground, work.psi)
+    lean(ground, R, T)
     if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
         freedom = own.head[FREEDOM_NOW] if memory.learns > 0.0 else math.inf
         heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0

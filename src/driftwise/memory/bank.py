@@ -22,7 +22,7 @@ from .modes import (
     size_of,
     update,
 )
-from .unknown import RESTS, excite, open_ground, pace
+from .unknown import RESTS, excite, lean, open_ground, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 JUMP, AGAIN = 1.0, 0.1  # NVR of the jump mode, and how likely one jump follows another
@@ -135,6 +135,7 @@ def learn_in_bank(memory, cells, e, R, s2, theta, U, D, work):
     ground = open_ground(cells, D.size)
     own, T = cells_of_modes(memory, ground), predicted_variance(work.f, D, R)
     rests = excite(memory, ground, work.psi)
+    lean(ground, R, T)
     update(memory, own.bank, e, R, theta, work, own.logs, False, rests)
     own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
     return T

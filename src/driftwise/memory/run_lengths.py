@@ -35,6 +35,11 @@ class RunLengths(NamedTuple):
     every: float
     hypotheses: int = 20
 
+    @property
+    def odds(self) -> float:
+        """The odds at which a jump is told: a statistic of 1."""
+        return ODDS
+
 
 class Mixture(NamedTuple):
     """What the kernel sees of `RunLengths`: a jump has probability ``rate`` and variances q (absolute)."""

@@ -9,7 +9,6 @@ noise does. q_i = NVR_i R/ms_i, like P, is relative to sigma^2 where that is lea
 units, and 1/sqrt(NVR) a memory in samples.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -33,9 +32,10 @@ from .adapt import (
 from .drift import widen_within
 from .transition import relax
 
-SEEN, RESTS, HEAD = range(3)  # cells: samples that counted, whether the last one was at rest; then ms, top, unit, q
+SEEN, RESTS, LEVER, HEAD = range(4)  # cells: samples that counted, is it at rest, mean leverage; then ms, top, unit, q
 SLOWEST = 0.005  # gain of the running mean squares
 LEAST = 0.01  # of its largest mean square: a regressor's floor; of all mean squares: a plant at rest
+RECENT = 0.05  # gain of the mean leverage
 WAKING = 0.01  # at rest the mean squares move so much slower: a level that stays low is taken for normal in the end
 
 
@@ -114,6 +114,7 @@ def learn_and_revise(memory, cells, e, R, s2, theta, U, D, work):
     ground = open_ground(cells, D.size)
     rests = excite(memory, ground, work.psi)
     T = by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    lean(ground, R, T)
     if T > 0.0 and not rests:
         sample = Sample(work.psi, work.b, e, T, R, s2, ground.head[SEEN], ground.unit, memory.phi)
         revise(memory, ground.own, sample, theta, U, D, ground.q)
@@ -124,13 +125,17 @@ def learn_and_revise(memory, cells, e, R, s2, theta, U, D, work):
 
 
 @kernel
+def lean(ground, R, T):
+    """Take the leverage psi' P psi/R, P after the sample, into its mean: N/n where n samples count alike."""
+    if T > 0.0:
+        gain = max(1.0 / (ground.head[SEEN] + 1.0), RECENT)
+        ground.head[LEVER] += gain * ((T - R) / T - ground.head[LEVER])
+
+
+@kernel
 def pace(ground):
-    """Return the memory in samples: 1/sqrt(NVR) of the fastest parameters, at most all there were."""
-    nvr = 0.0
-    for i in range(ground.q.size):
-        if ground.unit[i] > 0.0:
-            nvr += ground.q[i] / ground.unit[i]
-    return min(ground.head[SEEN], math.sqrt(ground.q.size / nvr)) if nvr > 0.0 else ground.head[SEEN]
+    """Return how many samples are behind the estimate: as many as would leave the mean leverage."""
+    return ground.q.size / max(ground.head[LEVER], 1e-300)
 
 
 @kernel

@@ -63,7 +63,10 @@ class Summary:
         self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
         z = np.full(len(trace), np.nan)
         z[scored] = e / np.sqrt(T)
-        self._covered += _inside(abs(z[scored]), dof)
+        if trace.is_mixture:
+            self._covered += int(np.count_nonzero(abs(e) <= trace.band()[scored]))
+        else:
+            self._covered += _inside(abs(z[scored]), dof)
         self._scored += len(dof)
         self._lags.add(z.clip(-4, 4))  # one giant must not drown the rest
         return self

@@ -16,9 +16,14 @@ from ..kernel.status import MEANING, Status
 from ..models.convert import Model
 from ..models.scale import KnownScale
 from .frames import as_frame
+from .mixture import half_width
 
 KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
+
+
+SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
+TOLD = 9  # where the columns begin that a mixture fills
 
 
 def width(keep: str, N: int, head: int = 4) -> int:
@@ -34,7 +39,8 @@ class Event:
 
     A jump also has ``statistic`` (the detector's, over its threshold), ``since`` (the first sample after the change, as
     the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess),
-    ``direction`` (1 up, -1 down, 0 not known) and ``moved`` (the last two in words).
+    ``direction`` (1 up, -1 down, 0 not known), ``moved`` (the last two in words) and, where two explanations were
+    weighed, ``odds``. `Auto` waits a few samples more and names the parameter whose estimate moved most.
     """
 
     sample: int
@@ -46,6 +52,7 @@ class Event:
     parameter: str | None = None
     direction: int = 0
     moved: str = ""
+    odds: float | None = None
 
 
 class Trace:
@@ -126,6 +133,11 @@ class Trace:
         before = self.observed_before + np.concatenate([[0], np.cumsum(self.is_used)[:-1]])[: len(self)]
         return 2 * np.maximum(scale.alpha + before / 2, 0.5)
 
+    @property
+    def is_mixture(self) -> bool:
+        """Whether predictions are mixtures, so that bands are quantiles of their own."""
+        return self.estimator.columns > TOLD
+
     def _columns(self, first, count, least):
         if KEEP.index(self.keep) < KEEP.index(least):
             raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
@@ -172,7 +184,14 @@ class Trace:
         return unpack(self._columns(N, N * (N + 1) // 2, "covariance"), N)
 
     def band(self, level: float = 0.95) -> np.ndarray:
-        """Half-width of the prediction interval at each sample (Student-t where the scale is learnt), (T,)."""
+        """Half-width of the prediction interval at each sample (Student-t where the scale is learnt), (T,).
+
+        Where the memory is a mixture (`Auto`, `Bank`, `Interacting`), it is that of the mixture.
+        """
+        told = self.estimator.columns - TOLD
+        if self.is_mixture:
+            parts = self.outs[:, TOLD : TOLD + told].reshape(len(self), -1, 3)
+            return half_width(level, parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof)
         return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
 
     # --- results -------------------------------------------------------------------------------------------
@@ -224,6 +243,9 @@ class Trace:
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: when, about what, since when, on what evidence."""
         where = np.flatnonzero(self.status & int(Status.JUMP))[:limit]
+        odds = getattr(self.estimator.options.get("memory"), "odds", None)
+        if odds is not None and self.keep in ("std", "covariance") and self.estimator.columns > 7:
+            return [weighed(self, int(k), int(end), odds) for k, end in zip(where, [*where[1:], len(self)])]
         return [jump(int(k), float(self.time[k]), self.names, self._alarm(k), self.is_width) for k in where]
 
     @property
@@ -357,6 +379,30 @@ def jump(sample, time, names, alarm, is_width=False) -> Event:
     text = f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
     first = max(sample + 1 - max(int(abs(since)), 1), 0)
     return Event(sample, time, kind, text, float(statistic), first, name, int(np.sign(since)), moved)
+
+
+def weighed(trace, sample, end, base) -> Event:
+    """Return a jump that won against other explanations, with the parameter whose estimate it moved most.
+
+    The estimate is that of some samples later (before ``end``), against the last one before the jump, in units of both
+    their deviations; below three of them no parameter is named.
+    """
+    statistic, since, _ = trace.outs[sample, 5:8]
+    odds, first = base**statistic, max(sample + 1 - int(since), 0)
+    later = min(sample + SAMPLES_LATER * trace.estimator.model.N, end - 1)
+    before, name, way, moved = max(first - 1, 0), None, 0, "parameters jumped"
+    change = trace.parameters[later] - trace.parameters[before]
+    spread = np.hypot(trace.parameters_std[later], trace.parameters_std[before])
+    z = np.divide(change, spread, out=np.zeros(len(change)), where=spread > 0)
+    most = int(np.argmax(abs(z)))
+    if later > sample and abs(z[most]) > 3:
+        name, way = trace.names[most], int(np.sign(change[most]))
+        others = sum(abs(z) > 3) - 1
+        more = f" (and {others} more)" if others else ""
+        moved = f"{name} jumped from {trace.parameters[before, most]:.3g} to {trace.parameters[later, most]:.3g}{more}"
+    text = f"{moved}, it began about {int(since)} samples ago (odds {min(odds, 1e6):.0f}:1)"
+    kind, time = str(Status.JUMP.name), float(trace.time[sample])
+    return Event(sample, time, kind, text, float(statistic), first, name, way, moved, float(odds))
 
 
 def unpack(packed, N) -> np.ndarray:
