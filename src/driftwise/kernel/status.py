@@ -33,7 +33,7 @@ class Status(IntFlag):
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
     SKIPPED = SKIPPED  # a regressor was missing or before the record, or an instrument failed: nothing was learnt
     PROJECTED = PROJECTED  # the new parameters were unstable: the step was halved
-    FILLED = FILLED  # a missing regressor was predicted
+    FILLED = FILLED  # a regressor was missing and predicted, or may be a glitch: its variance counts
     NOISE = NOISE  # the innovations say that the noise has become louder: its variance is learnt anew
     OUTLIER = OUTLIER  # y is more likely an outlier than not: it taught next to nothing
     AT_REST = AT_REST  # nothing moves: neither the speed of drift nor the noise variance is learnt
@@ -51,7 +51,7 @@ MEANING = {
     Status.LOST: "state lost, restarted from the range of the data",
     Status.SKIPPED: "a regressor was unknown or an instrument failed, nothing learnt",
     Status.PROJECTED: "step halved, the new parameters were unstable",
-    Status.FILLED: "a missing regressor was predicted",
+    Status.FILLED: "a regressor was missing or in doubt",
     Status.NOISE: "noise level rose",
     Status.OUTLIER: "outlier, hardly counted",
     Status.AT_REST: "plant at rest, nothing adapted",

@@ -48,6 +48,11 @@ def respond(memory, way, which, cells, weight, s2, U, D, work):
 
 
 @choice
+def distrust(memory, cells):
+    """Return the probability that the sample just learnt was an outlier: then it is no regressor to rely on."""
+
+
+@choice
 def begin(memory, cells, theta, U, D):
     """Write into ``cells`` what the memory starts with, before the first sample, from the prior."""
 
@@ -71,6 +76,7 @@ def plain(*kinds: type):
     respond.on(*kinds)(unmoved)
     tell.on(*kinds)(silent)
     begin.on(*kinds)(from_nothing)
+    distrust.on(*kinds)(trust)
 
 
 @kernel
@@ -99,6 +105,12 @@ def nothing(memory, cells, marks):
 def unmoved(memory, way, which, cells, weight, s2, U, D, work):
     """Report the alarm, change nothing."""
     return weight, JUMP
+
+
+@kernel
+def trust(memory, cells):
+    """Rely on every sample."""
+    return 0.0
 
 
 @kernel

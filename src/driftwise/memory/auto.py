@@ -14,7 +14,7 @@ from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..kernel.compose import Vector, kernel, rare
 from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..kernel.ud import predicted_variance, widen
-from .adapt import age, begin, learn, notice, reckon, respond, tell, unmoved
+from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
 from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_bank, tell_modes
 from .drift import widen_within
 from .learner import Learner, begin_learner, forget_slopes, learner_cells, move_on, open_learner, speed_up, study
@@ -36,7 +36,7 @@ from .modes import update as update_bank
 from .transition import relax
 from .unknown import RESTS, SEEN, Ground, excite, lean, open_ground
 
-ON, AGE, JUMPED, LOUDER, VERDICT, RHO, TRIAL = range(7)  # of a trial: runs it, how long, log odds, what it found
+ON, AGE, JUMPED, LOUDER, VERDICT, RHO, CLEAN, TRIAL = range(8)  # of a trial: runs it, how long, log odds, what it found
 NOTHING, A_JUMP, A_LEVEL = range(3)
 LEVELS, STAY = (0.0, 0.1), 0.999  # NVRs besides the learnt one; probability that the speed stays
 SURPRISE = 9.0  # times the variance of the prediction: a trial starts
@@ -57,8 +57,8 @@ class Auto(NamedTuple):
     noise. ``phi`` as in `Drift`.
 
     Bad at: very smooth motion, and speeds that differ a thousandfold, where the right Q is 10 % better; for a few
-    samples after a jump its bars are too narrow; an outlier of y stays among the regressors of an `ARX` (add a
-    `Gate`). The learnt speeds take a few hundred samples.
+    samples after a jump its bars are too narrow; outliers of y that stay among the regressors of an `ARX` are doubted
+    there, but frequent ones still look like jumps now and then. The learnt speeds take a few hundred samples.
     Source: Abid and Kamoun (2008) pose the problem; Blom and Bar-Shalom (1988), Willsky and Jones (1976) the parts.
     """
 
@@ -149,9 +149,10 @@ def challenge(memory, parts, b):
 def argue(memory, parts, e, R, theta, evidence, work, rests):
     """Let challenger and rival see the sample; return what is decided, NOTHING while the trial goes on."""
     trial, own, is_robust = parts.trial, parts.own, memory.outliers > 0.0
-    first, _ = update_bank(memory, parts.challenger, e, R, theta, work, own.logs, is_robust, rests)
+    noise = memory.R if trial[CLEAN] <= theta.size else R  # to both, what looked like an outlier is as it should be
+    first, _ = update_bank(memory, parts.challenger, e, noise, theta, work, own.logs, is_robust, rests)
     trial[JUMPED] += first - evidence
-    second, _ = update_bank(memory, parts.rival, e, R, theta, work, own.logs, is_robust, rests)
+    second, _ = update_bank(memory, parts.rival, e, noise, theta, work, own.logs, is_robust, rests)
     trial[LOUDER] = trial[LOUDER] + second - evidence if memory.learns > 0.0 else -math.inf
     trial[AGE] += 1.0
     jumped, louder, samples = trial[JUMPED], trial[LOUDER], trial[AGE]
@@ -189,6 +190,7 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
     last, climbs = own.logs[M:], ground.head[SEEN] > 2.0 * N and not rests
     study(memory, learner, last[0], last[1], last[2], last[3], work.b, work.psi, climbs)
     trial[VERDICT] = NOTHING
+    trial[CLEAN] = 0.0 if trial[RHO] > 0.5 else trial[CLEAN] + 1.0
     if trial[ON] > 0.0:
         trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
         if trial[VERDICT] == A_JUMP:
@@ -202,6 +204,12 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
 
 reckon.on(Contest)(reckon_bank)
 respond.on(Contest)(unmoved)
+
+
+@distrust.on(Contest)
+def _(memory, cells):
+    trial = open_parts(memory, cells).trial
+    return trial[RHO] if trial[VERDICT] == NOTHING else 0.0
 
 
 @notice.on(Contest)

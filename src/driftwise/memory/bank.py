@@ -8,7 +8,7 @@ from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..kernel.compose import Vector, kernel
 from ..kernel.status import AT_REST
 from ..kernel.ud import predicted_variance, project
-from .adapt import age, begin, learn, nothing, notice, reckon, respond, tell, unmoved
+from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
 from .modes import (
     OWN,
     WEIGHT,
@@ -163,6 +163,7 @@ def reckon_bank(memory, cells, count, chi2, weight, gain):
 reckon.on(Fading, Mixing)(reckon_bank)
 notice.on(Fading)(nothing)
 respond.on(Fading, Mixing)(unmoved)
+distrust.on(Fading, Mixing)(trust)
 
 
 @kernel

@@ -19,6 +19,7 @@ from .adapt import (
     age,
     begin,
     by_least_squares,
+    distrust,
     from_nothing,
     learn,
     nothing,
@@ -27,6 +28,7 @@ from .adapt import (
     respond,
     silent,
     tell,
+    trust,
     unmoved,
 )
 from .drift import widen_within
@@ -170,6 +172,7 @@ def adaptive(*kinds: type):
     respond.on(*kinds)(unmoved)
     tell.on(*kinds)(silent)
     begin.on(*kinds)(from_nothing)
+    distrust.on(*kinds)(trust)
 
 
 class Paced(NamedTuple):

@@ -32,7 +32,9 @@ def half_width(level, weight, offset, scale, dof) -> np.ndarray:
 
     from scipy.special import gammaln
 
-    peak = 1 / np.sqrt(2 * np.pi) if is_normal else np.exp(gammaln((nu + 1) / 2) - gammaln(nu / 2)) / np.sqrt(nu * np.pi)
+    peak = (
+        1 / np.sqrt(2 * np.pi) if is_normal else np.exp(gammaln((nu + 1) / 2) - gammaln(nu / 2)) / np.sqrt(nu * np.pi)
+    )
     for _ in range(NEWTON):
         up, down = (h[:, None] - offset) / scale, (-h[:, None] - offset) / scale
         excess = (weight * (below(up) - below(down))).sum(axis=1) - level

@@ -9,7 +9,7 @@ from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...kernel.compose import advance, kernel
 from ...kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...kernel.ud import entry, predicted_variance, project, variance, variances
-from ...memory.adapt import age, begin, notice, reckon, respond, tell
+from ...memory.adapt import age, begin, distrust, notice, reckon, respond, tell
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .methods import correct_by
@@ -23,6 +23,7 @@ from .row import (
     LOGDET,
     OBSERVED,
     PAST,
+    PREDICT,
     SAMPLES,
     SCORE,
     SKIP,
@@ -36,6 +37,7 @@ from .row import (
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
+GLITCH = 0.3  # of the squared error: variance of an outlier among the regressors, a glitch of the sensor or real
 RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
 
 
@@ -197,6 +199,8 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
             status |= LOST if head[OBSERVED] > 0.0 else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
+        if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.cells) > 0.5:
+            doubt = GLITCH * e * e
     status |= renew(form, state, work, z, doubt)
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
