@@ -8,7 +8,8 @@ import pytest
 
 import driftwise as dw
 from driftwise.estimators.hindsight import likelihood, moments, passes
-from driftwise.estimators.hindsight.likelihood import Likelihood, most_likely
+from driftwise.estimators.hindsight.fit import BOUNDS, most_likely
+from driftwise.estimators.hindsight.likelihood import Likelihood
 from driftwise.estimators.hindsight.record import Record
 from driftwise.kernel import compose
 from driftwise.reproduce.abid.systems import system
@@ -195,7 +196,7 @@ def test_most_likely_drift_is_that_of_l_bfgs(name):
         point = cost.at(np.exp(z))
         return -point.loglik, -point.gradient
 
-    box = [tuple(np.log(likelihood.BOUNDS["walk"]))] * 4
+    box = [tuple(np.log(BOUNDS["walk"]))] * 4
     other = minimize(negative, np.full(4, np.log(1e-2)), jac=True, method="L-BFGS-B", bounds=box)
     assert found.loglik > -other.fun - 1e-4
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..estimators.hindsight.jumps import Step
-from ..estimators.hindsight.smoother import Hindsight
+from ..estimators.hindsight.smoother import Hindsight, diagonal
 from .frames import as_frame
 from .separable import Separability, separability
 from .trace import unpack
@@ -70,8 +70,8 @@ class SmoothedParameters:
 
     Notes
     -----
-    Bad at: bars do not count how uncertain the drift itself is, so that those of parameters that hardly drift are
-    somewhat short (docs/smoothing.md).
+    Bad at: bars of ``hyper="ml"`` take the drift for known, so that those of parameters whose drift the record cannot
+    tell are too short; ``hyper="average"`` is for them (docs/smoothing.md).
     """
 
     def __init__(self, estimator, y, u, hindsight: Hindsight, lag, time=None):
@@ -82,8 +82,7 @@ class SmoothedParameters:
             raise InputError(f"time must be ({len(y)},) like y, got shape {self.time.shape}")
         self.parameters, self.is_used = hindsight.parameters, hindsight.is_used
         self.filtered, self.filtered_std = hindsight.filtered, hindsight.filtered_std
-        at = np.arange(self.parameters.shape[1])
-        self.parameters_std = np.sqrt(hindsight.packed[:, at * (at + 3) // 2])
+        self.parameters_std = np.sqrt(hindsight.packed[:, diagonal(self.parameters.shape[1])])
         self.drift, self.nvr, self.sigma2, self.loglik = fit.likelihood.drift, fit.nvr, fit.s2, fit.loglik
         self.q = self.nvr * self.sigma2 * fit.likelihood.unit
         self.noise_std = math.sqrt(self.sigma2)

@@ -15,6 +15,10 @@ def paragraph(found) -> str:
     parts.append(f"{_memories(found)}.")
     parts.append(f"The noise has standard deviation {found.noise_std:.3g}.")
     parts.append(f"Jumps: {'. '.join(jump.text for jump in found.jumps)}." if found.jumps else "No jump.")
+    if found.hindsight.hyper == "average":
+        parts.append("Values and bars are averaged over the drifts that the record leaves open.")
+    elif found.hindsight.hyper == "ml" and found.separability.words:
+        parts.append("Bars take the drift for known: hyper='average' counts what follows.")
     parts += found.separability.words or ["The record tells each drift, and the noise, from the others."]
     return " ".join(parts)
 

@@ -29,7 +29,9 @@ class InHindsight:
         ----------
         y, u : as for `scan`
         drift : "auto", "walk" or "integrated"; "auto" takes the more likely one
-        hyper : "ml", or the noise-to-variance ratio q mean(psi_i^2)/sigma^2 of each parameter (one number for all)
+        hyper : "ml", the most likely drift, taken for known; "average" over the drifts the record leaves open, for bars
+            that hold even where it cannot tell; or the noise-to-variance ratio q mean(psi_i^2)/sigma^2 of each
+            parameter (one number for all)
         jumps : "detect", None, or samples at which the parameters are new
         lag : samples to look ahead, instead of to the end of the record; drift and jumps are those of all of it
         shared : bool, one ratio for all parameters
@@ -42,7 +44,7 @@ class InHindsight:
         Notes
         -----
         Bad at: streams (use `scan`), coloured noise and noise on the input, records that hardly excite the model, and a
-        noise variance that changes. Bars take the drift for known. Abid and Kamoun (2008); Young (2011).
+        noise variance that changes. Abid and Kamoun (2008); Young (2011).
 
         Examples
         --------
@@ -54,8 +56,8 @@ class InHindsight:
         >>> print(dw.Regression(["slope", "gain"]).smooth(y, phi).words)
         In hindsight (400 samples), the parameters take a random walk, of which the log-likelihood is 38.6 higher than
         of an integrated random walk. Memory in samples: slope 3.7, gain 85. The noise has standard deviation 0.199.
-        Jumps: gain jumped by +1.98 (±0.032) at sample 150; odds beyond a million to one. The record cannot tell a drift
-        of gain from none.
+        Jumps: gain jumped by +1.98 (±0.032) at sample 150; odds beyond a million to one. Bars take the drift for known:
+        hyper='average' counts what follows. The record cannot tell a drift of gain from none.
         """
         from ...workflow.smoothed_parameters import SmoothedParameters
 
@@ -67,8 +69,8 @@ class InHindsight:
         """Return the same estimator with what a record says of drift and noise as numbers: ``Drift`` and ``variance``.
 
         Maximum likelihood for random walks (or what the ``phi`` of the memory says), without a look at jumps; it then
-        runs sample by sample like any other, at the cost of a Kalman filter. Default priors are those of `scaled_to`, and
-        so are the units of q.
+        runs sample by sample like any other, at the cost of a Kalman filter. Default priors and the units of q are
+        those of `scaled_to`.
 
         Parameters
         ----------

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .likelihood import Fit, Likelihood, given, most_likely
+from .fit import Fit, given, most_likely
+from .likelihood import Likelihood
 
 THRESHOLD = 30.0  # by chance once in 10^4 records of 600 samples and four parameters
 MOST = 6

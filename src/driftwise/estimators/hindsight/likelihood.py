@@ -1,4 +1,4 @@
-"""How likely a record is, and for which drift most: noise-to-variance ratios by maximum likelihood.
+"""How likely a record is under a drift, and what it says of the drift: score and information.
 
     log L = -1/2 sum [log(2 pi sigma^2 S) + e^2/(sigma^2 S)],     sigma^2 = mean(e^2/S) where it is not known
 
@@ -19,12 +19,7 @@ from . import moments, passes
 from .record import Record, factors
 
 SLOPE = 5.0  # prior variance of a slope, in units of (what moves y by one noise deviation)^2
-STARTS = {"walk": (1e-2, 1e-4), "integrated": (1e-6,)}
-BOUNDS = {"walk": (1e-9, 10.0), "integrated": (1e-12, 0.1)}
 FREED = 100.0  # variance a parameter gains at a jump, in the same units
-STRIDE = 3.0  # longest step in the logarithm of an NVR
-NEWTON = 1.0  # a longer one finds other information than it had
-NEAR = 1e-7  # of the log-likelihood: this much better is no better
 
 
 class Point(NamedTuple):
@@ -130,85 +125,3 @@ class Likelihood:
         self.filter(q, self.kept)
         r, N = self._disturbances(q, len(self.rows))
         return r[:, : self.n].copy(), N[:, : self.n].copy()
-
-
-class Fit(NamedTuple):
-    """The most likely drift: NVRs (0 where none was found), and the likelihood there."""
-
-    likelihood: Likelihood
-    nvr: np.ndarray
-    loglik: float
-    s2: float
-
-
-def given(likelihood: Likelihood, nvr) -> Fit:
-    """Return the fit where the drift is known."""
-    point = likelihood.at(nvr, with_gradient=False)
-    return Fit(likelihood, nvr, point.loglik, point.s2)
-
-
-def most_likely(likelihood: Likelihood, shared=False, starts=None, constant=()) -> Fit:
-    """Return the drift of highest likelihood, one NVR for each parameter or one for all, climbing from each start.
-
-    A drift at its lower bound is none: 0. The parameters of the indices ``constant`` have none.
-    """
-    n, live, bounds = likelihood.n, likelihood.record.is_live, np.log(BOUNDS[likelihood.drift])
-    live[list(constant)] = False
-    groups = np.ones((n, 1)) if shared else np.eye(n)  # NVR of a parameter from the unknowns
-
-    def nvr(z):
-        return np.where(live, np.exp(groups @ z), 0.0)
-
-    def at(z):
-        point = likelihood.at(nvr(z))
-        return point.loglik, groups.T @ point.gradient, point.s2
-
-    def curvature(z, s2):
-        full = likelihood.information(nvr(z), s2)
-        about = full[:n, :n]
-        if likelihood.record.variance is None:  # sigma^2 follows
-            about = about - np.outer(full[:n, n], full[:n, n]) / full[n, n]
-        return groups.T @ about @ groups
-
-    begin = [np.broadcast_to(np.log(start), groups.shape[1]) for start in starts or STARTS[likelihood.drift]]
-    z = max((climb(at, curvature, start, bounds) for start in begin), key=lambda found: found[1])[0]
-    return given(likelihood, np.where(groups @ z > bounds[0] + 1e-6, nvr(z), 0.0))
-
-
-def climb(at, curvature, z, bounds, most=80) -> tuple[np.ndarray, float]:
-    """Return where ``at(z)`` = (value, gradient, ..) is highest, and how high: a damped Newton method in a box.
-
-    The step is (B + damping)^-1 g for the coordinates that no bound holds back, and the damping grows until the value
-    does (Levenberg 1944). B is Fisher's information while steps are long, then follows the gradient (BFGS).
-    L-BFGS-B finds the same place, and spends ten times as long waiting for the threads of its linear algebra.
-    """
-    z, damping = np.array(z, float), 1e-3
-    value, gradient, s2 = at(z)
-    B = curvature(z, s2)
-    for _ in range(most):
-        is_free = ~(((z <= bounds[0]) & (gradient <= 0)) | ((z >= bounds[1]) & (gradient >= 0)))
-        if not is_free.any():
-            break
-        step = np.zeros(len(z))
-        step[is_free] = np.linalg.solve((B + damping * np.eye(len(z)))[is_free][:, is_free], gradient[is_free])
-        to = np.clip(z + np.clip(step, -STRIDE, STRIDE), *bounds)
-        if abs(gradient @ (to - z)) < NEAR:
-            break
-        found = at(to)
-        if not found[0] > value:
-            damping *= 10
-            continue
-        step, turn, gain = to - z, gradient - found[1], found[0] - value
-        z, (value, gradient, s2), damping = to, found, max(damping / 10, 1e-6)
-        if gain < NEAR:
-            break
-        B = curvature(z, s2) if np.abs(step).max() > NEWTON else secant(B, step, turn)
-    return z, value
-
-
-def secant(B, step, turn):
-    """Return B after a step that turned the gradient so much: Broyden, Fletcher, Goldfarb and Shanno (1970)."""
-    Bs = B @ step
-    if turn @ step <= 1e-2 * (step @ Bs):  # not concave here: leave B as it is
-        return B
-    return B - np.outer(Bs, Bs) / (step @ Bs) + np.outer(turn, turn) / (turn @ step)

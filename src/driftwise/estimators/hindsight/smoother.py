@@ -7,12 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...kernel import ud
 from ...kernel.status import REJECTED
 from .. import door
 from ..recursive.row import HUGE
 from . import jumps as found_jumps
+from .average import average, points
+from .fit import BOUNDS, Fit
 from .jumps import Learn, Step, learner, steps
-from .likelihood import BOUNDS, Fit, Likelihood
+from .likelihood import Likelihood
 from .passes import GAIN
 from .record import record_of
 
@@ -27,6 +30,7 @@ class Hindsight(NamedTuple):
     learn: Learn
     logliks: dict[str, float]  # of each drift, before any jump was looked for
     steps: list[Step]
+    hyper: str  # "ml", "average" over the drifts that the record leaves open, or "given"
     is_used: np.ndarray
     filtered: np.ndarray
     filtered_std: np.ndarray
@@ -50,24 +54,34 @@ def look_back(est, y, u=None, drift="auto", hyper="ml", jumps: Any = "detect", l
     fit = max(fits, key=lambda one: one.loglik)
     if isinstance(jumps, str):
         fit = found_jumps.detect(fit, learn)
-    return moments(fit, learn, logliks, lag)
+    said = hyper if nvr is None else "given"
+    return moments(fit, learn, logliks, lag, points(fit, shared) if said == "average" else [fit.nvr], said)
 
 
-def moments(fit: Fit, learn: Learn, logliks, lag) -> Hindsight:
-    """Return the moments of a fit."""
-    n, m = fit.likelihood.n, fit.likelihood.m
-    kept, out = fit.likelihood.moments(fit.nvr, lag)
-    states = kept[:, GAIN + m :]
-    D, U = states[:, m : 2 * m], states[:, 2 * m :]
-    variance = np.empty((len(kept), n))
-    for i in range(n):
-        columns = np.arange(i + 1, m)
-        variance[:, i] = D[:, i] + (U[:, columns * (columns - 1) // 2 + i] ** 2 * D[:, columns]).sum(axis=1)
+def moments(fit: Fit, learn: Learn, logliks, lag, nvrs, hyper) -> Hindsight:
+    """Return the moments of a fit, averaged over several drifts where there are some."""
+    parts = [of_one(fit.likelihood, nvr, lag) for nvr in nvrs]
+    (filtered, P), (theta, packed) = (average(list(part)) for part in zip(*parts))
+    at = diagonal(fit.likelihood.n)
     return Hindsight(
-        fit, learn, logliks, steps(fit, learn), fit.likelihood.record.known,
-        states[:, :n].copy(), np.sqrt(fit.s2 * variance), out[:, :n].copy(),
-        fit.s2 * out[:, n:],
+        fit, learn, logliks, steps(fit, learn), hyper, fit.likelihood.record.known,
+        filtered, np.sqrt(P[:, at]), theta, packed,
     )  # fmt: skip
+
+
+def of_one(likelihood: Likelihood, nvr, lag):
+    """Return mean (T, n) and covariance (T, upper triangle by columns) under one drift, filtered and smoothed."""
+    n, m, s2 = likelihood.n, likelihood.m, likelihood.at(nvr, with_gradient=False).s2
+    kept, out = likelihood.moments(nvr, lag)
+    states, (j, i) = kept[:, GAIN + m :], np.tril_indices(n)
+    P = ud.unpack(states[:, 2 * m :], states[:, m : 2 * m])[:, i, j]
+    return (states[:, :n].copy(), s2 * P), (out[:, :n], s2 * out[:, n:])
+
+
+def diagonal(n: int) -> np.ndarray:
+    """Return where the variances are in an upper triangle listed by columns."""
+    at = np.arange(n)
+    return at * (at + 3) // 2
 
 
 def readable(est, y, u):
@@ -96,13 +110,13 @@ def transition(est) -> np.ndarray:
 def ratios(hyper, n: int) -> np.ndarray | None:
     """Return the NVR of each parameter, None where they are to be learnt."""
     if isinstance(hyper, str):
-        door.one_of("hyper", hyper, ("ml",))
+        door.one_of("hyper", hyper, ("ml", "average"))
         return None
     nvr = door.each("hyper", hyper, n)
     if np.any(nvr < 0) or np.any(nvr > 1 / BOUNDS["walk"][0]):
         raise InputError(
-            f"hyper must be 'ml', or noise-to-variance ratios q ms/sigma^2 that are not negative, got {hyper!r}; "
-            "is one a logarithm?"
+            "hyper must be 'ml', 'average', or noise-to-variance ratios q ms/sigma^2 that are not negative, "
+            f"got {hyper!r}; is one a logarithm?"
         )
     return nvr
 
