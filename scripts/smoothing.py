@@ -73,6 +73,16 @@ def jumps(records):
     print(f"   jumps dated to the sample {exact:.0f} %, within 3 samples {near:.0f} %")
 
 
+def speed(records=50):
+    """One maximum-likelihood fit of a random walk, and `tune`."""
+    made = system("c", records)
+    smoothed("c", made, 0)
+    began = time.process_time()
+    for i in range(records):
+        dw.Regression(4).tune(made.y[i], made.psi[i])
+    print(f"\ntune: {1e3 * (time.process_time() - began) / records:.0f} ms for 600 samples and 4 parameters")
+
+
 def words():
     print()
     for name in "abcd":
@@ -96,4 +106,5 @@ if __name__ == "__main__":
     for hyper in ("ml", "average"):
         table(count, hyper)
     jumps(count)
+    speed()
     words()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from .figure import LINES, PALETTE, _tidy, steady_range
+from .figure import LINES, PALETTE, POINTS, _tidy, steady_range
+from .thin import together
 
 __all__ = ["plot"]
 
@@ -24,9 +25,11 @@ def plot(found, *, labels=None, figure=None):
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
     for i, (ax, name) in enumerate(zip(axes, found.names, strict=True)):
         value, std, colour = found.parameters[:, i], found.parameters_std[:, i], LINES[i % len(LINES)]
-        ax.plot(found.time, found.filtered[:, i], color=PALETTE["quiet"], linewidth=0.7, label="filtered")
-        ax.fill_between(found.time, value - 2 * std, value + 2 * std, color=colour, alpha=0.2, linewidth=0)
-        ax.plot(found.time, value, color=colour, linewidth=1.4, label="smoothed, 2-sigma band")
+        at = together(POINTS, value, found.filtered[:, i])
+        time, low, high = found.time[at], (value - 2 * std)[at], (value + 2 * std)[at]
+        ax.plot(time, found.filtered[at, i], color=PALETTE["quiet"], linewidth=0.7, label="filtered")
+        ax.fill_between(time, low, high, color=colour, alpha=0.2, linewidth=0)
+        ax.plot(time, value[at], color=colour, linewidth=1.4, label="smoothed, 2-sigma band")
         for jump in found.jumps:
             is_named = jump.parameter == name
             ax.axvline(jump.time, color=PALETTE["alert"], linewidth=1.2 if is_named else 0.6, linestyle=":")
@@ -35,6 +38,6 @@ def plot(found, *, labels=None, figure=None):
         if limits is not None:
             ax.set_ylim(*limits)
         _tidy(ax)
-    axes[0].legend(loc="upper right", fontsize="small", ncols=2, framealpha=0.9)
+    axes[0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False, fontsize=9)
     axes[-1].set_xlabel((labels or {}).get("time", "time (s)"))
     return axes

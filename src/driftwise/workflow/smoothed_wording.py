@@ -15,11 +15,12 @@ def paragraph(found) -> str:
     parts.append(f"{_memories(found)}.")
     parts.append(f"The noise has standard deviation {found.noise_std:.3g}.")
     parts.append(f"Jumps: {'. '.join(jump.text for jump in found.jumps)}." if found.jumps else "No jump.")
+    untold = found.separability.words
+    parts += untold or ["The record tells each drift, and the noise, from the others."]
     if found.hindsight.hyper == "average":
         parts.append("Values and bars are averaged over the drifts that the record leaves open.")
-    elif found.hindsight.hyper == "ml" and found.separability.words:
-        parts.append("Bars take the drift for known: hyper='average' counts what follows.")
-    parts += found.separability.words or ["The record tells each drift, and the noise, from the others."]
+    elif found.hindsight.hyper == "ml" and untold:
+        parts.append("The bars take the drift for known all the same; those of hyper='average' do not.")
     return " ".join(parts)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from .fit import BOUNDS, STARTS, Fit, Unknowns, highest
 
 MIDDLE = {"walk": 1e-3, "integrated": 1e-7}
-COMMON, APART = 4.0, 1.5  # deviations of the mean of log NVR, and of each one from it
+COMMON, APART_BY = 4.0, 1.5  # deviations of the mean of log NVR, and of each one from it
 
 
 def points(fit: Fit, shared=False) -> list[np.ndarray]:
@@ -22,7 +22,7 @@ def points(fit: Fit, shared=False) -> list[np.ndarray]:
     unknowns, drift = Unknowns(fit.likelihood, shared), fit.likelihood.drift
     p, middle = unknowns.size, np.log(MIDDLE[drift])
     mean = np.full((p, p), 1 / p)
-    prior = (np.eye(p) - mean) / APART**2 + mean / (p * COMMON**2)
+    prior = (np.eye(p) - mean) / APART_BY**2 + mean / (p * COMMON**2)
 
     def at(z):
         point = unknowns.at(z)

@@ -56,8 +56,8 @@ class InHindsight:
         >>> print(dw.Regression(["slope", "gain"]).smooth(y, phi).words)
         In hindsight (400 samples), the parameters take a random walk, of which the log-likelihood is 38.6 higher than
         of an integrated random walk. Memory in samples: slope 3.7, gain 85. The noise has standard deviation 0.199.
-        Jumps: gain jumped by +1.98 (±0.032) at sample 150; odds beyond a million to one. Bars take the drift for known:
-        hyper='average' counts what follows. The record cannot tell a drift of gain from none.
+        Jumps: gain jumped by +1.98 (±0.032) at sample 150; odds beyond a million to one. The record cannot tell a drift
+        of gain from none. The bars take the drift for known all the same; those of hyper='average' do not.
         """
         from ...workflow.smoothed_parameters import SmoothedParameters
 

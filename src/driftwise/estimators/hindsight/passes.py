@@ -89,8 +89,11 @@ def move_back(task, r):
 @kernel
 def between_samples(task, s, U, D, q, a):
     """S <- A s, P <- A P A' + diag(q), with A = [I I ; 0 I] diag(phi) where there are slopes; a is scratch."""
-    m, n = D.size, int(task.n)
-    relax(s, U, D, task.phi, a)
+    m, n, is_still = D.size, int(task.n), True
+    for i in range(n):
+        is_still = is_still and task.phi[i] == 1.0
+    if not is_still:
+        relax(s, U, D, task.phi, a)
     for j in range(n, m):
         s[j - n] += s[j]
         for i in range(j - n + 1):
