@@ -115,11 +115,13 @@ def test_a_monitor_of_slopes_says_how_many(slopes):
 
 
 @pytest.mark.parametrize(
-    "est", [dw.ARX(1, 1), dw.OE(1, 1), dw.ARXMIMO(2, 1), dw.AdaptiveGain(1.0)], ids=lambda est: type(est).__name__
+    "est", [dw.OE(1, 1), dw.ARMAX(1, 1, 1), dw.ARXMIMO(2, 1), dw.AdaptiveGain(1.0)], ids=lambda est: type(est).__name__
 )
 def test_who_does_not_smooth_says_who_does(est):
-    with pytest.raises(dw.InputError, match=r"has no smoother: use Joint\(order, inputs\).smooth"):
+    with pytest.raises(dw.InputError, match=r"has no smoother: use ARX, AR or Regression, or Joint\(order, inputs\)"):
         est.smooth(Y, U)
+    with pytest.raises(dw.InputError, match="has no tune: drift is learnt from a record by ARX, AR and Regression"):
+        est.tune(Y, U)
 
 
 def test_who_does_not_predict_says_what_to_do_and_it_works():

@@ -60,6 +60,7 @@ _HOME = {
     "Status": "kernel.status",
     "InputError": "errors",
     "Trace": "workflow.trace",
+    "SmoothedParameters": "workflow.smoothed_parameters",
     "Summary": "workflow.summary",
     "SummaryMIMO": "workflow.mimo_summary",
     "save_state": "workflow.snapshot",

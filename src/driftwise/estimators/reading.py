@@ -62,10 +62,16 @@ class Rows:
         return self.model.names
 
     def smooth(self, *args, **options):
-        """Refuse (InputError): smoothing needs the joint posterior of state and parameters."""
+        """Refuse (InputError): smoothing needs regressors that are data, or a joint posterior with the state."""
         raise InputError(
-            f"{type(self).__name__} has no smoother: use Joint(order, inputs).smooth(y, u), which with "
-            "noise=EquationError() is ARX with na = nb = order"
+            f"{type(self).__name__} has no smoother: use ARX, AR or Regression, or Joint(order, inputs).smooth(y, u)"
+        )
+
+    def tune(self, *args, **options):
+        """Refuse (InputError): the regressors of this model are not data."""
+        raise InputError(
+            f"{type(self).__name__} has no tune: drift is learnt from a record by ARX, AR and Regression, "
+            "whose regressors are data"
         )
 
     def predict(self, *args, **options):

@@ -5,6 +5,7 @@
 * `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
 * `JointMIMO` (split) and `ContinuousJoint`: the defaults
 * `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`)
+* their `smooth` and `tune`, whatever the settings
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
 
 Whatever else one combines compiles when it is first used.
@@ -25,6 +26,8 @@ from ..memory.fading import Weighted
 from ..models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from .continuous.estimator import ContinuousJoint
 from .gain.estimator import AdaptiveGain
+from .hindsight.moments import Backward
+from .hindsight.passes import Disturbances, Forward, Information
 from .joint.estimator import Joint
 from .mimo.estimator import JointMIMO
 from .polynomial.estimator import ARMAX
@@ -70,3 +73,6 @@ def warm() -> Iterator[str]:
     for other in (JointMIMO((1, 1)), ContinuousJoint(1), *recursive, ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain()):
         other.drive  # noqa: B018  (compiles)
         yield repr(other)
+    for task in (Forward, Disturbances, Information, Backward):
+        compose.passage(task)
+    yield "ARX.smooth, ARX.tune"

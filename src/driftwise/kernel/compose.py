@@ -4,7 +4,7 @@
 * ``@choice`` marks a function with one implementation per policy type; ``choice.on(Type)`` adds one.
 * ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types;
   ``recorder(kinds)`` and ``smoother(form)`` the two loops that a smoother needs, ``watcher(kind)`` the one of a
-  detector on its own.
+  detector on its own, ``passage(kind)`` whatever else goes once over a record.
 
 The driver closes over *classes* and an integer fingerprint of the sources, never over compiled functions:
 numba pickles what a closure holds into its cache key, so classes keep the key stable between processes and
@@ -154,6 +154,11 @@ def watch(detector, marks, z, slope):
     """
 
 
+@choice
+def pass_over(task, rows, q, kept, out, numbers):
+    """Go once over a record, forwards or backwards: what is read and what is written is the task's own business."""
+
+
 def _make(kinds, fingerprint):
     """Return the driver: a loop over series, and a loop over samples inside it."""
     Form, Noise, Memory, Gate, Scale, Detector = kinds
@@ -240,6 +245,18 @@ def _make_watcher(Detector, fingerprint):
         return version
 
     return look
+
+
+def _make_passage(Task, fingerprint):
+    """Return a task's way over a record."""
+
+    def go(rows, q, kept, out, numbers, spec):
+        version = fingerprint
+        task, _ = read(Task, spec, 0)
+        pass_over(task, rows, q, kept, out, numbers)
+        return version
+
+    return go
 
 
 # --- compiling ---------------------------------------------------------------------------------------------
@@ -337,6 +354,12 @@ def watcher(kind: type) -> Callable:
     return _compile(lambda numbers: _make_watcher(kind, numbers), (kind,), (2, 2, 3, 3, 1))
 
 
+@functools.cache
+def passage(task: type) -> Callable:
+    """Return the compiled ``go(rows, q, kept, out, numbers, spec)`` of one task; ``numbers`` and ``spec`` are (n,)."""
+    return _compile(lambda version: _make_passage(task, version), (task,), (2, 2, 2, 2, 1, 1))
+
+
 def _compile(make, kinds, dimensions):
     """Compile ``make(fingerprint)`` for C-contiguous float64 arrays of these dimensions, and numbers."""
     with _lock:
@@ -360,6 +383,11 @@ def _compile(make, kinds, dimensions):
 def plain_driver(*kinds: type) -> Callable:
     """Return the same driver uncompiled: slow, but every line can be stepped through."""
     return _make(kinds, 0)
+
+
+def plain_passage(task: type) -> Callable:
+    """Return the same uncompiled."""
+    return _make_passage(task, 0)
 
 
 def plain_watcher(kind: type) -> Callable:

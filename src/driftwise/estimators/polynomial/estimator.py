@@ -12,6 +12,7 @@ from ...models.family import Family
 from ...models.polynomial import PolynomialModel
 from ...models.stability import is_inside
 from .. import door
+from ..reading import Rows
 from ..recursive.estimator import ARX
 from ..recursive.methods import LeastSquares
 from .regressors import RADIUS, Polynomials, sizes
@@ -27,6 +28,7 @@ class _Member(ARX):
     """What the members of the family share; the orders make the difference."""
 
     model: Family
+    smooth, tune = Rows.smooth, Rows.tune  # the regressors are no data: what stands for the noise is estimated
 
     def _set(self, orders, method, options):
         unknown = [name for name in options if name not in COMMON]

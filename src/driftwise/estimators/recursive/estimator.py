@@ -16,6 +16,7 @@ from ...models.convert import Model
 from ...models.equation import Equation
 from ...models.scale import KnownScale, UnknownScale
 from .. import door
+from ..hindsight.estimator import InHindsight
 from ..joint.estimator import WIDTH
 from ..policies import check_scale, resolve_gate
 from ..reading import Reading
@@ -187,7 +188,7 @@ class Recursive(Reading):
         return Model(form, values, covariance, self.dt)
 
 
-class ARX(Recursive):
+class ARX(InHindsight, Recursive):
     """Parameters of A(q) y = B(q) u + e by recursive least squares, with the memory you choose.
 
     Parameters
