@@ -63,7 +63,7 @@ class Summary:
         self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
         z = np.full(len(trace), np.nan)
         z[scored] = e / np.sqrt(T)
-        if trace.is_mixture:
+        if getattr(trace, "is_mixture", False):
             self._covered += int(np.count_nonzero(abs(e) <= trace.band()[scored]))
         else:
             self._covered += _inside(abs(z[scored]), dof)
