@@ -43,6 +43,8 @@ class Coupled(NamedTuple):
     d: Vector
 
 
+FORGOTTEN = 1e-280  # a variance that relaxed to nothing: the column of U, relative to it, would overflow
+
 plain(Drifting, Coupled)
 
 
@@ -56,8 +58,8 @@ def relax(theta, U, D, phi, a):
         D[j] *= phi[j] * phi[j]
         for i in range(j):
             a[i] = phi[i] * column[i]
-            column[i] = a[i] / phi[j] if phi[j] != 0.0 else 0.0
-        if phi[j] == 0.0:  # what the others shared with this parameter is theirs alone now
+            column[i] = a[i] / phi[j] if D[j] > FORGOTTEN else 0.0
+        if D[j] <= FORGOTTEN:  # what the others shared with this parameter is theirs alone now
             widen_along(U, D, a, before, j - 1)
         at += j
 
