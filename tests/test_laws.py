@@ -251,6 +251,8 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
         dw.GainProbes(threshold=1.0),
         dw.PullTest(threshold=2.0),
         dw.Gate(4.0),
+        dw.FuzzyDrift(),
+        dw.LikelihoodDrift(shared=True),
     ],
     ids=repr,
 )
