@@ -55,6 +55,19 @@ ESTIMATORS = {
     "ARX, window": dw.ARX(2, 2, memory=dw.Window(20)),
     "ARX, window of one": dw.ARX(1, 1, memory=dw.Window(1), variance=0.01),
     "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
+    "ARX, fuzzy drift": dw.ARX(2, 2, memory=dw.FuzzyDrift()),
+    "ARX, fuzzy drift as published": dw.ARX(2, 2, memory=dw.FuzzyDrift(geometric=True, as_published=True, phi=0.9)),
+    "ARX, scalar matching": dw.ARX(2, 2, memory=dw.CovarianceMatching()),
+    "ARX, gain matching": dw.ARX(2, 2, memory=dw.CovarianceMatching("gain")),
+    "ARX, Myers-Tapley": dw.ARX(2, 2, memory=dw.CovarianceMatching("myers-tapley")),
+    "ARX, on-line EM": dw.ARX(2, 2, memory=dw.CovarianceMatching("em")),
+    "ARX, auxiliary filter": dw.ARX(2, 2, memory=dw.AuxiliaryFilter()),
+    "ARX, correlation": dw.ARX(2, 2, memory=dw.Correlation(3)),
+    "ARX, likelihood drift": dw.ARX(2, 2, memory=dw.LikelihoodDrift(phi=(1.0, 0.5, 1.0, 0.0))),
+    "ARX, likelihood drift, shared": dw.ARX(2, 2, memory=dw.LikelihoodDrift(shared=True)),
+    "ARX, variational drift": dw.ARX(2, 2, memory=dw.VariationalBayes()),
+    "ARX, variational noise": dw.ARX(2, 2, memory=dw.VariationalBayes("noise")),
+    "ARX, variational, both": dw.ARX(2, 2, memory=dw.VariationalBayes("both")),
     "ARX, until the mean jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.Hinkley(threshold=2.0), settle=10)),
     "ARX, until the score jumps": dw.ARX(
         2, (2, 1), memory=dw.UntilJump(dw.Score(jump=0.5, threshold=1.0), dw.Inflate(0.5, only_named=True), settle=10)
@@ -238,6 +251,8 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
         dw.GainProbes(threshold=1.0),
         dw.PullTest(threshold=2.0),
         dw.Gate(4.0),
+        dw.FuzzyDrift(),
+        dw.LikelihoodDrift(shared=True),
     ],
     ids=repr,
 )

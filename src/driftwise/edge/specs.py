@@ -27,7 +27,10 @@ MEMORIES = (
     "omitted); with --model also reset:N (they jump; then the gain is 1/N again), limited:N (gain 1/n, then 1/N), "
     "weighted:P (a sample fades to P of its weight with each new one), variable:N (forgets when surprised, else N "
     "samples), directional:P (weighted, but only what new samples speak about), window:T (the last T samples), "
-    "runlengths:JUMP/EVERY (jumps of that size every so many samples, all instants considered)"
+    "runlengths:JUMP/EVERY (jumps of that size every so many samples, all instants considered), drift:NVR or "
+    "drift:NVR/PHI (they wander with that noise variance ratio, a memory of 1/sqrt(NVR) samples, and relax by PHI); "
+    "with a ratio that is learnt: likelihood, fuzzy, matching or matching:RULE (scalar, gain, myers-tapley, em), "
+    "auxiliary, correlation, variational or variational:RULE (drift, noise, both)"
 )
 JOINT = ("never", "walk", "jump")  # memories of the joint filter
 # what a detector watches, and what its SIZE is
@@ -144,7 +147,17 @@ def memory(text: str) -> Any:
     import driftwise as dw
 
     kind, colon, numbers = text.partition(":")
-    plain: dict[str, Callable[[], Any]] = {"never": dw.Never, "jump": dw.UntilJump}
+    plain: dict[str, Callable[[], Any]] = {
+        "never": dw.Never,
+        "jump": dw.UntilJump,
+        "likelihood": dw.LikelihoodDrift,
+        "fuzzy": dw.FuzzyDrift,
+        "matching": dw.CovarianceMatching,
+        "auxiliary": dw.AuxiliaryFilter,
+        "correlation": dw.Correlation,
+        "variational": dw.VariationalBayes,
+    }
+    ruled: dict[str, Callable[[str], Any]] = {"matching": dw.CovarianceMatching, "variational": dw.VariationalBayes}
     one: dict[str, Callable[[float], Any]] = {
         "limited": dw.LimitedGain,
         "weighted": dw.Weighted,
@@ -157,6 +170,16 @@ def memory(text: str) -> Any:
         return plain[kind]()
     if kind in one and numbers:
         return one[kind](_number(text, numbers))
+    if kind in ruled and numbers:
+        return ruled[kind](numbers)
+    if kind == "drift" and numbers:
+        nvr, slash, phi = numbers.partition("/")
+        phis = _one_or_each(floats("--memory drift:NVR/", phi)) if slash else 1.0
+        return dw.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
+    if kind == "ekf":
+        from driftwise.estimators.recursive.adaptation import EKF
+
+        raise InputError(f"--memory ekf: {EKF}.")
     if kind == "runlengths" and numbers:
         return dw.RunLengths(*_jump_every(text, numbers))
     if kind == "walk" and "/" in numbers:

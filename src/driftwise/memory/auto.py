@@ -17,7 +17,8 @@ from ..kernel.ud import predicted_variance, widen
 from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
 from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_bank, tell_modes
 from .drift import widen_within
-from .learner import Learner, begin_learner, forget_slopes, learner_cells, move_on, open_learner, speed_up, study
+from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
+from .likelihood import own_cells as learner_cells
 from .modes import (
     CHI2,
     FREEDOM,
@@ -86,6 +87,12 @@ class Contest(NamedTuple):
     outliers: float  # 1: some samples are
     trials: float  # 1: jumps and louder noise are looked for
     ripe: float  # samples a challenger runs at least
+    start: float  # of the learnt speeds, see `LikelihoodDrift`
+    least: float
+    most: float
+    samples: float
+    tau: float
+    prior: float
     levels: Vector
     A: Vector
 
@@ -103,7 +110,7 @@ class Parts(NamedTuple):
 
 def auto_cells(N: int, M: int) -> int:
     """Return how many numbers `Auto` keeps beyond the ground of all policies."""
-    return own_cells(N, M) + TRIAL + 2 * M * size_of(N) + learner_cells(N)
+    return own_cells(N, M) + TRIAL + 2 * M * size_of(N) + learner_cells(N, N)
 
 
 @kernel
@@ -113,13 +120,13 @@ def open_parts(memory, cells):
     size = OWN + 2 * N + N * (N - 1) // 2
     ground = open_ground(cells, N)
     own = open_cells(ground.own, N, M, size)
-    a = ground.own.size - TRIAL - 2 * M * size - (1 + 6 * N + 4 * N * N + N**3)
+    a = ground.own.size - TRIAL - 2 * M * size - (5 * N + 1 + 3 * N * N + N * (N * (N + 1) // 2))
     b = a + TRIAL
     c = b + M * size
     d = c + M * size
     return Parts(
         ground, own, ground.own[a:b], ground.own[b:c].reshape(M, size), ground.own[c:d].reshape(M, size),
-        open_learner(ground.own[d:], N),
+        open_learner(ground.own[d:], N, N),
     )  # fmt: skip
 
 
@@ -127,7 +134,6 @@ def open_parts(memory, cells):
 def _(memory, cells, theta, U, D):
     parts = open_parts(memory, cells)
     open_bank(memory, parts.own.bank, theta, U, D)
-    begin_learner(parts.learner)
 
 
 @rare
@@ -187,15 +193,18 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
         if e * e > SURPRISE * heavy * s2 * T:
             challenge(memory, parts, work.b)
     evidence, trial[RHO] = update_bank(memory, own.bank, e, R, theta, work, own.logs, memory.outliers > 0.0, rests)
-    last, climbs = own.logs[M:], ground.head[SEEN] > 2.0 * N and not rests
-    study(memory, learner, last[0], last[1], last[2], last[3], work.b, work.psi, climbs)
+    error, spread, own_s2, part = own.logs[M], own.logs[M + 1], own.logs[M + 2], own.logs[M + 3]
+    follow(learner, work.psi, work.b, error, spread, own_s2, part, work.c)
+    if ground.head[SEEN] > 2.0 * N and not rests:
+        climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     trial[VERDICT] = NOTHING
     trial[CLEAN] = 0.0 if trial[RHO] > 0.5 else trial[CLEAN] + 1.0
     if trial[ON] > 0.0:
         trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
         if trial[VERDICT] == A_JUMP:
             take_over(own.bank, parts.challenger, trial)
-            forget_slopes(learner)
+            for j in range(N):
+                begin_again(learner, j)
         elif trial[VERDICT] == A_LEVEL:
             take_over(own.bank, parts.rival, trial)
     own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
@@ -236,12 +245,12 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     parts = open_parts(memory, cells)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, q, status = D.size, own.bank.shape[0], own.q, 0
-    speed_up(learner, ground.unit)
     for i in range(N):
         for m in range(M - 1):
             q[m, i] = memory.levels[m] * ground.unit[i]
-        q[M - 1, i] = ground.q[i] = learner.q[i]
-    move_on(learner, memory.phi)
+        q[M - 1, i] = ground.q[i] = ratio(memory, learner, i) * ground.unit[i]
+    learnt = mode(own.bank, M - 1, N)
+    carry(learner, memory.phi, ground.q, learnt.U, learnt.D, memory.cap, work.c)
     rests = ground.head[RESTS] > 0.0
     if surprise >= 0.0 and not rests:
         interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)

@@ -8,8 +8,6 @@ from ..kernel.ud import entry, orthogonalise, widen_along
 from .adapt import age, plain
 from .drift import widen_within
 
-APART = 1e-100  # far below any ratio of units: a share of a deviation that is none
-
 
 class Drift(NamedTuple):
     """Each parameter relaxes and wanders: theta(k+1) = phi theta(k) + w(k), var w = q (a Gauss-Markov process).
@@ -45,6 +43,8 @@ class Coupled(NamedTuple):
     d: Vector
 
 
+FORGOTTEN = 1e-280  # a variance that relaxed to nothing: the column of U, relative to it, would overflow
+
 plain(Drifting, Coupled)
 
 
@@ -54,15 +54,12 @@ def relax(theta, U, D, phi, a):
     at = 0
     for j in range(D.size):
         theta[j] *= phi[j]
-        column, before, most = U[at : at + j], D[j], 0.0
+        column, before = U[at : at + j], D[j]
         D[j] *= phi[j] * phi[j]
         for i in range(j):
             a[i] = phi[i] * column[i]
-            most = max(most, abs(a[i]))
-        is_apart = abs(phi[j]) <= APART * most  # what the others shared with this parameter is theirs alone now
-        for i in range(j):
-            column[i] = 0.0 if is_apart else a[i] / phi[j]
-        if is_apart:
+            column[i] = a[i] / phi[j] if D[j] > FORGOTTEN else 0.0
+        if D[j] <= FORGOTTEN:  # what the others shared with this parameter is theirs alone now
             widen_along(U, D, a, before, j - 1)
         at += j
 

@@ -38,6 +38,8 @@ SEEN, RESTS, LEVER, HEAD = range(4)  # cells: samples that counted, is it at res
 SLOWEST = 0.005  # gain of the running mean squares
 LEAST = 0.01  # of its largest mean square: a regressor's floor; of all mean squares: a plant at rest
 RECENT = 0.05  # gain of the mean leverage
+FIRST, START = 10, 1e-3  # policies that need a settled filter begin after so many samples, with this NVR until then
+INVISIBLE = 1e-250  # a mean square that says nothing: its inverse would overflow in products
 WAKING = 0.01  # at rest the mean squares move so much slower: a level that stays low is taken for normal in the end
 
 
@@ -90,6 +92,16 @@ def revise(policy, own, sample, theta, U, D, q):
 
 
 @kernel
+def starts(sample, q):
+    """Let q be that of NVR 1e-3 for the first 10 samples, at least 2 N; say whether this is one of them."""
+    if sample.seen > max(FIRST, 2 * q.size):
+        return False
+    for i in range(q.size):
+        q[i] = START * sample.unit[i]
+    return True
+
+
+@kernel
 def excite(memory, ground, psi):
     """Take the row into the mean squares, update the units, and say whether the plant is at rest."""
     head, ms, top, unit, N = ground.head, ground.ms, ground.top, ground.unit, psi.size
@@ -103,7 +115,7 @@ def excite(memory, ground, psi):
         ms[i] += gain * (psi[i] * psi[i] - ms[i])
         top[i] = max(top[i], ms[i])
         floored = max(ms[i], LEAST * top[i], memory.floor)
-        unit[i] = memory.R / floored if floored > 0.0 else 0.0
+        unit[i] = memory.R / floored if floored > INVISIBLE else 0.0
     head[RESTS] = 1.0 if rests else 0.0
     if not rests:
         head[SEEN] += 1.0

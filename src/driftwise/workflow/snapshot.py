@@ -16,13 +16,19 @@ from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..memory.auto import Auto
+from ..memory.auxiliary import AuxiliaryFilter
 from ..memory.bank import Bank, Interacting
+from ..memory.correlation import Correlation
 from ..memory.directional import DirectionalForgetting
 from ..memory.drift import Inflate, Never, UntilJump, Walk
 from ..memory.fading import LimitedGain, VariableForgetting, Weighted
+from ..memory.fuzzy import FuzzyDrift
+from ..memory.likelihood import LikelihoodDrift
+from ..memory.matching import CovarianceMatching
 from ..memory.restart import GainReset
 from ..memory.run_lengths import RunLengths
 from ..memory.transition import Drift
+from ..memory.variational import VariationalBayes
 from ..memory.window import Window
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.scale import UnknownScale
@@ -42,6 +48,12 @@ KINDS = {
         Auto,
         Bank,
         Interacting,
+        FuzzyDrift,
+        CovarianceMatching,
+        AuxiliaryFilter,
+        Correlation,
+        LikelihoodDrift,
+        VariationalBayes,
         LimitedGain,
         Weighted,
         VariableForgetting,

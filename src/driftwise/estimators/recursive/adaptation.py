@@ -16,6 +16,11 @@ from ...models.scale import KnownScale
 from .. import door
 from ..policies import jump_size, resolve_walk, resolve_watch
 
+EKF = (
+    "an extended Kalman filter with log q appended to its state learns nothing: the innovation's mean does not depend "
+    "on q, so the cross-covariance of theta and log q stays exactly 0 (measured: log q moves by 0.0 in 600 samples). "
+    "LikelihoodDrift() learns log q from the variance of the innovations instead"
+)
 LARGEST = 50_000_000  # numbers in a window, 400 MB of them
 
 
@@ -64,7 +69,7 @@ def resolve_restart(answer, setting) -> Any:
         q = jump_size("step", answer.step, setting.N) ** 2 * setting.units
         return restart.Jolt(q, float(door.yes("only_named", answer.only_named)), setting.cap)
     if isinstance(answer, restart.GainReset):
-        return restart.Reset(_more_than_one("samples", answer.samples), setting.cap)
+        return restart.Reset(more_than_one("samples", answer.samples), setting.cap)
     raise InputError(f"restart must be Inflate(step) or GainReset(samples), got {answer!r}")
 
 
@@ -74,9 +79,18 @@ def resolve(memory, setting) -> tuple[Any, int]:
     if type(memory) not in learn.table:
         raise InputError(
             "memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N), DirectionalForgetting(p), "
-            f"Walk(q), Window(T), UntilJump() or RunLengths(jump, every), got {memory!r}{_meant(memory)}"
+            f"Walk(q), Window(T), UntilJump(), RunLengths(jump, every), Drift(phi, q) or, where q is not known, "
+            "LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), Correlation() or "
+            f"VariationalBayes(), got {memory!r}{_meant(memory)}"
         )
     return memory, 0
+
+
+@resolve.register
+def _(memory: str, setting):
+    if memory.lower() in ("ekf", "augmented ekf"):
+        raise InputError(EKF)
+    raise InputError(f"memory is a policy, such as Weighted(0.99), not the word {memory!r}: words are for --memory")
 
 
 @resolve.register
@@ -86,7 +100,7 @@ def _(memory: Walk, setting):
 
 @resolve.register
 def _(memory: fading.LimitedGain, setting):
-    samples = _more_than_one("samples", memory.samples)
+    samples = more_than_one("samples", memory.samples)
     return fading.Fade(1.0, samples, MEMORIES * samples, setting.cap), 1 + setting.N
 
 
@@ -98,7 +112,7 @@ def _(memory: fading.Weighted, setting):
 
 @resolve.register
 def _(memory: fading.VariableForgetting, setting):
-    samples, least = _more_than_one("samples", memory.samples), door.positive("least", memory.least)
+    samples, least = more_than_one("samples", memory.samples), door.positive("least", memory.least)
     if least > 1:
         raise InputError(f"least is the smallest lambda, above 0 and at most 1, got {memory.least!r}")
     return fading.Alert(samples, least, setting.settle, MEMORIES * samples, setting.cap), 1 + setting.N
@@ -130,7 +144,7 @@ def _(memory: window.Window, setting):
 @resolve.register
 def _(memory: run_lengths.RunLengths, setting):
     q = jump_size("jump", memory.jump, setting.N) ** 2 * setting.units
-    rate = 1 / _more_than_one("every", memory.every)
+    rate = 1 / more_than_one("every", memory.every)
     count = door.count("hypotheses", memory.hypotheses, least=2)
     settle = 3 * setting.settle  # six times the number of unknowns, as long as detectors wait
     return run_lengths.Mixture(rate, count, settle, q, setting.cap), run_lengths.cells_of(count, setting.N)
@@ -143,7 +157,8 @@ def _meant(memory) -> str:
     return ""
 
 
-def _more_than_one(name, value) -> float:
+def more_than_one(name, value) -> float:
+    """Return a number of samples that exceeds one."""
     if door.positive(name, value) <= 1:
         raise InputError(f"{name} must exceed 1 (a gain of 1 erases all that was learnt), got {value!r}")
     return float(value)

@@ -20,6 +20,7 @@ from ..hindsight.estimator import InHindsight
 from ..joint.estimator import WIDTH
 from ..policies import check_scale, resolve_gate
 from ..reading import Reading
+from . import banks as _banks  # noqa: F401  (registers the policies)
 from . import step as _step  # noqa: F401  (registers the step)
 from . import unknown_noise as _unknown_noise  # noqa: F401  (registers the policies)
 from .adaptation import Setting, adaptation

@@ -8,10 +8,10 @@ import numpy as np
 
 from ...errors import InputError
 from ...kernel import ud
-from ...memory import auto, bank, transition, unknown
+from ...memory import auxiliary, correlation, fuzzy, likelihood, matching, transition, unknown, variational
 from ...models.scale import KnownScale
 from .. import door
-from .adaptation import Setting, resolve
+from .adaptation import LARGEST, Setting, more_than_one, resolve
 
 ROOM = 2.0  # times its prior, the widest variance: a prior of known width is no limit before data come
 FADING = 0.995  # per sample, of what sigma^2 rests on: the noise may change, 200 samples of it count
@@ -53,62 +53,98 @@ def _(memory: transition.Drift, setting):
     return transition.Drifting(diagonal(memory.phi, N), q, ROOM * setting.cap), 0
 
 
-def modes(setting: Setting, count: int, phi: Any = 1.0) -> dict[str, Any]:
-    """Return the numbers every bank of ``count`` modes has: see `memory.modes`."""
-    learns = not isinstance(setting.scale, KnownScale)
-    freedom, chi2 = (2 * setting.scale.alpha, 2 * setting.scale.beta) if learns else (0.0, 0.0)
-    numbers = {k: v for k, v in ground(setting, phi).items() if k != "discount"}
-    return numbers | dict(learns=float(learns), freedom=freedom, chi2=chi2, told=3.0 * count)
-
-
-def _levels(memory) -> np.ndarray:
-    """Return the NVRs of a bank."""
-    levels = door.floats("levels", memory.levels)
-    if levels.ndim != 1 or len(levels) < 2 or not np.isfinite(levels).all() or np.any(levels < 0):
-        raise InputError(f"levels are two or more noise variance ratios, none negative, got {memory.levels!r}")
-    return levels
-
-
 @resolve.register
-def _(memory: bank.Bank, setting):
-    levels = _levels(memory)
-    if door.positive("forgetting", memory.forgetting) > 1:
-        raise InputError(f"forgetting is a power of the weights, above 0 and at most 1, got {memory.forgetting!r}")
-    M = len(levels)
-    kernel = bank.Fading(**modes(setting, M, memory.phi), forgetting=memory.forgetting, levels=levels)
-    return kernel, unknown.cells_of(setting.N, bank.own_cells(setting.N, M))
-
-
-@resolve.register
-def _(memory: bank.Interacting, setting):
-    levels, jumps, stay = _levels(memory), memory.jumps, memory.stay
-    if not 0 < stay < 1 or not 0 <= jumps < stay:
-        raise InputError(f"stay and jumps are probabilities, 0 <= jumps < stay < 1, got {stay!r} and {jumps!r}")
-    if jumps > 0:
-        levels = np.append(levels, bank.JUMP)
-    M = len(levels)
-    A = np.full((M, M), (1 - stay) / (M - 1))
-    np.fill_diagonal(A, stay)
-    if jumps > 0:
-        A[:-1, :-1] = (1 - stay) / (M - 2)
-        np.fill_diagonal(A, stay - jumps)
-        A[:-1, -1], A[-1, -1], A[-1, :-1] = jumps, bank.AGAIN, (1 - bank.AGAIN) / (M - 1)
-    kernel = bank.Mixing(**modes(setting, M, memory.phi), jumps=jumps, levels=levels, A=A.ravel())
-    return kernel, unknown.cells_of(setting.N, bank.own_cells(setting.N, M))
-
-
-@resolve.register
-def _(memory: auto.Auto, setting):
-    expect = door.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
-    levels = np.array([*auto.LEVELS, np.nan])  # the last one is learnt
-    M, stay = len(levels), auto.STAY
-    A = np.full((M, M), (1 - stay) / (M - 1))
-    np.fill_diagonal(A, stay)
-    kernel = auto.Contest(
-        **modes(setting, M, memory.phi), outliers=float(expect != "jumps"), trials=float(expect != "outliers"),
-        ripe=1.0 if expect == "jumps" else 2.0, levels=levels, A=A.ravel(),
+def _(memory: fuzzy.FuzzyDrift, setting):
+    levels = _rising("levels", memory.levels, 3, "noise variance ratios, small, medium and large")
+    error = _rising("error", memory.error, 2, "where |e|/sqrt(S) begins to be large, and where it wholly is")
+    geometric, delayed = door.yes("geometric", memory.geometric), door.yes("as_published", memory.as_published)
+    small, medium, large = np.maximum(levels, 1e-12) if geometric else levels  # a logarithm
+    kernel = fuzzy.Fuzzy(
+        **ground(setting, memory.phi), small=small, medium=medium, large=large, usual=error[0], alarming=error[1],
+        increment=door.positive("increment", memory.increment), geometric=float(geometric), delayed=float(delayed),
     )  # fmt: skip
-    return kernel, unknown.cells_of(setting.N, auto.auto_cells(setting.N, M))
+    return kernel, unknown.cells_of(setting.N, fuzzy.own_cells(setting.N, delayed))
+
+
+@resolve.register
+def _(memory: matching.CovarianceMatching, setting):
+    rule = matching.RULES.index(door.one_of("rule", memory.rule, matching.RULES))
+    kernel = matching.Match(**ground(setting, memory.phi), rule=rule, gain=_share("gain", memory.gain))
+    return kernel, unknown.cells_of(setting.N, matching.own_cells(setting.N))
+
+
+@resolve.register
+def _(memory: auxiliary.AuxiliaryFilter, setting):
+    most = door.positive("most", memory.most)
+    kernel = auxiliary.Auxiliary(
+        **ground(setting, memory.phi), forgetting=_share("forgetting", memory.forgetting),
+        start=door.positive("start", memory.start), most=most, widest=np.full(setting.N, most**2),
+    )  # fmt: skip
+    return kernel, unknown.cells_of(setting.N, auxiliary.own_cells(setting.N))
+
+
+@resolve.register
+def _(memory: correlation.Correlation, setting):
+    lags, samples = door.count("lags", memory.lags, least=1), more_than_one("memory", memory.memory)
+    cells = unknown.cells_of(setting.N, correlation.own_cells(setting.N, lags))
+    if cells > LARGEST:
+        raise InputError(
+            f"{lags} lags of {setting.N} parameters keep {cells:.2g} numbers, more than {LARGEST:.0e}: take fewer "
+            "lags, or LikelihoodDrift(shared=True), which keeps few"
+        )
+    kernel = correlation.Correlations(
+        **ground(setting, memory.phi), learns=_learns(setting), lags=lags, samples=samples, prior=setting.cap
+    )
+    return kernel, cells
+
+
+@resolve.register
+def _(memory: likelihood.LikelihoodDrift, setting):
+    least, start, most = (door.positive(name, getattr(memory, name)) for name in ("least", "start", "most"))
+    if not least <= start <= most:
+        raise InputError(f"start lies between least and most, got {start!r}, {least!r} and {most!r}")
+    ratios = 1 if door.yes("shared", memory.shared) else setting.N
+    kernel = likelihood.Climb(
+        **ground(setting, memory.phi), learns=_learns(setting), ratios=ratios, start=np.log(start), least=np.log(least),
+        most=np.log(most), samples=more_than_one("samples", memory.samples), tau=door.positive("tau", memory.tau),
+        prior=door.positive("prior", memory.prior),
+    )  # fmt: skip
+    return kernel, unknown.cells_of(setting.N, likelihood.own_cells(setting.N, ratios))
+
+
+@resolve.register
+def _(memory: variational.VariationalBayes, setting):
+    name, nvr = door.one_of("rule", memory.rule, variational.RULES), door.positive("nvr", memory.nvr)
+    common, weight, chi2 = ground(setting, memory.phi), 0.0, 0.0
+    if name != "drift":
+        if isinstance(setting.scale, KnownScale):
+            raise InputError(
+                f"VariationalBayes(rule={name!r}) learns the variance of the noise, and variance=.. says it is known: "
+                "leave variance out, add a prior (scale=UnknownScale(alpha, beta)), or take rule='drift'"
+            )
+        common["discount"], weight, chi2 = variational.FADING[name], 2 * setting.scale.alpha, 2 * setting.scale.beta
+    kernel = variational.Nominal(
+        **common, rule=variational.RULES.index(name), nvr=nvr, settle=0.0 if weight >= 1 else 6.0 * setting.N,
+        weight=weight, chi2=chi2,
+    )  # fmt: skip
+    return kernel, unknown.cells_of(setting.N, variational.CELLS)
+
+
+def _learns(setting) -> float:
+    return float(not isinstance(setting.scale, KnownScale))
+
+
+def _rising(name, value, size, meaning) -> np.ndarray:
+    numbers = door.floats(name, value)
+    if numbers.shape != (size,) or not np.isfinite(numbers).all() or numbers[0] < 0 or np.any(np.diff(numbers) <= 0):
+        raise InputError(f"{name} must be {size} numbers that rise, none negative: {meaning}; got {value!r}")
+    return numbers
+
+
+def _share(name, value) -> float:
+    if door.positive(name, value) > 1:
+        raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
+    return float(value)
 
 
 def _coupled(memory, setting):

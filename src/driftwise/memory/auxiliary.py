@@ -1,0 +1,105 @@
+"""Drift by an auxiliary filter: a second Kalman filter whose state is q."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..kernel.compose import Vector, kernel
+from ..kernel.ud import correct, project
+from .hold import hold_within
+from .transition import relax
+from .unknown import START, adaptive, revise, starts
+
+
+class AuxiliaryFilter(NamedTuple):
+    """The speed of drift of each parameter by a Kalman filter of its own, e^2 its measurement.
+
+    e^2 - S is explained by the q_i times psi_i^2, with the variance 2 S^2 that a square of a Gaussian has; q forgets
+    by ``forgetting`` a sample. ``start`` is the deviation of the noise variance ratios at the beginning, ``most`` the
+    largest of them. ``phi`` is that of `Drift`. Source: after Maitelli and Yoneyama (1997), as Abid and Kamoun (2008)
+    compare it; reconstructed. Bad at: parameters that rest (it hears drift in the noise, errors are three times those
+    of least squares and bars too wide), unequal speeds where regressors are alike, and a noise variance told too small.
+    """
+
+    forgetting: float = 0.995
+    start: float = 0.1
+    most: float = 10.0
+    phi: Any = 1.0
+
+
+class Auxiliary(NamedTuple):
+    """What the kernel sees of an `AuxiliaryFilter`; ``widest`` are the largest variances of the ratios."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    discount: float
+    forgetting: float
+    start: float
+    most: float
+    widest: Vector
+
+
+LOUDER = 1e6  # times its mean square so far, the largest jump of a regressor that counts
+
+
+class Filter(NamedTuple):
+    """Views of what it keeps: ratios, the units they were in, their covariance, and scratch."""
+
+    nvr: np.ndarray
+    unit: np.ndarray
+    D: np.ndarray
+    h: np.ndarray
+    f: np.ndarray
+    b: np.ndarray
+    U: np.ndarray
+
+
+def own_cells(N: int) -> int:
+    """Return how many numbers the filter keeps."""
+    return 6 * N + N * (N - 1) // 2
+
+
+@kernel
+def open_filter(own, N):
+    """Return the views."""
+    v = own[: 6 * N].reshape(6, N)
+    return Filter(v[0], v[1], v[2], v[3], v[4], v[5], own[6 * N :])
+
+
+adaptive(Auxiliary)
+
+
+@revise.on(Auxiliary)
+def _(policy, own, sample, theta, U, D, q):
+    second, N = open_filter(own, q.size), q.size
+    if starts(sample, q):
+        for i in range(N):
+            second.nvr[i], second.D[i] = START, policy.start**2
+        return
+    z = sample.e / sample.T * (sample.e / sample.s2) - 1.0
+    for i in range(N):  # q is what stays: a ratio changes with its unit
+        is_seen = second.unit[i] > 0.0 and sample.unit[i] > 0.0
+        second.f[i] = min(second.unit[i] / sample.unit[i], LOUDER) if is_seen else 1.0
+        second.unit[i] = sample.unit[i]
+        second.h[i] = sample.psi[i] * sample.unit[i] / sample.T * sample.psi[i]
+        z += sample.psi[i] * q[i] / sample.T * sample.psi[i]
+    relax(second.nvr, second.U, second.D, second.f, second.b)
+    listen(policy, second, z)
+    for i in range(N):
+        q[i] = second.nvr[i] * sample.unit[i]
+
+
+@kernel
+def listen(policy, second, z):
+    """Take z = h' nvr + v, var v = 2, into the ratios; forget. (z: what e^2/S holds besides R and Phi P Phi'.)"""
+    for i in range(second.nvr.size):
+        z -= second.h[i] * second.nvr[i]
+    project(second.U, second.h, second.f)
+    S = correct(second.U, second.D, second.f, 2.0, second.b)
+    for i in range(second.nvr.size):
+        second.nvr[i] = min(max(second.nvr[i] + second.b[i] / S * z, 0.0), policy.most)
+        second.D[i] /= policy.forgetting
+    hold_within(second.U, second.D, policy.widest, second.h, second.f, second.b)

@@ -1,0 +1,205 @@
+"""Drift by correlations: a filter that is not the right one has correlated innovations.
+
+A design filter, of fixed forgetting, has innovations e with E e(k) e(k-l) = c_l' x for x = (q_1 ms_1/R .. q_n ms_n/R,
+sigma^2/R): least squares over lags 0..L, fading, within bounds.
+M_j = dP/dx_j of that filter, V_l,j = d cov(error, e(k-l))/dx_j, as in `sensitivity`.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..kernel.compose import Vector, kernel
+from ..kernel.ud import correct, project
+from .hold import hold_within
+from .sensitivity import add_variance, follow_covariance
+from .transition import relax
+from .unknown import START, adaptive, revise
+
+
+class Correlation(NamedTuple):
+    """The speed of drift of each parameter by autocovariance least squares over ``lags``, fading in ``memory`` samples.
+
+    It reads the innovations of a design filter beside the estimator, which forgets 5 % a sample and knows nothing of
+    the result: there is no start to choose. ``phi`` is that of `Drift`. Sources: Mehra (1970); Odelson, Rajamani and
+    Rawlings (2006), in a form that varies in time. Bad at: changes (it answers late, to a jump as to a new speed),
+    few samples (it begins after 60), bars, which are short as a rule, and cost: it is the dearest of its kind.
+    """
+
+    lags: int = 10
+    memory: float = 300.0
+    phi: Any = 1.0
+
+
+class Correlations(NamedTuple):
+    """What the kernel sees of a `Correlation`."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    discount: float
+    learns: float  # whether sigma^2 is learnt
+    lags: float
+    samples: float
+    prior: Vector  # variances at the start
+
+
+FORGETTING = 0.95  # of the design filter
+SUMS, SOLVES, SWEEPS = 30, 60, 8  # samples before sums begin, and before they are solved; sweeps a sample
+RIDGE, LEAST, MOST, WIDEST = 1e-6, 1e-4, 1e4, 10.0  # bounds of the noise variance, of ratios
+
+
+class Design(NamedTuple):
+    """Views of the design filter and the sums: m = N + 1 unknowns, lags l = 1..L."""
+
+    theta: np.ndarray
+    D: np.ndarray
+    f: np.ndarray
+    b: np.ndarray
+    v: np.ndarray
+    U: np.ndarray
+    x: np.ndarray
+    g: np.ndarray
+    c: np.ndarray
+    G: np.ndarray
+    M: np.ndarray
+    V: np.ndarray
+    e: np.ndarray  # past innovations over their deviations
+    T: np.ndarray  # and their variances
+
+
+def own_cells(N: int, lags: int) -> int:
+    """Return how many numbers it keeps."""
+    m = N + 1
+    return 5 * N + N * (N - 1) // 2 + 3 * m + m * m + m * N * (N + 1) // 2 + lags * (m * N + 2)
+
+
+@kernel
+def open_design(own, N, lags):
+    """Return the views."""
+    m = N + 1
+    rows = own[: 5 * N].reshape(5, N)
+    x = 5 * N + N * (N - 1) // 2
+    G = x + 3 * m
+    M = G + m * m
+    V = M + m * N * (N + 1) // 2
+    e = V + lags * m * N
+    unknowns = own[x:G].reshape(3, m)
+    return Design(
+        rows[0], rows[1], rows[2], rows[3], rows[4], own[5 * N : x], unknowns[0], unknowns[1], unknowns[2],
+        own[G:M].reshape(m, m), own[M:V].reshape(m, N * (N + 1) // 2), own[V:e].reshape(lags, m, N),
+        own[e : e + lags], own[e + lags : e + 2 * lags],
+    )  # fmt: skip
+
+
+adaptive(Correlations)
+
+
+@revise.on(Correlations)
+def _(policy, own, sample, theta, U, D, q):
+    N = q.size
+    design = open_design(own, N, int(policy.lags))
+    if sample.seen == 1.0:
+        for i in range(N):
+            design.D[i], design.x[i] = policy.prior[i], START
+        design.x[N] = 1.0
+    e = sample.e
+    for i in range(N):
+        e += sample.psi[i] * (theta[i] - sample.b[i] / sample.T * sample.e - design.theta[i])
+    project(design.U, sample.psi, design.f)
+    T = correct(design.U, design.D, design.f, sample.R, design.b)
+    correlate(policy, design, sample, e / math.sqrt(sample.s2 * T), T, sample.seen > SUMS)
+    for i in range(N):
+        design.theta[i] += design.b[i] / T * e
+        design.D[i] /= FORGETTING
+    relax(design.theta, design.U, design.D, policy.phi, design.v)
+    hold_within(design.U, design.D, policy.cap, design.v, design.f, design.b)
+    if sample.seen > SOLVES:
+        sweep(policy, design)
+    scale = design.x[N] if policy.learns > 0.0 else 1.0
+    for i in range(N):
+        q[i] = min(design.x[i] / scale, WIDEST) * sample.unit[i]
+
+
+@kernel
+def correlate(policy, design, sample, z, T, counts):
+    """Take z = e/sqrt(s2 T) into the sums, and M, V to the next sample."""
+    N, lags, psi, b, phi = sample.psi.size, design.e.size, sample.psi, design.b, policy.phi
+    if counts:
+        fade(policy, design)
+        for l in range(lags):
+            for j in range(N + 1):
+                design.c[j] = 0.0
+                for i in range(N):
+                    design.c[j] += psi[i] * design.V[l, j, i] / T
+            if design.T[l] > 0.0:
+                add(design, 1.0, math.sqrt(T / design.T[l]), z * design.e[l])
+    for l in range(lags - 1, 0, -1):
+        design.e[l], design.T[l] = design.e[l - 1], design.T[l - 1]
+        for j in range(N + 1):
+            push(design.V[l - 1, j], design.V[l, j], psi, b, T, phi)
+    for j in range(N + 1):
+        c = follow_covariance(design.M[j], psi, b, T, sample.R if j == N else 0.0, 1.0, design.v)
+        design.c[j] = c / T
+        for i in range(N):
+            design.V[0, j, i] = phi[i] * (design.v[i] - b[i] * (c / T))
+        at = 0
+        for i in range(N):
+            for k in range(i + 1):
+                design.M[j, at] *= phi[i] * phi[k]
+                at += 1
+    for i in range(N):
+        add_variance(design.M[i], i, sample.unit[i])
+    design.e[0], design.T[0] = z, T
+    if counts:
+        add(design, 0.5, 1.0, z * z)
+
+
+@kernel
+def push(old, new, psi, b, T, phi):
+    """new = Phi (I - K psi') old."""
+    inner = 0.0
+    for i in range(psi.size):
+        inner += psi[i] * old[i] / T
+    for i in range(psi.size):
+        new[i] = phi[i] * (old[i] - b[i] * inner)
+
+
+@kernel
+def fade(policy, design):
+    """Let the sums fade by one sample."""
+    keep = 1.0 - 1.0 / policy.samples
+    for j in range(design.g.size):
+        design.g[j] *= keep
+        for i in range(design.g.size):
+            design.G[i, j] *= keep
+
+
+@kernel
+def add(design, weight, scale, product):
+    """Add one equation, (scale c)' x = product."""
+    for j in range(design.g.size):
+        design.g[j] += weight * scale * design.c[j] * product
+        for i in range(design.g.size):
+            design.G[i, j] += weight * scale * design.c[i] * (scale * design.c[j])
+
+
+@kernel
+def sweep(policy, design):
+    """Solve the sums for x within its bounds: coordinate descent, from the last solution."""
+    x, g, G, m, trace = design.x, design.g, design.G, design.x.size, 0.0
+    for j in range(m):
+        trace += G[j, j]
+    ridge = RIDGE * trace / m
+    if not ridge > 0.0:
+        return
+    for _ in range(SWEEPS):
+        for i in range(m if policy.learns > 0.0 else m - 1):
+            rest = g[i] + G[i, i] * x[i]
+            for j in range(m):
+                rest -= G[i, j] * x[j]
+            low, high = (LEAST, MOST) if i == m - 1 else (0.0, WIDEST)
+            x[i] = min(max(rest / (G[i, i] + ridge), low), high)

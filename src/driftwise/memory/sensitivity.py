@@ -1,0 +1,56 @@
+"""How estimate and covariance of a filter answer to a change of its noise variances: exact derivatives, step by step.
+
+For a hyper-parameter j whose part of Q is dQ_j and of the noise variance d_j (its logarithm: q_j in entry jj; 0):
+
+    v = dP psi,  dT = psi' v + d,  de = -psi' dtheta
+    dtheta <- Phi (dtheta + (v - K dT) e/T + K de),   dP <- Phi (dP - K v' - v K' + K K' dT) Phi' + dQ
+
+P, T, Q are relative to sigma^2 where that is learnt: theta and P then do not depend on it. dP is packed
+(`kernel.dense`).
+Source: Gupta and Mehra (1974), with the measurement update written out.
+"""
+
+from ..kernel.compose import kernel
+from ..kernel.dense import at, multiply
+
+
+@kernel
+def follow_covariance(dP, psi, b, T, d, part, v):
+    """Take a ``part`` of the correction P - b b'/T into dP; return dT, and v = dP psi as it was before."""
+    dT = multiply(dP, psi, v) + d
+    start = 0
+    for j in range(psi.size):
+        Kj = b[j] / T
+        for i in range(j + 1):
+            dP[start + i] += part * (b[i] / T * (Kj * dT - v[j]) - v[i] * Kj)
+        start += j + 1
+    return dT
+
+
+@kernel
+def follow_mean(dtheta, psi, b, e, T, dT, part, v):
+    """Take a ``part`` of the correction theta + b e/T into dtheta; return de."""
+    de = 0.0
+    for i in range(psi.size):
+        de -= psi[i] * dtheta[i]
+    for i in range(psi.size):
+        K = b[i] / T
+        dtheta[i] += part * ((v[i] - K * dT) / T * e + K * de)
+    return de
+
+
+@kernel
+def pass_time(dtheta, dP, phi):
+    """dtheta <- Phi dtheta, dP <- Phi dP Phi' for a diagonal Phi."""
+    start = 0
+    for j in range(phi.size):
+        dtheta[j] *= phi[j]
+        for i in range(j + 1):
+            dP[start + i] *= phi[i] * phi[j]
+        start += j + 1
+
+
+@kernel
+def add_variance(dP, i, q):
+    """Add q to entry ii."""
+    dP[at(i, i)] += q

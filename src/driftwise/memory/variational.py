@@ -1,0 +1,139 @@
+"""A nominal drift, and a posterior of noise variance and P around it, by variational Bayes."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..kernel.compose import Vector, kernel
+from ..kernel.ud import correct, covariances, predicted_variance, widen_along
+from .adapt import by_least_squares, learn, reckon
+from .hold import hold_within
+from .unknown import RESTS, SEEN, adaptive, count_unless_at_rest, excite, open_ground
+
+
+class VariationalBayes(NamedTuple):
+    """Noise variance, P, or both, by variational Bayes around a drift of nominal noise variance ratio ``nvr``.
+
+    ``rule``: "noise", sigma^2 alone, fading in 50 samples (Sarkka and Nummenmaa 2009); "both", sigma^2 and P (Huang,
+    Zhang, Wu, Li and Chambers 2018); "drift", P alone, sigma^2 known or learnt as everywhere. Under the first two the
+    nominal q is an absolute variance: the ratio times the noise variance of the prior (``scale``), or of the first 6 N
+    samples. ``phi`` is that of `Drift`. Bad at: drift, which none of them learns: where the nominal one is too small,
+    "noise" and "both" call it noise, widen the one and follow the other too slowly (errors two to seven times those of
+    a known q, bars far too short). They are here for comparison.
+    """
+
+    rule: str = "drift"
+    nvr: float = 1e-3
+    phi: Any = 1.0
+
+
+RULES = ("noise", "both", "drift")
+NOISE, BOTH, DRIFT = range(3)
+FADING = {"noise": 0.98, "both": 1.0 - float(np.exp(-4.0))}  # of what sigma^2 rests on
+TAU, TURNS, FEWER = 3.0, 5, 3  # weight of the nominal P, turns of the iterations
+
+
+class Nominal(NamedTuple):
+    """What the kernel sees of `VariationalBayes`."""
+
+    R: float
+    phi: Vector
+    cap: Vector
+    floor: float
+    moving: float
+    discount: float
+    rule: float
+    nvr: float
+    settle: float
+    weight: float  # of the prior of sigma^2
+    chi2: float
+
+
+WEIGHT, CHI2, FIRST, CELLS = range(
+    4
+)  # own cells: sigma^2 is CHI2/WEIGHT; FIRST: sigma^2 that the nominal variance is meant for
+
+
+adaptive(Nominal)
+
+
+@learn.on(Nominal)
+def _(memory, cells, e, R, s2, theta, U, D, work):
+    ground = open_ground(cells, D.size)
+    own, seen = ground.own, ground.head[SEEN]
+    if excite(memory, ground, work.psi):
+        return by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    own[WEIGHT] = memory.discount * own[WEIGHT] + 1.0 if seen > 0.0 else memory.discount * memory.weight + 1.0
+    own[CHI2] = memory.discount * own[CHI2] if seen > 0.0 else memory.discount * memory.chi2
+    p, is_relative = predicted_variance(work.f, D, 0.0), memory.rule == DRIFT
+    if not is_relative and seen < memory.settle:
+        own[CHI2] += e / (p + R) * e
+        own[FIRST] = own[CHI2] / max(own[WEIGHT], 1.0)
+        is_relative = True
+    elif own[FIRST] == 0.0:
+        own[FIRST] = s2
+    if memory.rule == NOISE:
+        if not is_relative:
+            own[CHI2] += residual(own, p, R, e, s2)
+        by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    else:
+        adapt_covariance(memory, own, p, R, e, s2, is_relative, theta, U, D, work)
+    nvr = memory.nvr
+    if not is_relative:  # P and q are absolute: what they are relative to changes
+        after = own[CHI2] / own[WEIGHT]
+        nvr *= own[FIRST] / after
+        for i in range(D.size):
+            D[i] *= s2 / after
+    for i in range(D.size):
+        ground.q[i] = nvr * ground.unit[i]
+    return p + R
+
+
+@reckon.on(Nominal)
+def _(memory, cells, count, chi2, weight, gain):
+    ground = open_ground(cells, memory.cap.size)
+    count, chi2, weight = count_unless_at_rest(memory, cells, count, chi2, weight, gain)
+    if memory.rule != DRIFT and ground.head[RESTS] == 0.0:
+        return ground.own[WEIGHT], ground.own[CHI2], weight
+    return count, chi2, weight
+
+
+@kernel
+def residual(own, p, R, e, s2):
+    """Return E (y - psi' theta)^2 given y, in units of R, at the variance it leads to."""
+    r, z = 1.0, 0.0
+    for _ in range(FEWER):
+        S = p + r * R
+        z = (r * R / S) * (e / S) * (e * r) + s2 * r * (p / S)
+        r = (own[CHI2] + z) / own[WEIGHT] / s2
+    return z
+
+
+@kernel
+def adapt_covariance(memory, own, p, R, e, s2, is_fixed, theta, U, D, work):
+    """Huang's iteration. All its covariances are P + a b b'/p with b = P psi, p = psi' b: a number is iterated.
+
+    P <- (tau P + P_f + (K e)(K e)')/(tau + 1), where K = k b and P_f = P less the share of b b'/p that is learnt.
+    """
+    a, r, z = 0.0, 1.0, 0.0
+    for _ in range(TURNS):
+        S = p * (1.0 + a) + r * R
+        k, left = (1.0 + a) / S, r * R / S
+        learnt = 1.0 - (1.0 + a) * left
+        a = ((k * e) * (p / s2) * (k * e) - learnt) / (TAU + 1.0)
+        if not is_fixed:
+            z = left * e / R * (left * e) + s2 * (p / R) * (1.0 - learnt)
+            r = (own[CHI2] + z) / own[WEIGHT] / s2
+    S = p * (1.0 + a) + r * R
+    k, room = (1.0 + a) / S, p + a * (p - r * R)
+    if not is_fixed:
+        own[CHI2] += z
+    if room > 0.0:  # as if the noise had another variance
+        correct(U, D, work.f, r * R * (1.0 + a) * (p / room), work.b)
+    else:
+        covariances(U, D, work.f, work.b)
+    for i in range(D.size):
+        theta[i] += k * work.b[i] * e
+    if p > 0.0 and not room > 0.0:
+        widen_along(U, D, work.b, ((1.0 + a) * (r * R / S) - 1.0) / p, D.size - 1)
+        hold_within(U, D, memory.cap, work.c, work.f, work.b)
