@@ -174,19 +174,22 @@ def variances(U, D, p):
 
 @kernel
 def factor_within(P, U, D):
-    """U D U' = P, given by its upper triangle, which is destroyed; a pivot that is round-off, or less, becomes zero."""
+    """U D U' = P, packed (`kernel.dense`) and destroyed; a pivot that is round-off, or less, becomes zero."""
     N = D.size
     for j in range(N):
-        D[j] = P[j, j]
+        D[j] = P[j * (j + 1) // 2 + j]
     for j in range(N - 1, -1, -1):
-        at, pivot = j * (j - 1) // 2, P[j, j]
+        at, column = j * (j - 1) // 2, P[j * (j + 1) // 2 :]
+        pivot = column[j]
         is_live = pivot > 8 * N * EPS * D[j]
         D[j] = pivot if is_live else 0.0
         for i in range(j):
-            U[at + i] = P[i, j] / pivot if is_live else 0.0
+            U[at + i] = column[i] / pivot if is_live else 0.0
+        start = 0
         for k in range(j if is_live else 0):
             for i in range(k + 1):
-                P[i, k] -= U[at + i] * P[k, j]
+                P[start + i] -= U[at + i] * column[k]
+            start += k + 1
 
 
 def unpack(U, D) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..kernel.compose import Vector, kernel, rare
 from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..kernel.ud import predicted_variance, widen
 from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
-from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_bank, tell_modes
+from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_mixture, tell_modes
 from .drift import widen_within
 from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
 from .likelihood import own_cells as learner_cells
@@ -117,17 +117,13 @@ def auto_cells(N: int, M: int) -> int:
 def open_parts(memory, cells):
     """Return the views."""
     N, M = memory.cap.size, memory.levels.size
-    size = OWN + 2 * N + N * (N - 1) // 2
+    size = M * (OWN + 2 * N + N * (N - 1) // 2)
     ground = open_ground(cells, N)
-    own = open_cells(ground.own, N, M, size)
-    a = ground.own.size - TRIAL - 2 * M * size - (5 * N + 1 + 3 * N * N + N * (N * (N + 1) // 2))
-    b = a + TRIAL
-    c = b + M * size
-    d = c + M * size
-    return Parts(
-        ground, own, ground.own[a:b], ground.own[b:c].reshape(M, size), ground.own[c:d].reshape(M, size),
-        open_learner(ground.own[d:], N, N),
-    )  # fmt: skip
+    own = open_cells(ground.own[TRIAL:], N, M)
+    a = ground.own.size - 2 * size - (5 * N + 1 + 3 * N * N + N * (N * (N + 1) // 2))
+    b = a + size
+    c = b + size
+    return Parts(ground, own, ground.own[:TRIAL], ground.own[a:b], ground.own[b:c], open_learner(ground.own[c:], N, N))
 
 
 @begin.on(Contest)
@@ -140,10 +136,10 @@ def _(memory, cells, theta, U, D):
 def challenge(memory, parts, b):
     """Start a trial: both banks are the incumbent's; one with parameters set free, one with louder noise."""
     bank, trial, N = parts.own.bank, parts.trial, memory.cap.size
-    for m in range(bank.shape[0]):
-        for i in range(bank.shape[1]):
-            parts.challenger[m, i] = parts.rival[m, i] = bank[m, i]
-        one, rival = mode(parts.challenger, m, N), parts.rival[m]
+    for i in range(bank.size):
+        parts.challenger[i] = parts.rival[i] = bank[i]
+    for m in range(memory.levels.size):
+        one, rival = mode(parts.challenger, m, N), mode(parts.rival, m, N).own
         for i in range(N):
             widen(one.U, one.D, i, WIDE * parts.ground.unit[i], b)
         rival[CHI2] = 2.0 * LOUD * own_sigma2(memory, rival)
@@ -174,9 +170,8 @@ def argue(memory, parts, e, R, theta, evidence, work, rests):
 @kernel
 def take_over(own, bank, trial):
     """Let the winner be the incumbent."""
-    for m in range(bank.shape[0]):
-        for i in range(bank.shape[1]):
-            own[m, i] = bank[m, i]
+    for i in range(bank.size):
+        own[i] = bank[i]
     trial[ON] = 0.0
 
 
@@ -184,7 +179,7 @@ def take_over(own, bank, trial):
 def _(memory, cells, e, R, s2, theta, U, D, work):
     parts = open_parts(memory, cells)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, M, T = D.size, own.bank.shape[0], predicted_variance(work.f, D, R)
+    N, M, T = D.size, memory.levels.size, predicted_variance(work.f, D, R)
     rests = excite(memory, ground, work.psi)
     lean(ground, R, T)
     if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
@@ -211,19 +206,24 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
     return T
 
 
-reckon.on(Contest)(reckon_bank)
 respond.on(Contest)(unmoved)
+
+
+@reckon.on(Contest)
+def _(memory, cells, count, chi2, weight, gain):
+    ground = open_ground(cells, memory.cap.size)
+    return reckon_mixture(memory, ground, ground.own[TRIAL:], count, chi2, gain)
 
 
 @distrust.on(Contest)
 def _(memory, cells):
-    trial = open_parts(memory, cells).trial
+    trial = open_ground(cells, memory.cap.size).own
     return trial[RHO] if trial[VERDICT] == NOTHING else 0.0
 
 
 @notice.on(Contest)
 def _(memory, cells, marks):
-    trial = open_parts(memory, cells).trial
+    trial = open_ground(cells, memory.cap.size).own
     is_told = trial[VERDICT] == A_JUMP
     marks[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
     if is_told:
@@ -234,9 +234,10 @@ def _(memory, cells, marks):
 @kernel
 def mixed_on(memory, own, bank, b):
     """Take a bank of a trial one sample on."""
-    for m in range(bank.shape[0]):
+    size = own.P.size
+    for m in range(memory.levels.size):
         one = mode(bank, m, memory.cap.size)
-        expand(one.U, one.D, own.dense[m])
+        expand(one.U, one.D, own.dense[m * size : (m + 1) * size])
     interact(memory, bank, own.dense, memory.A, own.q, own.old, own.P)
 
 
@@ -244,11 +245,11 @@ def mixed_on(memory, own, bank, b):
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     parts = open_parts(memory, cells)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, M, q, status = D.size, own.bank.shape[0], own.q, 0
+    N, M, q, status = D.size, memory.levels.size, own.q, 0
     for i in range(N):
         for m in range(M - 1):
-            q[m, i] = memory.levels[m] * ground.unit[i]
-        q[M - 1, i] = ground.q[i] = ratio(memory, learner, i) * ground.unit[i]
+            q[m * N + i] = memory.levels[m] * ground.unit[i]
+        q[(M - 1) * N + i] = ground.q[i] = ratio(memory, learner, i) * ground.unit[i]
     learnt = mode(own.bank, M - 1, N)
     carry(learner, memory.phi, ground.q, learnt.U, learnt.D, memory.cap, work.c)
     rests = ground.head[RESTS] > 0.0
@@ -268,11 +269,13 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     relax(theta, U, D, memory.phi, work.b)
     total = 0.0
     for m in range(M):
-        total += own.bank[m, WEIGHT] * own_sigma2(memory, own.bank[m])
+        one = mode(own.bank, m, N).own
+        own.logs[m] = one[WEIGHT] * own_sigma2(memory, one)
+        total += own.logs[m]
     for i in range(N):
         mean = 0.0
         for m in range(M):
-            mean += own.bank[m, WEIGHT] * own_sigma2(memory, own.bank[m]) * q[m, i]
+            mean += own.logs[m] * q[m * N + i]
         if not widen_within(U, D, i, mean / total, memory.cap[i], work.b):
             status |= CAPPED
     return 1.0, status

@@ -12,6 +12,7 @@ from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond
 from .modes import (
     OWN,
     WEIGHT,
+    count_of,
     drift_apart,
     interact,
     merge,
@@ -92,7 +93,7 @@ class Mixing(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """Views of what a bank keeps beyond the ground of all policies; q, old, dense, P and logs are scratch."""
+    """Views of what a bank keeps beyond the ground of all policies; q, dense, old, P and logs are scratch."""
 
     head: np.ndarray
     bank: np.ndarray
@@ -103,30 +104,27 @@ class Cells(NamedTuple):
     logs: np.ndarray
 
 
-def own_cells(N: int, M: int, banks: int = 1) -> int:
+def own_cells(N: int, M: int) -> int:
     """Return how many numbers a bank of M modes keeps."""
-    return OWN_HEAD + banks * M * size_of(N) + M * N + M * N * N + M * (OWN + 1 + N) + N * N + M + 4
+    return OWN_HEAD + 2 * M * size_of(N) + M * N + (M + 1) * N * (N + 1) // 2 + M + 4
 
 
 @kernel
-def open_cells(own, N, M, size):
-    """Return the views; ``size`` is that of a mode."""
-    a = OWN_HEAD + M * size
+def open_cells(own, N, M):
+    """Return the views."""
+    size, half = M * (OWN + 2 * N + N * (N - 1) // 2), N * (N + 1) // 2
+    a = OWN_HEAD + size
     b = a + M * N
-    c = b + M * N * N
-    d = c + M * (OWN + 1 + N)
-    e = d + N * N
-    return Cells(
-        own[:OWN_HEAD], own[OWN_HEAD:a].reshape(M, size), own[a:b].reshape(M, N), own[b:c].reshape(M, N, N),
-        own[c:d].reshape(M, OWN + 1 + N), own[d:e].reshape(N, N), own[e : e + M + 4],
-    )  # fmt: skip
+    c = b + M * half
+    d = c + size
+    e = d + half
+    return Cells(own[:OWN_HEAD], own[OWN_HEAD:a], own[a:b], own[b:c], own[c:d], own[d:e], own[e : e + M + 4])
 
 
 @kernel
 def cells_of_modes(memory, ground):
     """Return the views of a bank of as many modes as there are levels."""
-    N = memory.cap.size
-    return open_cells(ground.own, N, memory.levels.size, OWN + 2 * N + N * (N - 1) // 2)
+    return open_cells(ground.own, memory.cap.size, memory.levels.size)
 
 
 @kernel
@@ -151,16 +149,19 @@ def _(memory, cells, theta, U, D):
 
 
 @kernel
-def reckon_bank(memory, cells, count, chi2, weight, gain):
+def reckon_mixture(memory, ground, head, count, chi2, gain):
     """Freedom and sigma^2 are those of the mixture."""
-    ground = open_ground(cells, memory.cap.size)
     if memory.learns == 0.0:
         return count + 1.0, chi2 + gain, pace(ground)
-    freedom, s2 = ground.own[FREEDOM_NOW], ground.own[SIGMA2_NOW]
-    return freedom, s2 * max(freedom, 1.0), pace(ground)
+    return head[FREEDOM_NOW], head[SIGMA2_NOW] * max(head[FREEDOM_NOW], 1.0), pace(ground)
 
 
-reckon.on(Fading, Mixing)(reckon_bank)
+@reckon.on(Fading, Mixing)
+def _(memory, cells, count, chi2, weight, gain):
+    ground = open_ground(cells, memory.cap.size)
+    return reckon_mixture(memory, ground, ground.own, count, chi2, gain)
+
+
 notice.on(Fading)(nothing)
 respond.on(Fading, Mixing)(unmoved)
 distrust.on(Fading, Mixing)(trust)
@@ -168,19 +169,18 @@ distrust.on(Fading, Mixing)(trust)
 
 @kernel
 def speeds(memory, ground, own):
-    """Fill q (M, N) with the variances each mode gains, and the ground's with what they are on average."""
-    q, bank = own.q, own.bank
-    for i in range(q.shape[1]):
+    """Fill q (N of each mode) with the variances each gains, and the ground's with what they are on average."""
+    N, M, s2 = memory.cap.size, memory.levels.size, 0.0
+    for i in range(N):
         ground.q[i] = 0.0
-        for m in range(q.shape[0]):
-            q[m, i] = memory.levels[m] * ground.unit[i]
-    s2 = 0.0
-    for m in range(q.shape[0]):
-        share = bank[m, WEIGHT] * own_sigma2(memory, bank[m])
+    for m in range(M):
+        one = mode(own.bank, m, N).own
+        share = one[WEIGHT] * own_sigma2(memory, one)
         s2 += share
-        for i in range(q.shape[1]):
-            ground.q[i] += share * q[m, i]
-    for i in range(q.shape[1]):
+        for i in range(N):
+            own.q[m * N + i] = memory.levels[m] * ground.unit[i]
+            ground.q[i] += share * own.q[m * N + i]
+    for i in range(N):
         ground.q[i] /= s2
 
 
@@ -190,10 +190,10 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     own = cells_of_modes(memory, ground)
     if surprise >= 0.0:
         total = 0.0
-        for m in range(own.bank.shape[0]):
-            own.bank[m, WEIGHT] = own.bank[m, WEIGHT] ** memory.forgetting
-            total += own.bank[m, WEIGHT]
-        normalise(own.bank, total)
+        for m in range(memory.levels.size):
+            own.logs[m] = mode(own.bank, m, D.size).own[WEIGHT] ** memory.forgetting
+            total += own.logs[m]
+        normalise(own.bank, own.logs, total, D.size)
     speeds(memory, ground, own)
     drift_apart(memory, own.bank, own.q, work.b)
     merge(memory, own.bank, own.dense, theta, U, D, own.P)
@@ -217,10 +217,10 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
 def _(memory, cells, marks):
     """Tell a jump when the jump mode is likelier than all others, once until it is not."""
     own = cells_of_modes(memory, open_ground(cells, memory.cap.size))
-    last = own.bank.shape[0] - 1
+    last = mode(own.bank, memory.levels.size - 1, memory.cap.size)
     if memory.jumps == 0.0:
         return 0.0
-    w = own.bank[last, WEIGHT]
+    w = last.own[WEIGHT]
     marks[STATISTIC], was_told = 2.0 * w, own.head[TOLD] > 0.0
     own.head[TOLD] = 1.0 if w > 0.5 else 0.0
     if was_told or w <= 0.5:
@@ -232,8 +232,8 @@ def _(memory, cells, marks):
 @kernel
 def tell_modes(memory, bank, R, s2, theta, work, out):
     """Write weight, mean less the mixture's, and squared scale of each mode's prediction."""
-    N, M = theta.size, bank.shape[0]
-    for m in range(M):
+    N = theta.size
+    for m in range(count_of(bank, N)):
         one, offset = mode(bank, m, N), 0.0
         for i in range(N):
             offset += work.psi[i] * (one.theta[i] - theta[i])

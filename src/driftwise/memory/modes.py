@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel.compose import kernel, rare
+from ..kernel.dense import at
 from ..kernel.ud import correct, covariances, factor_within, predicted_variance, project, widen_along
 from .drift import widen_within
 from .transition import relax
@@ -37,8 +38,18 @@ def size_of(N: int) -> int:
 @kernel
 def mode(bank, m, N):
     """Return the views of mode m."""
-    row = bank[m]
-    return Mode(row[:OWN], row[OWN : OWN + N], row[OWN + N : OWN + 2 * N], row[OWN + 2 * N :])
+    size = OWN + 2 * N + N * (N - 1) // 2
+    a = m * size
+    b = a + OWN
+    c = b + N
+    d = c + N
+    return Mode(bank[a:b], bank[b:c], bank[c:d], bank[d : a + size])
+
+
+@kernel
+def count_of(bank, N):
+    """Return how many modes there are."""
+    return bank.size // (OWN + 2 * N + N * (N - 1) // 2)
 
 
 @kernel
@@ -50,9 +61,10 @@ def own_sigma2(memory, own):
 @kernel
 def open_bank(memory, bank, theta, U, D):
     """Let every mode begin as the estimator does; the weights are equal."""
-    for m in range(bank.shape[0]):
+    M = count_of(bank, D.size)
+    for m in range(M):
         one = mode(bank, m, D.size)
-        one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = 1.0 / bank.shape[0], memory.freedom, memory.chi2
+        one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = 1.0 / M, memory.freedom, memory.chi2
         for i in range(D.size):
             one.theta[i], one.D[i] = theta[i], D[i]
         for i in range(U.size):
@@ -132,7 +144,7 @@ def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
     e is the innovation of ``theta``, R the variance of the noise. ``logs`` is scratch of one number a mode; behind
     them stays, of the last mode, what `learner.study` wants: innovation, T, sigma^2, share that is no outlier.
     """
-    N, M, top, rho = theta.size, bank.shape[0], -math.inf, 0.0
+    N, M, top, rho = theta.size, count_of(bank, theta.size), -math.inf, 0.0
     for m in range(M):
         one = mode(bank, m, N)
         error = e
@@ -146,49 +158,56 @@ def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
             logs[M], logs[M + 1], logs[M + 2], logs[M + 3] = error, T, s2, 1.0 - share
     total = 0.0
     for m in range(M):
-        bank[m, WEIGHT] = math.exp(logs[m] - top)
-        total += bank[m, WEIGHT]
-    normalise(bank, total)
+        logs[m] = math.exp(logs[m] - top)
+        total += logs[m]
+    normalise(bank, logs, total, N)
     return top + math.log(total), rho
 
 
 @kernel
-def normalise(bank, total):
-    """Let the weights, whose sum is ``total``, sum to one, none of them below FAINTEST."""
-    again = 0.0
-    for m in range(bank.shape[0]):
-        bank[m, WEIGHT] = max(bank[m, WEIGHT] / total, FAINTEST)
-        again += bank[m, WEIGHT]
-    for m in range(bank.shape[0]):
-        bank[m, WEIGHT] /= again
+def normalise(bank, weights, total, N):
+    """Let the weights of the modes be these, whose sum is ``total``, over their sum, none of them below FAINTEST."""
+    M, again = count_of(bank, N), 0.0
+    for m in range(M):
+        weights[m] = max(weights[m] / total, FAINTEST)
+        again += weights[m]
+    for m in range(M):
+        mode(bank, m, N).own[WEIGHT] = weights[m] / again
 
 
 @kernel
 def expand(U, D, P):
-    """P = U D U', its upper triangle."""
+    """P = U D U', packed."""
+    start = 0
     for j in range(D.size):
         for i in range(j + 1):
-            P[i, j] = 0.0
-        at = j * (j - 1) // 2
+            P[start + i] = 0.0
+        start += j + 1
+    below = 0
+    for j in range(D.size):
+        start = 0
         for k in range(j):
-            g = U[at + k] * D[j]
+            g = U[below + k] * D[j]
             for i in range(k + 1):
-                P[i, k] += U[at + i] * g
-            P[k, j] = g
-        P[j, j] = D[j]
+                P[start + i] += U[below + i] * g
+            start += k + 1
+            P[at(k, j)] = g
+        P[at(j, j)] = D[j]
+        below += j
 
 
 @rare
 def merge(memory, bank, dense, theta, U, D, P):
     """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
 
-    ``dense`` (M, N, N) is left with the P of every mode; P (N, N) is scratch.
+    ``dense`` is left with the P of every mode, packed one behind the other; P (packed) is scratch.
     """
-    N, M, s2, freedom = D.size, bank.shape[0], 0.0, 0.0
+    N, s2, freedom, size = D.size, 0.0, 0.0, P.size
+    M = count_of(bank, N)
     for i in range(N):
         theta[i] = 0.0
-        for j in range(i, N):
-            P[i, j] = 0.0
+    for i in range(size):
+        P[i] = 0.0
     for m in range(M):
         one = mode(bank, m, N)
         w = one.own[WEIGHT]
@@ -196,78 +215,90 @@ def merge(memory, bank, dense, theta, U, D, P):
         freedom += w * one.own[FREEDOM]
         for i in range(N):
             theta[i] += w * one.theta[i]
-        expand(one.U, one.D, dense[m])
+        expand(one.U, one.D, dense[m * size : (m + 1) * size])
     for m in range(M):
         one = mode(bank, m, N)
-        w, v = one.own[WEIGHT] / s2, one.own[WEIGHT] / s2 * own_sigma2(memory, one.own)
-        for i in range(N):
-            d = w * (one.theta[i] - theta[i])
-            for j in range(i, N):
-                P[i, j] += v * dense[m, i, j] + d * (one.theta[j] - theta[j])
+        w = one.own[WEIGHT] / s2
+        add_spread(P, w * own_sigma2(memory, one.own), dense[m * size : (m + 1) * size], w, one.theta, theta)
     factor_within(P, U, D)
     return freedom, s2
 
 
+@kernel
+def add_spread(P, v, Q, w, a, b):
+    """P += v Q + w (a - b)(a - b)', packed."""
+    start = 0
+    for j in range(b.size):
+        d = w * (a[j] - b[j])
+        for i in range(j + 1):
+            P[start + i] += v * Q[start + i] + d * (a[i] - b[i])
+        start += j + 1
+
+
 @rare
 def drift_apart(memory, bank, q, b):
-    """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (M, N)."""
-    for m in range(bank.shape[0]):
-        one = mode(bank, m, memory.cap.size)
+    """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (N of each)."""
+    N = memory.cap.size
+    for m in range(count_of(bank, N)):
+        one = mode(bank, m, N)
         relax(one.theta, one.U, one.D, memory.phi, b)
-        for i in range(memory.cap.size):
-            widen_within(one.U, one.D, i, q[m, i], memory.cap[i], b)
+        for i in range(N):
+            widen_within(one.U, one.D, i, q[m * N + i], memory.cap[i], b)
 
 
 @rare
 def interact(memory, bank, dense, A, q, old, P):
-    """Take an interacting bank one sample on: mixed by A (M, M), then drifted, each mode with its own q (M, N).
+    """Take an interacting bank one sample on: mixed by A (M, M), then drifted, each mode with its own q (N of each).
 
     Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
-    variance exceeds its cap (D P D keeps P a covariance). ``dense`` has the P of every mode; ``old`` (M, OWN + 1 + N)
-    and P (N, N) are scratch.
+    variance exceeds its cap (D P D keeps P a covariance). ``dense`` has the P of every mode, packed; ``old`` (a copy of
+    the bank) and P (packed) are scratch.
     """
-    N, M, phi, cap = memory.cap.size, bank.shape[0], memory.phi, memory.cap
-    for m in range(M):
-        one = mode(bank, m, N)
-        for i in range(OWN):
-            old[m, i] = one.own[i]
-        old[m, OWN] = own_sigma2(memory, one.own)
-        for i in range(N):
-            old[m, OWN + 1 + i] = one.theta[i]
+    N, size = memory.cap.size, P.size
+    M = count_of(bank, N)
+    for i in range(bank.size):
+        old[i] = bank[i]
     for j in range(M):
         one = mode(bank, j, N)
         own, theta, weight, s2 = one.own, one.theta, 0.0, 0.0
         for i in range(M):
-            weight += old[i, WEIGHT] * A[i * M + j]
+            weight += mode(old, i, N).own[WEIGHT] * A[i * M + j]
         own[WEIGHT], own[FREEDOM], own[CHI2] = weight, 0.0, 0.0
         for k in range(N):
             theta[k] = 0.0
-            for h in range(k, N):
-                P[k, h] = 0.0
+        for k in range(size):
+            P[k] = 0.0
         for i in range(M):
-            mu = old[i, WEIGHT] * A[i * M + j] / weight
-            own[FREEDOM] += mu * old[i, FREEDOM]
-            own[CHI2] += mu * old[i, CHI2]
-            s2 += mu * old[i, OWN]
+            other = mode(old, i, N)
+            mu = other.own[WEIGHT] * A[i * M + j] / weight
+            own[FREEDOM] += mu * other.own[FREEDOM]
+            own[CHI2] += mu * other.own[CHI2]
+            s2 += mu * own_sigma2(memory, other.own)
             for k in range(N):
-                theta[k] += mu * old[i, OWN + 1 + k]
+                theta[k] += mu * other.theta[k]
         for i in range(M):
-            mu = old[i, WEIGHT] * A[i * M + j] / (weight * s2)
-            for k in range(N):
-                d = mu * (old[i, OWN + 1 + k] - theta[k])
-                for h in range(k, N):
-                    P[k, h] += mu * old[i, OWN] * dense[i, k, h] + d * (old[i, OWN + 1 + h] - theta[h])
+            other = mode(old, i, N)
+            w = other.own[WEIGHT] * A[i * M + j] / (weight * s2)
+            add_spread(P, w * own_sigma2(memory, other.own), dense[i * size : (i + 1) * size], w, other.theta, theta)
         if own[FREEDOM] >= 1.0:
             own[CHI2] = s2 * own[FREEDOM]
-        for k in range(N):
-            theta[k] *= phi[k]
-            for h in range(k, N):
-                P[k, h] *= phi[k] * phi[h]
-            P[k, k] += q[j, k]
-        for k in range(N):
-            if P[k, k] > cap[k]:
-                share = math.sqrt(cap[k] / P[k, k])
-                for h in range(N):
-                    P[min(h, k), max(h, k)] *= share
-                P[k, k] = cap[k]
+        move(memory, theta, P, q[j * N : (j + 1) * N])
         factor_within(P, one.U, one.D)
+
+
+@kernel
+def move(memory, theta, P, q):
+    """theta <- Phi theta, P <- Phi P Phi' + diag(q), packed, no variance beyond its cap."""
+    phi, cap, start = memory.phi, memory.cap, 0
+    for j in range(theta.size):
+        theta[j] *= phi[j]
+        for i in range(j + 1):
+            P[start + i] *= phi[i] * phi[j]
+        P[start + j] += q[j]
+        start += j + 1
+    for j in range(theta.size):
+        if P[at(j, j)] > cap[j]:
+            share = math.sqrt(cap[j] / P[at(j, j)])
+            for i in range(theta.size):
+                P[at(min(i, j), max(i, j))] *= share
+            P[at(j, j)] = cap[j]

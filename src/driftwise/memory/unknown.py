@@ -79,8 +79,10 @@ def cells_of(N: int, own: int = 0) -> int:
 @kernel
 def open_ground(cells, N):
     """Return the views."""
-    v = cells[HEAD : HEAD + 4 * N].reshape(4, N)
-    return Ground(cells[:HEAD], v[0], v[1], v[2], v[3], cells[HEAD + 4 * N :])
+    a = HEAD + N
+    b = a + N
+    c = b + N
+    return Ground(cells[:HEAD], cells[HEAD:a], cells[a:b], cells[b:c], cells[c : c + N], cells[c + N :])
 
 
 @choice
