@@ -6,7 +6,7 @@ from pathlib import Path
 
 from driftwise.edge import report_dynamics as parts_of
 from driftwise.edge import report_page as html
-from driftwise.edge.wording import fixed, interval, near_one, number, plus_minus
+from driftwise.edge.wording import fixed, interval, near_one, number, plus_minus, probable
 from driftwise.errors import InputError
 
 __all__ = ["write"]
@@ -29,7 +29,7 @@ def write(
     title : headline of the page
     labels : dict with "output", "input", "time": names with units for the axes
     events : list of Event of the whole run; taken from the trace if omitted
-    smoothed : what `Joint.smooth` returned for the same samples, drawn over the filtered parameters and states
+    smoothed : what `Joint.smooth` or `ARX.smooth` returned for the same samples, drawn over what the filter said
     orders : `OrderEvidence` of the record, shown as a table and bars
     study : a `Study` of the record; made from the trace if omitted
     """
@@ -62,7 +62,7 @@ def write(
     span = figures["output"].x_range
     if getattr(trace, "keep", "std") != "innovations":
         figures |= {f"parameter{j}": f for j, f in enumerate(draw.parameters(trace, span, smoothed, jumps))}
-        if smoothed is not None:
+        if smoothed is not None and smoothed.estimator.model.n:
             panels = draw.states(trace, span, smoothed, jumps)[:STATES_SHOWN]
             figures |= {f"state{j}": fig for j, fig in enumerate(panels)}
     adapts = draw.adaptation(trace, span, jumps)
@@ -93,6 +93,8 @@ def write(
             f"Model: {_equation(trace)}. {_bands(smoothed, jumps)}",
             _parameter_table(summary),
             *_grid([part for name, part in parts.items() if name.startswith("parameter")]),
+            _hindsight(smoothed),
+            _drift_table(summary),
         ),
         _states(parts, smoothed),
         parts_of.memory([_plot(parts[f"adaptation{j}"]) for j in range(len(adapts))], trace.estimator),
@@ -228,6 +230,41 @@ def _bands(smoothed, jumps) -> str:
             f"Dashed between dotted lines: smoothed, given {given}."
         )
     return words + (" Vertical lines: jumps." if jumps else "")
+
+
+def _hindsight(smoothed) -> str:
+    """Return what a record of drifting parameters says in hindsight, in words."""
+    is_told = smoothed is not None and not smoothed.estimator.model.n
+    return html.say(smoothed.words) if is_told else ""
+
+
+def _drift_table(summary) -> str:
+    """Return how fast each parameter drifts, where the memory knows."""
+    drift = summary.drift
+    if drift is None:
+        return ""
+    head = ["how fast each parameter drifts", "NVR (variance of a step / noise)", "memory (samples)", ""]
+    rows = []
+    for name, nvr, memory, is_still in zip(drift.names, drift.nvr, drift.memory, drift.is_still):
+        tag = '<span class="tag good">stands still</span>' if is_still else '<span class="tag warn">drifts</span>'
+        rows.append([name, number(nvr, 2), number(memory, 2), tag])
+    said = f"Explanations: {_explanations(drift)}." if drift.weights else ""
+    return html.table(head, rows) + (html.say(said) if said else "")
+
+
+def _explanations(drift) -> str:
+    """Return how likely each speed is, in words."""
+    return ", ".join(f"{_speed(name)} {probable(weight)}" for name, weight in drift.weights.items())
+
+
+def _speed(name: str) -> str:
+    meant = {
+        "still": "nothing drifts",
+        "fast": "everything drifts fast",
+        "learnt": "drift at these speeds",
+        "jump": "a jump",
+    }
+    return meant.get(name, f"NVR {name}")
 
 
 def _states(parts, smoothed) -> str:
