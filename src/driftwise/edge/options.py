@@ -148,14 +148,14 @@ class Plan(NamedTuple):
             ("--orders", self.orders is not None, "the orders stand behind the colon; compare runs by their fit"),
             ("--noise", self.noise != usual["noise"], "the model says what colours the noise"),
             ("--direct", self.direct, "nk = 0 acts at once"),
-            (
-                "--smooth",
-                self.smooth is not None and kind not in SMOOTHED,
-                f"only {', '.join(SMOOTHED)} are smoothed: their regressors are data",
-            ),
         ):
             if is_given:
                 raise InputError(f"{option} is for the joint filter, without --model; with --model {kind}, {instead}.")
+        if self.smooth is not None and kind not in SMOOTHED:
+            raise InputError(
+                f"--smooth is for {', '.join(SMOOTHED)}, whose regressors are data, and for the joint filter (no --model; "
+                f"--noise unknown estimates the colour of the noise as well); --model {kind} is not smoothed."
+            )
 
     def _recursive(self, gate, dt: float) -> Any:
         """Return the recursive estimator that --model names."""

@@ -135,7 +135,7 @@ def _quality(summary):
     for name, count in (
         ("missing outputs", summary.missing_outputs),
         ("missing inputs", summary.missing_inputs),
-        ("rejected", summary.rejected),
+        ("outliers", summary.rejected + summary.happened["outliers"][0]),
         ("bad cells", summary.bad_values),
     ):
         if count:
