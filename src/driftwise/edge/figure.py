@@ -60,9 +60,7 @@ def plot(trace, *, labels=None, figure=None):
         _parameters(ax, trace, time, columns)
         ax.set_ylabel(title)
     _innovations(axes[-1], trace, time)
-    for when, colour in changes(trace.events(), LINES_SHOWN):
-        for ax in axes:
-            ax.axvline(when, color=colour, linewidth=0.9, linestyle="-.", alpha=0.7, zorder=0)
+    _changes(axes, trace.events())
     axes[-1].set_xlabel(labels["time"])
     for ax in axes:
         _tidy(ax)
@@ -163,6 +161,12 @@ def _innovations(ax, trace, time):
     ax.plot(time[is_outlier], np.clip(z[is_outlier], -0.95 * reach, 0.95 * reach), "x", ms=5, color=PALETTE["warn"])
     ax.set_ylim(-reach, reach)
     ax.set_ylabel("innovation / sigma")
+
+
+def _changes(axes, events):
+    for when, colour in changes(events, LINES_SHOWN):
+        for ax in axes:
+            ax.axvline(when, color=colour, linewidth=0.9, linestyle="-.", alpha=0.7, zorder=0)
 
 
 def _tidy(ax):

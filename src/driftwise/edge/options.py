@@ -153,8 +153,8 @@ class Plan(NamedTuple):
                 raise InputError(f"{option} is for the joint filter, without --model; with --model {kind}, {instead}.")
         if self.smooth is not None and kind not in SMOOTHED:
             raise InputError(
-                f"--smooth is for {', '.join(SMOOTHED)}, whose regressors are data, and for the joint filter (no --model; "
-                f"--noise unknown estimates the colour of the noise as well); --model {kind} is not smoothed."
+                f"--smooth is for {', '.join(SMOOTHED)}, whose regressors are data, and for the joint filter, without "
+                f"--model (--noise unknown estimates the colour of the noise as well); --model {kind} is not smoothed."
             )
 
     def _recursive(self, gate, dt: float) -> Any:

@@ -10,6 +10,7 @@ from ..detect.variance import VarianceChange
 from ..kernel.status import MEANING, Status
 
 SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
+RESTS = 10  # samples at rest that are told; regressors are all small at once by chance, too
 MOVED = 3.0  # deviations by which an estimate has moved
 MOST_ODDS = 1e6  # beyond them odds are no longer told apart
 VERBS = {"width": ("widened", "narrowed"), "level": ("rose", "fell")}
@@ -49,13 +50,19 @@ def events_of(columns, limit: int) -> list[Event]:
     for bit, text in MEANING.items():
         if bit == Status.JUMP:
             continue
-        on = (columns.status & int(bit)) != 0
-        starts = np.flatnonzero(on & ~np.concatenate([[False], on[:-1]]))[:limit]
-        ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))[:limit]
-        for k, end in zip(starts, ends):
+        for k, end in runs(columns.status, bit)[:limit].tolist():
             more = f" ({end - k + 1} samples)" if end > k else ""
             found.append(Event(int(k), float(columns.time[k]), str(bit.name), text + more))
     return sorted(found, key=lambda event: event.sample)[:limit]
+
+
+def runs(status, bit: Status) -> np.ndarray:
+    """Return first and last sample of each run of a status bit, (runs, 2); of rest, those that are no chance."""
+    on = (status & int(bit)) != 0
+    starts = np.flatnonzero(on & ~np.concatenate([[False], on[:-1]]))
+    ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))
+    found = np.column_stack([starts, ends])
+    return found[ends - starts >= RESTS - 1] if bit == Status.AT_REST else found
 
 
 def jumps_of(columns, limit: int) -> list[Event]:

@@ -12,7 +12,7 @@ from ..estimators.door import floats
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
 from .events import events_of, jumps_of
-from .trace import KEEP, UNUSED, Trace
+from .trace import KEEP, UNUSED, Trace, quantile
 
 
 class TraceMIMO(Trace):
@@ -207,6 +207,14 @@ class Output:
     def has_bars(self) -> bool:
         """Whether the trace kept parameters with their deviations."""
         return self.parameters is not None
+
+    def band(self, level: float = 0.95) -> np.ndarray:
+        """Half-width of the prediction interval at each sample, (T,)."""
+        return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
+
+    def events(self, limit: int = 10_000):
+        """Return what happened besides ordinary samples, in order."""
+        return events_of(self, limit)
 
     def jumps(self, limit: int = 10_000):
         """Return an event for each alarm."""

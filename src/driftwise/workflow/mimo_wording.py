@@ -55,5 +55,5 @@ def _output(name, one, samples) -> str:
     if rises:
         text += f"; its noise level rose {times(rises, when)}"
     lost = [f"{count} {what}" for count, what in ((one.missing, "missing"), (one.bad_values, "absurd values")) if count]
-    lost += lost_words(one, samples)
+    lost += lost_words(one)
     return text + (f"; of {samples} samples {', '.join(lost)}." if lost else ".")

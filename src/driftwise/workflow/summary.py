@@ -9,7 +9,7 @@ import numpy as np
 
 from ..kernel.status import Status
 from ..models.convert import Model
-from .events import weighed_words
+from .events import runs, weighed_words
 from .trace import Trace, quantile
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 
@@ -59,9 +59,10 @@ class Summary:
             last = trace.jumps()[-1]
             self.jumps, self.last_jump, self.last_moved = self.jumps + len(jumped), last.time, weighed_words(last)
         for name, bit in HAPPENED.items():
-            where = np.flatnonzero(status & int(bit))
+            where = runs(status, bit)
             if len(where):
-                self.happened[name] = self.happened[name][0] + len(where), float(trace.time[where[-1]])
+                more = int((where[:, 1] - where[:, 0] + 1).sum())
+                self.happened[name] = self.happened[name][0] + more, float(trace.time[where[-1, 1]])
         self.observed += int(np.count_nonzero(used))
 
         late &= (status & int(SET_ASIDE)) == 0

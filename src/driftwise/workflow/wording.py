@@ -8,8 +8,6 @@ import math
 from ..models.polynomial import PolynomialModel
 from .whiteness import Nis
 
-RESTING = 0.01  # share of samples at rest that is worth a word
-
 
 def is_integrator(p: complex, std: float) -> bool:
     """Say whether a pole cannot be told from one."""
@@ -94,7 +92,7 @@ def times(count: int, last: float) -> str:
     return f"{many}, {'at' if count == 1 else 'the last time at'} {last:.6g} s"
 
 
-def lost_words(s, samples: int) -> list[str]:
+def lost_words(s) -> list[str]:
     """Return how many samples of an output were outliers, and how many found the plant at rest."""
     outliers, when = s.happened["outliers"]
     count, found = s.rejected + outliers, []
@@ -102,7 +100,7 @@ def lost_words(s, samples: int) -> list[str]:
         last = f" (the last at {when:.6g} s)" if outliers and not s.rejected else ""
         found.append(f"{count} outlier{'s' * (count > 1)} ignored{last}")
     rests, when = s.happened["at_rest"]
-    if rests > RESTING * samples:  # a row now and then is small by chance
+    if rests:
         found.append(f"{rests} at rest (the last at {when:.6g} s)")
     return found
 
@@ -164,5 +162,5 @@ def paragraph(s) -> str:
         )
         if count
     ]
-    lost += lost_words(s, s.samples)
+    lost += lost_words(s)
     return text + (f" Of {s.samples} samples: {', '.join(lost)}." if lost else "")
