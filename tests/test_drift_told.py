@@ -102,6 +102,8 @@ def test_what_happened_is_counted_and_said_and_outliers_are_left_out_of_the_numb
     text = trace.report(tmp_path / "r.html").read_text()
     for legend in ('"louder noise"', '"jump"', '"outlier"', "rises of the noise (orange)", jump.text):
         assert legend in text
+    smoothed = est.smooth(y[:800], phi[:800])
+    assert not smoothed.is_used[400] and [step.sample for step in smoothed.jumps] == [600]
     halves = dw.Summary(est)
     first = est.scan(y[:700], phi[:700])
     halves.add(first).add(est.scan(y[700:], phi[700:], state=first.state))

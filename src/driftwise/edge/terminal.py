@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, isfinite
 
 from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable, zeros_told
+from driftwise.workflow.events import SOMETHING
 
 __all__ = ["console", "show"]
 
@@ -120,7 +121,8 @@ def _orders(evidence):
 
 
 def _times(jumps) -> str:
-    shown = ", ".join(f"{number(event.time)} s{f' ({event.moved})' if event.moved else ''}" for event in jumps[:JUMPS])
+    told = [event.moved if event.moved != SOMETHING else "" for event in jumps[:JUMPS]]
+    shown = ", ".join(f"{number(event.time)} s{f' ({text})' if text else ''}" for event, text in zip(jumps, told))
     return shown + (f" and {len(jumps) - JUMPS} more" if len(jumps) > JUMPS else "")
 
 

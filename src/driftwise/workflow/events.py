@@ -13,6 +13,7 @@ SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did t
 RESTS = 10  # samples at rest that are told; regressors are all small at once by chance, too
 MOVED = 3.0  # deviations by which an estimate has moved
 MOST_ODDS = 1e6  # beyond them odds are no longer told apart
+SOMETHING = "parameters jumped"  # of a jump that names none
 VERBS = {"width": ("widened", "narrowed"), "level": ("rose", "fell")}
 
 
@@ -80,7 +81,7 @@ def jump(sample, time, names, alarm, watches: str = "level") -> Event:
         return Event(sample, time, kind, MEANING[Status.JUMP])
     statistic, since, which = alarm
     name, direction = names[int(which)] if which >= 0 else None, int(np.sign(since)) if watches else 0
-    moved = "parameters jumped" if since else MEANING[Status.JUMP]
+    moved = SOMETHING if since else MEANING[Status.JUMP]
     if watches and since:
         way = VERBS[watches][0 if since > 0 else 1]
         moved = f"{name or 'the innovations'} {way}"
@@ -102,7 +103,7 @@ def weighed(columns, sample: int, end: int) -> Event:
     odds, first = columns.odds**statistic, max(sample + 1 - int(since), 0)
     theta, std = columns.parameters, columns.parameters_std
     later = min(sample + SAMPLES_LATER * len(columns.names), end - 1)
-    before, name, way, moved = max(first - 1, 0), None, 0, "parameters jumped"
+    before, name, way, moved = max(first - 1, 0), None, 0, SOMETHING
     change, spread = theta[later] - theta[before], np.hypot(std[later], std[before])
     z = np.divide(change, spread, out=np.zeros(len(change)), where=spread > 0)
     most = int(np.argmax(abs(z)))
@@ -119,7 +120,9 @@ def weighed(columns, sample: int, end: int) -> Event:
 
 def weighed_words(event: Event) -> str:
     """Return what a jump moved and at what odds, where explanations were weighed."""
-    return "" if event.odds is None else f"{event.moved}, odds {odds_words(event.odds)}"
+    if event.odds is None:
+        return ""
+    return f"{event.moved}, odds {odds_words(event.odds)}" if event.parameter else f"odds {odds_words(event.odds)}"
 
 
 def odds_words(odds: float) -> str:

@@ -84,8 +84,9 @@ def resolve(memory, setting) -> tuple[Any, int]:
     if type(memory) not in learn.table:
         raise InputError(
             "memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N), DirectionalForgetting(p), "
-            f"Walk(q), Window(T), UntilJump(), RunLengths(jump, every), Drift(phi, q) or, where q is not known, "
-            "LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), Correlation() or "
+            "Walk(q), Window(T), UntilJump(), RunLengths(jump, every), Drift(phi, q) or, where q is not known, "
+            "Auto(), Bank(), Interacting(), LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
+            "Correlation() or "
             f"VariationalBayes(), got {memory!r}{_meant(memory)}"
         )
     return memory, 0
