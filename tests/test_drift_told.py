@@ -45,14 +45,21 @@ def test_a_speed_that_was_said_is_read_back():
     y, phi = drifting()
     est = regression(dw.Drift(nvr=[1e-2, 1e-4]))
     np.testing.assert_allclose(est.drift_of(est.scan(y, phi).state).memory, [10, 100])
-    want = 1 / np.sqrt([1e-2, 1e-4])
-    for memory in (dw.Walk([1e-2, 1e-4]), dw.Drift(q=[1e-2, 1e-4]), dw.Drift(np.eye(2), np.diag([1e-2, 1e-4]))):
+    walks = regression(dw.Walk([1e-2, 1e-4]))
+    known = walks.scan(y, phi).state
+    P, s2 = np.diag(walks.covariance(known)), walks.sigma2(known)
+    np.testing.assert_allclose(P / [1e-2, 1e-4], [10, 100], rtol=0.5)
+    for memory, q in (
+        (walks.options["memory"], np.array([1e-2, 1e-4])),
+        (dw.Drift(q=[1e-2, 1e-4]), np.array([1e-2, 1e-4])),
+        (dw.Drift(np.eye(2), [[2e-2, 1e-3], [1e-3, 3e-4]]), np.array([2e-2, 3e-4])),
+        (dw.Walk(matched=([0.5, 0.1], 25)), np.array([1e-2, 4e-4]) / s2),
+    ):
         est = regression(memory)
-        trace = est.scan(y, phi)
-        P = est.covariance(trace.state)
-        found = est.drift_of(trace.state)
-        np.testing.assert_allclose(found.memory, np.diag(P) / [1e-2, 1e-4], rtol=1e-9)
-        np.testing.assert_allclose(found.memory, want, rtol=0.5)
+        state = est.start()
+        for name in ("U", "D", "observed", "count", "chi2"):
+            state[name] = known[name]
+        np.testing.assert_allclose(est.drift_of(state).memory, P / q, rtol=1e-9)
     est = regression(dw.Never())
     assert est.drift_of(est.start()) is None and est.scan(y, phi).summary().drift is None
     with pytest.raises(dw.InputError, match="one state is expected"):
