@@ -80,8 +80,8 @@ def resolve(memory, setting) -> tuple[Any, int]:
         raise InputError(
             "memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N), DirectionalForgetting(p), "
             f"Walk(q), Window(T), UntilJump(), RunLengths(jump, every), Drift(phi, q) or, where q is not known, "
-            "LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), Correlation() or "
-            f"VariationalBayes(), got {memory!r}{_meant(memory)}"
+            "Auto(), Bank(), Interacting(), LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
+            f"Correlation() or VariationalBayes(), got {memory!r}{_meant(memory)}"
         )
     return memory, 0
 
