@@ -126,6 +126,7 @@ def _errors(lines, seeds):
         f"Parameter error over the reference, {seeds} records of 600 samples",
         ["memory", *RANKED, "geo. mean", "worst", "ns per sample"],
         rows,
+        is_result=True,
     )
 
 
@@ -134,7 +135,8 @@ def _calibration(lines):
         [one.name, *(f"{one.outcome[name].inside:.2f}\u00a0/\u00a0{one.outcome[name].nis:.2f}" for name in RANKED)]
         for one in lines
     ]
-    return Table("Share of the true parameters in the 95 % bars / NIS (want .95 / 1.00)", ["memory", *RANKED], rows)
+    caption = "Share of the true parameters in the 95 % bars / NIS (want .95 / 1.00)"
+    return Table(caption, ["memory", *RANKED], rows, is_result=True)
 
 
 def rivals(lines):
