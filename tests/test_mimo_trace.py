@@ -142,7 +142,7 @@ def test_words_name_what_is_wrong():
     assert not low.outputs[0].whiteness.is_white and "try a larger index" in low.words
     y[50, 1], u[60] = 500.0, np.nan
     lost = dw.JointMIMO((2, 1), 1, gate=dw.Gate(5.0)).scaled_to(y, u).scan(y, u).summary()
-    assert "y2: " in lost.words and "1 outliers ignored" in lost.words and "1 of 300 samples lack" in lost.words
+    assert "y2: " in lost.words and "1 outlier ignored" in lost.words and "1 of 300 samples lack" in lost.words
     nothing = dw.SummaryMIMO(est).as_dict()
     assert nothing["words"].startswith("0 and 0 measured outputs are too few") and nothing["poles"][0]["std"] is None
 

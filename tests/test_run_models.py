@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 
 import driftwise as dw
@@ -50,6 +51,30 @@ def test_every_number_is_the_librarys(call, record, tmp_path, memory, policy):
     assert "ARX 2,1/1,1/0" in out
 
 
+def test_the_default_finds_out_and_looks_back_from_the_command_line(call, record, tmp_path):
+    """Memory Auto without being asked; --smooth is what `smooth` returns for the same rows."""
+    saved = tmp_path / "s.parquet"
+    options = ("--model", "arx:2,1/1,1/0", "--smooth", "all", "--save", saved, "--report", tmp_path / "r.html")
+    found, out = run(call, record, tmp_path, *options)
+    _, y, u = record
+    est = dw.ARX(2, (1, 1), (1, 0), memory=dw.Auto()).scaled_to(y, u)
+    trace, smoothed = est.scan(y, u), est.smooth(y, u)
+    assert found["estimator"]["memory"] == "auto" and "parameters that may drift or jump" in out
+    assert [row["value"] for row in found["summary"]["parameters"]] == trace.parameters[-1].tolist()
+    drift = est.drift_of(trace.state)
+    assert [row["memory"] for row in found["summary"]["drift"]["parameters"]] == drift.memory.tolist()
+    assert found["summary"]["drift"]["weights"] == drift.weights
+    columns = pyarrow.parquet.read_table(saved)
+    for j, name in enumerate(est.names):
+        np.testing.assert_array_equal(columns[f"{name}_smoothed"], smoothed.parameters[:, j])
+        np.testing.assert_array_equal(columns[f"{name}_smoothed_std"], smoothed.parameters_std[:, j])
+    words = " ".join(out.split())
+    assert smoothed.words in words and f"Drift: {drift.words}." in words
+    assert found["smoothed"]["words"] == smoothed.words and found["smoothed"]["nvr"]["a1"] == smoothed.nvr[0]
+    page = (tmp_path / "r.html").read_text()
+    assert "how fast each parameter drifts" in page and "In hindsight (900 samples" in page
+
+
 def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
     page = tmp_path / "r.html"
     found, out = run(call, record, tmp_path, "--model", "regression", "--report", page)
@@ -64,6 +89,11 @@ def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
 
 def test_every_memory_is_written_as_it_is_called():
     for text, policy in {
+        "auto": dw.Auto(),
+        "auto:outliers": dw.Auto("outliers"),
+        "auto:jumps": dw.Auto("jumps"),
+        "bank": dw.Bank(),
+        "interacting": dw.Interacting(),
         "variable:100": dw.VariableForgetting(100.0),
         "directional:0.98": dw.DirectionalForgetting(0.98),
         "window:60": dw.Window(60),
@@ -120,7 +150,15 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         (["--model", "narx:2"], "--model must be one of ar, arx"),
         (["--model", "arx:2,1", "--order", "3"], "--order is for the joint filter"),
         (["--model", "arx:2,1", "--orders", "1-3"], "--orders is for the joint filter"),
-        (["--model", "arx:2,1", "--smooth", "all"], "--smooth is for the joint filter"),
+        (
+            ["--model", "armax:2,1,1", "--smooth", "all"],
+            "--smooth is for ar, arx, regression, whose regressors are data",
+        ),
+        (["--model", "arx:400,400"], "Auto of 1200 parameters keeps 8.8e+08 numbers"),
+        (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
+        (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (how fast each parameter drifts"),
+        (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),
+        (["--memory", "auto"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),
         (["--model", "arx:2,1", "--memory", "weighted:1.5"], "p is a weight per sample"),
         (["--model", "arx:2,1", "--memory", "walk:nan"], "q must be a finite number"),
@@ -147,7 +185,9 @@ def test_wrong_models_are_one_line(call, record, options, words):
 
 
 def test_records_too_short_say_so(call, record, tmp_path):
-    code, out, err = call("run", record[0], "-o", "y", "-i", "u", "-i", "v", "--model", "arx:400,400")
+    code, out, err = call(
+        "run", record[0], "-o", "y", "-i", "u", "-i", "v", "--model", "arx:400,400", "--memory", "never"
+    )
     assert (code, out) == (1, "")
     assert "measured outputs are too few for 1200 unknowns (--model arx:400,400" in err
     (tmp_path / "three.csv").write_text("y\n1\n2\n1.5\n")

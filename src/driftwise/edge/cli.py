@@ -93,18 +93,21 @@ def run(
         ),
     ] = None,
     memory: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="KIND:NUMBER",
-            help="How the past is forgotten: never (constant parameters), walk:Q (they drift; variance per sample) or "
-            "walk:JUMP/EVERY (as jumps of that size every so many samples would have it), jump or jump:STEP (constant "
-            "until they jump; size to expect where output and inputs are of size one). With --model also limited:N "
-            "and weighted:P (gains that stop at 1/N, at 1-P), variable:N (forgets when surprised), directional:P "
-            "(only what new samples speak about), window:T "
-            "(the last T samples), runlengths:JUMP/EVERY (all instants of a jump considered), reset:N (like jump; "
-            "then the gain is 1/N).",
+            help="How the past is forgotten: never (constant parameters; the default without --model), walk:Q (they "
+            "drift; variance per sample) or walk:JUMP/EVERY (as jumps of that size every so many samples would have "
+            "it), jump or jump:STEP (constant until they jump; size to expect where output and inputs have size one). "
+            "With --model also auto (the default there, without --jumps; nothing to tune: how fast each parameter "
+            "drifts, the noise, outliers and jumps are found out; auto:outliers or auto:jumps where only these are to "
+            "be expected), limited:N and weighted:P (gains that stop at 1/N, at 1-P), variable:N (forgets when "
+            "surprised), directional:P (only what new samples speak about), window:T (the last T samples), "
+            "runlengths:JUMP/EVERY (all instants of a jump considered), reset:N (like jump; then the gain is 1/N), "
+            "drift:NVR (a walk of that noise variance ratio), bank or interacting (several of them at once), "
+            "likelihood, fuzzy, matching, auxiliary, correlation or variational (the ratio is learnt).",
         ),
-    ] = "never",
+    ] = None,
     jumps: Annotated[
         str | None,
         typer.Option(
@@ -120,7 +123,8 @@ def run(
         str | None,
         typer.Option(
             metavar="all|LAG",
-            help="Look back: parameters and state given the whole record, or LAG later samples. Holds it in memory.",
+            help="Look back: parameters (and state) given the whole record, or LAG later samples; with --model arx, ar "
+            "or regression their drift and jumps by maximum likelihood. Holds the record in memory.",
         ),
     ] = None,
     gate: Annotated[

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from driftwise.edge.thin import envelope, together
+from driftwise.kernel.status import OUTLIER, REJECTED
 
-__all__ = ["PALETTE", "plot", "steady_range"]
+__all__ = ["MARKS", "PALETTE", "changes", "plot", "steady_range"]
 
 POINTS = 5000
+LINES_SHOWN = 60  # vertical lines at jumps and rises of the noise
 PALETTE = {
     "ink": "#1f2933",
     "quiet": "#8794a3",
@@ -17,6 +19,12 @@ PALETTE = {
     "warn": "#d97706",
     "good": "#059669",
 }
+# events that are drawn apart: what they are called, which they are, colour, marker (Bokeh's)
+MARKS = (
+    ("jump", ("JUMP",), PALETTE["alert"], "triangle"),
+    ("louder noise", ("NOISE",), PALETTE["warn"], "diamond"),
+    ("outlier", ("REJECTED", "OUTLIER"), PALETTE["alert"], "x"),
+)
 LINES = ["#2563eb", "#d97706", "#059669", "#9333ea", "#dc2626", "#0891b2", "#be185d", "#4d7c0f"]
 
 
@@ -52,11 +60,18 @@ def plot(trace, *, labels=None, figure=None):
         _parameters(ax, trace, time, columns)
         ax.set_ylabel(title)
     _innovations(axes[-1], trace, time)
+    _changes(axes, trace.events())
     axes[-1].set_xlabel(labels["time"])
     for ax in axes:
         _tidy(ax)
     figure.align_ylabels(axes)
     return axes
+
+
+def changes(events, most: int) -> list[tuple[float, str]]:
+    """Return (time, colour) of the first jumps and rises of the noise, for vertical lines."""
+    colours = {kind: colour for _, kinds, colour, marker in MARKS if marker != "x" for kind in kinds}
+    return [(event.time, colours[event.kind]) for event in events if event.kind in colours][:most]
 
 
 def steady_range(value, std, skip: float = 0.05):
@@ -90,9 +105,9 @@ def _output(ax, trace, time):
     import numpy as np
 
     i = together(POINTS, trace.y, trace.prediction)
-    center, half = np.asarray(trace.prediction)[i], 2 * np.sqrt(np.asarray(trace.variance)[i])
+    center, half = np.asarray(trace.prediction)[i], np.asarray(trace.band())[i]
     ax.fill_between(
-        time[i], center - half, center + half, color=PALETTE["predicted"], alpha=0.16, lw=0, label="2 sigma"
+        time[i], center - half, center + half, color=PALETTE["predicted"], alpha=0.16, lw=0, label="95 % band"
     )
     few = len(time) <= 300
     ax.plot(
@@ -139,11 +154,19 @@ def _innovations(ax, trace, time):
     ax.axhspan(-2, 2, color=PALETTE["predicted"], alpha=0.08, lw=0)
     ax.axhline(0, color=PALETTE["quiet"], lw=0.6)
     ax.plot(time[i], z[i], ".", ms=2.5, color=PALETTE["measured"])
-    far = np.flatnonzero(np.abs(z) > 3)[:POINTS]
+    is_outlier = (np.asarray(trace.status) & (REJECTED | OUTLIER)) != 0
+    far = np.flatnonzero((np.abs(z) > 3) & ~is_outlier)[:POINTS]
     ax.plot(time[far], z[far], ".", ms=4, color=PALETTE["alert"])
-    largest = np.nanmax(np.abs(z), initial=3.0)
-    ax.set_ylim(-min(largest * 1.1, 12), min(largest * 1.1, 12))
+    reach = min(1.1 * np.nanmax(np.abs(z[~is_outlier]), initial=3.0), 12)
+    ax.plot(time[is_outlier], np.clip(z[is_outlier], -0.95 * reach, 0.95 * reach), "x", ms=5, color=PALETTE["warn"])
+    ax.set_ylim(-reach, reach)
     ax.set_ylabel("innovation / sigma")
+
+
+def _changes(axes, events):
+    for when, colour in changes(events, LINES_SHOWN):
+        for ax in axes:
+            ax.axvline(when, color=colour, linewidth=0.9, linestyle="-.", alpha=0.7, zorder=0)
 
 
 def _tidy(ax):

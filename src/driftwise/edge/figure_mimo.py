@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from driftwise.edge.figure import LINES, _innovations, _output, _parameters, _tidy
+from driftwise.edge.figure import LINES, _changes, _innovations, _output, _parameters, _tidy
 
 __all__ = ["plot"]
 
@@ -44,6 +44,7 @@ def plot(trace, *, labels=None, figure=None):
             _equation(axes[i, 2], trace, time, list(range(form.theta_at[i], form.theta_at[i + 1])))
             axes[i, 2].set_title(f"equation of {labels['outputs'][i]}", fontsize=9, loc="left")
             axes[i, 2].tick_params(labelbottom=i == p - 1)
+        _changes(axes[i], one.events())
     for ax in axes[-1, 1:]:
         ax.set_xlabel(labels["time"])
     for ax in axes.ravel():

@@ -12,7 +12,9 @@ NUMBERS = 50_000_000  # numbers that smoothing may return, 400 MB of them
 
 def smoothing_rows(estimator) -> int:
     """Return how many rows can be smoothed in a memory that every machine has."""
-    return min(ROWS, NUMBERS // (2 * estimator.model.N))
+    model = estimator.model
+    each = 2 * model.N if model.n else 6 * model.N**2 + 12 * model.N  # covariances, for each drift that is tried
+    return min(ROWS, NUMBERS // each)
 
 
 class Held:

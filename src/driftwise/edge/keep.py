@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from driftwise.kernel.status import Status
-from driftwise.workflow.smoothed import Smoothed
 from driftwise.workflow.trace import Trace
 
 __all__ = ["Keeper", "Offsets", "ThinTrace"]
@@ -64,6 +63,22 @@ class Offsets:
             u + np.array([self.values.get(name, 0.0) for name in self.inputs]),
             prediction + shift,
         )
+
+
+@dataclass(frozen=True)
+class ThinSmoothed:
+    """Every so many samples of a smoothed record, as the report draws it; x and words are None where there are none."""
+
+    estimator: Any
+    lag: int | None
+    parameters: np.ndarray
+    parameters_std: np.ndarray
+    x: np.ndarray | None = None
+    x_std: np.ndarray | None = None
+    words: str | None = None
+
+    def __len__(self):
+        return len(self.parameters)
 
 
 class ThinTrace(Trace):
@@ -135,9 +150,10 @@ class Keeper:
 
     def thinned(self, smoothed):
         """Return the smoothed record at the samples that are kept."""
-        time, y, u, *_ = (np.concatenate(part) for part in zip(*self._parts))
-        outs = smoothed.outs[:: self.stride]
-        return Smoothed(smoothed.estimator, y, u, outs, smoothed.keep, smoothed.state, smoothed.lag, time)
+        names = ("x", "x_std") if smoothed.estimator.model.n else ()
+        columns = {name: getattr(smoothed, name)[:: self.stride] for name in ("parameters", "parameters_std", *names)}
+        more: dict[str, Any] = {} if names else {"words": smoothed.words}
+        return ThinSmoothed(smoothed.estimator, smoothed.lag, **columns, **more)
 
     def trace(self) -> ThinTrace:
         """Return what was kept as a trace in the units of the file."""

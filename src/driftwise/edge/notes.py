@@ -19,14 +19,18 @@ def described(plan, dt: float) -> list[str]:
         "no input" if not inputs else "1 input" if inputs == 1 else f"{inputs} inputs",
     ]
     found += ["direct term"] if plan.direct else []
-    memories = {"never": "constant parameters", "jump": "parameters that may jump"}
+    memories = {
+        "auto": "parameters that may drift or jump",
+        "never": "constant parameters",
+        "jump": "parameters that may jump",
+    }
     if plan.jumps:
         kind, _, numbers = plan.jumps.partition(":")
         memories["never"] = memories["jump"]
         restart = [f"alarms at {DETECTORS[kind][0]}, 1 false in {number(rate(numbers.partition(',')[0]))} samples"]
     if not plan.model:
         found.append("unknown noise colour" if plan.noise == "unknown" else plan.noise)
-    found += [memories.get(plan.memory, plan.memory), *(restart if plan.jumps else [])]
+    found += [memories.get(plan.kept, plan.kept), *(restart if plan.jumps else [])]
     return [*found, *([f"gate {plan.gate:g}"] if plan.gate else []), f"dt {number(dt, 4)} s"]
 
 

@@ -12,6 +12,7 @@ __all__ = ["Plan", "orders"]
 
 AUTO = "1-5"  # what --order auto compares unless told otherwise
 LARGEST = 30
+SMOOTHED = ("ar", "arx", "regression")  # recursive models that look back
 
 
 class Plan(NamedTuple):
@@ -23,7 +24,7 @@ class Plan(NamedTuple):
     time: str | None = None
     order: int | str = 2
     noise: str = "equation-error"
-    memory: str = "never"
+    memory: str | None = None
     gate: float | None = None
     direct: bool = False
     center: str = "mean"
@@ -65,9 +66,14 @@ class Plan(NamedTuple):
         return int(str(self.smooth))
 
     @property
+    def kept(self) -> str:
+        """The word for the memory: that of --memory, else auto where a recursive model need not wait for --jumps."""
+        return self.memory or ("never" if self.model is None or self.jumps is not None else "auto")
+
+    @property
     def policy(self) -> Any:
         """The memory, with the detector of --jumps."""
-        return specs.policy(self.memory, self.jumps, self.model is None)
+        return specs.policy(self.kept, self.jumps, self.model is None)
 
     def check(self) -> None:
         """Refuse wrong options before the table is read."""
@@ -93,9 +99,9 @@ class Plan(NamedTuple):
         import driftwise as dw
 
         noise = self.noise
-        if "," in self.memory:
+        if "," in self.kept:
             raise InputError(
-                f"--memory {self.memory} lists one number for each parameter, and every order has another number of "
+                f"--memory {self.kept} lists one number for each parameter, and every order has another number of "
                 "them: give one number for all while orders are compared."
             )
         return dw.OrderEvidence(
@@ -142,10 +148,14 @@ class Plan(NamedTuple):
             ("--orders", self.orders is not None, "the orders stand behind the colon; compare runs by their fit"),
             ("--noise", self.noise != usual["noise"], "the model says what colours the noise"),
             ("--direct", self.direct, "nk = 0 acts at once"),
-            ("--smooth", self.smooth is not None, "recursive models are not smoothed"),
         ):
             if is_given:
                 raise InputError(f"{option} is for the joint filter, without --model; with --model {kind}, {instead}.")
+        if self.smooth is not None and kind not in SMOOTHED:
+            raise InputError(
+                f"--smooth is for {', '.join(SMOOTHED)}, whose regressors are data, and for the joint filter, without "
+                f"--model (--noise unknown estimates the colour of the noise as well); --model {kind} is not smoothed."
+            )
 
     def _recursive(self, gate, dt: float) -> Any:
         """Return the recursive estimator that --model names."""

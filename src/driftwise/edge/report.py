@@ -6,13 +6,13 @@ from pathlib import Path
 
 from driftwise.edge import report_dynamics as parts_of
 from driftwise.edge import report_page as html
+from driftwise.edge.figure import LINES_SHOWN, changes
 from driftwise.edge.wording import fixed, interval, near_one, number, plus_minus
 from driftwise.errors import InputError
 
 __all__ = ["write"]
 
 EVENTS_SHOWN = 200
-JUMPS_SHOWN = 60
 STATES_SHOWN = 6
 
 
@@ -29,7 +29,7 @@ def write(
     title : headline of the page
     labels : dict with "output", "input", "time": names with units for the axes
     events : list of Event of the whole run; taken from the trace if omitted
-    smoothed : what `Joint.smooth` returned for the same samples, drawn over the filtered parameters and states
+    smoothed : what `Joint.smooth` or `ARX.smooth` returned for the same samples, drawn over what the filter said
     orders : `OrderEvidence` of the record, shown as a table and bars
     study : a `Study` of the record; made from the trace if omitted
     """
@@ -52,7 +52,7 @@ def write(
         **(labels or {}),
     }
     directions = parts_of.directions(summary)
-    jumps = [event.time for event in events if event.kind == "JUMP"][:JUMPS_SHOWN]
+    marks = changes(events, LINES_SHOWN)
     if study is None:
         from driftwise.edge.study import study as made
 
@@ -61,11 +61,11 @@ def write(
     figures = {"output": draw.output(trace, labels, _chosen(events))}
     span = figures["output"].x_range
     if getattr(trace, "keep", "std") != "innovations":
-        figures |= {f"parameter{j}": f for j, f in enumerate(draw.parameters(trace, span, smoothed, jumps))}
-        if smoothed is not None:
-            panels = draw.states(trace, span, smoothed, jumps)[:STATES_SHOWN]
+        figures |= {f"parameter{j}": f for j, f in enumerate(draw.parameters(trace, span, smoothed, marks))}
+        if smoothed is not None and smoothed.estimator.model.n:
+            panels = draw.states(trace, span, smoothed, marks)[:STATES_SHOWN]
             figures |= {f"state{j}": fig for j, fig in enumerate(panels)}
-    adapts = draw.adaptation(trace, span, jumps)
+    adapts = draw.adaptation(trace, span, marks)
     figures |= {f"adaptation{j}": fig for j, fig in enumerate(adapts)}
     figures["innovations"] = draw.innovations(trace, labels, span)
     figures["acf"] = draw.autocorrelations(summary.correlations[1:], summary.observed)
@@ -90,9 +90,11 @@ def write(
         html.section(
             "parameters",
             "Parameters",
-            f"Model: {_equation(trace)}. {_bands(smoothed, jumps)}",
+            f"Model: {_equation(trace)}. {_bands(smoothed, summary)}",
             _parameter_table(summary),
             *_grid([part for name, part in parts.items() if name.startswith("parameter")]),
+            parts_of.hindsight(smoothed),
+            parts_of.drift(summary.drift),
         ),
         _states(parts, smoothed),
         parts_of.memory([_plot(parts[f"adaptation{j}"]) for j in range(len(adapts))], trace.estimator),
@@ -150,14 +152,15 @@ def _cards(summary) -> list[str]:
     p_value = "too short to tell" if white.p_value != white.p_value else f"Ljung-Box p = {white.p_value:.2g}"
     size = _grade(0.8 <= nis <= 1.25, 0.5 <= nis <= 2)
     held = _grade(0.92 <= coverage <= 0.975, coverage >= 0.85)
-    unused = f"{lost} missing, {summary.rejected} rejected, {summary.bad_values} unreadable"
+    found = summary.happened["outliers"][0]
+    unused = f"{lost} missing, {summary.rejected + found} outliers, {summary.bad_values} unreadable"
     return [
         html.card("One-step fit", fixed(summary.fit, 1), "100 = perfect, 0 = no better than the mean", unit="%"),
         html.card("Noise (std)", number(summary.noise_std, 3), f"one-step error {number(summary.rmse, 3)} rms"),
         html.card("NIS", fixed(nis, 2), _expected(summary.nis_interval), size),
         html.card("Held by 95 % bands", fixed(100 * coverage, 1), "should be about 95", held, "%"),
         html.card("Innovations", "white" if white.is_white else "not white", p_value, _grade(white.is_white, True)),
-        html.card("Samples unused", f"{summary.samples - summary.observed}", unused),
+        html.card("Samples unused", f"{summary.samples - summary.observed + found}", unused),
     ]
 
 
@@ -217,7 +220,7 @@ def _grid(divs: list[str]) -> list[str]:
     ]
 
 
-def _bands(smoothed, jumps) -> str:
+def _bands(smoothed, summary) -> str:
     """Return how to read the panels."""
     if smoothed is None:
         words = "Bands: two standard errors."
@@ -227,7 +230,9 @@ def _bands(smoothed, jumps) -> str:
             "Solid line and shade: from the samples so far, with two standard errors. "
             f"Dashed between dotted lines: smoothed, given {given}."
         )
-    return words + (" Vertical lines: jumps." if jumps else "")
+    kinds = ["jumps"] if summary.jumps else []
+    kinds += ["rises of the noise (orange)"] if summary.happened["noise_rises"][0] else []
+    return words + (f" Vertical lines: {' and '.join(kinds)}." if kinds else "")
 
 
 def _states(parts, smoothed) -> str:
@@ -284,7 +289,7 @@ def _event_words(events) -> str:
         return "Nothing to report: no sample was rejected and no guard had to act."
     jumps = sum(event.kind == "JUMP" for event in events)
     shown = f", {EVENTS_SHOWN} shown" if len(events) > EVENTS_SHOWN else ""
-    counted = f", the {jumps} jump{'s' if jumps > 1 else ''} of the parameters first" if jumps else ""
+    counted = f", the {f'{jumps} jumps' if jumps > 1 else 'jump'} of the parameters first" if jumps else ""
     return f"{len(events)} event{'s' if len(events) > 1 else ''}{counted}{shown}."
 
 

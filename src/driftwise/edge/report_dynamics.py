@@ -1,4 +1,4 @@
-"""Two sections of the report: poles and zeros, and what the record taught."""
+"""Sections of the report: poles and zeros, what the record taught, memory, drift and order."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from driftwise.edge.report_plots import has_weight
 from driftwise.edge.report_roots import FAR
 from driftwise.edge.wording import fixed, number, plus_minus, probable, zeros_told
 
-__all__ = ["UNLEARNED", "directions", "knowledge", "memory", "order_evidence", "roots"]
+__all__ = ["UNLEARNED", "directions", "drift", "hindsight", "knowledge", "memory", "order_evidence", "roots"]
 
 UNLEARNED = 0.5  # a direction that keeps more than this share of its prior variance is not learned
 
@@ -137,14 +137,46 @@ def memory(figures: list[str], estimator) -> str:
         return ""
     kept, said = estimator.options.get("memory"), []
     if has_weight(kept):
-        said.append("how many samples the estimate rests on (one over the gain: it grows until the past is forgotten)")
+        said.append("how many samples the estimate rests on (it grows until the past is forgotten)")
     if hasattr(kept, "detector"):
         said.append("how near the detector came to an alarm (1)")
+    elif len(figures) > len(said):
+        said.append("how near a jump came to being told (1)")
     words = f"{type(kept).__name__}: {', and '.join(said)}."
     if hasattr(kept, "detector"):
         words += f" {type(kept.detector).__name__} promises {getattr(kept.detector, 'words', 'nothing')}."
     body = f'<div class="many" style="--columns:{len(figures)}">{"".join(figures)}</div>'
     return html.section("adaptation", "Memory", words, body)
+
+
+# --- drift ---------------------------------------------------------------------------------------------------
+
+MEANT = {
+    "still": "nothing drifts", "fast": "everything drifts fast", "learnt": "drift at these speeds", "jump": "a jump",
+}  # fmt: skip
+
+
+def drift(found) -> str:
+    """Return the table of how fast each parameter drifts (`Speeds`), or nothing."""
+    if found is None:
+        return ""
+    head = ["how fast each parameter drifts", "NVR (variance of a step / noise)", "memory (samples)", ""]
+    still = '<span class="tag good">stands still</span>'
+    rows = [
+        [name, number(nvr, 2), number(memory, 2), still if is_still else ""]
+        for name, nvr, memory, is_still in zip(found.names, found.nvr, found.memory, found.is_still)
+    ]
+    table = html.table(head, rows)
+    if not found.weights:
+        return table
+    likely = ", ".join(f"{MEANT.get(name, f'NVR {name}')} {probable(weight)}" for name, weight in found.weights.items())
+    return table + html.say(f"Probabilities: {likely}.")
+
+
+def hindsight(smoothed) -> str:
+    """Return what a record of drifting parameters says in hindsight, in words."""
+    is_told = smoothed is not None and not smoothed.estimator.model.n
+    return html.say(smoothed.words) if is_told else ""
 
 
 # --- order ---------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from driftwise.edge import report_marks
 from driftwise.edge.figure import LINES, PALETTE, steady_range
 from driftwise.edge.thin import envelope, together
 
@@ -104,12 +105,8 @@ def output(trace, labels, events):
         legend_label="predicted one step ahead",
     )
     if events:
-        base = [float(low - 0.6 * pad)] * len(events)
-        marks = ColumnDataSource({"t": [e.time for e in events], "y": base, "text": [e.text for e in events]})
-        dots = fig.scatter(
-            "t", "y", source=marks, marker="triangle", size=9, color=PALETTE["alert"], legend_label="events"
-        )
-        fig.add_tools(HoverTool(renderers=[dots], tooltips=[("", "@text"), (labels["time"], "@t{0.[0000]}")]))
+        drawn = report_marks.dots(fig, events, float(low - 0.6 * pad))
+        fig.add_tools(HoverTool(renderers=drawn, tooltips=[("", "@text"), (labels["time"], "@t{0.[0000]}")]))
     fig.add_tools(
         HoverTool(
             renderers=[line],
@@ -127,7 +124,7 @@ def output(trace, labels, events):
     return fig
 
 
-def parameters(trace, x_range, smoothed=None, jumps=()):
+def parameters(trace, x_range, smoothed=None, marks=()):
     """One small figure per parameter with its 2-sigma band, where the trace kept one."""
     import numpy as np
 
@@ -136,18 +133,18 @@ def parameters(trace, x_range, smoothed=None, jumps=()):
     stds = np.asarray(trace.parameters_std, float) if has_band else np.zeros_like(values)
     more = None if smoothed is None else (smoothed.parameters, smoothed.parameters_std)
     colors = [LINES["abcdefgh".find(name[0]) % len(LINES)] for name in trace.names]
-    return _panels(trace.time, trace.names, values, stds, more, colors, x_range, jumps)
+    return _panels(trace.time, trace.names, values, stds, more, colors, x_range, marks)
 
 
-def states(trace, x_range, smoothed, jumps=()):
+def states(trace, x_range, smoothed, marks=()):
     """One small figure per state, filtered and smoothed."""
     n = trace.estimator.model.n
     names = [f"x{n - i}" for i in range(n)]
     more = smoothed.x, smoothed.x_std
-    return _panels(trace.time, names, trace.x, trace.x_std, more, [LINES[5]] * n, x_range, jumps)
+    return _panels(trace.time, names, trace.x, trace.x_std, more, [LINES[5]] * n, x_range, marks)
 
 
-def adaptation(trace, x_range, jumps=()):
+def adaptation(trace, x_range, marks=()):
     """Memory in samples, and the detector's statistic against its threshold where there is a detector."""
     import numpy as np
     from bokeh.models import Span  # type: ignore[attr-defined]
@@ -167,24 +164,21 @@ def adaptation(trace, x_range, jumps=()):
         if label.startswith("statistic"):
             fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
     for fig in found:
-        for when in jumps:
-            mark = {"line_color": PALETTE["alert"], "line_dash": "dotdash", "line_alpha": 0.7}
-            fig.add_layout(Span(location=when, dimension="height", **mark))
+        report_marks.lines(fig, marks)
     return found
 
 
 def has_weight(memory) -> bool:
-    """Whether a memory counts samples: not where it adds variance at every one, or mixes several answers."""
+    """Whether a memory counts samples: not where it adds a variance that was told at every one."""
     from driftwise.memory.drift import Walk
-    from driftwise.memory.run_lengths import RunLengths
 
-    return not isinstance(memory, Walk | RunLengths)
+    return not isinstance(memory, Walk)
 
 
-def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):
+def _panels(time, names, values, stds, smoothed, colors, x_range, marks):
     """Columns with bands: filtered as a shaded band, smoothed (values, stds) dashed between dotted lines."""
     import numpy as np
-    from bokeh.models import ColumnDataSource, Span  # type: ignore[attr-defined]
+    from bokeh.models import ColumnDataSource
 
     time = np.asarray(time, float)
     i = together(POINTS, *values.T) if len(values.T) <= 8 else envelope(values[:, 0], POINTS)
@@ -208,9 +202,7 @@ def _panels(time, names, values, stds, smoothed, colors, x_range, jumps):
             for edge in ("ls", "hs"):
                 fig.line("t", f"{edge}{j}", source=source, color=PALETTE["ink"], width=1.1, line_dash="dotted")
             fig.line("t", f"vs{j}", source=source, color=PALETTE["ink"], width=1.8, line_dash="dashed")
-        for when in jumps:
-            mark = {"line_color": PALETTE["alert"], "line_dash": "dotdash", "line_alpha": 0.7}
-            fig.add_layout(Span(location=when, dimension="height", **mark))
+        report_marks.lines(fig, marks)
         fig.yaxis.axis_label_text_font_style = "bold"
         fig.yaxis.axis_label_text_font_size = "13px"
         fig.xaxis.ticker.desired_num_ticks = 4
@@ -224,10 +216,10 @@ def innovations(trace, labels, x_range):
     import numpy as np
     from bokeh.models import Span  # type: ignore[attr-defined]
 
-    from driftwise.kernel.status import REJECTED
+    from driftwise.kernel.status import OUTLIER, REJECTED
 
     z = np.asarray(trace.innovation, float) / np.sqrt(np.asarray(trace.variance, float))
-    rejected = (np.asarray(trace.status) & REJECTED) != 0
+    rejected = (np.asarray(trace.status) & (REJECTED | OUTLIER)) != 0
     size = np.abs(z[np.isfinite(z) & ~rejected])
     reach = min(1.12 * size.max(), max(1.8 * float(np.quantile(size, 0.99)), 4.5)) if size.size else 4.5
     i = envelope(z, POINTS)
@@ -246,7 +238,7 @@ def innovations(trace, labels, x_range):
             0.65,
         ),
         ("beyond", ~rejected[i] & (np.abs(z[i]) > 3), "circle", 6, PALETTE["alert"], 0.85),
-        ("rejected", rejected[i], "x", 7, PALETTE["warn"], 0.9),
+        ("outlier", rejected[i], "x", 7, PALETTE["warn"], 0.9),
     )
     for name, chosen, marker, width, color, alpha in kinds:
         if chosen.any():

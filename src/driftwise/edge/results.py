@@ -21,7 +21,7 @@ def write_json(plan, record, run, notes) -> None:
         "estimator": {
             "model": plan.model, "order": None if plan.model else plan.order,
             "inputs": len(record.inputs), "direct": plan.direct, "noise": plan.noise,
-            "memory": plan.memory, "jumps": plan.jumps, "gate": plan.gate,
+            "memory": plan.kept, "jumps": plan.jumps, "gate": plan.gate,
             "dt": estimator.dt, "names": list(estimator.names),
         },
         "offsets": run.offsets.values,
@@ -51,7 +51,17 @@ def _smoothed(smoothed):
     rows = zip(smoothed.names, smoothed.parameters[0], smoothed.parameters_std[0],
                smoothed.parameters[-1], smoothed.parameters_std[-1])  # fmt: skip
     names = ("name", "first", "first_std", "last", "last_std")
-    return {"lag": smoothed.lag, "parameters": [dict(zip(names, row)) for row in rows]}
+    found = {"lag": smoothed.lag, "parameters": [dict(zip(names, row)) for row in rows]}
+    return found if smoothed.estimator.model.n else found | _hindsight(smoothed)
+
+
+def _hindsight(smoothed):
+    """Return what the record says of the drift."""
+    return {
+        "drift": smoothed.drift, "nvr": dict(zip(smoothed.names, smoothed.nvr)), "noise_std": smoothed.noise_std,
+        "jumps": [{"sample": jump.sample, "time": jump.time, "words": jump.text} for jump in smoothed.jumps],
+        "words": smoothed.words,
+    }  # fmt: skip
 
 
 def _plain(value):

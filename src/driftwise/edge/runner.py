@@ -182,7 +182,11 @@ def _look_again(plan: Plan, run: Run) -> None:
         )
         return
     y, u = run.held.record()
-    run.smoothed = run.estimator.smooth(y, u if plan.inputs else None, lag=plan.lag)
+    try:
+        run.smoothed = run.estimator.smooth(y, u if plan.inputs else None, lag=plan.lag)
+    except InputError as error:  # the record itself does not allow it
+        run.smoothing_note = f"not smoothed: {error}."
+        return
     if plan.save:
         widen(plan.save, smoothed_columns(run.smoothed))
 

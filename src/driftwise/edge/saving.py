@@ -41,9 +41,10 @@ class Saver:
 
 def smoothed_columns(smoothed) -> dict:
     """Return the columns that smoothing adds to a saved table."""
-    n = smoothed.estimator.model.n
+    n = smoothed.estimator.model.n  # none for recursive models: they have no state but the parameters
     names = [*(f"x{n - i}" for i in range(n)), *smoothed.names]
-    values, stds = [*smoothed.x.T, *smoothed.parameters.T], [*smoothed.x_std.T, *smoothed.parameters_std.T]
+    values = [*(smoothed.x.T if n else []), *smoothed.parameters.T]
+    stds = [*(smoothed.x_std.T if n else []), *smoothed.parameters_std.T]
     columns = {f"{name}_smoothed": column for name, column in zip(names, values)}
     return columns | {f"{name}_smoothed_std": column for name, column in zip(names, stds)}
 

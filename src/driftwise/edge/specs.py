@@ -24,13 +24,16 @@ LARGEST = 1000  # a covariance has the square of it
 MEMORIES = (
     "never (constant parameters), walk:Q (they drift; variance per sample, for example walk:1e-6), walk:JUMP/EVERY "
     "(the same for jumps of that size every so many samples), jump or jump:STEP (they jump; size to expect, 1 if "
-    "omitted); with --model also reset:N (they jump; then the gain is 1/N again), limited:N (gain 1/n, then 1/N), "
+    "omitted); with --model also auto (how fast each parameter drifts, the noise, outliers and jumps are found out), "
+    "auto:outliers or auto:jumps (only these surprise), reset:N (they jump; then the gain is 1/N again), "
+    "limited:N (gain 1/n, then 1/N), "
     "weighted:P (a sample fades to P of its weight with each new one), variable:N (forgets when surprised, else N "
     "samples), directional:P (weighted, but only what new samples speak about), window:T (the last T samples), "
     "runlengths:JUMP/EVERY (jumps of that size every so many samples, all instants considered), drift:NVR or "
     "drift:NVR/PHI (they wander with that noise variance ratio, a memory of 1/sqrt(NVR) samples, and relax by PHI); "
     "with a ratio that is learnt: likelihood, fuzzy, matching or matching:RULE (scalar, gain, myers-tapley, em), "
-    "auxiliary, correlation, variational or variational:RULE (drift, noise, both)"
+    "auxiliary, correlation, variational or variational:RULE (drift, noise, both); bank or interacting (several speeds "
+    "at once)"
 )
 JOINT = ("never", "walk", "jump")  # memories of the joint filter
 # what a detector watches, and what its SIZE is
@@ -148,6 +151,9 @@ def memory(text: str) -> Any:
 
     kind, colon, numbers = text.partition(":")
     plain: dict[str, Callable[[], Any]] = {
+        "auto": dw.Auto,
+        "bank": dw.Bank,
+        "interacting": dw.Interacting,
         "never": dw.Never,
         "jump": dw.UntilJump,
         "likelihood": dw.LikelihoodDrift,
@@ -157,7 +163,11 @@ def memory(text: str) -> Any:
         "correlation": dw.Correlation,
         "variational": dw.VariationalBayes,
     }
-    ruled: dict[str, Callable[[str], Any]] = {"matching": dw.CovarianceMatching, "variational": dw.VariationalBayes}
+    ruled: dict[str, Callable[[str], Any]] = {
+        "auto": dw.Auto,
+        "matching": dw.CovarianceMatching,
+        "variational": dw.VariationalBayes,
+    }
     one: dict[str, Callable[[float], Any]] = {
         "limited": dw.LimitedGain,
         "weighted": dw.Weighted,

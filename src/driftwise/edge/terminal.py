@@ -50,6 +50,8 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     out.print(Text(summary.words))
     if run.keeper.jumps:
         out.print(Text("jumps noticed at: ", style="yellow") + Text(_times(run.keeper.jumps)))
+    if run.smoothed is not None and not run.estimator.model.n:
+        out.print(Text(run.smoothed.words))
     for note in notes:
         out.print(Text("note: ", style="yellow") + Text(note))
     out.print()
@@ -133,7 +135,7 @@ def _quality(summary):
     for name, count in (
         ("missing outputs", summary.missing_outputs),
         ("missing inputs", summary.missing_inputs),
-        ("rejected", summary.rejected),
+        ("outliers", summary.rejected + summary.happened["outliers"][0]),
         ("bad cells", summary.bad_values),
     ):
         if count:

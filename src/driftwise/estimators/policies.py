@@ -14,7 +14,7 @@ from ..detect.score import ScoreSums
 from ..detect.watch import Silent, watch
 from ..errors import InputError, refuse_class
 from ..memory.drift import Inflate, Matched, Restart, UntilJump, Walk, drift
-from ..models.scale import UnknownScale
+from ..models.scale import KnownScale, UnknownScale
 from . import door
 
 
@@ -95,6 +95,12 @@ def check_scale(scale, proper: bool = False) -> None:
     if scale.beta <= 0 or (proper and scale.alpha <= 0):
         which = "a positive alpha and a positive beta" if proper else "a finite alpha and a positive beta"
         raise InputError(f"UnknownScale needs {which}, got {scale!r}. It is the prior of a variance, beta/alpha")
+
+
+def resolve_scale(scale, is_relative: bool, unknowns: int) -> Any:
+    """Return the prior of sigma^2: the one given, or the reference prior that spends one half on each unknown."""
+    check_scale(scale)
+    return (scale or UnknownScale(0.5 - unknowns / 2, 1e-20)) if is_relative else KnownScale()
 
 
 def resolve_gate(gate, unknowns: int) -> Any:

@@ -31,6 +31,9 @@ class OutputSummary(NamedTuple):
     missing: int
     rejected: int
     bad_values: int
+    jumps: int
+    happened: dict[str, tuple[int, float]]
+    drift: Any  # `Speeds`, or None
 
 
 class SummaryMIMO:
@@ -83,10 +86,15 @@ class SummaryMIMO:
         return [
             OutputSummary(
                 s.fit, s.rmse, float(noise), s.nis, s.nis_interval, s.coverage, s.whiteness, s.observed,
-                s.missing_outputs, s.rejected, s.bad_values,
+                s.missing_outputs, s.rejected, s.bad_values, s.jumps, s.happened, drift,
             )
-            for s, noise in zip(self._parts, self.noise_std)
+            for s, noise, drift in zip(self._parts, self.noise_std, self._drifts)
         ]  # fmt: skip
+
+    @property
+    def _drifts(self):
+        est = self.estimator
+        return est.drift_of(self.state) if hasattr(est, "drift_of") else [None] * est.model.outputs
 
     @property
     def noise_std(self) -> np.ndarray:
@@ -207,7 +215,10 @@ class SummaryMIMO:
 
         def plain(one: OutputSummary):
             interval = [one.nis_interval.low, one.nis_interval.high]
-            return {**one._asdict(), "nis_interval": interval, "whiteness": one.whiteness._asdict()}
+            happened = {name: {"samples": count, "last": when} for name, (count, when) in one.happened.items()}
+            drift = None if one.drift is None else one.drift.as_dict()
+            own = {name: value for name, value in one._asdict().items() if name != "happened"}
+            return {**own, "nis_interval": interval, "whiteness": one.whiteness._asdict(), "drift": drift, **happened}
 
         model = self.model
         data = {

@@ -11,7 +11,8 @@ from ..errors import InputError
 from ..estimators.door import floats
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
-from .trace import KEEP, UNUSED, Trace
+from .events import events_of, jumps_of
+from .trace import KEEP, UNUSED, Trace, quantile
 
 
 class TraceMIMO(Trace):
@@ -121,10 +122,15 @@ class TraceMIMO(Trace):
 
     def events(self, limit: int = 10_000):
         """Return what happened besides ordinary samples, in order; the text names the output."""
-        found = []
-        for i, one in enumerate(self.outputs):
-            found += [_named(event, i) for event in Trace.events(one, limit)]  # type: ignore[arg-type]
-        return sorted(found, key=lambda e: e.sample)[:limit]
+        return self._of_each(events_of, limit)
+
+    def jumps(self, limit: int = 10_000):
+        """Return an event for each alarm, in order; the text names the output."""
+        return self._of_each(jumps_of, limit)
+
+    def _of_each(self, told, limit):
+        found = [_named(event, i) for i, one in enumerate(self.outputs) for event in told(one, limit)]
+        return sorted(found, key=lambda event: event.sample)[:limit]
 
     # --- results -------------------------------------------------------------------------------------------
 
@@ -134,12 +140,17 @@ class TraceMIMO(Trace):
         names = ("y", "prediction", "innovation", "variance", "dof", "status", "is_used")
         columns = {name: getattr(self, name).T for name in names}
         each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
-        p, est = self.y.shape[1], self.estimator
-        at, has_alarms = est.model.theta_at, est.columns > 7
+        p, at = self.y.shape[1], self.estimator.model.theta_at
+        alarms = [self.outs[:, 5 * p + i : 8 * p : p] for i in range(p)] if self.estimator.columns > 7 else [None] * p
+
+        def own(name, i):
+            return getattr(self, name)[:, at[i] : at[i + 1]] if self.has_bars else None
+
         return [
             Output(
-                time=self.time, state=self.state, names=est.names[at[i] : at[i + 1]],
-                alarms=self.outs[:, 5 * p + i : 8 * p : p] if has_alarms else None, is_width=self.is_width, **one,
+                time=self.time, state=self.state, names=self.estimator.names[at[i] : at[i + 1]], alarms=alarms[i],
+                odds=self.odds, watches=self.watches, parameters=own("parameters", i),
+                parameters_std=own("parameters_std", i), **one,
             )
             for i, one in enumerate(each)
         ]  # fmt: skip
@@ -182,16 +193,35 @@ class Output:
     state: np.ndarray  # of all outputs, after the last sample
     names: list[str]  # of the parameters of its equation
     alarms: np.ndarray | None  # statistic, since, which of its detector
-    is_width: bool  # whether that detector watches how wide the innovations are
+    odds: float | None  # as in a `Trace`, and the next one
+    watches: str
+    parameters: np.ndarray | None  # of its equation, where the trace kept them with their deviations
+    parameters_std: np.ndarray | None
+
+    is_mixture = False  # a trace of several outputs has no columns for it
 
     def __len__(self):
         return len(self.y)
 
-    def jumps(self, limit):
-        """Return an event for each alarm."""
-        return Trace.jumps(self, limit)  # type: ignore[arg-type]
+    @property
+    def has_bars(self) -> bool:
+        """Whether the trace kept parameters with their deviations."""
+        return self.parameters is not None
 
-    def _alarm(self, k):
+    def band(self, level: float = 0.95) -> np.ndarray:
+        """Half-width of the prediction interval at each sample, (T,)."""
+        return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
+
+    def events(self, limit: int = 10_000):
+        """Return what happened besides ordinary samples, in order."""
+        return events_of(self, limit)
+
+    def jumps(self, limit: int = 10_000):
+        """Return an event for each alarm."""
+        return jumps_of(self, limit)
+
+    def alarm(self, k):
+        """Return statistic, since and which of the detector, None where the estimator does not write them."""
         return None if self.alarms is None else self.alarms[k]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .wording import fit_words, pole_words, size_words
+from .wording import fit_words, lost_words, pole_words, size_words, times
 
 
 def paragraph(s) -> str:
@@ -47,6 +47,13 @@ def _output(name, one, samples) -> str:
             else f"; the innovations are not white (p = {w.p_value:.1g}): try a larger index, another noise, or "
             "walking parameters"
         )
-    counts = ((one.missing, "missing"), (one.rejected, "outliers ignored"), (one.bad_values, "absurd values"))
-    lost = [f"{count} {what}" for count, what in counts if count]
+    if one.drift:
+        text += f"; drift: {one.drift.words}"
+    if one.jumps:
+        text += f"; its parameters jumped {one.jumps} time{'s' * (one.jumps > 1)}"
+    rises, when = one.happened["noise_rises"]
+    if rises:
+        text += f"; its noise level rose {times(rises, when)}"
+    lost = [f"{count} {what}" for count, what in ((one.missing, "missing"), (one.bad_values, "absurd values")) if count]
+    lost += lost_words(one)
     return text + (f"; of {samples} samples {', '.join(lost)}." if lost else ".")

@@ -9,15 +9,20 @@ import numpy as np
 
 from ..kernel.status import Status
 from ..models.convert import Model
+from .events import runs, weighed_words
 from .trace import Trace, quantile
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
+
+HAPPENED = {"noise_rises": Status.NOISE, "outliers": Status.OUTLIER, "at_rest": Status.AT_REST}
+SET_ASIDE = Status.REJECTED | Status.OUTLIER
 
 
 class Summary:
     """Numbers of a run; add one trace after the other, memory does not grow.
 
-    The first ``settle`` measured samples (by default 2 N) are left out of fit, NIS, coverage and whiteness: there the
-    prior speaks. NIS and coverage also wait until the learnt scale has ten degrees of freedom.
+    Outliers, those of a gate and those that a memory tells, are left out of fit, NIS, coverage and whiteness, and so
+    are the first ``settle`` measured samples (by default 2 N): there the prior speaks. NIS and coverage also wait until
+    the learnt scale has ten degrees of freedom.
     """
 
     def __init__(self, estimator, settle: int | None = None):
@@ -28,6 +33,8 @@ class Summary:
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = self.jumps = 0
         self.last_jump = math.nan  # its time
+        self.last_moved = ""  # what it moved, if that is known
+        self.happened = dict.fromkeys(HAPPENED, (0, math.nan))  # how many samples, and when the last time
         self._count, self._mean, self._m2 = 0, 0.0, 0.0  # of y
         self._squares, self._nis, self._nis_spread, self._covered, self._scored = 0.0, 0.0, 0.0, 0, 0
         self._lags = Correlations()
@@ -49,10 +56,17 @@ class Summary:
         self.bad_values += count(Status.BAD_VALUE)
         jumped = np.flatnonzero(status & int(Status.JUMP))
         if len(jumped):
-            self.jumps, self.last_jump = self.jumps + len(jumped), float(trace.time[jumped[-1]])
+            last = trace.jumps()[-1]
+            self.jumps, self.last_jump, self.last_moved = self.jumps + len(jumped), last.time, weighed_words(last)
+        for name, bit in HAPPENED.items():
+            where = runs(status, bit)
+            if len(where):
+                more = int((where[:, 1] - where[:, 0] + 1).sum())
+                self.happened[name] = self.happened[name][0] + more, float(trace.time[where[-1, 1]])
         self.observed += int(np.count_nonzero(used))
 
-        measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
+        late &= (status & int(SET_ASIDE)) == 0
+        measured = np.isfinite(trace.innovation) & late
         y, e = trace.y[measured], trace.innovation[measured]
         self._pool(y)
         self._squares += float(np.einsum("i,i->", e, e))
@@ -63,7 +77,7 @@ class Summary:
         self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
         z = np.full(len(trace), np.nan)
         z[scored] = e / np.sqrt(T)
-        if getattr(trace, "is_mixture", False):
+        if trace.is_mixture:
             self._covered += int(np.count_nonzero(abs(e) <= trace.band()[scored]))
         else:
             self._covered += _inside(abs(z[scored]), dof)
@@ -175,6 +189,11 @@ class Summary:
         return [(_words(v, self.estimator.names), r) for r, v in found]
 
     @property
+    def drift(self):
+        """How fast each parameter drifts (`Recursive.drift_of`); None where the memory knows of no drift."""
+        return self.estimator.drift_of(self.state) if hasattr(self.estimator, "drift_of") else None
+
+    @property
     def words(self) -> str:
         """The run in a few plain sentences."""
         from .wording import paragraph
@@ -189,10 +208,12 @@ class Summary:
             "samples": self.samples, "observed": self.observed, "missing_outputs": self.missing_outputs,
             "missing_inputs": self.missing_inputs, "rejected": self.rejected, "bad_values": self.bad_values,
             "jumps": self.jumps, "last_jump": self.last_jump,
+            **{name: {"samples": count, "last": when} for name, (count, when) in self.happened.items()},
             "fit": self.fit, "rmse": self.rmse, "noise_std": self.noise_std, "nis": self.nis,
             "nis_interval": [self.nis_interval.low, self.nis_interval.high], "coverage": self.coverage,
             "whiteness": w._asdict(), "loglik": self.loglik,
             "parameters": [{"name": n, "value": v, "std": s} for n, v, s in self.parameters],
+            "drift": None if self.drift is None else self.drift.as_dict(),
             "poles": [
                 {"real": p.real, "imag": p.imag, "modulus": abs(p), "std": s, "method": how}
                 for (p, s), how in zip(self.poles, model.method)

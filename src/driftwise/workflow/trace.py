@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..estimators.door import count, floats
-from ..kernel.status import MEANING, Status
+from ..kernel.status import Status
 from ..models.convert import Model
 from ..models.scale import KnownScale
+from .events import Event, events_of, jumps_of, watched
 from .frames import as_frame
 from .mixture import half_width
 
@@ -22,7 +21,6 @@ KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
 
 
-SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
 TOLD = 9  # where the columns begin that a mixture fills
 
 
@@ -31,28 +29,6 @@ def width(keep: str, N: int, head: int = 4) -> int:
     if keep not in KEEP:
         raise InputError(f"keep must be one of {', '.join(KEEP)}, got {keep!r}")
     return head + (0, N, 2 * N, N + N * (N + 1) // 2)[KEEP.index(keep)]
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened at a sample.
-
-    A jump also has ``statistic`` (the detector's, over its threshold), ``since`` (the first sample after the change, as
-    the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess),
-    ``direction`` (1 up, -1 down, 0 not known), ``moved`` (the last two in words) and, where two explanations were
-    weighed, ``odds``. `Auto` waits a few samples more and names the parameter whose estimate moved most.
-    """
-
-    sample: int
-    time: float
-    kind: str
-    text: str
-    statistic: float | None = None
-    since: int | None = None
-    parameter: str | None = None
-    direction: int = 0
-    moved: str = ""
-    odds: float | None = None
 
 
 class Trace:
@@ -227,33 +203,28 @@ class Trace:
 
         A run of the same thing is one event.
         """
-        status, found = self.status, []
-        for bit, text in MEANING.items():
-            if bit == Status.JUMP:
-                found += self.jumps(limit)
-                continue
-            on = (status & int(bit)) != 0
-            starts = np.flatnonzero(on & ~np.concatenate([[False], on[:-1]]))[:limit]
-            ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))[:limit]
-            for k, end in zip(starts, ends):
-                more = f" ({end - k + 1} samples)" if end > k else ""
-                found.append(Event(int(k), float(self.time[k]), str(bit.name), text + more))
-        return sorted(found, key=lambda e: e.sample)[:limit]
+        return events_of(self, limit)
 
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: when, about what, since when, on what evidence."""
-        where = np.flatnonzero(self.status & int(Status.JUMP))[:limit]
-        odds = getattr(self.estimator.options.get("memory"), "odds", None)
-        if odds is not None and self.keep in ("std", "covariance") and self.estimator.columns > 7:
-            return [weighed(self, int(k), int(end), odds) for k, end in zip(where, [*where[1:], len(self)])]
-        return [jump(int(k), float(self.time[k]), self.names, self._alarm(k), self.is_width) for k in where]
+        return jumps_of(self, limit)
 
     @property
-    def is_width(self) -> bool:
-        """Whether the detector watches how wide the innovations are, not where."""
-        return isinstance(getattr(self.estimator.options.get("memory"), "detector", None), VarianceChange)
+    def odds(self) -> float | None:
+        """The odds at which a memory that weighs explanations tells a jump (statistic 1); None where none does."""
+        return getattr(self.estimator.options.get("memory"), "odds", None)
 
-    def _alarm(self, k):
+    @property
+    def watches(self) -> str:
+        """What tells the jumps: the "width" or the "level" of the innovations, or "", the memory itself."""
+        return watched(self.estimator.options)
+
+    @property
+    def has_bars(self) -> bool:
+        """Whether the trace kept parameters with their deviations."""
+        return self.keep in ("std", "covariance")
+
+    def alarm(self, k):
         """Return statistic, since and which of the detector, None where the estimator does not write them."""
         return self.outs[k, 5:8] if self.estimator.columns > 7 else None
 
@@ -284,8 +255,9 @@ class Trace:
         """
         from .what_changed import what_changed
 
-        first = event.since or event.sample if isinstance(event, Event) else event
-        return what_changed(self, first, samples)
+        if isinstance(event, Event):
+            event = event.sample if event.since is None else event.since
+        return what_changed(self, event, samples)
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -361,48 +333,6 @@ class Trace:
             if f["y"].ndim == 2:
                 from .mimo_trace import TraceMIMO as kind
             return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
-
-
-def jump(sample, time, names, alarm, is_width=False) -> Event:
-    """Return what a detector said at an alarm."""
-    kind = str(Status.JUMP.name)
-    if alarm is None:
-        return Event(sample, time, kind, MEANING[Status.JUMP])
-    statistic, since, which = alarm
-    name = names[int(which)] if which >= 0 else None
-    up, down = ("widened", "narrowed") if is_width else ("rose", "fell")
-    what, way = name or "the innovations", up if since > 0 else down
-    moved = f"{what} {way}" if since else MEANING[Status.JUMP]
-    if name and abs(since) < len(names):
-        moved = f"a parameter changed, perhaps {name}, which then {way}"
-    when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
-    text = f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
-    first = max(sample + 1 - max(int(abs(since)), 1), 0)
-    return Event(sample, time, kind, text, float(statistic), first, name, int(np.sign(since)), moved)
-
-
-def weighed(trace, sample, end, base) -> Event:
-    """Return a jump that won against other explanations, with the parameter whose estimate it moved most.
-
-    The estimate is that of some samples later (before ``end``), against the last one before the jump, in units of both
-    their deviations; below three of them no parameter is named.
-    """
-    statistic, since, _ = trace.outs[sample, 5:8]
-    odds, first = base**statistic, max(sample + 1 - int(since), 0)
-    later = min(sample + SAMPLES_LATER * trace.estimator.model.N, end - 1)
-    before, name, way, moved = max(first - 1, 0), None, 0, "parameters jumped"
-    change = trace.parameters[later] - trace.parameters[before]
-    spread = np.hypot(trace.parameters_std[later], trace.parameters_std[before])
-    z = np.divide(change, spread, out=np.zeros(len(change)), where=spread > 0)
-    most = int(np.argmax(abs(z)))
-    if later > sample and abs(z[most]) > 3:
-        name, way = trace.names[most], int(np.sign(change[most]))
-        others = sum(abs(z) > 3) - 1
-        more = f" (and {others} more)" if others else ""
-        moved = f"{name} jumped from {trace.parameters[before, most]:.3g} to {trace.parameters[later, most]:.3g}{more}"
-    text = f"{moved}, it began about {int(since)} samples ago (odds {min(odds, 1e6):.0f}:1)"
-    kind, time = str(Status.JUMP.name), float(trace.time[sample])
-    return Event(sample, time, kind, text, float(statistic), first, name, way, moved, float(odds))
 
 
 def unpack(packed, N) -> np.ndarray:

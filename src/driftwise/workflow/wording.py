@@ -86,6 +86,25 @@ def fit_words(s) -> str:
     return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
 
 
+def times(count: int, last: float) -> str:
+    """Return how often something happened, and when."""
+    many = "once" if count == 1 else "twice" if count == 2 else f"{count} times"
+    return f"{many}, {'at' if count == 1 else 'the last time at'} {last:.6g} s"
+
+
+def lost_words(s) -> list[str]:
+    """Return how many samples of an output were outliers, and how many found the plant at rest."""
+    outliers, when = s.happened["outliers"]
+    count, found = s.rejected + outliers, []
+    if count:
+        last = f" (the last at {when:.6g} s)" if outliers and not s.rejected else ""
+        found.append(f"{count} outlier{'s' * (count > 1)} ignored{last}")
+    rests, when = s.happened["at_rest"]
+    if rests:
+        found.append(f"{rests} at rest (the last at {when:.6g} s)")
+    return found
+
+
 def paragraph(s) -> str:
     """Return the sentences of a `Summary`."""
     est, model = s.estimator, s.model
@@ -122,12 +141,16 @@ def paragraph(s) -> str:
         else:
             text += (
                 f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try a higher "
-                "order, another noise, or parameters that walk or jump."
+                f"order{' or another noise' if s.drift else ', another noise, or parameters that walk or jump'}."
             )
+    if s.drift:
+        text += f" Drift: {s.drift.words}."
     if s.jumps:
-        many = "once" if s.jumps == 1 else "twice" if s.jumps == 2 else f"{s.jumps} times"
-        when = f"{'at' if s.jumps == 1 else 'the last time at'} {s.last_jump:.6g} s"
-        text += f" The parameters jumped {many}, {when}; their values are those since."
+        moved = f" ({s.last_moved})" if s.last_moved else ""
+        text += f" The parameters jumped {times(s.jumps, s.last_jump)}{moved}; their values are those since."
+    rises, when = s.happened["noise_rises"]
+    if rises:
+        text += f" The noise level rose {times(rises, when)}."
     if s.unlearned:
         text += f" The data did not teach {'; '.join(d for d, _ in s.unlearned)}: the inputs do not excite them."
     lost = [
@@ -135,9 +158,9 @@ def paragraph(s) -> str:
         for count, what in (
             (s.missing_outputs, "outputs missing"),
             (s.missing_inputs, "inputs missing"),
-            (s.rejected, "outliers ignored"),
             (s.bad_values, "absurd values"),
         )
         if count
     ]
+    lost += lost_words(s)
     return text + (f" Of {s.samples} samples: {', '.join(lost)}." if lost else "")

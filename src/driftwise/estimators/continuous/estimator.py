@@ -15,10 +15,10 @@ from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import UnknownScale
 from .. import door
 from ..joint.estimator import WIDTH
-from ..policies import check_scale, resolve_gate, resolve_memory, resolve_watch
+from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ..reading import Reading, Step
 from .step import HEAD, Continuous, drift_over, scratch_size
 
@@ -130,8 +130,7 @@ class ContinuousJoint(Reading):
             )
         relative = scale is not None or noise.variance is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
-        check_scale(scale)
-        self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
+        self.scale = resolve_scale(scale, relative, N)
         self._set_prior(s0, P0)
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")

@@ -8,7 +8,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...kernel import ud
-from ...kernel.status import REJECTED
+from ...kernel.status import OUTLIER, REJECTED
+from ...memory.auto import Auto
 from .. import door
 from ..recursive.row import HUGE
 from . import jumps as found_jumps
@@ -85,7 +86,7 @@ def diagonal(n: int) -> np.ndarray:
 
 
 def readable(est, y, u):
-    """Return the record of an estimator; outliers that its gate rejects are missing."""
+    """Return the record of an estimator; outliers that its gate rejects, or its memory finds, are missing."""
     if est.options["method"] != "ls":
         raise InputError(
             f"smooth and tune need a covariance and white noise, which method={est.options['method']!r} does without: "
@@ -93,9 +94,9 @@ def readable(est, y, u):
         )
     y, u = door.record(y, u, est.model.inputs)
     y, u = (np.where(np.abs(values) < HUGE, values, np.nan) for values in (y, u))
-    if est.options["gate"] is not None:
+    if est.options["gate"] is not None or isinstance(est.options["memory"], Auto):
         trace = est.scan(y, u if est.model.inputs else None, keep="innovations")
-        y = np.where(trace.status & REJECTED, np.nan, y)
+        y = np.where(trace.status & (REJECTED | OUTLIER), np.nan, y)
     return record_of(est, y, u, transition(est))
 
 

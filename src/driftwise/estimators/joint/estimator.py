@@ -13,9 +13,9 @@ from ...memory.drift import Never
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import UnknownScale
 from .. import door
-from ..policies import check_scale, resolve_gate, resolve_memory, resolve_watch
+from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ..reading import Reading
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import Form, marks_at, scratch_size
@@ -117,8 +117,7 @@ class Joint(Reading):
 
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
-        check_scale(scale)
-        self.scale = (scale or UnknownScale(0.5 - N / 2, 1e-20)) if relative else KnownScale()
+        self.scale = resolve_scale(scale, relative, N)
         kernel_noise = self._set_prior(s0, P0, noise, kernel_noise, relative)
         kappa = getattr(kernel_noise, "kappa", ())
         self.form = form or ("array" if len(kappa) == N else "ud")

@@ -20,7 +20,7 @@ from ...models.scale import KnownScale, UnknownScale, sigma2
 from ...models.structure import Structure, indices
 from .. import door
 from ..joint.estimator import WIDTH
-from ..policies import check_scale, resolve_gate, resolve_memory, resolve_watch
+from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ..reading import directions
 from . import door as mimo_door
 from .reading import ReadingMIMO
@@ -127,7 +127,6 @@ class JointMIMO(ReadingMIMO):
         self._units = form.units(self.y_scale, self.u_scale)
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
-        check_scale(scale)
 
         Q, S, R = noise_many.covariances(noise, form, self.y_scale**2)
         self._set_prior(s0, P0)
@@ -136,7 +135,7 @@ class JointMIMO(ReadingMIMO):
         self.groups = [[i] for i in range(p)] if self.is_split else [list(range(p))]
         self._D0, self._U0 = prior_factors(self.prior_covariance, self._owner, self.groups)
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
-        self.scale = (scale or UnknownScale(0.5, 1e-20)) if relative else KnownScale()
+        self.scale = resolve_scale(scale, relative, 0)  # each output spends its own, below
         self._sizes = [sum(self.unknowns[i] for i in group) for group in self.groups]
         kernel_noise = noise_many.factor(Q, S, R, form, self.groups)
         # the reference prior of a learnt scale spends one half on each unknown first

@@ -59,6 +59,11 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
     if isinstance(memory, UntilJump):
         return resolve_restart(memory.restart, setting), detector, settle, 0
     found, cells = resolve(memory, setting)
+    if cells > LARGEST:
+        raise InputError(
+            f"{type(memory).__name__} of {setting.N} parameters keeps {cells:.2g} numbers, more than {LARGEST:.0e}: "
+            "take a smaller model, or a memory that keeps few, such as Never() or Weighted(p)"
+        )
     return found, detector, settle, cells
 
 

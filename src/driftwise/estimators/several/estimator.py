@@ -21,6 +21,7 @@ from ..mimo.reading import ReadingMIMO
 from ..reading import directions
 from ..recursive.estimator import Recursive
 from ..recursive.row import COLUMNS
+from ..recursive.speeds import read as read_speeds
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import Channel, Several, fields, scratch_size
 
@@ -249,6 +250,14 @@ class ARXMIMO(ReadingMIMO):
         """Return (alpha, beta), (p,) each, of the inverse-gamma posterior of sigma^2; infinite where it is known."""
         alpha, beta = np.array([part.scale_posterior(one) for part, one in self._each(state)]).T
         return alpha, beta
+
+    def drift_of(self, state):
+        """Return how fast the parameters of each equation drift (`Recursive.drift_of`): a list, one for each output."""
+        self._rows(state)
+        at = self.model.theta_at
+        return [
+            read_speeds(part, one, self.names[at[i] : at[i + 1]]) for i, (part, one) in enumerate(self._each(state))
+        ]
 
     def loglik(self, state) -> float:
         """Return log p(y_1..y_t), parameters (and scales) integrated out: the sum over the equations."""
