@@ -68,6 +68,13 @@ ESTIMATORS = {
     "ARX, variational drift": dw.ARX(2, 2, memory=dw.VariationalBayes()),
     "ARX, variational noise": dw.ARX(2, 2, memory=dw.VariationalBayes("noise")),
     "ARX, variational, both": dw.ARX(2, 2, memory=dw.VariationalBayes("both")),
+    "ARX, bank": dw.ARX(2, 2, memory=dw.Bank(phi=(1.0, 0.5, 1.0, 0.0))),
+    "ARX, interacting": dw.ARX(2, 2, memory=dw.Interacting()),
+    "ARX, interacting, two speeds": dw.ARX(2, 2, memory=dw.Interacting((0.0, 1e-2), 0.9, 0.0, phi=0.9)),
+    "ARX, auto": dw.ARX(2, 2, memory=dw.Auto()),
+    "ARX, auto, only outliers": dw.ARX(2, 2, memory=dw.Auto("outliers"), missing="skip"),
+    "regression, auto, no outliers": dw.Regression(3, memory=dw.Auto("jumps", phi=0.95), offset=True),
+    "ARX, auto, known noise": dw.ARX(2, 2, memory=dw.Auto(), variance=0.01, P0=10.0),
     "ARX, until the mean jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.Hinkley(threshold=2.0), settle=10)),
     "ARX, until the score jumps": dw.ARX(
         2, (2, 1), memory=dw.UntilJump(dw.Score(jump=0.5, threshold=1.0), dw.Inflate(0.5, only_named=True), settle=10)

@@ -130,7 +130,8 @@ def law_nan_is_missing(est, y, u):
             "a missing output is not reported"
         )
         expected = phi @ state["theta"] if np.ndim(phi) == 2 else phi * state["theta"]
-        assert np.array_equal(after["theta"], expected), "a missing output moved the parameters"
+        off = abs(after["theta"] - expected).max(initial=0.0)  # a mixture's mean is added up anew
+        assert off <= 1e-14 * abs(expected).max(initial=0.0), "a missing output moved the parameters"
         assert after["samples"] == state["samples"] + 1, "time stood still"
         state = after
     assert np.isfinite(np.atleast_1d(state).view(float)).all(), "a gap left something that is not finite"
