@@ -296,6 +296,21 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     return memory.p, 0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "est",
+    [
+        dw.ARMAX(2, 2, 1, memory=dw.Auto()),
+        dw.BJ(1, 1, 1, 1, memory=dw.Auto("jumps")),
+        dw.ARXMIMO(2, 1, memory=dw.Auto()),
+        dw.ARXMIMO(2, 1, memory=dw.Bank()),
+    ],
+    ids=repr,
+)
+def test_every_model_takes_a_bank(est):
+    dw.check_estimator(est)
+
+
 def test_a_broken_policy_is_named():
     with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
         dw.check_policy(Amnesia(0.98))
