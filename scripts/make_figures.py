@@ -48,6 +48,64 @@ def flight():
     plt.close(fig)
 
 
+def surprises(seed=3):
+    """Return y, u and b1 of y = .8 y1 + b1 u1 + e: b1 drifts and jumps, a sample is a glitch, e becomes louder."""
+    rng, k = np.random.default_rng(seed), np.arange(3000)
+    b1 = 1 + 0.3 * np.sin(k / 300) + 0.5 * (k >= 1500)
+    noise_std = np.where(k < 2400, 0.1, 0.3)
+    u, y = rng.choice([-1.0, 1.0], 3000), np.zeros(3000)
+    for t in range(1, 3000):
+        y[t] = 0.8 * y[t - 1] + b1[t] * u[t - 1] + noise_std[t] * rng.standard_normal()
+    y[1000] += 3.0
+    return y, u, b1
+
+
+def auto():
+    """One record with everything `dw.Auto` tells apart: truth, estimate, bars, events."""
+    y, u, b1 = surprises()
+    trace = dw.ARX(1, 1, memory=dw.Auto()).scan(y, u)
+    error, bar = trace.innovation, trace.band(0.95)
+
+    fig, axes = plt.subplots(3, 1, figsize=(9, 6.5), sharex=True, height_ratios=(2, 3, 2), layout="constrained")
+    top, middle, bottom = axes
+    top.plot(error, ".", color=GREY, ms=2, label="innovation")
+    top.fill_between(trace.time, -bar, bar, color=ORANGE, alpha=0.25, lw=0, label="its 95 % band")
+    top.set(ylim=(-1.9, 3.4), ylabel="y less prediction")
+    for ax, i, truth in ((middle, 1, b1), (bottom, 0, np.full(len(y), -0.8))):
+        mean, std = trace.parameters[:, i], trace.parameters_std[:, i]
+        ax.fill_between(trace.time, mean - 1.96 * std, mean + 1.96 * std, color=BLUE, alpha=0.22, lw=0, label="95 %")
+        ax.plot(mean, color=BLUE, lw=1.1, label="estimate")
+        ax.plot(truth, color=INK, lw=1.1, ls="--", label="truth")
+    middle.set(ylim=(0.35, 2.25), ylabel="b1")
+    bottom.set(ylim=(-0.9, -0.7), ylabel="a1", xlabel="sample")
+    for event in trace.events():
+        if event.kind in ("JUMP", "NOISE") or (event.kind == "OUTLIER" and event.sample == 1000):
+            words = "outlier" if event.kind == "OUTLIER" else event.text.split(", it")[0]
+            odds = f"\nodds {event.odds:.0f}:1" if event.odds else ""
+            top.annotate(words + odds, (event.sample + 15, 3.2), va="top", color=ORANGE, fontsize=9)
+            for ax in axes:
+                ax.axvline(event.sample, color=ORANGE, lw=0.8, alpha=0.6)
+    top.legend(frameon=False, fontsize=9, ncols=2, loc="lower left")
+    middle.legend(frameon=False, fontsize=9, ncols=3, loc="upper left")
+    for ax in axes:
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.grid(alpha=0.25, lw=0.5)
+    top.set_title(
+        "One gain drifts and jumps, a sample is wrong, the noise grows: nothing was told", loc="left", color=INK
+    )
+    fig.savefig(FOLDER / "auto.png", dpi=130)
+    print("auto:", *(f"  {event.sample} {event.kind} {event.text}" for event in trace.events()), sep="\n")
+    theta = np.c_[np.full(len(y), -0.8), b1]
+    inside = np.abs(trace.parameters - theta)[50:] < 1.96 * trace.parameters_std[50:]
+    print(f"  95 % bars of a1, b1 hold {inside.mean(axis=0).round(3)}", end="; ")
+    print(f"bands of the prediction {np.mean(np.abs(error[50:]) < bar[50:]):.3f}")
+    for name, memory in {"Auto()": dw.Auto(), "Weighted(.98)": dw.Weighted(0.98), "Never()": dw.Never()}.items():
+        other = dw.ARX(1, 1, memory=memory).scan(y, u).parameters
+        print(f"  {name}: error of a1, b1 {np.sqrt(np.mean((other - theta)[50:] ** 2, axis=0)).round(4)}")
+    plt.close(fig)
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     flight()
+    auto()

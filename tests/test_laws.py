@@ -68,6 +68,13 @@ ESTIMATORS = {
     "ARX, variational drift": dw.ARX(2, 2, memory=dw.VariationalBayes()),
     "ARX, variational noise": dw.ARX(2, 2, memory=dw.VariationalBayes("noise")),
     "ARX, variational, both": dw.ARX(2, 2, memory=dw.VariationalBayes("both")),
+    "ARX, bank": dw.ARX(2, 2, memory=dw.Bank(phi=(1.0, 0.5, 1.0, 0.0))),
+    "ARX, interacting": dw.ARX(2, 2, memory=dw.Interacting()),
+    "ARX, interacting, two speeds": dw.ARX(2, 2, memory=dw.Interacting((0.0, 1e-2), 0.9, 0.0, phi=0.9)),
+    "ARX, auto": dw.ARX(2, 2, memory=dw.Auto()),
+    "ARX, auto, only outliers": dw.ARX(2, 2, memory=dw.Auto("outliers"), missing="skip"),
+    "regression, auto, no outliers": dw.Regression(3, memory=dw.Auto("jumps", phi=0.95), offset=True),
+    "ARX, auto, known noise": dw.ARX(2, 2, memory=dw.Auto(), variance=0.01, P0=10.0),
     "ARX, until the mean jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.Hinkley(threshold=2.0), settle=10)),
     "ARX, until the score jumps": dw.ARX(
         2, (2, 1), memory=dw.UntilJump(dw.Score(jump=0.5, threshold=1.0), dw.Inflate(0.5, only_named=True), settle=10)
@@ -287,6 +294,21 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     for j in range(D.size):
         D[j] /= memory.p
     return memory.p, 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "est",
+    [
+        dw.ARMAX(2, 2, 1, memory=dw.Auto()),
+        dw.BJ(1, 1, 1, 1, memory=dw.Auto("jumps")),
+        dw.ARXMIMO(2, 1, memory=dw.Auto()),
+        dw.ARXMIMO(2, 1, memory=dw.Bank()),
+    ],
+    ids=repr,
+)
+def test_every_model_takes_a_bank(est):
+    dw.check_estimator(est)
 
 
 def test_a_broken_policy_is_named():

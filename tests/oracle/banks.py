@@ -5,7 +5,7 @@ outliers, 5.15 the guard at rest. The first axis is always the series, the secon
 mode's own sigma^2.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.special import gammaln
@@ -19,7 +19,13 @@ class Bank:
     P: np.ndarray  # (S, M, n, n)
     w: np.ndarray  # (S, M)
     nu: np.ndarray  # (S, M)
-    s2: np.ndarray  # (S, M)
+    chi2: np.ndarray  # (S, M)
+
+    @property
+    def s2(self):
+        """sigma^2 of each mode: counts as 1 until it has a degree of freedom."""
+        ready = self.nu >= 1
+        return np.where(ready, self.chi2 / np.where(ready, self.nu, 1), 1.0)
 
     def at(self, rows):
         return Bank(*(getattr(self, f.name)[rows].copy() for f in fields(self)))
@@ -31,34 +37,49 @@ class Bank:
 
 @dataclass
 class Units:
-    """ms of 1.5: the running mean square of each regressor, with its floor and the guard of 5.15."""
+    """ms of 1.5: the running mean square of each regressor, with its floor, and the guard of 5.15.
 
+    At rest: all regressors together below a hundredth of what they usually are, each in units of its own. ms then
+    moves a hundred times slower. Rows that are missing or at rest do not count.
+    """
+
+    S: int
     n: int
     floor: float = 0.01  # of the largest ms so far
     absolute: float = 0.0
     guard: bool = True
-    ms: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
-    most: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
-    level: np.ndarray = field(default_factory=lambda: np.zeros(1))
-    moving: np.ndarray = field(default_factory=lambda: np.zeros(1))
 
-    def see(self, k, psi, seen):
+    def __post_init__(self):
+        self.ms, self.most, self.count = np.zeros((self.S, self.n)), np.zeros((self.S, self.n)), np.zeros(self.S)
+
+    def see(self, psi, seen):
         """1/ms_i, zero until regressor i was seen, and whether the plant is at rest."""
-        power = np.sum(psi**2, axis=1)
-        rest = seen & self.guard & (k > 4 * self.n) & (power < 0.01 * self.level)
-        learn = seen & ~rest
-        self.moving = self.moving + learn
-        self.level = self.level + learn * np.maximum(1 / np.maximum(self.moving, 1), 0.005) * (power - self.level)
-        self.ms = self.ms + learn[:, None] * max(1 / (k + 1), 0.005) * (psi**2 - self.ms)
+        size = np.sum(np.divide(psi**2, self.ms, out=np.zeros_like(psi), where=self.ms > 0), axis=1)
+        rest = seen & self.guard & (self.count > 4 * self.n) & (size < 0.01 * self.n)
+        gain = np.where(rest, 0.00005, np.maximum(1 / (self.count + 1), 0.005))
+        self.ms = self.ms + np.where(seen, gain, 0)[:, None] * (psi**2 - self.ms)
+        self.count = self.count + (seen & ~rest)
         self.most = np.maximum(self.most, self.ms)
         ms = np.maximum(np.maximum(self.ms, self.floor * self.most), self.absolute)
-        return np.where(ms > 0, 1 / np.where(ms > 0, ms, 1), 0.0), rest
+        return np.divide(1.0, ms, out=np.zeros_like(ms), where=ms > 0), rest
 
 
-def start(S, M, n, P0, told, w=None):
+@dataclass
+class Taken:
+    """What each mode (S, M) made of a sample: its error, relative variance, sigma^2 and the odds of an outlier."""
+
+    e: np.ndarray
+    St: np.ndarray
+    s2: np.ndarray
+    rho: np.ndarray
+    evidence: np.ndarray  # (S,)
+
+
+def start(S, M, n, P0, nu=1.0, chi2=1.0, w=None):
+    """P0 is relative to sigma^2; the reference prior has nu = 1 - n, chi2 = 0."""
     w = np.full(M, 1 / M) if w is None else w
-    P = np.tile(P0 / told * np.eye(n), (S, M, 1, 1))
-    return Bank(np.zeros((S, M, n)), P, np.tile(w, (S, 1)), np.ones((S, M)), np.full((S, M), float(told)))
+    P = np.tile(P0 * np.eye(n), (S, M, 1, 1))
+    return Bank(np.zeros((S, M, n)), P, np.tile(w, (S, 1)), np.full((S, M), float(nu)), np.full((S, M), float(chi2)))
 
 
 def log_density(e, V, nu, learnt):
@@ -79,38 +100,39 @@ def normalised(w, floor):
     return w / w.sum(axis=1, keepdims=True)
 
 
-def forecast(b, psi, learnt):
-    """Mean and variance of y before it is seen."""
+def forecast(b, psi, learnt, heavy=True):
+    """Mean and variance of y before it is seen; not `heavy`: without what the tails of Student's t add."""
     yhat, _, St = project(b, psi)
-    c = np.where(b.nu > 4, b.nu / np.where(b.nu > 4, b.nu - 2, 1), 2.0) if learnt else 1.0
+    c = np.where(b.nu > 4, b.nu / np.where(b.nu > 4, b.nu - 2, 1), 2.0) if learnt and heavy else 1.0
     mean = np.sum(b.w * yhat, axis=1)
     return mean, np.sum(b.w * (c * St * b.s2 + (yhat - mean[:, None]) ** 2), axis=1)
 
 
 def update(b, psi, y, learnt=True, pi=0.0, kappa=400.0, discount=0.995, floor=1e-6, rest=False):
-    """Correct every mode with one sample; the log evidence beside the new bank."""
+    """Correct every mode with one sample; until all of them know a sigma^2, the weights stay."""
     yhat, Pp, St = project(b, psi)
-    e, St2 = y[:, None] - yhat, St + kappa - 1
+    e, St2, s2 = y[:, None] - yhat, St + kappa - 1, b.s2
+    ready, nu = b.nu >= 1, np.maximum(b.nu, 1.0)
     with np.errstate(divide="ignore"):
-        l1 = np.log1p(-pi) + log_density(e, St * b.s2, b.nu, learnt)
-        l2 = np.log(pi) + log_density(e, St2 * b.s2, b.nu, learnt)
-        logp = np.logaddexp(l1, l2) + np.log(b.w)
-    rho = np.exp(l2 - np.logaddexp(l1, l2))
+        l1 = np.log1p(-pi) + log_density(e, St * s2, nu, learnt)
+        l2 = np.log(pi) + log_density(e, St2 * s2, nu, learnt)
+    both = np.logaddexp(l1, l2)
+    rho = np.where(ready, np.exp(l2 - both), 0.0)
+    logp = np.where(ready.all(axis=1, keepdims=True), both, 0.0) + np.log(b.w)
     K, K2 = Pp / St[..., None], Pp / St2[..., None]
     Kb = (1 - rho)[..., None] * K + rho[..., None] * K2
-    spread = (rho * (1 - rho) * e**2 / b.s2)[..., None, None] * outer(K - K2, K - K2)
+    spread = (rho * (1 - rho) * e**2 / s2)[..., None, None] * outer(K - K2, K - K2)
     P = b.P - outer(Kb, Pp) + spread
     most = logp.max(axis=1, keepdims=True)
     p = np.exp(logp - most)
-    nu, s2 = b.nu, b.s2
+    nu, chi2 = b.nu, b.chi2
     if learnt:
         moves = ~np.broadcast_to(rest, y.shape)[:, None]
-        count = discount * b.nu + 1 - rho
-        d = discount * b.nu * b.s2 + (1 - rho) * e**2 / St
-        nu, s2 = np.where(moves, np.minimum(count, 200.0), nu), np.where(moves, d / count, s2)
-    evidence = most[:, 0] + np.log(p.sum(axis=1))
+        nu = np.where(moves, discount * nu + 1 - rho, nu)
+        chi2 = np.where(moves, discount * chi2 + (1 - rho) * e**2 / St, chi2)
+    taken = Taken(e, St, s2, rho, most[:, 0] + np.log(p.sum(axis=1)))
     theta = b.theta + Kb * e[..., None]
-    return Bank(theta, (P + P.swapaxes(-1, -2)) / 2, normalised(p, floor), nu, s2), evidence
+    return Bank(theta, (P + P.swapaxes(-1, -2)) / 2, normalised(p, floor), nu, chi2), taken
 
 
 def outer(a, b):
@@ -133,7 +155,8 @@ def mix(b, A):
     s2, nu = np.einsum("sij,si->sj", mu, b.s2), np.einsum("sij,si->sj", mu, b.nu)
     off = b.theta[:, :, None] - theta[:, None]
     P = np.einsum("sij,sipq->sjpq", mu, b.s2[..., None, None] * b.P) + np.einsum("sij,sijp,sijq->sjpq", mu, off, off)
-    return Bank(theta, P / s2[..., None, None], c, nu, s2)
+    chi2 = np.where(nu >= 1, s2 * nu, np.einsum("sij,si->sj", mu, b.chi2))
+    return Bank(theta, P / s2[..., None, None], c, nu, chi2)
 
 
 def staying(M, stay):
@@ -155,12 +178,18 @@ def forget(b, power, floor):
     return replace(b, w=normalised(normalised(b.w**power, 0), floor))
 
 
-def predict(b, phi, alm):
-    """Time update with the NVR of every mode over ms (S, M, n)."""
+def predict(b, phi, alm, cap=np.inf, mixed=False):
+    """Time update with the NVR of every mode over ms (S, M, n); no variance beyond its cap.
+
+    After mixing it is taken down to its cap, by D P D; otherwise what is added finds no room beyond.
+    """
     P = b.P * outer(phi, phi)
     i = np.arange(len(phi))
-    P[..., i, i] += alm
-    return replace(b, theta=b.theta * phi, P=P)
+    D = P[..., i, i]
+    mixed = np.broadcast_to(mixed, len(P))[:, None, None]
+    P[..., i, i] += np.where(mixed, alm, np.minimum(alm, np.maximum(cap - D, 0)))
+    size = np.where(mixed, np.sqrt(np.minimum(1, cap / np.maximum(P[..., i, i], 1e-300))), 1)
+    return replace(b, theta=b.theta * phi, P=P * outer(size, size))
 
 
 def where(seen, a, b):
@@ -172,13 +201,14 @@ def where(seen, a, b):
 
 @dataclass
 class Run:
-    """What a run over records leaves: (S, T, ..) arrays, and for AUTO-C its events (series, sample, kind)."""
+    """What a run over records leaves: (S, T, ..) arrays, and for `Auto` its events (series, sample, kind)."""
 
     theta: np.ndarray
     P: np.ndarray  # diagonal
     eps: np.ndarray
     S: np.ndarray
     s2: np.ndarray
+    nu: np.ndarray
     w: np.ndarray
     events: list
     evidence: np.ndarray
@@ -188,31 +218,31 @@ class Run:
         def blank(*shape):
             return np.full((S, T, *shape), np.nan)
 
-        return cls(blank(n), blank(n), blank(), blank(), blank(), blank(M), [], blank())
+        return cls(blank(n), blank(n), blank(), blank(), blank(), blank(), blank(M), [], blank())
 
     def write(self, k, bank):
         theta, P, self.s2[:, k] = moments(bank)
         self.theta[:, k], self.P[:, k] = theta, np.diagonal(P, axis1=1, axis2=2)
-        self.w[:, k] = bank.w
-        return theta, P
+        self.w[:, k], self.nu[:, k] = bank.w, np.sum(bank.w * bank.nu, axis=1)
 
 
-def run_bank(y, psi, phi, told, levels=LEVELS, learnt=True, A=None, w=None, P0=1000.0, floor=1e-6, units=None):
-    """Bank with forgetting .99 (5.10), or interacting with the transition matrix A (5.11)."""
+def run_bank(y, psi, phi, first, levels=LEVELS, learnt=True, A=None, floor=1e-6, units=None, cap=np.inf):
+    """Bank with forgetting .99 (5.10) from the bank `first`, or interacting with the transition matrix A (5.11)."""
     S, T, n = psi.shape
-    units = units or Units(n, floor=0.0, absolute=1e-8, guard=False)
-    b, out = start(S, len(levels), n, P0, told, w), Run.of(S, T, n, len(levels))
+    units = units or Units(S, n)
+    b, out = first, Run.of(S, T, n, len(levels))
     levels, inverse = np.array(levels)[:, None], np.zeros((S, n))
     for k in range(T):
-        seen = np.isfinite(y[:, k]) & np.isfinite(psi[:, k]).all(axis=1)
-        yk, row = np.where(seen, y[:, k], 0), np.where(seen[:, None], psi[:, k], 0)
-        over, rest = units.see(k, row, seen)
+        seen = np.isfinite(y[:, k])
+        yk, row = np.where(seen, y[:, k], 0), psi[:, k]
+        over, rest = units.see(row, seen)
         inverse = np.where(seen[:, None], over, inverse)
-        mean, out.S[:, k] = forecast(b, row, learnt)
+        mean, out.S[:, k] = forecast(b, row, learnt, heavy=False)
         out.eps[:, k] = np.where(seen, yk - mean, np.nan)
-        new, out.evidence[:, k] = update(b, row, yk, learnt, floor=floor, rest=rest)
+        new, taken = update(b, row, yk, learnt, floor=floor, rest=rest)
+        out.evidence[:, k] = taken.evidence
         b = where(seen, new, b)
         out.write(k, b)
         moved = forget(b, 0.99, floor) if A is None else mix(b, A)
-        b = predict(where(seen, moved, b), phi, levels * inverse[:, None])
+        b = predict(where(seen, moved, b), phi, levels * inverse[:, None], cap, seen & (A is not None))
     return out

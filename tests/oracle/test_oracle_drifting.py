@@ -176,7 +176,7 @@ def test_a_seed_is_a_record(name):
     assert (few.y[0] != few.y[1]).any()
     ok = ~np.isnan(few.psi).any(-1) & ~np.isnan(few.y)
     noise = (few.y - np.sum(few.psi * few.theta, axis=-1))[ok]
-    if name != "rest":
+    if name not in ("rest", "louder"):
         assert np.mean(noise**2) == pytest.approx(few.sigma2, rel=4 * np.sqrt(2 / noise.size))
 
 

@@ -239,11 +239,12 @@ def demo(
 
 @app.command()
 def reproduce(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose experiments: salut1979 or perriot1981.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="salut1979, perriot1981, abid2008 or policies.")],
     seeds: Annotated[
         int,
         typer.Option(
-            help="Simulated records; full: 300 for salut1979, 500 for perriot1981. Tolerances widen with fewer."
+            help="Simulated records; full: 300 for salut1979, 500 for perriot1981, 400 for abid2008, 200 for policies. "
+            "Tolerances widen with fewer."
         ),
     ] = 300,
     json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,

@@ -75,10 +75,27 @@ def show(found, out=None) -> None:
                 Text(mark, style=style), Text(verdict.name) + tag, Text(verdict.value), Text(verdict.expected)
             )
         out.print(table)
+        for result in section.tables:
+            if result.is_result:
+                _print_table(out, result)
         for line in section.missing:
             out.print(Text("not reproduced: ", style="yellow") + Text(line))
     out.print()
     out.print(headline)
+
+
+def _print_table(out, numbers) -> None:
+    """Print a table that is the result itself."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, title=numbers.caption, title_justify="left")
+    for k, column in enumerate(numbers.head):
+        table.add_column(column, header_style="dim", justify="right" if k else "left", no_wrap=not k)
+    for row in numbers.rows:
+        table.add_row(*row)
+    out.print()
+    out.print(table)
 
 
 def _write_json(file, record):

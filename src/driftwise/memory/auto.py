@@ -16,7 +16,6 @@ from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..kernel.ud import predicted_variance, widen
 from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
 from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_mixture, tell_modes
-from .drift import widen_within
 from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
 from .likelihood import own_cells as learner_cells
 from .modes import (
@@ -44,7 +43,7 @@ SURPRISE = 9.0  # times the variance of the prediction: a trial starts
 PRIOR = math.log(1 / 200)  # log odds of both explanations then
 WIDE, LOUD = 100.0, 3.0  # what a jump adds to P, in units; by what the noise variance grows
 JUMP_ODDS, LEVEL_ODDS, AHEAD = math.log(5.0), math.log(20.0), math.log(3.0)
-LEVEL_AGE, OLDEST, HOPELESS = 8.0, 16.0, -6.0
+LEVEL_AGE, OLDEST, HOPELESS, IMPOSSIBLE = 8.0, 16.0, -6.0, -1e300
 
 
 class Auto(NamedTuple):
@@ -155,7 +154,7 @@ def argue(memory, parts, e, R, theta, evidence, work, rests):
     first, _ = update_bank(memory, parts.challenger, e, noise, theta, work, own.logs, is_robust, rests)
     trial[JUMPED] += first - evidence
     second, _ = update_bank(memory, parts.rival, e, noise, theta, work, own.logs, is_robust, rests)
-    trial[LOUDER] = trial[LOUDER] + second - evidence if memory.learns > 0.0 else -math.inf
+    trial[LOUDER] = trial[LOUDER] + second - evidence if memory.learns > 0.0 else IMPOSSIBLE
     trial[AGE] += 1.0
     jumped, louder, samples = trial[JUMPED], trial[LOUDER], trial[AGE]
     if jumped > JUMP_ODDS and samples >= memory.ripe and jumped > louder + AHEAD:
@@ -254,19 +253,23 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     carry(learner, memory.phi, ground.q, learnt.U, learnt.D, memory.cap, work.c)
     rests = ground.head[RESTS] > 0.0
     if surprise >= 0.0 and not rests:
-        interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)
+        is_capped = interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)
         if trial[ON] > 0.0:
             mixed_on(memory, own, parts.challenger, work.b)
             mixed_on(memory, own, parts.rival, work.b)
-        status |= NOISE if trial[VERDICT] == A_LEVEL else 0
-        status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
     else:
-        drift_apart(memory, own.bank, q, work.b)
+        is_capped = drift_apart(memory, own.bank, q, work.b)
         if trial[ON] > 0.0:
             drift_apart(memory, parts.challenger, q, work.b)
             drift_apart(memory, parts.rival, q, work.b)
-        status |= AT_REST if surprise >= 0.0 else 0
-    relax(theta, U, D, memory.phi, work.b)
+    if surprise >= 0.0:
+        status |= AT_REST if rests else 0
+        status |= NOISE if trial[VERDICT] == A_LEVEL else 0
+        status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
+    if is_capped:
+        merge(memory, own.bank, own.dense, theta, U, D, own.P)
+        return 1.0, status | CAPPED
+    relax(theta, U, D, memory.phi, work.b)  # the mixture of what the modes are now
     total = 0.0
     for m in range(M):
         one = mode(own.bank, m, N).own
@@ -276,8 +279,7 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
         mean = 0.0
         for m in range(M):
             mean += own.logs[m] * q[m * N + i]
-        if not widen_within(U, D, i, mean / total, memory.cap[i], work.b):
-            status |= CAPPED
+        widen(U, D, i, mean / total, work.b)
     return 1.0, status
 
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..kernel.compose import Vector, kernel
-from ..kernel.status import AT_REST
+from ..kernel.status import AT_REST, CAPPED
 from ..kernel.ud import predicted_variance, project
 from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
 from .modes import (
+    FREEDOM,
     OWN,
     WEIGHT,
     count_of,
@@ -106,7 +107,7 @@ class Cells(NamedTuple):
 
 def own_cells(N: int, M: int) -> int:
     """Return how many numbers a bank of M modes keeps."""
-    return OWN_HEAD + 2 * M * size_of(N) + M * N + (M + 1) * N * (N + 1) // 2 + M + 4
+    return OWN_HEAD + 2 * M * size_of(N) + M * N + (M + 1) * N * (N + 1) // 2 + 2 * M + 4
 
 
 @kernel
@@ -118,7 +119,7 @@ def open_cells(own, N, M):
     c = b + M * half
     d = c + size
     e = d + half
-    return Cells(own[:OWN_HEAD], own[OWN_HEAD:a], own[a:b], own[b:c], own[c:d], own[d:e], own[e : e + M + 4])
+    return Cells(own[:OWN_HEAD], own[OWN_HEAD:a], own[a:b], own[b:c], own[c:d], own[d:e], own[e : e + 2 * M + 4])
 
 
 @kernel
@@ -139,7 +140,27 @@ def learn_in_bank(memory, cells, e, R, s2, theta, U, D, work):
     return T
 
 
-learn.on(Fading, Mixing)(learn_in_bank)
+learn.on(Mixing)(learn_in_bank)
+
+
+@learn.on(Fading)
+def _(memory, cells, e, R, s2, theta, U, D, work):
+    """Then the weights fade; P stays what it is, relative to the sigma^2 that is theirs."""
+    T = learn_in_bank(memory, cells, e, R, s2, theta, U, D, work)
+    own = cells_of_modes(memory, open_ground(cells, D.size))
+    total, before = 0.0, own.head[SIGMA2_NOW]
+    for m in range(memory.levels.size):
+        own.logs[m] = mode(own.bank, m, D.size).own[WEIGHT] ** memory.forgetting
+        total += own.logs[m]
+    normalise(own.bank, own.logs, total, D.size)
+    own.head[FREEDOM_NOW] = own.head[SIGMA2_NOW] = 0.0
+    for m in range(memory.levels.size):
+        one = mode(own.bank, m, D.size).own
+        own.head[FREEDOM_NOW] += one[WEIGHT] * one[FREEDOM]
+        own.head[SIGMA2_NOW] += one[WEIGHT] * own_sigma2(memory, one)
+    for i in range(D.size):
+        D[i] *= before / own.head[SIGMA2_NOW]
+    return T
 
 
 @begin.on(Fading, Mixing)
@@ -184,20 +205,21 @@ def speeds(memory, ground, own):
         ground.q[i] /= s2
 
 
+@kernel
+def met(ground, is_capped, surprise):
+    """Return the status bits of a sample."""
+    status = CAPPED if is_capped else 0
+    return status | AT_REST if surprise >= 0.0 and ground.head[RESTS] > 0.0 else status
+
+
 @age.on(Fading)
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     ground = open_ground(cells, D.size)
     own = cells_of_modes(memory, ground)
-    if surprise >= 0.0:
-        total = 0.0
-        for m in range(memory.levels.size):
-            own.logs[m] = mode(own.bank, m, D.size).own[WEIGHT] ** memory.forgetting
-            total += own.logs[m]
-        normalise(own.bank, own.logs, total, D.size)
     speeds(memory, ground, own)
-    drift_apart(memory, own.bank, own.q, work.b)
+    is_capped = drift_apart(memory, own.bank, own.q, work.b)
     merge(memory, own.bank, own.dense, theta, U, D, own.P)
-    return 1.0, AT_REST if surprise >= 0.0 and ground.head[RESTS] > 0.0 else 0
+    return 1.0, met(ground, is_capped, surprise)
 
 
 @age.on(Mixing)
@@ -206,11 +228,11 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
     if surprise >= 0.0:
-        interact(memory, own.bank, own.dense, memory.A, own.q, own.old, own.P)
+        is_capped = interact(memory, own.bank, own.dense, memory.A, own.q, own.old, own.P)
     else:
-        drift_apart(memory, own.bank, own.q, work.b)
+        is_capped = drift_apart(memory, own.bank, own.q, work.b)
     merge(memory, own.bank, own.dense, theta, U, D, own.P)
-    return 1.0, AT_REST if surprise >= 0.0 and ground.head[RESTS] > 0.0 else 0
+    return 1.0, met(ground, is_capped, surprise)
 
 
 @notice.on(Mixing)

@@ -94,8 +94,10 @@ def outlier(nu, z, V, St, St2):
         ratio = 0.5 * z * (1.0 - 1.0 / wider)
     else:
         ratio = 0.5 * (nu + 1.0) * math.log((nu + z) / (nu + z / wider))
-    odds = OUTLIERS / (1.0 - OUTLIERS) * math.exp(min(ratio - 0.5 * math.log(wider), 700.0))
-    return log_density(nu, z, V) + math.log1p(-OUTLIERS) + math.log1p(odds), odds / (1.0 + odds)
+    odds = ratio - 0.5 * math.log(wider) + math.log(OUTLIERS / (1.0 - OUTLIERS))  # their logarithm
+    less = math.exp(-abs(odds))
+    rho = 1.0 / (1.0 + less) if odds > 0.0 else less / (1.0 + less)
+    return log_density(nu, z, V) + math.log1p(-OUTLIERS) + max(odds, 0.0) + math.log1p(less), rho
 
 
 @kernel
@@ -141,10 +143,10 @@ def take(memory, one, error, R, work, is_robust, rests):
 def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
     """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
 
-    e is the innovation of ``theta``, R the variance of the noise. ``logs`` is scratch of one number a mode; behind
-    them stays, of the last mode, what `learner.study` wants: innovation, T, sigma^2, share that is no outlier.
+    e is the innovation of ``theta``, R the variance of the noise. ``logs`` is scratch of two numbers a mode; between
+    them stays, of the last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
     """
-    N, M, top, rho = theta.size, count_of(bank, theta.size), -math.inf, 0.0
+    N, M, top = theta.size, count_of(bank, theta.size), -math.inf
     for m in range(M):
         one = mode(bank, m, N)
         error = e
@@ -152,16 +154,17 @@ def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
             error += work.psi[i] * (theta[i] - one.theta[i])
         logs[m], share, T, s2 = take(memory, one, error, R, work, is_robust, rests)
         logs[m] += math.log(one.own[WEIGHT])
-        rho += one.own[WEIGHT] * share
+        logs[M + 4 + m] = share
         top = max(top, logs[m])
         if m == M - 1:
             logs[M], logs[M + 1], logs[M + 2], logs[M + 3] = error, T, s2, 1.0 - share
-    total = 0.0
+    total = rho = 0.0
     for m in range(M):
         logs[m] = math.exp(logs[m] - top)
         total += logs[m]
+        rho += logs[m] * logs[M + 4 + m]
     normalise(bank, logs, total, N)
-    return top + math.log(total), rho
+    return top + math.log(total), rho / total
 
 
 @kernel
@@ -237,13 +240,18 @@ def add_spread(P, v, Q, w, a, b):
 
 @rare
 def drift_apart(memory, bank, q, b):
-    """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (N of each)."""
-    N = memory.cap.size
+    """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (N of each).
+
+    Say whether a variance met its cap.
+    """
+    N, is_capped = memory.cap.size, False
     for m in range(count_of(bank, N)):
         one = mode(bank, m, N)
         relax(one.theta, one.U, one.D, memory.phi, b)
         for i in range(N):
-            widen_within(one.U, one.D, i, q[m * N + i], memory.cap[i], b)
+            if not widen_within(one.U, one.D, i, q[m * N + i], memory.cap[i], b):
+                is_capped = True
+    return is_capped
 
 
 @rare
@@ -251,10 +259,10 @@ def interact(memory, bank, dense, A, q, old, P):
     """Take an interacting bank one sample on: mixed by A (M, M), then drifted, each mode with its own q (N of each).
 
     Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
-    variance exceeds its cap (D P D keeps P a covariance). ``dense`` has the P of every mode, packed; ``old`` (a copy of
-    the bank) and P (packed) are scratch.
+    variance exceeds its cap (D P D keeps P a covariance); say whether one met it. ``dense`` has the P of every mode,
+    packed; ``old`` (a copy of the bank) and P (packed) are scratch.
     """
-    N, size = memory.cap.size, P.size
+    N, size, is_capped = memory.cap.size, P.size, False
     M = count_of(bank, N)
     for i in range(bank.size):
         old[i] = bank[i]
@@ -282,14 +290,16 @@ def interact(memory, bank, dense, A, q, old, P):
             add_spread(P, w * own_sigma2(memory, other.own), dense[i * size : (i + 1) * size], w, other.theta, theta)
         if own[FREEDOM] >= 1.0:
             own[CHI2] = s2 * own[FREEDOM]
-        move(memory, theta, P, q[j * N : (j + 1) * N])
+        if move(memory, theta, P, q[j * N : (j + 1) * N]):
+            is_capped = True
         factor_within(P, one.U, one.D)
+    return is_capped
 
 
 @kernel
 def move(memory, theta, P, q):
-    """theta <- Phi theta, P <- Phi P Phi' + diag(q), packed, no variance beyond its cap."""
-    phi, cap, start = memory.phi, memory.cap, 0
+    """theta <- Phi theta, P <- Phi P Phi' + diag(q), packed, no variance beyond its cap; say whether one met it."""
+    phi, cap, start, is_capped = memory.phi, memory.cap, 0, False
     for j in range(theta.size):
         theta[j] *= phi[j]
         for i in range(j + 1):
@@ -302,3 +312,5 @@ def move(memory, theta, P, q):
             for i in range(theta.size):
                 P[at(min(i, j), max(i, j))] *= share
             P[at(j, j)] = cap[j]
+            is_capped = True
+    return is_capped

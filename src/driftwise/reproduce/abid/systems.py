@@ -12,6 +12,7 @@
 | g | FIR(4), AR(1) input | random walks that are fast for 200 <= k < 400 |
 | rest | ARX(2,2) | constant; no input for 200 <= k < 1200, and no noise before 1195 |
 | missing | ARX(2,2), +-1 white | constant; a tenth of the outputs is missing (option ``share``) |
+| louder | ARX(2,2), +-1 white | constant; the noise is three times as large from 300 on |
 | collinear | four regressors, two nearly equal | constant (option ``sigma2``) |
 
 ``dirty=True`` adds an outlier of 20 standard deviations to 3 % of the outputs of c, d and e; regressors stay clean.
@@ -28,7 +29,7 @@ import numpy as np
 from ...errors import InputError
 
 SIGMA2 = 0.02
-NAMES = ("a", "b", "c", "d", "e", "f10", "f01", "g", "rest", "missing", "collinear")
+NAMES = ("a", "b", "c", "d", "e", "f10", "f01", "g", "rest", "missing", "collinear", "louder")
 RANKED = NAMES[:8]  # the cases policies are compared on
 PLANT = np.array([-1.2, 0.5, 1.0, 0.5])  # of `rest` and `missing`
 
@@ -239,6 +240,12 @@ def collinear(streams, sigma2=1e-2):
     return System("collinear", y, psi, psi, theta, np.ones(4), constant(0.0, T), sigma2, sigma2)
 
 
+def louder(streams):
+    theta = np.repeat(drawn(streams, stable_set)[:, None], 600, axis=1)
+    noise = np.where(np.arange(600) < 300, 1.0, 3.0) * white(streams, 600)
+    return recursive("louder", theta, signs(streams, 600), noise, q=constant(0.0))
+
+
 def with_outliers(clean: System, streams) -> System:
     """Return the system with N(0, (20 sigma)^2) added to an output with probability 0.03; the lags stay clean."""
     T = clean.y.shape[1]
@@ -249,5 +256,5 @@ def with_outliers(clean: System, streams) -> System:
 
 BUILD: dict[str, Callable[..., System]] = {
     "a": a, "b": b, "c": c, "d": d, "e": e, "f10": f10, "f01": f01, "g": g,
-    "rest": rest, "missing": missing, "collinear": collinear,
+    "rest": rest, "missing": missing, "collinear": collinear, "louder": louder,
 }  # fmt: skip

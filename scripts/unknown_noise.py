@@ -1,0 +1,148 @@
+"""Print the tables of docs/unknown-noise.md: memories that need no Q, ranked; outliers against jumps; cost.
+
+The ranking is that of `driftwise reproduce policies`.
+
+Run: python scripts/unknown_noise.py [records] (200 by default: three minutes).
+"""
+
+import sys
+import time
+
+import numpy as np
+from make_figures import surprises
+
+import driftwise as dw
+from driftwise.reproduce.abid import automatic, ranking
+from driftwise.reproduce.abid.entrants import ENTRANTS, KNOWN, LEARNT
+from driftwise.reproduce.abid.systems import RANKED, SIGMA2, system
+
+SKIP = 50  # samples that do not count
+DIRTY = {
+    'Auto("both")': dict(memory=dw.Auto()),
+    'Auto("outliers")': dict(memory=dw.Auto("outliers")),
+    'Auto("jumps")': dict(memory=dw.Auto("jumps")),
+    "Interacting()": dict(memory=dw.Interacting()),
+    "Bank()": dict(memory=dw.Bank()),
+    "Bank(), gate=Gate(5)": dict(memory=dw.Bank(), gate=dw.Gate(5)),
+    "LikelihoodDrift()": dict(memory=dw.LikelihoodDrift()),
+    "LikelihoodDrift(), gate=Gate(5)": dict(memory=dw.LikelihoodDrift(), gate=dw.Gate(5)),
+    "CovarianceMatching()": dict(memory=dw.CovarianceMatching()),
+    "FuzzyDrift()": dict(memory=dw.FuzzyDrift()),
+    "Weighted(.98)": dict(memory=dw.Weighted(0.98)),
+}
+
+
+def rmse(errors):
+    return np.sqrt(np.mean(np.square(errors)))
+
+
+def table_of_ranks(seeds):
+    """Errors over those of the filter that knows Q and sigma^2."""
+    lines = {(one.name, one.sigma2): ranking.line(seeds, one.name, one.sigma2) for one in ENTRANTS}
+    blind = sorted((one for (_, how), one in lines.items() if how != KNOWN), key=lambda one: one.mean)
+    cases = [name for name in RANKED if name not in ("f10", "f01")]  # to who is told nothing, both are c
+    print(f"\n| nothing told | {' | '.join(cases)} | mean | worst | 95 % bars hold | mean, sigma^2 known | ns |")
+    print("|---" * 12 + "|")
+    for one in blind:
+        known = lines.get((one.entrant.name, KNOWN))
+        inside = [one.outcome[name].inside for name in RANKED]
+        name = one.entrant.name + ("" if one.entrant.sigma2 == LEARNT else ", sigma^2 told to start from")
+        cells = [name, *(f"{one.ratio[case]:.2f}" for case in cases), f"{one.mean:.3f}", f"{one.worst:.2f}"]
+        cells += [f"{min(inside):.2f} .. {max(inside):.2f}", f"{known.mean:.2f}" if known else "", f"{one.ns:.0f}"]
+        print(f"| {' | '.join(cells)} |")
+    for (name, how), one in lines.items():
+        if how == KNOWN and (name, LEARNT) not in lines:
+            print(f"sigma^2 known only: {name} mean {one.mean:.2f}, worst {one.worst:.2f}, {one.ns:.0f} ns")
+    for expect in ("Auto", "Auto, expect jumps", "Auto, expect outliers"):
+        d, e = (
+            automatic.detection(lines[expect, LEARNT].outcome[c].status, j) for c, j in (("d", (200, 400)), ("e", ()))
+        )
+        print(
+            f"{expect}: {d[0]:.3f} of the jumps of d within 20, delay {d[1]:.1f}, false {d[2]:.3f} (d), {e[2]:.3f} (e)"
+        )
+
+
+def table_of_outliers(seeds):
+    """Errors on c, d, e, clean and with 3 % of outliers of 20 deviations; then with these among the regressors too."""
+    print("\n| memory | c | c dirty | d | d dirty | e | e dirty | e dirty, ARX | jumps told there |")
+    print("|---" * 9 + "|")
+    systems = [system(name, seeds, dirty=dirty) for name in "cde" for dirty in (False, True)]
+    for name, options in DIRTY.items():
+        est, row = dw.Regression(4, **options), []
+        for s in systems:
+            paths = [est.scan(y, psi, keep="means").parameters for y, psi in zip(s.y, s.psi)]
+            row.append(f"{rmse((np.array(paths) - s.theta)[:, SKIP:]):.3f}")
+        s, est = systems[-1], dw.ARX(2, 2, at_rest=True, **options)
+        traces = [est.scan(y, u, keep="means") for y, u in zip(s.y, s.u)]
+        row.append(f"{rmse((np.array([t.parameters for t in traces]) - s.theta)[:, SKIP:]):.3f}")
+        row.append(f"{np.mean([len(t.jumps()) for t in traces]):.2f}")
+        print(f"| `{name}` | {' | '.join(row)} |", flush=True)
+
+
+def table_of_surprises(records=40):
+    """The record of docs/figures/auto.png, with 40 seeds: who tells of what, and follows how well."""
+    print(
+        "\n| memory | jump told within 20 | others | louder noise within 100 | others | error of b1 | 95 % bars hold |"
+    )
+    print("|---" * 7 + "|")
+    made = [surprises(seed) for seed in range(records)]
+    for name in (
+        'Auto("both")',
+        "Interacting()",
+        "Bank()",
+        "LikelihoodDrift()",
+        "LikelihoodDrift(), gate=Gate(5)",
+        "Weighted(.98)",
+    ):
+        est, told = dw.ARX(1, 1, **DIRTY[name]), []
+        for y, u, b1 in made:
+            trace = est.scan(y, u)
+            jumps, noise = (np.flatnonzero(trace.status & int(bit)) for bit in (dw.Status.JUMP, dw.Status.NOISE))
+            jump, louder = (jumps >= 1500) & (jumps < 1520), (noise >= 2400) & (noise < 2500)
+            error = (trace.parameters[:, 1] - b1)[SKIP:]
+            holds = np.abs(error) < 1.96 * trace.parameters_std[SKIP:, 1]
+            told.append([jump.any(), np.sum(~jump), louder.any(), np.sum(~louder), np.mean(error**2), holds.mean()])
+        jump, false, louder, other, square, holds = np.mean(told, axis=0)
+        cells = f"{jump:.2f} | {false:.2f} | {louder:.2f} | {other:.2f} | {square**0.5:.3f} | {holds:.2f}"
+        print(f"| `{name}` | {cells} |", flush=True)
+
+
+def augmented():
+    """How far an extended Kalman filter with log q in its state moves log q: its Jacobian has no entry to do so."""
+    s = system("c", 1)
+    n = s.psi.shape[2]
+    x, P = np.r_[np.zeros(n), np.full(n, np.log(1e-3))], np.diag([1e3] * n + [4.0] * n)
+    for psi, y in zip(s.psi[0], s.y[0]):
+        h = np.r_[psi, np.zeros(n)]
+        K = P @ h / (h @ P @ h + SIGMA2)
+        x, P = x + K * (y - h @ x), P - np.outer(K, h @ P)
+        P[:n, :n] += np.diag(np.exp(x[n:]))
+    moved, cross = np.max(abs(x[n:] - np.log(1e-3))), np.max(abs(P[:n, n:]))
+    print(f"\naugmented filter, 600 samples of c: log q moved by {moved}, covariance of theta and log q {cross}")
+
+
+def table_of_costs(samples=100_000, sizes=(1, 2, 4, 8)):
+    """Processor time a sample of a long record, ns."""
+    print(f"\n| memory | {' | '.join(f'N = {N}' for N in sizes)} |\n|---" + "|---" * len(sizes) + "|")
+    rng = np.random.default_rng(1)
+    memories = {"Never()": dw.Never(), "LikelihoodDrift()": dw.LikelihoodDrift(), "Bank()": dw.Bank()}
+    for name, memory in {**memories, "Interacting()": dw.Interacting(), "Auto()": dw.Auto()}.items():
+        row = []
+        for N in sizes:
+            psi, est, spent = rng.standard_normal((samples, N)), dw.Regression(N, memory=memory), []
+            y = psi.sum(axis=1) + rng.standard_normal(samples)
+            for _ in range(5):
+                began = time.process_time()
+                est.scan(y, psi, keep="innovations")
+                spent.append(time.process_time() - began)
+            row.append(f"{1e9 * min(spent) / samples:.0f}")
+        print(f"| `{name}` | {' | '.join(row)} |", flush=True)
+
+
+if __name__ == "__main__":
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    augmented()
+    table_of_costs()
+    table_of_surprises()
+    table_of_outliers(max(count // 2, 2))
+    table_of_ranks(count)
