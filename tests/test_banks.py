@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracle import auto, banks, golden
+from scipy import stats
 
 import driftwise as dw
 from driftwise.kernel import compose
 from driftwise.memory.bank import open_cells
-from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, mode
+from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, log_density, mode
 from driftwise.memory.unknown import open_ground
 from driftwise.reproduce.abid.systems import system
 
@@ -21,12 +22,12 @@ SERIES, TOLD = 3, 0.02
 
 
 def drive(est, y, psi, plain=False):
-    """Columns of many series at once: filtered parameters and their variances, T, status."""
+    """Columns of many series at once: innovation, T, filtered parameters and their variances, status, statistic."""
     rows, outs = est._rows(est.start(len(y)), is_one=False), np.empty((*y.shape, est.columns + 8))
     run = compose.plain_driver(*map(type, est.policies)) if plain else est.drive
     run(rows, np.ascontiguousarray(y[..., None]), np.ascontiguousarray(psi), outs, est.spec, est.scratch())
     theta, std = outs[..., est.columns : est.columns + 4], outs[..., est.columns + 4 :]
-    return outs[..., 1], outs[..., 2], theta, std**2, outs[..., 3].astype(int)
+    return outs[..., 1], outs[..., 2], theta, std**2, outs[..., 3].astype(int), outs[..., 5]
 
 
 @cache
@@ -46,12 +47,12 @@ def records():
 
 
 def compare(est, y, psi, run, plain=False):
-    eps, T, theta, P, status = drive(est, y, psi, plain)
+    eps, T, theta, P, status, statistic = drive(est, y, psi, plain)
     np.testing.assert_allclose(theta, run.theta, rtol=1e-7, atol=1e-7)
     np.testing.assert_allclose(T, run.S, rtol=1e-7)
     np.testing.assert_allclose(P, run.P, rtol=1e-7)
     np.testing.assert_allclose(eps, run.eps, rtol=1e-7, atol=1e-7)
-    return status
+    return status, statistic
 
 
 @pytest.mark.parametrize("told", [None, TOLD], ids=["noise learnt", "noise known"])
@@ -62,7 +63,9 @@ def test_auto_is_its_plain_twin(expect, told):
         P0 = 1e4 if told is None else 1e3
         est = dw.Regression(4, memory=dw.Auto(expect, phi=tuple(phi)), at_rest=True, P0=P0, variance=told)
         run = auto.run_auto(y, psi, phi, told, expect=expect, P0=P0 / (told or 1.0))
-        status = compare(est, y, psi, run)
+        status, statistic = compare(est, y, psi, run)
+        seen = np.isfinite(y)
+        np.testing.assert_allclose(statistic[seen], run.odds[seen], rtol=1e-7, atol=1e-7)
         seen = [(int(s), int(k), kind) for kind, bit in BITS.items() for s, k in zip(*np.nonzero(status & bit))]
         assert sorted(seen) == sorted(run.events)
         kinds |= {kind for *_, kind in seen}
@@ -114,3 +117,33 @@ def test_bank_of_two_is_the_case_in_50_digits():
         golden.assert_close(0.02 * each[:, CHI2] / each[:, FREEDOM], expected["sigma2_each"][k], case["rtol"])
     theta = est.scan(given["y"], given["psi"]).parameters
     golden.assert_close(theta, expected["theta_mixture"], case["rtol"])
+
+
+def test_the_density_is_that_of_student():
+    for nu in (1.0, 7.5, 49.9, 50.0, 60.0, 199.0):
+        for e, V in ((0.0, 1.0), (3.0, 0.2), (50.0, 2.0)):
+            expected = stats.t.logpdf(e, nu, scale=np.sqrt(V))
+            assert log_density(nu, e * e / V, V) == pytest.approx(expected, abs=2e-12)
+    assert log_density(np.inf, 4.5, 2.0) == pytest.approx(stats.norm.logpdf(3.0, scale=np.sqrt(2.0)), abs=1e-13)
+
+
+def test_interacting_tells_jumps_where_they_are():
+    """Nowhere else; a large one now and then twice, as its mode falls below one half and rises again."""
+    s = system("d", 200)
+    status, statistic = drive(dw.Regression(4, memory=dw.Interacting(), at_rest=True), s.y, s.psi)[-2:]
+    told = (status & dw.Status.JUMP) > 0
+    found = [told[:, k : k + 21] for k in s.jumps]
+    assert all(f.any(axis=1).mean() >= 0.92 for f in found)
+    assert told.sum() == sum(f.sum() for f in found) <= 1.5 * 400
+    assert np.all(statistic[told] > 1) and not np.any(told[:, 1:] & told[:, :-1])
+
+
+def test_weight_is_how_many_samples_count():
+    """n over the mean leverage psi' P psi/S, which sigma^2 = .02 gives away."""
+    s = system("c", 1)
+    trace = dw.Regression(4, memory=dw.Auto(), variance=TOLD, at_rest=True).scan(s.y[0], s.psi[0])
+    mean, weights = 0.0, []
+    for k, leverage in enumerate(1 - TOLD / trace.variance):
+        mean += max(1 / (k + 1), 0.05) * (leverage - mean)
+        weights.append(4 / mean)
+    np.testing.assert_allclose(trace.weight, weights, rtol=1e-9)

@@ -56,6 +56,8 @@ def test_bands_cover_what_comes(memory):
     s, inside = system("c", 40), []
     for y, psi in zip(s.y, s.psi):
         trace = dw.Regression(4, memory=memory, at_rest=True).scan(y, psi)
+        w, m, v = mixture_of(trace)
+        np.testing.assert_allclose((w * (v + m**2)).sum(axis=1)[10:], trace.variance[10:], rtol=1e-9)
         inside.append(abs(trace.innovation[50:]) < trace.band(0.95)[50:])
     assert 0.93 <= np.mean(inside) <= 0.97
 

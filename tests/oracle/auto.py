@@ -139,6 +139,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
             dropped = live & ~jumped & ~louder & (((bj < -6) & (bv < -6)) | (age >= 16))
             new = where(jumped, trial.ch, where(louder, trial.cv, new))
             trial.on &= ~(jumped | louder | dropped)
+            out.odds[:, k] = np.where(trial.on | jumped, np.maximum(bj / np.log(5), 0), 0)
             learner.dtheta[jumped] = learner.dP[jumped] = 0
         struck = seen & ~jumped & ~louder & (np.sum(corrected.w * taken.rho, axis=1) > 0.5)
         for what, which in (("jump", jumped), ("noise level", louder), ("outlier", struck)):

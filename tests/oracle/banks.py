@@ -212,13 +212,14 @@ class Run:
     w: np.ndarray
     events: list
     evidence: np.ndarray
+    odds: np.ndarray
 
     @classmethod
     def of(cls, S, T, n, M):
         def blank(*shape):
             return np.full((S, T, *shape), np.nan)
 
-        return cls(blank(n), blank(n), blank(), blank(), blank(), blank(), blank(M), [], blank())
+        return cls(blank(n), blank(n), blank(), blank(), blank(), blank(), blank(M), [], blank(), np.zeros((S, T)))
 
     def write(self, k, bank):
         theta, P, self.s2[:, k] = moments(bank)

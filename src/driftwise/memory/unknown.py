@@ -144,7 +144,7 @@ def learn_and_revise(memory, cells, e, R, s2, theta, U, D, work):
 def lean(ground, R, T):
     """Take the leverage psi' P psi/R, P after the sample, into its mean: N/n where n samples count alike."""
     if T > 0.0:
-        gain = max(1.0 / (ground.head[SEEN] + 1.0), RECENT)
+        gain = max(1.0 / max(ground.head[SEEN], 1.0), RECENT)
         ground.head[LEVER] += gain * ((T - R) / T - ground.head[LEVER])
 
 
