@@ -20,9 +20,9 @@ SET_ASIDE = Status.REJECTED | Status.OUTLIER
 class Summary:
     """Numbers of a run; add one trace after the other, memory does not grow.
 
-    Outliers, those of a gate and those that a memory tells, are left out of fit, NIS, coverage and whiteness, and so
-    are the first ``settle`` measured samples (by default 2 N): there the prior speaks. NIS and coverage also wait until
-    the learnt scale has ten degrees of freedom.
+    Outliers, those of a gate and those that a memory tells, are left out of NIS, coverage and whiteness (those of a
+    gate out of the fit as well), and so are the first ``settle`` measured samples (by default 2 N): there the prior
+    speaks. NIS and coverage also wait until the learnt scale has ten degrees of freedom.
     """
 
     def __init__(self, estimator, settle: int | None = None):
@@ -65,13 +65,13 @@ class Summary:
                 self.happened[name] = self.happened[name][0] + more, float(trace.time[where[-1, 1]])
         self.observed += int(np.count_nonzero(used))
 
-        late &= (status & int(SET_ASIDE)) == 0
-        measured = np.isfinite(trace.innovation) & late
+        measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
         y, e = trace.y[measured], trace.innovation[measured]
         self._pool(y)
         self._squares += float(np.einsum("i,i->", e, e))
 
-        scored = used & late & (trace.variance > 0) & (trace.dof >= LEAST)
+        is_usual = (status & int(SET_ASIDE)) == 0
+        scored = used & late & is_usual & (trace.variance > 0) & (trace.dof >= LEAST)
         e, T, dof = trace.innovation[scored], trace.variance[scored], trace.dof[scored]
         total, spread, _ = score(e, T, dof)
         self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
