@@ -129,7 +129,9 @@ class Recursive(Reading):
         Its root is ``trace.summary().noise_std``.
         """
         alpha, beta = self.scale_posterior(state)
-        return 1.0 if math.isinf(alpha) else beta / max(alpha, 0.5)
+        if math.isinf(alpha):
+            return 1.0
+        return beta / max(alpha, 0.5) if alpha >= 0.5 else max(beta / 0.5, 1.0)  # too few samples: up to the data's own
 
     def drift_of(self, state):
         """Return how fast each parameter drifts, as the memory has it; None where it knows of no drift.

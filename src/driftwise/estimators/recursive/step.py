@@ -125,6 +125,13 @@ def write(out, t, state, work, s2, first):
                 at += 1
 
 
+@kernel
+def known_so_far(scale, head):
+    """Return sigma^2; after fewer samples than parameters it may be anything up to the data's own."""
+    s2 = sigma2(scale, head[COUNT], head[CHI2])
+    return s2 if head[COUNT] >= 1.0 else max(s2, 1.0)
+
+
 @advance.on(Lags)
 def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     head, theta, U, D, psi = state.head, state.theta, state.U, state.D, work.psi
@@ -137,9 +144,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
 
     # predict
-    s2 = sigma2(scale, head[COUNT], head[CHI2])
-    if head[COUNT] < 1.0:  # fewer samples than parameters: it may be anything up to the data's own
-        s2 = max(s2, 1.0)
+    s2 = known_so_far(scale, head)
     yhat, doubt = regress(form, state, work, s2)
     e = z - yhat if is_used else np.nan
     if doubt > 0.0:
@@ -207,7 +212,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     if out.shape[1] >= COLUMNS:
         out[t, 4], out[t, 5] = head[WEIGHT], state.marks[STATISTIC]
         out[t, 6], out[t, 7] = alarm * state.marks[SINCE], state.marks[WHICH]
-        write(out, t, state, work, sigma2(scale, head[COUNT], head[CHI2]), COLUMNS + int(form.told))
+        write(out, t, state, work, known_so_far(scale, head), COLUMNS + int(form.told))
 
     # respond, forget
     if alarm != 0.0:
