@@ -204,17 +204,12 @@ def _within(h):
         )
 
 
-def _grids(cdf, h, k, n, before=None):
-    """Return the mean run length on n cells and on half as many."""
-
+def _states(cdf, h, k, n, before=None):
     def mean(size):
         L = _times(*_brook_evans(cdf, h, k, size))
         return L[0] if before is None else _settled(_brook_evans(before, h, k, size)[0]) @ L
 
-    return mean(n), mean(n // 2)
-
-
-def _extrapolated(fine, coarse):
+    fine, coarse = mean(n), mean(n // 2)
     return fine + (fine - coarse) / 3 if np.isfinite(coarse) else coarse  # Richardson: the error goes like 1/n^2
 
 
@@ -256,7 +251,7 @@ def run_length_of(cdf, threshold, reference, mean=0.0, states=400, before=None) 
     if isinstance(states, bool) or not isinstance(states, int | np.integer) or states < 4 or states % 2:
         raise InputError(f"states must be an even whole number of at least 4, got {states!r}")
     settled = None if before is None else lambda x: before(x + mean)  # no mean is added yet
-    return _known(_extrapolated(*_grids(cdf, h, k, states, settled)), threshold, reference)
+    return _known(_states(cdf, h, k, states, settled), threshold, reference)
 
 
 def _search(wanted, smallest, k, std, length):
@@ -345,12 +340,12 @@ def threshold_of(cdf, run_length, reference, std=1.0) -> float:
     above = 1 - float(cdf(np.array([k]))[0])
     if not above > 0:
         raise InputError(f"the signal never exceeds reference = {k:g}: no threshold is ever reached")
-
-    def length(h):
-        fine, coarse = _grids(cdf, h, k, 400)
-        return _extrapolated(fine, coarse) if 0.5 * coarse < fine < 2.0 * coarse else np.inf  # no digit is left
-
-    return _search(rate(run_length), 1 / above, k, std, length)
+    wanted = rate(run_length)
+    h = _search(wanted, 1 / above, k, std, lambda h: _states(cdf, h, k, 400))
+    fine, coarse = (_times(*_brook_evans(cdf, h, k, states))[0] for states in (400, 200))
+    if not (0.5 * coarse < fine < 2.0 * coarse):
+        raise InputError(_beyond(wanted, k, std))
+    return h
 
 
 def _beyond(wanted, k, std) -> str:

@@ -100,7 +100,7 @@ def weighed(columns, sample: int, end: int) -> Event:
     their deviations; below three of them no parameter is named.
     """
     statistic, since, _ = columns.alarm(sample)
-    odds, first = columns.odds**statistic, max(sample + 1 - int(since), 0)
+    odds, first = columns.odds ** min(statistic, 100.0), max(sample + 1 - int(since), 0)
     theta, std = columns.parameters, columns.parameters_std
     later = min(sample + SAMPLES_LATER * len(columns.names), end - 1)
     before, name, way, moved = max(first - 1, 0), None, 0, SOMETHING
