@@ -149,3 +149,15 @@ def test_a_jump_dated_to_the_first_sample_is_judged_from_there():
     trace = regression(dw.Never()).scan(y, phi)
     event = Event(20, 20.0, "JUMP", "", since=0)
     assert repr(trace.what_changed(event)) == repr(trace.what_changed(0)) != repr(trace.what_changed(20))
+
+
+def test_a_default_prior_that_is_not_wide_is_told():
+    """Data a ten-thousandth of the scales: the prior rules, and the summary says what to do; scaled, it does not."""
+    y, u = dw.simulate([-0.9], [0.5], samples=500, noise_std=0.1, seed=1)
+    y, u = 1e-4 * y, 1e-4 * u
+    est = dw.ARX(1, 1)
+    assert "Use est.scaled_to(y, u)" in est.scan(y, u).summary().words
+    scaled = est.scaled_to(y, u).scan(y, u).summary()
+    assert "scaled_to" not in scaled.words and scaled.prior_share < 1e-4
+    with pytest.raises(dw.InputError, match="percentage"):
+        est.scan(y, u).band(95)

@@ -49,7 +49,7 @@ MEANING = {
     Status.CAPPED: "parameter variance held, nothing excites it",
     Status.BAD_VALUE: "absurd value taken as missing",
     Status.LOST: "state lost, restarted from the range of the data",
-    Status.SKIPPED: "a regressor was unknown or an instrument failed, nothing learnt",
+    Status.SKIPPED: "not all regressors known (or an instrument failed), nothing learnt",
     Status.PROJECTED: "step halved, the new parameters were unstable",
     Status.FILLED: "a regressor was missing or in doubt",
     Status.NOISE: "noise level rose",

@@ -5,6 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 STEPS = 200
+CLOSE = 1e-7  # relative, of a half-width
+
+
+def share_within(h, weight, offset, scale, dof) -> np.ndarray:
+    """Return with what probability the mixture lies within its mean -h .. +h, (T,); arguments as in `half_width`."""
+    from scipy.special import ndtr, stdtr
+
+    up, down = (h[:, None] - offset) / scale, (-h[:, None] - offset) / scale
+    if np.isinf(dof).all():
+        return (weight * (ndtr(up) - ndtr(down))).sum(axis=1)
+    nu = np.minimum(dof, 1e8)[:, None]
+    return (weight * (stdtr(nu, up) - stdtr(nu, down))).sum(axis=1)
 
 
 def half_width(level, weight, offset, scale, dof) -> np.ndarray:
@@ -18,33 +30,36 @@ def half_width(level, weight, offset, scale, dof) -> np.ndarray:
     dof : (T,)
         Degrees of freedom of all components at a sample (Student-t; infinite: normal).
     """
-    from scipy.special import ndtr, stdtr, stdtrit
+    from scipy.special import stdtrit
 
-    nu = np.minimum(dof, 1e8)[:, None]
-    h = stdtrit(nu[:, 0], 0.5 + level / 2) * np.sqrt((weight * (scale**2 + offset**2)).sum(axis=1))
-    is_normal = bool(np.isinf(dof).all())
+    found = stdtrit(np.minimum(dof, 1e8), 0.5 + level / 2)
+    found = found * np.sqrt((weight * (scale**2 + offset**2)).sum(axis=1))
+    low, high, last = np.zeros_like(found), np.full_like(found, np.inf), np.full_like(found, np.inf)
+    open_ = np.arange(len(found))  # samples not yet settled
+    for _ in range(STEPS):  # Newton, within a bracket that closes by bisection where it does not help
+        if not len(open_):
+            break
+        h, parts = found[open_], (weight[open_], offset[open_], scale[open_], dof[open_])
+        excess = share_within(h, *parts) - level
+        low[open_] = np.where(excess < 0, h, low[open_])
+        high[open_] = np.where(excess < 0, high[open_], h)
+        new = h - excess / np.maximum(density_at(h, *parts), 1e-300)
+        is_good = (new > low[open_]) & (new < high[open_]) & (np.abs(excess) < 0.5 * last[open_])
+        middle = np.where(np.isinf(high[open_]), 3 * h, 0.5 * (low[open_] + high[open_]))
+        new = np.where(excess == 0, h, np.where(is_good, new, middle))
+        found[open_], last[open_] = new, np.abs(excess)
+        open_ = open_[np.abs(new - h) > CLOSE * h]
+    return found
 
-    def below(z):
-        return ndtr(z) if is_normal else stdtr(nu, z)
 
-    def density(z):  # up to the constant of Student's t, which a step of Newton needs
-        return np.exp(-0.5 * z * z) if is_normal else (1 + z * z / nu) ** (-(nu + 1) / 2)
-
+def density_at(h, weight, offset, scale, dof) -> np.ndarray:
+    """Return the derivative of `share_within` by h."""
     from scipy.special import gammaln
 
-    peak = (
-        1 / np.sqrt(2 * np.pi) if is_normal else np.exp(gammaln((nu + 1) / 2) - gammaln(nu / 2)) / np.sqrt(nu * np.pi)
-    )
-    low, high, last = np.zeros_like(h), np.full_like(h, np.inf), np.full_like(h, np.inf)
-    for _ in range(STEPS):  # Newton, within a bracket that closes by bisection where it does not help
-        up, down = (h[:, None] - offset) / scale, (-h[:, None] - offset) / scale
-        excess = (weight * (below(up) - below(down))).sum(axis=1) - level
-        slope = (weight * peak * (density(up) + density(down)) / scale).sum(axis=1)
-        low, high = np.where(excess < 0, h, low), np.where(excess < 0, high, h)
-        new = h - excess / np.maximum(slope, 1e-300)
-        is_good = (new > low) & (new < high) & (np.abs(excess) < 0.5 * last)
-        new = np.where(is_good, new, np.where(np.isinf(high), 3 * h, 0.5 * (low + high)))
-        if np.all((np.abs(new - h) <= 1e-10 * h) | (excess == 0)):
-            return new
-        h, last = np.where(excess == 0, h, new), np.abs(excess)
-    return h
+    up, down = (h[:, None] - offset) / scale, (-h[:, None] - offset) / scale
+    if np.isinf(dof).all():
+        return (weight / scale * (np.exp(-0.5 * up * up) + np.exp(-0.5 * down * down))).sum(axis=1) / np.sqrt(2 * np.pi)
+    nu = np.minimum(dof, 1e8)[:, None]
+    tails = (1 + up * up / nu) ** (-(nu + 1) / 2) + (1 + down * down / nu) ** (-(nu + 1) / 2)
+    peak = np.exp(gammaln((nu + 1) / 2) - gammaln(nu / 2)) / np.sqrt(nu * np.pi)
+    return (weight * peak / scale * tails).sum(axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 from ..kernel.status import Status
 from ..models.convert import Model
 from .events import runs, weighed_words
+from .mixture import share_within
 from .trace import Trace, quantile
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 
@@ -78,7 +79,8 @@ class Summary:
         z = np.full(len(trace), np.nan)
         z[scored] = e / np.sqrt(T)
         if trace.is_mixture:
-            self._covered += int(np.count_nonzero(abs(e) <= trace.band()[scored]))
+            parts = (part[scored] for part in trace.mixture())
+            self._covered += int(np.count_nonzero(share_within(abs(e), *parts) <= 0.95))
         else:
             self._covered += _inside(abs(z[scored]), dof)
         self._scored += len(dof)
@@ -192,6 +194,16 @@ class Summary:
     def drift(self):
         """How fast each parameter drifts (`Recursive.drift_of`); None where the memory knows of no drift."""
         return self.estimator.drift_of(self.state) if hasattr(self.estimator, "drift_of") else None
+
+    @property
+    def prior_share(self) -> float:
+        """How much of the least known combination the default prior still makes up; 0 where a prior was given."""
+        options = self.estimator.options
+        if not hasattr(self.estimator, "scaled_to") or options.get("P0") is not None or not self.is_enough:
+            return 0.0
+        names, small = self.state.dtype.names or (), 0.03 * getattr(self.estimator, "y_scale", 0.0)
+        most = math.inf if "top" in names and float(self.state["top"]) < small else 0.5  # else nothing excites it
+        return min(max((r for r, _ in self.estimator.excitation(self.state) if r <= most), default=0.0), 1.0)
 
     @property
     def words(self) -> str:

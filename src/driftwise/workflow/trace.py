@@ -109,6 +109,12 @@ class Trace:
         before = self.observed_before + np.concatenate([[0], np.cumsum(self.is_used)[:-1]])[: len(self)]
         return 2 * np.maximum(scale.alpha + before / 2, 0.5)
 
+    def mixture(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what the predictions of a mixture are made of: weights, offsets, scales (T, M), and dof (T,)."""
+        M = (self.estimator.columns - TOLD) // 3
+        parts = self.outs[:, TOLD : TOLD + 3 * M].reshape(len(self), M, 3)
+        return parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof
+
     @property
     def is_mixture(self) -> bool:
         """Whether predictions are mixtures, so that bands are quantiles of their own."""
@@ -164,10 +170,10 @@ class Trace:
 
         Where the memory is a mixture (`Auto`, `Bank`, `Interacting`), it is that of the mixture.
         """
-        told = self.estimator.columns - TOLD
+        if not 0 < level < 1:
+            raise InputError(f"level is a share between 0 and 1, got {level!r}. Is it a percentage? 95 % is 0.95")
         if self.is_mixture:
-            parts = self.outs[:, TOLD : TOLD + told].reshape(len(self), told // 3, 3)
-            return half_width(level, parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof)
+            return half_width(level, *self.mixture())
         return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
 
     # --- results -------------------------------------------------------------------------------------------

@@ -8,6 +8,8 @@ import math
 from ..models.polynomial import PolynomialModel
 from .whiteness import Nis
 
+PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
+
 
 def is_integrator(p: complex, std: float) -> bool:
     """Say whether a pole cannot be told from one."""
@@ -129,6 +131,11 @@ def paragraph(s) -> str:
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
         text += f" {bars_words(s, model)} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
+    if s.prior_share > PRIOR_COUNTS:
+        text += (
+            f" But the default prior, which should be wide, still makes up {100 * s.prior_share:.2g} % of a parameter: "
+            "the data are far from y_scale and u_scale. Use est.scaled_to(y, u), or give P0."
+        )
     w = s.whiteness
     if math.isfinite(w.p_value):
         if w.is_white:
