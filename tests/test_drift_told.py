@@ -161,3 +161,12 @@ def test_a_default_prior_that_is_not_wide_is_told():
     assert "scaled_to" not in scaled.words and scaled.prior_share < 1e-4
     with pytest.raises(dw.InputError, match="percentage"):
         est.scan(y, u).band(95)
+
+
+def test_states_that_cannot_be_kept_or_read_say_why(tmp_path):
+    est = dw.ARX(1, 1)
+    with pytest.raises(dw.InputError, match="takes"):
+        dw.save_state(est.start(), est, tmp_path / "state.json")
+    (tmp_path / "other.json").write_text("import nothing")
+    with pytest.raises(dw.InputError, match="no file that save_state wrote"):
+        dw.load_state(tmp_path / "other.json")

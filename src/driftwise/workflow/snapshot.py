@@ -137,6 +137,8 @@ def rebuild(text: str):
 
 def save_state(estimator, state, path) -> None:
     """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives."""
+    if not hasattr(estimator, "options") or getattr(state, "dtype", None) != estimator.dtype:
+        raise InputError("save_state takes (estimator, state, path): the state is one of that estimator's own")
     rows = np.atleast_1d(state).view(np.float64).reshape(np.size(state), -1)
     data = json.loads(describe(estimator)) | {
         "shape": list(np.shape(state)),
@@ -148,8 +150,11 @@ def save_state(estimator, state, path) -> None:
 
 def load_state(path):
     """Return (estimator, state) as saved."""
-    with open(path) as f:
-        data = json.load(f)
+    try:
+        with open(path) as f:
+            data = json.load(f)
+    except ValueError:
+        raise InputError(f"{path} is no file that save_state wrote. A trace is read by Trace.load") from None
     est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
     rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
     return est, rows.view(est.dtype).reshape(data["shape"])
