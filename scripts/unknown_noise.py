@@ -139,9 +139,42 @@ def table_of_costs(samples=100_000, sizes=(1, 2, 4, 8)):
         print(f"| `{name}` | {' | '.join(row)} |", flush=True)
 
 
+def told_jumps(size, seeds):
+    """Share of jumps of b1 by ``size`` noise deviations that are told within 50 samples: ARX(2, 2), white input."""
+    told = 0
+    for seed in range(seeds):
+        rng = np.random.default_rng([77, seed])
+        b1 = np.where(np.arange(1000)[:, None] < 500, [1.0, 0.5], [1.0 + 0.1 * size, 0.5])
+        u = rng.standard_normal(1000)
+        y, u = dw.simulate([-1.2, 0.5], b1, u=u, samples=1000, noise_std=0.1, seed=seed)
+        told += any(500 <= jump.sample < 550 for jump in dw.ARX(2, 2, memory=dw.Auto()).scan(y, u).jumps())
+    return told / seeds
+
+
+def walker(n, seeds):
+    """Share of samples at which the bars hold the one of n coefficients that walks."""
+    held = []
+    for seed in range(seeds):
+        rng = np.random.default_rng([78, seed])
+        phi, walk = rng.standard_normal((3000, n)), 1 + np.cumsum(0.01 * rng.standard_normal(3000))
+        y = phi[:, 0] * walk + phi[:, 1:].sum(axis=1) + 0.3 * rng.standard_normal(3000)
+        trace = dw.Regression(n, memory=dw.Auto()).scan(y, phi)
+        held.append(np.abs(trace.parameters[300:, 0] - walk[300:]) < 1.96 * trace.parameters_std[300:, 0])
+    return np.mean(held)
+
+
+def limits():
+    """Print what `Auto` is bad at: small jumps, and one walk among constants."""
+    print("\nauto tells a jump of b1 within 50 samples, by its size over the noise (40 records):", end=" ")
+    print(", ".join(f"{size}: {told_jumps(size, 40):.2f}" for size in (2, 3, 4, 5, 7)))
+    print("its 95 % bars hold the one of n coefficients that walks (20 records):", end=" ")
+    print(", ".join(f"n = {n}: {walker(n, 20):.2f}" for n in (1, 2, 4, 6)), flush=True)
+
+
 if __name__ == "__main__":
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     augmented()
+    limits()
     table_of_costs()
     table_of_surprises()
     table_of_outliers(max(count // 2, 2))
