@@ -69,7 +69,7 @@ def tell(memory, cells, R, s2, theta, work, out):
 
 
 def plain(*kinds: type):
-    """Give memories the usual `learn`, `reckon`, `notice` and `respond`; they differ in how they age."""
+    """Give memories the usual answer to every choice but `age`, in which they differ."""
     learn.on(*kinds)(by_least_squares)
     reckon.on(*kinds)(one_more)
     notice.on(*kinds)(nothing)

@@ -21,7 +21,6 @@ from .likelihood import own_cells as learner_cells
 from .modes import (
     CHI2,
     FREEDOM,
-    OWN,
     WEIGHT,
     drift_apart,
     expand,
@@ -116,10 +115,10 @@ def auto_cells(N: int, M: int) -> int:
 def open_parts(memory, cells):
     """Return the views."""
     N, M = memory.cap.size, memory.levels.size
-    size = M * (OWN + 2 * N + N * (N - 1) // 2)
+    size = M * size_of(N)
     ground = open_ground(cells, N)
     own = open_cells(ground.own[TRIAL:], N, M)
-    a = ground.own.size - 2 * size - (5 * N + 1 + 3 * N * N + N * (N * (N + 1) // 2))
+    a = ground.own.size - 2 * size - learner_cells(N, N)
     b = a + size
     c = b + size
     return Parts(ground, own, ground.own[:TRIAL], ground.own[a:b], ground.own[b:c], open_learner(ground.own[c:], N, N))
@@ -231,7 +230,7 @@ def _(memory, cells, marks):
 
 
 @kernel
-def mixed_on(memory, own, bank, b):
+def mixed_on(memory, own, bank):
     """Take a bank of a trial one sample on."""
     size = own.P.size
     for m in range(memory.levels.size):
@@ -255,8 +254,8 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     if surprise >= 0.0 and not rests:
         is_capped = interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)
         if trial[ON] > 0.0:
-            mixed_on(memory, own, parts.challenger, work.b)
-            mixed_on(memory, own, parts.rival, work.b)
+            mixed_on(memory, own, parts.challenger)
+            mixed_on(memory, own, parts.rival)
     else:
         is_capped = drift_apart(memory, own.bank, q, work.b)
         if trial[ON] > 0.0:

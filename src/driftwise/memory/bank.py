@@ -11,7 +11,6 @@ from ..kernel.ud import predicted_variance, project
 from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
 from .modes import (
     FREEDOM,
-    OWN,
     WEIGHT,
     count_of,
     drift_apart,
@@ -35,8 +34,9 @@ class Bank(NamedTuple):
     """Drift of unknown speed: one filter for each NVR of ``levels``, weighted by how well each predicts.
 
     Weights fade (``forgetting``, to its power at every sample), so that the bank follows a plant whose drift changes
-    speed. Each filter learns its own sigma^2 where that is unknown. The light mode of `Auto`: less than half its cost,
-    no outliers, no jumps told. All parameters drift at one speed in units of y: bad at speeds that differ much.
+    speed. Each filter learns its own sigma^2 where that is unknown. Simpler than `Auto`, not cheaper: no speeds are
+    learnt, no outliers and no jumps told. All parameters drift at one speed in units of y: bad at speeds that differ
+    much.
     Source: Abid and Kamoun (2008), section 5 ("multiple model"); Magill (1965).
     """
 
@@ -113,7 +113,7 @@ def own_cells(N: int, M: int) -> int:
 @kernel
 def open_cells(own, N, M):
     """Return the views."""
-    size, half = M * (OWN + 2 * N + N * (N - 1) // 2), N * (N + 1) // 2
+    size, half = M * size_of(N), N * (N + 1) // 2
     a = OWN_HEAD + size
     b = a + M * N
     c = b + M * half

@@ -83,7 +83,8 @@ class Learner(NamedTuple):
     dP: np.ndarray
 
 
-def own_cells(N: int, m: int) -> int:
+@kernel
+def own_cells(N, m):
     """Return how many numbers a learner keeps."""
     return 5 * m + 1 + 2 * m * m + m * N + m * N * (N + 1) // 2
 

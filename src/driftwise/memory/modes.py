@@ -30,7 +30,8 @@ class Mode(NamedTuple):
     U: np.ndarray
 
 
-def size_of(N: int) -> int:
+@kernel
+def size_of(N):
     """Return how many numbers a mode has."""
     return OWN + 2 * N + N * (N - 1) // 2
 
@@ -38,7 +39,7 @@ def size_of(N: int) -> int:
 @kernel
 def mode(bank, m, N):
     """Return the views of mode m."""
-    size = OWN + 2 * N + N * (N - 1) // 2
+    size = size_of(N)
     a = m * size
     b = a + OWN
     c = b + N
@@ -49,7 +50,7 @@ def mode(bank, m, N):
 @kernel
 def count_of(bank, N):
     """Return how many modes there are."""
-    return bank.size // (OWN + 2 * N + N * (N - 1) // 2)
+    return bank.size // size_of(N)
 
 
 @kernel

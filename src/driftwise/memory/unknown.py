@@ -15,22 +15,7 @@ import numpy as np
 
 from ..kernel.compose import Vector, choice, kernel
 from ..kernel.status import AT_REST, CAPPED
-from .adapt import (
-    age,
-    begin,
-    by_least_squares,
-    distrust,
-    from_nothing,
-    learn,
-    nothing,
-    notice,
-    reckon,
-    respond,
-    silent,
-    tell,
-    trust,
-    unmoved,
-)
+from .adapt import age, by_least_squares, learn, plain, reckon
 from .drift import widen_within
 from .transition import relax
 
@@ -179,14 +164,10 @@ def wander(memory, cells, weight, surprise, share, s2, theta, U, D, work):
 
 def adaptive(*kinds: type):
     """Give policies all they have in common; each of them then only has its `revise`."""
+    plain(*kinds)
     learn.on(*kinds)(learn_and_revise)
     reckon.on(*kinds)(count_unless_at_rest)
-    notice.on(*kinds)(nothing)
     age.on(*kinds)(wander)
-    respond.on(*kinds)(unmoved)
-    tell.on(*kinds)(silent)
-    begin.on(*kinds)(from_nothing)
-    distrust.on(*kinds)(trust)
 
 
 class Paced(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..estimators.door import count, floats
+from ..estimators.recursive.row import COLUMNS
 from ..kernel.status import Status
 from ..models.convert import Model
 from ..models.scale import KnownScale
@@ -21,7 +22,7 @@ KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
 
 
-TOLD = 9  # where the columns begin that a mixture fills
+TOLD = COLUMNS  # where the columns begin that a mixture fills
 
 
 def width(keep: str, N: int, head: int = 4) -> int:

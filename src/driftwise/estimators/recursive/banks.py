@@ -8,18 +8,17 @@ import numpy as np
 
 from ...errors import InputError
 from ...memory import auto, bank, unknown
-from ...models.scale import KnownScale
 from .. import door
 from .adaptation import Setting, resolve
-from .unknown_noise import ground
+from .unknown_noise import ground, learns
 
 
 def modes(setting: Setting, count: int, phi: Any = 1.0) -> dict[str, Any]:
     """Return the numbers every bank of ``count`` modes has: see `memory.modes`."""
-    learns = not isinstance(setting.scale, KnownScale)
-    freedom, chi2 = (2 * setting.scale.alpha, 2 * setting.scale.beta) if learns else (0.0, 0.0)
+    is_learnt = learns(setting)
+    freedom, chi2 = (2 * setting.scale.alpha, 2 * setting.scale.beta) if is_learnt else (0.0, 0.0)
     numbers = {k: v for k, v in ground(setting, phi).items() if k != "discount"}
-    return numbers | dict(learns=float(learns), freedom=freedom, chi2=chi2, told=3.0 * count)
+    return numbers | dict(learns=is_learnt, freedom=freedom, chi2=chi2, told=3.0 * count)
 
 
 def _levels(memory) -> np.ndarray:
@@ -28,6 +27,13 @@ def _levels(memory) -> np.ndarray:
     if levels.ndim != 1 or len(levels) < 2 or not np.isfinite(levels).all() or np.any(levels < 0):
         raise InputError(f"levels are two or more noise variance ratios, none negative, got {memory.levels!r}")
     return levels
+
+
+def _staying(M: int, stay: float) -> np.ndarray:
+    """Return the transitions of M modes that stay with this probability, and else go to any other."""
+    A = np.full((M, M), (1 - stay) / (M - 1))
+    np.fill_diagonal(A, stay)
+    return A
 
 
 @resolve.register
@@ -48,8 +54,7 @@ def _(memory: bank.Interacting, setting):
     if jumps > 0:
         levels = np.append(levels, bank.JUMP)
     M = len(levels)
-    A = np.full((M, M), (1 - stay) / (M - 1))
-    np.fill_diagonal(A, stay)
+    A = _staying(M, stay)
     if jumps > 0:
         A[:-1, :-1] = (1 - stay) / (M - 2)
         np.fill_diagonal(A, stay - jumps)
@@ -63,8 +68,7 @@ def _(memory: auto.Auto, setting):
     expect = door.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
     levels = np.array([*auto.LEVELS, np.nan])  # the last one is learnt
     M, stay = len(levels), auto.STAY
-    A = np.full((M, M), (1 - stay) / (M - 1))
-    np.fill_diagonal(A, stay)
+    A = _staying(M, stay)
     kernel = auto.Contest(
         **modes(setting, M, memory.phi), outliers=float(expect != "jumps"), trials=float(expect != "outliers"),
         ripe=1.0 if expect == "jumps" else 2.0, start=np.log(1e-2), least=np.log(1e-6), most=np.log(10.0),

@@ -93,7 +93,7 @@ def _(memory: correlation.Correlation, setting):
             "lags, or LikelihoodDrift(shared=True), which keeps few"
         )
     kernel = correlation.Correlations(
-        **ground(setting, memory.phi), learns=_learns(setting), lags=lags, samples=samples, prior=setting.cap
+        **ground(setting, memory.phi), learns=learns(setting), lags=lags, samples=samples, prior=setting.cap
     )
     return kernel, cells
 
@@ -105,7 +105,7 @@ def _(memory: likelihood.LikelihoodDrift, setting):
         raise InputError(f"start lies between least and most, got {start!r}, {least!r} and {most!r}")
     ratios = 1 if door.yes("shared", memory.shared) else setting.N
     kernel = likelihood.Climb(
-        **ground(setting, memory.phi), learns=_learns(setting), ratios=ratios, start=np.log(start), least=np.log(least),
+        **ground(setting, memory.phi), learns=learns(setting), ratios=ratios, start=np.log(start), least=np.log(least),
         most=np.log(most), samples=more_than_one("samples", memory.samples), tau=door.positive("tau", memory.tau),
         prior=door.positive("prior", memory.prior),
     )  # fmt: skip
@@ -130,7 +130,8 @@ def _(memory: variational.VariationalBayes, setting):
     return kernel, unknown.cells_of(setting.N, variational.CELLS)
 
 
-def _learns(setting) -> float:
+def learns(setting) -> float:
+    """Say whether sigma^2 is learnt, as a kernel wants it."""
     return float(not isinstance(setting.scale, KnownScale))
 
 
