@@ -17,6 +17,7 @@ FILLED = 2048
 NOISE = 4096
 OUTLIER = 8192
 AT_REST = 16384
+NOT_READY = 32768
 
 
 class Status(IntFlag):
@@ -37,6 +38,7 @@ class Status(IntFlag):
     NOISE = NOISE  # the innovations say that the noise has become louder: its variance is learnt anew
     OUTLIER = OUTLIER  # y is more likely an outlier than not: it taught next to nothing
     AT_REST = AT_REST  # nothing moves: neither the speed of drift nor the noise variance is learnt
+    NOT_READY = NOT_READY  # too few samples, or a deviation above the tolerance: the estimate is NaN
 
 
 MEANING = {
@@ -55,4 +57,5 @@ MEANING = {
     Status.NOISE: "noise level rose",
     Status.OUTLIER: "outlier, hardly counted",
     Status.AT_REST: "plant at rest, nothing adapted",
+    Status.NOT_READY: "estimate not ready",
 }

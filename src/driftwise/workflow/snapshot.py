@@ -31,6 +31,7 @@ from ..memory.transition import Drift
 from ..memory.variational import VariationalBayes
 from ..memory.window import Window
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
+from ..models.plant import Plant, Polynomial, Sinusoid
 from ..models.scale import UnknownScale
 
 SCHEMA = 4  # 4: a trace keeps the degrees of freedom of each prediction
@@ -72,6 +73,9 @@ KINDS = {
         PullTest,
         Gate,
         UnknownScale,
+        Plant,
+        Polynomial,
+        Sinusoid,
     )
 }
 
