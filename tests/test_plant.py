@@ -72,6 +72,7 @@ def test_walk_noise_of_a_random_walk_into_an_integrator():
         (lambda: Augmented(dw.Plant([[1, 2]])), "A must be square"),
         (lambda: Augmented(MOTOR._replace(B=[1, 2])), "do not fit"),
         (lambda: Augmented(MOTOR._replace(states=["a", "a", "b"])), "3 different names"),
+        (lambda: Augmented(MOTOR, dw.Polynomial([0, 0, 1], 1.0, name="x1")), "different names"),
         (lambda: Augmented(MOTOR).discretise(0.1, "linear"), 'hold must be "zoh"'),
     ],
 )

@@ -51,6 +51,7 @@ class Polynomial(NamedTuple):
     degree : degree of the polynomial
     walk : q's highest derivative also wanders: standard deviation it gains in one second. A window knows none
     outputs : number or (p,): how q enters each output
+    name : what it is called; q if omitted
     """
 
     into: Any
@@ -58,6 +59,7 @@ class Polynomial(NamedTuple):
     degree: int = 0
     walk: float = 0.0
     outputs: Any = 0.0
+    name: str | None = None
 
 
 class Sinusoid(NamedTuple):
@@ -66,7 +68,7 @@ class Sinusoid(NamedTuple):
     Parameters
     ----------
     w : frequency in rad/s
-    into, prior_std, walk, outputs : as in `Polynomial`; the prior is the one of q_c, and of q_s
+    into, prior_std, walk, outputs, name : as in `Polynomial`; the prior is the one of q_c, and of q_s
     """
 
     w: float
@@ -74,6 +76,7 @@ class Sinusoid(NamedTuple):
     prior_std: Any
     walk: float = 0.0
     outputs: Any = 0.0
+    name: str | None = None
 
 
 class Augmented:
@@ -105,8 +108,8 @@ class Augmented:
             seen.append(np.outer(_column("outputs", q.outputs, p, "output"), np.eye(len(S))[0]))
             priors.append(_priors(q, len(S)))
             walks.append(walk)
-            tag = "" if len(self.disturbances) == 1 else str(i + 1)
-            names += [f"q{tag}{end}" for end in own]
+            called = q.name or ("q" if len(self.disturbances) == 1 else f"q{i + 1}")
+            names += [f"{called}{end}" for end in own]
             if not np.any(into[-1]) and not np.any(seen[-1]):
                 raise InputError(f"{q!r} enters neither a state nor an output: where does it act (into=, outputs=)?")
         m = n + len(names)
@@ -121,6 +124,8 @@ class Augmented:
         self.prior_std = np.concatenate([np.full(n, np.inf), *priors])
         self.walk = np.concatenate([np.zeros(n), *walks])
         self.names = _names("states", plant.states, n, "x") + names
+        if len(set(self.names)) < m:
+            raise InputError(f"states and disturbances must have different names, got {self.names}")
         self.input_names = _names("inputs", plant.inputs, k, "u")
         self.output_names = _names("outputs", plant.outputs, p, "y")
 
@@ -251,7 +256,7 @@ def _shape(q):
         g = q.degree
         if isinstance(g, bool) or not isinstance(g, int | np.integer) or g < 0:
             raise InputError(f"degree of a polynomial disturbance must be a whole number of at least 0, got {g!r}")
-        return np.eye(g + 1, k=1), _walk(q, np.eye(g + 1)[g]), ["", *("d" * i for i in range(1, g + 1))]
+        return np.eye(g + 1, k=1), _walk(q, np.eye(g + 1)[g]), ["", *("_" + "d" * i for i in range(1, g + 1))]
     if isinstance(q, Sinusoid):
         if not _is_number(q.w) or q.w <= 0:
             what = "; a frequency of 0 is a constant: Polynomial(into, prior_std)" if q.w == 0 else ""
