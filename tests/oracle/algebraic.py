@@ -31,7 +31,7 @@ def transitions(A, B, G, t):
     n, k = B.shape
     M = np.zeros((n + k, n + k))
     M[:n, :n], M[:n, n:], M[n:, n:] = A, B, G
-    steps, which = np.unique(np.diff(t), return_inverse=True)
+    steps, which = np.unique(np.round(np.diff(t), 14), return_inverse=True)
     E = np.array([expm(M * step) for step in steps]).reshape(-1, n + k, n + k)[which]
     return E[:, :n, :n], E[:, :n, n:]
 

@@ -6,6 +6,7 @@ Every forcing is a sum of exponentials f exp(mu t), so a mode z' = lam z + f exp
 included. Only a drifting R needs an integrator.
 """
 
+from cmath import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.linalg import expm
 
 K1, K2, L, J, VOLTS = 1.0, 1.0, 0.1, 5.0, 24.0
 START = np.array([1.0, 0.0, 3.0])
+OSCILLATOR = np.array([[0.0, 1.0], [-1.0, 0.0]])  # generator of [sin t, cos t]
 
 
 class Motor(NamedTuple):
@@ -70,13 +72,16 @@ def dc_motor(t, *, R=1.0, q1=1.0, q2=1.0, w=50.0, torque=0.0, jump=None, drift=0
 def integrated(t, R, drift, mu, f):
     """The states with R(t) = R + drift t, by an integrator of order 8 that lands on every instant."""
 
+    omega, size = mu.imag.tolist(), f.tolist()
+
     def slope(s, x):
-        return matrix(R + drift * s) @ x + (f * np.exp(mu * s)).sum(axis=1).real
+        torque, volts = ((sum(c * exp(1j * w * s) for c, w in zip(row, omega))).real for row in size[1:])
+        return [x[1], K1 / J * x[2] + torque, -K2 / L * x[1] - (R + drift * s) / L * x[2] + volts]
 
     kept, x, now = [], START, 0.0
     for when in t:  # ascending
         if when > now:
-            x = solve_ivp(slope, (now, when), x, "DOP853", rtol=1e-12, atol=1e-13, max_step=0.01).y[:, -1]
+            x = solve_ivp(slope, (now, when), x, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
         kept.append(x)
         now = when
     return np.array(kept)

@@ -10,12 +10,11 @@ import pytest
 from oracle import algebraic as oracle
 from oracle import algebraic_identification as identification
 from oracle import algebraic_theorem as theorem
-from oracle.algebraic_motor import K1, VOLTS, augmented, by_exponential, dc_motor
+from oracle.algebraic_motor import K1, OSCILLATOR, VOLTS, augmented, by_exponential, dc_motor
 
 FILE = Path(__file__).parents[1] / "golden" / "tian.json"
 CASES = {case["name"]: case for case in json.loads(FILE.read_text())["cases"]}
 SIGMA = 0.015 / np.sqrt(3)
-OSCILLATOR = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 def case(name):
