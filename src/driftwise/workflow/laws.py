@@ -40,6 +40,8 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
     """Return a record (y, u) that fits the estimator: a stable plant, random inputs, gaps in both."""
     rng = np.random.default_rng(seed)
     n, k = max(getattr(estimator.model, "order", estimator.model.n), 1), estimator.model.inputs
+    if _is_observer(estimator):
+        return _example_of_a_plant(estimator, rng, samples, missing)
     if _outputs(estimator) is not None:
         return _example_of_several(estimator.model, rng, samples, missing)
     a = np.poly(rng.uniform(-0.8, 0.8, n))[1:]
@@ -52,6 +54,26 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
     y[rng.random(samples) < missing] = np.nan
     u[rng.random((samples, k)) < missing / 4] = np.nan
     return y, u if k else None
+
+
+def _is_observer(est):
+    """Say whether the estimator observes a known plant: no parameters, estimates that may not be ready."""
+    return hasattr(est, "plant")
+
+
+def _example_of_a_plant(est, rng, samples, missing):
+    """The same from the plant itself, its disturbances, and noise as stated."""
+    system = est.plant
+    Phi, G0, G1 = system.discretise(est.dt, est.hold)
+    std = np.ones(system.outputs) if est.noise_std is None else est.noise_std
+    z, u = rng.standard_normal(system.m), rng.standard_normal((samples, system.inputs))
+    y = np.empty((samples, system.outputs))
+    for t in range(samples):
+        z = Phi @ z + G0 @ u[t - 1] + G1 @ u[t] if t else z
+        y[t] = system.H @ z + system.D @ u[t] + std * rng.standard_normal(system.outputs)
+    y[rng.random(y.shape) < missing] = np.nan
+    u[rng.random(u.shape) < missing / 4] = np.nan
+    return y if system.outputs > 1 else y[:, 0], u if system.inputs else None
 
 
 def _outputs(est):
@@ -129,9 +151,10 @@ def law_nan_is_missing(est, y, u):
         assert np.all(np.isnan(step.innovation) & (np.asarray(step.status) & 1 == 1)), (
             "a missing output is not reported"
         )
-        expected = phi @ state["theta"] if np.ndim(phi) == 2 else phi * state["theta"]
-        off = abs(after["theta"] - expected).max(initial=0.0)  # a mixture's mean is added up anew
-        assert off <= 1e-14 * abs(expected).max(initial=0.0), "a missing output moved the parameters"
+        if not _is_observer(est):
+            expected = phi @ state["theta"] if np.ndim(phi) == 2 else phi * state["theta"]
+            off = abs(after["theta"] - expected).max(initial=0.0)  # a mixture's mean is added up anew
+            assert off <= 1e-14 * abs(expected).max(initial=0.0), "a missing output moved the parameters"
         assert after["samples"] == state["samples"] + 1, "time stood still"
         state = after
     assert np.isfinite(np.atleast_1d(state).view(float)).all(), "a gap left something that is not finite"
@@ -143,7 +166,12 @@ def law_nan_is_missing(est, y, u):
 
 
 def law_covariance_stays_a_covariance(est, y, u):
-    """P is symmetric and non-negative."""
+    """P is symmetric and non-negative; an estimate that is ready has a finite deviation, any other has none."""
+    if _is_observer(est):
+        trace = est.scan(y, u)
+        is_bar = np.isfinite(trace.std) & (trace.std >= 0)
+        assert same(is_bar.all(1), trace.ready) and same(np.isfinite(trace.estimates).all(1), trace.ready)
+        return
     trace = est.scan(y, u, keep="covariance")
     assert np.all(trace.state["D"] >= 0), "a factor went negative"
     P = est.covariance(trace.state)
@@ -155,6 +183,8 @@ def law_covariance_stays_a_covariance(est, y, u):
 
 def law_scaling(est, y, u):
     """Scaling the data scales the answer, exactly for powers of two (default prior, noise learnt or absent)."""
+    if _is_observer(est):
+        return _law_scaling_of_an_observer(est, y, u)
     options = {"noise": EquationError(), **est.options}
     stated = [options.get(name) for name in ("P0", "s0", "theta0", "variance", "K0", "x0", "B")]
     if any(value is not None for value in stated) or getattr(options["noise"], "variance", 0) is not None:
@@ -165,6 +195,21 @@ def law_scaling(est, y, u):
     assert same(c * one.prediction, two.prediction), "predictions do not scale"
     units = np.sqrt(scaled._theta_units() / plain._theta_units())
     assert same(one.parameters * units, two.parameters), "parameters do not scale by their units"
+
+
+def _law_scaling_of_an_observer(est, y, u):
+    """The same where all deviations are stated: they scale, too."""
+    c, options = 2.0**20, dict(est.options)
+    if "disturbances" in options:
+        options["disturbances"] = [
+            q._replace(prior_std=c * np.asarray(q.prior_std), walk=c * q.walk) for q in est.plant.disturbances
+        ]
+    for name in ("noise_std", "tolerance", "x0", "x_std"):
+        if options.get(name) is not None:
+            options[name] = c * np.asarray(options[name], float)
+    one, two = est.scan(y, u), type(est)(**options).scan(c * y, _times(u, c))
+    assert same(c * one.prediction, two.prediction), "predictions do not scale"
+    assert same(c * one.estimates, two.estimates) and same(c * one.std, two.std), "estimates do not scale"
 
 
 def _times(u, g):
@@ -190,6 +235,8 @@ def law_compiled_equals_plain(est, y, u):
 
 def law_no_wind_up(est, y, u):
     """Without excitation the parameters' covariance stays within the prior (twice that, where they drift)."""
+    if _is_observer(est):
+        return  # it has no parameters to forget
     rest = np.zeros((2000, *y.shape[1:]))
     state = est.scan(y, u).state
     state = est.scan(rest, None if u is None else np.zeros((2000, est.model.inputs)), state=state).state

@@ -15,6 +15,7 @@ from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
+from ..estimators.algebraic.relation import Relation
 from ..memory.auto import Auto
 from ..memory.auxiliary import AuxiliaryFilter
 from ..memory.bank import Bank, Interacting
@@ -76,6 +77,7 @@ KINDS = {
         Plant,
         Polynomial,
         Sinusoid,
+        Relation,
     )
 }
 
@@ -83,6 +85,8 @@ KINDS = {
 def _plain(value: Any) -> Any:
     if type(value).__name__ in KINDS:
         return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
+    if isinstance(value, dict):
+        return {"kind": "dict", **{k: _plain(v) for k, v in value.items()}}
     if isinstance(value, np.ndarray):
         return np.asarray(value, float).tolist()
     if isinstance(value, tuple | list):
@@ -94,7 +98,7 @@ def _plain(value: Any) -> Any:
 def _rich(value: Any) -> Any:
     if isinstance(value, dict):
         fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
-        return complex(**fields) if value["kind"] == "complex" else KINDS[value["kind"]](**fields)
+        return {"complex": complex, "dict": dict, **KINDS}[value["kind"]](**fields)
     if isinstance(value, list):
         return [_rich(v) for v in value]
     return value
@@ -106,6 +110,8 @@ def is_described(estimator) -> bool:
 
 
 def _is_ours(value) -> bool:
+    if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
+        return all(map(_is_ours, value))
     return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
 
 
@@ -119,6 +125,7 @@ def describe(estimator) -> str:
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
+    from ..estimators.algebraic.estimator import AlgebraicObserver
     from ..estimators.continuous.estimator import ContinuousJoint
     from ..estimators.gain.estimator import AdaptiveGain
     from ..estimators.joint.estimator import Joint
@@ -127,6 +134,7 @@ def rebuild(text: str):
     from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
     from ..estimators.recursive.estimator import AR, ARX, Regression
     from ..estimators.several.estimator import ARXMIMO
+    from ..estimators.window.estimator import WindowObserver
 
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
@@ -135,7 +143,8 @@ def rebuild(text: str):
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
     recursive = AR, ARX, Regression, ARMA, ARMAX, OE, BJ, ARXMIMO, AdaptiveObserver
-    kinds: dict[str, Any] = {k.__name__: k for k in (Joint, JointMIMO, ContinuousJoint, AdaptiveGain, *recursive)}
+    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, WindowObserver, AlgebraicObserver
+    kinds: dict[str, Any] = {k.__name__: k for k in (*known, *recursive)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 
 

@@ -337,7 +337,9 @@ class Trace:
             est = rebuild(str(f["header"]))
             state = f["state"].view(est.dtype).reshape(())
             kind = cls
-            if f["y"].ndim == 2:
+            if hasattr(est, "estimate"):  # of a known plant
+                from .observer_trace import ObserverTrace as kind
+            elif f["y"].ndim == 2:
                 from .mimo_trace import TraceMIMO as kind
             return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
 

@@ -20,6 +20,7 @@ from .. import door
 from ..joint.estimator import WIDTH
 from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ..reading import Reading, Step
+from ..times import instants
 from .step import HEAD, Continuous, drift_over, scratch_size
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
@@ -201,7 +202,7 @@ class ContinuousJoint(Reading):
         y, u = door.record(y, u, self.model.inputs)
         options = self.options | dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
         if time is not None and len(y) > 1:
-            options["dt"] = float(np.median(np.diff(_instants(time, y.shape))))
+            options["dt"] = float(np.median(np.diff(instants(time, y.shape))))
         return ContinuousJoint(**options)
 
     # --- running -------------------------------------------------------------------------------------------
@@ -220,7 +221,7 @@ class ContinuousJoint(Reading):
         ys, us = door.sample(y, u, self.model.inputs)
         if time is not None:
             is_later = isinstance(time, float) and math.isfinite(time) and time > state["time"] and state["samples"] > 0
-            stamp = np.array([time]) if is_later else _instants([time], (1,), state)  # the short way of a stream
+            stamp = np.array([time]) if is_later else instants([time], (1,), state)  # the short way of a stream
             us = np.concatenate([us, stamp[None, :, None]], axis=2)
         outs = np.empty((1, 1, 4))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
@@ -245,7 +246,7 @@ class ContinuousJoint(Reading):
         rows = self._rows(start)
         us = u
         if time is not None:
-            time = _instants(time, y.shape, start)
+            time = instants(time, y.shape, start)
             us = np.column_stack([u, time])
         outs = np.empty((1, len(y), width(keep, self.model.N)))
         self.drive(rows, y.reshape(1, -1, 1), us[None], outs, self.spec, self.scratch())
@@ -283,7 +284,7 @@ class ContinuousJoint(Reading):
             if not stamps.size:
                 raise InputError(f"time must be shaped like y, {shape}, got {np.shape(time)}")
             for series, state in zip(stamps, np.ravel(states)):
-                _instants(series, series.shape, state)
+                instants(series, series.shape, state)
             us = np.concatenate([us, stamps[:, :, None]], axis=2)
         outs = np.empty((*ys.shape[:2], 4))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
@@ -306,37 +307,3 @@ class ContinuousJoint(Reading):
     def model_of(self, state) -> ContinuousModel:
         """Return the model a state amounts to, with the covariance of its parameters."""
         return self.model_at(np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state))
-
-
-def _instants(time, shape, state=None) -> np.ndarray:
-    """Return increasing finite instants of the given shape, later than those a state has seen."""
-    try:
-        time = np.ascontiguousarray(time, float)
-    except (TypeError, ValueError):
-        raise InputError(f"time must hold seconds as numbers, got {time!r}; turn dates into seconds first") from None
-    if time.shape != shape:
-        raise InputError(f"time must have shape {shape}, one instant per sample, got {time.shape}")
-    if not np.isfinite(time).all():
-        where = int(np.flatnonzero(~np.isfinite(time))[0])
-        raise InputError(f"time[{where}] is {time[where]}: every sample needs its instant, also where y is missing")
-    bad = np.flatnonzero(np.diff(time) <= 0)
-    if len(bad):
-        k = int(bad[0]) + 1
-        repeats = time[k] == time[k - 1]
-        cause = (
-            "Are two sensors in one column, or is the clock too coarse for the samples?"
-            if repeats
-            else "Is the file unsorted, are two files joined, or was the clock set back?"
-        )
-        raise InputError(
-            f"time must increase, but time[{k}] = {time[k]:.17g} {'repeats' if repeats else 'comes after'} "
-            f"time[{k - 1}] = {time[k - 1]:.17g} ({len(bad)} such). {cause}"
-        )
-    if state is not None and len(time) and float(np.asarray(state)["samples"]) > 0:
-        before = float(np.asarray(state)["time"])
-        if time[0] <= before:
-            raise InputError(
-                f"time[0] = {time[0]:.17g} is not after the state's last sample at {before:.17g} s. Was this sample "
-                "fed twice, or is the state from another record?"
-            )
-    return time

@@ -1,0 +1,250 @@
+"""State and disturbances of a known plant, by least squares on the samples of a window."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import Always
+from ...detect.watch import Silent
+from ...errors import InputError
+from ...kernel import compose
+from ...memory.drift import Never
+from ...models.plant import Augmented
+from ...models.scale import KnownScale, UnknownScale
+from .. import door
+from ..observing import Observed, Observing, check_hold
+from ..policies import resolve_detector
+from .row import common_fields
+
+SETTLE = 20  # innovations before the detector counts
+
+
+class WindowObserver(Observing):
+    """State and disturbances of a known plant from the samples of the last ``window`` seconds, and how sure they are.
+
+    The plant is augmented by the disturbances, z = [x; q], and z at the newest sample is estimated by least squares
+    from the samples of the window alone: unbiased, of least variance, forgetting all that is older. It needs no gain,
+    no initial state and no derivative, with any number of inputs and outputs.
+
+    Parameters
+    ----------
+    plant : Plant
+        x' = A x + B u, y = C x + D u.
+    window : float
+        Seconds of memory: round(window/dt) samples. Infinite: all samples since the first.
+    noise_std : float, (p,), or None
+        Standard deviation of the white noise on each output. None: one for all, learnt from the innovations; then no
+        disturbance may have a finite prior, which is absolute.
+    disturbances : Polynomial or Sinusoid, or a sequence of them
+        Their prior deviations hold at the window's start, anew for every window.
+    hold : "zoh" or "foh"
+        What u does between its samples: held, or a straight line. Needed where the plant has inputs.
+    dt : float
+        Seconds between samples; the typical ones where ``irregular``.
+    irregular : bool
+        Samples come at instants of their own (``time=``). A sample is in the window while it is at most
+        ``window`` seconds minus one ``dt`` old, which on regular samples keeps the same ones.
+    capacity : int
+        Most samples an irregular window holds; beyond, the oldest leaves early. Default 1.5 window/dt + 1.
+    tolerance : float, (n,) or (m,), optional
+        Largest standard deviation, of each element of z, that counts as ready. Until all are met the estimate is NaN,
+        its deviation infinite, the status NOT_READY.
+    derived : dict, optional
+        Further outputs by name, each a row on x or z, or a pair of rows on x or z and on u.
+    detector : Hinkley, GLR or VarianceChange, optional
+        Watches the innovations. An alarm is told (JUMP); the window forgets by itself.
+    x0, x_std : (n,) and number or (n,)
+        Prior of the first state; with an infinite window only.
+
+    Raises
+    ------
+    InputError
+        Where a number does not fit, a mode cannot be seen, or the window is too short; the message says which.
+
+    Notes
+    -----
+    Source: Tian (2009) for the problem; Kwon et al. (1999) for the estimate, the unbiased filter of finite memory.
+
+    Bad at: a plant that is not the one given (the deviations know of noise only), noise that is not white, a prior
+    deviation that is too tight (every deviation is then wrong, silently), disturbances without a prior that hardly
+    reach the output within the window (true deviations, huge).
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> t = np.arange(200) * 0.01
+    >>> y = np.sin(t) + 0.01 * np.random.default_rng(0).standard_normal(200)
+    >>> cart = dw.Plant([[0, 1], [0, 0]], states=("position", "speed"))
+    >>> est = dw.WindowObserver(cart, 0.5, noise_std=0.01, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.01)
+    >>> trace = est.scan(y)
+    >>> trace.names, trace.x[-1].round(2), trace.x_std[-1].round(3)
+    (['q'], array([ 0.92, -0.39]), array([0.004, 0.046]))
+    """
+
+    def __init__(
+        self,
+        plant: Any,
+        window: float,
+        *,
+        noise_std: Any,
+        disturbances: Any = (),
+        hold: str | None = None,
+        dt: float | None = None,
+        irregular: bool = False,
+        capacity: int | None = None,
+        tolerance: Any = None,
+        derived: dict[str, Any] | None = None,
+        detector: Any = None,
+        x0: Any = None,
+        x_std: Any = np.inf,
+    ):
+        self.options: dict[str, Any] = dict(
+            plant=plant, window=window, noise_std=noise_std, disturbances=disturbances, hold=hold, dt=dt,
+            irregular=irregular, capacity=capacity, tolerance=tolerance, derived=derived, detector=detector, x0=x0,
+            x_std=x_std,
+        )  # fmt: skip
+        self.plant = system = Augmented(plant, disturbances)
+        self.hold = check_hold(hold, system.inputs)
+        if dt is None:
+            raise InputError("dt must be given: the seconds between samples (the typical ones where irregular=True)")
+        self.dt, self.irregular = door.positive("dt", dt), door.yes("irregular", irregular)
+        self.window = _window(window)
+        self.length = 0 if math.isinf(self.window) else round(self.window / self.dt)  # samples in a window
+        self.is_growing = math.isinf(self.window)
+        self.noise_std = None if noise_std is None else door.sizes("noise_std", noise_std, system.outputs)
+        self._refuse_what_the_form_ignores()
+        self.capacity = math.ceil(1.5 * self.length) + 1 if capacity is None else door.count("capacity", capacity, 1)
+        self._set_prior(x0, x_std)
+        system.require_observable()
+        rows, feeds, more = _derived({} if derived is None else derived, system)
+        n, m, p = system.n, system.m, system.outputs
+        self.model = Observed(
+            n, m, m + len(more), system.inputs, p, system.names[:n], system.names[n:] + more, system.input_names,
+            system.output_names,
+        )  # fmt: skip
+        self.derived_rows, self.derived_feeds = rows, feeds
+        self.scale = UnknownScale(0.5, 1e-20) if noise_std is None else KnownScale()
+        kernel_detector = Silent() if detector is None else resolve_detector(detector)
+        self.tolerance = _tolerance(tolerance, system, len(more))
+        self._common: dict[str, Any] = dict(
+            n=n, m=m, inputs=system.inputs, outputs=p, dt=self.dt, settle=SETTLE, H=system.H.ravel(),
+            D=system.D.ravel(), r=np.ones(p) if self.noise_std is None else self.noise_std**2, rows=rows.ravel(),
+            feeds=feeds.ravel(), tolerance=self.tolerance, marks=kernel_detector.marks(0),
+        )  # fmt: skip
+        self._form, form = self._build()
+        self.policies = (form, KnownScale(), Never(), Always(), self.scale, kernel_detector)
+        self.spec = compose.flatten(self.policies)
+        self.dtype = np.dtype(common_fields(form) + self._form.fields(form))
+        self.scratch_size = self._form.scratch_size(form)
+        self.columns = 4 * p + 1
+
+    def _build(self) -> tuple[Any, Any]:
+        """Return the module of the form, and the form."""
+        if self.is_growing:
+            from . import growing as module
+        elif self.irregular:
+            from . import queue as module
+        else:
+            from . import fir as module
+        return module, module.build(self, self._common)
+
+    def _refuse_what_the_form_ignores(self):
+        options, system = self.options, self.plant
+        is_prior = bool(np.any(np.isfinite(door.floats("x_std", options["x_std"]))))
+        if not self.is_growing and (options["x0"] is not None or is_prior):
+            raise InputError("x0 and x_std are the prior of the first state, which a window forgets: window=math.inf")
+        if not self.is_growing and np.any(system.walk > 0):
+            raise InputError(
+                "a disturbance with a walk wanders on within the window, and a window knows none: leave walk out, or "
+                "take window=math.inf"
+            )
+        if options["capacity"] is not None and (self.is_growing or not self.irregular):
+            raise InputError(
+                "capacity is for a finite window with irregular=True; others know how many samples they hold"
+            )
+        absolute = np.any(np.isfinite(system.prior_std) & (system.prior_std > 0)) or np.any(system.walk > 0)
+        if self.noise_std is None and (absolute or is_prior):
+            raise InputError(
+                "noise_std=None learns the noise, and all deviations relative to it; prior_std, x_std and walk are "
+                "absolute. State noise_std, or leave these infinite (walk: 0)"
+            )
+
+    def _set_prior(self, x0, x_std):
+        n = self.plant.n
+        self.x0 = np.zeros(n) if x0 is None else door.vector("x0", np.atleast_1d(x0), n)
+        found = door.floats("x_std", x_std)
+        if found.shape not in ((), (n,)) or np.isnan(found).any() or np.any(found < 0):
+            raise InputError(f"x_std must be at least 0 (inf: nothing is known), a number or ({n},), got {x_std!r}")
+        self.x_std = np.full(n, found)
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        fresh = getattr(self._form, "fresh", None)
+        if fresh is not None:
+            fresh(self.policies[0], state)
+        return state
+
+    @property
+    def gains(self) -> np.ndarray:
+        """The gains of the full window on its outputs, the oldest sample first, (m, L) or (m, L, p)."""
+        if not hasattr(self, "design"):
+            raise InputError("only a finite window of regular samples has fixed gains")
+        return self.design.gains[..., 0] if self.model.outputs == 1 else self.design.gains
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return plant states, disturbances and derived outputs with their deviations; NaN and inf until ready."""
+        more = state["z"] @ self.derived_rows.T + state["held"] @ self.derived_feeds.T
+        is_ready = np.asarray(state["ready"] > 0)[..., None]
+        values = np.where(is_ready, np.concatenate([state["z"], more], axis=-1), np.nan)
+        std = np.sqrt(np.asarray(self.sigma2(state)))[..., None] * state["std"]
+        return values, np.where(is_ready, std, np.inf)
+
+    def loglik(self, state) -> float:
+        """Return the sum of log predictive densities of the outputs, from the first that was predicted."""
+        return float(state["score"])
+
+
+def _window(window) -> float:
+    if isinstance(window, float) and window == math.inf:
+        return window
+    return door.positive("window", window)
+
+
+def _derived(derived, system):
+    """Return rows on z (d, m), rows on u (d, k), and names."""
+    if not isinstance(derived, dict):
+        raise InputError(f"derived must be a dict of names with rows, got {derived!r}")
+    n, m, k = system.n, system.m, system.inputs
+    rows, feeds = np.zeros((len(derived), m)), np.zeros((len(derived), k))
+    for i, (name, given) in enumerate(derived.items()):
+        if name in system.names or name in system.output_names or name in system.input_names:
+            raise InputError(f"derived output {name!r} has the name of a state, disturbance, input or output")
+        on_u: Any = np.zeros(k)
+        if isinstance(given, tuple | list) and len(given) == 2 and np.ndim(given[0]) == 1:
+            given, on_u = given
+        row = door.floats(f"derived[{name!r}]", given)
+        if row.shape not in ((n,), (m,)) or not np.isfinite(row).all():
+            raise InputError(f"derived[{name!r}] must be a row of {n} numbers on x or {m} on z, got {given!r}")
+        rows[i, : row.size], feeds[i] = row, door.vector(f"derived[{name!r}] on u", np.atleast_1d(on_u), k)
+    return rows, feeds, list(derived)
+
+
+def _tolerance(tolerance, system, more) -> np.ndarray:
+    """Return the tolerance of each element of z and of the derived outputs, infinite where none was stated."""
+    n, m = system.n, system.m
+    given = door.floats("tolerance", np.inf if tolerance is None else tolerance)
+    if given.shape not in ((), (n,), (m,)) or np.isnan(given).any() or np.any(given <= 0):
+        raise InputError(
+            f"tolerance must be positive (inf: any will do), a number, ({n},) or ({m},), got {tolerance!r}"
+        )
+    found = np.full(m + more, np.inf)
+    found[: given.size if given.ndim else m] = given
+    return found
