@@ -36,7 +36,7 @@ def largest_row_sum(A, n):
     return largest
 
 
-@rare
+@kernel
 def taylor(n, groups, F, powers, spare):
     """Fill F = exp(A) - I, given A, A^2, .. in ``powers``."""
     size, weight = n * n, 1.0  # weight of a group's first power: 1 / (its factorial)

@@ -1,6 +1,7 @@
 """Least squares of a few unknowns by orthogonal transformations: rows are stacked, never squared, never subtracted.
 
-A stack lies transposed: ``M[j, i]`` is entry j of row i, so that columns are contiguous; column n is the right-hand side.
+A stack lies transposed: ``M[j, i]`` is entry j of row i, so that columns are contiguous; the right-hand side is
+column n.
 """
 
 import math

@@ -18,6 +18,7 @@ from .. import door
 from ..observing import Observed, Observing, check_hold
 from ..policies import resolve_detector
 from .row import common_fields
+from .tuning import tune_walks, tune_window
 
 SETTLE = 20  # innovations before the detector counts
 
@@ -189,6 +190,44 @@ class WindowObserver(Observing):
         if fresh is not None:
             fresh(self.policies[0], state)
         return state
+
+    def tune(self, y, u=None, *, time=None, which=None, noise: bool = False) -> WindowObserver:
+        """Return the same estimator with what a record is most likely under: walks, or the length of a window.
+
+        An infinite window gets the walks of its disturbances (0: the record shows none), and the noise where asked; the
+        likelihood is exact from the first sample on. A finite one gets the length that predicts the next sample best.
+        ``found.tuned`` has what was found, how likely the record is under all else that was tried, and a sentence.
+
+        Parameters
+        ----------
+        y, u, time : as for `scan`
+        which : numbers of the disturbances to tune, counted from 0; all if omitted
+        noise : bool, find noise_std too, by one factor for all outputs
+
+        Notes
+        -----
+        Bad at: a history unlike what is to come (what did not move in the record will hardly be followed), noise that
+        is not white, and a plant that is wrong: its error is taken for a walk, or for one that asks for a short memory.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> rng = np.random.default_rng(0)
+        >>> inflow = np.cumsum(0.3 * rng.standard_normal(2000))
+        >>> level = np.zeros(2000)
+        >>> for t in range(1, 2000):
+        ...     level[t] = 0.9 * level[t - 1] + 0.1 * inflow[t - 1]
+        >>> tank, leak = dw.Plant([[-1.0536]]), dw.Polynomial([1.0536], np.inf)
+        >>> est = dw.WindowObserver(tank, np.inf, noise_std=0.05, disturbances=leak, dt=0.1)
+        >>> found = est.tune(level + 0.05 * rng.standard_normal(2000))
+        >>> print(f"{found.tuned.walk[0]:.2f}, the truth is {0.3 / np.sqrt(0.1):.2f}")
+        """
+        y = np.asarray(y, float)
+        if self.is_growing:
+            return tune_walks(self, y, u, time, which, door.yes("noise", noise))
+        if which is not None or noise:
+            raise InputError("a finite window has no walks to tune: which and noise are of window=math.inf")
+        return tune_window(self, y, u, time)
 
     @property
     def gains(self) -> np.ndarray:

@@ -1,15 +1,12 @@
-"""A finite window over samples at any instants: segments in a queue of two stacks, joined by orthogonal transformations.
+"""A finite window over samples at any instants: least squares by a queue of segments (`stacks`).
 
-The newest samples lie behind: one segment over all of them. Those before lie in front: for each, the segment from it to
-the last of them. A new sample is joined to the segment behind; an old one leaves the front by being forgotten, so that
-nothing is ever subtracted. When the front is empty the samples behind become it, one pass backwards: two joins a sample
-on average, whatever the window's length. Of the front only each ``block``-th segment is kept, and the block in use:
-twice the root of the window, for one more join a sample.
+At the window's end, z = V w with w = [s; v] as `segment` has it:
 
-    window:  front[oldest], .., front[newest] | behind        estimate: prior, first of the front + behind
+    least squares for [s at the oldest sample; v at the newest]: the whole queue, and the prior of the disturbances
+    w = [F s + d; v],   covariance C C',   C = [F, 0; 0, I] R^-1
 
-A sample is in the window while it is less than round(window/dt) dt old: it has left at equality. The prior of the
-disturbances holds at the oldest sample, missing or not.
+A sample is in the window while it is less than round(window/dt) dt old: at equality it has left, so that regular
+samples are those of the fixed gains. The prior holds at the oldest sample, missing or not.
 """
 
 import math
@@ -17,20 +14,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import InputError
 from ...kernel.compose import Vector, advance, kernel, open_row, open_work, rare
 from ...kernel.qr import invert, solve_triangular, triangularise
 from ..gain.step import take_inputs
-from ..recursive.row import HUGE
+from .gains import WORST, Coordinates, Design, require_usable
 from .row import DETERMINED, HEAD, TIME, along, elapse, observe, report
-from .segment import Layout, combine, copy, driven, find_moves, layout, measure, split, stand, travel
+from .segment import Layout, coordinates, driven, layout
+from .stacks import COUNT, FRONT, MARKS, Bench, Queue, append, drop_older, join_all, move_over
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # of an instant
 SAME = 1e-9  # ages that differ by less, relative to the window, are the same
-CONDITION = 1e12  # of the unknowns (columns of length one), above which z is not determined
-MISSING = 2 * HUGE  # an output in the queue
-
-FIRST, COUNT, FRONT, SECONDS, FOUND = range(5)  # marks of the queue
-MARKS = 5
 
 
 class QueueForm(NamedTuple):
@@ -59,17 +53,6 @@ class QueueForm(NamedTuple):
     prior: Vector  # 1 / prior deviation of each w at the window's start
 
 
-class Queue(NamedTuple):
-    """Views of the part of a row that holds the samples."""
-
-    marks: np.ndarray  # FIRST, ..
-    moves: np.ndarray  # what the last interval did: found once for all that are equal
-    ring: np.ndarray  # samples: (seconds since the one before, inputs, outputs)
-    behind: np.ndarray  # segment
-    block: np.ndarray  # segments of the front's block in use
-    blocks: np.ndarray  # the oldest segment of each block
-
-
 class Row(NamedTuple):
     """Views of one state row."""
 
@@ -82,15 +65,6 @@ class Row(NamedTuple):
     w: np.ndarray  # estimate in coordinates of its own
     C: np.ndarray  # its covariance is C C'
     queue: Queue
-
-
-class Bench(NamedTuple):
-    """Scratch for segments: rows stacked, powers of a matrix, two segments."""
-
-    M: np.ndarray
-    powers: np.ndarray
-    leaf: np.ndarray
-    whole: np.ndarray
 
 
 class Work(NamedTuple):
@@ -106,11 +80,16 @@ class Work(NamedTuple):
     bench: Bench
 
 
-def build(observer, common) -> QueueForm:
-    """Return the form of an observer."""
-    plant, length = observer.plant, observer.length
-    n, m = plant.n, plant.m
-    V, inverse, s = split(plant.A, n, observer.window)
+def build(est, common) -> QueueForm:
+    """Return the form of a `WindowObserver`."""
+    plant, n, m, length = est.plant, est.plant.n, est.plant.m, est.length
+    if length < 1:
+        raise InputError(f"window must hold samples: {est.window:g} s is less than half of dt = {est.dt:g} s")
+    if est.capacity < 2:
+        raise InputError(f"capacity must be at least 2 samples, got {est.capacity}")
+    usual = Design(plant, est.dt, min(length, est.capacity), np.sqrt(common["r"]), est.hold)
+    require_usable(usual, None if est.noise_std is None else est.tolerance[:m])
+    V, inverse, s = coordinates(Coordinates(plant, length * est.dt), plant.A, n)
     A, B = inverse @ plant.A @ V, inverse @ plant.B
     weight = 1 / np.sqrt(common["r"])
     E = weight[:, None] * plant.H @ V
@@ -118,8 +97,8 @@ def build(observer, common) -> QueueForm:
     with np.errstate(divide="ignore"):
         prior[s - (m - n) : s] = V[range(n, m), range(s - (m - n), s)] / plant.prior_std[n:]
     return QueueForm(
-        **common, s=s, straight=observer.hold == "foh", window=length * observer.dt, capacity=observer.capacity,
-        block=math.ceil(math.sqrt(observer.capacity)), V=np.vstack([V, observer.derived_rows @ V]).ravel(), prior=prior,
+        **common, s=s, straight=est.hold == "foh", window=length * est.dt, capacity=est.capacity,
+        block=math.ceil(math.sqrt(est.capacity)), V=np.vstack([V, est.derived_rows @ V]).ravel(), prior=prior,
         plant=np.concatenate([x.ravel() for x in (A[:s, :s], B[:s], A[s:, s:], B[s:], E, plant.D, weight)]),
     )  # fmt: skip
 
@@ -196,111 +175,14 @@ def _(form, scratch):
     )  # fmt: skip
 
 
-# --- the queue ---------------------------------------------------------------------------------------------
-
-
-@kernel
-def move_over(at, plant, queue, bench, seconds):
-    """Find what so many seconds do, unless they are those of the last time."""
-    if queue.marks[FOUND] == 0.0 or queue.marks[SECONDS] != seconds:
-        find_moves(at, plant, seconds, queue.moves, bench.powers)
-        queue.marks[FOUND], queue.marks[SECONDS] = 1.0, seconds
-
-
-@rare
-def fill_front(at, plant, queue, bench, start, stop):
-    """Find the segments of the front's samples ``start`` to ``stop``, counted from its newest."""
-    ring, leaf, k = queue.ring, bench.leaf, at.k
-    capacity, block = ring.shape[0], queue.block.shape[0]
-    newest = int(queue.marks[FIRST]) + int(queue.marks[FRONT]) - 1
-    for i in range(start, stop):
-        one, own = ring[(newest - i) % capacity], queue.block[i % block]
-        if i == 0:
-            stand(at, own)
-            measure(at, plant, own, one[1 + k :], one[1:], False, bench.M)
-        else:
-            after = ring[(newest - i + 1) % capacity]
-            move_over(at, plant, queue, bench, after[0])
-            travel(at, leaf, queue.moves, after[0], one[1:], after[1:])
-            measure(at, plant, leaf, one[1 + k :], one[1:], False, bench.M)
-            later = queue.blocks[i // block - 1] if i % block == 0 else queue.block[i % block - 1]
-            combine(at, leaf, later, own, bench.M)
-        if i % block == block - 1:
-            copy(own, queue.blocks[i // block])
-
-
-@kernel
-def turn(at, plant, queue, bench):
-    """Let the samples behind become the front."""
-    queue.marks[FRONT] = queue.marks[COUNT]
-    fill_front(at, plant, queue, bench, 0, int(queue.marks[FRONT]))
-
-
-@kernel
-def span(at, queue):
-    """Return the seconds from the oldest sample to the newest."""
-    marks, total = queue.marks, 0.0
-    if marks[FRONT] > 0.0:
-        total += queue.block[(int(marks[FRONT]) - 1) % queue.block.shape[0], at.seconds]
-    if marks[COUNT] > marks[FRONT]:
-        total += queue.behind[at.seconds]
-    return total
-
-
-@rare
-def drop_older(at, plant, queue, bench, seconds):
-    """Let samples leave until there is room, and the oldest is younger than so many seconds."""
-    marks, block = queue.marks, queue.block.shape[0]
-    while marks[COUNT] > 0.0 and (marks[COUNT] >= queue.ring.shape[0] or span(at, queue) >= seconds):
-        if marks[FRONT] == 0.0:
-            turn(at, plant, queue, bench)
-        marks[FRONT] -= 1.0
-        marks[COUNT] -= 1.0
-        marks[FIRST] = (marks[FIRST] + 1.0) % queue.ring.shape[0]
-        front = int(marks[FRONT])
-        if front == 0 and marks[COUNT] > 0.0:
-            turn(at, plant, queue, bench)
-        elif front > 0 and front % block == 0:
-            fill_front(at, plant, queue, bench, front - block, front)
-
-
-@rare
-def append(at, plant, queue, bench, seconds, before, u, y):
-    """Let outputs y, so many seconds after the last sample, be the newest."""
-    marks, leaf = queue.marks, bench.leaf
-    if marks[COUNT] == 0.0:
-        stand(at, leaf)
-    else:
-        travel(at, leaf, queue.moves, seconds, before, u)
-    measure(at, plant, leaf, y, u, True, bench.M)
-    if marks[COUNT] == marks[FRONT]:
-        copy(leaf, queue.behind)
-    else:
-        combine(at, queue.behind, leaf, bench.whole, bench.M)
-        copy(bench.whole, queue.behind)
-    own = queue.ring[int(marks[FIRST] + marks[COUNT]) % queue.ring.shape[0]]
-    own[0] = seconds
-    for l in range(at.k):
-        own[1 + l] = u[l]
-    for i in range(at.p):
-        own[1 + at.k + i] = y[i] if y[i] == y[i] else MISSING
-    marks[COUNT] += 1.0
-
-
 # --- the estimate ------------------------------------------------------------------------------------------
 
 
 @kernel
 def gather(at, queue, bench, prior):
-    """Stack what is known of the state at the window's start (of v: its end): the whole queue, and the prior.
-
-    Return how many rows, 0 where too few; ``bench.whole`` is the segment of the whole window.
-    """
-    marks, M, c, m = queue.marks, bench.M, bench.whole, at.m
-    if marks[FRONT] > 0.0:
-        combine(at, queue.block[(int(marks[FRONT]) - 1) % queue.block.shape[0]], queue.behind, c, M)
-    else:
-        copy(queue.behind, c)
+    """Stack what is known of [s; v], the whole queue and the prior; return how many rows."""
+    M, c, m = bench.M, bench.whole, at.m
+    join_all(at, queue, bench)
     rows = int(c[at.rows])
     for j in range(m + 1):
         is_out = j < m and prior[j] == np.inf  # known to be 0: its column leaves, but for a row of its own
@@ -323,7 +205,7 @@ def estimate(at, prior, queue, bench, w, C, w0, X):
     if rows < m:
         return False
     triangularise(M, rows, m)
-    if not invert(M, m, X) < CONDITION:
+    if not invert(M, m, X) <= m * WORST:
         return False
     solve_triangular(M, m, w0)
     for j in range(m):

@@ -1,6 +1,6 @@
 """Stretches of time, what each has taught about a state that moves without noise, and how two become one.
 
-The state w = [s; v] moves by s' = As s + Bs u, v' = Au v + Bu u: s holds the stable and marginal modes, v those that grow.
+The state w = [s; v] moves by s' = As s + Bs u, v' = Au v + Bu u: s holds what decays or stays, v what grows.
 A segment from time a to time b knows
 
     s(b) = F s(a) + d,    v(a) = G v(b) + g,    sum of squares = |R [s(a); v(b)] - z|^2 + what no w explains
@@ -12,7 +12,7 @@ associative, by orthogonal transformations alone; it is never undone. A segment 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import matrix_balance, null_space, schur
+from scipy.linalg import matrix_balance, null_space
 
 from ...kernel.compose import kernel, rare
 from ...kernel.expm import exponential, product
@@ -20,27 +20,19 @@ from ...kernel.qr import triangularise
 from ..recursive.row import HUGE
 
 
-def split(A, n, window):
-    """Return V, its inverse and s: z = V [s; v], in which z' = A z falls apart into modes that stay and that grow.
+def coordinates(frame, A, n):
+    """Return V, its inverse and s: z = V [s; v], of a `gains.Coordinates`; units balanced by powers of two.
 
-    A mode grows where exp(its rate times the window) exceeds e. The states behind the first n (disturbances, which
-    never grow) are the last of s, but for a factor: units are balanced by powers of two.
+    The states behind the first n (disturbances, which never grow) are the last of s, but for their units.
     """
-    m = len(A)
-
-    def grows(re, im):
-        return re * window > 1.0
-
-    V = inverse = np.eye(m)
-    _, right, v = schur(A, sort=grows)
-    if v:
-        _, left, _ = schur(A.T, sort=grows)
-        stays = null_space(right[:n, :v].T).T
-        inverse = np.zeros((m, m))
-        inverse[: n - v, :n], inverse[n - v : m - v, n:], inverse[m - v :] = stays, np.eye(m - n), left[:, :v].T
-        V = np.linalg.inv(inverse)
-    _, (scale, _) = matrix_balance(inverse @ A @ V, permute=False, separate=True)
-    return V * scale, inverse / scale[:, None], m - v
+    V, back, s = frame.Ta, frame.to_a, frame.Ta.shape[1]
+    if s < len(A):
+        own = V[n:]
+        basis = np.vstack([null_space(own).T, own]) if len(own) else np.eye(s)
+        V, back = V @ np.linalg.inv(basis), basis @ back
+    V, back = np.hstack([V, frame.Tb]), np.vstack([back, frame.to_b])
+    _, (scale, _) = matrix_balance(back @ A @ V, permute=False, separate=True)
+    return V * scale, back / scale[:, None], s
 
 
 class Layout(NamedTuple):
@@ -80,7 +72,9 @@ def layout(s, m, k, p, straight):
     R, E = g + v, Bu + v * k
     rows, D = R + m * (m + 1), E + p * m
     size, weight = rows + 2, D + p * k
-    return Layout(s, v, m, k, p, straight, d, G, g, R, rows, rows + 1, size, B, Au, Bu, E, D, weight, ahead, back, moves)
+    return Layout(
+        s, v, m, k, p, straight, d, G, g, R, rows, rows + 1, size, B, Au, Bu, E, D, weight, ahead, back, moves
+    )
 
 
 @rare
@@ -166,7 +160,7 @@ def measure(at, plant, c, y, u, is_end, M):
     keep(at, c, M, rows)
 
 
-@rare
+@kernel
 def keep(at, c, M, rows):
     """Make the rows stacked in M those of c."""
     triangularise(M, rows, at.m)

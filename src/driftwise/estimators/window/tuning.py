@@ -1,0 +1,177 @@
+"""What a record says of the walks of disturbances and of the noise, or of the length of a window: likelihood."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ...errors import InputError
+from . import growing
+
+PER_DECADE = 2  # walks looked at
+LITTLE, MUCH = 1e-2, 1e2  # the range of walks: y moves by so many noise deviations in the whole record, in one sample
+FACTORS = 10.0 ** np.arange(-4.0, 2.5, 0.5)  # noise deviations looked at, relative to the one given
+NEAR = 1e-3  # of the log-likelihood: a walk that gains no more is none
+LONGER = 1.1  # a window relative to the one tried before
+FAR = 10  # windows so many times as long as the best so far are not tried
+SHARE = 0.25  # of a record, which the longest window tried takes; the rest tells how well each predicts
+
+
+class Tuned(NamedTuple):
+    """What was found, and how likely the record is under everything else that was tried.
+
+    Attributes
+    ----------
+    walk : (number of disturbances,) walks; 0 where the record shows none
+    noise_std : (p,), or None where it is learnt on the way
+    window : seconds
+    loglik : log-likelihood of the record under these
+    gain : by how much it exceeds that without any walk (of a window: that of the shortest one tried)
+    tried : walks, one row for each that was tuned, or windows (one row)
+    logliks : log-likelihoods, shaped like ``tried``: all else as found
+    words : the same in a sentence
+    """
+
+    walk: np.ndarray
+    noise_std: Any
+    window: float
+    loglik: float
+    gain: float
+    tried: np.ndarray
+    logliks: np.ndarray
+    words: str
+
+
+def tune_walks(est, y, u, time, which, noise):
+    """Return the estimator with the walks (and the noise) under which the record is most likely."""
+    count = len(est.plant.disturbances)
+    which = range(count) if which is None else sorted(set(np.atleast_1d(which).tolist()))
+    if not count and not noise:
+        raise InputError("there is no disturbance whose walk could be tuned: disturbances=, or noise=True")
+    if not all(i in range(count) for i in which):
+        raise InputError(f"which must name disturbances by number, 0 to {count - 1}, got {list(which)!r}")
+    if est.noise_std is None:
+        raise InputError("tune needs noise_std to start from; noise=True then finds it with the walks")
+    seconds = est.dt * len(y) if time is None else float(time[-1] - time[0])
+    ranges = [_range(est, i, seconds) for i in which]
+    ranges += [FACTORS] if noise else []
+
+    def made(values):
+        """Return the estimator of these walks, the last value being the factor of the noise."""
+        walks = dict(zip(which, values))
+        changed = [q._replace(walk=walks.get(i, q.walk)) for i, q in enumerate(est.plant.disturbances)]
+        std = est.noise_std * (values[-1] if noise else 1.0)
+        return type(est)(**{**est.options, "disturbances": tuple(changed), "noise_std": std.tolist()})
+
+    def likelihood(values):
+        found = made(values)
+        return growing.loglik(found, found.scan(y, u, time=time, keep="innovations").state)
+
+    best = np.array([grid[len(grid) // 2] for grid in ranges])
+    for _ in range(2 if len(ranges) > 1 else 1):
+        for i, grid in enumerate(ranges):
+            best[i] = grid[np.argmax(_along(likelihood, best, i, grid))]
+    box = [(math.log(grid[0]), math.log(grid[-1])) for grid in ranges]
+    start = np.log(best)
+    simplex = np.vstack([start, start + np.diag([-1.0 if s > b[1] - 1 else 1.0 for s, b in zip(start, box)])])
+    options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": NEAR, "maxfev": 300 * len(box)}
+    found = minimize(lambda v: -likelihood(np.exp(v)), start, method="Nelder-Mead", bounds=box, options=options)
+    best, value = np.exp(found.x), -float(found.fun)
+    for i in range(len(which)):
+        without = np.where(np.arange(len(best)) == i, 0.0, best)
+        if likelihood(without) > value - NEAR:
+            best, value = without, likelihood(without)
+    none = np.where(np.arange(len(best)) < len(which), 0.0, best)
+    gain, tuned = value - likelihood(none), made(best)
+    tried = np.array(ranges[: len(which)])
+    logliks = np.array([_along(likelihood, best, i, grid) for i, grid in enumerate(tried)])
+    walks = np.array([q.walk for q in tuned.plant.disturbances])
+    words = _words(est, which, walks, tuned.noise_std if noise else None, gain, len(y))
+    tuned.tuned = Tuned(walks, tuned.noise_std, math.inf, value, gain, tried, logliks, words)
+    return tuned
+
+
+def tune_window(est, y, u, time):
+    """Return the estimator with the window that predicts the next sample best: its log predictive density is highest.
+
+    Lengths grow by a tenth; around the best, each number of samples is tried. All are compared on the same samples.
+    """
+    first = int(SHARE * len(y))
+    logliks: dict[int, float] = {}
+
+    def made(length):
+        return type(est)(**{**est.options, "window": length * est.dt})
+
+    def likelihood(length):
+        if length not in logliks:
+            trace = made(length).scan(y, u, time=time, keep="innovations")
+            e, T = trace.innovation[first:], trace.variance[first:]
+            known = ~np.isnan(e)
+            logliks[length] = float(-0.5 * np.sum(np.log(2 * math.pi * T[known]) + e[known] ** 2 / T[known]))
+        return logliks[length]
+
+    length = best = shortest = _shortest(made, est.plant.m, first)
+    while length <= min(first, FAR * best):
+        best = max(best, length, key=likelihood)
+        length = max(length + 1, round(LONGER * length))
+    near = range(max(shortest, int(best / LONGER)), min(first, math.ceil(best * LONGER)) + 1)
+    best = max((*near, best), key=likelihood)
+    tried = np.array(sorted(logliks))
+    values, tuned = np.array([logliks[n] for n in tried]), made(best)
+    gain = logliks[best] - logliks[shortest]
+    at_end = {
+        shortest: "; it is the shortest that tells the unknowns apart",
+        int(tried[-1]): "; it is the longest tried, the record is short for it",
+    }
+    words = (
+        f"A window of {tuned.window:.4g} s, {best} samples, predicts the next of {len(y) - first} samples best"
+        f"{at_end.get(best, '')}. Lengths from {shortest} to {tried[-1]} were tried."
+    )
+    walks = np.zeros(len(est.plant.disturbances))
+    tuned.tuned = Tuned(
+        walks, est.noise_std, tuned.window, logliks[best], gain, tried[None] * est.dt, values[None], words
+    )
+    return tuned
+
+
+def _shortest(made, least, most) -> int:
+    """Return the smallest number of samples that makes a window."""
+    for length in range(least + 1, most):
+        try:
+            made(length)
+        except InputError:
+            continue
+        return length
+    raise InputError(
+        f"the record is too short to tune a window: a quarter of it, {most} samples, tells no unknowns apart"
+    )
+
+
+def _along(likelihood, best, i, grid):
+    """Return the likelihoods along one axis through ``best``."""
+    return [likelihood(np.where(np.arange(len(best)) == i, value, best)) for value in grid]
+
+
+def _range(est, i, seconds) -> np.ndarray:
+    """Return walks of one disturbance, from one that the record cannot show to one that outweighs the noise at once."""
+    others = [q._replace(walk=float(j == i)) for j, q in enumerate(est.plant.disturbances)]
+    system = type(est.plant)(est.plant.plant, others)
+    growth = max(float(system.modes.real.max()), 0.0)
+    horizon = min(seconds, 3.0 / growth) if growth > 0 else seconds
+    reach = [np.sqrt(np.diag(system.H @ system.noise(t) @ system.H.T)) / est.noise_std for t in (horizon, est.dt)]
+    low, high = LITTLE / reach[0].max(), MUCH / reach[1].max()
+    return np.geomspace(low, high, max(int(PER_DECADE * math.log10(high / low)) + 1, 2))
+
+
+def _words(est, which, walks, noise_std, gain, samples) -> str:
+    names = ["the disturbance" if len(walks) == 1 else f"disturbance {i}" for i in range(len(walks))]
+    moving = [f"{names[i]} walks by {walks[i]:.3g} in one second" for i in which if walks[i] > 0]
+    still = [names[i] for i in which if walks[i] == 0]
+    parts = ["; ".join(moving)] if moving else []
+    parts += [f"{' and '.join(still)}: the walk is at its lower limit, the record shows none"] if still else []
+    parts += [f"noise deviation {', '.join(f'{s:.3g}' for s in noise_std)}"] if noise_std is not None else []
+    text = ". ".join(p[0].upper() + p[1:] for p in parts)
+    return f"{text}. The log-likelihood of {samples} samples is {gain:.4g} higher than without any walk."
