@@ -13,7 +13,7 @@ from . import verdicts as v
 
 PARTS = (
     "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "recursive", "memories",
-    "detectors", "evidence", "startup", "lengths",
+    "detectors", "observers", "evidence", "startup", "lengths",
 )  # fmt: skip
 
 

@@ -108,7 +108,7 @@ def test_golden_irregular_and_missing():
 
 
 def _everything():
-    """A plant with an unstable mode, two inputs and outputs, direct terms; a soft and a left-out disturbance."""
+    """A plant with an unstable mode, two inputs and outputs, direct terms; disturbances with a prior and without."""
     A = [[0, 1, 0, 0], [-4, -0.6, 0.3, 0], [0, 0, -30, 2], [0.2, 0, 0, 4]]
     B, C, D = [[0, 0], [1, 0], [0, 5], [0.5, 1]], [[1, 0, 0.5, 0], [0, 0, 1, 1]], [[0.5, 0], [0, 2]]
     disturbances = (
@@ -175,6 +175,26 @@ def test_prediction_is_that_of_the_window_before():
     assert np.array_equal(trace.innovation[-1], y[-1] - trace.prediction[-1])
 
 
+def test_prior_of_zero_leaves_out():
+    """All of a disturbance; or the slope of a ramp, which is then a constant."""
+    plant, _ = _everything()
+    rng = np.random.default_rng(8)
+    t, y, u = np.cumsum(rng.exponential(0.05, 60)), rng.standard_normal((60, 2)), rng.standard_normal((60, 2))
+    found = []
+    for q in (
+        [dw.Polynomial([0, 1, 0, 0], 2.0)],
+        [dw.Polynomial([0, 1, 0, 0], (2.0, 0.0), degree=1)],
+        [dw.Polynomial([0, 1, 0, 0], 2.0), dw.Sinusoid(9.0, [0, 0, 0, 1], 0.0)],
+    ):
+        options = dict(noise_std=[0.1, 0.3], disturbances=q, hold="foh", dt=0.05, irregular=True)
+        trace = dw.WindowObserver(plant, 1.0, **options).scan(y, u, time=t)
+        assert np.all(trace.std[-1, 5:] == 0)
+        assert np.all(trace.estimates[-1, 5:] == 0)
+        found.append(np.concatenate([trace.estimates[30:, :5], trace.std[30:, :5]]))
+    assert np.allclose(found[0], found[1], rtol=1e-8, atol=1e-10)
+    assert np.allclose(found[0], found[2], rtol=1e-8, atol=1e-10)
+
+
 @pytest.mark.parametrize("stamped", [False, True])
 def test_regular_samples_give_what_fixed_gains_give(stamped):
     """Every sample after filling; and with a clock of rounded instants, the same samples in the window."""
@@ -195,6 +215,7 @@ def test_regular_samples_give_what_fixed_gains_give(stamped):
         expected += np.einsum("mlk,lk->m", design.input_gains, u[part])
         assert np.all(abs(trace.estimates[i] - expected) < 6e-9 * design.std)
     assert np.allclose(trace.std[samples - 1 :], design.std, rtol=1e-8)
+    assert trace.state["queue"][3] == 1e-3, "intervals equal but for rounding are not found once"
 
 
 # --- exact, honest, for ever -------------------------------------------------------------------------------
@@ -324,6 +345,16 @@ def test_bad_sizes_of_the_window_are_refused():
 
 def test_laws():
     dw.check_estimator(_small())
+
+
+def test_samples_without_an_instant_are_one_dt_apart_however_late():
+    est = _small()
+    state = est.scan(np.sin(np.arange(20)), np.ones(20)).state
+    late = state.copy()
+    late["time"] += 1e9
+    y = np.cos(np.arange(20))
+    soon, then = est.scan(y, np.ones(20), state=state), est.scan(y, np.ones(20), state=late)
+    assert np.allclose(soon.estimates, then.estimates, rtol=1e-12)
 
 
 def test_clock_of_large_numbers():

@@ -62,6 +62,14 @@ def run(
         str | None,
         typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or ISO 8601 stamps."),
     ] = None,
+    plant: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="The plant is known: a TOML file with its matrices, disturbances and derived outputs. Its state, the "
+            "disturbances and what is derived of them are estimated; several --output may be given.",
+        ),
+    ] = None,
     order: Annotated[
         str,
         typer.Option(
@@ -162,15 +170,35 @@ def run(
     and prints what the plant is and how far it can be trusted. Empty cells are missing samples, not errors.
 
     Examples: driftwise run plant.csv --output temperature --input heater --order 2 --report report.html;
-    driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000
+    driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000;
+    driftwise run motor.csv -o angle -i voltage -t t --plant motor.toml --report report.html
     """
     from driftwise.edge.options import Plan
     from driftwise.edge.runner import execute
 
+    if plant is not None:
+        from driftwise.edge.observe import Observation
+        from driftwise.edge.observe import execute as observe
+
+        given = {
+            "--order": str(order) != "2", "--orders": orders, "--noise": noise != "equation-error", "--model": model,
+            "--memory": memory, "--jumps": jumps, "--smooth": smooth, "--gate": gate, "--direct": direct,
+            "--center": center != "mean",
+        }  # fmt: skip
+        wrong = [name for name, is_given in given.items() if is_given]
+        if wrong:
+            raise CommandError(f"{', '.join(wrong)}: with --plant the plant is known, and nothing of it is estimated.")
+        observe(
+            Observation(
+                plant, file, tuple(output), tuple(input or ()), time, dt, save, report, json, chunk, start, stop
+            )
+        )
+        return
     if len(output) > 1:
         raise CommandError(
             f"--output was given {len(output)} times ({', '.join(output)}), and one output is estimated at a time: run "
-            "once for each, the other perhaps as an --input. Together: driftwise.ARX or driftwise.Joint, in Python."
+            "once for each, the other perhaps as an --input. Together: driftwise.ARX or driftwise.Joint, in Python, or "
+            "an observer of a known plant (--plant)."
         )
     execute(
         Plan(

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from driftwise.edge import report_dynamics as parts_of
 from driftwise.edge import report_page as html
+from driftwise.edge import report_parts as common
 from driftwise.edge.figure import LINES_SHOWN, changes
-from driftwise.edge.wording import fixed, interval, near_one, number, plus_minus
+from driftwise.edge.wording import interval, number, plus_minus
 from driftwise.errors import InputError
 
 __all__ = ["write"]
 
-EVENTS_SHOWN = 200
 STATES_SHOWN = 6
 
 
@@ -58,7 +58,7 @@ def write(
 
         study = made(trace.estimator, summary.state, trace.y, trace.u)
 
-    figures = {"output": draw.output(trace, labels, _chosen(events))}
+    figures = {"output": draw.output(trace, labels, common.chosen(events))}
     span = figures["output"].x_range
     if getattr(trace, "keep", "std") != "innovations":
         figures |= {f"parameter{j}": f for j, f in enumerate(draw.parameters(trace, span, smoothed, marks))}
@@ -85,19 +85,19 @@ def write(
             "Each sample is predicted from the ones before it; the band should hold 95 % of them. Drag to "
             "pan, "
             "scroll to zoom: all time axes move together.",
-            _plot(parts["output"]),
+            common.plot(parts["output"]),
         ),
         html.section(
             "parameters",
             "Parameters",
             f"Model: {_equation(trace)}. {_bands(smoothed, summary)}",
             _parameter_table(summary),
-            *_grid([part for name, part in parts.items() if name.startswith("parameter")]),
+            *common.grid([part for name, part in parts.items() if name.startswith("parameter")]),
             parts_of.hindsight(smoothed),
             parts_of.drift(summary.drift),
         ),
         _states(parts, smoothed),
-        parts_of.memory([_plot(parts[f"adaptation{j}"]) for j in range(len(adapts))], trace.estimator),
+        parts_of.memory([common.plot(parts[f"adaptation{j}"]) for j in range(len(adapts))], trace.estimator),
         "" if orders is None else parts_of.order_evidence(orders, parts["orders"]),
         '<div class="pair">',
         parts_of.roots(summary, trace.dt, parts["poles"] + parts.get("closeup", "")) if "poles" in parts else "",
@@ -107,12 +107,12 @@ def write(
             "innovations",
             "Innovations: what could not be predicted",
             "Divided by the standard deviation the estimator itself predicted. Their mean square (NIS) is "
-            f"{_nis_words(summary.nis_interval)} Shaded: two sigma.",
-            _plot(parts["innovations"]),
+            f"{common.nis_words(summary.nis_interval)} Shaded: two sigma.",
+            common.plot(parts["innovations"]),
         ),
         '<div class="pair">',
-        html.section("whiteness", "Is anything predictable left?", _white_words(summary), _plot(parts["acf"])),
-        html.section("events", "Events", _event_words(events), _event_table(events)),
+        html.section("whiteness", "Is anything predictable left?", _white_words(summary), common.plot(parts["acf"])),
+        html.section("events", "Events", common.event_words(events), common.event_table(events)),
         "</div>",
     ]
     text = html.page(
@@ -130,10 +130,6 @@ def write(
     return path
 
 
-def _plot(div: str) -> str:
-    return f'<div class="plot">{div}</div>'
-
-
 def _facts(trace, summary) -> str:
     inputs = 0 if trace.u is None else (1 if trace.u.ndim == 1 else trace.u.shape[1])
     known = {0: "no input", 1: "one input"}.get(inputs, f"{inputs} inputs")
@@ -147,25 +143,22 @@ def _facts(trace, summary) -> str:
 
 
 def _cards(summary) -> list[str]:
-    white, nis, coverage = summary.whiteness, float(summary.nis), float(summary.coverage)
+    white = summary.whiteness
     lost = summary.missing_outputs + summary.missing_inputs
     p_value = "too short to tell" if white.p_value != white.p_value else f"Ljung-Box p = {white.p_value:.2g}"
-    size = _grade(0.8 <= nis <= 1.25, 0.5 <= nis <= 2)
-    held = _grade(0.92 <= coverage <= 0.975, coverage >= 0.85)
     found = summary.happened["outliers"][0]
     unused = f"{lost} missing, {summary.rejected + found} outliers, {summary.bad_values} unreadable"
+    fit, nis, held = common.fit_cards(summary)
     return [
-        html.card("One-step fit", fixed(summary.fit, 1), "100 = perfect, 0 = no better than the mean", unit="%"),
+        fit,
         html.card("Noise (std)", number(summary.noise_std, 3), f"one-step error {number(summary.rmse, 3)} rms"),
-        html.card("NIS", fixed(nis, 2), _expected(summary.nis_interval), size),
-        html.card("Held by 95 % bands", fixed(100 * coverage, 1), "should be about 95", held, "%"),
-        html.card("Innovations", "white" if white.is_white else "not white", p_value, _grade(white.is_white, True)),
+        nis,
+        held,
+        html.card(
+            "Innovations", "white" if white.is_white else "not white", p_value, common.grade(white.is_white, True)
+        ),
         html.card("Samples unused", f"{summary.samples - summary.observed + found}", unused),
     ]
-
-
-def _grade(good: bool, fair: bool) -> str:
-    return "good" if good else "warn" if fair else "bad"
 
 
 def _equation(trace) -> str:
@@ -208,18 +201,6 @@ def _parameter_table(summary) -> str:
     return html.table(head, rows)
 
 
-def _grid(divs: list[str]) -> list[str]:
-    """Return the figures in a grid with the number of columns that leaves the fewest holes."""
-    if not divs:
-        return []
-    columns = len(divs) if len(divs) <= 3 else min((3, 2), key=lambda c: (-len(divs) % c, -c))
-    return [
-        f'<div class="many" style="--columns:{columns}">',
-        *[f"<div>{div}</div>" for div in divs],
-        "</div>",
-    ]
-
-
 def _bands(smoothed, summary) -> str:
     """Return how to read the panels."""
     if smoothed is None:
@@ -241,24 +222,7 @@ def _states(parts, smoothed) -> str:
         return ""
     n = smoothed.estimator.model.n
     words = f"Filtered and smoothed as above, offsets subtracted; x{n} is the measured one. Zoom in to tell them apart."
-    return html.section("states", "State", words, *_grid(divs))
-
-
-def _expected(nis) -> str:
-    if not nis.samples:
-        return "1 = error bars of the right size"
-    return f"1 = right error bars; 95 %: {near_one(nis.low, nis.high, ' to ')}"
-
-
-def _nis_words(nis) -> str:
-    if not nis.samples:
-        return "not known yet."
-    found = f"{fixed(nis.value, 3)}; under the right model it lies between {near_one(nis.low, nis.high, ' and ')} "
-    found += "in 95 of 100 records"
-    if nis.is_consistent:
-        return found + ", and so it does."
-    size = 100 * abs(nis.value**0.5 - 1)
-    return f"{found}. The error bars are {number(size, 2)} % too {'narrow' if nis.value > 1 else 'wide'}."
+    return html.section("states", "State", words, *common.grid(divs))
 
 
 def _white_words(summary) -> str:
@@ -275,27 +239,3 @@ def _white_words(summary) -> str:
     if summary.jumps and not is_white:
         verdict = "Yes: the innovations are not white; right after jumps they never are"
     return f"{verdict} (Ljung-Box {statistic:.1f} over {lags} lags, p = {p_value:.2g}). {bounds}"
-
-
-def _chosen(events) -> list:
-    """Return the events that are shown: jumps first, then the others while there is room, in order."""
-    jumps = [event for event in events if event.kind == "JUMP"][:EVENTS_SHOWN]
-    others = [event for event in events if event.kind != "JUMP"][: EVENTS_SHOWN - len(jumps)]
-    return sorted([*jumps, *others], key=lambda event: event.sample)
-
-
-def _event_words(events) -> str:
-    if not events:
-        return "Nothing to report: no sample was rejected and no guard had to act."
-    jumps = sum(event.kind == "JUMP" for event in events)
-    shown = f", {EVENTS_SHOWN} shown" if len(events) > EVENTS_SHOWN else ""
-    counted = f", the {f'{jumps} jumps' if jumps > 1 else 'jump'} of the parameters first" if jumps else ""
-    return f"{len(events)} event{'s' if len(events) > 1 else ''}{counted}{shown}."
-
-
-def _event_table(events) -> str:
-    if not events:
-        return ""
-    told = sorted(_chosen(events), key=lambda event: event.kind != "JUMP")  # jumps first
-    rows = [[event.sample, number(event.time), event.text] for event in told]
-    return html.table(["sample", "time", "what happened"], rows, text=(2,))

@@ -16,8 +16,10 @@ __all__ = [
     "legend",
     "orders",
     "output",
+    "panels",
     "parameters",
     "states",
+    "statistic",
 ]
 
 POINTS = 4000
@@ -133,7 +135,7 @@ def parameters(trace, x_range, smoothed=None, marks=()):
     stds = np.asarray(trace.parameters_std, float) if has_band else np.zeros_like(values)
     more = None if smoothed is None else (smoothed.parameters, smoothed.parameters_std)
     colors = [LINES["abcdefgh".find(name[0]) % len(LINES)] for name in trace.names]
-    return _panels(trace.time, trace.names, values, stds, more, colors, x_range, marks)
+    return panels(trace.time, trace.names, values, stds, more, colors, x_range, marks)
 
 
 def states(trace, x_range, smoothed, marks=()):
@@ -141,31 +143,42 @@ def states(trace, x_range, smoothed, marks=()):
     n = trace.estimator.model.n
     names = [f"x{n - i}" for i in range(n)]
     more = smoothed.x, smoothed.x_std
-    return _panels(trace.time, names, trace.x, trace.x_std, more, [LINES[5]] * n, x_range, marks)
+    return panels(trace.time, names, trace.x, trace.x_std, more, [LINES[5]] * n, x_range, marks)
 
 
 def adaptation(trace, x_range, marks=()):
     """Memory in samples, and the detector's statistic against its threshold where there is a detector."""
     import numpy as np
-    from bokeh.models import Span  # type: ignore[attr-defined]
 
     if trace.estimator.columns <= 5:
         return []
     found: list = []
-    columns = [("memory (samples)", trace.weight, 1)] if has_weight(trace.estimator.options.get("memory")) else []
+    if has_weight(trace.estimator.options.get("memory")):
+        found.append(_from_zero(trace.time, "memory (samples)", trace.weight, LINES[1], x_range, marks))
     if np.nanmax(trace.statistic, initial=0.0) > 0:
-        columns.append(("statistic / threshold", trace.statistic, 4))
-    for label, values, line in columns:
-        top = 1.08 * max(float(np.nanmax(values, initial=1.0)), 1.0)
-        fig = blank(185, "", label, x_range=x_range, y_range=(0.0, top))
-        i = envelope(values, POINTS)
-        fig.line(np.asarray(trace.time)[i], _single(values[i]), width=1.6, color=LINES[line])
-        found.append(fig)
-        if label.startswith("statistic"):
-            fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
-    for fig in found:
-        report_marks.lines(fig, marks)
+        found.append(statistic(trace.time, trace.statistic, x_range, marks))
     return found
+
+
+def statistic(time, values, x_range, marks=()):
+    """A detector's statistic against its threshold."""
+    from bokeh.models import Span  # type: ignore[attr-defined]
+
+    fig = _from_zero(time, "statistic / threshold", values, LINES[4], x_range, marks)
+    fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
+    return fig
+
+
+def _from_zero(time, label, values, color, x_range, marks):
+    """One column from zero upwards, with the marks of what happened."""
+    import numpy as np
+
+    top = 1.08 * max(float(np.nanmax(values, initial=1.0)), 1.0)
+    fig = blank(185, "", label, x_range=x_range, y_range=(0.0, top))
+    i = envelope(values, POINTS)
+    fig.line(np.asarray(time)[i], _single(values[i]), width=1.6, color=color)
+    report_marks.lines(fig, marks)
+    return fig
 
 
 def has_weight(memory) -> bool:
@@ -175,7 +188,7 @@ def has_weight(memory) -> bool:
     return not isinstance(memory, Walk)
 
 
-def _panels(time, names, values, stds, smoothed, colors, x_range, marks):
+def panels(time, names, values, stds, smoothed, colors, x_range, marks):
     """Columns with bands: filtered as a shaded band, smoothed (values, stds) dashed between dotted lines."""
     import numpy as np
     from bokeh.models import ColumnDataSource

@@ -90,9 +90,9 @@ def _choose(plan: Plan):
 
     evidence: Any = None
     offsets: Any = None
-    with _progress(record, "comparing orders") as advance:
+    with progress(record, "comparing orders") as advance:
         for chunk in record:
-            chunk = _window(chunk, record, plan)
+            chunk = window(chunk, record, plan)
             if not chunk.rows:
                 continue
             if evidence is None:
@@ -122,10 +122,10 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
 
     run, state = Run(evidence=evidence), None
     saver = Saver(plan.save) if plan.save else None
-    with _progress(record, "estimating") as advance:
+    with progress(record, "estimating") as advance:
         try:
             for chunk in record:
-                chunk = _window(chunk, record, plan)
+                chunk = window(chunk, record, plan)
                 if not chunk.rows:
                     continue
                 if run.estimator is None:
@@ -191,7 +191,7 @@ def _look_again(plan: Plan, run: Run) -> None:
         widen(plan.save, smoothed_columns(run.smoothed))
 
 
-def _window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
+def window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
     """Return the rows between --from and --to."""
     if plan.start is None and plan.stop is None:
         return chunk
@@ -233,7 +233,7 @@ def _time(chunk: Chunk, record: Record, dt: float):
 
 
 @contextmanager
-def _progress(record: Record, what: str):
+def progress(record: Record, what: str):
     """Show a bar on standard error while a long file is read; nothing where it is no terminal."""
     if not sys.stderr.isatty() or record.fraction == 1.0:
         yield lambda: None

@@ -88,12 +88,12 @@ class Observing(Rows):
             time = self._instants(time, len(ys), start)
             stamped = np.column_stack([us, time])
         self.drive(rows, ys[None], stamped[None], outs, self.spec, self.scratch())
-        end = rows.view(self.dtype).reshape(())
+        end, is_stamped = rows.view(self.dtype).reshape(()), time is not None
         if time is None:
             before = np.asarray(start)
             time = self.dt * np.arange(len(ys)) + (float(before["time"]) + self.dt if before["samples"] > 0 else 0.0)
         trace = ObserverTrace(self, ys, us, outs[0], keep, end, float(np.asarray(start)["observed"]), time)
-        trace.begun = np.array(start)
+        trace.begun, trace.is_stamped = np.array(start), is_stamped
         return trace
 
     def tick(self, states, y, u=None, *, time=None):

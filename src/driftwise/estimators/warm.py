@@ -7,6 +7,7 @@
 * `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`)
 * their `smooth` and `tune`, whatever the settings
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
+* `WindowObserver` on regular samples
 
 Whatever else one combines compiles when it is first used.
 """
@@ -24,6 +25,7 @@ from ..kernel import compose
 from ..memory.drift import Never, UntilJump, Walk
 from ..memory.fading import Weighted
 from ..models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
+from ..models.plant import Plant
 from .continuous.estimator import ContinuousJoint
 from .gain.estimator import AdaptiveGain
 from .hindsight.moments import Backward
@@ -33,6 +35,7 @@ from .mimo.estimator import JointMIMO
 from .polynomial.estimator import ARMAX
 from .recursive.estimator import ARX
 from .several.estimator import ARXMIMO
+from .window.estimator import WindowObserver
 
 
 def combinations() -> list[dict[str, Any]]:
@@ -70,7 +73,9 @@ def warm() -> Iterator[str]:
         yield f"{est!r}.smooth"
     memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()))
     recursive = [ARX(1, 1, memory=memory) for memory in memories]
-    for other in (JointMIMO((1, 1)), ContinuousJoint(1), *recursive, ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain()):
+    window = WindowObserver(Plant([[0.0]]), 2.0, noise_std=1.0, dt=1.0)
+    others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), window
+    for other in (*recursive, *others):
         other.drive  # noqa: B018  (compiles)
         yield repr(other)
     for task in (Forward, Disturbances, Information, Backward):

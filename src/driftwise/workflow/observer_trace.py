@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..estimators.door import floats
+from ..estimators.door import count, floats
 from ..kernel.status import MEANING, Status
 from .events import Event, runs
 from .trace import Trace
@@ -38,6 +38,7 @@ class ObserverTrace(Trace):
         self.y, self.u = (y[:, 0] if p == 1 and y.ndim == 2 else y).copy(), u.copy()
         self.outs, self.observed_before = outs, float(observed_before)
         self.dt, self.begun = estimator.dt, None
+        self.is_stamped = False  # whether the samples came with instants
         if time is None:
             time = float(state["time"]) - self.dt * np.arange(len(y))[::-1]
         self.time = floats("time", time)
@@ -85,7 +86,7 @@ class ObserverTrace(Trace):
         """Degrees of freedom of the prediction: infinite where the noise is known, else innovations before it."""
         if self.estimator.noise_std is not None:
             return np.full(self.prediction.shape, np.inf)
-        used = self.is_used.reshape(len(self), -1)
+        used = self.is_used.reshape(len(self), self.estimator.model.outputs)
         before = np.cumsum(used).reshape(used.shape) - used
         return np.maximum(self.observed_before + before, 1.0).reshape(self.prediction.shape)
 
@@ -151,12 +152,12 @@ class ObserverTrace(Trace):
         """Return the columns by name, under the plant's own names; with several outputs prediction.name and so on."""
         form = self.estimator.model
         table = {"time": self.time}
-        table |= dict(zip(form.output_names, self.y.reshape(len(self), -1).T))
+        table |= dict(zip(form.output_names, self.y.reshape(len(self), form.outputs).T))
         table |= dict(zip(form.input_names, self.u.T))
         for what in ("prediction", "innovation", "variance", "status"):
             column = getattr(self, what)
             ends = [""] if column.ndim == 1 else [f".{name}" for name in form.output_names]
-            table |= {f"{what}{end}": c for end, c in zip(ends, column.reshape(len(self), -1).T)}
+            table |= {f"{what}{end}": c for end, c in zip(ends, column.reshape(len(self), len(form.output_names)).T)}
         table |= {"statistic": self.statistic, "ready": self.ready}
         names = self.state_names + self.names
         if self.keep != "innovations":
@@ -169,14 +170,14 @@ class ObserverTrace(Trace):
 
     def events(self, limit: int = 10_000) -> list[Event]:
         """Return when it became ready and when it no longer was, alarms, and what was missing, in order."""
-        many = self.status.ndim == 2
-        shared, each = self.status[:, 0] if many else self.status, self.status.reshape(len(self), -1).T
+        names = self.estimator.model.output_names
+        each, many = self.status.reshape(len(self), len(names)).T, len(names) > 1
         found = self._turns() + self.jumps(limit)
         for bit, text in MEANING.items():
             if bit in (Status.JUMP, Status.NOT_READY):
                 continue
-            for i, status in enumerate(each if bit in OF_OUTPUTS else [shared]):
-                name = f"{self.estimator.model.output_names[i]}: " if many and bit in OF_OUTPUTS else ""
+            for i, status in enumerate(each if bit in OF_OUTPUTS else each[:1]):
+                name = f"{names[i]}: " if many and bit in OF_OUTPUTS else ""
                 for k, end in runs(status, bit)[:limit].tolist():
                     more = f" ({end - k + 1} samples)" if end > k else ""
                     found.append(Event(k, float(self.time[k]), str(bit.name), name + text + more))
@@ -198,8 +199,8 @@ class ObserverTrace(Trace):
 
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm of the detector."""
-        status, statistic = self.status.reshape(len(self), -1)[:, 0], self.statistic
-        where = np.flatnonzero(status & int(Status.JUMP))[:limit].tolist()
+        first = self.status.reshape(len(self), self.estimator.model.outputs)[:, 0]
+        where, statistic = np.flatnonzero(first & int(Status.JUMP))[:limit].tolist(), self.statistic
         text = "jump: the innovations no longer fit the plant (statistic {:.2f} times its threshold)"
         kind = str(Status.JUMP.name)
         return [Event(k, float(self.time[k]), kind, text.format(statistic[k]), float(statistic[k]), k) for k in where]
@@ -221,13 +222,32 @@ class ObserverTrace(Trace):
 
         return plot(self, **options)
 
+    def state_before(self, sample: int):
+        """Return the state just before a sample, bit for bit as it was: replay an event from there."""
+        if self.begun is None or not self.is_stamped:
+            return super().state_before(sample)
+        at, u = slice(count("sample", sample)), self.u if self.u.shape[1] else None
+        rest = dict(time=self.time[at], state=self.begun, keep="innovations")
+        return self.estimator.scan(self.y[at], None if u is None else u[at], **rest).state
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Refuse: an observer's trace keeps deviations."""
+        raise InputError("an observer's trace keeps deviations (std), not covariances")
+
+    def what_changed(self, event, samples: int = 100):
+        """Refuse: it asks which parameter changed."""
+        raise InputError("what_changed is about parameters, and an observer's plant is given")
+
     def model(self, at: int = -1) -> Any:
         """Refuse: the plant is what the observer was given."""
         raise InputError("an observer estimates no model: its plant is trace.estimator.plant")
 
     def report(self, path, **options) -> Any:
-        """Refuse: the page is about parameters; `plot` and `to_frame` keep what an observer says."""
-        raise InputError("report() is about parameters that are estimated; use plot(), to_frame() or events()")
+        """Write one self-contained HTML page that opens without a network."""
+        from ..edge.report_observer import write
+
+        return write(self, path, **options)
 
     @classmethod
     def load(cls, path) -> ObserverTrace:

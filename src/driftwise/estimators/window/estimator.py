@@ -17,6 +17,7 @@ from ...models.scale import KnownScale, UnknownScale
 from .. import door
 from ..observing import Observed, Observing, check_hold
 from ..policies import resolve_detector
+from . import fir, growing, queue
 from .row import common_fields
 from .tuning import tune_walks, tune_window
 
@@ -28,7 +29,8 @@ class WindowObserver(Observing):
 
     The plant is augmented by the disturbances, z = [x; q], and z at the newest sample is estimated by least squares
     from the samples of the window alone: unbiased, of least variance, forgetting all that is older. It needs no gain,
-    no initial state and no derivative, with any number of inputs and outputs.
+    no initial state and no derivative, with any number of inputs and outputs. A full window of L samples costs
+    m L (p + k) products, one with samples missing some sixty times that.
 
     Parameters
     ----------
@@ -46,8 +48,9 @@ class WindowObserver(Observing):
     dt : float
         Seconds between samples; the typical ones where ``irregular``.
     irregular : bool
-        Samples come at instants of their own (``time=``). A sample is in the window while it is at most
-        ``window`` seconds minus one ``dt`` old, which on regular samples keeps the same ones.
+        Samples come at instants of their own (``time=``). A sample is in the window while it is less than
+        ``window`` seconds old (rounded to whole dt), which on regular samples keeps the same ones. A gap as long
+        empties it.
     capacity : int
         Most samples an irregular window holds; beyond, the oldest leaves early. Default 1.5 window/dt + 1.
     tolerance : float, (n,) or (m,), optional
@@ -59,6 +62,13 @@ class WindowObserver(Observing):
         Watches the innovations. An alarm is told (JUMP); the window forgets by itself.
     x0, x_std : (n,) and number or (n,)
         Prior of the first state; with an infinite window only.
+
+    Attributes
+    ----------
+    plant : Augmented
+        A, B, H, D, names and priors of z.
+    design : Design
+        Of a finite window of regular samples: ``std`` of z, ``condition``, ``gains`` and ``input_gains``.
 
     Raises
     ------
@@ -77,12 +87,12 @@ class WindowObserver(Observing):
     --------
     >>> import numpy as np, driftwise as dw
     >>> t = np.arange(200) * 0.01
-    >>> y = np.sin(t) + 0.01 * np.random.default_rng(0).standard_normal(200)
+    >>> y = t**2 / 2 + 0.01 * np.random.default_rng(0).standard_normal(200)
     >>> cart = dw.Plant([[0, 1], [0, 0]], states=("position", "speed"))
-    >>> est = dw.WindowObserver(cart, 0.5, noise_std=0.01, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.01)
-    >>> trace = est.scan(y)
-    >>> trace.names, trace.x[-1].round(2), trace.x_std[-1].round(3)
-    (['q'], array([ 0.92, -0.39]), array([0.004, 0.046]))
+    >>> push = dw.Polynomial([0, 1], np.inf, name="push")
+    >>> trace = dw.WindowObserver(cart, 1.0, noise_std=0.01, disturbances=push, dt=0.01).scan(y)
+    >>> [f"{name} {trace.of(name)[0][-1]:.2f} +- {trace.of(name)[1][-1]:.2f}" for name in ("speed", "push")]
+    ['speed 1.99 +- 0.01', 'push 1.00 +- 0.03']
     """
 
     def __init__(
@@ -144,12 +154,7 @@ class WindowObserver(Observing):
 
     def _build(self) -> tuple[Any, Any]:
         """Return the module of the form, and the form."""
-        if self.is_growing:
-            from . import growing as module
-        elif self.irregular:
-            from . import queue as module
-        else:
-            from . import fir as module
+        module: Any = growing if self.is_growing else queue if self.irregular else fir
         return module, module.build(self, self._common)
 
     def _refuse_what_the_form_ignores(self):

@@ -6,19 +6,19 @@
 Each sample lies in the ring twice, L places apart, so that the window is always one piece, its oldest sample first.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 
 from ...errors import InputError
-from ...kernel.compose import Vector, advance, kernel, open_row, open_work, rare
+from ...kernel.compose import Vector, advance, kernel, open_row, open_work
 from ..gain.step import take_inputs
-from .gains import WORST, Design, require_usable
+from .gains import Design, require_usable
+from .partial import AT, FILLED, GAPS, solve
 from .row import DETERMINED, HEAD, along, elapse, observe, report
 
-AT, FILLED, GAPS = range(3)  # own numbers: place in the ring, samples in it, outputs missing among them
+BY_GAINS, BY_ROWS = 2.0, 1.0  # how z was determined
 
 
 class Fir(NamedTuple):
@@ -46,8 +46,8 @@ class Fir(NamedTuple):
     Phi: Vector  # (m, m)
     G0: Vector  # (m, k)
     G1: Vector  # (m, k)
-    HPhi: Vector  # (p, m)
-    design: Vector  # (L, p, w): row i of what is bounded forwards from the start, L-1-i backwards from the end
+    outlook: Vector  # (N + p, m): z, derived outputs, and the outputs a sample ahead, of z
+    design: Vector  # (p, w, L): rows of the window, whitened; what is bounded forwards by its place from the start
     ends: Vector  # (L, m, bounded): what that makes of z, i samples on
     Tb: Vector  # (m, w - bounded)
     prior: Vector  # (w, w): triangle of the prior's rows
@@ -82,14 +82,14 @@ class Work(NamedTuple):
     z: np.ndarray  # prediction
     ahead: np.ndarray
     y: np.ndarray
-    spare: np.ndarray  # (m,)
-    R: np.ndarray  # (w, w) triangle
-    w: np.ndarray  # its right-hand side, and the solution
+    w: np.ndarray  # unknowns of a window
     row: np.ndarray  # (w,)
-    end: np.ndarray  # (m, w): z of w
+    end: np.ndarray  # (m w): z of w
     a: np.ndarray  # forced response (s,), and the next
-    a2: np.ndarray
-    b: np.ndarray  # (L, b)
+    next: np.ndarray
+    b: np.ndarray  # (L b)
+    M: np.ndarray  # (w + 1, w + L p): rows of a window, and their right-hand side, transposed
+    X: np.ndarray  # (w, w)
 
 
 def build(est, common) -> Fir:
@@ -108,13 +108,14 @@ def build(est, common) -> Fir:
     prior = np.zeros((w, w))
     triangle = np.linalg.qr(design.prior, mode="r")
     prior[: len(triangle)] = triangle
+    outlook = np.vstack([np.eye(m), est.derived_rows, system.H @ Phi])
+    spread, N = np.linalg.norm(outlook @ C, axis=1), m + len(est.derived_rows)
     est.design = design
     return Fir(
         **common, length=L, unknowns=w, bounded=design.ends.shape[2], gains=gains.ravel(),
-        std=np.linalg.norm(np.vstack([C, est.derived_rows @ C]), axis=1),
-        ahead=np.linalg.norm(system.H @ Phi @ C, axis=1) ** 2 + common["r"],
-        Phi=Phi.ravel(), G0=G0.ravel(), G1=G1.ravel(), HPhi=(system.H @ Phi).ravel(),
-        design=design.rows.ravel(), ends=design.ends.ravel(), Tb=frame.Tb.ravel(), prior=prior.ravel(),
+        std=spread[:N], ahead=spread[N:] ** 2 + common["r"], Phi=Phi.ravel(), G0=G0.ravel(), G1=G1.ravel(),
+        outlook=outlook.ravel(), design=design.rows.transpose(1, 2, 0).ravel(), ends=design.ends.ravel(),
+        Tb=frame.Tb.ravel(), prior=prior.ravel(),
         Ta=frame.Ta.ravel(), Pa=expm(frame.Aa * dt).ravel(), Ga0=(frame.to_a @ G0).ravel(),
         Ga1=(frame.to_a @ G1).ravel(), HTa=(system.H @ frame.Ta).ravel(), Pb=expm(-frame.Ab * dt).ravel(),
         Gb0=(frame.to_b @ G0).ravel(), Gb1=(frame.to_b @ G1).ravel(), HTb=(system.H @ frame.Tb).ravel(),
@@ -127,16 +128,11 @@ def fields(form) -> list[tuple]:
     return [("own", "f8", (3,)), ("ring", "f8", (2 * L * (p + k),)), ("there", "f8", (L * p,))]
 
 
-def _sizes(form) -> tuple[int, int, int]:
-    """Return the unknowns, and those of the forced response bounded forwards and backwards."""
-    m = int(form.m)
-    return int(form.unknowns), len(form.Ta) // m, len(form.Tb) // m
-
-
 def scratch_size(form) -> int:
     """Return how many numbers `Work` takes."""
-    (w, s, b), m, p = _sizes(form), int(form.m), int(form.outputs)
-    return 2 * m + 2 * p + w * w + 2 * w + m * w + 2 * s + int(form.length) * b
+    m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
+    s, b = len(form.Ta) // m, len(form.Tb) // m
+    return m + 2 * p + 2 * w + m * w + 2 * s + L * b + (w + 1) * (w + L * p) + w * w
 
 
 @open_row.on(Fir)
@@ -161,21 +157,22 @@ HEAD_SIZE = len(HEAD)
 
 @open_work.on(Fir)
 def _(form, scratch):
-    m, p, w = int(form.m), int(form.outputs), int(form.unknowns)
-    s = form.Ta.size // m
+    m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
+    s, n = form.Ta.size // m, form.Tb.size // m
     ahead = m
     y = ahead + p
-    spare = y + p
-    R = spare + m
-    v = R + w * w
+    v = y + p
     row = v + w
     end = row + w
     a = end + m * w
-    a2 = a + s
-    b = a2 + s
+    more = a + s
+    b = more + s
+    M = b + L * n
+    X = M + (w + 1) * (w + L * p)
     return Work(
-        scratch[:ahead], scratch[ahead:y], scratch[y:spare], scratch[spare:R], scratch[R:v], scratch[v:row],
-        scratch[row:end], scratch[end:a], scratch[a:a2], scratch[a2:b], scratch[b:],
+        scratch[:ahead], scratch[ahead:y], scratch[y:v], scratch[v:row], scratch[row:end], scratch[end:a],
+        scratch[a:more], scratch[more:b], scratch[b:M], scratch[M:X].reshape(w + 1, w + L * p),
+        scratch[X : X + w * w].reshape(w, w),
     )  # fmt: skip
 
 
@@ -230,145 +227,6 @@ def convolve(form, state):
             state.z[i + 1] = b + d
 
 
-@kernel
-def rotate_in(R, v, row, y):
-    """Rotate the row (and its right-hand side y) into the triangle R (Givens); the row is destroyed."""
-    w = row.size
-    for j in range(w):
-        if row[j] == 0.0:
-            continue
-        r = math.hypot(R[j * w + j], row[j])
-        c, s = R[j * w + j] / r, row[j] / r
-        R[j * w + j] = r
-        for i in range(j + 1, w):
-            R[j * w + i], row[i] = c * R[j * w + i] + s * row[i], c * row[i] - s * R[j * w + i]
-        v[j], y = c * v[j] + s * y, c * y - s * v[j]
-
-
-@kernel
-def solve_up(R, v):
-    """v <- R^-1 v; return whether R has all the digits that takes."""
-    w = v.size
-    for j in range(w):
-        most = 0.0
-        for i in range(j + 1):
-            most = max(most, abs(R[i * w + j]))
-        if not abs(R[j * w + j]) * WORST > most:
-            return False
-    for j in range(w - 1, -1, -1):
-        for i in range(j + 1, w):
-            v[j] -= R[j * w + i] * v[i]
-        v[j] /= R[j * w + j]
-    return True
-
-
-@kernel
-def spread(R, row):
-    """Return the variance of row' w, w of the information R' R; the row is overwritten by R'^-1 row."""
-    w, total = row.size, 0.0
-    for j in range(w):
-        for i in range(j):
-            row[j] -= R[i * w + j] * row[i]
-        row[j] /= R[j * w + j]
-        total += row[j] * row[j]
-    return total
-
-
-@kernel
-def force_backwards(form, state, work, first, count):
-    """Fill work.b with what the inputs of the window make of b, which is zero at its end."""
-    k, p = state.held.size, work.y.size
-    n, q = form.Tb.size // state.z.size, p + k
-    b = work.b
-    for j in range(n):
-        b[(count - 1) * n + j] = 0.0
-    for i in range(count - 2, -1, -1):
-        for j in range(n):
-            total = b[(i + 1) * n + j]
-            for l in range(k):
-                total -= form.Gb0[j * k + l] * state.ring[(first + i) * q + p + l]
-                total -= form.Gb1[j * k + l] * state.ring[(first + i + 1) * q + p + l]
-            work.row[j] = total
-        for j in range(n):
-            b[i * n + j] = 0.0
-            for l in range(n):
-                b[i * n + j] += form.Pb[j * n + l] * work.row[l]
-
-
-@kernel
-def force_on(form, state, work, at):
-    """work.a <- Pa a + Ga0 u + Ga1 u+, from the ring's place ``at`` to the next."""
-    k, p, s = state.held.size, work.y.size, work.a.size
-    u = at * (p + k) + p
-    for j in range(s):
-        total = along(form.Pa, j * s, work.a)
-        for l in range(k):
-            total += form.Ga0[j * k + l] * state.ring[u + l] + form.Ga1[j * k + l] * state.ring[u + p + k + l]
-        work.a2[j] = total
-    for j in range(s):
-        work.a[j] = work.a2[j]
-
-
-@rare
-def solve(form, state, work):
-    """Estimate from the outputs at hand by QR: state.z, its deviations, and the variance of the next prediction."""
-    m, k, p, w = state.z.size, state.held.size, work.y.size, work.w.size
-    L, count, q, bounded = int(form.length), int(state.own[FILLED]), p + k, int(form.bounded)
-    n = w - bounded
-    first = int(state.own[AT]) + L - count  # of the window, in the ring
-    for i in range(w * w):
-        work.R[i] = form.prior[i]
-    for i in range(w):
-        work.w[i] = 0.0
-    for j in range(work.a.size):
-        work.a[j] = 0.0
-    if n > 0:
-        force_backwards(form, state, work, first, count)
-    for i in range(count):
-        place = first + i
-        if i > 0 and k > 0:
-            force_on(form, state, work, place - 1)
-        for o in range(p):
-            if state.there[(place % L) * p + o] == 0.0:
-                continue
-            y = state.ring[place * q + o] - along(form.HTa, o * work.a.size, work.a)
-            for l in range(n):
-                y -= form.HTb[o * n + l] * work.b[i * n + l]
-            for l in range(k):
-                y -= form.D[o * k + l] * state.ring[place * q + p + l]
-            for j in range(w):
-                work.row[j] = form.design[((i if j < bounded else L - count + i) * p + o) * w + j]
-            rotate_in(work.R, work.w, work.row, y / math.sqrt(form.r[o]))
-    if not solve_up(work.R, work.w):
-        return False
-    for i in range(m):
-        for j in range(w):
-            is_first = j < bounded
-            at = ((count - 1) * m + i) * bounded + j if is_first else i * n + j - bounded
-            work.end[i * w + j] = form.ends[at] if is_first else form.Tb[at]
-        state.z[i] = along(work.end, i * w, work.w) + along(form.Ta, i * work.a.size, work.a)
-    for i in range(m):
-        for j in range(w):
-            work.row[j] = work.end[i * w + j]
-        state.std[i] = math.sqrt(spread(work.R, work.row))
-    for i in range(m, state.std.size):
-        blend(form.rows, (i - m) * m, work.end, m, work.row)
-        state.std[i] = math.sqrt(spread(work.R, work.row))
-    for o in range(p):
-        blend(form.HPhi, o * m, work.end, m, work.row)
-        state.ahead[o] = spread(work.R, work.row) + form.r[o]
-    return True
-
-
-@kernel
-def blend(weights, at, rows, m, out):
-    """out <- weights[at : at + m] times the rows."""
-    for j in range(out.size):
-        out[j] = 0.0
-        for l in range(m):
-            out[j] += weights[at + l] * rows[l * out.size + j]
-
-
 @advance.on(Fir)
 def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     head, m, k = state.head, state.z.size, state.held.size
@@ -387,12 +245,12 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     push(form, state, work)
     if state.own[FILLED] == form.length and state.own[GAPS] == 0.0:
         convolve(form, state)
-        if head[DETERMINED] < 2.0:
+        if head[DETERMINED] < BY_GAINS:
             for i in range(state.std.size):
                 state.std[i] = form.std[i]
             for i in range(work.ahead.size):
                 state.ahead[i] = form.ahead[i]
-        head[DETERMINED] = 2.0  # by the gains
+        head[DETERMINED] = BY_GAINS
     else:
-        head[DETERMINED] = 1.0 if solve(form, state, work) else 0.0
+        head[DETERMINED] = BY_ROWS if solve(form, state, work) else 0.0
     report(form, scale, state, out, t, status, alarm)

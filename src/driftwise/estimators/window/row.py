@@ -90,7 +90,7 @@ def elapse(form, state, u, t):
         head[TIME] = 0.0 if stamp != stamp else stamp
         return 0.0
     head[TIME] = before + form.dt if stamp != stamp else max(stamp, before)
-    return head[TIME] - before
+    return form.dt if stamp != stamp else head[TIME] - before
 
 
 @kernel

@@ -25,12 +25,13 @@ def coordinates(frame, A, n):
 
     The states behind the first n (disturbances, which never grow) are the last of s, but for their units.
     """
-    V, back, s = frame.Ta, frame.to_a, frame.Ta.shape[1]
-    if s < len(A):
+    V, back, m, s = frame.Ta, frame.to_a, len(A), frame.Ta.shape[1]
+    if s < m:
         own = V[n:]
-        basis = np.vstack([null_space(own).T, own]) if len(own) else np.eye(s)
+        basis = np.vstack([null_space(own).T, own]) if m > n else np.eye(s)
         V, back = V @ np.linalg.inv(basis), basis @ back
     V, back = np.hstack([V, frame.Tb]), np.vstack([back, frame.to_b])
+    V[n:], back[s - (m - n) : s] = np.eye(m - n, m, s - (m - n)), np.eye(m - n, m, n)  # so they are, but for round-off
     _, (scale, _) = matrix_balance(back @ A @ V, permute=False, separate=True)
     return V * scale, back / scale[:, None], s
 

@@ -89,7 +89,7 @@ def tune_walks(est, y, u, time, which, noise):
     tried = np.array(ranges[: len(which)])
     logliks = np.array([_along(likelihood, best, i, grid) for i, grid in enumerate(tried)])
     walks = np.array([q.walk for q in tuned.plant.disturbances])
-    words = _words(est, which, walks, tuned.noise_std if noise else None, gain, len(y))
+    words = _words(est.plant.disturbances, which, walks, tuned.noise_std if noise else None, gain, len(y))
     tuned.tuned = Tuned(walks, tuned.noise_std, math.inf, value, gain, tried, logliks, words)
     return tuned
 
@@ -166,8 +166,8 @@ def _range(est, i, seconds) -> np.ndarray:
     return np.geomspace(low, high, max(int(PER_DECADE * math.log10(high / low)) + 1, 2))
 
 
-def _words(est, which, walks, noise_std, gain, samples) -> str:
-    names = ["the disturbance" if len(walks) == 1 else f"disturbance {i}" for i in range(len(walks))]
+def _words(given, which, walks, noise_std, gain, samples) -> str:
+    names = [q.name or ("the disturbance" if len(walks) == 1 else f"disturbance {i}") for i, q in enumerate(given)]
     moving = [f"{names[i]} walks by {walks[i]:.3g} in one second" for i in which if walks[i] > 0]
     still = [names[i] for i in which if walks[i] == 0]
     parts = ["; ".join(moving)] if moving else []

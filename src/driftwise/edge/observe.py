@@ -1,0 +1,245 @@
+"""`driftwise run --plant FILE`: a table and a known plant in; its state, disturbances and derived outputs out."""
+
+from __future__ import annotations
+
+import os
+from time import perf_counter
+from typing import Any, NamedTuple
+
+from driftwise.edge import plantfile
+from driftwise.edge.options import Plan
+from driftwise.edge.saving import Saver
+from driftwise.edge.tables import open_record
+from driftwise.edge.wording import number, plus_minus
+from driftwise.errors import CommandError, InputError
+
+__all__ = ["Observation", "execute"]
+
+UNEVEN = 1e-3  # a step that differs by this share from the usual one makes a table irregular
+TUNED = 20_000  # rows that a walk is tuned on
+KEPT = 20_000  # samples that the page is drawn from
+
+
+class Observation(NamedTuple):
+    """The options of a run of a known plant."""
+
+    plant: str
+    file: str
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    time: str | None
+    dt: float | None
+    save: str | None
+    report: str | None
+    json: str | None
+    chunk: int
+    start: float | None
+    stop: float | None
+
+
+def execute(asked: Observation) -> None:
+    """Run the observer over the table: estimate, save, report, print."""
+    from driftwise.edge.runner import NO_ROW, progress, window
+    from driftwise.workflow.observer_summary import ObserverSummary
+
+    options, tuned = plantfile.read(asked.plant, list(asked.outputs), list(asked.inputs))
+    columns = (*asked.outputs[1:], *asked.inputs)
+    plan = Plan(asked.file, asked.outputs[0], columns, asked.time, start=asked.start, stop=asked.stop, dt=asked.dt,
+                save=asked.save, report=asked.report, json=asked.json)  # fmt: skip
+    try:
+        plan.check_targets()
+    except InputError as error:
+        raise CommandError(str(error)) from None
+    begun = perf_counter()
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, asked.chunk)
+    estimator, state, said = None, None, []
+    summary: Any = None
+    keeper: Any = None
+    saver = Saver(asked.save) if asked.save else None
+    with progress(record, "estimating") as advance:
+        try:
+            for chunk in record:
+                chunk = window(chunk, record, plan)
+                if not chunk.rows:
+                    continue
+                y, u, time = _columns(asked, chunk)
+                if estimator is None:
+                    estimator, said = _estimator(asked, options, tuned, record, y, u, time)
+                    summary, keeper = ObserverSummary(estimator), Thinned()
+                stamps = time if estimator.irregular or estimator.is_growing else None
+                trace = estimator.scan(y, u, time=stamps, state=state)
+                if time is not None:
+                    trace.time = time
+                state = trace.state
+                summary.add(trace)
+                keeper.add(trace)
+                if saver:
+                    saver.add(_table(trace))
+                advance()
+        finally:
+            if saver:
+                saver.close()
+    if estimator is None:
+        raise InputError(NO_ROW.format(record.path))
+    said += [note for note in record.clock.notes() if not (estimator.irregular and "irregular" in note)]
+    title = "standard input" if asked.file == "-" else os.path.basename(asked.file)
+    if asked.report:
+        from driftwise.edge.report_observer import write
+
+        names = {
+            "outputs": [_named(record, name) for name in asked.outputs],
+            "time": _named(record, asked.time or "time"),
+        }
+        write(keeper.trace(), asked.report, summary, f"{title}: {', '.join(asked.outputs)}", names, keeper.events)
+    if asked.json:
+        _write_json(asked, estimator, summary, said)
+    if asked.json != "-":
+        _show(asked, estimator, summary, title, perf_counter() - begun, said)
+
+
+def _columns(asked, chunk):
+    """Return y, u and the time (None without one) of a chunk."""
+    import numpy as np
+
+    y = np.stack([chunk.columns[name] for name in asked.outputs], axis=1)
+    u = np.stack([chunk.columns[name] for name in asked.inputs], axis=1) if asked.inputs else None
+    return (y[:, 0] if y.shape[1] == 1 else y), u, chunk.columns[asked.time] if asked.time else None
+
+
+def _estimator(asked, options, tuned, record, y, u, time):
+    """Return the observer, its walks tuned on the first rows where that is asked for, and what to say about it."""
+    import numpy as np
+
+    import driftwise as dw
+
+    dt, said = asked.dt or record.clock.dt or 1.0, []
+    if time is not None and "irregular" not in options and len(time) > 1:
+        steps = np.diff(time)
+        if np.any(abs(steps - dt) > UNEVEN * dt):
+            options = options | {"irregular": True}
+            said.append(
+                f"steps of time lie between {number(steps.min(), 4)} and {number(steps.max(), 4)} s: irregular."
+            )
+    is_short = options["window"] == "tune"
+    if is_short:
+        options = options | {"window": len(y[:TUNED]) * dt / 4}
+    try:
+        estimator = dw.WindowObserver(dt=dt, **options)
+    except InputError as error:
+        raise CommandError(f"--plant {asked.plant}: {error}") from None
+    if tuned or is_short:
+        stamps = time[:TUNED] if time is not None and estimator.irregular else None
+        which = {} if is_short else {"which": tuned}
+        estimator = estimator.tune(y[:TUNED], None if u is None else u[:TUNED], time=stamps, **which)
+        said.append(f"by the first {len(y[:TUNED])} rows: {estimator.tuned.words}")
+    return estimator, said
+
+
+class Thinned:
+    """Every 2^k-th sample of a long run, so that never more than 20 000 are held, and its first events."""
+
+    def __init__(self):
+        self.events: list[Any] = []
+        self.samples, self.stride = 0, 1
+        self._parts: list[tuple] = []
+        self._last: Any = None
+
+    def add(self, trace) -> None:
+        """Take in the next stretch of the run."""
+        from dataclasses import replace
+
+        import numpy as np
+
+        found = trace.events(10_000 - len(self.events)) if len(self.events) < 10_000 else []
+        if self.samples and trace.ready[0] and self._last.ready[-1]:
+            found = [event for event in found if event.kind != "READY" or event.sample]
+        self.events += [replace(event, sample=event.sample + self.samples) for event in found]
+        pick = slice(-self.samples % self.stride, None, self.stride)
+        self._parts.append(tuple(column[pick].copy() for column in (trace.time, trace.y, trace.u, trace.outs)))
+        self.samples, self._last = self.samples + len(trace), trace
+        while sum(len(part[0]) for part in self._parts) > KEPT:
+            self._parts = [tuple(column[::2] for column in map(np.concatenate, zip(*self._parts)))]
+            self.stride *= 2
+
+    def trace(self):
+        """Return what was kept as a trace."""
+        import numpy as np
+
+        time, y, u, outs = map(np.concatenate, zip(*self._parts))
+        last = self._last
+        return type(last)(last.estimator, y, u, outs, last.keep, last.state, last.observed_before, time)
+
+
+def _table(trace):
+    import pyarrow as pa
+
+    return pa.table({name: pa.array(column) for name, column in trace.columns().items()})
+
+
+def _named(record, name) -> str:
+    unit = record.units.get(name)
+    return f"{name} ({unit})" if unit else name
+
+
+def _write_json(asked, estimator, summary, said) -> None:
+    import json
+    import sys
+
+    import driftwise
+
+    content = {
+        "driftwise": driftwise.__version__, "file": asked.file, "plant": asked.plant,
+        "columns": {"outputs": list(asked.outputs), "inputs": list(asked.inputs), "time": asked.time},
+        "estimator": repr(estimator), "notes": said, "summary": summary.as_dict(),
+    }  # fmt: skip
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    if asked.json == "-":
+        sys.stdout.write(text)
+        return
+    with open(asked.json, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
+def _show(asked, estimator, summary, title, taken, said) -> None:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from driftwise.edge.terminal import console
+
+    out = console()
+    window = "all samples so far" if estimator.is_growing else f"window of {number(estimator.window)} s"
+    facts = [
+        f"{summary.samples} samples",
+        f"plant {os.path.basename(asked.plant)}",
+        window,
+        f"dt {number(estimator.dt, 4)} s",
+        f"took {taken:.2f} s",
+    ]
+    out.print()
+    out.print(Text(title, style="bold"))
+    out.print(Text(" \u00b7 ".join(facts), style="dim"))
+    out.print()
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table.add_column("", header_style="dim")
+    table.add_column("last estimate", header_style="dim")
+    for name, value, std in summary.estimates:
+        table.add_row(name, plus_minus(value, std))
+    out.print(table)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for head in ("output", "one-step rms", "fit", "NIS", "in 95 % band", "missing"):
+        table.add_column(head, header_style="dim", justify="left" if head == "output" else "right")
+    for name, part in zip(asked.outputs, summary.outputs):
+        table.add_row(
+            name, number(part.rmse, 3), f"{part.fit:.1f} %", number(part.nis, 3), f"{100 * part.coverage:.1f} %",
+            str(part.missing_outputs),
+        )  # fmt: skip
+    out.print()
+    out.print(table)
+    out.print()
+    out.print(Text(summary.words))
+    for note in said:
+        out.print(Text("note: ", style="yellow") + Text(note))
+    written = [f"{what} in {path}" for what, path in
+               (("trace", asked.save), ("report", asked.report), ("results", asked.json)) if path]  # fmt: skip
+    out.print(Text(", ".join(written)) if written else Text(""))

@@ -1,0 +1,168 @@
+"""One self-contained HTML page about a run of an observer: states, disturbances, derived outputs, how well they fit."""
+
+from __future__ import annotations
+
+from math import inf
+from pathlib import Path
+
+from driftwise.edge import report_page as html
+from driftwise.edge import report_parts as common
+from driftwise.edge.figure import LINES, LINES_SHOWN, changes
+from driftwise.edge.wording import interval, number, plus_minus
+from driftwise.workflow.observer_summary import views
+
+__all__ = ["write"]
+
+OUTPUTS_SHOWN = 4
+
+
+def write(trace, path, summary=None, title=None, labels=None, events=None) -> Path:
+    """Write the page of a run and return its path.
+
+    Parameters
+    ----------
+    trace : an ObserverTrace, perhaps thinned out
+    path : file to write
+    summary : an ObserverSummary of the whole run; taken from the trace if omitted
+    title : headline of the page
+    labels : dict with "outputs" (one name with unit for each) and "time"
+    events : list of Event of the whole run; taken from the trace if omitted
+    """
+    from bokeh.embed import components
+    from bokeh.resources import Resources
+
+    from driftwise.edge import report_plots as draw
+
+    summary = summary if summary is not None else trace.summary()
+    events = list(trace.events() if events is None else events)
+    form = trace.estimator.model
+    labels = {"outputs": form.output_names, "time": "time (s)", **(labels or {})}
+    marks = changes(events, LINES_SHOWN)
+    each = views(trace)[:OUTPUTS_SHOWN]
+
+    figures: dict = {}
+    span = None
+    for i, one in enumerate(each):
+        axis = {"output": labels["outputs"][i], "time": labels["time"]}
+        figures[f"output{i}"] = fig = draw.output(one, axis, [e for e in events if e.kind != "READY"] if not i else [])
+        if span is None:
+            span = fig.x_range
+        fig.x_range = span
+    n, m, time = form.n, form.m, trace.time
+    kinds = (("state", 0, n), ("disturbance", n, m), ("derived", m, form.N))
+    names = trace.state_names + trace.names
+    for color, (kind, first, last) in enumerate(kinds):
+        if first == last:
+            continue
+        panels = draw.panels(
+            time, names[first:last], trace.estimates[:, first:last], trace.std[:, first:last], None,
+            [LINES[color % len(LINES)]] * (last - first), span, marks,
+        )  # fmt: skip
+        figures |= {f"{kind}{j}": fig for j, fig in enumerate(panels)}
+    if trace.statistic.any():
+        figures["statistic"] = draw.statistic(time, trace.statistic, span, marks)
+    for i, one in enumerate(each):
+        axis = {"output": labels["outputs"][i], "time": labels["time"]}
+        figures[f"innovation{i}"] = draw.innovations(one, axis, span)
+    script, parts = components(figures)
+
+    def of(kind):
+        return [part for name, part in parts.items() if name.rstrip("0123456789") == kind]
+
+    sections = [
+        html.section(
+            "prediction", "Measured and predicted",
+            "Each sample is predicted from the ones before it; the band should hold 95 % of them. Drag to pan, scroll "
+            "to zoom: all time axes move together.",
+            *map(common.plot, of("output")),
+        ),
+        html.section(
+            "estimates", "What is not measured",
+            f"{_known(trace)} Bands: two standard deviations; blank where no estimate was ready.",
+            _estimates(summary),
+        ),
+        _part("derived", "Derived outputs", of("derived")),
+        _part("states", "State", of("state")),
+        _part("disturbances", "Disturbances", of("disturbance")),
+        html.section(
+            "parity", "Does the plant still fit?",
+            "Two windows side by side, the older one carried forward: the squared distance of their estimates over its "
+            "threshold. Above one the plant changed, or something acts that was not stated.",
+            *map(common.plot, of("statistic")),
+        ) if "statistic" in figures else "",
+        html.section(
+            "innovations", "Innovations: what could not be predicted",
+            "Divided by the standard deviation the observer itself predicted. " + " ".join(_sizes(trace, summary)),
+            *map(common.plot, of("innovation")),
+        ),
+        html.section("events", "Events", common.event_words(events), common.event_table(events)),
+    ]  # fmt: skip
+    text = html.page(
+        title=title or "State and disturbances of a known plant",
+        facts=_facts(trace, summary),
+        lead=summary.words,
+        cards=_cards(summary),
+        sections=sections,
+        footer="Made by driftwise. The page is self-contained: nothing is loaded from the network.",
+        library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
+        script=script,
+    )
+    path = Path(path)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _part(name, title, divs) -> str:
+    return html.section(name, title, "", *common.grid(divs)) if divs else ""
+
+
+def _facts(trace, summary) -> str:
+    est = trace.estimator
+    window = getattr(est, "window", inf)
+    memory = "all samples so far" if window == inf else f"a window of {number(window)} s"
+    facts = [
+        f"{summary.samples:,} samples".replace(",", "\u2009"),
+        f"every {number(est.dt)} s" + (", irregular" if est.irregular else ""),
+        f"{est.model.m} unknowns",
+        memory,
+    ]
+    return " \u00b7 ".join(facts)
+
+
+def _known(trace) -> str:
+    """Return what was stated beforehand."""
+    est = trace.estimator
+    said = [f"The plant was given: {est.plant.n} states"]
+    for name, prior, walk in zip(est.plant.names[est.plant.n :], est.plant.prior_std[est.plant.n :], _walks(est)):
+        prior = "nothing known of it" if prior == inf else f"prior deviation {number(prior, 3)}"
+        said.append(f"{name} ({prior}{f', walks {number(walk, 3)} in a second' if walk else ''})")
+    noise = "learnt" if est.noise_std is None else ", ".join(number(value, 3) for value in est.noise_std)
+    return f"{'; '.join(said)}; noise on the measurement {noise}."
+
+
+def _walks(est):
+    return est.plant.walk[est.plant.n :]
+
+
+def _estimates(summary) -> str:
+    head = ["", "last value \u00b1 standard deviation", "within two standard deviations"]
+    return html.table(head, [[n, plus_minus(v, s), interval(v, s)] for n, v, s in summary.estimates])
+
+
+def _sizes(trace, summary) -> list[str]:
+    names = trace.estimator.model.output_names
+    return [f"{name}: their mean square (NIS) is {common.nis_words(nis)}" for name, nis in zip(names, summary.nis)]
+
+
+def _cards(summary) -> list[str]:
+    first = summary.settling
+    ready = "never" if first != first else f"{first:.3g}"
+    share = 100 * (1 - summary.ready)
+    found = [
+        html.card(
+            "First estimate after", ready, f"none in {share:.2g} % of the samples", unit="" if first != first else "s"
+        )
+    ]
+    for name, part in zip(summary.estimator.model.output_names, summary.outputs[:2]):
+        found += common.fit_cards(part, name if len(summary.outputs) > 1 else "")
+    return found
