@@ -48,9 +48,8 @@ class WindowObserver(Observing):
     dt : float
         Seconds between samples; the typical ones where ``irregular``.
     irregular : bool
-        Samples come at instants of their own (``time=``). A sample is in the window while it is less than
-        ``window`` seconds old (rounded to whole dt), which on regular samples keeps the same ones. A gap as long
-        empties it.
+        Samples come at instants of their own (``time=``). A sample is in the window while it is less
+        than round(window/dt) dt old, which on regular samples keeps the same ones; a gap as long empties it.
     capacity : int
         Most samples an irregular window holds; beyond, the oldest leaves early. Default 1.5 window/dt + 1.
     tolerance : float, (n,) or (m,), optional
