@@ -112,7 +112,8 @@ MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
 LOAD = dw.Polynomial([0, 0, 5], np.inf)
 OBSERVERS = {
     "window": dw.WindowObserver(
-        MOTOR, 0.4, noise_std=0.01, disturbances=(LOAD, dw.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02, hold="foh"
+        MOTOR, 0.4, noise_std=0.01, disturbances=(LOAD, dw.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02, hold="foh",
+        detector=dw.Parity(),
     ),
     "window, two outputs, derived, tolerance": dw.WindowObserver(
         MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), disturbances=LOAD, dt=0.02,

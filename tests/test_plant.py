@@ -22,6 +22,7 @@ def test_the_augmented_motor():
     "plant, disturbances, hidden",
     [
         (MOTOR, PAPER, []),
+        (dw.Plant([[0.0]]), (), []),
         (MOTOR._replace(C=[0, 1, 0]), PAPER[:1], [0]),
         (dw.Plant([[0, 0.2], [-10, -10]], [0, 10], [0, 1]), (dw.Polynomial([0, 10], np.inf),), [0]),
         (MOTOR, (dw.Polynomial([0, 0.2, 0], np.inf), dw.Polynomial([0, 0, 10], np.inf)), [0]),

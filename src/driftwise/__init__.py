@@ -60,6 +60,7 @@ _HOME = {
     "Alarms": "detect.alarms",
     "Monitor": "detect.monitor",
     "Gate": "detect.gate",
+    "Parity": "detect.parity",
     "design_restart": "detect.restart",
     "run_length": "detect.run_length",
     "threshold_for": "detect.run_length",
@@ -97,6 +98,8 @@ _HOME = {
     "simulate_mimo": "models.simulate_mimo",
     "check_estimator": "workflow.laws",
     "check_policy": "workflow.laws",
+    "advise": "workflow.advisor",
+    "scan_frequency": "workflow.lines",
     "sample_data": "workflow.sample",
 }
 

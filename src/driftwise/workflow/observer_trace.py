@@ -198,12 +198,19 @@ class ObserverTrace(Trace):
         ]
 
     def jumps(self, limit: int = 10_000) -> list[Event]:
-        """Return an event for each alarm of the detector."""
-        first = self.status.reshape(len(self), self.estimator.model.outputs)[:, 0]
-        where, statistic = np.flatnonzero(first & int(Status.JUMP))[:limit].tolist(), self.statistic
-        text = "jump: the innovations no longer fit the plant (statistic {:.2f} times its threshold)"
-        kind = str(Status.JUMP.name)
-        return [Event(k, float(self.time[k]), kind, text.format(statistic[k]), float(statistic[k]), k) for k in where]
+        """Return an event for each alarm of the detector; one that lasts is one."""
+        status = self.status.reshape(len(self), self.estimator.model.outputs)[:, 0]
+        statistic, kind = self.statistic, str(Status.JUMP.name)
+        what, found = "the innovations no longer fit the plant", []
+        if getattr(self.estimator, "parity", None) is not None:
+            window = self.estimator.length * self.estimator.dt
+            what = f"the last {window:g} s contradict the {window:g} s before: another plant, or another disturbance"
+        for k, end in runs(status, Status.JUMP)[:limit].tolist():
+            level = float(statistic[k : end + 1].max())
+            more = f", for {end - k + 1} samples" if end > k else ""
+            text = f"jump: {what} (statistic {level:.2f} times its threshold{more})"
+            found.append(Event(k, float(self.time[k]), kind, text, level, k))
+        return found
 
     # --- results -------------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from ..detect.gain import GainProbes, PullTest
 from ..detect.gate import Gate
 from ..detect.glr import GLR
 from ..detect.hinkley import Hinkley
+from ..detect.parity import Parity
 from ..detect.probes import ProbeBank
 from ..detect.score import Score
 from ..detect.variance import VarianceChange
@@ -68,6 +69,7 @@ KINDS = {
         Hinkley,
         Score,
         VarianceChange,
+        Parity,
         GLR,
         ProbeBank,
         GainProbes,

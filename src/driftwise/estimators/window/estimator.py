@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...detect.gate import Always
+from ...detect.parity import Parity
 from ...detect.watch import Silent
 from ...errors import InputError
 from ...kernel import compose
@@ -57,8 +58,9 @@ class WindowObserver(Observing):
         its deviation infinite, the status NOT_READY.
     derived : dict, optional
         Further outputs by name, each a row on x or z, or a pair of rows on x or z and on u.
-    detector : Hinkley, GLR or VarianceChange, optional
-        Watches the innovations. An alarm is told (JUMP); the window forgets by itself.
+    detector : Parity, Hinkley, GLR or VarianceChange, optional
+        `Parity` compares the estimates of consecutive windows of regular samples, and may empty the window. The others
+        watch the innovations: an alarm is told (JUMP), the window forgets by itself.
     x0, x_std : (n,) and number or (n,)
         Prior of the first state; with an infinite window only.
 
@@ -137,7 +139,12 @@ class WindowObserver(Observing):
         )  # fmt: skip
         self.derived_rows, self.derived_feeds = rows, feeds
         self.scale = UnknownScale(0.5, 1e-20) if noise_std is None else KnownScale()
-        kernel_detector = Silent() if detector is None else resolve_detector(detector)
+        self.parity = detector if isinstance(detector, Parity) else None
+        if self.parity is not None and (self.is_growing or self.irregular):
+            raise InputError(
+                "Parity compares two windows of regular samples: it needs a finite window and no irregular="
+            )
+        kernel_detector = Silent() if detector is None or self.parity is not None else resolve_detector(detector)
         self.tolerance = _tolerance(tolerance, system, len(more))
         self._common: dict[str, Any] = dict(
             n=n, m=m, inputs=system.inputs, outputs=p, dt=self.dt, settle=SETTLE, H=system.H.ravel(),

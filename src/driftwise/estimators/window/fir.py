@@ -15,8 +15,9 @@ from ...errors import InputError
 from ...kernel.compose import Vector, advance, kernel, open_row, open_work
 from ..gain.step import take_inputs
 from .gains import Design, require_usable
-from .partial import AT, FILLED, GAPS, solve
-from .row import DETERMINED, HEAD, along, elapse, observe, report
+from .parity import contradiction, tables
+from .partial import AT, FILLED, FORESEEN, GAPS, solve
+from .row import DETERMINED, HEAD, along, elapse, observe, products, report, unit
 
 BY_GAINS, BY_ROWS = 2.0, 1.0  # how z was determined
 
@@ -60,6 +61,11 @@ class Fir(NamedTuple):
     Gb0: Vector  # (b, k)
     Gb1: Vector  # (b, k)
     HTb: Vector  # (p, b)
+    parity: float  # threshold of the parity test; 0: none
+    restart: float  # whether an alarm of it empties the window
+    new: Vector  # (degrees or degrees + 1, m), an even number of rows: the test's white combinations of the estimate,
+    old: Vector  # (degrees, m): of what the window before predicted for the first sample of this one,
+    feed: Vector  # (degrees, L, p + k): and of the inputs between (0 for the outputs)
 
 
 class Row(NamedTuple):
@@ -74,6 +80,7 @@ class Row(NamedTuple):
     own: np.ndarray
     ring: np.ndarray  # (2 L (p + k)): y and u of each sample; 0 where y is missing
     there: np.ndarray  # (L p): 1 where y is there
+    predicted: np.ndarray  # (L m): the parity test's, z predicted for each sample by those before it
 
 
 class Work(NamedTuple):
@@ -111,6 +118,7 @@ def build(est, common) -> Fir:
     outlook = np.vstack([np.eye(m), est.derived_rows, system.H @ Phi])
     spread, N = np.linalg.norm(outlook @ C, axis=1), m + len(est.derived_rows)
     est.design = design
+    parity = tables(system, dt, L, design.noise_std, est.hold, est.parity)
     return Fir(
         **common, length=L, unknowns=w, bounded=design.ends.shape[2], gains=gains.ravel(),
         std=spread[:N], ahead=spread[N:] ** 2 + common["r"], Phi=Phi.ravel(), G0=G0.ravel(), G1=G1.ravel(),
@@ -119,13 +127,19 @@ def build(est, common) -> Fir:
         Ta=frame.Ta.ravel(), Pa=expm(frame.Aa * dt).ravel(), Ga0=(frame.to_a @ G0).ravel(),
         Ga1=(frame.to_a @ G1).ravel(), HTa=(system.H @ frame.Ta).ravel(), Pb=expm(-frame.Ab * dt).ravel(),
         Gb0=(frame.to_b @ G0).ravel(), Gb1=(frame.to_b @ G1).ravel(), HTb=(system.H @ frame.Tb).ravel(),
+        parity=parity.threshold, restart=parity.restart, new=parity.new.ravel(), old=parity.old.ravel(),
+        feed=parity.gains.ravel(),
     )  # fmt: skip
 
 
 def fields(form) -> list[tuple]:
     """Return the fields of a row that follow the common ones; the order is that of `Row`."""
     L, p, k = int(form.length), int(form.outputs), int(form.inputs)
-    return [("own", "f8", (3,)), ("ring", "f8", (2 * L * (p + k),)), ("there", "f8", (L * p,))]
+    remembered = L * int(form.m) if form.parity > 0 else 0
+    return [
+        ("own", "f8", (4,)), ("ring", "f8", (2 * L * (p + k),)), ("there", "f8", (L * p,)),
+        ("predicted", "f8", (remembered,)),
+    ]  # fmt: skip
 
 
 def scratch_size(form) -> int:
@@ -144,11 +158,12 @@ def _(form, row):
     held = ahead + p
     marks = held + k
     own = marks + int(form.marks)
-    ring = own + 3
+    ring = own + 4
     there = ring + 2 * L * (p + k)
+    predicted = there + L * p
     return Row(
         row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:own], row[own:ring],
-        row[ring:there], row[there:],
+        row[ring:there], row[there:predicted], row[predicted:],
     )  # fmt: skip
 
 
@@ -204,27 +219,25 @@ def push(form, state, work):
 
 
 @kernel
+def remember_prediction(state, work):
+    """Keep what is predicted, at the place that the sample takes in the ring, and count what full windows predict."""
+    at, m = int(state.own[AT]), state.z.size
+    state.own[FORESEEN] = state.own[FORESEEN] + 1.0 if state.head[DETERMINED] == BY_GAINS else 0.0
+    for i in range(m):
+        state.predicted[at * m + i] = work.z[i]
+
+
+@kernel
 def convolve(form, state):
-    """z <- gains times window: two rows at a time and two samples, so that four sums run side by side."""
+    """z <- gains times window."""
     m, size = state.z.size, form.gains.size // (state.z.size + state.z.size % 2)
     first = int(state.own[AT]) * (size // int(form.length))
     x = state.ring[first : first + size]
-    half = size // 2
     for i in range(0, m, 2):
-        g, h = form.gains[i * size : (i + 1) * size], form.gains[(i + 1) * size : (i + 2) * size]
-        a = b = c = d = 0.0
-        for j in range(half):
-            even, odd = x[2 * j], x[2 * j + 1]
-            a += g[2 * j] * even
-            b += h[2 * j] * even
-            c += g[2 * j + 1] * odd
-            d += h[2 * j + 1] * odd
-        if size % 2 == 1:
-            a += g[size - 1] * x[size - 1]
-            b += h[size - 1] * x[size - 1]
-        state.z[i] = a + c
+        upper, lower = products(form.gains, i * size, x)
+        state.z[i] = upper
         if i + 1 < m:
-            state.z[i + 1] = b + d
+            state.z[i + 1] = lower
 
 
 @advance.on(Fir)
@@ -240,6 +253,8 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     for i in range(work.ahead.size):
         work.ahead[i] = state.ahead[i]
     alarm = observe(form, scale, detector, state, work, y, out, t)
+    if form.parity > 0.0:
+        remember_prediction(state, work)
 
     # estimate
     push(form, state, work)
@@ -251,6 +266,11 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
             for i in range(work.ahead.size):
                 state.ahead[i] = form.ahead[i]
         head[DETERMINED] = BY_GAINS
+        if form.parity > 0.0:
+            out[t, 4 * work.y.size] = contradiction(form, state) / (form.parity * unit(scale, head))
+            alarm = 1.0 if out[t, 4 * work.y.size] >= 1.0 else 0.0
     else:
         head[DETERMINED] = BY_ROWS if solve(form, state, work) else 0.0
     report(form, scale, state, out, t, status, alarm)
+    if alarm > 0.0 and form.restart > 0.0:
+        state.own[FILLED] = state.own[GAPS] = head[DETERMINED] = 0.0

@@ -11,7 +11,9 @@ from ...kernel.qr import invert, solve_triangular, triangularise
 from .gains import WORST
 from .row import along
 
-AT, FILLED, GAPS = range(3)  # own numbers of a row: place in the ring, samples in it, outputs missing among them
+# own numbers of a row: place in the ring, samples in it, outputs missing among them, samples in a row that full windows
+# predicted
+AT, FILLED, GAPS, FORESEEN = range(4)
 
 
 @kernel

@@ -82,6 +82,24 @@ def along(row, at, x):
 
 
 @kernel
+def products(rows, at, x):
+    """Return the products of x with two rows that begin at ``at``: two samples at a time, so four sums side by side."""
+    size = x.size
+    g, h = rows[at : at + size], rows[at + size : at + 2 * size]
+    a = b = c = d = 0.0
+    for j in range(size // 2):
+        even, odd = x[2 * j], x[2 * j + 1]
+        a += g[2 * j] * even
+        b += h[2 * j] * even
+        c += g[2 * j + 1] * odd
+        d += h[2 * j + 1] * odd
+    if size % 2 == 1:
+        a += g[size - 1] * x[size - 1]
+        b += h[size - 1] * x[size - 1]
+    return a + c, b + d
+
+
+@kernel
 def elapse(form, state, u, t):
     """Advance the clock to sample t, whose instant stands behind the inputs; return the seconds since the last one."""
     head, k = state.head, state.held.size
