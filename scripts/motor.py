@@ -1,6 +1,6 @@
 """Print the tables of docs/motor.md and draw its figure: velocity, acceleration and load of a real motor, on-line.
 
-Run: python scripts/motor.py (a minute; DRIFTWISE_DATA names the folder of recordings).
+Run: python scripts/motor.py (two minutes; DRIFTWISE_DATA names the folder of recordings).
 
 The record: EMPS, a carriage on a ball screw, 24.8 s at 1 kHz (Janot, Gautier, Brunot, 2019). Given are the published
 mass M, viscous friction Fv and gain g; Coulomb friction and offset are the load, which nobody tells anyone.

@@ -80,3 +80,14 @@ def test_walk_noise_of_a_random_walk_into_an_integrator():
 def test_what_does_not_fit_is_refused(make, message):
     with pytest.raises(dw.InputError, match=message):
         make()
+
+
+def test_a_level_that_stays_is_seen():
+    """A = 0 has no size of its own to compare H with."""
+    assert Augmented(dw.Plant([[0.0]])).hidden == [] and Augmented(dw.Plant([[0.0]], C=[0.0])).hidden == [0]
+
+
+def test_noise_of_a_step_many_time_constants_long():
+    """x' = 1000 (q - x): x follows q but for its walk of the last millisecond; exp(1000) appears nowhere."""
+    Q = Augmented(dw.Plant([[-1000.0]]), dw.Polynomial([1000.0], np.inf, walk=2.0)).noise(1.0)
+    np.testing.assert_allclose(Q, 4 * np.array([[1 - 1.5e-3, 1 - 1e-3], [1 - 1e-3, 1]]), rtol=1e-12)

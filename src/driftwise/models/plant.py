@@ -168,7 +168,7 @@ class Augmented:
         """Modes that no output shows (Popov, Belevitch and Hautus): empty where [x; q] is observable."""
         balanced, (scale, _) = matrix_balance(self.A, permute=False, separate=True)
         H = self.H * scale
-        size = max(float(np.linalg.norm(balanced, 2)), 1e-100)
+        size = float(np.linalg.norm(balanced, 2)) or 1.0  # a level that stays: A = 0
         H = H / np.maximum(np.linalg.norm(H, axis=1, keepdims=True), 1e-300) * size
         found: list[complex] = []
         for mode in self.modes:

@@ -20,7 +20,7 @@ from ..observing import Observed, Observing, check_hold
 from ..policies import resolve_detector
 from . import fir, growing, queue
 from .row import common_fields
-from .tuning import tune_walks, tune_window
+from .tuning import Tuned, tune_walks, tune_window
 
 SETTLE = 20  # innovations before the detector counts
 
@@ -95,6 +95,8 @@ class WindowObserver(Observing):
     >>> [f"{name} {trace.of(name)[0][-1]:.2f} +- {trace.of(name)[1][-1]:.2f}" for name in ("speed", "push")]
     ['speed 1.99 +- 0.01', 'push 1.00 +- 0.03']
     """
+
+    tuned: Tuned | None = None  # what `tune` found
 
     def __init__(
         self,
@@ -232,6 +234,7 @@ class WindowObserver(Observing):
         >>> est = dw.WindowObserver(tank, np.inf, noise_std=0.05, disturbances=leak, dt=0.1)
         >>> found = est.tune(level + 0.05 * rng.standard_normal(2000))
         >>> print(f"{found.tuned.walk[0]:.2f}, the truth is {0.3 / np.sqrt(0.1):.2f}")
+        0.95, the truth is 0.95
         """
         y = np.asarray(y, float)
         if self.is_growing:

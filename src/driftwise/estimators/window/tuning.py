@@ -9,6 +9,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ...errors import InputError
+from ...kernel import compose, ud
+from ..mimo import door as mimo_door
 from . import growing
 
 PER_DECADE = 2  # walks looked at
@@ -16,6 +18,7 @@ LITTLE, MUCH = 1e-2, 1e2  # the range of walks: y moves by so many noise deviati
 FACTORS = 10.0 ** np.arange(-4.0, 2.5, 0.5)  # noise deviations looked at, relative to the one given
 NEAR = 1e-3  # of the log-likelihood: a walk that gains no more is none
 LONGER = 1.1  # a window relative to the one tried before
+AROUND, CLOSELY = 1.5, 60  # so far around the best, so many more: where outputs are rounded, neighbours differ much
 FAR = 10  # windows so many times as long as the best so far are not tried
 SHARE = 0.25  # of a record, which the longest window tried takes; the rest tells how well each predicts
 
@@ -45,30 +48,63 @@ class Tuned(NamedTuple):
     words: str
 
 
+class Record:
+    """A record ready to be run over again and again: the numbers of the walks change, all else is made once."""
+
+    def __init__(self, est, y, u, time):
+        disturbances = [q._replace(walk=1.0) for q in est.plant.disturbances]
+        self.est = type(est)(**{**est.options, "disturbances": tuple(disturbances)}) if disturbances else est
+        alone = [_alone(est, i) for i in range(len(disturbances))]
+        self.units = [one.noise(est.dt) for one in alone]  # what a walk of one adds to the covariance in a dt
+        self.walks = np.array([one.walk for one in alone])  # and the states it moves
+        self.ys, us = mimo_door.record(y, u, est.model.outputs, est.model.inputs)
+        self.seconds = est.dt * len(self.ys)
+        if time is not None:
+            time = est._instants(time, len(self.ys), est.start())
+            self.seconds, us = float(time[-1] - time[0]), np.column_stack([us, time])
+        self.us, self.outs = us, np.empty((1, len(self.ys), est.columns))
+
+    def loglik(self, walks, factor) -> float:
+        """Return the log-likelihood of the record under these walks and so many times the noise deviation."""
+        est, form = self.est, self.est.policies[0]
+        form = form._replace(r=form.r * factor**2)
+        if len(walks):
+            U, D = ud.factor(np.tensordot(walks**2, self.units, 1))
+            form = form._replace(Uq=U[ud.packed_indices(len(D))], Dq=D, walk=walks @ self.walks)
+        rows = est._rows(est.start())
+        spec = compose.flatten((form, *est.policies[1:]))
+        est.drive(rows, self.ys[None], self.us[None], self.outs, spec, est.scratch())
+        return growing.loglik(est, rows.view(est.dtype).reshape(()))
+
+
+def _alone(est, i):
+    """Return the augmented plant with a walk of one of disturbance i, and no other."""
+    walks = [q._replace(walk=float(j == i)) for j, q in enumerate(est.plant.disturbances)]
+    return type(est.plant)(est.plant.plant, walks)
+
+
 def tune_walks(est, y, u, time, which, noise):
     """Return the estimator with the walks (and the noise) under which the record is most likely."""
     count = len(est.plant.disturbances)
-    which = range(count) if which is None else sorted(set(np.atleast_1d(which).tolist()))
+    which = list(range(count)) if which is None else sorted(set(np.atleast_1d(which).tolist()))
     if not count and not noise:
         raise InputError("there is no disturbance whose walk could be tuned: disturbances=, or noise=True")
     if not all(i in range(count) for i in which):
-        raise InputError(f"which must name disturbances by number, 0 to {count - 1}, got {list(which)!r}")
+        raise InputError(f"which must name disturbances by number, 0 to {count - 1}, got {which!r}")
     if est.noise_std is None:
         raise InputError("tune needs noise_std to start from; noise=True then finds it with the walks")
-    seconds = est.dt * len(y) if time is None else float(time[-1] - time[0])
-    ranges = [_range(est, i, seconds) for i in which]
+    record = Record(est, y, u, time)
+    ranges = [_range(est, i, record.seconds) for i in which]
     ranges += [FACTORS] if noise else []
 
-    def made(values):
-        """Return the estimator of these walks, the last value being the factor of the noise."""
-        walks = dict(zip(which, values))
-        changed = [q._replace(walk=walks.get(i, q.walk)) for i, q in enumerate(est.plant.disturbances)]
-        std = est.noise_std * (values[-1] if noise else 1.0)
-        return type(est)(**{**est.options, "disturbances": tuple(changed), "noise_std": std.tolist()})
+    def split(values):
+        """Return the walk of each disturbance, and the factor of the noise."""
+        walks = np.array([q.walk for q in est.plant.disturbances], float)
+        walks[which] = values[: len(which)]
+        return walks, values[-1] if noise else 1.0
 
     def likelihood(values):
-        found = made(values)
-        return growing.loglik(found, found.scan(y, u, time=time, keep="innovations").state)
+        return record.loglik(*split(values))
 
     best = np.array([grid[len(grid) // 2] for grid in ranges])
     for _ in range(2 if len(ranges) > 1 else 1):
@@ -85,10 +121,13 @@ def tune_walks(est, y, u, time, which, noise):
         if likelihood(without) > value - NEAR:
             best, value = without, likelihood(without)
     none = np.where(np.arange(len(best)) < len(which), 0.0, best)
-    gain, tuned = value - likelihood(none), made(best)
+    walks, factor = split(best)
+    changed = [q._replace(walk=float(walk)) for q, walk in zip(est.plant.disturbances, walks, strict=True)]
+    std = (factor * est.noise_std).tolist()
+    tuned = type(est)(**{**est.options, "disturbances": tuple(changed), "noise_std": std})
+    gain = value - likelihood(none)
     tried = np.array(ranges[: len(which)])
     logliks = np.array([_along(likelihood, best, i, grid) for i, grid in enumerate(tried)])
-    walks = np.array([q.walk for q in tuned.plant.disturbances])
     words = _words(est.plant.disturbances, which, walks, tuned.noise_std if noise else None, gain, len(y))
     tuned.tuned = Tuned(walks, tuned.noise_std, math.inf, value, gain, tried, logliks, words)
     return tuned
@@ -97,7 +136,7 @@ def tune_walks(est, y, u, time, which, noise):
 def tune_window(est, y, u, time):
     """Return the estimator with the window that predicts the next sample best: its log predictive density is highest.
 
-    Lengths grow by a tenth; around the best, each number of samples is tried. All are compared on the same samples.
+    Lengths grow by a tenth; around the best all are tried, or sixty. They are compared on the same samples.
     """
     first = int(SHARE * len(y))
     logliks: dict[int, float] = {}
@@ -117,8 +156,10 @@ def tune_window(est, y, u, time):
     while length <= min(first, FAR * best):
         best = max(best, length, key=likelihood)
         length = max(length + 1, round(LONGER * length))
-    near = range(max(shortest, int(best / LONGER)), min(first, math.ceil(best * LONGER)) + 1)
-    best = max((*near, best), key=likelihood)
+    low, high = max(shortest, int(best / AROUND)), min(first, math.ceil(best * AROUND))
+    stride = max(1, (high - low) // CLOSELY)
+    best = max((*range(low, high + 1, stride), best), key=likelihood)
+    best = max(range(max(shortest, best - stride + 1), min(first, best + stride - 1) + 1), key=likelihood)
     tried = np.array(sorted(logliks))
     values, tuned = np.array([logliks[n] for n in tried]), made(best)
     gain = logliks[best] - logliks[shortest]
@@ -157,8 +198,7 @@ def _along(likelihood, best, i, grid):
 
 def _range(est, i, seconds) -> np.ndarray:
     """Return walks of one disturbance, from one that the record cannot show to one that outweighs the noise at once."""
-    others = [q._replace(walk=float(j == i)) for j, q in enumerate(est.plant.disturbances)]
-    system = type(est.plant)(est.plant.plant, others)
+    system = _alone(est, i)
     growth = max(float(system.modes.real.max()), 0.0)
     horizon = min(seconds, 3.0 / growth) if growth > 0 else seconds
     reach = [np.sqrt(np.diag(system.H @ system.noise(t) @ system.H.T)) / est.noise_std for t in (horizon, est.dt)]
