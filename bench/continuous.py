@@ -1,15 +1,16 @@
-"""Continuous time: ContinuousJoint(2) against Joint(2) on the same samples."""
+"""Continuous time: ContinuousJoint(2) against Joint(2) on the same samples; one algebraic identification."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 import driftwise as dw
 
 from .clock import ratio
-from .verdicts import Verdict, for_information
+from .verdicts import Verdict, at_most, for_information
 
 SOURCE = "bench/continuous.py"
 
@@ -43,3 +44,10 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
     value, mine, other = ratio(stream, discrete, rounds=9)
     note = f"{mine / few * 1e6:.1f} us a sample, Joint(2) {other / few * 1e6:.1f} us"
     yield for_information("continuous time, est.update with an instant", value, "x Joint(2)", SOURCE, note)
+
+    few = 400
+    options: dict[str, Any] = dict(order=2, dt=0.1, hold="zoh", disturbance=0)
+    y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=regular[:few], noise_std=0.005, seed=1)
+    _, mine, other = ratio(lambda: dw.algebraic_identification(y, u, **options), lambda: theirs.scan(y, u), rounds=9)
+    note = f"{mine * 1e3:.1f} ms of {few} samples; Joint(2) scans them in {other * 1e3:.2f} ms"
+    yield at_most("algebraic identification, 400 samples, order 2", mine * 1e3, 50.0, "ms", SOURCE, note)

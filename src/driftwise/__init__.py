@@ -7,6 +7,8 @@ __version__ = "0.1.0"
 _HOME = {
     "Joint": "estimators.joint.estimator",
     "Step": "estimators.reading",
+    "algebraic_identification": "estimators.identification.algebraic",
+    "AlgebraicStart": "estimators.identification.start",
     "ContinuousJoint": "estimators.continuous.estimator",
     "ContinuousModel": "models.continuous",
     "simulate_continuous": "models.continuous",

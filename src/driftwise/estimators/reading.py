@@ -34,6 +34,7 @@ class Rows:
     spec: np.ndarray
     scratch_size: int
     options: dict[str, Any]
+    starting: Any = None  # what makes its start from its first samples, if anything
     _s0: np.ndarray
     _D0: np.ndarray
     _U0: np.ndarray
@@ -85,7 +86,11 @@ class Rows:
     @cached_property
     def drive(self):
         """The compiled loop, ``drive(rows, ys, us, outs, est.spec, est.scratch())``: the fastest way in, no checks."""
-        return compose.driver(*map(type, self.policies))
+        return self._started(compose.driver(*map(type, self.policies)))
+
+    def _started(self, drive):
+        """Return a loop with the estimator's start in it, if it has one."""
+        return drive if self.starting is None else self.starting.wrap(drive)
 
     def scratch(self) -> np.ndarray:
         """Return memory for one run of `drive`; its contents do not matter, but no two threads may share it."""

@@ -18,6 +18,8 @@ NOISE = 4096
 OUTLIER = 8192
 AT_REST = 16384
 NOT_READY = 32768
+STARTED = 65536
+NOT_STARTED = 131072
 
 
 class Status(IntFlag):
@@ -39,6 +41,8 @@ class Status(IntFlag):
     OUTLIER = OUTLIER  # y is more likely an outlier than not: it taught next to nothing
     AT_REST = AT_REST  # nothing moves: neither the speed of drift nor the noise variance is learnt
     NOT_READY = NOT_READY  # too few samples, or a deviation above the tolerance: the estimate is NaN
+    STARTED = STARTED  # the samples so far were identified at once, and the estimate is theirs from here on
+    NOT_STARTED = NOT_STARTED  # they could not be identified, or not well: the filter keeps its own estimate
 
 
 MEANING = {
@@ -58,4 +62,6 @@ MEANING = {
     Status.OUTLIER: "outlier, hardly counted",
     Status.AT_REST: "plant at rest, nothing adapted",
     Status.NOT_READY: "estimate not ready",
+    Status.STARTED: "started from the samples so far, identified at once",
+    Status.NOT_STARTED: "the samples so far could not be identified, no start from them",
 }

@@ -207,6 +207,26 @@ def packed_indices(N: int):
     return i, j
 
 
+def unpack_root(U, D) -> np.ndarray:
+    """Return the root L = U D^1/2 of P = L L', (N, N)."""
+    root = np.eye(len(D))
+    root[packed_indices(len(D))] = U
+    return root * np.sqrt(D)
+
+
+def factor_root(root):
+    """Return D, packed U of root root' by Gram-Schmidt; what is round-off becomes an exact zero."""
+    Y, N = root.copy(), len(root)
+    least = TINY * (Y * Y).sum(axis=1)
+    D, U = np.zeros(N), np.zeros((N, N))
+    for j in range(N - 1, -1, -1):
+        s = Y[j] @ Y[j]
+        if s > least[j]:
+            D[j], U[:j, j] = s, Y[:j] @ Y[j] / s
+            Y[:j] -= np.outer(U[:j, j], Y[j])
+    return D, U[packed_indices(N)]
+
+
 def factor(P):
     """Return (U (N, N), D (N,)) of a symmetric non-negative matrix; raise ValueError if it is not one.
 

@@ -223,7 +223,7 @@ def law_compiled_equals_plain(est, y, u):
     rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
     us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
     with np.errstate(all="ignore"):
-        compose.plain_driver(*map(type, est.policies))(
+        est._started(compose.plain_driver(*map(type, est.policies)))(
             rows, y.reshape(1, len(y), -1), us, outs, est.spec, est.scratch()
         )
     assert np.allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), (

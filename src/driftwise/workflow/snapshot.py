@@ -17,6 +17,7 @@ from ..detect.score import Score
 from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..estimators.algebraic.relation import Relation
+from ..estimators.identification.start import AlgebraicStart
 from ..memory.auto import Auto
 from ..memory.auxiliary import AuxiliaryFilter
 from ..memory.bank import Bank, Interacting
@@ -80,6 +81,7 @@ KINDS = {
         Polynomial,
         Sinusoid,
         Relation,
+        AlgebraicStart,
     )
 }
 

@@ -76,7 +76,7 @@ def batch(est, y, u=None, state=None):
         return np.array(begun)
 
     # s = mean + L z, z ~ N(0, I): y_f - X mean = X L z + v
-    mean, L = _root(begun, n)
+    mean, L = _root(begun)
     R, root = est.policies[1].R, math.sqrt(est.policies[1].R)
     top, tail = np.eye(form.N, form.N + 1), None
     for X, target, tail in regression_rows(form, y, u, d):  # noqa: B007
@@ -89,7 +89,7 @@ def batch(est, y, u=None, state=None):
 
     out = np.array(begun)
     out["x"], out["theta"] = mean[:n], mean[n:]
-    out["D"], out["U"] = _factor(spread)
+    out["D"], out["U"] = ud.factor_root(spread)
     out["samples"] += len(y)
     out["observed"] += len(y)
     out["status"] = 0
@@ -112,6 +112,10 @@ def batch(est, y, u=None, state=None):
 def _check(est):
     """Return d (n,); refuse what one least squares cannot do, and say what to use."""
     noise = est.options["noise"]
+    if est.starting:
+        raise InputError(
+            "batch takes the whole record at once, so a start from its first samples is of no use: start=None"
+        )
     if not isinstance(noise, EquationError | NoisePolynomial):
         raise InputError(f"batch needs EquationError() or NoisePolynomial(d), not {type(noise).__name__}; use scan")
     if not isinstance(est.policies[2], Never):
@@ -139,12 +143,9 @@ def _check_floor(est, begun, out, R, top):
         )
 
 
-def _root(state, n):
+def _root(state):
     """Return the mean (N,) and a root L of the covariance, P = L L'."""
-    D, N = state["D"], len(state["D"])
-    U = np.eye(N)
-    U[ud.packed_indices(N)] = state["U"]
-    return np.concatenate([state["x"], state["theta"]]), U * np.sqrt(D)
+    return np.concatenate([state["x"], state["theta"]]), ud.unpack_root(state["U"], state["D"])
 
 
 def _carry(form, d, tail, T):
@@ -170,16 +171,3 @@ def _carry(form, d, tail, T):
         if form.direct:
             A[:n, form.N - form.direct_terms + i] = -sums[2 + i] @ c
     return A, offset
-
-
-def _factor(spread):
-    """Return D, packed U of spread spread' by Gram-Schmidt; what is round-off becomes an exact zero."""
-    Y, N = spread.copy(), len(spread)
-    least = ud.TINY * (Y * Y).sum(axis=1)
-    D, U = np.zeros(N), np.zeros((N, N))
-    for j in range(N - 1, -1, -1):
-        s = Y[j] @ Y[j]
-        if s > least[j]:
-            D[j], U[:j, j] = s, Y[:j] @ Y[j] / s
-            Y[:j] -= np.outer(U[:j, j], Y[j])
-    return D, U[ud.packed_indices(N)]

@@ -15,6 +15,7 @@ from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
 from ...models.scale import UnknownScale
 from .. import door
+from ..identification.start import AlgebraicStart, prepare
 from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ..reading import Reading
 from . import step as _step  # noqa: F401  (registers the step)
@@ -62,6 +63,8 @@ class Joint(Reading):
         Seconds between samples.
     floor : float
         Relative round-off carried by y: R_t = R + (floor max|y recent|)^2, for signals that grow for ever.
+    start : "algebraic" or AlgebraicStart, optional
+        Identify the first samples at once and go on from there: for `OutputError`.
 
     Raises
     ------
@@ -100,10 +103,11 @@ class Joint(Reading):
         dt: float = 1.0,
         floor: float = 1e-12,
         form: str | None = None,
+        start: str | AlgebraicStart | None = None,
     ):
         self.options = dict(
             order=order, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
-            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form, start=start,
         )  # fmt: skip
         self.model = model = Canonical(
             door.count("order", order, least=1),
@@ -147,6 +151,7 @@ class Joint(Reading):
         self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
         self.spec = compose.flatten(self.policies)
         self.scratch_size = scratch_size(shape)
+        self.starting = prepare(self, start, kernel_noise, model, range(N - n), n)
         self.dtype = np.dtype(
             [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
             + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
@@ -155,6 +160,7 @@ class Joint(Reading):
                 for name in ("held", "unsure", "known", "sums", "squares", "steps")
             ]
             + [("marks", "f8", (detector.marks(0),))]
+            + (self.starting.fields if self.starting else [])
         )
         fields = self.dtype.fields
         assert fields and fields["marks"][1] == 8 * marks_at(shape)
@@ -233,6 +239,10 @@ class Joint(Reading):
         >>> print(smoothed.parameters[0].round(2), smoothed.parameters_std[0].round(3))
         [-0.8   1.01] [0.003 0.007]
         """
+        if self.starting:
+            raise InputError(
+                "smooth looks at the whole record, so a start from its first samples is of no use: start=None"
+            )
         from ...workflow.smoothed import Smoothed, width
         from .smoother import smooth
 

@@ -14,9 +14,11 @@ from ...memory.drift import Never
 from ...models.canonical import power_of_two
 from ...models.convert import Model
 from ...models.equation import Equation
+from ...models.noise import White
 from ...models.scale import KnownScale, UnknownScale
 from .. import door
 from ..hindsight.estimator import InHindsight
+from ..identification.start import AlgebraicStart, prepare_equation
 from ..joint.estimator import WIDTH
 from ..policies import resolve_gate, resolve_scale
 from ..reading import Reading
@@ -255,6 +257,8 @@ class ARX(InHindsight, Recursive):
         Typical size of the data, for the default prior; `scaled_to` sets them.
     dt : float
         Seconds between samples.
+    start : "algebraic" or AlgebraicStart, optional
+        Identify the first samples at once and go on from there.
 
     Notes
     -----
@@ -300,11 +304,12 @@ class ARX(InHindsight, Recursive):
         y_scale: float = 1.0,
         u_scale=1.0,
         dt: float = 1.0,
+        start: str | AlgebraicStart | None = None,
     ):
         self.options: dict[str, Any] = dict(
             na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset, variance=variance, scale=scale,
             missing=missing, at_rest=at_rest, method=method, instruments=instruments, step=step, theta0=theta0,
-            P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt,
+            P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, start=start,
         )  # fmt: skip
         self._build(na, nb, nk, offset)
 
@@ -335,6 +340,9 @@ class ARX(InHindsight, Recursive):
             if self.options["P0"] is not None:
                 raise InputError(f"method={kind!r} has no covariance, so P0 says nothing: give theta0, or step")
             self._D0, self._U0, self.prior_covariance = np.zeros(0), np.zeros(0), self._unknown()
+        self.starting = prepare_equation(self, White(self.policies[1].R))
+        if self.starting:
+            self.dtype = np.dtype(fields(self.policies[0]) + self.starting.fields)
 
     def _method(self, R) -> Any:
         kind, memory, form = self.options["method"], self.options["memory"], self.model
