@@ -1,6 +1,10 @@
 """What several test files use."""
 
+import os
 import sys
+
+# Workers fill the cores: more threads inside a small matrix product only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 

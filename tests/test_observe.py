@@ -1,6 +1,7 @@
 """A known plant from the command line: the file it is read from, what is printed, saved and drawn."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -93,6 +94,26 @@ def test_uneven_stamps_are_taken_as_they_are(call, record, plant, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "change, words",
+    [
+        ([("window = 0.5", 'window = "tune"')], "predicts the next"),
+        (
+            [("window = 0.5", "window = inf"), ("0.01", '"tune"'), ("= inf\n\n[d", '= inf\nwalk = "tune"\n\n[d')],
+            "Noise deviation",
+        ),
+    ],
+)
+def test_what_the_record_is_asked_for(call, record, plant, change, words):
+    text = CART
+    for old, new in change:
+        text = text.replace(old, new)
+    code, out, err = run(call, record, plant(text))
+    assert code == 0 and words in out, err
+    value, _, std = out.split("push")[1].split("\n")[0].split()
+    assert abs(float(value) - 0.3) < 4 * float(std)
+
+
+@pytest.mark.parametrize(
     "change, options, message",
     [
         (("[plant]", "[plan]"), (), "'plan' is no section"),
@@ -120,6 +141,7 @@ def test_a_plant_file_that_is_not_there(call, record, tmp_path):
 def test_the_example_is_a_plant_file(tmp_path):
     from driftwise.edge.plantfile import EXAMPLE, read
 
+    assert EXAMPLE in (Path(__file__).parents[1] / "docs" / "algebraic.md").read_text()
     (tmp_path / "e.toml").write_text(EXAMPLE)
     options, tuned = read(str(tmp_path / "e.toml"), ["y"], ["u"])
     assert tuned == [0] and options["derived"]["acceleration"] == ([0.0, -2.1, -0.01], [0.37])

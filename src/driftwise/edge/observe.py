@@ -120,19 +120,31 @@ def _estimator(asked, options, tuned, record, y, u, time):
             said.append(
                 f"steps of time lie between {number(steps.min(), 4)} and {number(steps.max(), 4)} s: irregular."
             )
-    is_short = options["window"] == "tune"
-    if is_short:
-        options = options | {"window": len(y[:TUNED]) * dt / 4}
+    rows = slice(0, TUNED)
+    finds = {"window": options["window"] == "tune", "noise": options["noise_std"] == "tune"}
+    if finds["window"]:
+        options = options | {"window": len(y[rows]) * dt / 4}
+    if finds["noise"]:
+        options = options | {"noise_std": _roughness(y[rows])}
     try:
         estimator = dw.WindowObserver(dt=dt, **options)
+        if tuned or any(finds.values()):
+            stamps = time[rows] if time is not None and estimator.irregular else None
+            more = {"which": tuned, "noise": finds["noise"]} if tuned or finds["noise"] else {}
+            estimator = estimator.tune(y[rows], None if u is None else u[rows], time=stamps, **more)
+            said.append(f"by the first {len(y[rows])} rows: {estimator.tuned.words}")
     except InputError as error:
         raise CommandError(f"--plant {asked.plant}: {error}") from None
-    if tuned or is_short:
-        stamps = time[:TUNED] if time is not None and estimator.irregular else None
-        which = {} if is_short else {"which": tuned}
-        estimator = estimator.tune(y[:TUNED], None if u is None else u[:TUNED], time=stamps, **which)
-        said.append(f"by the first {len(y[:TUNED])} rows: {estimator.tuned.words}")
     return estimator, said
+
+
+def _roughness(y) -> list[float]:
+    """Return a noise deviation to start from for each output: what a parabola through three samples leaves."""
+    import numpy as np
+
+    rough = np.diff(y.reshape(len(y), -1), 3, axis=0)
+    found = np.sqrt(np.nanmean(rough**2, axis=0) / 20)
+    return np.where(found > 0, found, 1.0).tolist()
 
 
 class Thinned:

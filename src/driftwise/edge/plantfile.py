@@ -29,7 +29,7 @@ u = 0.37
 
 [observer]
 window = inf                     # seconds looked back at; inf: all that came before; tune: what predicts best
-noise_std = 6e-6                 # of the measurement, or learn
+noise_std = 6e-6                 # of the measurement; learn (without priors) or tune
 hold = "zoh"                     # how u moves between its samples: zoh (held) or foh (straight lines)
 """
 SECTIONS = ("plant", "disturbance", "derived", "observer")
