@@ -128,9 +128,9 @@ def test_model_errors():
 
 def test_near_is_a_unit_of_the_last_digit_and_four_standard_errors():
     def near(value, error, word):
-        return comparison._near([value], [error], word) == [True]
+        return comparison.near([value], [error], word) == [True]
 
     assert near(4.05e-3, 0, "4.0e-3") and not near(4.2e-3, 0, "4.0e-3") and near(4.2e-3, 0.03e-3, "4.0e-3")
     assert near(17.9, 0, "17") and near(2.9e5, 0, "2e5") and not near(4e5, 0, "2e5")
     assert near(np.inf, 0, "never") and not near(9.0, 0, "never") and not near(np.nan, 1.0, "1.0")
-    assert comparison._near([1.0, np.nan], [0.0, 0.0], "1.0 -") == [True]
+    assert comparison.near([1.0, np.nan], [0.0, 0.0], "1.0 -") == [True]

@@ -44,7 +44,7 @@ def long_canonical(alpha, q, dt, r):
         if alpha * dt < 500:
             z = []
         inner = gamma[: 4 - len(z)]
-        pairs = mp.polyroots(inner[::-1] + inner[1:], maxsteps=1000, extraprec=600, asc=True)
+        pairs = mp.polyroots(inner[::-1] + inner[1:], maxsteps=1000, extraprec=600)  # a palindrome: either order
         z += sorted(pairs, key=abs)[: 3 - len(z)]
         d = [mp.re(-z[0] * z[1] * z[2]), mp.re(z[0] * z[1] + z[0] * z[2] + z[1] * z[2]), mp.re(-z[0] - z[1] - z[2])]
         return d, gamma[0] / (1 + sum(k * k for k in d))

@@ -10,6 +10,7 @@ PAPERS = {
     "salut1979": "driftwise.reproduce.salut1979",
     "perriot1981": "driftwise.reproduce.perriot1981",
     "abid2008": "driftwise.reproduce.abid2008",
+    "tian2009": "driftwise.reproduce.tian2009",
     "policies": "driftwise.reproduce.policies",
 }
 

@@ -11,7 +11,7 @@ from driftwise.estimators.identification.refine import refine
 from driftwise.estimators.identification.responses import plan
 
 from ..verdict import Scaled, Section, Table, Verdict, numbers, short
-from .second_order import THIS, Records, records
+from .second_order import THIS, Records, outputs, records, square
 
 STEP, SAMPLES, BASE = 0.01, 401, 1000
 NOISES = (0.0, 0.005, 0.02, 0.1)
@@ -84,6 +84,7 @@ def section(seeds: int) -> Section:
             _honest(found, scaled),
             _exact(found[0.0]),
             _hold(found[0.0], wrong),
+            _written(),
         ],
     )
 
@@ -144,5 +145,22 @@ def _hold(right, wrong):
         f"median errors {', '.join(map(short, got))} refined; the closed form is {ratio:.0f} times worse",
         "largest median error between 0.5 % and 4 %; the closed form more than 50 times worse",
         bool(0.005 <= got.max() <= 0.04 and ratio > 50),
+        THIS,
+    )
+
+
+def _written():
+    """One plant that is written down: y'' + 0.8 y' + 4 y = 3 u + 0.5."""
+    a, b, u = np.array([[0.8, 4.0]]), np.array([3.0]), square(SAMPLES, STEP)
+    y = outputs(a, b, np.array([0.5]), np.array([[0.3, -0.4]]), u, STEP)
+    given = Records(a, b, u, y, np.zeros_like(y))
+    held, lines = errors(given, 0.0), errors(given, 0.0, "foh")
+    closed, refined, bent = (float(abs(v).max()) for v in (held.closed, held.refined, lines.closed))
+    return Verdict(
+        "parameters of y'' + 0.8 y' + 4 y = 3 u + 0.5 from exact samples",
+        f"a0, a1, b0 to {short(closed)} in closed form, {short(refined)} refined; "
+        f"u taken for straight lines: {short(bent)}",
+        "2e-4, 1e-10; more than 5e-3",
+        bool(closed <= 2e-4 and refined <= 1e-10 and bent > 5e-3),
         THIS,
     )

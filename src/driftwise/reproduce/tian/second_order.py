@@ -34,12 +34,21 @@ def records(seeds: int, h: float, samples: int, base: int = 0) -> Records:
         a[s] = rng.uniform(0.3, 1.5), rng.uniform(1.0, 9.0)
         b[s], q[s], x[s] = rng.uniform(1.0, 4.0), rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0, 2)
         noise.append(rng.standard_normal(samples))
-    u = np.where(np.arange(samples) // round(PERIOD / 2 / h) % 2 == 0, 1.0, -1.0)
-    F = np.zeros((seeds, 3, 3))
+    u = square(samples, h)
+    return Records(a, b, u, outputs(a, b, q, x, u, h), np.array(noise))
+
+
+def square(samples: int, h: float) -> np.ndarray:
+    """Return the square wave, +1 first, (T,)."""
+    return np.where(np.arange(samples) // round(PERIOD / 2 / h) % 2 == 0, 1.0, -1.0)
+
+
+def outputs(a, b, q, x, u, h: float) -> np.ndarray:
+    """Return exact samples (S, T) of z1' = -a1 z1 + z2, z2' = -a0 z1 + b0 u + q, y = z1, from the states x (S, 2)."""
+    F = np.zeros((len(a), 3, 3))
     F[:, :2, 0], F[:, 0, 1], F[:, 1, 2] = -a, 1.0, 1.0
-    E = expm(F * h)[:, :2]
-    y = np.empty((seeds, samples))
-    for t in range(samples):
+    E, y = expm(F * h)[:, :2], np.empty((len(a), len(u)))
+    for t, held in enumerate(u):
         y[:, t] = x[:, 0]
-        x = np.einsum("sij,sj->si", E, np.column_stack([x, b * u[t] + q]))
-    return Records(a, b, u, y, np.array(noise))
+        x = np.einsum("sij,sj->si", E, np.column_stack([x, b * held + q]))
+    return y
