@@ -7,19 +7,16 @@ import pytest
 from oracle import algebraic
 from oracle.algebraic_motor import augmented, dc_motor
 from oracle.algebraic_theorem import closed_variance
+from paper_motor import CONSTANT, COSINE, INTO, MOTOR, SIGMA
 
 import driftwise as dw
 from driftwise.estimators.window.gains import Design
 from driftwise.estimators.window.horizon import Horizon
 from driftwise.models.plant import Augmented
 
-INTO = [0, 0, 5]
-SIGMA = 0.015 / math.sqrt(3)
-MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
-CONSTANT = dw.Polynomial(INTO, np.inf)
 SET_UPS = {
     "hard4": (CONSTANT,),
-    "hard6": (CONSTANT, dw.Sinusoid(50.0, INTO, np.inf)),
+    "hard6": (CONSTANT, COSINE),
     "soft6": (dw.Polynomial(INTO, 2.0), dw.Sinusoid(50.0, INTO, 2.0)),
     "left out": (CONSTANT, dw.Sinusoid(50.0, INTO, 0.0)),
 }

@@ -1,20 +1,19 @@
 """The growing window: exact from the first sample on, whatever is known at the start and whatever wanders."""
 
-import json
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from oracle.algebraic import growing_estimates, window_estimate_exact
+from paper_motor import GOLDEN, MOTOR, SIGMA
 from scipy.linalg import expm
 
 import driftwise as dw
 from driftwise.kernel import compose
 from driftwise.workflow.laws import same
 
-MOTOR = dw.Plant([[0, 1, 0], [0, 0, 1], [0, -2, -10]], [0, 0, 2], states=("angle", "speed", "current"), inputs="u")
+NAMED = dw.Plant([[0, 1, 0], [0, 0, 1], [0, -2, -10]], [0, 0, 2], states=("angle", "speed", "current"), inputs="u")
 
 
 def dense(est, y, u, time):
@@ -57,7 +56,7 @@ def noisy(samples, outputs, seed):
 def test_constant_unknowns_are_dense_least_squares():
     """Six modes, anchored at first and handed over later, against sixty digits."""
     torque = dw.Polynomial([0, 0, 1], np.inf), dw.Sinusoid(50.0, [0, 0, 1], np.inf)
-    est = dw.WindowObserver(MOTOR, math.inf, noise_std=0.01, disturbances=torque, hold="zoh", dt=1e-3)
+    est = dw.WindowObserver(NAMED, math.inf, noise_std=0.01, disturbances=torque, hold="zoh", dt=1e-3)
     y, u = noisy(60, 1, 0)
     trace, system, time = est.scan(y, u), est.plant, 1e-3 * np.arange(60)
     assert trace.ready[8] and not trace.ready[5]
@@ -88,9 +87,7 @@ def test_a_walk_counts_from_the_first_sample_on_at_any_instants():
 
 # --- the DC motor of Tian (2009), as theory/tian.md corrects and measures it -------------------------------
 
-TIAN = Path(__file__).parent / "golden" / "tian.json"
-PLAIN = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], states=("x1", "x2", "x3"))
-SIGMA = 0.015 / math.sqrt(3)
+PLAIN = MOTOR._replace(B=None)
 
 
 def observer(modes, prior_std=np.inf, **options):
@@ -112,7 +109,7 @@ def truth(samples):
 @pytest.mark.parametrize("name", ["hard4_L500", "hard6_L500", "soft6_L500", "hard4_L1000", "hard6_L150"])
 def test_golden_least_squares(name):
     """From the first of L samples on, the growing window is the window of L: 60-digit references."""
-    expected = {c["name"]: c for c in json.loads(TIAN.read_text())["cases"]}["window_least_squares"]["expect"]
+    expected = GOLDEN["window_least_squares"]["expect"]
     kind, length = name.split("_L")
     noise = 0.015 * (2 * ((np.arange(1, 1002) * (math.sqrt(5) - 1) / 2) % 1) - 1)
     est = observer(int(kind[-1]), 2.0 if kind.startswith("soft") else np.inf)
@@ -160,10 +157,10 @@ def test_laws():
     """Priors of all kinds, a walk, and instants of their own; several outputs are in the comparison above."""
     load = dw.Polynomial([0, 1, 0], np.inf, walk=0.5)
     options = dict(noise_std=0.1, disturbances=load, hold="zoh", dt=0.05)
-    est = dw.WindowObserver(MOTOR, math.inf, **options, x_std=[np.inf, 1.0, 0.0])
+    est = dw.WindowObserver(NAMED, math.inf, **options, x_std=[np.inf, 1.0, 0.0])
     dw.check_estimator(est)
     y, u = noisy(50, 1, 3)
-    other = dw.WindowObserver(MOTOR, math.inf, **options, irregular=True)
+    other = dw.WindowObserver(NAMED, math.inf, **options, irregular=True)
     time = np.cumsum(np.random.default_rng(4).uniform(0.01, 0.1, 50))
     whole, state = other.scan(y, u, time=time), other.start()
     for t in range(50):
@@ -186,7 +183,7 @@ def test_noise_is_learnt_where_nothing_else_is_absolute():
 
 def test_a_state_that_is_known_is_where_it_starts():
     """x0 without doubt: the first samples teach nothing about x, and predictions are those of the plant."""
-    est = dw.WindowObserver(MOTOR, math.inf, noise_std=1.0, hold="zoh", dt=0.1, x0=[1, -1, 2], x_std=0.0)
+    est = dw.WindowObserver(NAMED, math.inf, noise_std=1.0, hold="zoh", dt=0.1, x0=[1, -1, 2], x_std=0.0)
     y, u = noisy(30, 1, 5)
     trace, x = est.scan(y, u), np.array([1.0, -1.0, 2.0])
     Phi, G, _ = est.plant.discretise(0.1)
@@ -308,6 +305,8 @@ def test_tune_chooses_a_window():
 
 def test_tune_refuses_what_it_cannot_do():
     est, y = walking(1.0, 50, 0)
+    with pytest.raises(dw.InputError, match="y has 0 measured values and there are 3 unknowns"):
+        est.tune(np.nan * y)
     with pytest.raises(dw.InputError, match="which must name disturbances"):
         est.tune(y, which=[1])
     bare = dw.WindowObserver(est.options["plant"], math.inf, noise_std=0.01, dt=0.02)

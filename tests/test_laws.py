@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_motor import CONSTANT, MOTOR
 
 import driftwise as dw
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
@@ -108,16 +109,14 @@ ESTIMATORS = {
     "adaptive observer, weighted": dw.AdaptiveObserver(1, 0.3, 1, memory=dw.Weighted(0.98), missing="hold"),
 }
 
-MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
-LOAD = dw.Polynomial([0, 0, 5], np.inf)
 OBSERVERS = {
     "window": dw.WindowObserver(
-        MOTOR, 0.4, noise_std=0.01, disturbances=(LOAD, dw.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02, hold="foh",
+        MOTOR, 0.4, noise_std=0.01, disturbances=(CONSTANT, dw.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02, hold="foh",
         detector=dw.Parity(),
     ),
     "window, two outputs, derived, tolerance": dw.WindowObserver(
-        MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), disturbances=LOAD, dt=0.02,
-        hold="zoh", derived={"acceleration": [0, 0, 0.2]}, tolerance=[0.1, 0.1, 2.0],
+        MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), disturbances=CONSTANT,
+        dt=0.02, hold="zoh", derived={"acceleration": [0, 0, 0.2]}, tolerance=[0.1, 0.1, 2.0],
     ),
     "window, unstable, noise learnt": dw.WindowObserver(
         dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.02,

@@ -133,6 +133,17 @@ def test_what_is_wrong_is_one_line(call, record, plant, change, options, message
     assert code == 2 and message in err, err
 
 
+def test_a_command_that_lacks_an_option(call, record, plant):
+    path = plant(CART.replace("u = 1", ""))
+    code, _, err = call("run", record, "-o", "pos", "-i", "force", "--plant", path)
+    assert code == 2 and "--time COLUMN, or --dt" in err, err
+    code, _, err = call("run", record, "-o", "pos", "-t", "t", "--plant", path)
+    assert code == 2 and "B has 1 columns, and 0 inputs" in err, err
+    path = plant("derived = 3" + CART.replace("[derived.acceleration]\npush = 1\nu = 1\n", ""))
+    code, _, err = run(call, record, path)
+    assert code == 2 and "derived outputs are sections" in err, err
+
+
 def test_a_plant_file_that_is_not_there(call, record, tmp_path):
     code, _, err = run(call, record, tmp_path / "none.toml")
     assert code == 2 and "No such file" in err

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from paper_motor import MOTOR
+from scipy import signal
 
 import driftwise as dw
 from driftwise.models.plant import Augmented
 
-MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
 PAPER = (dw.Polynomial([0, 0, 5], np.inf), dw.Sinusoid(50.0, [0, 0, 5], 2.0))
 
 
@@ -74,6 +75,11 @@ def test_walk_noise_of_a_random_walk_into_an_integrator():
         (lambda: Augmented(MOTOR._replace(B=[1, 2])), "do not fit"),
         (lambda: Augmented(MOTOR._replace(states=["a", "a", "b"])), "3 different names"),
         (lambda: Augmented(MOTOR, dw.Polynomial([0, 0, 1], 1.0, name="x1")), "different names"),
+        (lambda: Augmented(MOTOR, dw.Polynomial("current", 1.0)), "one for each state.*, got 'current'"),
+        (lambda: Augmented(MOTOR, dw.Polynomial([0, 0, 1], "wide")), "prior_std must be stated .* got 'wide'"),
+        (lambda: Augmented(MOTOR, None), r"or a list of them \(none: \(\)\), got None"),
+        (lambda: Augmented(MOTOR, dw.Sinusoid), "or a list of them"),
+        (lambda: Augmented(signal.StateSpace([[0]], [[1]], [[1]], [[0]])), r"Plant\(sys.A, sys.B, sys.C, sys.D\)"),
         (lambda: Augmented(MOTOR).discretise(0.1, "linear"), 'hold must be "zoh"'),
     ],
 )

@@ -1,12 +1,11 @@
 """The window over samples at any instants: a queue of segments joined by orthogonal transformations."""
 
-import json
 import time
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
+from paper_motor import CONSTANT, COSINE, GOLDEN, MOTOR, SIGMA
 
 import driftwise as dw
 from driftwise.errors import InputError
@@ -16,10 +15,6 @@ from driftwise.kernel.expm import exponential
 from driftwise.kernel.qr import triangularise
 from driftwise.kernel.status import MISSING_OUTPUT, NOT_READY
 from driftwise.models.plant import Augmented
-
-MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
-CONSTANT, COSINE = dw.Polynomial([0, 0, 5], np.inf), dw.Sinusoid(50, [0, 0, 5], np.inf)
-SIGMA = 0.015 / np.sqrt(3)
 
 
 def moves(plant, t, hold):
@@ -95,8 +90,7 @@ def test_triangle_keeps_every_sum_of_squares():
 
 
 def test_golden_irregular_and_missing():
-    cases = json.loads((Path(__file__).parent / "golden" / "tian.json").read_text())["cases"]
-    case = next(case for case in cases if case["name"] == "irregular_missing")
+    case = GOLDEN["irregular_missing"]
     given, expect = case["given"], case["expect"]
     y = np.array([np.nan if v is None else v for v in given["y"]])
     plant, load_ = dw.Plant([[0, 1], [-4, -0.6]], [0, 2], [1, 0]), dw.Polynomial([0, 1], np.inf)

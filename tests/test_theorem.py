@@ -1,21 +1,19 @@
 """Tian's theorem 1: its coefficients in exact arithmetic, as printed and as corrected; kernels, variances, letters."""
 
-import json
 import math
 from fractions import Fraction
 from itertools import zip_longest
-from pathlib import Path
 
 import numpy as np
 import pytest
 from oracle import algebraic_theorem
+from paper_motor import GOLDEN
 
 import driftwise as dw
 from driftwise.estimators.algebraic.filter import kernel
 from driftwise.estimators.algebraic.relation import radical
 from driftwise.estimators.algebraic.theorem import Theorem, polynomial_variance, transfer_function
 
-CASES = {c["name"]: c for c in json.loads((Path(__file__).parent / "golden" / "tian.json").read_text())["cases"]}
 THEOREM = Theorem([0, 2, 10, 1], [2], 0, [50])  # of the paper's motor
 
 
@@ -24,7 +22,7 @@ def powers(found):
 
 
 def test_coefficients_of_the_motor_are_the_golden_ones():
-    expected = CASES["theorem_dc_motor"]["expect"]
+    expected = GOLDEN["theorem_dc_motor"]["expect"]
     a, b = transfer_function([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
     assert all(abs(x - y) < 1e-15 for x, y in zip(a + b, [0, 2, 10, 1, 2]))  # 0.2 is no binary fraction
     assert THEOREM.N == expected["N"]
@@ -146,17 +144,17 @@ def test_the_theorem_holds_in_exact_arithmetic(theorem, w):
 
 
 def test_kernels_and_variances_are_the_golden_ones():
-    case = CASES["kernel_values"]
+    case = GOLDEN["kernel_values"]
     theorem = Theorem([int(c) for c in case["given"]["D1"][::-1]], degree=-1)
     found = [float(kernel(theorem, t, tau)) for t, tau in case["given"]["points"]]
     np.testing.assert_allclose(found, case["expect"]["k"], rtol=0, atol=case["tol"])
     tau = np.linspace(0, 1, 5)
-    for name, own in CASES["polynomial_kernels"]["expect"].items():
+    for name, own in GOLDEN["polynomial_kernels"]["expect"].items():
         theorem = Theorem([0] * int(name[2:]) + [1], degree=-1)
         for order, polynomial in enumerate(own.values()):
             expected = np.polyval(polynomial[::-1], tau)
             np.testing.assert_allclose(kernel(theorem, 1.0, tau, order), expected, rtol=0, atol=1e-9)
-    case = CASES["polynomial_variance"]
+    case = GOLDEN["polynomial_variance"]
     assert [str(polynomial_variance(*pair)) for pair in case["given"]["pairs"]] == case["expect"]["V"]
 
 

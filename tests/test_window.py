@@ -1,13 +1,12 @@
 """The observer of a known plant on regular samples: golden cases, dense least squares, deviations, bad inputs."""
 
-import json
 import math
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paper_motor import CONSTANT, COSINE, GOLDEN, MOTOR, SIGMA
 from scipy.linalg import expm
 
 import driftwise as dw
@@ -15,11 +14,8 @@ from driftwise.estimators.window.gains import Design, smallest
 from driftwise.models.plant import Augmented
 from driftwise.workflow.laws import same
 
-GOLDEN = {c["name"]: c for c in json.loads((Path(__file__).parent / "golden" / "tian.json").read_text())["cases"]}
-INF, FS, SIGMA = np.inf, 1e-3, 0.015 / math.sqrt(3)
-MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
+INF, FS = np.inf, 1e-3
 SILENT = MOTOR._replace(B=None)  # what the input does is taken off the samples: 24 sin t is no straight line
-CONSTANT, COSINE = dw.Polynomial([0, 0, 5], INF), dw.Sinusoid(50.0, [0, 0, 5], INF)
 SOFT = (CONSTANT._replace(prior_std=2.0), COSINE._replace(prior_std=2.0))
 
 
@@ -368,6 +364,11 @@ BAD = {
     "no dt": (lambda: dw.WindowObserver(SILENT, 0.5, noise_std=1.0), "dt must be given"),
     "walk": (half_a_second(CONSTANT._replace(walk=1.0)), "a window knows none"),
     "prior of x": (half_a_second(x_std=1.0), "x0 and x_std are the prior of the first state"),
+    "first state without a deviation": (
+        lambda: observed(INF, CONSTANT, x0=[1, 0, 0]),
+        "x0 says nothing where x_std is",
+    ),
+    "no samples to report": (lambda: observed(0.5, CONSTANT).scan([]).report("none.html"), "the trace has no samples"),
     "learnt noise and a prior": (
         lambda: dw.WindowObserver(SILENT, 0.5, noise_std=None, disturbances=SOFT, dt=FS),
         "State noise_std, or leave these infinite",
@@ -376,7 +377,16 @@ BAD = {
     "tolerance": (half_a_second(tolerance=[1.0, 2.0]), r"tolerance must be positive .* \(3,\) or \(4,\)"),
     "derived": (half_a_second(derived={"a": [1.0]}), r"derived\['a'\] must be a row of 3 numbers on x or 4 on z"),
     "derived name": (half_a_second(derived={"q": [1, 0, 0]}), "has the name of a state"),
+    "name of a column": (half_a_second(dw.Polynomial([0, 0, 5], INF, name="status")), "status: a name must stand for"),
+    "name of an output": (half_a_second(plant=SILENT._replace(outputs="x1")), "x1: a name must stand for one thing"),
+    "too long": (lambda: observed(1e9, CONSTANT), "1000000000000 samples, and 200000 are the most"),
+    "too long to keep": (lambda: observed(1e9, CONSTANT, irregular=True), "and 200000 are the most"),
+    "hum at Nyquist": (
+        half_a_second(dw.Sinusoid(np.pi / FS, [0, 1], INF), plant=dw.Plant([[0, 1], [0, -2]])),
+        r"sample faster \(pi/dt = 3141\.59 is the limit",
+    ),
     "detector": (half_a_second(detector=dw.Score()), "Score watches parameters"),
+    "dates": (scanned(np.zeros(3), time=np.arange(3).astype("M8[s]")), "got dates: take"),
     "clock": (scanned(np.zeros(3), time=[0.0, 1e-3, 5e-3]), r"say irregular=True"),
     "backwards": (scanned(np.zeros(3), time=[0.0, 1e-3, 0.0]), "time must increase"),
     "infinite": (scanned([0.0, np.inf]), "y is infinite at index"),
@@ -390,6 +400,13 @@ def test_what_cannot_be_is_refused(name):
     make, message = BAD[name]
     with pytest.raises(dw.InputError, match=message):
         make()
+
+
+def test_a_missing_input_is_told_where_bars_do_not_know():
+    trace = observed(0.1, CONSTANT, MOTOR, hold="zoh").scan(np.zeros(400), np.where(np.arange(400) == 300, np.nan, 0.0))
+    assert "In 1 samples an input was missing and held" in trace.summary().words
+    assert "y is predicted without any error: is the sensor stuck" in trace.summary().words
+    assert (300, "input missing, held at its last value") in [(event.sample, event.text) for event in trace.events()]
 
 
 def test_smallest_window_is_found():

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 from driftwise.edge.figure import LINES, PALETTE, POINTS, _changes, _innovations, _output, _tidy, steady_range
 from driftwise.edge.thin import envelope
+from driftwise.workflow.observer_summary import views
 
 __all__ = ["plot"]
 
@@ -30,8 +29,7 @@ def plot(trace, *, labels=None, figure=None):
     heights = [1.7, 1.0] * form.outputs + [1.2] * len(names)
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
     time = np.asarray(trace.time)
-    for i, name in enumerate(form.output_names):
-        one = _one(trace, i)
+    for i, (name, one) in enumerate(zip(form.output_names, views(trace))):
         _output(axes[2 * i], one, time)
         if i:
             axes[2 * i].get_legend().remove()  # the first one serves all
@@ -60,11 +58,3 @@ def plot(trace, *, labels=None, figure=None):
         _tidy(ax)
     figure.align_ylabels(axes)
     return axes
-
-
-def _one(trace, i):
-    """Return the columns of output i under the names that the trace of one output has."""
-    columns = {name: getattr(trace, name) for name in ("y", "prediction", "innovation", "variance", "status")}
-    columns["half"] = trace.band()
-    mine = {name: c if c.ndim == 1 else c[:, i] for name, c in columns.items()}
-    return SimpleNamespace(**mine, band=lambda: mine["half"])

@@ -10,7 +10,7 @@ import numpy as np
 from driftwise.kernel.status import Status
 from driftwise.workflow.trace import Trace
 
-__all__ = ["Keeper", "Offsets", "ThinTrace"]
+__all__ = ["Keeper", "ObserverKeeper", "Offsets", "ThinTrace"]
 
 ROWS = 20_000
 EVENTS = 10_000
@@ -93,20 +93,38 @@ class ThinTrace(Trace):
         return self._dof
 
 
-class Keeper:
-    """Takes one trace after the other and keeps every 2^k-th sample, so that never more than 20 000 are held.
+class Thinning:
+    """Takes columns stretch by stretch and keeps every 2^k-th sample, so that never more than 20 000 are held."""
 
-    The status of a kept sample holds the bits of all those it stands for.
-    """
+    def __init__(self):
+        self.samples, self.stride = 0, 1
+        self._parts: list[tuple[np.ndarray, ...]] = []
+
+    def keep(self, *columns) -> None:
+        """Take in the next stretch."""
+        self._parts.append(self._thin(columns, -self.samples % self.stride, self.stride))
+        self.samples += len(columns[0])
+        while sum(len(part[0]) for part in self._parts) > ROWS:
+            self._parts = [self._thin(self.kept(), 0, 2)]
+            self.stride *= 2
+
+    def kept(self) -> tuple[np.ndarray, ...]:
+        """Return the columns at the samples that are kept."""
+        return tuple(map(np.concatenate, zip(*self._parts)))
+
+    def _thin(self, columns, first: int, stride: int) -> tuple[np.ndarray, ...]:
+        return tuple(column[first::stride].copy() for column in columns)
+
+
+class Keeper(Thinning):
+    """Takes one trace after the other, thinned out; the status of a kept sample has the bits of all it stands for."""
 
     def __init__(self, estimator, offsets: Offsets):
+        super().__init__()
         self.estimator, self.offsets = estimator, offsets
         self.jumps: list[Any] = []
         self._events: list[Any] = []
-        self.samples, self.stride = 0, 1
         self.state: Any = None
-        self._parts: list[tuple[np.ndarray, ...]] = []
-        self._held = 0
 
     def add(self, trace: Trace) -> None:
         """Take in the next stretch of the run, in the units it was estimated in."""
@@ -116,32 +134,13 @@ class Keeper:
         jumps = trace.jumps(EVENTS - len(self.jumps))
         self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
         self.state = trace.state
-        first = -self.samples % self.stride
-        if first < len(trace):
-            pick = slice(first, None, self.stride)
-            outs = trace.outs[pick].copy()
-            outs[:, 3] = _gathered(trace.status, first, self.stride, len(outs))
-            self._parts.append(
-                (
-                    trace.time[pick].copy(),
-                    trace.y[pick].copy(),
-                    trace.u[pick].copy(),
-                    outs,
-                    trace.dof[pick].copy(),
-                )
-            )
-            self._held += len(outs)
-        self.samples += len(trace)
-        while self._held > ROWS:
-            self._halve()
+        self.keep(trace.time, trace.y, trace.u, trace.outs, trace.dof)
 
-    def _halve(self) -> None:
-        time, y, u, outs, dof = (np.concatenate(part) for part in zip(*self._parts))
-        status = outs[:, 3].astype(np.int64)
-        outs = outs[::2].copy()
-        outs[:, 3] = _gathered(status, 0, 2, len(outs))
-        self._parts = [(time[::2], y[::2], u[::2], outs, dof[::2])]
-        self._held, self.stride = len(outs), 2 * self.stride
+    def _thin(self, columns, first, stride):
+        thin = super()._thin(columns, first, stride)
+        outs, status = thin[3], columns[3][:, 3].astype(np.int64)
+        outs[:, 3] = _gathered(status, first, stride, len(outs))
+        return thin
 
     @property
     def events(self) -> list[Any]:
@@ -157,8 +156,7 @@ class Keeper:
 
     def trace(self) -> ThinTrace:
         """Return what was kept as a trace in the units of the file."""
-        time, y, u, outs, dof = (np.concatenate(part) for part in zip(*self._parts))
-        outs = outs.copy()
+        time, y, u, outs, dof = self.kept()
         y, u, outs[:, 0] = self.offsets.given_back(y, u, outs[:, 0])
         return ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof)
 
@@ -171,6 +169,30 @@ class Keeper:
         columns["y"] = y
         columns |= {"u" if u.shape[1] == 1 else f"u{i + 1}": column for i, column in enumerate(u.T)}
         return pa.table({name: pa.array(column) for name, column in columns.items()})
+
+
+class ObserverKeeper(Thinning):
+    """Takes one trace of an observer after the other, thinned out, and its first events."""
+
+    def __init__(self):
+        super().__init__()
+        self.events: list[Any] = []
+        self._last: Any = None
+
+    def add(self, trace) -> None:
+        """Take in the next stretch of the run."""
+        found = trace.events(EVENTS - len(self.events)) if len(self.events) < EVENTS else []
+        if self.samples and trace.ready[0] and self._last.ready[-1]:
+            found = [event for event in found if event.kind != "READY" or event.sample]
+        self.events += [replace(event, sample=event.sample + self.samples) for event in found]
+        self.keep(trace.time, trace.y, trace.u, trace.outs)
+        self._last = trace
+
+    def trace(self):
+        """Return what was kept as a trace."""
+        time, y, u, outs = self.kept()
+        last = self._last
+        return type(last)(last.estimator, y, u, outs, last.keep, last.state, last.observed_before, time)
 
 
 def _gathered(status, first: int, stride: int, count: int):

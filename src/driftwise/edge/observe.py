@@ -17,7 +17,6 @@ __all__ = ["Observation", "execute"]
 
 UNEVEN = 1e-3  # a step that differs by this share from the usual one makes a table irregular
 TUNED = 20_000  # rows that a walk is tuned on
-KEPT = 20_000  # samples that the page is drawn from
 
 
 class Observation(NamedTuple):
@@ -39,6 +38,7 @@ class Observation(NamedTuple):
 
 def execute(asked: Observation) -> None:
     """Run the observer over the table: estimate, save, report, print."""
+    from driftwise.edge.keep import ObserverKeeper
     from driftwise.edge.runner import NO_ROW, progress, window
     from driftwise.workflow.observer_summary import ObserverSummary
 
@@ -65,7 +65,7 @@ def execute(asked: Observation) -> None:
                 y, u, time = _columns(asked, chunk)
                 if estimator is None:
                     estimator, said = _estimator(asked, options, tuned, record, y, u, time)
-                    summary, keeper = ObserverSummary(estimator), Thinned()
+                    summary, keeper = ObserverSummary(estimator), ObserverKeeper()
                 stamps = time if estimator.irregular or estimator.is_growing else None
                 trace = estimator.scan(y, u, time=stamps, state=state)
                 if time is not None:
@@ -112,7 +112,9 @@ def _estimator(asked, options, tuned, record, y, u, time):
 
     import driftwise as dw
 
-    dt, said = asked.dt or record.clock.dt or 1.0, []
+    dt, said = asked.dt or record.clock.dt, []
+    if not dt:
+        raise CommandError("the plant is in seconds: say --time COLUMN, or --dt with the seconds between samples")
     if time is not None and "irregular" not in options and len(time) > 1:
         steps = np.diff(time)
         if np.any(abs(steps - dt) > UNEVEN * dt):
@@ -145,41 +147,6 @@ def _roughness(y) -> list[float]:
     rough = np.diff(y.reshape(len(y), -1), 3, axis=0)
     found = np.sqrt(np.nanmean(rough**2, axis=0) / 20)
     return np.where(found > 0, found, 1.0).tolist()
-
-
-class Thinned:
-    """Every 2^k-th sample of a long run, so that never more than 20 000 are held, and its first events."""
-
-    def __init__(self):
-        self.events: list[Any] = []
-        self.samples, self.stride = 0, 1
-        self._parts: list[tuple] = []
-        self._last: Any = None
-
-    def add(self, trace) -> None:
-        """Take in the next stretch of the run."""
-        from dataclasses import replace
-
-        import numpy as np
-
-        found = trace.events(10_000 - len(self.events)) if len(self.events) < 10_000 else []
-        if self.samples and trace.ready[0] and self._last.ready[-1]:
-            found = [event for event in found if event.kind != "READY" or event.sample]
-        self.events += [replace(event, sample=event.sample + self.samples) for event in found]
-        pick = slice(-self.samples % self.stride, None, self.stride)
-        self._parts.append(tuple(column[pick].copy() for column in (trace.time, trace.y, trace.u, trace.outs)))
-        self.samples, self._last = self.samples + len(trace), trace
-        while sum(len(part[0]) for part in self._parts) > KEPT:
-            self._parts = [tuple(column[::2] for column in map(np.concatenate, zip(*self._parts)))]
-            self.stride *= 2
-
-    def trace(self):
-        """Return what was kept as a trace."""
-        import numpy as np
-
-        time, y, u, outs = map(np.concatenate, zip(*self._parts))
-        last = self._last
-        return type(last)(last.estimator, y, u, outs, last.keep, last.state, last.observed_before, time)
 
 
 def _table(trace):

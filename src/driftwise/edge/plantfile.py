@@ -59,6 +59,9 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
         plant = dw.Plant(**plant, inputs=inputs or None, outputs=outputs)
         listed = found.get("disturbance", [])
         listed = listed if isinstance(listed, list) else [listed]
+        derived = found.get("derived", {})
+        if not all(isinstance(table, dict) for table in (*listed, derived)):
+            raise InputError(f"disturbances and derived outputs are sections. A file looks like this:\n{EXAMPLE}")
         tuned = [i for i, q in enumerate(listed) if q.get("walk") == "tune"]
         disturbances = tuple(map(_disturbance, listed))
         observer = dict(found["observer"])
@@ -69,18 +72,21 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
             observer["noise_std"] = None
         if "false_alarms" in observer:
             observer["detector"] = dw.Parity(observer.pop("false_alarms"))
-        names = _checked(plant, disturbances)
-        derived = {name: _row(name, row, names, inputs) for name, row in found.get("derived", {}).items()}
+        names = _checked(plant, disturbances, inputs)
+        derived = {name: _row(name, row, names, inputs) for name, row in derived.items()}
     except InputError as error:
         raise CommandError(f"--plant {path}: {error}") from None
     options = dict(plant=plant, disturbances=disturbances, derived=derived or None, **observer)
     return options, tuned
 
 
-def _checked(plant, disturbances) -> list[str]:
+def _checked(plant, disturbances, inputs) -> list[str]:
     from driftwise.models.plant import Augmented
 
-    return Augmented(plant, disturbances).names
+    system = Augmented(plant, disturbances)
+    if system.inputs != len(inputs):
+        raise InputError(f"B has {system.inputs} columns, and {len(inputs)} inputs are named: --input COLUMN for each")
+    return system.names
 
 
 def _known(table, names, what) -> None:

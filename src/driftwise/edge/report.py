@@ -41,6 +41,8 @@ def write(
     from driftwise.edge import report_plots as draw
     from driftwise.edge import report_roots
 
+    if not len(trace):
+        raise InputError("the trace has no samples, so there is nothing to report. Was the record empty?")
     if smoothed is not None and len(smoothed) != len(trace):
         raise InputError(f"smoothed has {len(smoothed)} samples and the trace {len(trace)}: smooth the same record")
     summary = summary if summary is not None else trace.summary()

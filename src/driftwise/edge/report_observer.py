@@ -9,6 +9,7 @@ from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.figure import LINES, LINES_SHOWN, changes
 from driftwise.edge.wording import interval, number, plus_minus
+from driftwise.errors import InputError
 from driftwise.workflow.observer_summary import views
 
 __all__ = ["write"]
@@ -33,6 +34,8 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
 
     from driftwise.edge import report_plots as draw
 
+    if not len(trace):
+        raise InputError("the trace has no samples, so there is nothing to report. Was the record empty?")
     summary = summary if summary is not None else trace.summary()
     events = list(trace.events() if events is None else events)
     form = trace.estimator.model

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..errors import InputError
+from ..models.plant import HOLDS
 
 LARGEST = 1e100  # typical size of data
 
@@ -199,3 +200,52 @@ def counts(name, value, least=0) -> tuple[int, ...]:
     """Return whole numbers from one, or from a sequence of them."""
     values = value if isinstance(value, tuple | list | np.ndarray) else (value,)
     return tuple(count(name, v, least) for v in values)
+
+
+# --- of a known plant --------------------------------------------------------------------------------------
+
+
+def hold(value, inputs: int) -> str:
+    """Return what u does between its samples; without an input it does not matter."""
+    if not inputs:
+        if value is not None:
+            raise InputError(f"the plant has no input, so hold says nothing: leave it out, got {value!r}")
+        return HOLDS[0]
+    if value not in HOLDS:
+        raise InputError(
+            'u is given at its samples only: hold must say what it does between them, "zoh" (held) or "foh" (a '
+            f"straight line); a wrong one is an error of the plant. Got {value!r}"
+        )
+    return value
+
+
+def tolerance(value, n: int, m: int) -> np.ndarray:
+    """Return the largest deviation of each of m elements that will do, infinite where none was stated."""
+    found = floats("tolerance", np.inf if value is None else value)
+    if found.shape not in ((), (n,), (m,)) or np.isnan(found).any() or np.any(found <= 0):
+        shapes = f"({n},)" if n == m else f"({n},) or ({m},)"
+        raise InputError(f"tolerance must be positive (inf: any will do), a number or {shapes}, got {value!r}")
+    limits = np.full(m, np.inf)
+    limits[: found.size if found.ndim else m] = found
+    return limits
+
+
+def degree(name, value) -> int:
+    """Return the degree of a polynomial in time, -1 for none."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < -1:
+        raise InputError(
+            f"{name} is the degree of an unknown polynomial, at least -1: -1 none, 0 a constant, 1 a ramp; "
+            f"got {value!r}"
+        )
+    return int(value)
+
+
+def frequencies(value) -> list[float]:
+    """Return different frequencies in rad/s."""
+    found = np.atleast_1d(floats("frequencies", value))
+    if found.ndim > 1 or not np.all(np.isfinite(found) & (found > 0)):
+        what = ": a frequency of 0 is a constant, a polynomial of degree 0" if np.any(found == 0) else ""
+        raise InputError(f"frequencies must be positive and finite, in rad/s, got {value!r}{what}")
+    if len(np.unique(found)) < len(found):
+        raise InputError(f"frequencies must be different, or their sinusoids cannot be told apart: {value!r}")
+    return found.tolist()

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..models.plant import HOLDS, Augmented
+from ..models.plant import Augmented
 from . import door
 from .mimo import door as mimo_door
 from .reading import Rows, Step
@@ -26,6 +26,19 @@ class Observed(NamedTuple):
     names: list[str]
     input_names: list[str]
     output_names: list[str]
+
+
+def check_names(model: Observed) -> None:
+    """Refuse names that a trace's table could not tell apart."""
+    own = ["time", "prediction", "innovation", "variance", "status", "statistic", "ready"]
+    told = model.state_names + model.names
+    names = own + model.output_names + model.input_names + told + [f"{name}_std" for name in told]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(
+            f"{', '.join(twice)}: a name must stand for one thing, and these are also an output, an input, or a column "
+            "that every trace has. A measured state may be called speed, and the output speed_measured"
+        )
 
 
 class Observing(Rows):
@@ -140,22 +153,17 @@ class Observing(Rows):
                 )
         return found
 
+    def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return plant states, disturbances and what follows them, with their deviations; NaN and inf until ready."""
+        is_ready = np.asarray(state["ready"] > 0)[..., None]
+        std = np.sqrt(np.asarray(self.sigma2(state)))[..., None] * state["std"]
+        return np.where(is_ready, self._values(state), np.nan), np.where(is_ready, std, np.inf)
+
+    def _values(self, state) -> np.ndarray:
+        return state["estimates"]
+
     def sigma2(self, state):
         """Return the noise variance learnt so far where noise_std is None, else 1: deviations are relative to it."""
         if self.noise_std is not None:
             return np.ones(np.shape(state["chi2"]))[()]
         return state["chi2"] / np.maximum(state["observed"], 1.0)
-
-
-def check_hold(hold, inputs: int) -> str:
-    """Return what u does between its samples; without an input it does not matter."""
-    if not inputs:
-        if hold is not None:
-            raise InputError(f"the plant has no input, so hold says nothing: leave it out, got {hold!r}")
-        return HOLDS[0]
-    if hold not in HOLDS:
-        raise InputError(
-            'u is given at its samples only: hold must say what it does between them, "zoh" (held) or "foh" (a '
-            f"straight line); a wrong one is an error of the plant. Got {hold!r}"
-        )
-    return hold

@@ -12,6 +12,10 @@ def instants(time, shape, state=None, repeats: bool = False) -> np.ndarray:
 
     With ``repeats`` an instant may come again: another measurement of the same state.
     """
+    if np.asarray(time).dtype.kind in "mM":  # their numbers are of any unit: no seconds
+        raise InputError(
+            "time must hold seconds as numbers, got dates: take (t - t0) / np.timedelta64(1, 's'), with one t0 for all"
+        )
     try:
         time = np.ascontiguousarray(time, float)
     except (TypeError, ValueError):

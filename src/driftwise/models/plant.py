@@ -97,9 +97,7 @@ class Augmented:
         A, B, C, D = self._matrices(plant)
         n, k, p = len(A), B.shape[1], len(C)
         self.n, self.inputs, self.outputs = n, k, p
-        if isinstance(disturbances, Polynomial | Sinusoid):
-            disturbances = (disturbances,)
-        self.disturbances = tuple(disturbances)
+        self.disturbances = _listed(disturbances)
         shapes, into, seen, priors, walks, names = [], [], [], [], [], []
         for i, q in enumerate(self.disturbances):
             S, walk, own = _shape(q)
@@ -132,7 +130,9 @@ class Augmented:
     @staticmethod
     def _matrices(plant):
         if not isinstance(plant, Plant):
-            raise InputError(f"plant must be Plant(A, B, C, D), got {plant!r}")
+            is_one = all(hasattr(plant, name) for name in "ABCD") and not isinstance(plant, type)
+            cause = ": take its matrices, Plant(sys.A, sys.B, sys.C, sys.D)" if is_one else ""
+            raise InputError(f"plant must be Plant(A, B, C, D), got {plant!r}{cause}")
         A = _matrix("A", plant.A, None)
         n = len(A)
         if A.shape != (n, n) or not n:
@@ -223,6 +223,16 @@ class Augmented:
         return (Q + Q.T) * (unit / 2)
 
 
+def _listed(disturbances) -> tuple:
+    if isinstance(disturbances, Polynomial | Sinusoid):
+        return (disturbances,)
+    if not isinstance(disturbances, tuple | list):
+        raise InputError(
+            f"disturbances must be Polynomial(..), Sinusoid(..), or a list of them (none: ()), got {disturbances!r}"
+        )
+    return tuple(disturbances)
+
+
 def _told(mode: complex) -> str:
     if mode == 0:
         return "the constant mode (0)"
@@ -248,8 +258,16 @@ def _matrix(name, value, rows, is_row=False) -> np.ndarray:
     return found
 
 
+def _numbers(value) -> np.ndarray:
+    """Return an array, NaN where the value is no numbers at all."""
+    try:
+        return np.array(np.nan if value is None else value, float)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
+
+
 def _column(name, value, size, of) -> np.ndarray:
-    found = np.array(value, float)
+    found = _numbers(value)
     if found.shape not in ((), (size,)) or not np.isfinite(found).all():
         raise InputError(f"{name} must be a finite number, or {size} of them (one for each {of}), got {value!r}")
     if found.ndim == 0 and found and size > 1:
@@ -287,7 +305,7 @@ def _modes(q) -> list[complex]:
 
 
 def _priors(q, size) -> np.ndarray:
-    found = np.array(np.nan if q.prior_std is None else q.prior_std, float)
+    found = _numbers(q.prior_std)
     fits = found.shape in ((), (size,)) and not np.isnan(found).any() and np.all(found >= 0)
     if not fits:
         raise InputError(

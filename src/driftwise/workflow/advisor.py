@@ -14,7 +14,7 @@ from ..estimators import door
 from ..estimators.window.gains import Design
 from ..estimators.window.horizon import Horizon
 from ..models.plant import Augmented, Plant
-from .lines import forced, noise, resolve_hold
+from .lines import forced
 from .prices import Price, prices
 
 USUAL = [10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000]  # samples
@@ -143,9 +143,9 @@ def advise(
     smallest window within the tolerance: 1.24 s
     """
     augmented = Augmented(plant, disturbances)
-    dt, sigma = door.positive("dt", dt), noise(noise_std, augmented.outputs)
+    dt, sigma = door.positive("dt", dt), door.sizes("noise_std", noise_std, augmented.outputs)
     samples = _samples(windows, dt)
-    limits = None if tolerance is None else _tolerance(tolerance, augmented)
+    limits = door.tolerance(tolerance, augmented.n, augmented.m)
     try:
         augmented.require_observable()
         hidden = ""
@@ -154,7 +154,7 @@ def advise(
     horizon = Horizon(augmented, dt, sigma)
     std = np.array([np.full(augmented.m, np.inf) if hidden else horizon.std(L) for L in samples])
     required = None
-    if limits is not None:
+    if tolerance is not None:
         required = 0 if hidden else horizon.shortest(lambda L: bool(np.all(horizon.std(L) <= limits)))
     bias = None
     if model_error is not None and not hidden:
@@ -188,7 +188,7 @@ def _bias(horizon, truth, u, samples, first, hold) -> np.ndarray:
         )
     if u is None:
         raise InputError("model_error needs u, a record of inputs: what moves the plant decides how wrong it is")
-    u, hold = door.simultaneous(u, len(np.asarray(u)), model.inputs), resolve_hold(hold, model.inputs)
+    u, hold = door.simultaneous(u, len(np.asarray(u)), model.inputs), door.hold(hold, model.inputs)
     if np.isnan(u).any() or len(u) <= first:
         raise InputError(f"u must have no NaN and more samples ({len(u)}) than the longest window ({first})")
     (x, y), (x_model, y_model) = (forced(plant, u, horizon.dt, hold) for plant in (true, model))
@@ -210,14 +210,3 @@ def _samples(windows, dt) -> np.ndarray:
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or np.any(found < dt):
         raise InputError(f"windows must be lengths in seconds, of at least one sample ({dt:g} s), got {windows!r}")
     return np.maximum(1, np.rint(found / dt)).astype(int)
-
-
-def _tolerance(tolerance, augmented) -> np.ndarray:
-    found = door.floats("tolerance", tolerance)
-    n, m = augmented.n, augmented.m
-    if found.shape not in ((), (n,), (m,)) or np.isnan(found).any() or np.any(found <= 0):
-        raise InputError(
-            f"tolerance must be positive, inf where it does not matter: a number, ({n},) of the plant's states or "
-            f"({m},) of {', '.join(augmented.names)}; got {tolerance!r}"
-        )
-    return np.concatenate([found, np.full(m - n, np.inf)]) if found.shape == (n,) else np.full(m, found)

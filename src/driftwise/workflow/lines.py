@@ -11,6 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from ..errors import InputError
 from ..estimators import door
+from ..estimators.mimo import door as mimo_door
 from ..estimators.window.gains import Design
 from ..models.plant import Augmented, Plant, Sinusoid
 
@@ -129,7 +130,7 @@ def scan_frequency(
     augmented = Augmented(plant, disturbances)
     y, u = _record(augmented, y, u)
     dt = door.positive("dt", dt)
-    sigma = noise(noise_std, augmented.outputs)
+    sigma = door.sizes("noise_std", noise_std, augmented.outputs)
     low, high = _band(band, dt)
     if not (isinstance(risk, float) and 0 < risk < 1):
         raise InputError(f"risk must be a probability between 0 and 1, got {risk!r}")
@@ -137,7 +138,7 @@ def scan_frequency(
     if count > len(y):
         raise InputError(f"window is {window:g} s but the record has {len(y) * dt:g} s")
     line = Augmented(plant, Sinusoid(low, into, math.inf, outputs=outputs))
-    hold = resolve_hold(hold, augmented.inputs)
+    hold = door.hold(hold, augmented.inputs)
     seen = _Seen(augmented, line, y[-count:] - forced(augmented, u[-count:], dt, hold)[1], dt, sigma)
     width = 2 * math.pi / (count * dt)
     grid = np.linspace(low, high, 2 + math.ceil((high - low) / (STEP * width)))
@@ -255,28 +256,8 @@ def forced(augmented: Augmented, u, dt: float, hold: str):
     return z, z @ augmented.H.T + u @ augmented.D.T
 
 
-def noise(noise_std, outputs: int) -> np.ndarray:
-    """Return the standard deviation of the noise of each output."""
-    found = door.each("noise_std", noise_std, outputs)
-    if np.any(found <= 0):
-        raise InputError(f"noise_std must be positive, got {noise_std!r}")
-    return found
-
-
-def resolve_hold(hold, inputs: int) -> str:
-    """Return what inputs do between samples; it must be said where there are any."""
-    if hold is None and inputs:
-        raise InputError('hold must say what the inputs do between samples: "zoh" (held) or "foh" (straight lines)')
-    return "zoh" if hold is None else hold
-
-
 def _record(augmented, y, u):
-    y = door.numbers("y", y)
-    if y.ndim == 1 and augmented.outputs == 1:
-        y = y[:, None]
-    if y.ndim != 2 or y.shape[1] != augmented.outputs:
-        raise InputError(f"y must be (T, {augmented.outputs}), got shape {y.shape}; time comes first")
-    u = door.simultaneous(u, len(y), augmented.inputs)
+    y, u = mimo_door.record(y, u, augmented.outputs, augmented.inputs)
     if np.isnan(u).any():
         raise InputError("u is missing (NaN) somewhere: what it does to the plant cannot be taken out. Fill it first")
     return y, u

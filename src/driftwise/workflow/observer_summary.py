@@ -98,7 +98,11 @@ class ObserverSummary:
             if not nis.samples:
                 continue
             size = math.sqrt(nis.value)
-            if nis.is_consistent or abs(size - 1) < 0.05:
+            if not size:
+                said.append(
+                    f"{name} is predicted without any error: is the sensor stuck, or the record no measurement?"
+                )
+            elif nis.is_consistent or abs(size - 1) < 0.05:
                 said.append(f"{name} is predicted as well as the plant and the noise say (NIS {nis.value:.2f}).")
             else:
                 more, why = (
@@ -110,6 +114,9 @@ class ObserverSummary:
                     f"{name}: prediction errors are {max(size, 1 / size):.2g} times {more} than stated (NIS "
                     f"{nis.value:.2g}): {why}, and so are the error bars."
                 )
+        missing = self.outputs[0].missing_inputs
+        if missing:
+            said.append(f"In {missing} samples an input was missing and held; the error bars do not know of it.")
         if self.jumps:
             said.append(f"The plant changed or a fault began: {self.jumps} alarms, the last at {self.last_jump:g} s.")
         return " ".join(said)

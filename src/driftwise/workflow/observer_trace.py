@@ -173,7 +173,7 @@ class ObserverTrace(Trace):
         names = self.estimator.model.output_names
         each, many = self.status.reshape(len(self), len(names)).T, len(names) > 1
         found = self._turns() + self.jumps(limit)
-        for bit, text in MEANING.items():
+        for bit, text in (MEANING | {Status.MISSING_INPUT: "input missing, held at its last value"}).items():
             if bit in (Status.JUMP, Status.NOT_READY):
                 continue
             for i, status in enumerate(each if bit in OF_OUTPUTS else each[:1]):

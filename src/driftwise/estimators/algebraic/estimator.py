@@ -15,10 +15,10 @@ from ...kernel import compose
 from ...memory.drift import Never
 from ...models.scale import KnownScale, UnknownScale
 from .. import door
-from ..observing import Observed, Observing, check_hold
+from ..observing import Observed, Observing, check_names
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
-from .relation import Relation, known, shape
+from .relation import Relation, known
 from .row import COLUMNS, Algebraic, fields, scratch_size
 from .theorem import Theorem
 
@@ -107,11 +107,11 @@ class AlgebraicObserver(Observing):
             tolerance=tolerance, epsilon=epsilon,
         )  # fmt: skip
         self.dt, self.irregular = door.positive("dt", dt), False
-        self.degree, self.frequencies = shape(degree, frequencies)
+        self.degree, self.frequencies = door.degree("degree", degree), door.frequencies(frequencies)
         self.noise_std = None if noise_std is None else door.size("noise_std", noise_std)
         self.known = found = known(plant, into, self.degree, self.frequencies)
         self.plant = found.plant
-        self.hold = check_hold(hold, len(found.inputs))
+        self.hold = door.hold(hold, len(found.inputs))
         self.theorem = Theorem(found.a, found.b, self.degree, [Fraction(w) for w in self.frequencies])
         rows, feeds, slopes, names = self._read_out()
         n = len(found.states)
@@ -119,6 +119,7 @@ class AlgebraicObserver(Observing):
             n, n + (self.theorem.xi > 0), len(rows), len(found.inputs), 1, found.states, names, found.inputs,
             [found.output],
         )  # fmt: skip
+        check_names(self.model)
         limits = self._limits(tolerance, len(rows))
         wait = 0.0 if epsilon is None else math.ceil(door.positive("epsilon", epsilon) / self.dt - 1e-9)
         form = self._form_of(rows, feeds, slopes, limits, wait)
@@ -173,12 +174,9 @@ class AlgebraicObserver(Observing):
     def _limits(self, tolerance, count) -> np.ndarray:
         """Return the largest deviation of each estimate that is ready, infinite where none was stated."""
         n = self.theorem.n
-        given = door.floats("tolerance", np.inf if tolerance is None else tolerance)
-        if given.shape not in ((), (n,)) or np.isnan(given).any() or np.any(given <= 0):
-            raise InputError(f"tolerance must be positive (inf: any will do), a number or ({n},), got {tolerance!r}")
         limits = np.full(count, np.inf)
         first = 0 if self.known.states else count - n - 1
-        limits[first : first + n] = given
+        limits[first : first + n] = door.tolerance(tolerance, n, n)
         return limits
 
     def _form_of(self, rows, feeds, slopes, limits, wait) -> Algebraic:
@@ -197,9 +195,3 @@ class AlgebraicObserver(Observing):
             powers=found.powers.ravel(), alpha=found.alpha, reach=found.reach, ahead=found.ahead, rows=rows.ravel(),
             feeds=feeds, slopes=slopes, tolerance=limits,
         )  # fmt: skip
-
-    def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
-        """Return states, disturbance and derivatives with their deviations; NaN and inf until ready."""
-        is_ready = np.asarray(state["ready"] > 0)[..., None]
-        std = np.sqrt(np.asarray(self.sigma2(state)))[..., None] * state["std"]
-        return np.where(is_ready, state["estimates"], np.nan), np.where(is_ready, std, np.inf)

@@ -35,22 +35,6 @@ class Known(NamedTuple):
     output: str
 
 
-def shape(degree, frequencies) -> tuple[int, list[float]]:
-    """Return degree and frequencies of the disturbance."""
-    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or degree < -1:
-        raise InputError(
-            f"degree must be a whole number of at least -1 (no polynomial; 0: a constant disturbance), got {degree!r}"
-        )
-    found = np.atleast_1d(door.floats("frequencies", frequencies)).ravel().tolist()
-    for w in found:
-        if not (np.isfinite(w) and w > 0):
-            what = "; a frequency of 0 is a constant: degree=0" if w == 0 else ""
-            raise InputError(f"frequencies must be positive, in rad/s, got {frequencies!r}{what}")
-    if len(set(found)) < len(found):
-        raise InputError(f"frequencies must be different, or their disturbances cannot be told apart: {frequencies!r}")
-    return int(degree), found
-
-
 def known(plant, into, degree, frequencies) -> Known:
     """Return the equation of a `Plant` or a `Relation`, or say why the theorem is not for it."""
     found = (

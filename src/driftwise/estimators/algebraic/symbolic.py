@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...errors import InputError
+from .. import door
 from .theorem import Theorem
 
 
@@ -48,11 +49,9 @@ def symbolic_coefficients(a, b=0, *, degree: int = 0, frequencies: Any = 0) -> S
     numbers, w = letters("a", a, 0, 0), letters("w", frequencies, 1, 0)
     numbers += [sympy.Integer(1)] if isinstance(a, int) else []
     inputs = letters("b", b, 0, 1)
-    if not isinstance(degree, int) or degree < -1:
-        raise InputError(f"degree must be a whole number of at least -1, got {degree!r}")
     if len(numbers) < 2 or numbers[-1] != 1 or len(inputs) >= len(numbers):
         raise InputError(f"a must end in a_n = 1, n at least 1, and b be shorter (m < n), got {a!r} and {b!r}")
-    theorem, t, s = Theorem(numbers, inputs, degree, w), sympy.Symbol("t"), sympy.Symbol("s")
+    theorem, t, s = Theorem(numbers, inputs, door.degree("degree", degree), w), sympy.Symbol("t"), sympy.Symbol("s")
 
     def written(powers, variable=t):
         return sum((c * variable**p for p, c in powers.items()), sympy.Integer(0))

@@ -50,14 +50,11 @@ class Theorem:
     """
 
     def __init__(self, a, b=(), degree: int = 0, frequencies=()):
-        P = [0] * (degree + 1) + [1]
-        for w in frequencies:
-            P = product(P, [w * w, 0, 1])
-        self.a, self.b, self.P = list(a), list(b), P
-        self.n, self.m, self.xi = len(self.a) - 1, len(self.b) - 1, len(P) - 1
+        self.a, self.b, self.P = list(a), list(b), disturbance_polynomial(degree, frequencies)
+        self.n, self.m, self.xi = len(self.a) - 1, len(self.b) - 1, len(self.P) - 1
         self.N = N = self.n + self.xi
         self.c = [comb(N, j) for j in range(N + 1)]
-        self.D1, self.D2 = product(P, self.a), product(P, self.b)
+        self.D1, self.D2 = product(self.P, self.a), product(self.P, self.b)
         self.D1s, self.D2s = derivatives(self.D1, N), derivatives(self.D2, N)  # D1^(0) .. D1^(N)
         self.k = [series(D, self.D1, N) for D in self.D1s]  # k[mu,j,q] = k[j][mu - q]
         self.k_u = [series(D, self.D1, N) for D in self.D2s]
@@ -92,6 +89,14 @@ class Theorem:
     def markov(self, count: int) -> list[Any]:
         """Return g_0 .. g_(count-1), B/A = g_0/s + g_1/s^2 + ..: y^(mu) has the direct terms sum_h g_(mu-1-h) u^(h)."""
         return series(self.b, self.a, count)[1:]
+
+
+def disturbance_polynomial(degree: int, frequencies) -> list[Any]:
+    """Return P, lowest power first: s^(degree+1) prod (s^2 + w^2), whose product with the disturbance has no pole."""
+    P: list[Any] = [0] * (degree + 1) + [1]
+    for w in frequencies:
+        P = product(P, [w * w, 0, 1])
+    return P
 
 
 def product(p, q) -> list[Any]:

@@ -17,10 +17,11 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...kernel.compose import Vector, advance, choice, kernel, open_row, open_work, rare, watch
-from ...kernel.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_INPUT, MISSING_OUTPUT, REJECTED
+from ...kernel.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...kernel.ud import correct, entry, predicted_variance, variance, widen
 from ...memory.drift import Never, Restart, Walk, drift
 from ...models.scale import sigma2
+from ..gain.step import take_inputs
 from ..joint.row import HUGE
 from .chain import decay, respond
 
@@ -198,19 +199,6 @@ def move_inputs(form, state, work, seconds):
         decay(work.e, state.u[l], state.u[l])
         for j in range(work.n):
             state.u[l, j] += state.held[l] * work.hold[j]
-
-
-@kernel
-def take_inputs(state, u, t):
-    """Take the inputs of sample t; a missing one stays what it was."""
-    status = 0
-    for l in range(state.held.size):
-        value = u[t, l]
-        if abs(value) < HUGE:
-            state.held[l] = value
-        else:
-            status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
-    return status
 
 
 @kernel

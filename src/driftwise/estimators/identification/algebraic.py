@@ -11,6 +11,7 @@ from ...models.canonical import Canonical
 from ...models.continuous import ContinuousModel
 from ...models.convert import Model
 from .. import door
+from ..times import instants
 from . import discrete, verdict
 from .search import Found, find
 
@@ -139,7 +140,7 @@ def algebraic_identification(
     m = n - 1 if zeros is None else door.count("zeros", zeros)
     if m >= n:
         raise InputError(f"zeros must be below order = {n}, got {m}: a plant that answers at once has no such model")
-    degree, frequencies = _disturbance(disturbance, frequencies)
+    degree, frequencies = door.degree("disturbance", disturbance), door.frequencies(frequencies)
     noise = None if noise_std is None else door.positive("noise_std", noise_std)
     is_measured = np.isfinite(y)
     unknowns = 2 * n + u.shape[1] * (m + 1) + degree + 1 + 2 * len(frequencies)
@@ -212,34 +213,8 @@ def _record(y, u, dt, time, hold):
             f"u is NaN at sample {int(np.argwhere(np.isnan(u))[0, 0])}: its effect is integrated, so every value must "
             "be known. Was it held at the last one? Then write that down"
         )
-    if k == 0:
-        hold = "zoh" if hold is None else hold
-    if hold is None:
-        raise InputError(
-            "hold must be said: 'zoh' where u stays until the next sample (a computer's output), 'foh' where it goes "
-            "straight to the next one (a measured signal). The wrong one costs more than the noise"
-        )
-    door.one_of("hold", hold, ("zoh", "foh"))
+    hold = door.hold(hold, k)
     if (dt is None) == (time is None):
         raise InputError("give either dt (seconds between samples) or time (their instants), exactly one of them")
-    t = door.positive("dt", dt) * np.arange(len(y)) if time is None else door.vector("time", time, len(y))
-    if not np.all(np.diff(t) > 0):
-        at = int(np.flatnonzero(np.diff(t) <= 0)[0]) + 1
-        raise InputError(f"time must increase, but stands or goes back at index {at}. Is it sorted, without repeats?")
+    t = door.positive("dt", dt) * np.arange(len(y)) if time is None else instants(time, (len(y),))
     return t, y, u, hold
-
-
-def _disturbance(degree, frequencies):
-    """Return the degree of the polynomial, -1 for none, and frequencies in rad/s."""
-    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or degree < -1:
-        raise InputError(
-            f"disturbance is the degree of an unknown polynomial: 0 a constant, 1 a ramp, -1 none; got {degree!r}"
-        )
-    w = np.atleast_1d(door.floats("frequencies", frequencies))
-    if w.ndim != 1 or not np.all(np.isfinite(w)):
-        raise InputError(f"frequencies must be a list of finite numbers in rad/s, got {frequencies!r}")
-    if np.any(w <= 0):
-        raise InputError(f"frequencies must be positive, in rad/s, got {w.tolist()}: a constant is disturbance=0")
-    if len(np.unique(w)) < len(w):
-        raise InputError(f"frequencies must differ from each other, got {w.tolist()}")
-    return int(degree), tuple(w.tolist())

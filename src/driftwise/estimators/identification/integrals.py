@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import comb, factorial, perm
 
 import numpy as np
-from numpy.polynomial import polynomial as poly
 from numpy.polynomial.legendre import leggauss
+
+from ..algebraic.theorem import disturbance_polynomial
 
 
 def iterated(t, left, right, N: int) -> np.ndarray:
@@ -42,20 +43,12 @@ def annihilated(J, N: int) -> np.ndarray:
     return V
 
 
-def disturbance_polynomial(degree: int, frequencies) -> np.ndarray:
-    """Return P (ascending), s^(degree+1) prod (s^2 + w^2): P(s) D(s) is a polynomial."""
-    P = np.eye(degree + 2)[degree + 1]
-    for w in frequencies:
-        P = poly.polymul(P, [w * w, 0.0, 1.0])
-    return P
-
-
 def closed_form(t, y, u, n: int, m: int, hold: str, degree: int, frequencies):
     """Return a (n,), b (k, n) and the condition of their regression; t runs from 0 to 1, y is complete.
 
     d^N/ds^N of P (A Y - B U), N = n + deg P, holds neither the initial state nor the disturbance.
     """
-    P = disturbance_polynomial(degree, frequencies)
+    P = np.array(disturbance_polynomial(degree, frequencies), float)
     N = n + len(P) - 1
     rows = t >= 0.25
     weight = t[rows] ** -(N + 1.0)

@@ -55,8 +55,7 @@ def resolve_start(start) -> AlgebraicStart | None:
     door.one_of("hold", start.hold, ("zoh", "foh"))
     if start.samples is not None:
         door.count("samples", start.samples, least=1)
-    if isinstance(start.disturbance, bool) or not isinstance(start.disturbance, int) or start.disturbance < -1:
-        raise InputError(f"disturbance is the degree of a polynomial, -1 for none, got {start.disturbance!r}")
+    door.degree("disturbance", start.disturbance)
     return start
 
 

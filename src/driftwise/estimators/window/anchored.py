@@ -14,7 +14,8 @@ X and leaves R as it is, while the state at the end would be known worse and wor
 
 import math
 
-from ...kernel.compose import kernel, rare
+from ...kernel.compose import rare
+from ...kernel.qr import invert, solve_triangular
 from ...kernel.ud import entry, orthogonalise
 
 # what a row keeps of the start: 1 while delta is apart; of all rows so far their squares, log variances and number
@@ -32,9 +33,9 @@ def begin(form, state):
         state.zhat[i], state.D[i] = form.mean[i], form.prior[i]
         for j in range(d):
             state.X[i, j] = 1.0 if form.free[j] == i else 0.0
-    for j in range(d):
-        for i in range(d + 1):
-            state.R[j, i] = 0.0
+    for i in range(d + 1):
+        for j in range(d):
+            state.R[i, j] = 0.0
     for i in range(state.start.size):
         state.start[i] = 0.0
     state.start[ANCHORED] = 1.0 if d > 0 else 0.0
@@ -62,57 +63,30 @@ def orthonormalise(X):
 
 @rare
 def add(R, row):
-    """Rotate a row [h, e] into the triangle [R, r] (Givens); return the square that is left of e: not of delta."""
-    d = R.shape[0]
+    """Rotate a row [h, e] into the triangle [R, r] (Givens); return the square that is left of e: not of delta.
+
+    R lies transposed, as `kernel.qr` has it.
+    """
+    d = R.shape[1]
     for j in range(d):
         if row[j] != 0.0:
             size = math.hypot(R[j, j], row[j])
             c, s = R[j, j] / size, row[j] / size
             for i in range(j, d + 1):
-                old = R[j, i]
-                R[j, i] = c * old + s * row[i]
+                old = R[i, j]
+                R[i, j] = c * old + s * row[i]
                 row[i] = c * row[i] - s * old
     return row[d] * row[d]
-
-
-@kernel
-def invert(R, inverse):
-    """Fill R^-1; return the condition of R with columns of length one (Frobenius), infinite where it is singular."""
-    d, condition = R.shape[0], 0.0
-    for j in range(d):
-        if R[j, j] == 0.0:
-            return math.inf
-    for j in range(d):
-        for i in range(d):
-            inverse[i, j] = 0.0
-        inverse[j, j] = 1.0 / R[j, j]
-        for i in range(j - 1, -1, -1):
-            total = 0.0
-            for l in range(i + 1, j + 1):
-                total -= R[i, l] * inverse[l, j]
-            inverse[i, j] = total / R[i, i]
-    for i in range(d):
-        column, row = 0.0, 0.0
-        for l in range(i + 1):
-            column += R[l, i] * R[l, i]
-        for l in range(i, d):
-            row += inverse[i, l] * inverse[i, l]
-        condition += column * row
-    return math.sqrt(d * condition)
 
 
 @rare
 def resolve(state, work):
     """Fill delta, S = X R^-1 and work.z = zhat + X delta; return the condition of R, its columns of length one."""
-    R, delta, d = state.R, work.delta, state.R.shape[0]
-    condition = invert(R, work.inverse)
+    R, delta, d = state.R, work.delta, state.R.shape[1]
+    condition = invert(R, d, work.inverse)
     if condition == math.inf:
         return condition
-    for i in range(d - 1, -1, -1):
-        delta[i] = R[i, d]
-        for j in range(i + 1, d):
-            delta[i] -= R[i, j] * delta[j]
-        delta[i] /= R[i, i]
+    solve_triangular(R, d, delta)
     for i in range(state.zhat.size):
         work.z[i] = state.zhat[i]
         for j in range(d):
@@ -146,5 +120,5 @@ def fold(state, work):
     for j in range(d):
         state.start[LOGDET] += 2.0 * math.log(abs(state.R[j, j]))
         for i in range(d + 1):
-            state.R[j, i] = 0.0
+            state.R[i, j] = 0.0
     state.start[ANCHORED] = 0.0

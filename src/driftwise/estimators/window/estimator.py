@@ -16,9 +16,10 @@ from ...memory.drift import Never
 from ...models.plant import Augmented
 from ...models.scale import KnownScale, UnknownScale
 from .. import door
-from ..observing import Observed, Observing, check_hold
+from ..observing import Observed, Observing, check_names
 from ..policies import resolve_detector
 from . import fir, growing, queue
+from .gains import LONGEST
 from .row import common_fields
 from .tuning import Tuned, tune_walks, tune_window
 
@@ -121,7 +122,7 @@ class WindowObserver(Observing):
             x_std=x_std,
         )  # fmt: skip
         self.plant = system = Augmented(plant, disturbances)
-        self.hold = check_hold(hold, system.inputs)
+        self.hold = door.hold(hold, system.inputs)
         if dt is None:
             raise InputError("dt must be given: the seconds between samples (the typical ones where irregular=True)")
         self.dt, self.irregular = door.positive("dt", dt), door.yes("irregular", irregular)
@@ -131,6 +132,7 @@ class WindowObserver(Observing):
         self.noise_std = None if noise_std is None else door.sizes("noise_std", noise_std, system.outputs)
         self._refuse_what_the_form_ignores()
         self.capacity = math.ceil(1.5 * self.length) + 1 if capacity is None else door.count("capacity", capacity, 1)
+        self._refuse_what_no_memory_holds()
         self._set_prior(x0, x_std)
         system.require_observable()
         rows, feeds, more = _derived({} if derived is None else derived, system)
@@ -139,6 +141,7 @@ class WindowObserver(Observing):
             n, m, m + len(more), system.inputs, p, system.names[:n], system.names[n:] + more, system.input_names,
             system.output_names,
         )  # fmt: skip
+        check_names(self.model)
         self.derived_rows, self.derived_feeds = rows, feeds
         self.scale = UnknownScale(0.5, 1e-20) if noise_std is None else KnownScale()
         self.parity = detector if isinstance(detector, Parity) else None
@@ -147,7 +150,7 @@ class WindowObserver(Observing):
                 "Parity compares two windows of regular samples: it needs a finite window and no irregular="
             )
         kernel_detector = Silent() if detector is None or self.parity is not None else resolve_detector(detector)
-        self.tolerance = _tolerance(tolerance, system, len(more))
+        self.tolerance = np.concatenate([door.tolerance(tolerance, n, m), np.full(len(more), np.inf)])
         self._common: dict[str, Any] = dict(
             n=n, m=m, inputs=system.inputs, outputs=p, dt=self.dt, settle=SETTLE, H=system.H.ravel(),
             D=system.D.ravel(), r=np.ones(p) if self.noise_std is None else self.noise_std**2, rows=rows.ravel(),
@@ -186,6 +189,14 @@ class WindowObserver(Observing):
                 "absolute. State noise_std, or leave these infinite (walk: 0)"
             )
 
+    def _refuse_what_no_memory_holds(self):
+        most = self.capacity if self.irregular and not self.is_growing else self.length
+        if most > LONGEST:
+            raise InputError(
+                f"a window of {self.window:g} s would hold {most} samples, and {LONGEST} are the most. Is window or dt "
+                "in the wrong unit? To look back at everything take window=math.inf, or keep every tenth sample"
+            )
+
     def _set_prior(self, x0, x_std):
         n = self.plant.n
         self.x0 = np.zeros(n) if x0 is None else door.vector("x0", np.atleast_1d(x0), n)
@@ -193,6 +204,8 @@ class WindowObserver(Observing):
         if found.shape not in ((), (n,)) or np.isnan(found).any() or np.any(found < 0):
             raise InputError(f"x_std must be at least 0 (inf: nothing is known), a number or ({n},), got {x_std!r}")
         self.x_std = np.full(n, found)
+        if np.any(self.x0[np.isinf(self.x_std)]):
+            raise InputError(f"x0 says nothing where x_std is infinite: state how sure it is, got {x0!r} and {x_std!r}")
 
     # --- running -------------------------------------------------------------------------------------------
 
@@ -236,7 +249,12 @@ class WindowObserver(Observing):
         >>> print(f"{found.tuned.walk[0]:.2f}, the truth is {0.3 / np.sqrt(0.1):.2f}")
         0.95, the truth is 0.95
         """
-        y = np.asarray(y, float)
+        y = door.numbers("y", y)
+        measured = np.count_nonzero(np.isfinite(y))
+        if measured <= self.plant.m:
+            raise InputError(
+                f"y has {measured} measured values and there are {self.plant.m} unknowns: nothing to tune by"
+            )
         if self.is_growing:
             return tune_walks(self, y, u, time, which, door.yes("noise", noise))
         if which is not None or noise:
@@ -252,13 +270,9 @@ class WindowObserver(Observing):
 
     # --- reading a state -----------------------------------------------------------------------------------
 
-    def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
-        """Return plant states, disturbances and derived outputs with their deviations; NaN and inf until ready."""
+    def _values(self, state):
         more = state["z"] @ self.derived_rows.T + state["held"] @ self.derived_feeds.T
-        is_ready = np.asarray(state["ready"] > 0)[..., None]
-        values = np.where(is_ready, np.concatenate([state["z"], more], axis=-1), np.nan)
-        std = np.sqrt(np.asarray(self.sigma2(state)))[..., None] * state["std"]
-        return values, np.where(is_ready, std, np.inf)
+        return np.concatenate([state["z"], more], axis=-1)
 
     def loglik(self, state) -> float:
         """Return the sum of log predictive densities of the outputs, from the first that was predicted."""
@@ -288,16 +302,3 @@ def _derived(derived, system):
             raise InputError(f"derived[{name!r}] must be a row of {n} numbers on x or {m} on z, got {given!r}")
         rows[i, : row.size], feeds[i] = row, door.vector(f"derived[{name!r}] on u", np.atleast_1d(on_u), k)
     return rows, feeds, list(derived)
-
-
-def _tolerance(tolerance, system, more) -> np.ndarray:
-    """Return the tolerance of each element of z and of the derived outputs, infinite where none was stated."""
-    n, m = system.n, system.m
-    given = door.floats("tolerance", np.inf if tolerance is None else tolerance)
-    if given.shape not in ((), (n,), (m,)) or np.isnan(given).any() or np.any(given <= 0):
-        raise InputError(
-            f"tolerance must be positive (inf: any will do), a number, ({n},) or ({m},), got {tolerance!r}"
-        )
-    found = np.full(m + more, np.inf)
-    found[: given.size if given.ndim else m] = given
-    return found

@@ -17,7 +17,7 @@ from ..gain.step import take_inputs
 from .gains import Design, require_usable
 from .parity import contradiction, tables
 from .partial import AT, FILLED, FORESEEN, GAPS, solve
-from .row import DETERMINED, HEAD, along, elapse, observe, products, report, unit
+from .row import DETERMINED, along, elapse, observe, places, products, report, unit
 
 BY_GAINS, BY_ROWS = 2.0, 1.0  # how z was determined
 
@@ -151,13 +151,8 @@ def scratch_size(form) -> int:
 
 @open_row.on(Fir)
 def _(form, row):
-    m, k, p, L = int(form.m), int(form.inputs), int(form.outputs), int(form.length)
-    z = HEAD_SIZE
-    std = z + m
-    ahead = std + form.tolerance.size
-    held = ahead + p
-    marks = held + k
-    own = marks + int(form.marks)
+    k, p, L = int(form.inputs), int(form.outputs), int(form.length)
+    z, std, ahead, held, marks, own = places(form)
     ring = own + 4
     there = ring + 2 * L * (p + k)
     predicted = there + L * p
@@ -165,9 +160,6 @@ def _(form, row):
         row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:own], row[own:ring],
         row[ring:there], row[there:predicted], row[predicted:],
     )  # fmt: skip
-
-
-HEAD_SIZE = len(HEAD)
 
 
 @open_work.on(Fir)

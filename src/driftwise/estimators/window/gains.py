@@ -20,7 +20,7 @@ from scipy.linalg import expm, matrix_balance, null_space, qr, schur, solve_sylv
 from ...errors import InputError
 
 WORST = 1e12  # condition of the scaled window matrix beyond which its digits are gone
-LONGEST = 200_000  # samples: how far a usable window is searched for
+LONGEST = 200_000  # samples that a window holds at most, and how far a usable one is searched for
 
 
 class Coordinates:
@@ -163,6 +163,12 @@ def require_usable(design: Design, tolerance=None) -> None:
     least = smallest(lambda L: meets(Design(system, dt, L, design.noise_std, design.hold)), max(samples, 1))
     advice = f"the smallest usable one is {least * dt:g} s ({least} samples)" if least else "no longer one would do"
     names = ", ".join(system.names)
+    aliased = [abs(mode.imag) for mode in system.modes if abs(mode.imag) * dt > np.pi * (1 - 1e-9)]
+    if not design.is_usable and aliased:
+        raise InputError(
+            f"with samples {dt:g} s apart a mode at {aliased[0]:g} rad/s looks like a slower one, and cannot be told "
+            f"apart from the others ({names}): sample faster (pi/dt = {np.pi / dt:g} is the limit), or leave it out"
+        )
     if not design.is_usable:
         raise InputError(
             f"a window of {samples} samples cannot tell {design.frame.free} unknowns apart ({names}; condition "

@@ -6,19 +6,19 @@ Kalman filter (Bierman and Thornton), disturbances that walk included.
 """
 
 import math
-from typing import Any, NamedTuple, get_type_hints
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernel import ud
-from ...kernel.compose import Vector, advance, choice, kernel, open_row, open_work, rare
+from ...kernel.compose import Vector, advance, kernel, open_row, open_work, rare
 from ...kernel.status import LOST
 from ...kernel.ud import correct, predicted_variance, project
-from ..continuous.step import take_inputs
+from ..gain.step import take_inputs
 from ..recursive.row import HUGE
 from .anchored import ANCHORED, LOGDET, OUTPUTS, SQUARES, START, add, begin, fold, orthonormalise, resolve
 from .motion import discretise, move
-from .row import DETERMINED, HEAD, SAMPLES, along, elapse, observe, report
+from .row import DETERMINED, SAMPLES, along, elapse, observe, places, report
 
 KNOWN = 1e12  # condition of the triangle up to which the unknown counts as determined
 HAND_OVER = 1e8  # and up to which a covariance is made of it: half the digits are left
@@ -54,10 +54,6 @@ class Growing(NamedTuple):
     free: Vector
 
 
-# The same for steps of any length: a type of its own, for exponentials take as long to compile as all the rest.
-Irregular = NamedTuple("Irregular", list(get_type_hints(Growing, include_extras=True).items()))  # type: ignore[misc]
-
-
 class Row(NamedTuple):
     """Views of one state row."""
 
@@ -72,7 +68,7 @@ class Row(NamedTuple):
     D: np.ndarray
     U: np.ndarray
     X: np.ndarray  # (m, d)
-    R: np.ndarray  # (d, d + 1): the triangle, and what it equals
+    R: np.ndarray  # (d + 1, d): the triangle, and what it equals, transposed
 
 
 class Work(NamedTuple):
@@ -103,7 +99,7 @@ class Work(NamedTuple):
     powers: np.ndarray
 
 
-def build(estimator, common) -> Any:
+def build(estimator, common) -> Growing:
     """Return the form of a `WindowObserver` whose window is infinite."""
     system, dt, n = estimator.plant, estimator.dt, estimator.plant.n
     none = np.zeros(0)
@@ -111,8 +107,7 @@ def build(estimator, common) -> Any:
     steps = [M.ravel() for M in system.discretise(dt, estimator.hold)]
     is_walking, is_irregular = np.any(system.walk > 0), estimator.irregular
     U, D = ud.factor(system.noise(dt)) if is_walking else (np.zeros((0, 0)), none)
-    kind: Any = Irregular if is_irregular else Growing
-    return kind(
+    return Growing(
         **common, line=float(estimator.hold == "foh"), Phi=steps[0], G0=steps[1], G1=steps[2],
         Uq=U[ud.packed_indices(len(D))], Dq=D, A=system.A.ravel() if is_irregular else none,
         B=system.B.ravel() if is_irregular else none, walk=system.walk,
@@ -126,7 +121,7 @@ def fields(form) -> list[tuple]:
     m, d = int(form.m), len(form.free)
     return [
         ("start", "f8", (len(START),)), ("zhat", "f8", (m,)), ("D", "f8", (m,)), ("U", "f8", (m * (m - 1) // 2,)),
-        ("X", "f8", (m, d)), ("R", "f8", (d, d + 1)),
+        ("X", "f8", (m, d)), ("R", "f8", (d + 1, d)),
     ]  # fmt: skip
 
 
@@ -151,15 +146,10 @@ def scratch_size(form) -> int:
     return 2 * p + k + 8 * m + 2 * d + 1 + m * d + d * d + 2 * m * m + step + 5 * wide
 
 
-@open_row.on(Growing, Irregular)
+@open_row.on(Growing)
 def _(form, row):
-    m, p, d = int(form.m), int(form.outputs), form.free.size
-    z = len(HEAD)
-    std = z + m
-    ahead = std + form.tolerance.size
-    held = ahead + p
-    marks = held + int(form.inputs)
-    start = marks + int(form.marks)
+    m, d = int(form.m), form.free.size
+    z, std, ahead, held, marks, start = places(form)
     zhat = start + len(START)
     D = zhat + m
     U = D + m
@@ -167,11 +157,11 @@ def _(form, row):
     R = X + m * d
     return Row(
         row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:start], row[start:zhat],
-        row[zhat:D], row[D:U], row[U:X], row[X:R].reshape(m, d), row[R:].reshape(d, d + 1),
+        row[zhat:D], row[D:U], row[U:X], row[X:R].reshape(m, d), row[R:].reshape(d + 1, d),
     )  # fmt: skip
 
 
-@open_work.on(Growing, Irregular)
+@open_work.on(Growing)
 def _(form, scratch):
     m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), form.free.size, widest(form)
     on = 1 if wide > 0 else 0
@@ -207,19 +197,10 @@ def _(form, scratch):
 # --- one sample --------------------------------------------------------------------------------------------
 
 
-@choice
+@kernel
 def advance_time(form, state, work, seconds):
     """Take state and covariance to this sample, so many seconds after the one before."""
-
-
-@advance_time.on(Growing)
-def _(form, state, work, seconds):
-    move(form.Phi, form.G0, form.G1, form.Uq, form.Dq, state, work)
-
-
-@advance_time.on(Irregular)
-def _(form, state, work, seconds):
-    if seconds != form.dt:
+    if form.A.size > 0 and seconds != form.dt:
         discretise(form, work, seconds)
         move(work.Phi, work.G0, work.G1, work.Uq, work.Dq, state, work)
     else:
@@ -303,7 +284,7 @@ def take(form, state, work):
         start[OUTPUTS] += 1.0
 
 
-@advance.on(Growing, Irregular)
+@advance.on(Growing)
 def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     head, m, status = state.head, state.zhat.size, 0
     seconds = elapse(form, state, u, t)
@@ -343,4 +324,4 @@ def loglik(estimator, state) -> float:
     squares, logdet, outputs = (float(state["start"][i]) for i in (SQUARES, LOGDET, OUTPUTS))
     if state["start"][ANCHORED] > 0:
         logdet += 2 * float(np.sum(np.log(np.abs(np.diagonal(state["R"])))))
-    return -0.5 * ((outputs - state["R"].shape[-2]) * math.log(2 * math.pi) + logdet + squares)
+    return -0.5 * ((outputs - state["R"].shape[-1]) * math.log(2 * math.pi) + logdet + squares)

@@ -19,7 +19,7 @@ from ...kernel.compose import Vector, advance, kernel, open_row, open_work, rare
 from ...kernel.qr import invert, solve_triangular, triangularise
 from ..gain.step import take_inputs
 from .gains import WORST, Coordinates, Design, require_usable
-from .row import DETERMINED, HEAD, TIME, along, elapse, observe, report
+from .row import DETERMINED, TIME, along, elapse, observe, places, report
 from .segment import Layout, coordinates, driven, layout
 from .stacks import COUNT, FRONT, MARKS, Bench, Queue, append, drop_older, join_all, move_over
 
@@ -129,12 +129,7 @@ def scratch_size(form) -> int:
 def _(form, row):
     at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
     m, wide = at.m, 1 + at.k + at.p
-    z = len(HEAD)
-    std = z + m
-    ahead = std + form.tolerance.size
-    held = ahead + at.p
-    marks = held + at.k
-    w = marks + int(form.marks)
+    z, std, ahead, held, marks, w = places(form)
     C = w + m
     queue = C + m * m
     moves = queue + MARKS

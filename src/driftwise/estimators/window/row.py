@@ -57,6 +57,16 @@ def common_fields(form) -> list[tuple]:
     ]
 
 
+@kernel
+def places(form):
+    """Return where z, std, ahead, held, marks, and what follows them begin in a row."""
+    std = len(HEAD) + int(form.m)
+    ahead = std + form.tolerance.size
+    held = ahead + int(form.outputs)
+    marks = held + int(form.inputs)
+    return len(HEAD), std, ahead, held, marks, marks + int(form.marks)
+
+
 @choice
 def unit(scale, head):
     """Return sigma^2, infinite where it is yet to be learnt (1 where the noise is known)."""
