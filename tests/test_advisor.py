@@ -43,7 +43,7 @@ def test_a_prior_of_zero_leaves_the_disturbance_out():
 
 
 def test_growing_and_decaying_modes_stay_conditioned():
-    """y'' - 9 y = 0 at 5 s (T8: .0791, .2522 with a constant); a mode that dies within a hundredth of the window."""
+    """y'' - 9 y = 0 at 5 s (.0791, .2522 with a constant); a mode that dies within a hundredth of the window."""
     unstable = Horizon(Augmented(dw.Plant([[0, 1], [9, 0]]), dw.Polynomial([0, 1], np.inf)), 1e-3, 1.0)
     np.testing.assert_allclose(unstable.std(5001)[:2], [0.0791, 0.2522], rtol=2e-3)
     assert unstable.condition(5001) < 1e3 and motor("hard4").condition(8000) < 1e5

@@ -203,6 +203,7 @@ def test_a_trace_is_saved_and_read_back(tmp_path):
     assert repr(back.estimator) == repr(est)
     np.testing.assert_array_equal(back.estimates, trace.estimates)
     assert list(trace.columns())[-10:-5] == ["pi", "y_e", "dy", "d2y", "d3y"]
+    assert trace.summary().as_dict()["loglik"] is None  # the theorem has no likelihood
 
 
 @pytest.mark.parametrize(
@@ -239,3 +240,11 @@ def test_a_trace_is_saved_and_read_back(tmp_path):
 def test_what_does_not_fit_is_refused(make, message):
     with pytest.raises(dw.InputError, match=message):
         make()
+
+
+def test_what_an_observer_is_not_for():
+    est = dw.AlgebraicObserver(MOTOR, into=[0, 0, 5], dt=1e-3, hold="foh")
+    with pytest.raises(dw.InputError, match="WindowObserver finds walks"):
+        est.tune(np.zeros(10))
+    with pytest.raises(dw.InputError, match="does not look back"):
+        est.smooth(np.zeros(10))

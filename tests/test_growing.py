@@ -85,7 +85,7 @@ def test_a_walk_counts_from_the_first_sample_on_at_any_instants():
     assert agree(est, y, u, time, 1e-9) > 30
 
 
-# --- the DC motor of Tian (2009), as theory/tian.md corrects and measures it -------------------------------
+# --- the DC motor of Tian (2009), corrected -------------------------------
 
 PLAIN = MOTOR._replace(B=None)
 

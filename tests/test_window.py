@@ -167,7 +167,7 @@ def test_every_window_is_a_dense_least_squares(name, hold):
 
 
 def test_an_unstable_plant_has_the_deviation_of_least_squares():
-    """Five seconds of x'' = 9 x + q: 0.0791, where the published theorem has 79.5 (theory T8, 11)."""
+    """Five seconds of x'' = 9 x + q: 0.0791, where the published theorem has 79.5."""
     plant, q = dw.Plant([[0, 1], [9, 0]]), dw.Polynomial([0, 1], INF)
     est = dw.WindowObserver(plant, 5.001, noise_std=1.0, disturbances=q, dt=1e-3)
     np.testing.assert_allclose(est.design.std[:2], [0.0791, 0.2522], rtol=1e-3)
@@ -202,7 +202,7 @@ def _of_constant(samples, all_of_it=False):
 
 
 def test_a_long_window_and_a_long_run():
-    """8 s of a plant with a fast stable pole, and 10^4 samples sliding: where other forms lose every digit (T2)."""
+    """8 s of a plant with a fast stable pole, and 10^4 samples sliding: where other forms lose every digit."""
     truth, forced = (c[::4] for c in motor(10_000))
     options = dict(noise_std=SIGMA, disturbances=(CONSTANT, COSINE), dt=4 * FS)
     trace = dw.WindowObserver(SILENT, 8.0, **options).scan(truth[:, 0] - forced[:, 0])
@@ -378,7 +378,7 @@ BAD = {
     "derived": (half_a_second(derived={"a": [1.0]}), r"derived\['a'\] must be a row of 3 numbers on x or 4 on z"),
     "derived name": (half_a_second(derived={"q": [1, 0, 0]}), "has the name of a state"),
     "name of a column": (half_a_second(dw.Polynomial([0, 0, 5], INF, name="status")), "status: a name must stand for"),
-    "name of an output": (half_a_second(plant=SILENT._replace(outputs="x1")), "x1: a name must stand for one thing"),
+    "name of an input": (half_a_second(plant=MOTOR._replace(inputs="x1"), hold="zoh"), "x1: a name must stand for one"),
     "too long": (lambda: observed(1e9, CONSTANT), "1000000000000 samples, and 200000 are the most"),
     "too long to keep": (lambda: observed(1e9, CONSTANT, irregular=True), "and 200000 are the most"),
     "hum at Nyquist": (
@@ -412,3 +412,16 @@ def test_a_missing_input_is_told_where_bars_do_not_know():
 def test_smallest_window_is_found():
     design = [Design(Augmented(SILENT, CONSTANT), FS, L, [SIGMA]).is_usable for L in (3, 4)]
     assert design == [False, True] and smallest(lambda L: L >= 37, 1) == 37
+
+
+def test_an_exact_record_has_no_best_window():
+    est = dw.WindowObserver(dw.Plant([[0, 1], [0, -2]]), 0.5, noise_std=None, dt=0.01)
+    with pytest.raises(dw.InputError, match="y is exactly what the plant says"):
+        est.tune(np.zeros(300))
+
+
+def test_an_output_called_like_a_state_is_told_from_it():
+    y = np.arange(20) * 0.01
+    est = dw.WindowObserver(dw.Plant([[0, 1], [0, 0]], states=("s", "v"), outputs="s"), 0.1, noise_std=0.01, dt=0.01)
+    table = est.scan(y).columns()
+    assert same(table["s_measured"], y) and not same(table["s"], y)

@@ -27,17 +27,23 @@ class Observed(NamedTuple):
     input_names: list[str]
     output_names: list[str]
 
+    @property
+    def measured_names(self) -> list[str]:
+        """Names of the measured columns of a table: an output called like what is estimated is told from it."""
+        told = self.state_names + self.names
+        return [f"{name}_measured" if name in told else name for name in self.output_names]
+
 
 def check_names(model: Observed) -> None:
     """Refuse names that a trace's table could not tell apart."""
     own = ["time", "prediction", "innovation", "variance", "status", "statistic", "ready"]
     told = model.state_names + model.names
-    names = own + model.output_names + model.input_names + told + [f"{name}_std" for name in told]
+    names = own + model.measured_names + model.input_names + told + [f"{name}_std" for name in told]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(
-            f"{', '.join(twice)}: a name must stand for one thing, and these are also an output, an input, or a column "
-            "that every trace has. A measured state may be called speed, and the output speed_measured"
+            f"{', '.join(twice)}: a name must stand for one thing, and these are also an input, another estimate, or a "
+            "column that every trace has"
         )
 
 
@@ -161,6 +167,14 @@ class Observing(Rows):
 
     def _values(self, state) -> np.ndarray:
         return state["estimates"]
+
+    def tune(self, *args, **options):
+        """Refuse (InputError): only walks and windows are tuned."""
+        raise InputError(f"{type(self).__name__} has no tune: WindowObserver finds walks, noise and windows")
+
+    def smooth(self, *args, **options):
+        """Refuse (InputError): an observer says what is now."""
+        raise InputError("an observer does not look back: a window's estimate is that at its end")
 
     def sigma2(self, state):
         """Return the noise variance learnt so far where noise_std is None, else 1: deviations are relative to it."""

@@ -16,6 +16,7 @@ from ..detect.watch import watch
 from ..errors import InputError, refuse_class
 from ..estimators.gain.estimator import AdaptiveGain
 from ..estimators.joint.estimator import Joint
+from ..estimators.observing import Observing
 from ..estimators.recursive.adaptation import resolve
 from ..estimators.recursive.estimator import ARX
 from ..kernel import compose
@@ -58,7 +59,7 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
 
 def _is_observer(est):
     """Say whether the estimator observes a known plant: no parameters, estimates that may not be ready."""
-    return hasattr(est, "plant")
+    return isinstance(est, Observing)
 
 
 def _example_of_a_plant(est, rng, samples, missing):

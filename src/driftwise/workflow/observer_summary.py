@@ -68,8 +68,9 @@ class ObserverSummary:
 
     @property
     def loglik(self) -> float:
-        """Log likelihood of the outputs from the first that was predicted."""
-        return self.estimator.loglik(self.state)
+        """Log likelihood of the outputs from the first that was predicted; NaN for the theorem, which has none."""
+        own = getattr(self.estimator, "loglik", None)
+        return math.nan if own is None else own(self.state)
 
     @property
     def settling(self) -> float:

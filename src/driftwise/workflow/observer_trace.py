@@ -149,10 +149,13 @@ class ObserverTrace(Trace):
         return self.estimates[:, names.index(name)], self.std[:, names.index(name)]
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns by name, under the plant's own names; with several outputs prediction.name and so on."""
+        """Return the columns by name, under the plant's own names; with several outputs prediction.name and so on.
+
+        An output called like a state is NAME_measured.
+        """
         form = self.estimator.model
         table = {"time": self.time}
-        table |= dict(zip(form.output_names, self.y.reshape(len(self), form.outputs).T))
+        table |= dict(zip(form.measured_names, self.y.reshape(len(self), form.outputs).T))
         table |= dict(zip(form.input_names, self.u.T))
         for what in ("prediction", "innovation", "variance", "status"):
             column = getattr(self, what)

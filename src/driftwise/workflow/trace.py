@@ -330,6 +330,7 @@ class Trace:
     @classmethod
     def load(cls, path) -> Trace:
         """Return a saved trace."""
+        from ..estimators.observing import Observing
         from .snapshot import rebuild
 
         path = Path(path)
@@ -337,7 +338,7 @@ class Trace:
             est = rebuild(str(f["header"]))
             state = f["state"].view(est.dtype).reshape(())
             kind = cls
-            if hasattr(est, "estimate"):  # of a known plant
+            if isinstance(est, Observing):
                 from .observer_trace import ObserverTrace as kind
             elif f["y"].ndim == 2:
                 from .mimo_trace import TraceMIMO as kind

@@ -127,8 +127,10 @@ class WindowObserver(Observing):
             raise InputError("dt must be given: the seconds between samples (the typical ones where irregular=True)")
         self.dt, self.irregular = door.positive("dt", dt), door.yes("irregular", irregular)
         self.window = _window(window)
-        self.length = 0 if math.isinf(self.window) else round(self.window / self.dt)  # samples in a window
         self.is_growing = math.isinf(self.window)
+        self.length = 0 if self.is_growing else round(self.window / self.dt)  # samples in a window
+        if not (self.is_growing or self.length):
+            raise InputError(f"window must hold samples: {self.window:g} s is less than half of dt = {self.dt:g} s")
         self.noise_std = None if noise_std is None else door.sizes("noise_std", noise_std, system.outputs)
         self._refuse_what_the_form_ignores()
         self.capacity = math.ceil(1.5 * self.length) + 1 if capacity is None else door.count("capacity", capacity, 1)

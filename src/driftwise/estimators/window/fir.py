@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from ...errors import InputError
 from ...kernel.compose import Vector, advance, kernel, open_row, open_work
 from ..gain.step import take_inputs
 from .gains import Design, require_usable
@@ -102,8 +101,6 @@ class Work(NamedTuple):
 def build(est, common) -> Fir:
     """Return the form of a `WindowObserver`."""
     system, dt, L = est.plant, est.dt, est.length
-    if L < 1:
-        raise InputError(f"window must hold samples: {est.window:g} s is less than half of dt = {dt:g} s")
     design = Design(system, dt, L, np.sqrt(common["r"]), est.hold)
     require_usable(design, None if est.noise_std is None else est.tolerance[: system.m])
     frame, m, p, k = design.frame, system.m, system.outputs, system.inputs

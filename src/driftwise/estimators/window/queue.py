@@ -83,8 +83,6 @@ class Work(NamedTuple):
 def build(est, common) -> QueueForm:
     """Return the form of a `WindowObserver`."""
     plant, n, m, length = est.plant, est.plant.n, est.plant.m, est.length
-    if length < 1:
-        raise InputError(f"window must hold samples: {est.window:g} s is less than half of dt = {est.dt:g} s")
     if est.capacity < 2:
         raise InputError(f"capacity must be at least 2 samples, got {est.capacity}")
     usual = Design(plant, est.dt, min(length, est.capacity), np.sqrt(common["r"]), est.hold)

@@ -149,6 +149,8 @@ def tune_window(est, y, u, time):
             trace = made(length).scan(y, u, time=time, keep="innovations")
             e, T = trace.innovation[first:], trace.variance[first:]
             known = ~np.isnan(e)
+            if np.any(T[known] == 0):
+                raise InputError("y is exactly what the plant says: without noise every window predicts alike")
             logliks[length] = float(-0.5 * np.sum(np.log(2 * math.pi * T[known]) + e[known] ** 2 / T[known]))
         return logliks[length]
 
