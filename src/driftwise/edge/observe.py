@@ -66,8 +66,7 @@ def execute(asked: Observation) -> None:
                 if estimator is None:
                     estimator, said = _estimator(asked, options, tuned, record, y, u, time)
                     summary, keeper = ObserverSummary(estimator), ObserverKeeper()
-                stamps = time if estimator.irregular or estimator.is_growing else None
-                trace = estimator.scan(y, u, time=stamps, state=state)
+                trace = estimator.scan(y, u, time=time if estimator.irregular else None, state=state)
                 if time is not None:
                     trace.time = time
                 state = trace.state
@@ -141,12 +140,11 @@ def _estimator(asked, options, tuned, record, y, u, time):
 
 
 def _roughness(y) -> list[float]:
-    """Return a noise deviation to start from for each output: what a parabola through three samples leaves."""
+    """Return a noise deviation to start from for each output: that of white noise with the same third differences."""
     import numpy as np
 
-    rough = np.diff(y.reshape(len(y), -1), 3, axis=0)
-    found = np.sqrt(np.nanmean(rough**2, axis=0) / 20)
-    return np.where(found > 0, found, 1.0).tolist()
+    columns = [rough[np.isfinite(rough)] for rough in np.diff(y.reshape(len(y), -1), 3, axis=0).T]
+    return [float(np.sqrt(np.mean(rough**2) / 20)) if rough.any() else 1.0 for rough in columns]
 
 
 def _table(trace):
