@@ -74,7 +74,6 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
 
     each = float(np.median(alternate(stream, rounds=7))) / few * 1e6
     yield for_information("window, regular: est.update", each, "us a sample", SOURCE)
-    yield _identification(rng)
 
 
 def _textbook(est):
@@ -102,12 +101,3 @@ def _filterpy(est, y, u):
         peer.predict(u=np.array([[1.0]]), B=G0 * u[k - 1] + G1 * u[k])
         peer.update(y[k])
     return peer.x
-
-
-def _identification(rng) -> Verdict:
-    t = 0.01 * np.arange(400)
-    u = np.where(t % 2 < 1, 1.0, -1.0)
-    y, _ = dw.simulate_continuous([0.8, 4.0], [0.0, 3.0], u=u, time=t, noise_std=0.02, seed=1)
-    run = partial(dw.algebraic_identification, y, u, order=2, zeros=0, dt=0.01, hold="zoh", disturbance=0)
-    each = float(np.median(alternate(run, rounds=9))) * 1e3
-    return for_information("algebraic_identification, 400 samples, order 2", each, "ms", SOURCE)
