@@ -159,22 +159,15 @@ def _named(record, name) -> str:
 
 
 def _write_json(asked, estimator, summary, said) -> None:
-    import json
-    import sys
-
     import driftwise
+    from driftwise.edge.results import write
 
     content = {
         "driftwise": driftwise.__version__, "file": asked.file, "plant": asked.plant,
         "columns": {"outputs": list(asked.outputs), "inputs": list(asked.inputs), "time": asked.time},
         "estimator": repr(estimator), "notes": said, "summary": summary.as_dict(),
     }  # fmt: skip
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    if asked.json == "-":
-        sys.stdout.write(text)
-        return
-    with open(asked.json, "w", encoding="utf-8") as file:
-        file.write(text)
+    write(content, asked.json)
 
 
 def _show(asked, estimator, summary, title, taken, said) -> None:

@@ -35,7 +35,6 @@ def write(
     """
     try:
         from bokeh.embed import components
-        from bokeh.resources import Resources
     except ImportError:
         raise ImportError("the report is drawn with Bokeh, which is not installed: pip install bokeh") from None
     from driftwise.edge import report_plots as draw
@@ -117,19 +116,15 @@ def write(
         html.section("events", "Events", common.event_words(events), common.event_table(events)),
         "</div>",
     ]
-    text = html.page(
+    return common.write(
+        path,
         title=title or "Recursive estimation of state and parameters",
         facts=_facts(trace, summary),
         lead=summary.words,
         cards=_cards(summary),
         sections=sections,
-        footer="Made by driftwise. The page is self-contained: nothing is loaded from the network.",
-        library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
         script=script,
     )
-    path = Path(path)
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def _facts(trace, summary) -> str:

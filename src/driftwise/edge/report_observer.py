@@ -30,7 +30,6 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     events : list of Event of the whole run; taken from the trace if omitted
     """
     from bokeh.embed import components
-    from bokeh.resources import Resources
 
     from driftwise.edge import report_plots as draw
 
@@ -100,19 +99,15 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         ),
         html.section("events", "Events", common.event_words(events), common.event_table(events)),
     ]  # fmt: skip
-    text = html.page(
+    return common.write(
+        path,
         title=title or "State and disturbances of a known plant",
         facts=_facts(trace, summary),
         lead=summary.words,
         cards=_cards(summary),
         sections=sections,
-        footer="Made by driftwise. The page is self-contained: nothing is loaded from the network.",
-        library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
         script=script,
     )
-    path = Path(path)
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def _part(name, title, divs) -> str:

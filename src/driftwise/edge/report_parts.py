@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from driftwise.edge import report_page as html
 from driftwise.edge.wording import fixed, near_one, number
 
-__all__ = ["EVENTS_SHOWN", "chosen", "event_table", "event_words", "fit_cards", "grade", "grid", "nis_words", "plot"]
+__all__ = [
+    "EVENTS_SHOWN",
+    "chosen",
+    "event_table",
+    "event_words",
+    "fit_cards",
+    "grade",
+    "grid",
+    "nis_words",
+    "plot",
+    "write",
+]
 
 EVENTS_SHOWN = 200
 
@@ -82,3 +95,17 @@ def event_table(events) -> str:
     told = sorted(chosen(events), key=lambda event: event.kind != "JUMP")  # jumps first
     rows = [[event.sample, number(event.time), event.text] for event in told]
     return html.table(["sample", "time", "what happened"], rows, text=(2,))
+
+
+def write(path, **parts) -> Path:
+    """Write a page of these parts (those of `report_page.page`), with all that Bokeh needs in it; return its path."""
+    from bokeh.resources import Resources
+
+    text = html.page(
+        footer="Made by driftwise. The page is self-contained: nothing is loaded from the network.",
+        library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
+        **parts,
+    )
+    path = Path(path)
+    path.write_text(text, encoding="utf-8")
+    return path

@@ -6,7 +6,7 @@ import json
 import math
 import sys
 
-__all__ = ["write_json"]
+__all__ = ["write", "write_json"]
 
 
 def write_json(plan, record, run, notes) -> None:
@@ -38,11 +38,16 @@ def write_json(plan, record, run, notes) -> None:
         "orders": None if run.evidence is None else run.evidence.as_dict(),
         "smoothed": None if run.smoothed is None else _smoothed(run.smoothed),
     }  # fmt: skip
+    write(content, plan.json)
+
+
+def write(content, path: str) -> None:
+    """Write JSON to a file, or to standard output where the path is -; what is not finite becomes null."""
     text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    if plan.json == "-":
+    if path == "-":
         sys.stdout.write(text)
         return
-    with open(plan.json, "w", encoding="utf-8") as file:
+    with open(path, "w", encoding="utf-8") as file:
         file.write(text)
 
 
