@@ -82,7 +82,7 @@ class AverageTrace:
     @property
     def leader(self) -> str:
         """The member of the largest weight at the end."""
-        return self.names[int(np.argmax(self.estimator.weights(self.state)))]
+        return self.names[int(np.argmax(self.weights[-1]))]
 
     def tails(self) -> tuple[np.ndarray, np.ndarray]:
         """Return what the density is made of: weights and standard deviations of normal components, (T, J) each."""

@@ -13,7 +13,7 @@ from ...models.canonical import power_of_two
 from .. import door
 from ..reading import Rows, Step
 from . import step as _step
-from .step import HEAD, INNOVATION, NAIVE, PREDICTION, SCALES, STATUS, VARIANCE, Averaging
+from .step import BLOCKS, HEAD, INNOVATION, NAIVE, PREDICTION, SCALES, STATUS, VARIANCE, Averaging
 
 
 class ModelAverage:
@@ -42,6 +42,8 @@ class ModelAverage:
         Members whose weight is less than this times the best are not heard.
     y_scale : float
         Typical size of y; `scaled_to` sets it, for all members.
+    center : float
+        Of y and each input, (1 + k,): members see the distance from there. `scaled_to` takes the medians.
 
     Notes
     -----
@@ -72,6 +74,7 @@ class ModelAverage:
         share: float = 1e-5,
         window: float = 0.01,
         y_scale: float = 1.0,
+        center=0.0,
     ):
         self.members = list(members)
         wrong = [m for m in self.members if not isinstance(m, Rows) or np.ndim(getattr(m, "y_scale", ())) != 0]
@@ -87,9 +90,10 @@ class ModelAverage:
             raise InputError(f"names must be one for each of {len(self.members)} members, got {len(self.names)}")
         self.dt = self.members[0].dt
         self.y_scale = door.size("y_scale", y_scale)
+        self.center = door.each("center", center, 1 + self.inputs)
         self.options: dict[str, Any] = dict(
             members=self.members, names=self.names, forgetting=forgetting, memory=memory, tails=tails, share=share,
-            window=window, y_scale=self.y_scale,
+            window=window, y_scale=self.y_scale, center=center,
         )  # fmt: skip
         for name, value in (("forgetting", forgetting), ("share", share), ("window", window)):
             if not 0 < door.positive(name, value) <= 1:
@@ -109,8 +113,10 @@ class ModelAverage:
     def scaled_to(self, y, u=None) -> ModelAverage:
         """Return the same average with the default priors of its members in units of the data (powers of two)."""
         y, u = door.record(y, u, self.inputs)
+        center = [_median(c) for c in (y, *u.T)]
+        y, u = y - center[0], u - center[1:]
         members = [m.scaled_to(y, u if m.model.inputs else None) for m in self.members]
-        return ModelAverage(**{**self.options, "members": members, "y_scale": power_of_two(y)})
+        return ModelAverage(**{**self.options, "members": members, "y_scale": power_of_two(y), "center": center})
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
@@ -157,12 +163,15 @@ class ModelAverage:
     def _advance(self, rows, ys, us) -> np.ndarray:
         """Advance states of S series by T samples in place; return what the trace tells, (S, T, columns)."""
         (S, T), M = ys.shape[:2], len(self.members) + len(NAIVE)
+        ys, us = ys - self.center[0], us - self.center[1:]
         means, variances = np.empty((S, T, M)), np.empty((S, T, M))
         at = 0
         for i, member in enumerate(self.members):
             width = member.dtype.itemsize // 8
             own, outs = rows[:, at : at + width].copy(), np.empty((S, T, member.columns))
-            member.drive(own, ys, us if member.model.inputs else us[..., :0].copy(), outs, member.spec, member.scratch())
+            member.drive(
+                own, ys, us if member.model.inputs else us[..., :0].copy(), outs, member.spec, member.scratch()
+            )
             rows[:, at : at + width] = own
             means[..., i], variances[..., i] = outs[..., PREDICTION], outs[..., VARIANCE]
             at += width
@@ -172,6 +181,7 @@ class ModelAverage:
             numbers = np.concatenate([rows[s, at:], np.empty(M)])
             go(ys[s], means[s], variances[s], outs[s], numbers, spec)
             rows[s, at:] = numbers[:-M]
+        outs[..., PREDICTION] += self.center[0]
         return outs
 
     # --- reading a state -----------------------------------------------------------------------------------
@@ -184,13 +194,17 @@ class ModelAverage:
         """Return the log density each member gave to all outputs so far, from the ``settle``-th on; none fades."""
         return self._own(state)[1].copy()
 
+    def squares(self, state) -> np.ndarray:
+        """Return the sum of squared errors of each member, from the ``settle``-th measured sample on."""
+        return self._own(state)[2].copy()
+
     @property
     def all_names(self) -> list[str]:
         """Names of the members, and of the naive forecasters behind them."""
         return [*self.names, *NAIVE]
 
     def _own(self, state) -> np.ndarray:
-        return np.asarray(state)["own"][HEAD + SCALES :].reshape(4, -1)
+        return np.asarray(state)["own"][HEAD + SCALES :].reshape(BLOCKS, -1)
 
     def narrowed(self, state, keep) -> tuple[ModelAverage, np.ndarray]:
         """Return an average of fewer members, and the state that continues this one's.
@@ -209,6 +223,12 @@ class ModelAverage:
         own[0] -= np.log(np.exp(own[0]).sum())
         after["own"] = np.concatenate([state["own"][: HEAD + SCALES], own.ravel()])
         return fewer, after
+
+
+def _median(column) -> float:
+    """Return the median of what is known of a column, 0 where nothing is."""
+    known = column[np.isfinite(column)]
+    return float(np.median(known)) if known.size else 0.0
 
 
 def _shown(row) -> Step:

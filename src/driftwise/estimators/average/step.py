@@ -22,8 +22,9 @@ FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
 # of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2 and
-# the samples behind it; then the q_j, and for each member log weight, evidence, c and the samples behind it
+# the samples behind it; then the q_j, and for each member log weight, evidence, squared errors, c and the samples behind it
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT, HEAD = range(8)
+BLOCKS = 5
 # of a row of the trace
 PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, BASE, LEVEL, FLOOR, TOLD = range(11)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
@@ -48,7 +49,7 @@ class Averaging(NamedTuple):
 
 def own_size(members: int) -> int:
     """Return how many numbers a state has beside its members' own."""
-    return HEAD + SCALES + 4 * (members + len(NAIVE))
+    return HEAD + SCALES + BLOCKS * (members + len(NAIVE))
 
 
 def told_size(members: int) -> int:
@@ -62,7 +63,7 @@ def fresh(task: Averaging) -> np.ndarray:
     row[LAST] = row[BEFORE] = row[STEP] = np.nan
     row[LONG] = task.unit
     fill_tails(row[HEAD:])
-    row[HEAD + SCALES :].reshape(4, -1)[2] = 1.0
+    row[HEAD + SCALES :].reshape(BLOCKS, -1)[3] = 1.0
     return row
 
 
@@ -70,7 +71,7 @@ def fresh(task: Averaging) -> np.ndarray:
 def prior_count(j):
     """Return the samples that scale j is worth beforehand: two for the plain one, less the further from it."""
     if j >= len(FAST):
-        return 0.02
+        return 0.04
     kappa = FAST[j]
     return 2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / kappa)
 
@@ -134,7 +135,7 @@ def speak(task, row, mu, S, w, logs, ratio, floor):
 
 
 @kernel
-def judge(task, row, y, mu, S, logs, evidence, ratio, behind, scores, floor, settle):
+def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor):
     """Give each member the log density it had for y, let its noise variance follow, and forget."""
     M, usual, present = logs.size, 0.0, 0.0
     fade = 1.0 - 1.0 / task.memory
@@ -146,6 +147,7 @@ def judge(task, row, y, mu, S, logs, evidence, ratio, behind, scores, floor, set
         z2 = (y - mu[i]) ** 2 / v
         scores[i] = -0.5 * math.log(v) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
         usual += math.exp(logs[i]) * scores[i]
+        squares[i] += (y - mu[i]) ** 2 if row[SEEN] >= task.settle else 0.0
         present += math.exp(logs[i])
         behind[i] = fade * behind[i] + 1.0
         gain = 1.0 / (behind[i] + 1.0)
@@ -155,7 +157,7 @@ def judge(task, row, y, mu, S, logs, evidence, ratio, behind, scores, floor, set
         score = scores[i] if math.isfinite(scores[i]) else usual / present
         logs[i] += score
         best = max(best, logs[i])
-        if row[SEEN] >= settle:
+        if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
             evidence[i] += score
     total = 0.0
     for i in range(M):
@@ -218,8 +220,8 @@ def _(task, rows, q, kept, out, numbers):
     """
     M = q.shape[1]
     row, tails, own = numbers, numbers[HEAD : HEAD + SCALES], numbers[HEAD + SCALES :]
-    logs, evidence, ratio, behind = own[:M], own[M : 2 * M], own[2 * M : 3 * M], own[3 * M : 4 * M]
-    scores = own[4 * M :]
+    logs, evidence, squares = own[:M], own[M : 2 * M], own[2 * M : 3 * M]
+    ratio, behind, scores = own[3 * M : 4 * M], own[4 * M : 5 * M], own[5 * M :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):
@@ -232,6 +234,6 @@ def _(task, rows, q, kept, out, numbers):
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
             continue
-        judge(task, row, y, mu, S, logs, evidence, ratio, behind, scores, floor, task.settle)
+        judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor)
         learn_tails(task, row, tails, y - mean, base, floor)
         note(row, y)

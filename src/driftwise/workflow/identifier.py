@@ -1,0 +1,148 @@
+"""Which model, from the record alone: every candidate predicts, and the simplest of the best is taken."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from ..estimators import door
+from ..estimators.average.estimator import ModelAverage
+from ..estimators.average.step import NAIVE, SCALES, SEEN, TOLD
+from ..memory.fading import Weighted
+from .average_trace import AverageTrace
+from .candidates import Candidate, candidates
+
+PILOT = 200  # samples that set the units, or half of a record that is shorter
+NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
+CLOSE = 3.0  # log odds below which the simpler model is taken
+
+
+class Rival(NamedTuple):
+    """How well a candidate predicted, with the memory that suited it best."""
+
+    candidate: Candidate
+    memory: Any
+    evidence: float  # log density of all outputs, below that of the best
+    rmse: float
+    unknowns: int
+
+    @property
+    def name(self) -> str:
+        return self.candidate.name
+
+
+class Identifier:
+    """Candidates that compete on a record that comes piece by piece.
+
+    ``add`` a piece and get its forecast, made from the samples before each. The model is chosen from the first piece
+    (``chosen``), so that a record in one piece is judged as a whole.
+
+    Parameters
+    ----------
+    inputs : int
+    dt : float
+        Seconds between samples.
+    """
+
+    def __init__(self, inputs: int = 0, dt: float = 1.0):
+        self.inputs, self.dt = door.count("inputs", inputs), door.positive("dt", dt)
+        self.candidates = candidates(self.inputs, self.dt)
+        self._members = [(c, memory) for c in self.candidates for memory in c.memories]
+        self._average: ModelAverage | None = None
+        self._state: Any = None
+        self.samples = 0
+        self.rivals: list[Rival] = []
+        self.naive: dict[str, float] = {}
+
+    def add(self, y, u=None, time=None) -> AverageTrace:
+        """Take in the next piece, y (T,) and u (T, k), and return its forecast."""
+        y, u = door.record(y, u, self.inputs)
+        is_first = self._average is None
+        if is_first:
+            self._begin(y, u)
+        edge = NARROW - self.samples if self.samples < NARROW <= self.samples + len(y) else 0
+        parts = []
+        if edge:
+            parts.append(self._scan(y[:edge], u[:edge]))
+            self._narrow()
+        parts.append(self._scan(y[edge:], u[edge:]))
+        if is_first:
+            self._judge()
+        return joined(parts, time)
+
+    def _begin(self, y, u):
+        if not np.isfinite(y).any():
+            raise InputError("y holds no number: nothing can be identified. Is it the right column?")
+        pilot = slice(min(PILOT, max(len(y) // 2, 1)))
+        self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
+        members = [c.estimator(memory) for c, memory in self._members]
+        names = [f"{c.name}, {memory_words(m)}" if len(c.memories) > 1 else c.name for c, m in self._members]
+        self._average = ModelAverage(members, names=names).scaled_to(*self.pilot)
+        self._state = self._average.start()
+
+    def _scan(self, y, u) -> AverageTrace:
+        trace = self._average.scan(y, u if self.inputs else None, state=self._state)
+        self._state, self.samples = trace.state, self.samples + len(y)
+        return trace
+
+    def _narrow(self):
+        """Go on with the best structures only, each with all its memories."""
+        evidence = self._average.evidence(self._state)
+        order = sorted(range(len(self._members)), key=lambda i: -evidence[i])
+        best = list(dict.fromkeys(self._members[i][0].name for i in order))[:KEEP]
+        keep = [i for i, (c, _) in enumerate(self._members) if c.name in best]
+        self._average, self._state = self._average.narrowed(self._state, keep)
+        self._members = [self._members[i] for i in keep]
+
+    def _judge(self):
+        """Rank the candidates by the evidence of all samples so far, and choose one."""
+        average, state, M = self._average, self._state, len(self._members)
+        evidence, squares = average.evidence(state), average.squares(state)
+        count = max(float(state["own"][SEEN]) - average.task.settle, 1.0)
+        error = dict(zip(NAIVE, np.sqrt(squares[M:] / count).tolist()))
+        self.naive = {name: error[name] for name in ("last value", "mean")}
+        found: dict[str, Rival] = {}
+        for (c, memory), log, square in zip(self._members, evidence, squares):
+            rival = Rival(c, memory, float(log - evidence[:M].max()), math.sqrt(square / count), c.unknowns)
+            found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: r.evidence)
+        self.rivals = sorted(found.values(), key=lambda r: -r.evidence)
+
+    @property
+    def chosen(self) -> Rival:
+        """The candidate with the fewest parameters among those that predict as well as the best."""
+        close = [r for r in self.rivals if r.evidence > self.rivals[0].evidence - CLOSE]
+        return min(close, key=lambda r: (r.unknowns, -r.evidence))
+
+    @property
+    def estimator(self) -> Any:
+        """The estimator of the chosen model, in units of the data."""
+        y, u = self.pilot
+        return self.chosen.candidate.best.scaled_to(y, u)
+
+    @property
+    def is_useful(self) -> bool:
+        """Whether the chosen model predicts better than last value and mean."""
+        return self.chosen.rmse < min(self.naive.values())
+
+
+def memory_words(memory) -> str:
+    """Return how fast a memory of the candidates forgets."""
+    return f"forgetting {memory.p:g}" if isinstance(memory, Weighted) else "constant"
+
+
+def joined(parts, time) -> AverageTrace:
+    """Return pieces as one trace; members that were left out after the first piece have weight zero then."""
+    first, last = parts[0], parts[-1]
+    names = first.names
+    outs = np.zeros((sum(map(len, parts)), first.outs.shape[1]))
+    at, head = 0, TOLD + SCALES
+    for part in parts:
+        here = outs[at : at + len(part)]
+        here[:, :head] = part.outs[:, :head]
+        here[:, [head + names.index(name) for name in part.names]] = part.outs[:, head:]
+        at += len(part)
+    y, u = (np.concatenate([getattr(part, c) for part in parts]) for c in ("y", "u"))
+    return AverageTrace(first.estimator, y, u, outs, last.state, time)
