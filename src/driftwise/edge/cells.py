@@ -9,6 +9,7 @@ from driftwise.errors import InputError
 
 __all__ = ["numbers", "seconds"]
 
+_GROUPED = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?$"  # 1.234,5 with thousands dots
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
 
 
@@ -59,6 +60,9 @@ def _parse(column, decimal):
 
     cells = _trimmed(column)
     if decimal == ",":
+        grouped = pc.fill_null(pc.match_substring_regex(cells, _GROUPED), False)
+        if pc.any(grouped).as_py():
+            cells = pc.if_else(grouped, pc.replace_substring(cells, ".", ""), cells)
         cells = pc.replace_substring(cells, ",", ".")
     cells = pc.replace_substring_regex(cells, r"^\+", "")
     cells = pc.replace_substring_regex(cells, "[dD]([+-]?[0-9]+)$", r"e\1")
@@ -78,10 +82,11 @@ def _trimmed(column):
     return pc.if_else(missing, pa.scalar(None, pa.string()), cells)
 
 
-def seconds(column, decimal: str = "."):
+def seconds(column, decimal: str = ".", day_first: bool = True):
     """Return (values, bad, is_stamp): time in its own unit, or int64 nanoseconds since 1970 for time stamps.
 
-    A missing stamp is the smallest int64 (what NumPy calls NaT).
+    A missing stamp is the smallest int64 (what NumPy calls NaT). Text is read as ISO 8601 or a date with dots or
+    slashes; `day_first` says whether 1/2/2024 is in February.
     """
     import numpy as np
     import pyarrow as pa
@@ -103,16 +108,18 @@ def seconds(column, decimal: str = "."):
     values, bad = numbers(column, decimal)
     if np.isfinite(values).any() or not bad.any():
         return values, bad, False
-    return (*_stamps(column), True)
+    return (*_stamps(column, day_first), True)
 
 
-def _stamps(column):
-    """Return (int64 nanoseconds, bad) of ISO 8601 text."""
+def _stamps(column, day_first):
+    """Return (int64 nanoseconds, bad) of time stamps in text."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
     cells = _trimmed(column)
     cells = pc.replace_substring_regex(cells, r"(:\d\d),(\d+)", r"\1.\2")
+    if pc.any(pc.match_substring_regex(cells, r"^\d+[./]|[AaPp][Mm]$")).as_py():
+        cells = _iso(cells, day_first)
     for kind in (pa.timestamp("ns"), pa.timestamp("ns", "UTC")):
         try:
             stamps = _nanoseconds(cells.cast(kind))
@@ -123,6 +130,28 @@ def _stamps(column):
         stamps = _one_by_one(cells)
     bad = pc.is_valid(cells).to_numpy(zero_copy_only=False) & (stamps == _nat())
     return stamps, bad
+
+
+def _iso(cells, day_first):
+    """Return stamps such as 31.12.2024 13:45, 12/31/2024 1:45 PM or 2024/12/31 as ISO 8601 text."""
+    import pyarrow.compute as pc
+
+    day, month = (1, 2) if day_first else (2, 1)
+    for old, new in (
+        (r"^(\d+)\.(\d+)\.(\d\d)( |$)", r"\1.\2.20\3\4"),
+        (r"^(\d+)\.(\d+)\.(\d{4})", r"\3-\2-\1"),
+        (r"^(\d{4})/(\d+)/(\d+)", r"\1-\2-\3"),
+        (r"^(\d+)/(\d+)/(\d{4})", rf"\3-\{month}-\{day}"),
+        (r"^(\d{4})-(\d)-", r"\1-0\2-"),
+        (r"^(\d{4}-\d\d)-(\d)( |T|$)", r"\1-0\2\3"),
+        (r"[ T]+(\d):", r" 0\1:"),
+    ):
+        cells = pc.replace_substring_regex(cells, old, new)
+    cells = pc.replace_substring_regex(cells, r"[ T]12(:[0-9:.]+)\s*[Aa][Mm]$", r" 00\1")
+    cells = pc.replace_substring_regex(cells, r"\s*[Aa][Mm]$", "")
+    for hour in range(1, 12):
+        cells = pc.replace_substring_regex(cells, rf"[ T]{hour:02d}(:[0-9:.]+)\s*[Pp][Mm]$", rf" {hour + 12}\1")
+    return pc.replace_substring_regex(cells, r"\s*[Pp][Mm]$", "")
 
 
 def _one_by_one(cells):

@@ -46,9 +46,13 @@ class CsvSource:
         self.names = self.dialect.names
         self.decimal = self.dialect.decimal
         self.units = self.dialect.units
+        self.day_first = self.dialect.day_first
 
     def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
-        """Yield (pyarrow arrays in the order of `columns`, positions of the ragged rows among them)."""
+        """Yield (pyarrow arrays in the order of `columns`, positions of the ragged rows among them).
+
+        Called again, it goes on where the last batch ended: the columns may change on the way.
+        """
         for block in self._blocks():
             block = self._tidy(block)
             if block:
@@ -76,6 +80,7 @@ class CsvSource:
             fresh = self._line_ends(self._read(BLOCK))
             buffer = rest + fresh
             if not fresh:
+                self._rest = b""
                 yield buffer.rstrip(b"\r\n")
                 return
             cut = _cut(buffer)
@@ -83,6 +88,7 @@ class CsvSource:
             rest = buffer[len(block) :]
             if block and rest:  # the line end that belongs to the block
                 rest = rest.removeprefix(b"\r").removeprefix(b"\n")
+            self._rest = rest
             yield block
 
     def _tidy(self, block: bytes) -> bytes:
@@ -115,7 +121,8 @@ class CsvSource:
             bad.append(row.number - 1)
             return "skip"
 
-        kinds = {name: pa.string() if name in self.dialect.stamps else kind for name in columns}
+        words = self.dialect.stamps | self.dialect.texts
+        kinds = {name: pa.string() if name in words else kind for name in columns}
         table = csv.read_csv(
             pa.BufferReader(block),
             csv.ReadOptions(column_names=list(self.names), use_threads=False, block_size=len(block) + 1),

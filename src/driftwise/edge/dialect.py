@@ -17,10 +17,16 @@ MISSING = frozenset(
 COMMENTS = ("#", "%")
 DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
+HEADER_LINES = 5
 
 _DOT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?inf(inity)?$", re.I)
-_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?$")
-_STAMP = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?\s*(Z|[+-]\d\d:?(\d\d)?)?)?$")
+_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eEdD][+-]?\d+)?$")
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+$")  # 1.234 in a table whose decimal mark is a comma
+_STAMP = re.compile(
+    r"(\d{4}-\d\d-\d\d|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.(\d{4}|\d\d)|\d\d?/\d\d?/\d{4})"
+    r"([T ]+\d\d?:\d\d(:\d\d([.,]\d+)?)?\s*([AaPp][Mm])?(Z|[+-]\d\d:?(\d\d)?)?)?$"
+)
+_SLASHED = re.compile(r"(\d\d?)/(\d\d?)/\d{4}")
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,9 @@ class Dialect:
     skip: int
     has_header: bool
     units: dict[str, str] = field(default_factory=dict)
-    stamps: frozenset[str] = frozenset()  # columns of ISO time stamps
+    stamps: frozenset[str] = frozenset()  # columns of time stamps
+    texts: frozenset[str] = frozenset()  # columns of words
+    day_first: bool = True  # whether 1/2/2024 is the first of February
 
 
 def kind(cell: str) -> str:
@@ -91,11 +99,13 @@ def sniff(lines: list[str]) -> Dialect:
     return Dialect(
         delimiter=delimiter,
         decimal="," if total["comma"] > 0 and not _has_dots(body) else ".",
+        day_first=_day_first(body),
         names=tuple(names),
         skip=skip,
         has_header=header is not None,
         units={name: unit.strip("[]() ") for name, unit in zip(names, units) if unit.strip("[]() ")},
         stamps=frozenset(n for n, k in zip(names, kinds) if k["stamp"] > k["number"] + k["comma"] + k["text"]),
+        texts=frozenset(n for n, k in zip(names, kinds) if k["text"] > k["number"] + k["comma"] + k["stamp"]),
     )
 
 
@@ -139,16 +149,52 @@ def _is_header(row: list[str], numeric: list[int]) -> bool:
 
 
 def _header(rows, first, width, numeric):
-    """Return (names or None, units, index of the first row of data)."""
-    if _is_header(rows[first], numeric):
-        following = rows[first + 1] if first + 1 < len(rows) else []
-        if numeric and len(following) == width and _is_words(following):
-            return rows[first], following, first + 2  # a second line of words: the units
-        return rows[first], [], first + 1
-    before = rows[first - 1] if first else []
-    if _is_words(before) and len(before) > 1:  # a header with fewer or more cells than the rows
-        return before, [], first
-    return None, [], first
+    """Return (names or None, units, index of the first row of data).
+
+    A header may have several lines: titles, names of groups over names, and a last one of units.
+    """
+    if not _is_header(rows[first], numeric):
+        before = rows[first - 1] if first else []
+        if _is_words(before) and len(before) > 1:  # a header with fewer or more cells than the rows
+            return before, [], first
+        return None, [], first
+    start = first + 1
+    while start < min(len(rows), first + HEADER_LINES) and len(rows[start]) == width and _is_words(rows[start]):
+        if not numeric:  # a table of words: nothing tells a second line from data
+            break
+        start += 1
+    lines = rows[first:start]
+    named = [line for line in lines if width <= 2 or sum(map(bool, line)) > 1]  # one cell in a wide line is a title
+    lines = named or lines[-1:]
+    units: list[str] = []
+    if len(lines) > 1 and (_are_units(lines[-1]) or (len(lines) == 2 and _are_short(lines))):
+        units = lines.pop()
+    return _joined(lines), units, start
+
+
+def _are_units(line: list[str]) -> bool:
+    """Whether most cells of a line of words are units."""
+    from driftwise.workflow.roles import is_unit
+
+    cells = [cell for cell in line if cell]
+    return sum(is_unit(cell) for cell in cells) > 0.5 * len(cells)
+
+
+def _are_short(lines: list[list[str]]) -> bool:
+    """Whether a second line of words can be units of its own: short, under a line of names without blanks."""
+    return all(lines[0]) and max(map(len, lines[1])) <= 8
+
+
+def _joined(lines: list[list[str]]) -> list[str]:
+    """Return one name per column; the name of a group stands for the blanks to its right."""
+    whole = []
+    for line in lines[:-1]:
+        filled, last = [], ""
+        for cell in line:
+            last = cell or last
+            filled.append(last)
+        whole.append(filled)
+    return [" ".join(dict.fromkeys(cell for cell in cells if cell)) for cells in zip(*whole, lines[-1])]
 
 
 def _commented_header(comments: list[str], delimiter: str, width: int):
@@ -175,4 +221,13 @@ def _unique(header: list[str], width: int) -> list[str]:
 
 
 def _has_dots(body: list[list[str]]) -> bool:
-    return any("." in cell and kind(cell) == "number" for row in body for cell in row)
+    return any("." in cell and kind(cell) == "number" and not _GROUPED.match(cell) for row in body for cell in row)
+
+
+def _day_first(body: list[list[str]]) -> bool:
+    """Whether dates with slashes begin with the day: what exceeds 12, or else changes more often, is the day."""
+    dates = [match.groups() for row in body for cell in row if (match := _SLASHED.match(cell))]
+    first, second = ({int(date[j]) for date in dates} for j in (0, 1))
+    if max(first | {0}) > 12 or max(second | {0}) > 12:
+        return max(first) > 12
+    return len(first) >= len(second)

@@ -1,12 +1,13 @@
-"""Parquet, batch by batch: any length in the memory of a few batches."""
+"""Parquet and data in memory, batch by batch: any length in the memory of a few batches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from driftwise.errors import InputError
 
-__all__ = ["ParquetSource"]
+__all__ = ["MemorySource", "ParquetSource"]
 
 BATCH = 1 << 16
 
@@ -15,6 +16,7 @@ class ParquetSource:
     """Rows of a Parquet file as batches of pyarrow columns; only the columns asked for are read."""
 
     decimal = "."
+    day_first = True
     ragged = 0
 
     def __init__(self, path):
@@ -38,7 +40,80 @@ class ParquetSource:
             )
 
     def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
-        """Yield (pyarrow arrays in the order of `columns`, no ragged rows)."""
+        """Yield (pyarrow arrays in the order of `columns`, no ragged rows).
+
+        Called again, it goes on where the last batch ended: the columns may change on the way.
+        """
+        taken, row = self.position, 0
         for batch in self._file.iter_batches(BATCH, columns=columns, use_threads=False):
-            self.position += batch.num_rows
+            row += batch.num_rows
+            if row <= taken:
+                continue
+            batch = batch.slice(max(0, batch.num_rows - (row - taken)))
+            self.position = row
             yield [batch.column(name) for name in columns], []
+
+
+class MemorySource:
+    """Rows of a data frame (pandas, polars, pyarrow ...) or of a mapping from name to array, like a file."""
+
+    decimal = "."
+    day_first = True
+    ragged = 0
+
+    def __init__(self, data):
+        self._table = _mapped(data) if isinstance(data, Mapping) else _framed(data)
+        self.rows = self.size = self._table.num_rows
+        self.position = 0
+        self.names = tuple(str(name) for name in self._table.column_names)
+        self.units: dict[str, str] = {}
+        if not self.rows:
+            raise InputError("the data have no rows. Was a filter too strict?")
+
+    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
+        """Yield (pyarrow arrays in the order of `columns`, no ragged rows), from where the last batch ended."""
+        at = [self.names.index(name) for name in columns]
+        while self.position < self.rows:
+            part = self._table.slice(self.position, BATCH)
+            self.position += part.num_rows
+            yield [part.column(j).combine_chunks() for j in at], []
+
+
+def _mapped(data) -> Any:
+    import numpy as np
+    import pyarrow as pa
+
+    columns = {}
+    for name, values in data.items():
+        array = np.asarray(values)
+        if array.ndim != 1:
+            raise InputError(
+                f"column {name!r} has shape {array.shape}; a column is an array of one dimension. Is it a table?"
+            )
+        columns[str(name)] = pa.array(array, from_pandas=array.dtype == object)
+    lengths = {name: len(column) for name, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise InputError(f"the columns differ in length: {lengths}. Do they come from different recordings?")
+    if not columns:
+        raise InputError("the data have no columns; give a mapping from name to array.")
+    return pa.table(columns)
+
+
+def _framed(data) -> Any:
+    import narwhals as nw
+    import pyarrow as pa
+
+    try:
+        frame: Any = nw.from_native(data)
+    except TypeError:
+        raise InputError(
+            f"data must be a file name, a data frame or a mapping from column name to array, got "
+            f"{type(data).__name__}. An array has no names: give {{'y': y, 'u': u}}."
+        ) from None
+    if isinstance(frame, nw.LazyFrame):
+        frame = frame.collect()
+    index = nw.maybe_get_index(frame)
+    table = nw.maybe_reset_index(frame).to_arrow()
+    if index is not None and getattr(index, "nlevels", 1) == 1 and getattr(index.dtype, "kind", "") == "M":
+        table = table.add_column(0, str(index.name or "time"), pa.array(index))  # pandas keeps its clock in the index
+    return table

@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 
 from driftwise.errors import InputError
+from driftwise.workflow.identifiability import ROWS, WEAK, taught
 
 __all__ = ["ROWS", "Study", "study"]
-
-ROWS = 20_000  # rows of the record that are looked at
-WEAK = 1e-3  # of `Identifiability.worst`, below which there is something to say
 
 
 @dataclass(frozen=True)
@@ -67,19 +65,11 @@ class Study:
 
 def study(estimator, state, y, u, centered: str = "none") -> Study:
     """Return what the first rows of a record, y (T,) and u (T, k), can teach the estimator that was run over it."""
-    from driftwise.workflow.identifiability import identifiability
-
     form = estimator.model
     order = getattr(form, "order", form.n)
     y, u = y[:ROWS], u[:ROWS]
-    found = None
-    if order:
-        try:
-            found = identifiability(y, u if form.inputs else None, order=order, direct=form.direct)
-        except InputError:
-            pass
     bound = _bound(estimator.model_of(state), y, u) if form.coloured else None
-    return Study(found, bound, len(y), centered, order)
+    return Study(taught(estimator, y, u), bound, len(y), centered, order)
 
 
 def _bound(model, y, u):

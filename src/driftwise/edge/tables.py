@@ -162,7 +162,7 @@ class Record:
         from driftwise.edge.cells import seconds
 
         try:
-            values, bad, is_stamp = seconds(array, self.source.decimal)
+            values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
         except InputError as error:
             raise InputError(f"time column {self.time!r}: {error}.") from None
         if stamps is not None and is_stamp != stamps:  # a batch of nothing but holes or rubbish looks like numbers

@@ -15,6 +15,8 @@ from ..models.spectral import inside
 
 __all__ = ["Direction", "Identifiability", "identifiability"]
 
+ROWS = 20_000  # rows of a run that are looked at
+WEAK = 1e-3  # of `Identifiability.worst`, below which there is something to say
 ZERO = 1e-9  # a singular value so small beside the largest counts as none
 
 
@@ -154,6 +156,18 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
         directions, used, len(y) - used, "",
     )  # fmt: skip
     return replace(found, words=_words(found, form, y, u))
+
+
+def taught(estimator, y, u) -> Identifiability | None:
+    """Return what the first rows of a record could teach an estimator; None without poles, or where no row is whole."""
+    form = estimator.model
+    order = getattr(form, "order", form.n)
+    if not order:
+        return None
+    try:
+        return identifiability(y[:ROWS], u[:ROWS] if form.inputs else None, order=order, direct=form.direct)
+    except InputError:
+        return None
 
 
 def _record(y, u, order, direct):

@@ -81,6 +81,11 @@ class SummaryMIMO:
     # --- each output ---------------------------------------------------------------------------------------
 
     @property
+    def parts(self) -> list[Summary]:
+        """What `Summary` says of the predictions of each output; parameters are those of all."""
+        return list(self._parts)
+
+    @property
     def outputs(self) -> list[OutputSummary]:
         """The numbers of each output."""
         return [

@@ -161,6 +161,12 @@ class TraceMIMO(Trace):
 
         return SummaryMIMO(self.estimator).add(self)
 
+    def diagnose(self):
+        """Return a `Diagnosis`: NIS, coverage and whiteness of each output, as of one (`Trace.diagnose`)."""
+        from .diagnose import of_outputs
+
+        return of_outputs(self.summary().parts)
+
     def plot(self, **options) -> Any:
         """Draw each output as measured and predicted, its innovations and its equation's parameters; return the Axes.
 

@@ -223,6 +223,12 @@ class ObserverTrace(Trace):
 
         return ObserverSummary(self.estimator).add(self)
 
+    def diagnose(self):
+        """Return a `Diagnosis`: NIS and coverage of each output; innovations of a window are not white anyway."""
+        from .diagnose import of_outputs
+
+        return of_outputs(self.summary().outputs, self.estimator.model.output_names, is_white=False)
+
     def plot(self, **options) -> Any:
         """Draw the outputs and every estimate with its 2-sigma band; return the Axes.
 

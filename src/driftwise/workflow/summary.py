@@ -126,7 +126,11 @@ class Summary:
     @property
     def nis_interval(self) -> Nis:
         """NIS with the interval that holds it 95 times in 100 under the right model."""
-        return verdict(self._nis, self._nis_spread, self._scored)
+        return self.nis_within(0.95)
+
+    def nis_within(self, level: float) -> Nis:
+        """Return NIS with the interval that holds it with that probability under the right model."""
+        return verdict(self._nis, self._nis_spread, self._scored, level)
 
     @property
     def coverage(self) -> float:

@@ -212,6 +212,36 @@ class Trace:
         """
         return events_of(self, limit)
 
+    def diagnose(self):
+        """Return verdicts on this run, each a number, a threshold and what to do: a `Diagnosis`, to be printed.
+
+        NIS, coverage and whiteness of the predictions (thresholds: 99 %, and no closer than matters in practice),
+        excitation, identifiability, stability (99 %), drift against jump (odds of 100:1), the age of the last news
+        about a parameter, and missing, rejected and saturated samples where there are any.
+
+        Notes
+        -----
+        Where nothing is wrong a verdict of chance fails in at most one run of a hundred. Drift and jumps are weighed
+        where the memory is ``Never``; other memories say themselves what they found. Bad at: several faults at once,
+        each of which may look like the others, and records of fewer samples than twenty times the unknowns.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> b = np.where(np.arange(600)[:, None] < 400, [1.0, 0.5], [2.0, 0.5])
+        >>> y, u = dw.simulate([-1.5, 0.7], b, samples=600, noise_std=0.1, seed=1)
+        >>> trace = dw.ARX(2, 2).scaled_to(y, u).scan(y, u)
+        >>> found = trace.diagnose()
+        >>> [verdict.name for verdict in found.not_fine]
+        ['NIS', 'coverage', 'whiteness', 'drift or jump']
+        >>> print(found.find("drift or jump").advice)
+        the parameters jumped, b1 by +1 at sample 401 (odds beyond 1e6:1 against drift): try memory=UntilJump() or
+        Auto()
+        """
+        from .diagnose import diagnose
+
+        return diagnose(self)
+
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: when, about what, since when, on what evidence."""
         return jumps_of(self, limit)

@@ -1,0 +1,105 @@
+"""A newcomer's table, read without a single option: recognised, cleaned, on a regular clock."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from driftwise.edge.opened import CHUNK_ROWS, OpenTable, open_table
+from driftwise.errors import InputError
+
+__all__ = ["Stretches", "read"]
+
+
+class Stretches:
+    """Iterates over (time (T,), y (T,), u (T, k)), NaN where missing, cleaned and on a regular clock.
+
+    Attributes
+    ----------
+    rows : row of the table that each sample of the last stretch came from, from 0; -1 where it was put in
+    table : the `OpenTable` that is read; its `fraction` says how far
+    clock : the `Regular` clock; it counts the rows put in and left out
+    cleaned : values taken as missing so far, per column name
+    """
+
+    def __init__(self, table: OpenTable, found: Any):
+        from driftwise.workflow.believe import Cleaner
+        from driftwise.workflow.sampling import Regular
+
+        self.table, self.found = table, found
+        self.signals = (found.output, *found.inputs)
+        self._cleaner = Cleaner(found[name].belief for name in self.signals)
+        self.clock = Regular(found.sampling, [False] + [True] * len(found.inputs))
+        self.rows: Any = None
+        self._stretches = self._read()
+
+    @property
+    def cleaned(self) -> dict[str, int]:
+        return dict(zip(self.signals, self._cleaner.cleaned.tolist(), strict=True))
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        return next(self._stretches)
+
+    def _read(self):
+        import numpy as np
+
+        clock = self.found.time
+        names = [*self.signals, *([clock] if clock else [])]
+        waiting = np.empty(0)  # stamps of the rows that the cleaner holds back
+        for chunk in self.table.chunks(names):
+            values = self._cleaner.push(np.column_stack([chunk[name] for name in self.signals]))
+            if clock:
+                waiting = np.concatenate((waiting, self.found.time_scale * chunk[clock]))
+            yield from self._handed(self.clock.push(waiting[: len(values)] if clock else None, values))
+            waiting = waiting[len(values) :]
+        yield from self._handed(self.clock.push(waiting if clock else None, self._cleaner.flush()))
+        yield from self._handed(self.clock.flush())
+
+    def _handed(self, stretch):
+        time, values, self.rows = stretch
+        if len(time):
+            yield time, values[:, 0].copy(), values[:, 1:].copy()
+
+
+def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS):
+    """Return (`Table`, iterator of (time, y, u)) of a table that nobody described.
+
+    Parameters
+    ----------
+    data : file name ("-" for standard input), data frame, or mapping from column name to array
+    output, inputs, time : names of columns, where they are known; what is not given is recognised
+    chunk_rows : rows that are read at a time, and by which the table is recognised
+
+    Returns
+    -------
+    table : what was recognised, with `words` and `notes`
+    stretches : `Stretches`, to be iterated once
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> u = np.repeat([0.0, 1.0, 0.0, 2.0], 25)
+    >>> y = np.convolve(u, 0.5 ** np.arange(1, 12))[:100]
+    >>> table, stretches = read({"time": np.arange(100.0), "valve": u, "level": y})
+    >>> table.output, table.inputs
+    ('level', ('valve',))
+    >>> sum(len(y) for time, y, u in stretches)
+    100
+    """
+    from driftwise.edge.tables import _resolve
+    from driftwise.workflow.recognise import recognise
+
+    table = open_table(data, chunk_rows)
+    try:
+        output = None if output is None else _resolve(table.names, output, "output")
+        time = None if time is None else _resolve(table.names, time, "time")
+        if inputs is not None:
+            inputs = [inputs] if isinstance(inputs, str) else inputs
+            inputs = tuple(_resolve(table.names, name, "input") for name in inputs)
+        stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
+        found = recognise(table.head, output, inputs, time, table.units, stamps)
+    except InputError as error:
+        raise InputError(f"{table.title}: {error}") from None
+    return found, Stretches(table, found)

@@ -1,0 +1,229 @@
+"""Diagnostics as verdicts: each a number, a threshold and one sentence an engineer can act on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .calibration import LEVEL, calibration, of_summary
+from .change import constancy, odds
+from .identifiability import ROWS, WEAK, Identifiability, taught
+from .news import last_news
+from .stable import stability
+from .verdicts import Diagnosis, Verdict
+
+__all__ = ["calibration", "diagnose"]
+
+UNLEARNED = 0.5  # of the prior variance: beyond it the first guess says more than the data
+SURE = 100.0  # odds to one
+MOST = 1e6  # odds beyond it are no longer told apart
+OLD = 0.1  # of the record
+ANY = (-math.inf, math.inf)
+LOST, SET_ASIDE, STUCK = 0.1, 0.01, 0.01  # shares of the samples
+FEW = 5
+
+
+def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability | None = None) -> Diagnosis:
+    """Return the verdicts on a run of an estimator with one output: see `Trace.diagnose`.
+
+    Parameters
+    ----------
+    trace : Trace
+        Perhaps thinned out; then the next ones are those of the whole run.
+    summary : Summary, optional
+    record : (y, u), optional
+        The samples as they were estimated, or None where they are too many to be held.
+    identifiable : Identifiability, optional
+    """
+    s = trace.summary() if summary is None else summary
+    y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
+    if identifiable is None and y is not None:
+        identifiable = taught(trace.estimator, y, u)
+    found = of_summary(s)
+    found += [excitation(s)]
+    found += [] if identifiable is None else [identifiability_verdict(identifiable)]
+    found += [] if s.is_static else [stability(s, LEVEL)]
+    found += [changes(trace, s, y, u)]
+    if y is not None:
+        found += news(trace, y, u)
+    return Diagnosis([*found, *shares(s), *saturation(trace.y)])
+
+
+def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
+    """Return the verdicts on the predictions of several outputs, a `Summary` of each."""
+    if len(parts) == 1 and names is not None:
+        names = [""]
+    names = [f"y{i + 1}" for i in range(len(parts))] if names is None else names
+    labels = [f" of {name}" if name else "" for name in names]
+    return Diagnosis(
+        verdict
+        for part, label in zip(parts, labels)
+        for verdict in (*of_summary(part, label, is_white), *shares(part, label))
+    )
+
+
+# --- what was taught -----------------------------------------------------------------------------------------
+
+
+def excitation(s) -> Verdict:
+    """Return how much of the prior is left along the least informed direction, and what is known all the same."""
+    ratios = [ratio for ratio, _ in s.estimator.excitation(s.state)]
+    limits = (-math.inf, UNLEARNED)
+    if not ratios:
+        return Verdict("excitation", math.nan, limits, True, "this method keeps no covariance to tell by")
+    lost = s.unlearned
+    if not lost:
+        return Verdict("excitation", ratios[0], limits, True, "the data taught every combination of the parameters")
+    many = len(s.estimator.names)
+    advice = f"the data taught {many - len(lost)} of {many} combinations of the parameters, not {lost[0][0]}"
+    known = steady_words(s)
+    more = f": {known}" if known else ""
+    advice += f"{more}; {'move the input' if s.estimator.model.inputs else 'record longer'}, or lower the order"
+    return Verdict("excitation", ratios[0], limits, False, advice)
+
+
+def steady_words(s) -> str:
+    """Say whether gain and time constant are known to a half, where they are not equally so; else nothing."""
+    if s.is_static or not s.is_enough or not s.estimator.model.inputs or not s.poles:
+        return ""
+    model, (pole, std) = s.model, s.poles[0]
+    gain, spread = abs(float(model.dc_gain[0])), float(model.dc_gain_std[0])
+    knows_gain, knows_time = spread < 0.5 * gain, std < 0.5 * abs(1 - abs(pole))
+    if knows_gain == knows_time:
+        return ""
+    return (
+        "the steady-state gain is known, the time constant is not"
+        if knows_gain
+        else ("the time constant is known, the steady-state gain is not")
+    )
+
+
+def identifiability_verdict(found: Identifiability) -> Verdict:
+    """Return how much less the worst combination of parameters shows than each of them alone."""
+    is_fine = found.worst >= WEAK
+    advice = found.words if not is_fine else "the record tells all combinations of the parameters apart"
+    return Verdict("identifiability", found.worst, (WEAK, math.inf), is_fine, advice.rstrip("."))
+
+
+# --- what moved ----------------------------------------------------------------------------------------------
+
+
+def changes(trace, s, y, u) -> Verdict:
+    """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
+    from ..memory.auto import Auto
+    from ..memory.drift import Never
+
+    memory = s.estimator.options.get("memory")
+    name, speeds = "drift or jump", s.drift
+    if isinstance(memory, Never):
+        is_short = y is not None and len(y) <= ROWS
+        against = odds(s.estimator, y, u) if is_short else None
+        return _constant(trace, name) if against is None else _by_odds(against, name)
+    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (f", the last at {s.last_jump:.6g} s" if s.jumps else "")
+    if isinstance(memory, Auto) and speeds is not None and speeds.weights:
+        still = speeds.weights["still"]
+        value = min((1 - still) / max(still, 1 / MOST), MOST)
+        return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}; {jumped}; both are followed")
+    if speeds is not None:
+        return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}); {jumped}")
+    if s.jumps or trace.watches:
+        return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
+    advice = "this memory forgets without asking why: memory=Auto() tells drift from jumps, with odds"
+    return Verdict(name, math.nan, ANY, True, advice)
+
+
+def _by_odds(found, name) -> Verdict:
+    value = math.exp(min(found.most, math.log(MOST)))
+    if value <= SURE:
+        advice = "the record is as likely with parameters that stay as they are"
+        return Verdict(name, value, (0.0, SURE), True, f"odds of a change; {advice}")
+    if found.jump >= found.drift:
+        than = _than(found.jump - found.drift, "drift")
+        return Verdict(name, value, (0.0, SURE), False, f"the parameters jumped, {found.jumped} ({than}): try "
+                       "memory=UntilJump() or Auto()")  # fmt: skip
+    than = _than(found.drift - found.jump, "jumps")
+    return Verdict(name, value, (0.0, SURE), False, f"the parameters drift, most of all {found.drifted} ({than}): try "
+                   "memory=Auto()")  # fmt: skip
+
+
+def _than(lead: float, other: str) -> str:
+    """Return by what odds one explanation beat the other."""
+    shown = "beyond 1e6" if lead > math.log(MOST) else f"{math.exp(lead):.0f}"
+    return f"odds {shown}:1 against {other}"
+
+
+def _constant(trace, name) -> Verdict:
+    """Return how far the estimates have moved, where no odds are to be had."""
+    from scipy.special import ndtri
+
+    moved = constancy(trace)
+    if moved is None:
+        return Verdict(name, math.nan, ANY, True, "too little was kept to tell whether parameters change")
+    most = float(ndtri(1 - (1 - LEVEL) / (2 * moved.tried)))
+    if moved.deviations <= most:
+        advice = "deviations by which an estimate moved; the parameters are those of the record's beginning"
+        return Verdict(name, moved.deviations, (0.0, most), True, advice)
+    advice = (
+        f"{moved.name} moved by {moved.deviations:.1f} deviations since sample {moved.sample}: let the parameters walk "
+        "or jump (memory=Walk() or UntilJump()), or the noise has another colour than the model says"
+    )
+    return Verdict(name, moved.deviations, (0.0, most), False, advice)
+
+
+def news(trace, y, u) -> list[Verdict]:
+    """Return how many samples ago something was last learnt of the parameter that waits longest."""
+    found = last_news(trace.estimator, y, u)
+    if found is None:
+        return []
+    limit = max(OLD * len(y), 20.0)
+    if found.age <= limit:
+        return [Verdict("last news", float(found.age), (0.0, limit), True, "samples; all parameters are up to date")]
+    what = "all parameters are" if found.is_all else f"{found.name} is"
+    why = "much of y is missing since" if found.is_all else "its regressor has hardly moved since"
+    advice = f"no informative sample for {found.age} samples: {what} of then; {why}"
+    return [Verdict("last news", float(found.age), (0.0, limit), False, advice)]
+
+
+# --- what was lost -------------------------------------------------------------------------------------------
+
+
+def shares(s, label: str = "") -> list[Verdict]:
+    """Return the shares of missing and of rejected samples, where there are any."""
+    found, missing = [], s.missing_outputs + s.bad_values
+    if missing:
+        share = missing / s.samples
+        advice = f"{missing} of {s.samples} outputs are missing or unreadable"
+        more = "; each gap also hides the samples after it from the regressors: repair the recording"
+        found.append(Verdict(f"missing{label}", share, (0.0, LOST), share <= LOST, advice + more * (share > LOST)))
+    rejected = s.rejected + s.happened["outliers"][0]
+    if rejected:
+        share = rejected / s.samples
+        advice = f"{rejected} of {s.samples} outputs were taken for outliers"
+        more = "; so many are no accident: look at the sensor, widen the gate, or the model is wrong there"
+        found.append(
+            Verdict(
+                f"rejected{label}", share, (0.0, SET_ASIDE), share <= SET_ASIDE, advice + more * (share > SET_ASIDE)
+            )
+        )
+    return found
+
+
+def saturation(y) -> list[Verdict]:
+    """Return the share of outputs at an end of their range, where they pile up there more than just inside it."""
+    seen = y[np.isfinite(y)]
+    if len(seen) < FEW:
+        return []
+    values, counts = np.unique(seen, return_counts=True)
+    if len(values) < 3:
+        return []
+    ends = [(int(counts[0]), int(counts[1]), values[0]), (int(counts[-1]), int(counts[-2]), values[-1])]
+    piled = [(here, at) for here, inside, at in ends if here >= FEW and here > 2 * inside]
+    if not piled:
+        return []
+    share = sum(here for here, _ in piled) / len(seen)
+    where = " and ".join(f"{at:.6g}" for _, at in piled)
+    is_fine = share <= STUCK
+    advice = f"outputs stay at {where}"
+    more = ", the end of their range: mark saturated samples as missing (NaN), or the gain comes out too small"
+    return [Verdict("saturation", share, (0.0, STUCK), is_fine, advice + more * (not is_fine))]

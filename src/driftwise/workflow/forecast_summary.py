@@ -1,0 +1,80 @@
+"""What a forecast amounts to, accumulated in constant memory."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .average_trace import AverageTrace
+from .calibration import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
+from .verdicts import Diagnosis
+from .whiteness import Correlations, score, verdict
+
+
+class ForecastSummary:
+    """Numbers of a forecast; add one piece after the other. The first ``settle`` samples do not count."""
+
+    def __init__(self, settle: int = 0):
+        self.settle, self.samples, self.count = settle, 0, 0
+        self._mean = self._m2 = self._squares = self._ratio = self._log = 0.0
+        self._nis, self._spread, self._held = 0.0, 0.0, 0
+        self._lags = Correlations()
+
+    def add(self, trace: AverageTrace) -> ForecastSummary:
+        """Take in one more piece."""
+        late = self.samples + np.arange(len(trace)) >= self.settle
+        self.samples += len(trace)
+        used = trace.is_used & late
+        y, e, z = trace.y[used], trace.innovation[used], trace.normal_score[used]
+        if not len(y):
+            return self
+        delta, total = float(y.mean()) - self._mean, self.count + len(y)
+        self._m2 += float(((y - y.mean()) ** 2).sum()) + delta * delta * self.count * len(y) / total
+        self._mean += delta * len(y) / total
+        self.count = total
+        self._squares += float(e @ e)
+        self._ratio += float((e * e / trace.variance[used]).sum())
+        self._log += float(trace.log_score[used].sum())
+        more, spread, _ = score(z, np.ones(len(z)), np.full(len(z), math.inf))
+        self._nis, self._spread = self._nis + more, self._spread + spread
+        self._held += int(np.count_nonzero(abs(z) <= WIDE))
+        self._lags.add(np.where(used, trace.normal_score, np.nan).clip(-4, 4))
+        return self
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square error one step ahead."""
+        return math.sqrt(self._squares / self.count) if self.count else math.nan
+
+    @property
+    def fit(self) -> float:
+        """100 (1 - |e|/|y - mean y|), per cent."""
+        return 100 * (1 - math.sqrt(self._squares / self._m2)) if self._m2 > 0 else math.nan
+
+    @property
+    def nis(self) -> float:
+        """Mean of e^2 over its variance."""
+        return self._ratio / self.count if self.count else math.nan
+
+    @property
+    def coverage(self) -> float:
+        """Share of outputs within their 95 % band."""
+        return self._held / self.count if self.count else math.nan
+
+    @property
+    def log_score(self) -> float:
+        """Mean log density given to the outputs."""
+        return self._log / self.count if self.count else math.nan
+
+    @property
+    def verdicts(self) -> Diagnosis:
+        """NIS, coverage and whiteness as verdicts."""
+        found = verdict(self._nis, self._spread, self.count, LEVEL)
+        return Diagnosis(
+            [
+                nis_verdict(found),
+                coverage_verdict(self.coverage, self.count),
+                whiteness_verdict(self._lags.whiteness, self.count),
+            ]
+        )

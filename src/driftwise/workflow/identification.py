@@ -1,0 +1,164 @@
+"""What identification found: the model, the forecast, the changes, and how far all of it can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from .average_trace import AverageTrace
+from .changes import MOST, Change, changes_of
+from .diagnose import diagnose
+from .forecast_summary import ForecastSummary
+from .frames import as_frame
+from .identifier import Identifier, Rival
+from .recognise import Table
+from .summary import Summary
+from .trace import Trace
+from .verdicts import Diagnosis
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The answer of `identify`; print it for the answer in words.
+
+    Attributes
+    ----------
+    table : Table
+        What was recognised of the columns.
+    trace : Trace
+        The chosen model along the record: parameters with their deviations, state to go on from.
+    forecast : AverageTrace
+        One step ahead, made from all candidates and from the samples before only.
+    summary, forecast_summary : Summary, ForecastSummary
+        Both runs in numbers.
+    changes : list of Change
+        What jumped in the plant, and when.
+    diagnosis : Diagnosis
+        Verdicts: those on calibration are the forecast's, the others the chosen model's.
+    rivals : list of Rival
+        How well each candidate predicted, best first: ``evidence()`` is the table.
+    chosen : Rival
+        The one with the fewest parameters among the best.
+    naive : dict
+        Root mean square errors of last value and mean.
+    """
+
+    table: Table
+    trace: Trace
+    forecast: AverageTrace
+    summary: Summary
+    forecast_summary: ForecastSummary
+    changes: list[Change]
+    diagnosis: Diagnosis
+    rivals: list[Rival]
+    chosen: Rival
+    naive: dict[str, float]
+    when: Callable[[float], str]
+
+    @property
+    def estimator(self) -> Any:
+        """The estimator of the chosen model: goes on with ``trace.state``."""
+        return self.trace.estimator
+
+    @cached_property
+    def model(self) -> Any:
+        """The chosen model as it is at the end, with the covariance of its parameters."""
+        return self.estimator.model_of(self.summary.state)
+
+    @property
+    def is_useful(self) -> bool:
+        """Whether the chosen model predicts better than last value and mean."""
+        return self.chosen.rmse < min(self.naive.values())
+
+    @cached_property
+    def words(self) -> str:
+        """The answer in plain words."""
+        from .identification_words import words
+
+        return words(self)
+
+    def __str__(self):
+        return self.words
+
+    def __repr__(self):
+        return f"Identification({self.chosen.name} of {self.table.output!r}, {len(self.changes)} changes)"
+
+    def evidence(self) -> dict[str, list]:
+        """Return a table by column: model, memory, unknowns, log_odds against the best, rmse one step ahead."""
+        r = self.rivals
+        return {
+            "model": [x.name for x in r], "memory": [repr(x.memory) for x in r], "unknowns": [x.unknowns for x in r],
+            "log_odds": [x.evidence for x in r], "rmse": [x.rmse for x in r],
+        }  # fmt: skip
+
+    def to_frame(self, backend: str = "pandas") -> Any:
+        """Return forecast and parameters, sample by sample, as a data frame of that library."""
+        own = self.trace.columns()
+        told = {name: own[name] for name in own if name.removesuffix("_std") in self.trace.names}
+        return as_frame({**self.forecast.columns(), **told}, backend)
+
+
+class Finder:
+    """Identifies a record that comes in pieces; memory does not grow with it.
+
+    Parameters
+    ----------
+    table : Table
+        What the columns are.
+    origin : str, optional
+        Time stamp (ISO 8601) of second 0, so that changes have dates.
+    """
+
+    def __init__(self, table: Table, origin: str | None = None):
+        self.table, self.origin = table, origin
+        self.identifier = Identifier(len(table.inputs), table.dt)
+        self.summary: Any = None
+        self.forecast_summary: Any = None
+        self.changes: list[Change] = []
+        self.diagnosis: Any = None
+
+    def add(self, time, y, u) -> tuple[AverageTrace, Trace]:
+        """Take in the next piece; return its forecast and the trace of the chosen model."""
+        u, samples = u if self.table.inputs else None, self.identifier.samples
+        forecast = self.identifier.add(y, u, time)
+        is_first = self.summary is None
+        if is_first:
+            self.estimator = self.identifier.estimator
+            most = max(rival.unknowns for rival in self.identifier.rivals)
+            self.summary = Summary(self.estimator)
+            self.forecast_summary = ForecastSummary(min(2 * most, len(y) // 4))
+        trace = self.estimator.scan(y, u, state=None if is_first else self.summary.state, time=time)
+        self.summary.add(trace)
+        self.forecast_summary.add(forecast)
+        room = max(MOST - len(self.changes), 0)
+        found = changes_of(trace, self.table.inputs)[:room]
+        self.changes += [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
+        if is_first:
+            self._looked = trace
+        return forecast, trace
+
+    def found(self, trace: Trace, forecast: AverageTrace) -> Identification:
+        """Return the answer; trace and forecast are those of the record, perhaps thinned out."""
+        own = self.forecast_summary.verdicts
+        names = {verdict.name for verdict in own}
+        rest = [v for v in diagnose(trace, self.summary) if v.name not in names]
+        return Identification(
+            self.table, trace, forecast, self.summary, self.forecast_summary, self.changes, Diagnosis([*own, *rest]),
+            self.identifier.rivals, self.identifier.chosen, self.identifier.naive, self.when,
+        )  # fmt: skip
+
+    def when(self, time: float) -> str:
+        """Write an instant: a date where the record has dates."""
+        return when(time, self.origin, self.table.dt)
+
+
+def when(time: float, origin: str | None, dt: float) -> str:
+    """Write an instant: a date where the record has dates, as fine as its samples."""
+    if origin is None:
+        return f"at {time:.6g} s"
+    from datetime import datetime, timedelta
+
+    moment = datetime.fromisoformat(origin) + timedelta(seconds=time)
+    return f"on {moment:%Y-%m-%d}" if dt >= 43_200 else f"at {moment:%Y-%m-%d %H:%M:%S}"

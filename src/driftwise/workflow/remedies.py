@@ -1,0 +1,53 @@
+"""What to try next, by estimator: where the noise is not white, and where error bars have the wrong size."""
+
+from __future__ import annotations
+
+from ..estimators.joint.estimator import Joint
+from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
+from ..estimators.recursive.estimator import AR, ARX, Regression
+from ..memory.drift import Never
+from ..models.noise import UnknownPolynomial
+from ..models.scale import KnownScale
+
+__all__ = ["for_bars", "for_colour"]
+
+ORDERS = {AR: "ARMA", ARX: "ARMAX", OE: "BJ", ARMAX: "BJ"}
+
+
+def for_colour(s=None) -> str:
+    """Return what to try where something predictable is left in the innovations of a `Summary`."""
+    if s is None:
+        return "something predictable is left in it"
+    est = s.estimator
+    if s.jumps:
+        return "right after jumps it never is; where there are none, try a higher order or another noise model"
+    if isinstance(est, Regression):
+        tried = "another regressor"
+    elif isinstance(est, Joint):
+        coloured = isinstance(est.options["noise"], UnknownPolynomial)
+        tried = "a higher order" if coloured else "noise=UnknownPolynomial(), or a higher order"
+    elif type(est) in ORDERS:
+        tried = f"{ORDERS[type(est)]}, or a higher order"
+    elif isinstance(est, ARMA | BJ):
+        tried = "a higher order"
+    else:
+        tried = "a higher order, or another noise model"
+    walks = ", or parameters that walk or jump" if isinstance(_memory(est), Never) else ""
+    return f"try {tried}{walks}"
+
+
+def for_bars(value: float, s=None) -> str:
+    """Return what to try where NIS is too far from one."""
+    if s is not None and isinstance(getattr(s.estimator, "scale", None), KnownScale):
+        way = "larger" if value > 1 else "smaller"
+        return f"the noise is {way} than the variance that was given, so give another, or none: then it is learnt"
+    if value < 1:
+        return "the noise has become quieter, or the drift allowed for is too fast: try memory=Auto()"
+    constant = s is None or isinstance(_memory(s.estimator), Never)
+    if constant:
+        return "let the parameters drift or jump, or the variance of the noise: try memory=Auto()"
+    return "the plant changes faster than the memory forgets, or the noise became louder: try memory=Auto()"
+
+
+def _memory(est):
+    return getattr(est, "options", {}).get("memory")

@@ -1,0 +1,216 @@
+"""How a record was sampled, and rows on a regular clock, chunk by chunk."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["Regular", "Sampling", "judge_sampling"]
+
+LONGEST_GAP = 1000  # samples; a longer silence is a restart
+RESTART_ROWS = 20  # missing rows that stand for a restart: enough to empty the lags of a model
+LATE = 5  # steps that a stamp may go back and still be a row that came late
+GAPS = {"regular": 1.75, "uneven": 2.5}  # a step longer than this many usual steps lost samples
+DENSEST = 6  # rows of the regular clock per row of the file, at most
+
+
+class Sampling(NamedTuple):
+    """How the first rows were sampled.
+
+    kind : "none" (no time column), "regular", "uneven" (steps differ by less than half a step: taken as equal) or
+        "irregular" (steps differ by orders of magnitude: sampled and held on a regular clock)
+    dt : step of the clock; 1 without a time column
+    gaps, longest : how many steps lost samples, restarts aside, and the longest of all steps
+    duplicates, late, restarts : stamps that repeat the one before, go a little back, and start again
+    low, high : 5 and 95 % quantile of the steps
+    """
+
+    kind: str
+    dt: float
+    gaps: int = 0
+    longest: float = 0.0
+    duplicates: int = 0
+    late: int = 0
+    restarts: int = 0
+    low: float = 0.0
+    high: float = 0.0
+
+
+def judge_sampling(time) -> Sampling:
+    """Say how a time column (T,) of seconds steps; NaN where a stamp is missing.
+
+    Examples
+    --------
+    >>> judge_sampling([0, 1, 2, 3, 7, 8, 9, 10.0])[:4]
+    ('regular', 1.0, 1, 4.0)
+    """
+    time = np.asarray(time, float)
+    steps = np.diff(time[np.isfinite(time)])
+    forward = steps[steps > 0]
+    if not forward.size:
+        return Sampling("none", 1.0)
+    dt = float(f"{np.median(forward):.9g}")
+    ratio = forward / dt
+    whole = np.round(ratio)
+    low, high = np.quantile(forward, [0.05, 0.95])
+    q10, q90 = np.quantile(forward, [0.1, 0.9])
+    if np.mean((whole >= 1) & (np.abs(ratio - whole) <= 0.1 * whole)) >= 0.95 and np.mean(whole == 1) >= 0.7:
+        kind = "regular"
+    elif high <= 4 * low and q90 - q10 <= dt:
+        kind = "uneven"
+    else:
+        kind = "irregular"
+        span = forward[ratio <= LONGEST_GAP].sum()
+        dt = max(dt, float(f"{span / (DENSEST * forward.size):.3g}"))
+    restarts = int(np.count_nonzero(steps < -LATE * dt) + np.count_nonzero(forward > (LONGEST_GAP + 1) * dt))
+    return Sampling(
+        kind,
+        dt,
+        int(np.count_nonzero((forward > GAPS.get(kind, np.inf) * dt) & (forward <= (LONGEST_GAP + 1) * dt))),
+        float(forward.max()),
+        int(np.count_nonzero(steps == 0)),
+        int(np.count_nonzero((steps < 0) & (steps >= -LATE * dt))),
+        restarts,
+        float(low),
+        float(high),
+    )
+
+
+class Regular:
+    """Puts rows on a regular clock, chunk by chunk; what comes out does not depend on the chunks.
+
+    Regular or uneven stamps: each row is one sample; where samples were lost, rows of NaN are put in, so that time
+    moves. After more than `LONGEST_GAP` lost samples, or where the clock starts again, `RESTART_ROWS` rows of NaN
+    stand for the break, and a clock that was set back goes on from there. Rows whose stamp repeats one before, or
+    comes late, are left out. Irregular stamps: the clock ticks every `dt`; a tick gets the last row before it, of
+    which the columns `held` (inputs) stay while the others are NaN until a fresh row comes.
+
+    Parameters
+    ----------
+    sampling : `Sampling` of the first rows
+    held : mask of the columns that are held between irregular rows
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> clock = Regular(Sampling("regular", 1.0))
+    >>> time, values, rows = clock.push(np.array([0.0, 1, 3, 4]), np.array([[5.0], [6], [8], [9]]))
+    >>> values[:, 0].tolist(), rows.tolist()
+    ([5.0, 6.0, nan, 8.0, 9.0], [0, 1, -1, 2, 3])
+    """
+
+    def __init__(self, sampling: Sampling, held=()):
+        self.sampling = sampling
+        self.held = np.asarray(held, bool)
+        self.inserted = self.dropped = self.restarts = 0
+        self._rows = 0  # rows taken so far
+        self._stamp: float | None = None  # the last stamp as it came, holes filled
+        self._shift = 0.0  # what restarts added to the stamps
+        self._last = -np.inf  # time of the last row kept
+        self._row: tuple[float, np.ndarray, int] | None = None  # irregular: the row that the clock waits for
+        self._base = self._tick = 0.0  # irregular: where the ticks are counted from, and the next one
+        self._width = self.held.size
+
+    def push(self, time, values):
+        """Take the next rows: time (T,) or None, values (T, k); return (time, values, rows).
+
+        rows : where each row came from, counted from 0 in the record; -1 where it was put in
+        """
+        values = np.asarray(values, float)
+        self._width = values.shape[1]
+        rows = np.arange(self._rows, self._rows + len(values))
+        self._rows += len(values)
+        if time is None or self.sampling.kind == "none":
+            return rows * self.sampling.dt, values, rows
+        if not len(values):
+            return np.empty(0), values, rows
+        time = self._forward(np.asarray(time, float))
+        past = np.maximum.accumulate(np.concatenate(([self._last], time)))
+        keep = time > past[:-1]
+        self.dropped += int(len(time) - keep.sum())
+        before, self._last = self._last, float(past[-1])
+        time, values, rows = time[keep], values[keep], rows[keep]
+        if self.sampling.kind == "irregular":
+            return self._hold(time, values, rows)
+        return self._fill(before, time, values, rows)
+
+    def flush(self):
+        """Return what an irregular record still owes: its last row."""
+        if self._row is None:
+            return np.empty(0), np.empty((0, self._width)), np.empty(0, int)
+        _, values, row = self._row
+        self._row = None
+        return np.array([self._tick]), values[None], np.array([row])
+
+    def _forward(self, stamps):
+        """Return stamps with holes filled and with restarts moved behind what came before."""
+        dt = self.sampling.dt
+        first = self._stamp if self._stamp is not None else stamps[np.isfinite(stamps)][:1].sum() - dt
+        joined = np.concatenate(([first], stamps))
+        index = np.arange(joined.size)
+        known = np.maximum.accumulate(np.where(np.isfinite(joined), index, 0))
+        joined = joined[known] + (index - known) * dt
+        steps = np.diff(joined)
+        again = steps < -LATE * dt
+        self.restarts += int(again.sum())
+        shift = self._shift + np.cumsum(np.where(again, (RESTART_ROWS + 1) * dt - steps, 0.0))
+        self._stamp, self._shift = float(joined[-1]), float(shift[-1])
+        return joined[1:] + shift
+
+    def _lost(self, steps):
+        """Return how many rows to put in before each row, and count."""
+        ratio = steps / self.sampling.dt
+        lost = np.where(ratio > GAPS[self.sampling.kind], np.round(ratio) - 1, 0)
+        long = lost > LONGEST_GAP
+        self.restarts += int(long.sum())
+        lost = np.where(long, RESTART_ROWS, lost).astype(int)
+        self.inserted += int(lost.sum())
+        return lost
+
+    def _fill(self, before, time, values, rows):
+        if not time.size:
+            return time, values, rows
+        steps = np.diff(time, prepend=before if np.isfinite(before) else time[0])
+        lost = self._lost(steps)
+        if not lost.any():
+            return time, values, rows
+        at = np.arange(time.size) + np.cumsum(lost)
+        count = int(at[-1]) + 1
+        whole = np.full((count, values.shape[1]), np.nan)
+        whole[at] = values
+        source = np.full(count, -1)
+        source[at] = rows
+        clock = np.empty(count)
+        clock[at] = time
+        for k in np.flatnonzero(lost):  # rows put in: dt apart behind the row before, never past the next
+            start = time[k] - steps[k]
+            pace = min(self.sampling.dt, steps[k] / (lost[k] + 1))
+            clock[at[k] - lost[k] : at[k]] = start + pace * np.arange(1, lost[k] + 1)
+        return clock, whole, source
+
+    def _hold(self, time, values, rows):
+        if self._row is not None:
+            time = np.concatenate(([self._row[0]], time))
+            values = np.concatenate((self._row[1][None], values))
+            rows = np.concatenate(([self._row[2]], rows))
+        elif time.size:
+            self._base = float(time[0])
+        if not time.size:
+            return time, values, rows
+        dt = self.sampling.dt
+        restart = np.diff(time) > LONGEST_GAP * dt
+        starts = np.concatenate(([self._base], time[1:][restart]))
+        segment = np.concatenate(([0], np.cumsum(restart)))
+        first = np.ceil((time - starts[segment]) / dt - 1e-6).astype(int)  # the first tick that a row can serve
+        count = np.where(restart, 1 + RESTART_ROWS, np.diff(first))
+        self._base, self._row = float(starts[-1]), (float(time[-1]), values[-1], int(rows[-1]))
+        self._tick = self._base + first[-1] * dt
+        serves = np.repeat(np.arange(time.size - 1), count)
+        later = np.arange(serves.size) - (np.cumsum(count) - count)[serves]  # ticks since the row's first
+        whole, source = values[serves].copy(), np.where(later == 0, rows[serves], -1)
+        whole[(later > 0)[:, None] & ~(self.held & ~restart[serves][:, None])] = np.nan
+        self.restarts += int(restart.sum())
+        self.inserted += int(np.count_nonzero(later))
+        self.dropped += int(np.count_nonzero(count == 0))
+        return starts[segment[serves]] + (first[serves] + later) * dt, whole, source

@@ -1,0 +1,50 @@
+"""Is the model stable? The largest pole, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .verdicts import Verdict
+
+__all__ = ["moduli", "stability"]
+
+
+def moduli(model, dt) -> tuple[np.ndarray, np.ndarray]:
+    """Return the modulus of each pole in discrete time and its standard deviation: that of the radial direction."""
+    poles, C = np.asarray(model.poles), np.asarray(model.poles_covariance)
+    if getattr(model, "is_continuous", False):
+        size = np.exp(poles.real * dt)
+        return size, size * dt * np.sqrt(C[:, 0, 0])
+    size = np.abs(poles)
+    way = np.where(size > 0, poles, 1.0) / np.where(size > 0, size, 1.0)
+    radial = np.column_stack([way.real, way.imag])
+    with np.errstate(invalid="ignore"):
+        variance = np.einsum("ia,iab,ib->i", radial, C, radial)
+    return size, np.sqrt(np.where(np.isfinite(variance), np.maximum(variance, 0.0), math.inf))
+
+
+def stability(s, level: float) -> Verdict:
+    """Return the verdict on the largest pole of a `Summary`'s model: inside the circle at that level, or not."""
+    from scipy.special import ndtri
+
+    if not s.is_enough or not len(s.model.poles):
+        return Verdict("stability", math.nan, (0.0, 1.0), True, "too few samples to tell whether the model is stable")
+    size, std = moduli(s.model, s.estimator.dt)
+    z = float(ndtri(level))
+    worst = int(np.argmax(size + z * np.where(np.isfinite(std), std, 1e9)))
+    p, spread = float(size[worst]), float(std[worst])
+    limits, said = (0.0, 1 - z * spread), f"{p:.4g} \u00b1 {spread:.2g}"
+    if not math.isfinite(spread):
+        return Verdict("stability", p, (0.0, 1.0), p < 1, f"largest pole modulus {p:.4g}, of which no bound is known")
+    if p < limits[1]:
+        return Verdict("stability", p, limits, True, f"largest pole modulus {said}: stable")
+    if p - z * spread > 1:
+        advice = f"the model is unstable, its largest pole modulus is {said}: forecasts far ahead run away"
+        return Verdict("stability", p, limits, False, advice)
+    advice = (
+        f"the largest pole modulus, {said}, cannot be told from 1 (an integrator): where the plant settles, record "
+        "longer or take the offset off; the steady-state gain has no bound"
+    )
+    return Verdict("stability", p, limits, False, advice)

@@ -1,0 +1,110 @@
+"""Verdicts: a number, the range in which it is fine, and what to do where it is not."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import Any, NamedTuple
+
+__all__ = ["Diagnosis", "Verdict"]
+
+WIDTH = 110  # of the printed table
+
+
+class Verdict(NamedTuple):
+    """One number about a run, and what follows from it.
+
+    Attributes
+    ----------
+    name : what was looked at
+    value : the number; NaN where there is too little to judge by (then it counts as fine)
+    threshold : (low, high), the range in which the value is fine; infinite where it has no end
+    is_fine : whether it is
+    advice : one sentence: what it means, and what to do about it
+    """
+
+    name: str
+    value: float
+    threshold: tuple[float, float]
+    is_fine: bool
+    advice: str
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there was enough to judge by."""
+        return not math.isnan(self.value)
+
+    @property
+    def limits(self) -> str:
+        """The range in which the value is fine, in words; nothing where it has no end."""
+        low, high = self.threshold
+        if math.isinf(low) and math.isinf(high):
+            return ""
+        if math.isinf(high):
+            return f"at least {low:.3g}"
+        if math.isinf(low):
+            return f"at most {high:.3g}"
+        return f"{low:.3g} to {high:.3g}"
+
+    @property
+    def shown(self) -> str:
+        """The value as one prints it."""
+        return f"{self.value:.3g}" if self.is_known else "-"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain values; a threshold without end, and a value not known, are None."""
+        return self._asdict() | {
+            "value": self.value if math.isfinite(self.value) else None,
+            "threshold": [end if math.isfinite(end) else None for end in self.threshold],
+        }
+
+
+class Diagnosis(list[Verdict]):
+    """The verdicts of a run, a list; print it for a table, in which ``!`` marks what is not fine."""
+
+    @property
+    def is_fine(self) -> bool:
+        """Whether every verdict is fine."""
+        return all(verdict.is_fine for verdict in self)
+
+    @property
+    def not_fine(self) -> list[Verdict]:
+        """The verdicts that ask for something."""
+        return [verdict for verdict in self if not verdict.is_fine]
+
+    def find(self, name: str) -> Verdict:
+        """Return the verdict of that name; KeyError where it was not given."""
+        for verdict in self:
+            if verdict.name == name:
+                return verdict
+        raise KeyError(f"no verdict {name!r}; there are: {', '.join(verdict.name for verdict in self)}")
+
+    @property
+    def words(self) -> str:
+        """What is not fine, in plain sentences."""
+        said = [sentence(verdict.advice) for verdict in self.not_fine]
+        return " ".join(said) if said else f"All of {', '.join(verdict.name for verdict in self)} are fine."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the verdicts by name, as plain values."""
+        return {verdict.name: verdict.as_dict() for verdict in self}
+
+    def __str__(self):
+        head = ["", "verdict", "value", "fine", ""]
+        rows = [[" " if v.is_fine else "!", v.name, v.shown, v.limits, v.advice] for v in self]
+        wide = [max(len(row[j]) for row in [head, *rows]) for j in range(4)]
+        left = sum(wide) + 2 * 4 - 1
+        lines = []
+        for row in [head, *rows]:
+            cells = [row[0].ljust(wide[0]), row[1].ljust(wide[1]), row[2].rjust(wide[2]), row[3].ljust(wide[3])]
+            told = textwrap.wrap(row[4], max(WIDTH - left, 40)) or [""]
+            lines.append(" ".join([cells[0], "  ".join([*cells[1:], told[0]])]).rstrip())
+            lines += [" " * left + more for more in told[1:]]
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def sentence(text: str) -> str:
+    """Return the text with a capital at its beginning and a full stop at its end."""
+    return text[:1].upper() + text[1:].rstrip(".") + "."
