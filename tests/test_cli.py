@@ -294,25 +294,31 @@ def test_a_constant_input_is_told(call, tmp_path):
     assert "not identified" in out
 
 
-def test_long_runs_keep_a_thin_trace(monkeypatch):
+def test_long_runs_keep_every_extreme(monkeypatch):
     monkeypatch.setattr(keep, "ROWS", 500)
     y, u = dw.simulate(A, B, samples=6000, noise_std=0.1, seed=2, missing=0.01)
+    y[4321] += 40
     est = dw.Joint(2, 1).scaled_to(y, u)
-    keeper = keep.Keeper(est, keep.Offsets("y", ("u",), {"y": 2.0}))
-    whole, state = est.scan(y, u), None
-    for start in range(0, 6000, 701):
-        trace = est.scan(y[start : start + 701], u[start : start + 701], state=state)
-        state = trace.state
-        keeper.add(trace)
-    thin, stride = keeper.trace(), keeper.stride
-    assert len(thin) <= 500
-    assert stride == 16
-    np.testing.assert_array_equal(thin.time, whole.time[::stride])
-    np.testing.assert_array_equal(thin.parameters, whole.parameters[::stride])
-    np.testing.assert_array_equal(thin.dof, whole.dof[::stride])
-    np.testing.assert_array_equal(thin.y, whole.y[::stride] + 2)
-    gathered = [np.bitwise_or.reduce(whole.status[k : k + stride]) for k in range(0, 6000, stride)]
-    assert thin.status.tolist() == gathered
+    whole, found = est.scan(y, u), []
+    for cut in (701, 6000):
+        keeper, state = keep.Keeper(est, keep.Offsets("y", ("u",), {"y": 2.0})), None
+        for start in range(0, 6000, cut):
+            trace = est.scan(y[start : start + cut], u[start : start + cut], state=state)
+            state = trace.state
+            keeper.add(trace)
+        found.append(keeper.trace())
+    thin = found[0]
+    np.testing.assert_array_equal(thin.rows, found[1].rows)
+    assert len(thin) <= 501
+    assert {4321, 5999} <= set(thin.rows)
+    for name in ("time", "parameters", "dof", "status"):
+        np.testing.assert_array_equal(getattr(thin, name), getattr(whole, name)[thin.rows])
+    np.testing.assert_array_equal(thin.y, whole.y[thin.rows] + 2)
+    for j in range(4):  # of every bucket
+        for first in range(0, 6000, keeper.width):
+            bucket = whole.parameters[first : first + keeper.width, j]
+            kept = thin.parameters[(thin.rows // keeper.width) == first // keeper.width, j]
+            assert (kept.min(), kept.max()) == (bucket.min(), bucket.max())
     missing = [e.sample for e in keeper.events if e.kind == "MISSING_OUTPUT"]
     assert missing
     assert np.isnan(y[missing]).all()
@@ -373,3 +379,16 @@ def test_an_error_code_in_a_column_is_named(tmp_path, call):
     code, out, _ = call("run", file, "-o", "y", "-i", "u")
     assert code == 0
     assert "'u' is -1e+08 in row 123" in " ".join(out.split())
+
+
+def test_run_notes_the_verdicts_that_are_not_fine(call, plant, tmp_path):
+    path = tmp_path / "r.json"
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--center", "none", "--json", path)
+    assert code == 0 and "(fine: " not in out
+    assert json.loads(path.read_text())["verdicts"]["NIS"]["is_fine"]
+    lines = (tmp_path / "plant.csv").read_text().splitlines()
+    late = [f"{t},{u},{float(y) + 3 if y else y}" for t, u, y in (line.split(",") for line in lines[750:])]
+    (tmp_path / "jump.csv").write_text("\n".join([*lines[:750], *late]) + "\n")
+    code, out, _ = call("run", tmp_path / "jump.csv", "-o", "y", "-i", "u", "-t", "t", "--center", "none")
+    assert code == 0
+    assert "drift or jump 1e+06 (fine: 0 to 100): the parameters " in " ".join(out.split())

@@ -208,3 +208,13 @@ def test_wording():
     assert number(-0.0) == "0"
     assert fixed(float("nan"), 2) == "–"
     assert [probable(p) for p in (1.0, 0.1234, 2e-10, 1e-40)] == ["1.000", "0.123", "2e-10", "0"]
+
+
+def test_report_says_what_asks_for_attention(tmp_path):
+    rng = np.random.default_rng(0)
+    y, u = dw.simulate([-0.9], [1.0], samples=300, noise_std=0.5, seed=1)
+    sound = " ".join(Page(dw.Joint(1, inputs=1).scan(y, u).report(tmp_path / "a.html").read_text("utf-8")).text)
+    assert "Nothing asks for attention." in sound
+    y[150:] += 5 * rng.standard_normal(150)
+    page = Page(dw.Joint(1, inputs=1).scan(y, u).report(tmp_path / "b.html").read_text("utf-8"))
+    assert "verdicts" in page.ids and "ask for attention" in " ".join(page.text)

@@ -74,6 +74,8 @@ _HOME = {
     "Diagnosis": "workflow.verdicts",
     "Verdict": "workflow.verdicts",
     "calibration": "workflow.calibration",
+    "compare": "workflow.compare",
+    "Comparison": "workflow.compare",
     "SmoothedParameters": "workflow.smoothed_parameters",
     "Summary": "workflow.summary",
     "SummaryMIMO": "workflow.mimo_summary",

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from driftwise.edge.thin import envelope, together
+from driftwise.edge.thin import alone, envelope, together
 from driftwise.kernel.status import OUTLIER, REJECTED
 
 __all__ = ["MARKS", "PALETTE", "changes", "plot", "steady_range"]
 
 POINTS = 5000
 LINES_SHOWN = 60  # vertical lines at jumps and rises of the noise
+# colours that everyone can tell apart (Okabe and Ito, 2008); dashes and markers say the same again
 PALETTE = {
     "ink": "#1f2933",
-    "quiet": "#8794a3",
+    "quiet": "#7b8794",
     "grid": "#e6eaef",
-    "measured": "#475569",
-    "predicted": "#2563eb",
-    "alert": "#dc2626",
-    "warn": "#d97706",
-    "good": "#059669",
+    "measured": "#1f2933",
+    "predicted": "#0072B2",
+    "alert": "#D55E00",
+    "warn": "#E69F00",
+    "good": "#009E73",
 }
-# events that are drawn apart: what they are called, which they are, colour, marker (Bokeh's)
+LINES = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#1f2933", "#8c8200"]
+DASHES = ["solid", "dashed", "dashdot", "dotted", (0, (6, 1, 1, 1, 1, 1))]
+# events that are drawn apart: what they are called, which they are, colour, marker (Bokeh's), dashes of a line across
 MARKS = (
-    ("jump", ("JUMP",), PALETTE["alert"], "triangle"),
-    ("louder noise", ("NOISE",), PALETTE["warn"], "diamond"),
-    ("outlier", ("REJECTED", "OUTLIER"), PALETTE["alert"], "x"),
+    ("jump", ("JUMP",), PALETTE["alert"], "inverted_triangle", "dashed"),
+    ("louder noise", ("NOISE",), PALETTE["warn"], "diamond", "dotted"),
+    ("outlier", ("REJECTED", "OUTLIER"), PALETTE["alert"], "x", ""),
 )
-LINES = ["#2563eb", "#d97706", "#059669", "#9333ea", "#dc2626", "#0891b2", "#be185d", "#4d7c0f"]
 
 
 def plot(trace, *, labels=None, figure=None):
@@ -68,10 +70,10 @@ def plot(trace, *, labels=None, figure=None):
     return axes
 
 
-def changes(events, most: int) -> list[tuple[float, str]]:
-    """Return (time, colour) of the first jumps and rises of the noise, for vertical lines."""
-    colours = {kind: colour for _, kinds, colour, marker in MARKS if marker != "x" for kind in kinds}
-    return [(event.time, colours[event.kind]) for event in events if event.kind in colours][:most]
+def changes(events, most: int) -> list[tuple[float, str, str]]:
+    """Return (time, colour, dashes) of the first jumps and rises of the noise, for vertical lines."""
+    looks = {kind: (colour, dash) for _, kinds, colour, _, dash in MARKS if dash for kind in kinds}
+    return [(event.time, *looks[event.kind]) for event in events if event.kind in looks][:most]
 
 
 def steady_range(value, std, skip: float = 0.05):
@@ -110,16 +112,12 @@ def _output(ax, trace, time):
         time[i], center - half, center + half, color=PALETTE["predicted"], alpha=0.16, lw=0, label="95 % band"
     )
     few = len(time) <= 300
-    ax.plot(
-        time[i],
-        np.asarray(trace.y)[i],
-        ".-" if few else "-",
-        color=PALETTE["measured"],
-        lw=1.8,
-        ms=4,
-        label="measured",
-    )
-    ax.plot(time[i], center, color=PALETTE["predicted"], lw=0.9, label="predicted one step ahead")
+    ax.plot(time[i], center, color=PALETTE["predicted"], lw=1.8, label="predicted one step ahead")
+    ink = PALETTE["measured"]
+    ax.plot(time[i], np.asarray(trace.y)[i], ".-" if few else "-", color=ink, lw=0.9, ms=4, label="measured")
+    if not few:
+        lone = i[alone(trace.y)[i]]
+        ax.plot(time[lone], np.asarray(trace.y)[lone], ".", color=ink, ms=3)
     seen = np.asarray(trace.y)[np.isfinite(trace.y)]
     if seen.size and seen.min() < seen.max():
         pad = 0.12 * (seen.max() - seen.min())
@@ -138,7 +136,8 @@ def _parameters(ax, trace, time, columns):
         i = envelope(value, POINTS)
         color = LINES[count % len(LINES)]
         ax.fill_between(time[i], (value - 2 * std)[i], (value + 2 * std)[i], color=color, alpha=0.15, lw=0)
-        ax.plot(time[i], value[i], color=color, lw=1.3, label=trace.names[j])
+        dash = DASHES[count % len(DASHES)]
+        ax.plot(time[i], value[i], color=color, lw=1.3, linestyle=dash, label=trace.names[j])
         ranges.append(steady_range(value, std))
     ranges = [r for r in ranges if r]
     if ranges:
@@ -164,9 +163,9 @@ def _innovations(ax, trace, time):
 
 
 def _changes(axes, events):
-    for when, colour in changes(events, LINES_SHOWN):
+    for when, colour, dash in changes(events, LINES_SHOWN):
         for ax in axes:
-            ax.axvline(when, color=colour, linewidth=0.9, linestyle="-.", alpha=0.7, zorder=0)
+            ax.axvline(when, color=colour, linewidth=0.9, linestyle=dash, alpha=0.8, zorder=0)
 
 
 def _tidy(ax):

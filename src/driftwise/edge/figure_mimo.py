@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from driftwise.edge.figure import LINES, _changes, _innovations, _output, _parameters, _tidy
+from driftwise.edge.figure import _changes, _innovations, _output, _parameters, _tidy
 
 __all__ = ["plot"]
 
@@ -54,9 +54,7 @@ def plot(trace, *, labels=None, figure=None):
 
 
 def _equation(ax, trace, time, columns):
-    """Draw the parameters of an equation; from the ninth on, the colours come back dashed."""
+    """Draw the parameters of an equation."""
     _parameters(ax, trace, time, columns)
-    for line in ax.lines[len(LINES) :]:
-        line.set_linestyle("--")
     many = len(columns) > 12
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8, handlelength=1.6, ncols=1 + many)

@@ -52,7 +52,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     from driftwise.workflow.identifier import joined
 
     table, stretches = read(data, output, input, time)
-    finder = Finder(table, stretches.origin)
+    finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
     forecasts: list[Any] = []
     traces: list[Any] = []
     for piece in stretches:

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from driftwise.edge.thin import extremes
 from driftwise.kernel.status import Status
 from driftwise.workflow.trace import Trace
 
 __all__ = ["Keeper", "ObserverKeeper", "Offsets", "ThinTrace"]
 
 ROWS = 20_000
+WATCHED = 6  # inputs and parameters whose extremes are kept
 EVENTS = 10_000
 
 
@@ -67,7 +69,7 @@ class Offsets:
 
 @dataclass(frozen=True)
 class ThinSmoothed:
-    """Every so many samples of a smoothed record, as the report draws it; x and words are None where there are none."""
+    """Some rows of a smoothed record, as the report draws it; x and words are None where there are none."""
 
     estimator: Any
     lag: int | None
@@ -82,11 +84,13 @@ class ThinSmoothed:
 
 
 class ThinTrace(Trace):
-    """Every so many samples of a trace; the degrees of freedom are those of the whole run."""
+    """Some rows of a trace (``rows`` are their numbers); the degrees of freedom are those of the whole run."""
 
-    def __init__(self, *args, dof, **options):
+    diagnosis: Any = None  # the verdicts on the whole run
+
+    def __init__(self, *args, dof, rows, **options):
         super().__init__(*args, **options)
-        self._dof = dof
+        self._dof, self.rows = dof, rows
 
     @property
     def dof(self):
@@ -94,30 +98,56 @@ class ThinTrace(Trace):
 
 
 class Thinning:
-    """Takes columns stretch by stretch and keeps every 2^k-th sample, so that never more than 20 000 are held."""
+    """Takes columns stretch by stretch and keeps at most 20 000 rows: the extremes of what is watched in every bucket.
+
+    A bucket is 2^k rows; it keeps those where a watched column is lowest or highest, so that spikes of one sample and
+    alarms survive. Which rows are kept does not depend on how the record is cut into stretches.
+    """
 
     def __init__(self):
-        self.samples, self.stride = 0, 1
+        self.samples, self.width = 0, 1
         self._parts: list[tuple[np.ndarray, ...]] = []
+        self._end: tuple[np.ndarray, ...] = ()
 
-    def keep(self, *columns) -> None:
-        """Take in the next stretch."""
-        self._parts.append(self._thin(columns, -self.samples % self.stride, self.stride))
-        self.samples += len(columns[0])
-        while sum(len(part[0]) for part in self._parts) > ROWS:
-            self._parts = [self._thin(self.kept(), 0, 2)]
-            self.stride *= 2
+    def keep(self, watched: list[np.ndarray], *columns: np.ndarray) -> None:
+        """Take in the next stretch; ``columns`` are kept where one of ``watched`` is extreme."""
+        rows = self.samples + np.arange(len(columns[0]))
+        stretch = (rows, np.column_stack(watched), *columns)
+        self.samples += len(rows)
+        most, old = 2 * len(watched), self.width
+        while self.samples * min(self.width, most) > ROWS * self.width:
+            self.width *= 2
+        if self._parts and (self.width > old or sum(len(part[0]) for part in self._parts) > 2 * ROWS):
+            self._parts = [self._thin(self._joined())]
+        self._parts.append(self._thin(stretch))
+        self._end = tuple(column[-1:].copy() for column in stretch)
 
     def kept(self) -> tuple[np.ndarray, ...]:
-        """Return the columns at the samples that are kept."""
+        """Return their row numbers and the columns at the rows that are kept; the last row is one of them."""
+        found = self._thin(self._joined())
+        if found[0][-1] < self._end[0][0]:
+            found = tuple(map(np.concatenate, zip(found, self._end)))
+        return found[0], *found[2:]
+
+    def _joined(self):
         return tuple(map(np.concatenate, zip(*self._parts)))
 
-    def _thin(self, columns, first: int, stride: int) -> tuple[np.ndarray, ...]:
-        return tuple(column[first::stride].copy() for column in columns)
+    def _thin(self, columns):
+        rows, watched, *_ = columns
+        chosen = extremes(rows // self.width, *watched.T) if self.width > 1 else slice(None)
+        return tuple(column[chosen].copy() for column in columns)
+
+
+def severity(status) -> np.ndarray:
+    """Return a number that is highest where an alarm must not be lost."""
+    found = np.zeros(len(status))
+    for level, bits in enumerate((Status.REJECTED | Status.OUTLIER, Status.NOISE, Status.JUMP), 1):
+        found[(status & int(bits)) != 0] = level
+    return found
 
 
 class Keeper(Thinning):
-    """Takes one trace after the other, thinned out; the status of a kept sample has the bits of all it stands for."""
+    """Takes one trace after the other, thinned out, and what happened."""
 
     def __init__(self, estimator, offsets: Offsets):
         super().__init__()
@@ -134,13 +164,10 @@ class Keeper(Thinning):
         jumps = trace.jumps(EVENTS - len(self.jumps))
         self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
         self.state = trace.state
-        self.keep(trace.time, trace.y, trace.u, trace.outs, trace.dof)
-
-    def _thin(self, columns, first, stride):
-        thin = super()._thin(columns, first, stride)
-        outs, status = thin[3], columns[3][:, 3].astype(np.int64)
-        outs[:, 3] = _gathered(status, first, stride, len(outs))
-        return thin
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z = trace.innovation / np.sqrt(trace.variance)
+        watched = [trace.y, z, severity(trace.status), *trace.u.T[:WATCHED], *trace.parameters.T[:WATCHED]]
+        self.keep(watched, trace.time, trace.y, trace.u, trace.outs, trace.dof)
 
     @property
     def events(self) -> list[Any]:
@@ -149,16 +176,16 @@ class Keeper(Thinning):
 
     def thinned(self, smoothed):
         """Return the smoothed record at the samples that are kept."""
-        names = ("x", "x_std") if smoothed.estimator.model.n else ()
-        columns = {name: getattr(smoothed, name)[:: self.stride] for name in ("parameters", "parameters_std", *names)}
+        names, rows = ("x", "x_std") if smoothed.estimator.model.n else (), self.kept()[0]
+        columns = {name: getattr(smoothed, name)[rows] for name in ("parameters", "parameters_std", *names)}
         more: dict[str, Any] = {} if names else {"words": smoothed.words}
         return ThinSmoothed(smoothed.estimator, smoothed.lag, **columns, **more)
 
     def trace(self) -> ThinTrace:
         """Return what was kept as a trace in the units of the file."""
-        time, y, u, outs, dof = self.kept()
+        rows, time, y, u, outs, dof = self.kept()
         y, u, outs[:, 0] = self.offsets.given_back(y, u, outs[:, 0])
-        return ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof)
+        return ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof, rows=rows)
 
     def table(self, trace: Trace):
         """Return the columns of a stretch of the run as a pyarrow Table, in the units of the file."""
@@ -185,20 +212,14 @@ class ObserverKeeper(Thinning):
         if self.samples and trace.ready[0] and self._last.ready[-1]:
             found = [event for event in found if event.kind != "READY" or event.sample]
         self.events += [replace(event, sample=event.sample + self.samples) for event in found]
-        self.keep(trace.time, trace.y, trace.u, trace.outs)
+        watched = [*trace.y.reshape(len(trace), -1).T, trace.statistic, *trace.estimates.T[:WATCHED]]
+        self.keep(watched, trace.time, trace.y, trace.u, trace.outs)
         self._last = trace
 
     def trace(self):
         """Return what was kept as a trace."""
-        time, y, u, outs = self.kept()
+        rows, time, y, u, outs = self.kept()
         last = self._last
-        return type(last)(last.estimator, y, u, outs, last.keep, last.state, last.observed_before, time)
-
-
-def _gathered(status, first: int, stride: int, count: int):
-    """Return the bits of each run of `stride` samples that starts at a kept one."""
-    if stride == 1:
-        return status
-    padded = np.zeros(count * stride, np.int64)
-    padded[: len(status) - first] = status[first:]
-    return np.bitwise_or.reduce(padded.reshape(count, stride), axis=1)
+        found = type(last)(last.estimator, y, u, outs, last.keep, last.state, last.observed_before, time)
+        found.rows = rows
+        return found

@@ -36,6 +36,26 @@ class Stretches:
     def cleaned(self) -> dict[str, int]:
         return dict(zip(self.signals, self._cleaner.cleaned.tolist(), strict=True))
 
+    def notes(self) -> list[str]:
+        """Return what reading the whole table has brought up, a sentence each; of the part read so far."""
+        told = [
+            f"{count} cells of {name!r} are not finite numbers and were taken as missing; are there words among them?"
+            for name, count in self.table.bad.items()
+            if count and name in self.signals
+        ]
+        if self.table.ragged:
+            told.append(f"{self.table.ragged} rows have too many or too few cells and were taken as missing.")
+        cleaned = ", ".join(f"{count} of {name!r}" for name, count in self.cleaned.items() if count)
+        if cleaned:
+            told.append(f"Values not believed and taken as missing: {cleaned}.")
+        clock = self.clock
+        if clock.inserted or clock.dropped:
+            told.append(
+                f"On the clock of {self.found.dt:.6g}, {clock.inserted} missing samples were put in and "
+                f"{clock.dropped} rows left out; it started again {clock.restarts} times."
+            )
+        return told
+
     def __iter__(self):
         return self
 

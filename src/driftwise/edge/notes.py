@@ -5,7 +5,9 @@ from __future__ import annotations
 from driftwise.edge.specs import DETECTORS
 from driftwise.edge.wording import number
 
-__all__ = ["described", "labels", "notes"]
+__all__ = ["described", "labels", "notes", "verdicts"]
+
+SHOWN = ("excitation", "identifiability")  # a line of their own says it
 
 
 def described(plan, dt: float) -> list[str]:
@@ -45,7 +47,8 @@ def labels(record) -> dict:
         time = "time (s)"
     else:
         time = f"time since {record.clock.origin} (s)" if record.clock.origin else named(record.time)
-    return {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
+    found = {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
+    return found | ({"origin": record.clock.origin} if record.time and record.clock.origin else {})
 
 
 def notes(plan, record, found) -> list[str]:
@@ -83,3 +86,9 @@ def notes(plan, record, found) -> list[str]:
             "before a higher order."
         )
     return said
+
+
+def verdicts(diagnosis) -> list[str]:
+    """Return a sentence for each verdict that is not fine and not shown anyway."""
+    told = [v for v in diagnosis.not_fine if v.name not in SHOWN]
+    return [f"{v.name} {v.shown} (fine: {v.limits}): {v.advice}." for v in told]

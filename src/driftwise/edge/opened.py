@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from driftwise.edge.clock import Clock
+from driftwise.edge.daytime import DAY, TimeOfDay, of_day
 from driftwise.errors import InputError
 
 __all__ = ["OpenTable", "open_table"]
@@ -24,9 +25,9 @@ class OpenTable:
     ----------
     names : all its columns
     units : unit per column name, where the table gives one
-    kinds : "number", "stamp" or "text" per column name
-    head : the first rows: float64 per column of numbers (NaN where missing), seconds since the first stamp per column
-        of time stamps, None per column of text
+    kinds : "number", "stamp" (also a time of day) or "text" per column name
+    head : the first rows: float64 per column of numbers (NaN where missing), seconds per column of time stamps, None
+        per column of text. A column of dates takes in the time of day that a column of its own holds.
     bad : cells that were no finite number, per column of numbers
     """
 
@@ -37,6 +38,8 @@ class OpenTable:
     head: dict[str, Any] = field(default_factory=dict)
     bad: dict[str, int] = field(default_factory=dict)
     _clocks: dict[str, Clock] = field(default_factory=dict)
+    _days: dict[str, TimeOfDay] = field(default_factory=dict)  # columns of times of day
+    _paired: tuple[str, str] | None = None  # a column of dates, and the one of the times of day
     _over: dict[str, Any] = field(default_factory=dict)  # rows read beyond the head
 
     @property
@@ -72,8 +75,9 @@ class OpenTable:
         yield {name: self.head[name] for name in names}
         parts, held = [{name: self._over[name] for name in names}], len(self._over[names[0]]) if names else 0
         self._over = {}
-        for arrays, ragged in self.source.batches(names) if names else ():
-            parts.append(self._converted(names, arrays, ragged))
+        asked = [*names, self._paired[1]] if self._paired and self._paired[0] in names else names
+        for arrays, ragged in self.source.batches(asked) if names else ():
+            parts.append(self._converted(asked, arrays, ragged))
             held += len(parts[-1][names[0]])
             while held >= self.chunk_rows:
                 whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
@@ -91,7 +95,8 @@ class OpenTable:
         names = list(self.names)
         for arrays, ragged in self.source.batches(names):
             if not self.kinds:
-                self.kinds = {name: self._kind(array) for name, array in zip(names, arrays, strict=True)}
+                self.kinds = {name: self._kind(name, array) for name, array in zip(names, arrays, strict=True)}
+                self._pair(dict(zip(names, arrays, strict=True)))
             parts.append(self._converted(names, arrays, ragged))
             if sum(map(_length, parts)) >= self.chunk_rows:
                 break
@@ -106,7 +111,23 @@ class OpenTable:
             column = np.concatenate([part[name] for part in parts])
             self.head[name], self._over[name] = column[: self.chunk_rows], column[self.chunk_rows :]
 
-    def _kind(self, array) -> str:
+    def _pair(self, arrays) -> None:
+        """Find a column of dates and a column of times of day that belong together."""
+        import numpy as np
+
+        from driftwise.edge.cells import seconds
+
+        dates = []
+        for name, kind in self.kinds.items():
+            if kind == "stamp" and name not in self._days:
+                stamps, bad, _ = seconds(arrays[name], self.source.decimal, self.source.day_first)
+                if not np.any(stamps[~bad] % int(DAY * 1e9)):
+                    dates.append(name)
+        if len(dates) == len(self._days) == 1:
+            self._paired = (dates[0], next(iter(self._days)))
+            self.kinds[self._paired[1]] = "text"
+
+    def _kind(self, name, array) -> str:
         import numpy as np
         import pyarrow as pa
 
@@ -116,6 +137,9 @@ class OpenTable:
         if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
             return "stamp"
         array = array.drop_null().slice(0, LOOK)
+        if 2 * of_day(array)[1] > len(array):
+            self._days[name] = TimeOfDay()
+            return "stamp"
         try:
             values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
             if is_stamp:
@@ -136,9 +160,13 @@ class OpenTable:
         keep = np.ones(rows, bool)
         keep[ragged] = False
         for name, array in zip(names, arrays, strict=True):
-            if self.kinds[name] == "text":
+            if name in self._days:
+                values = of_day(array)[0]
+                if self._paired is None:
+                    values = self._days[name].push(values)
+            elif self.kinds[name] == "text":
                 continue
-            if self.kinds[name] == "stamp":
+            elif self.kinds[name] == "stamp":
                 values, _, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
                 clock = self._clocks.setdefault(name, Clock(name))
                 values = clock.stamps(values) if is_stamp else np.full(len(values), np.nan)
@@ -148,6 +176,9 @@ class OpenTable:
             column = np.full(rows, np.nan)
             column[keep] = values
             columns[name] = column
+        if self._paired and self._paired[0] in columns:
+            date, hours = self._paired
+            columns[date] = columns[date] + columns.pop(hours)
         return columns
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from driftwise.edge import report_answer as answer
 from driftwise.edge import report_dynamics as parts_of
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
-from driftwise.edge.figure import LINES_SHOWN, changes
-from driftwise.edge.wording import interval, number, plus_minus
+from driftwise.edge.wording import interval, plus_minus
 from driftwise.errors import InputError
 
 __all__ = ["write"]
@@ -27,7 +27,8 @@ def write(
     path : file to write
     summary : a Summary of the whole run; taken from the trace if omitted
     title : headline of the page
-    labels : dict with "output", "input", "time": names with units for the axes
+    labels : dict with "output", "inputs" (a list), "time": names with units for the axes; "origin": the time stamp
+        (ISO 8601) of second 0, for an axis of dates
     events : list of Event of the whole run; taken from the trace if omitted
     smoothed : what `Joint.smooth` or `ARX.smooth` returned for the same samples, drawn over what the filter said
     orders : `OrderEvidence` of the record, shown as a table and bars
@@ -37,8 +38,7 @@ def write(
         from bokeh.embed import components
     except ImportError:
         raise ImportError("the report is drawn with Bokeh, which is not installed: pip install bokeh") from None
-    from driftwise.edge import report_plots as draw
-    from driftwise.edge import report_roots
+    from driftwise.edge import report_figures, report_verdicts
 
     if not len(trace):
         raise InputError("the trace has no samples, so there is nothing to report. Was the record empty?")
@@ -53,57 +53,30 @@ def write(
         **(labels or {}),
     }
     directions = parts_of.directions(summary)
-    marks = changes(events, LINES_SHOWN)
     if study is None:
         from driftwise.edge.study import study as made
 
         study = made(trace.estimator, summary.state, trace.y, trace.u)
-
-    figures = {"output": draw.output(trace, labels, common.chosen(events))}
-    span = figures["output"].x_range
-    if getattr(trace, "keep", "std") != "innovations":
-        figures |= {f"parameter{j}": f for j, f in enumerate(draw.parameters(trace, span, smoothed, marks))}
-        if smoothed is not None and smoothed.estimator.model.n:
-            panels = draw.states(trace, span, smoothed, marks)[:STATES_SHOWN]
-            figures |= {f"state{j}": fig for j, fig in enumerate(panels)}
-    adapts = draw.adaptation(trace, span, marks)
-    figures |= {f"adaptation{j}": fig for j, fig in enumerate(adapts)}
-    figures["innovations"] = draw.innovations(trace, labels, span)
-    figures["acf"] = draw.autocorrelations(summary.correlations[1:], summary.observed)
-    if summary.is_enough and not summary.is_static:
-        figures["poles"] = report_roots.plane(summary.model)
-        window = report_roots.smallest_window(summary.model)
-        figures |= {} if window is None else {"closeup": report_roots.plane(summary.model, window)}
-    figures["excitation"] = draw.excitation(directions, parts_of.UNLEARNED)
-    if orders is not None:
-        figures["orders"] = draw.orders(orders.orders, orders.probability)
+    line, figures = report_figures.draw(trace, summary, labels, events, directions, smoothed, orders)
     script, parts = components(figures)
-
     sections = [
         html.section(
             "prediction",
             "Measured and predicted",
-            "Each sample is predicted from the ones before it; the band should hold 95 % of them. Drag to "
-            "pan, "
-            "scroll to zoom: all time axes move together.",
+            "Each sample is predicted from the ones before it; the band should hold 95 % of them.",
             common.plot(parts["output"]),
+            *map(common.plot, common.of(parts, "input")),
+            common.zoom_words(line),
+            common.change_table(events, line),
         ),
         html.section(
             "parameters",
             "Parameters",
             f"Model: {_equation(trace)}. {_bands(smoothed, summary)}",
+            *common.stack(common.of(parts, "parameter")),
             _parameter_table(summary),
-            *common.grid([part for name, part in parts.items() if name.startswith("parameter")]),
             parts_of.hindsight(smoothed),
-            parts_of.drift(summary.drift),
         ),
-        _states(parts, smoothed),
-        parts_of.memory([common.plot(parts[f"adaptation{j}"]) for j in range(len(adapts))], trace.estimator),
-        "" if orders is None else parts_of.order_evidence(orders, parts["orders"]),
-        '<div class="pair">',
-        parts_of.roots(summary, trace.dt, parts["poles"] + parts.get("closeup", "")) if "poles" in parts else "",
-        parts_of.knowledge(directions, study, parts["excitation"]),
-        "</div>",
         html.section(
             "innovations",
             "Innovations: what could not be predicted",
@@ -111,51 +84,33 @@ def write(
             f"{common.nis_words(summary.nis_interval)} Shaded: two sigma.",
             common.plot(parts["innovations"]),
         ),
-        '<div class="pair">',
-        html.section("whiteness", "Is anything predictable left?", _white_words(summary), common.plot(parts["acf"])),
-        html.section("events", "Events", common.event_words(events), common.event_table(events)),
-        "</div>",
+        report_verdicts.section(trace, summary, study),
     ]
+    white = summary.whiteness
+    folds = [
+        _states(parts, smoothed),
+        "" if "poles" not in parts else parts_of.roots(summary, trace.dt, parts["poles"] + parts.get("closeup", "")),
+        parts_of.drift(summary.drift),
+        parts_of.memory([common.plot(part) for part in common.of(parts, "adaptation")], trace.estimator),
+        "" if orders is None else parts_of.order_evidence(orders, parts["orders"]),
+        html.fold(
+            "whiteness", "Is anything predictable left?",
+            "too short to tell" if white.p_value != white.p_value else "no" if white.is_white else "yes",
+            _white_words(summary), common.plot(parts["acf"]),
+        ),
+        parts_of.knowledge(directions, study, parts["excitation"]),
+        html.fold("events", "Events", *common.event_words(events), common.event_table(events, line)),
+    ]  # fmt: skip
     return common.write(
         path,
         title=title or "Recursive estimation of state and parameters",
-        facts=_facts(trace, summary),
+        facts=answer.facts(trace, summary),
         lead=summary.words,
-        cards=_cards(summary),
+        cards=answer.cards(trace, summary, line),
         sections=sections,
+        folds=folds,
         script=script,
     )
-
-
-def _facts(trace, summary) -> str:
-    inputs = 0 if trace.u is None else (1 if trace.u.ndim == 1 else trace.u.shape[1])
-    known = {0: "no input", 1: "one input"}.get(inputs, f"{inputs} inputs")
-    facts = [
-        f"{summary.samples:,} samples".replace(",", "\u2009"),
-        f"every {number(trace.dt)} s",
-        known,
-        f"{len(trace.names)} parameters",
-    ]
-    return " \u00b7 ".join(facts)
-
-
-def _cards(summary) -> list[str]:
-    white = summary.whiteness
-    lost = summary.missing_outputs + summary.missing_inputs
-    p_value = "too short to tell" if white.p_value != white.p_value else f"Ljung-Box p = {white.p_value:.2g}"
-    found = summary.happened["outliers"][0]
-    unused = f"{lost} missing, {summary.rejected + found} outliers, {summary.bad_values} unreadable"
-    fit, nis, held = common.fit_cards(summary)
-    return [
-        fit,
-        html.card("Noise (std)", number(summary.noise_std, 3), f"one-step error {number(summary.rmse, 3)} rms"),
-        nis,
-        held,
-        html.card(
-            "Innovations", "white" if white.is_white else "not white", p_value, common.grade(white.is_white, True)
-        ),
-        html.card("Samples unused", f"{summary.samples - summary.observed + found}", unused),
-    ]
 
 
 def _equation(trace) -> str:
@@ -208,18 +163,18 @@ def _bands(smoothed, summary) -> str:
             "Solid line and shade: from the samples so far, with two standard errors. "
             f"Dashed between dotted lines: smoothed, given {given}."
         )
-    kinds = ["jumps"] if summary.jumps else []
-    kinds += ["rises of the noise (orange)"] if summary.happened["noise_rises"][0] else []
+    kinds = ["jumps (dashed)"] if summary.jumps else []
+    kinds += ["rises of the noise (dotted)"] if summary.happened["noise_rises"][0] else []
     return words + (f" Vertical lines: {' and '.join(kinds)}." if kinds else "")
 
 
 def _states(parts, smoothed) -> str:
-    divs = [part for name, part in parts.items() if name.startswith("state")]
+    divs = common.of(parts, "state")
     if not divs:
         return ""
     n = smoothed.estimator.model.n
     words = f"Filtered and smoothed as above, offsets subtracted; x{n} is the measured one. Zoom in to tell them apart."
-    return html.section("states", "State", words, *common.grid(divs))
+    return html.fold("states", "State", "filtered and smoothed", words, *common.stack(divs))
 
 
 def _white_words(summary) -> str:

@@ -1,15 +1,24 @@
-"""Sections of the report: poles and zeros, what the record taught, memory, drift and order."""
+"""Details of the report: poles and zeros, what the record taught, memory, drift and order."""
 
 from __future__ import annotations
 
 from math import isfinite, log
 
 from driftwise.edge import report_page as html
-from driftwise.edge.report_plots import has_weight
 from driftwise.edge.report_roots import FAR
 from driftwise.edge.wording import fixed, number, plus_minus, probable, zeros_told
 
-__all__ = ["UNLEARNED", "directions", "drift", "hindsight", "knowledge", "memory", "order_evidence", "roots"]
+__all__ = [
+    "UNLEARNED",
+    "directions",
+    "drift",
+    "has_weight",
+    "hindsight",
+    "knowledge",
+    "memory",
+    "order_evidence",
+    "roots",
+]
 
 UNLEARNED = 0.5  # a direction that keeps more than this share of its prior variance is not learned
 
@@ -20,10 +29,11 @@ def roots(summary, dt: float, figure: str) -> str:
     model = summary.model
     outside = sum(abs(p) >= 1 for p, _ in found)
     near = sum(abs(p) < 1 <= abs(p) + 2 * s for p, s in found)
-    words = "All poles lie inside the circle: stable."
+    words, hint = "All poles lie inside the circle: stable.", "stable"
     if outside or near:
+        hint = f"{outside + near} on, outside or near the circle"
         words = f"{outside} on or outside the circle, {near} within two standard errors of it: integrating or unstable."
-    words += " Shaded: 95 % ellipses (a bar for a root that stays real); scroll to zoom in."
+    words += " Shaded: 95 % ellipses (a bar for a root that stays real); drag to zoom in."
     if "sampled" in model.method or any("sampled" in model.zeros_method(i) for i in range(model.form.inputs)):
         words += " Dots: draws from the posterior, where an ellipse would mislead."
     has_zeros = any(zeros_told(model, i) for i in range(model.form.inputs))
@@ -35,7 +45,7 @@ def roots(summary, dt: float, figure: str) -> str:
         _gains(model),
         *[html.say(f"{note}.") for note in summary.notes],
     ]
-    return html.section("poles", "Poles and zeros" if has_zeros else "Poles", words, *body)
+    return html.fold("poles", "Poles and zeros" if has_zeros else "Poles", hint, words, *body)
 
 
 def _zeros(model) -> str:
@@ -112,7 +122,8 @@ def knowledge(found, study, figure: str) -> str:
         if study.identifiability is not None:
             said.append(html.table(["identifiability of the record", ""], _numbers(study)))
         said += [html.say(study.trust)] if study.trust else []
-    return html.section("excitation", "What was learned", words, f'<div class="plot">{figure}</div>', *said)
+    hint = f"{lost} direction{'s' if lost > 1 else ''} not excited" if lost else "every direction"
+    return html.fold("excitation", "What was learned", hint, words, f'<div class="plot">{figure}</div>', *said)
 
 
 def _numbers(study) -> list[list]:
@@ -131,6 +142,13 @@ def _numbers(study) -> list[list]:
 # --- memory --------------------------------------------------------------------------------------------------
 
 
+def has_weight(memory) -> bool:
+    """Whether a memory counts samples: not where it adds a variance that was told at every one."""
+    from driftwise.memory.drift import Walk
+
+    return not isinstance(memory, Walk)
+
+
 def memory(figures: list[str], estimator) -> str:
     """Return the section about gain and detector; ``figures`` is trusted markup."""
     if not figures:
@@ -145,8 +163,7 @@ def memory(figures: list[str], estimator) -> str:
     words = f"{type(kept).__name__}: {', and '.join(said)}."
     if hasattr(kept, "detector"):
         words += f" {type(kept.detector).__name__} promises {getattr(kept.detector, 'words', 'nothing')}."
-    body = f'<div class="many" style="--columns:{len(figures)}">{"".join(figures)}</div>'
-    return html.section("adaptation", "Memory", words, body)
+    return html.fold("adaptation", "Memory", type(kept).__name__, words, *figures)
 
 
 # --- drift ---------------------------------------------------------------------------------------------------
@@ -160,17 +177,18 @@ def drift(found) -> str:
     """Return the table of how fast each parameter drifts (`Speeds`), or nothing."""
     if found is None:
         return ""
-    head = ["how fast each parameter drifts", "NVR (variance of a step / noise)", "memory (samples)", ""]
+    head = ["", "NVR (variance of a step / noise)", "memory (samples)", ""]
     still = '<span class="tag good">stands still</span>'
     rows = [
         [name, number(nvr, 2), number(memory, 2), still if is_still else ""]
         for name, nvr, memory, is_still in zip(found.names, found.nvr, found.memory, found.is_still)
     ]
     table = html.table(head, rows)
+    title, hint = "How fast each parameter drifts", found.words.partition(", or else")[0]
     if not found.weights:
-        return table
+        return html.fold("drift", title, hint, "", table)
     likely = ", ".join(f"{MEANT.get(name, f'NVR {name}')} {probable(weight)}" for name, weight in found.weights.items())
-    return table + html.say(f"Probabilities: {likely}.")
+    return html.fold("drift", title, hint, "", table, html.say(f"Probabilities: {likely}."))
 
 
 def hindsight(smoothed) -> str:
@@ -193,7 +211,8 @@ def order_evidence(evidence, figure: str) -> str:
     text = (
         f"{evidence.words[0].upper()}{evidence.words[1:]}. Every order saw the same samples; all were equally probable."
     )
-    return html.section(
-        "orders", "Order", text,
-        f'<div class="pair flat"><div>{html.table(head, rows)}</div><div class="plot">{figure}</div></div>',
+    best = f"{evidence.best}, probability {probable(max(evidence.probability))}"
+    return html.fold(
+        "orders", "Order", best, text,
+        f'<div class="pair"><div>{html.table(head, rows)}</div><div class="plot">{figure}</div></div>',
     )  # fmt: skip

@@ -1,33 +1,74 @@
-"""Events in the figures of the report: marks along the bottom, and lines across where something changed."""
+"""Events in the figures of the report: marks on the output, and lines across where something changed."""
 
 from __future__ import annotations
 
-from driftwise.edge.figure import MARKS, PALETTE
+from typing import NamedTuple
 
-__all__ = ["dots", "lines"]
+from driftwise.edge.figure import LINES_SHOWN, MARKS
+from driftwise.kernel.status import MEANING, Status
+
+__all__ = ["Mark", "dots", "lines", "marks"]
+
+ACROSS = 1200  # marks of a kind that can be told apart across a page
 
 
-def dots(fig, events, level: float) -> list:
-    """Mark events along the bottom of a figure, each kind in its own way; return what was drawn."""
-    from bokeh.models import ColumnDataSource
+class Mark(NamedTuple):
+    """An event to draw: when, which kind of `figure.MARKS`, and what to say of it."""
 
-    named = {kind for _, kinds, *_ in MARKS for kind in kinds}
-    others = tuple({event.kind for event in events} - named)
+    time: float
+    name: str
+    text: str
+
+
+def marks(events, time=(), status=()) -> list[Mark]:
+    """Return what is drawn of some events, and of the status of samples: a list of events may have been cut short."""
+    import numpy as np
+
+    found: list[Mark] = []
+    for name, kinds, *_ in MARKS:
+        some = {event.time: event.text for event in events if event.kind in kinds}
+        for kind in kinds if name != "jump" else ():
+            for when in np.asarray(time)[(np.asarray(status, int) & int(Status[kind])) != 0]:
+                some.setdefault(float(when), MEANING[Status[kind]])
+        found += [Mark(when, name, some[when]) for when in _spread(sorted(some))]
+    return found
+
+
+def _spread(times: list[float]) -> list[float]:
+    """Return the first of the times at each place that can be told apart."""
+    if len(times) <= ACROSS:
+        return times
+    step = (times[-1] - times[0]) / ACROSS or 1.0
+    return list({round((when - times[0]) / step): when for when in reversed(times)}.values())[::-1]
+
+
+def dots(line, fig, found: list[Mark], level: float) -> list:
+    """Mark jumps and changes of the noise along a level of a panel over a `Timeline`; return (name, what was drawn)."""
+    from bokeh.models import ColumnDataSource, HoverTool
+
     drawn = []
-    for name, kinds, colour, marker in (("other event", others, PALETTE["quiet"], "circle"), *MARKS):
-        some = [event for event in events if event.kind in kinds]
-        if some:
-            time, text = [event.time for event in some], [event.text for event in some]
-            source = ColumnDataSource({"t": time, "y": [level] * len(some), "text": text})
-            look = {"marker": marker, "size": 5 if marker == "circle" else 9, "color": colour, "line_width": 2}
-            drawn.append(fig.scatter("t", "y", source=source, legend_label=name, **look))
+    for name, _, colour, marker, dash in MARKS:
+        some = [mark for mark in found if mark.name == name]
+        if some and dash:
+            time, text = [line.at(mark.time) for mark in some], [mark.text for mark in some]
+            when = [line.words(mark.time) for mark in some]
+            source = ColumnDataSource({"t": time, "y": [level] * len(some), "text": text, "when": when})
+            look = {"marker": marker, "size": 12, "color": colour, "line_color": "#ffffff"}
+            drawn.append((name, [fig.scatter("t", "y", source=source, **look)]))
+    if drawn:
+        fig.add_tools(
+            HoverTool(renderers=[dot for _, some in drawn for dot in some], tooltips="@when: @text", visible=False)
+        )
     return drawn
 
 
-def lines(fig, changes) -> None:
-    """Draw a vertical line at each (time, colour)."""
+def lines(line, fig, found: list[Mark]) -> None:
+    """Draw a vertical line at each jump and change of the noise, unless they are too many to tell apart."""
     from bokeh.models import Span  # type: ignore[attr-defined]
 
-    for when, colour in changes:
-        line = {"line_color": colour, "line_dash": "dotdash", "line_alpha": 0.7}
-        fig.add_layout(Span(location=when, dimension="height", **line))
+    looks = {name: (colour, dash) for name, _, colour, _, dash in MARKS if dash}
+    some = [mark for mark in found if mark.name in looks]
+    for mark in some if len(some) <= LINES_SHOWN else ():
+        colour, dash = looks[mark.name]
+        look = {"line_color": colour, "line_dash": dash, "line_alpha": 0.8, "line_width": 1.5}
+        fig.add_layout(Span(location=line.at(mark.time), dimension="height", **look))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
-from driftwise.edge.figure import LINES, LINES_SHOWN, changes
+from driftwise.edge.figure import LINES
 from driftwise.edge.wording import interval, number, plus_minus
 from driftwise.errors import InputError
 from driftwise.workflow.observer_summary import views
@@ -26,12 +26,15 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     path : file to write
     summary : an ObserverSummary of the whole run; taken from the trace if omitted
     title : headline of the page
-    labels : dict with "outputs" (one name with unit for each) and "time"
+    labels : dict with "outputs" (one name with unit for each) and "time"; "origin": the time stamp of second 0
     events : list of Event of the whole run; taken from the trace if omitted
     """
     from bokeh.embed import components
 
     from driftwise.edge import report_plots as draw
+    from driftwise.edge.report_axes import Timeline
+    from driftwise.edge.report_figures import scaled
+    from driftwise.edge.report_marks import marks
 
     if not len(trace):
         raise InputError("the trace has no samples, so there is nothing to report. Was the record empty?")
@@ -39,44 +42,35 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     events = list(trace.events() if events is None else events)
     form = trace.estimator.model
     labels = {"outputs": form.output_names, "time": "time (s)", **(labels or {})}
-    marks = changes(events, LINES_SHOWN)
     each = views(trace)[:OUTPUTS_SHOWN]
+    line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
+    found = marks(events)
 
     figures: dict = {}
-    span = None
     for i, one in enumerate(each):
-        axis = {"output": labels["outputs"][i], "time": labels["time"]}
-        figures[f"output{i}"] = fig = draw.output(one, axis, [e for e in events if e.kind != "READY"] if not i else [])
-        if span is None:
-            span = fig.x_range
-        fig.x_range = span
-    n, m, time = form.n, form.m, trace.time
+        drawn = draw.output(line, one.y, one.prediction, one.band(0.95), labels["outputs"][i], marks=found)
+        figures[f"output{i}"] = drawn
+    n, m = form.n, form.m
     kinds = (("state", 0, n), ("disturbance", n, m), ("derived", m, form.N))
     names = trace.state_names + trace.names
-    for color, (kind, first, last) in enumerate(kinds):
-        if first == last:
-            continue
-        panels = draw.panels(
-            time, names[first:last], trace.estimates[:, first:last], trace.std[:, first:last], None,
-            [LINES[color % len(LINES)]] * (last - first), span, marks,
-        )  # fmt: skip
-        figures |= {f"{kind}{j}": fig for j, fig in enumerate(panels)}
+    for color, (kind, first, last) in zip(LINES, kinds):
+        at = slice(first, last)
+        panels = draw.panels(line, names[at], trace.estimates[:, at], trace.std[:, at], colors=[color], marks=found)
+        figures |= common.named(kind, panels)
     if trace.statistic.any():
-        figures["statistic"] = draw.statistic(time, trace.statistic, span, marks)
+        figures["statistic"] = draw.statistic(line, trace.statistic, found)
     for i, one in enumerate(each):
-        axis = {"output": labels["outputs"][i], "time": labels["time"]}
-        figures[f"innovation{i}"] = draw.innovations(one, axis, span)
+        figures[f"innovation{i}"] = draw.innovations(line, scaled(one), marks=found)
     script, parts = components(figures)
 
     def of(kind):
-        return [part for name, part in parts.items() if name.rstrip("0123456789") == kind]
+        return common.of(parts, kind)
 
     sections = [
         html.section(
             "prediction", "Measured and predicted",
-            "Each sample is predicted from the ones before it; the band should hold 95 % of them. Drag to pan, scroll "
-            "to zoom: all time axes move together.",
-            *map(common.plot, of("output")),
+            "Each sample is predicted from the ones before it; the band should hold 95 % of them.",
+            common.zoom_words(line), *map(common.plot, of("output")), common.change_table(events, line),
         ),
         html.section(
             "estimates", "What is not measured",
@@ -97,8 +91,8 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
             "Divided by the standard deviation the observer itself predicted. " + " ".join(_sizes(trace, summary)),
             *map(common.plot, of("innovation")),
         ),
-        html.section("events", "Events", common.event_words(events), common.event_table(events)),
     ]  # fmt: skip
+    folds = [html.fold("events", "Events", *common.event_words(events), common.event_table(events, line))]
     return common.write(
         path,
         title=title or "State and disturbances of a known plant",
@@ -106,12 +100,13 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         lead=summary.words,
         cards=_cards(summary),
         sections=sections,
+        folds=folds,
         script=script,
     )
 
 
 def _part(name, title, divs) -> str:
-    return html.section(name, title, "", *common.grid(divs)) if divs else ""
+    return html.section(name, title, "", *common.stack(divs)) if divs else ""
 
 
 def _facts(trace, summary) -> str:
@@ -156,11 +151,9 @@ def _cards(summary) -> list[str]:
     first = summary.settling
     ready = "never" if first != first else f"{first:.3g}"
     share = 100 * (1 - summary.ready)
-    found = [
-        html.card(
-            "First estimate after", ready, f"none in {share:.2g} % of the samples", unit="" if first != first else "s"
-        )
-    ]
+    note, unit = f"none in {share:.2g} % of the samples", "" if first != first else "s"
+    groups = [html.group("When it is ready", [html.card("First estimate after", ready, note, unit=unit)])]
     for name, part in zip(summary.estimator.model.output_names, summary.outputs[:2]):
-        found += common.fit_cards(part, name if len(summary.outputs) > 1 else "")
-    return found
+        title = f"How well {name} is predicted" if len(summary.outputs) > 1 else "How sure"
+        groups.append(html.group(title, common.fit_cards(part)))
+    return groups

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from driftwise.edge.figure import PALETTE
-from driftwise.edge.report_plots import blank, legend
+from driftwise.edge.report_axes import dress, legend
 
 __all__ = ["FAR", "plane", "smallest_window"]
 
@@ -33,16 +35,16 @@ def plane(model, window=None):
     """
     import numpy as np
     from bokeh.models import HoverTool
+    from bokeh.plotting import figure
 
     reach = _reach(model)
     (x, y), half = ((0.0, 0.0), reach) if window is None else ((window[0].real, window[0].imag), window[1])
     size = 310 if window is None else 150
     labels = ("real part", "imaginary part") if window is None else ("close-up of a pole", "")
-    fig = blank(
-        size + 90, *labels, width=size + 90, tools="pan,wheel_zoom,box_zoom,reset,save",
-        x_range=(x - half, x + half), y_range=(y - half, y + half), frame_width=size, frame_height=size,
-    )  # fmt: skip
-    fig.sizing_mode = "fixed"
+    look: dict[str, Any] = {"width": size + 90, "height": size + 90, "frame_width": size, "frame_height": size}
+    look |= {"x_range": (x - half, x + half), "y_range": (y - half, y + half), "tools": "box_zoom,pan,reset,save"}
+    fig: Any = figure(**look)
+    dress(fig, *labels).sizing_mode = "fixed"
     if window is not None:
         fig.xaxis.ticker.desired_num_ticks = fig.yaxis.ticker.desired_num_ticks = 3
     angle = np.linspace(0, 2 * np.pi, 3601)
@@ -67,10 +69,10 @@ def plane(model, window=None):
     marks = [mark for mark in marks if mark is not None]
     tips = [("", "@what"), ("size", "@size"), ("real", "@x{0.0000}"), ("imaginary", "@y{0.0000}")]
     fig.add_tools(HoverTool(renderers=marks, tooltips=tips))
-    if window is None and fig.legend:
-        legend(fig)
-    elif fig.legend:
+    if fig.legend:
         fig.legend[0].visible = False
+        if window is None:
+            legend(fig, [(item.label.value, item.renderers) for item in fig.legend[0].items])
     return fig
 
 

@@ -33,6 +33,7 @@ def write_json(plan, record, run, notes) -> None:
         "bad_cells": record.bad,
         "notes": notes,
         "summary": run.summary.as_dict(),
+        "verdicts": run.kept.diagnosis.as_dict(),
         "jumps": [{"sample": event.sample, "time": event.time, "words": event.text} for event in run.keeper.jumps],
         "identifiability": run.study.as_dict(),
         "orders": None if run.evidence is None else run.evidence.as_dict(),

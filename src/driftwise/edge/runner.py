@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
-from driftwise.edge.notes import described, labels, notes
+from driftwise.edge.notes import described, labels, notes, verdicts
 from driftwise.edge.options import AUTO, Plan
 from driftwise.edge.saving import Saver, smoothed_columns, widen
 from driftwise.edge.tables import Chunk, Record, open_record
@@ -34,6 +34,7 @@ class Run:
     smoothed: Any = None
     smoothing_note: str = ""
     stopped: bool = False
+    kept: Any = None  # the trace, thinned out
 
 
 def execute(plan: Plan) -> None:
@@ -50,13 +51,13 @@ def execute(plan: Plan) -> None:
     run = _estimate(plan, record, evidence)
     _look_again(plan, run)
     taken = perf_counter() - start
-    said = notes(plan, record, run)
+    said = notes(plan, record, run) + verdicts(run.kept.diagnosis)
     title = "standard input" if plan.file == "-" else plan.file
     if plan.report:
         from driftwise.edge.report import write
 
         write(
-            run.keeper.trace(),
+            run.kept,
             plan.report,
             run.summary,
             f"{os.path.basename(title)}: {record.output}",
@@ -161,6 +162,7 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
                 saver.close()
     if run.estimator is None:
         raise InputError(NO_ROW.format(record.path))
+    run.summary.origin = record.clock.origin if record.time else None
     return run
 
 
@@ -168,10 +170,14 @@ def _look_again(plan: Plan, run: Run) -> None:
     """Do what needs the rows themselves: what they can teach, and smoothing."""
     from driftwise.edge.held import smoothing_rows
     from driftwise.edge.study import ROWS, study
+    from driftwise.workflow.diagnose import diagnose
 
     center = plan.center if run.offsets.values else "none"
     y, u = run.held.record(ROWS)
     run.study = study(run.estimator, run.summary.state, y, u, center)
+    run.kept = run.keeper.trace()
+    record = (y, u) if run.held.rows == len(y) else None
+    run.kept.diagnosis = diagnose(run.kept, run.summary, record=record, identifiable=run.study.identifiability)
     if not plan.smooth:
         return
     most = smoothing_rows(run.estimator)

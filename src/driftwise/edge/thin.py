@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
-__all__ = ["envelope", "together"]
+__all__ = ["alone", "envelope", "extremes", "together"]
+
+
+def extremes(group, *columns):
+    """Return sorted indices: of every run of equal ``group``, the first lowest and the first highest of each column.
+
+    NaN is never an extreme, but a group of nothing but NaN keeps its first one. Thinning what was thinned, with groups
+    that contain the old ones, gives the same as thinning at once.
+    """
+    import numpy as np
+
+    start = np.flatnonzero(np.concatenate(([True], group[1:] != group[:-1])))
+    size = np.diff(np.concatenate((start, [len(group)])))
+    chosen = []
+    for values in columns:
+        for sign in (1, -1):
+            y = np.where(np.isnan(values), np.inf, sign * values)
+            best = np.flatnonzero(y == np.repeat(np.minimum.reduceat(y, start), size))
+            chosen.append(best[np.unique(group[best], return_index=True)[1]])
+    return np.unique(np.concatenate(chosen))
 
 
 def envelope(y, points: int):
     """Return sorted indices of at most `points` samples that keep every bucket's lowest and highest value.
 
     A spike of one sample stays visible; the first and the last sample are always kept. NaN is never an
-    extreme, but a bucket of nothing but NaN keeps one of them, so that a hole in a line stays a hole.
+    extreme, but a hole as wide as a bucket keeps one of them, so that a hole in a line stays a hole.
     """
     import numpy as np
 
@@ -17,16 +36,19 @@ def envelope(y, points: int):
     size = len(y)
     if size <= points:
         return np.arange(size)
-    buckets = max((points - 2) // 2, 1)
+    holes = _holes(np.isnan(y))
+    buckets = max((points - 2) // (3 if len(holes) else 2), 1)  # at most one wide hole for each
     width = -(-size // buckets)
-    padded = np.full(width * buckets, np.nan)
-    padded[:size] = y
-    table = padded.reshape(buckets, width)
-    low = np.argmin(np.where(np.isnan(table), np.inf, table), axis=1)
-    high = np.argmax(np.where(np.isnan(table), -np.inf, table), axis=1)
-    start = np.arange(buckets) * width
-    chosen = np.concatenate(([0], start + low, start + high, [size - 1]))
-    return np.unique(chosen[chosen < size])
+    wide = holes[holes[:, 1] - holes[:, 0] >= width, 0]
+    return np.unique(np.concatenate(([0], extremes(np.arange(size) // width, y), wide, [size - 1])))
+
+
+def _holes(missing):
+    """Return first sample and end of every run of missing ones, (holes, 2)."""
+    import numpy as np
+
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], missing, [False]))))
+    return edges.reshape(-1, 2)
 
 
 def together(points: int, *lines):
@@ -36,3 +58,11 @@ def together(points: int, *lines):
     if len(lines[0]) <= points:
         return np.arange(len(lines[0]))
     return np.unique(np.concatenate([envelope(line, points // len(lines)) for line in lines]))
+
+
+def alone(y):
+    """Return which samples are there while both their neighbours are missing: a line would not show them."""
+    import numpy as np
+
+    seen = np.concatenate(([False], np.isfinite(np.asarray(y, float)), [False]))
+    return seen[1:-1] & ~seen[:-2] & ~seen[2:]

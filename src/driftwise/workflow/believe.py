@@ -66,7 +66,7 @@ def believe(values) -> Belief:
     believed = ~_short(y == rail)
     y, rows = y[believed], rows[believed]
     sizes = _largest(y, rows)
-    drop, unseen = _threshold(y, sizes)
+    drop, unseen = _threshold(y, rows, sizes)
     kept = y[sizes < drop]
     seen = bool(np.isfinite(drop))
     return Belief(float(kept.min()), float(kept.max()), drop if seen else unseen, seen, rail, codes)
@@ -194,7 +194,7 @@ def _rail(y, rows) -> float:
         at = y == end
         if not 3 <= at.sum() <= SHARE * y.size:
             continue
-        moves = np.abs(np.diff(y))[~(at[1:] | at[:-1])]
+        moves = _moves(y, rows)[~(at[1:] | at[:-1])]
         rest = max(float(moves.max(initial=0.0)), float(sizes[~at].max(initial=0.0)))
         far = np.median(sizes[at]) >= RAIL * rest and np.mean(sizes[at] > rest) >= 0.8
         if rest > 0 and far and not _fires(y[~at]):
@@ -202,9 +202,15 @@ def _rail(y, rows) -> float:
     return np.nan
 
 
-def _threshold(y, sizes):
+def _moves(y, rows):
+    """Return how far each sample is from the one before, 0 behind a hole."""
+    apart = np.diff(rows)
+    return np.where(apart <= 2 * np.median(apart), np.abs(np.diff(y)), 0.0)
+
+
+def _threshold(y, rows, sizes):
     """Return (the smallest drop-out or infinity, what a drop-out yet unseen must exceed)."""
-    moves = np.abs(np.diff(y))
+    moves = _moves(y, rows)
     beside = np.maximum(sizes[1:], sizes[:-1])  # the departure that a move belongs to
     order = np.argsort(beside, kind="stable")
     beside, largest = beside[order], np.maximum.accumulate(moves[order])

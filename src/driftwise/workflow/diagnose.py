@@ -17,6 +17,7 @@ __all__ = ["calibration", "diagnose"]
 
 UNLEARNED = 0.5  # of the prior variance: beyond it the first guess says more than the data
 SURE = 100.0  # odds to one
+SLACK = 1.5  # bars of models that are not linear in their parameters are approximate
 MOST = 1e6  # odds beyond it are no longer told apart
 OLD = 0.1  # of the record
 ANY = (-math.inf, math.inf)
@@ -38,13 +39,13 @@ def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability 
     """
     s = trace.summary() if summary is None else summary
     y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
-    if identifiable is None and y is not None:
+    if identifiable is None and y is not None and s.is_enough:
         identifiable = taught(trace.estimator, y, u)
     found = of_summary(s)
     found += [excitation(s)]
     found += [] if identifiable is None else [identifiability_verdict(identifiable)]
     found += [] if s.is_static else [stability(s, LEVEL)]
-    found += [changes(trace, s, y, u)]
+    found += [changes(trace, s, y, u, is_white=found[2].is_fine)]
     if y is not None:
         found += news(trace, y, u)
     return Diagnosis([*found, *shares(s), *saturation(trace.y)])
@@ -70,6 +71,8 @@ def excitation(s) -> Verdict:
     """Return how much of the prior is left along the least informed direction, and what is known all the same."""
     ratios = [ratio for ratio, _ in s.estimator.excitation(s.state)]
     limits = (-math.inf, UNLEARNED)
+    if not s.is_enough:
+        return Verdict("excitation", math.nan, limits, True, "too few samples to tell what the data taught")
     if not ratios:
         return Verdict("excitation", math.nan, limits, True, "this method keeps no covariance to tell by")
     lost = s.unlearned
@@ -109,7 +112,7 @@ def identifiability_verdict(found: Identifiability) -> Verdict:
 # --- what moved ----------------------------------------------------------------------------------------------
 
 
-def changes(trace, s, y, u) -> Verdict:
+def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
     """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
     from ..memory.auto import Auto
     from ..memory.drift import Never
@@ -119,7 +122,7 @@ def changes(trace, s, y, u) -> Verdict:
     if isinstance(memory, Never):
         is_short = y is not None and len(y) <= ROWS
         against = odds(s.estimator, y, u) if is_short else None
-        return _constant(trace, name) if against is None else _by_odds(against, name)
+        return _constant(trace, name) if against is None else _by_odds(against, name, is_white)
     jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (f", the last at {s.last_jump:.6g} s" if s.jumps else "")
     if isinstance(memory, Auto) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
@@ -133,7 +136,7 @@ def changes(trace, s, y, u) -> Verdict:
     return Verdict(name, math.nan, ANY, True, advice)
 
 
-def _by_odds(found, name) -> Verdict:
+def _by_odds(found, name, is_white) -> Verdict:
     value = math.exp(min(found.most, math.log(MOST)))
     if value <= SURE:
         advice = "the record is as likely with parameters that stay as they are"
@@ -143,8 +146,9 @@ def _by_odds(found, name) -> Verdict:
         return Verdict(name, value, (0.0, SURE), False, f"the parameters jumped, {found.jumped} ({than}): try "
                        "memory=UntilJump() or Auto()")  # fmt: skip
     than = _than(found.drift - found.jump, "jumps")
-    return Verdict(name, value, (0.0, SURE), False, f"the parameters drift, most of all {found.drifted} ({than}): try "
-                   "memory=Auto()")  # fmt: skip
+    advice = f"the parameters drift, most of all {found.drifted} ({than}): try memory=Auto()"
+    more = ", unless it is the colour of the noise that looks like it: see whiteness"
+    return Verdict(name, value, (0.0, SURE), False, advice + more * (not is_white))
 
 
 def _than(lead: float, other: str) -> str:
@@ -160,7 +164,7 @@ def _constant(trace, name) -> Verdict:
     moved = constancy(trace)
     if moved is None:
         return Verdict(name, math.nan, ANY, True, "too little was kept to tell whether parameters change")
-    most = float(ndtri(1 - (1 - LEVEL) / (2 * moved.tried)))
+    most = SLACK * float(ndtri(1 - (1 - LEVEL) / (2 * moved.tried)))
     if moved.deviations <= most:
         advice = "deviations by which an estimate moved; the parameters are those of the record's beginning"
         return Verdict(name, moved.deviations, (0.0, most), True, advice)

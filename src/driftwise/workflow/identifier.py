@@ -51,7 +51,7 @@ class Identifier:
         self.inputs, self.dt = door.count("inputs", inputs), door.positive("dt", dt)
         self.candidates = candidates(self.inputs, self.dt)
         self._members = [(c, memory) for c in self.candidates for memory in c.memories]
-        self._average: ModelAverage | None = None
+        self._average: Any = None
         self._state: Any = None
         self.samples = 0
         self.rivals: list[Rival] = []

@@ -18,7 +18,7 @@ NEW = 0.01  # of the information about a parameter
 
 
 class News(NamedTuple):
-    """The parameter that waits longest for news: samples since then, and whether all wait as long."""
+    """The parameter that waits longest for news: samples since then, and whether all wait about as long."""
 
     age: int
     name: str
@@ -62,7 +62,7 @@ def last_news(estimator, y, u=None) -> News | None:
         return None
     ages = np.where(seen, len(y) - since, -1)
     worst = int(np.argmax(ages))
-    return News(int(ages[worst]), form.names[worst], bool((ages[seen] == ages[worst]).all()))
+    return News(int(ages[worst]), form.names[worst], bool((ages[seen] >= 0.9 * ages[worst]).all()))
 
 
 def equation(form) -> Equation | None:

@@ -61,7 +61,8 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
             free = [other for other in free if other != name]
             why[name] = "a set point, which acts through the drive that is recorded"
     helps = dict(_screened(y, causes, clean, MOST_INPUTS))
-    chosen = [name for name in helps if helps[name] >= HELPS] or list(helps)[:1] or causes[:MOST_INPUTS]
+    few = len(causes) <= MOST_INPUTS  # then names are enough
+    chosen = list(causes) if few else [name for name in helps if helps[name] >= HELPS] or causes[:1]
     least = HELPS_MUCH if chosen else HELPS
     others = [name for name in free if name not in causes]
     if chosen:

@@ -127,6 +127,12 @@ def recognise(
             raise InputError(f"no column of numbers {name!r}; those of numbers are: {there}.")
     names = {name: parse(name, units.get(name, "")) for name in columns}
     found = {name: _measured(name, values, names[name].unit) for name, values in columns.items()}
+    for name in (output, time):
+        if name is not None and found[name].role in ("constant", "empty"):
+            raise InputError(
+                f"column {name!r} in the first {rows} rows: {found[name].why}, which tells nothing. Is it "
+                "a set point, or was the sensor not connected?"
+            )
     wanted = {name for name in (output, *(inputs or ())) if name is not None}
     if time is None:
         time = _clock(columns, names, frozenset(stamps), wanted)
@@ -138,13 +144,19 @@ def recognise(
         for name, values in columns.items()
         if values is not None and (belief := found[name].belief) is not None
     }
-    barred = {name: _barred(name, names, found, clean) for name in clean if name not in wanted and name != time}
+    first_of: dict[bytes, str] = {}
+    twins = {name: first_of.setdefault(values.tobytes(), name) for name, values in clean.items()}
+    barred = {name: _barred(name, names, found, clean, twins) for name in clean if name not in wanted and name != time}
     for stamp in stamps:
         barred[stamp] = ("counter", "a second clock")
     free = [name for name in clean if name != time and not barred.get(name)]
     chosen = "given"
     if output is None:
         output, chosen = propose_output(free, names, set(inputs or ()))
+    if inputs is None and free == [output]:  # a step and its response: the mark may be the input
+        marks = [name for name, bar in barred.items() if bar and bar[0] == "label" and names[name].may_act]
+        free += marks
+        barred = {name: bar for name, bar in barred.items() if name not in marks}
     if inputs is None:
         inputs, why, helps = propose_inputs(output, [name for name in free if name != output], names, clean)
     else:
@@ -233,7 +245,7 @@ def _seconds(time, unit: str) -> float:
     return 1.0
 
 
-def _barred(name: str, names: dict[str, Name], found: dict[str, Column], clean):
+def _barred(name: str, names: dict[str, Name], found: dict[str, Column], clean, twins: dict[str, str]):
     """Return (role, why) of a column that takes no part, None if it may."""
     if found[name].role != "spare":
         return found[name].role, found[name].why
@@ -248,9 +260,6 @@ def _barred(name: str, names: dict[str, Name], found: dict[str, Column], clean):
             return "counter", "counts upwards"
     if "counter" in kinds and whole and np.mean(steps >= 0) > 0.95:
         return "counter", "counts, by its name"
-    for other, column in clean.items():
-        if other == name:
-            return None
-        if column.size == values.size and np.array_equal(column, values, equal_nan=True):
-            return "duplicate", f"the same as {other!r}"
+    if twins[name] != name:
+        return "duplicate", f"the same as {twins[name]!r}"
     return None

@@ -49,8 +49,9 @@ SECONDS = {
 }
 WRITTEN = {"degC": "°C", "degF": "°F", "percent": "%", "pct": "%", "Wm2": "W/m²", "mps": "m/s", "degc": "°C"}
 _UNITS = frozenset(
-    "V mV kV uV A mA uA W mW kW MW Wh kWh Ah mAh Wm2 degC degF K Hz kHz rpm m mm cm km um m2 m3 l lpm kg g N kN Nm bar "
-    "mbar Pa kPa MPa hPa psi percent pct ppm ppb rad deg mps kmh Ohm mOhm s ms us ns min h d sec days lux dB C F".split()
+    "V mV kV uV A mA uA W mW kW MW Wh kWh Ah mAh Wm2 degC degF K Hz kHz rpm m mm cm km um m2 m3 l lpm kg g N kN Nm "
+    "bar mbar Pa kPa MPa hPa psi percent pct ppm ppb rad deg mps kmh Ohm mOhm s ms us ns min h d sec days lux dB "
+    "C F".split()
 )
 _BRACKETS = re.compile(r"^(.*?)\s*[\[({]\s*([^\])}]*?)\s*[\])}]\s*$")
 _SLASH = re.compile(r"^(.+?)(?:\s+/\s*|\s+in\s+|,\s*)(\S{1,8})$")
@@ -70,6 +71,11 @@ class Name(NamedTuple):
     words: tuple[str, ...]
     kinds: frozenset[str]
     score: float
+
+    @property
+    def may_act(self) -> bool:
+        """Whether a mark may be an input after all, as a step is, or a mode."""
+        return bool({"step", "mode", "status", "stufe"} & set(self.words))
 
 
 def parse(name: str, unit: str = "") -> Name:

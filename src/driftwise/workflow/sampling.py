@@ -55,7 +55,9 @@ def judge_sampling(time) -> Sampling:
     whole = np.round(ratio)
     low, high = np.quantile(forward, [0.05, 0.95])
     q10, q90 = np.quantile(forward, [0.1, 0.9])
-    if np.mean((whole >= 1) & (np.abs(ratio - whole) <= 0.1 * whole)) >= 0.95 and np.mean(whole == 1) >= 0.7:
+    sparse = np.mean(whole > 1) > 0.05 and np.mean(np.minimum(whole, LONGEST_GAP)) > DENSEST  # mostly gaps
+    on_grid = np.mean((whole >= 1) & (np.abs(ratio - whole) <= 0.1 * whole)) >= 0.95
+    if on_grid and np.mean(whole == 1) >= 0.7 and not sparse:
         kind = "regular"
     elif high <= 4 * low and q90 - q10 <= dt:
         kind = "uneven"

@@ -9,14 +9,17 @@ __all__ = ["screen"]
 ROWS = 8192
 LAGS = 4
 STRIDES = (1, 8)  # readings: what acts slowly shows better a few readings ahead
+MANY = 20  # columns beyond which only the best by themselves are tried together
 RIDGE = 1e-8
+CHANCE = 15.0  # chi-square of four regressors that mean nothing, exceeded in 0.5 % of cases
 
 
 def screen(y, u, most: int) -> list[tuple[int, float]]:
     """Return up to `most` columns of u (T, m) that help to predict y (T,) one or eight readings ahead, best first.
 
     Least squares of y on its two readings before and on the means of the inputs since then, strictly in the past,
-    column after column; each comes with the share of the residual variance that it takes away. Bad at: effects that
+    column after column; each comes with the share of the residual variance that it takes
+    away beyond chance. Bad at: effects that
     come later than thirty readings, and products of inputs.
 
     Examples
@@ -31,10 +34,14 @@ def screen(y, u, most: int) -> list[tuple[int, float]]:
     read = np.flatnonzero(np.isfinite(y))[:ROWS]
     if read.size < 4 * (LAGS + 3) or not u.shape[1]:
         return []
+    y, u = y[: read[-1] + 1], u[: read[-1] + 1]
     views = [_regressors(y, u, read[::stride]) for stride in STRIDES if read.size >= 20 * (LAGS + 3) * stride]
     views = views or [_regressors(y, u, read)]
     chosen: list[tuple[int, float]] = []
     left = list(range(u.shape[1]))
+    if len(left) > MANY:
+        alone = {j: max(_gain(view, [], j) for view in views) for j in left}
+        left = sorted(sorted(left, key=lambda j: -alone[j])[:MANY])
     while left and len(chosen) < most:
         gains = {j: max(_gain(view, [k for k, _ in chosen], j) for view in views) for j in left}
         best = max(gains, key=lambda j: gains[j])
@@ -46,7 +53,7 @@ def screen(y, u, most: int) -> list[tuple[int, float]]:
 
 
 def _gain(view, chosen: list[int], j: int) -> float:
-    """Return the share of the residual variance that input j takes away beside those already chosen."""
+    """Return the share of the residual variance that input j takes away beside those already chosen, less CHANCE."""
     y, own, past = view
     kept = np.hstack((own, *(past[:, k] for k in chosen)))
     rows = np.isfinite(y) & np.isfinite(kept).all(axis=1) & np.isfinite(past[:, j]).all(axis=1)
@@ -54,7 +61,7 @@ def _gain(view, chosen: list[int], j: int) -> float:
         return 0.0
     before = _residual(y[rows], kept[rows])
     after = _residual(y[rows], np.hstack((kept[rows], past[rows, j])))
-    return 1 - after / before if before > 0 else 0.0
+    return 1 - after / before - CHANCE / np.count_nonzero(rows) if before > 0 else 0.0
 
 
 def _regressors(y, u, read):

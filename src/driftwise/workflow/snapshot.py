@@ -18,6 +18,7 @@ from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..estimators.algebraic.relation import Relation
 from ..estimators.identification.start import AlgebraicStart
+from ..estimators.reading import Rows
 from ..memory.auto import Auto
 from ..memory.auxiliary import AuxiliaryFilter
 from ..memory.bank import Bank, Interacting
@@ -91,6 +92,8 @@ def _plain(value: Any) -> Any:
         return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
     if isinstance(value, dict):
         return {"kind": "dict", **{k: _plain(v) for k, v in value.items()}}
+    if isinstance(value, Rows):
+        return {"kind": "estimator", "text": describe(value)}
     if isinstance(value, np.ndarray):
         return np.asarray(value, float).tolist()
     if isinstance(value, tuple | list):
@@ -100,6 +103,8 @@ def _plain(value: Any) -> Any:
 
 
 def _rich(value: Any) -> Any:
+    if isinstance(value, dict) and value["kind"] == "estimator":
+        return rebuild(value["text"])
     if isinstance(value, dict):
         fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
         return {"complex": complex, "dict": dict, **KINDS}[value["kind"]](**fields)
@@ -116,6 +121,8 @@ def is_described(estimator) -> bool:
 def _is_ours(value) -> bool:
     if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
         return all(map(_is_ours, value))
+    if isinstance(value, Rows):
+        return is_described(value)
     return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
 
 
@@ -130,6 +137,7 @@ def describe(estimator) -> str:
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
     from ..estimators.algebraic.estimator import AlgebraicObserver
+    from ..estimators.average.estimator import ModelAverage
     from ..estimators.continuous.estimator import ContinuousJoint
     from ..estimators.gain.estimator import AdaptiveGain
     from ..estimators.joint.estimator import Joint
@@ -147,7 +155,7 @@ def rebuild(text: str):
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
     recursive = AR, ARX, Regression, ARMA, ARMAX, OE, BJ, ARXMIMO, AdaptiveObserver
-    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, WindowObserver, AlgebraicObserver
+    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, WindowObserver, AlgebraicObserver, ModelAverage
     kinds: dict[str, Any] = {k.__name__: k for k in (*known, *recursive)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 

@@ -30,6 +30,7 @@ class Summary:
         self.estimator = estimator
         self.settle = 2 * estimator.model.N if settle is None else settle
         self.state = estimator.start()
+        self.origin: str | None = None  # the time stamp of second 0, if it is known
         self._model: Model | None = None
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = self.jumps = 0

@@ -18,7 +18,8 @@ def words_of(table: Any) -> str:
     if any(column.helps for column in inputs):
         said.append("Percentages are what the past of an input takes off the error variance of a prediction.")
     if table.sampling.kind == "none":
-        said.append("There is no clock: rows are samples one step apart.")
+        still = f"{table.time!r} does not tick" if table.time else "There is no clock"
+        said.append(f"{still}: rows are samples one step apart.")
     else:
         step = f"{table.sampling.dt:.6g} s" if table.timed else f"{table.sampling.dt:.6g} in its own unit"
         said.append(f"The clock is {table.time!r}, one sample every {step}.")
@@ -54,13 +55,13 @@ def _sampling_notes(table: Any) -> list[str]:
         )
     if s.gaps:
         told.append(
-            f"{_count(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are put in, so that "
-            "time moves."
+            f"{_count(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are "
+            "put in, so that time moves."
         )
     if s.restarts:
         told.append(
-            f"{table.time!r} starts again {_count(s.restarts, 'time')} (it goes back, or is silent for more than {LONGEST_GAP} "
-            f"samples): {RESTART_ROWS} missing samples stand for each break."
+            f"{table.time!r} starts again {_count(s.restarts, 'time')} (it goes back, or is silent for more than "
+            f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break."
         )
     if s.duplicates:
         told.append(f"{_count(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.")

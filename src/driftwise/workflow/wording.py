@@ -5,6 +5,8 @@ from __future__ import annotations
 import cmath
 import math
 
+import numpy as np
+
 from ..models.polynomial import PolynomialModel
 from .whiteness import Nis
 
@@ -88,22 +90,34 @@ def fit_words(s) -> str:
     return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
 
 
-def times(count: int, last: float) -> str:
+def instant(seconds: float, origin: str | None) -> str:
+    """Return a time as it is written: seconds, or a date where the time stamp of second 0 is known.
+
+    >>> instant(86400 * 30.5, "2011-11-26"), instant(2.5, None)
+    ('2011-12-26 12:00:00', '2.5 s')
+    """
+    if origin is None:
+        return f"{seconds:.6g} s"
+    stamp = np.datetime64(origin, "ms") + np.timedelta64(round(1000 * seconds), "ms")
+    return str(stamp).replace("T", " ").removesuffix(".000").removesuffix(" 00:00:00")
+
+
+def times(count: int, last: float, origin: str | None = None) -> str:
     """Return how often something happened, and when."""
     many = "once" if count == 1 else "twice" if count == 2 else f"{count} times"
-    return f"{many}, {'at' if count == 1 else 'the last time at'} {last:.6g} s"
+    return f"{many}, {'at' if count == 1 else 'the last time at'} {instant(last, origin)}"
 
 
-def lost_words(s) -> list[str]:
+def lost_words(s, origin: str | None = None) -> list[str]:
     """Return how many samples of an output were outliers, and how many found the plant at rest."""
     outliers, when = s.happened["outliers"]
     count, found = s.rejected + outliers, []
     if count:
-        last = f" (the last at {when:.6g} s)" if outliers and not s.rejected else ""
+        last = f" (the last at {instant(when, origin)})" if outliers and not s.rejected else ""
         found.append(f"{count} outlier{'s' * (count > 1)} ignored{last}")
     rests, when = s.happened["at_rest"]
     if rests:
-        found.append(f"{rests} at rest (the last at {when:.6g} s)")
+        found.append(f"{rests} at rest (the last at {instant(when, origin)})")
     return found
 
 
@@ -154,10 +168,10 @@ def paragraph(s) -> str:
         text += f" Drift: {s.drift.words}."
     if s.jumps:
         moved = f" ({s.last_moved})" if s.last_moved else ""
-        text += f" The parameters jumped {times(s.jumps, s.last_jump)}{moved}; their values are those since."
+        text += f" The parameters jumped {times(s.jumps, s.last_jump, s.origin)}{moved}; their values are those since."
     rises, when = s.happened["noise_rises"]
     if rises:
-        text += f" The noise level rose {times(rises, when)}."
+        text += f" The noise level rose {times(rises, when, s.origin)}."
     if s.unlearned:
         text += f" The data did not teach {'; '.join(d for d, _ in s.unlearned)}: the inputs do not excite them."
     lost = [
@@ -169,5 +183,5 @@ def paragraph(s) -> str:
         )
         if count
     ]
-    lost += lost_words(s)
+    lost += lost_words(s, s.origin)
     return text + (f" Of {s.samples} samples: {', '.join(lost)}." if lost else "")

@@ -191,7 +191,7 @@ class ModelAverage:
         return np.exp(self._own(state)[0])
 
     def evidence(self, state) -> np.ndarray:
-        """Return the log density each member gave to all outputs so far, from the ``settle``-th on; none fades."""
+        """Return the log density, in units of y_scale, each member gave to all outputs from the ``settle``-th on."""
         return self._own(state)[1].copy()
 
     def squares(self, state) -> np.ndarray:

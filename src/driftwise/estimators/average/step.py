@@ -21,8 +21,8 @@ NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
-# of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2 and
-# the samples behind it; then the q_j, and for each member log weight, evidence, squared errors, c and the samples behind it
+# of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2
+# and the samples behind it; then the q_j, and for each member: log weight, evidence, squared errors, c, samples behind c
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT, HEAD = range(8)
 BLOCKS = 5
 # of a row of the trace
@@ -145,7 +145,7 @@ def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, f
             continue
         v = max(ratio[i] * S[i], floor)
         z2 = (y - mu[i]) ** 2 / v
-        scores[i] = -0.5 * math.log(v) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
+        scores[i] = -0.5 * math.log(v / task.unit) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
         usual += math.exp(logs[i]) * scores[i]
         squares[i] += (y - mu[i]) ** 2 if row[SEEN] >= task.settle else 0.0
         present += math.exp(logs[i])

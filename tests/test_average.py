@@ -1,0 +1,176 @@
+"""The model average: laws, an oracle written from the formulas, calibration, and what happens to bad input."""
+
+import math
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.estimators.average import step
+from driftwise.kernel import compose
+from driftwise.workflow.laws import example
+
+MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.Weighted(0.98)), dw.AR(1)]
+
+
+@pytest.fixture(scope="module")
+def average():
+    return dw.ModelAverage(MEMBERS)
+
+
+@pytest.fixture(scope="module")
+def record():
+    return example(MEMBERS[1], samples=150, missing=0.1)
+
+
+def same(a, b):
+    return np.array_equal(np.atleast_1d(a).view(float), np.atleast_1d(b).view(float), equal_nan=True)
+
+
+def test_stream_halves_and_fleet_equal_the_record_bit_for_bit(average, record):
+    y, u = record
+    whole = average.scan(y, u)
+    first = average.scan(y[:70], u[:70])
+    second = average.scan(y[70:], u[70:], state=first.state)
+    assert same(np.vstack([first.outs, second.outs]), whole.outs) and same(second.state, whole.state)
+    state, steps = average.start(), []
+    for t in range(len(y)):
+        state, shown = average.update(state, y[t], u[t])
+        steps.append(shown)
+    assert same(state, whole.state)
+    assert same(np.array([s.prediction for s in steps]), whole.prediction)
+    states, shown = average.tick(average.start(2), np.stack([y, y]), np.stack([u, u]))
+    assert same(states[1], whole.state) and same(shown.variance[0], whole.variance)
+
+
+def test_a_saved_state_goes_on_where_it_was(average, record, tmp_path):
+    y, u = record
+    state = average.scan(y[:70], u[:70]).state
+    dw.save_state(average, state, tmp_path / "average.json")
+    again, loaded = dw.load_state(tmp_path / "average.json")
+    assert same(again.scan(y[70:], u[70:], state=loaded).outs, average.scan(y[70:], u[70:], state=state).outs)
+
+
+def test_scaling_the_data_scales_the_forecast(average, record):
+    y, u = record
+    c, g = 2.0**20, 2.0**-13
+    one, two = average.scaled_to(y, u).scan(y, u), average.scaled_to(c * y, g * u).scan(c * y, g * u)
+    assert same(c * one.prediction, two.prediction) and same(c * c * one.variance, two.variance)
+
+
+def test_a_missing_output_is_forecast_and_teaches_nothing(average, record):
+    y, u = record
+    state = average.scan(y[:100], u[:100]).state
+    after, shown = average.update(state, math.nan, u[100])
+    assert shown.status == dw.Status.MISSING_OUTPUT and math.isfinite(shown.prediction) and math.isnan(shown.innovation)
+    assert same(after["own"], state["own"])
+    _, absurd = average.update(state, 1e80, u[100])
+    assert absurd.status == dw.Status.BAD_VALUE
+
+
+def test_compiled_equals_plain(average, record):
+    y, u = record
+    trace = average.scan(y[:60], u[:60])
+    means = np.full((60, len(MEMBERS) + 3), np.nan)
+    variances = means.copy()
+    for i, member in enumerate(MEMBERS):
+        own = member.scan(y[:60], u[:60] if member.model.inputs else None)
+        means[:, i], variances[:, i] = own.prediction, own.variance
+    outs, numbers = np.empty_like(trace.outs), np.concatenate([step.fresh(average.task), np.empty(means.shape[1])])
+    with np.errstate(all="ignore"):
+        compose.plain_passage(step.Averaging)(
+            y[:60, None], means, variances, outs, numbers, compose.flatten([average.task])
+        )
+    np.testing.assert_allclose(outs, trace.outs, rtol=1e-9, atol=1e-12)
+
+
+def oracle(task, y, means, variances, samples):
+    """Yield (mean, variance) of each forecast: the formulas of the module, over arrays, without its tricks."""
+    M = means.shape[1] + 3
+    logs, ratio, behind = np.full(M, -math.log(M)), np.ones(M), np.zeros(M)
+    kappa, rho = 4.0 ** np.arange(-2, 6), np.array([0.25, 1.0, 4.0, 16.0])
+    prior = np.r_[np.where(kappa == 1, 2.0, 0.5 * np.minimum(kappa, 1 / kappa)), np.full(4, 0.04)]
+    q, long, count, smallest = prior.copy(), task.unit, 0.0, math.inf
+    for t in range(samples):
+        past = y[:t]
+        naive = [0.0, 0.0, 0.0]
+        if t:
+            naive = [past[-1], 2 * past[-1] - past[-2] if t > 1 else past[-1], past.mean()]
+        mu, S = np.r_[means[t], naive], np.r_[variances[t], [task.unit] * 3]
+        if t > 1 and past[-1] != past[-2]:
+            smallest = min(smallest, abs(past[-1] - past[-2]))
+        floor = max(smallest**2 / 12 if math.isfinite(smallest) else 0.0, 1e-12 * task.unit)
+        w = np.exp(logs - logs.max())
+        w[w <= task.window] = 0
+        w /= w.sum()
+        mean = w @ mu
+        base = max(w @ (np.maximum(ratio * S, floor) + (mu - mean) ** 2), floor)
+        v = np.maximum(np.r_[kappa * base, rho * long], floor)
+        yield mean, q @ v / q.sum()
+        z2 = (y[t] - mu) ** 2 / np.maximum(ratio * S, floor)
+        score = -0.5 * np.log(np.maximum(ratio * S, floor)) - 3.5 * np.log1p(z2 / 6)
+        behind = (1 - 1 / task.memory) * behind + 1
+        gain = 1 / (behind + 1)
+        ratio = np.maximum(ratio * (1 - gain + gain * np.minimum(z2, 25)), floor / S)
+        w = np.exp(task.forgetting * (logs + score - (logs + score).max()))
+        logs = np.log((1 - task.share) * w / w.sum() + task.share / M)
+        e, fade = y[t] - mean, min(1 - 1 / task.tails, 1 - 1 / (10 + 0.1 * t))
+        part = q * np.exp(-0.5 * e * e / v) / np.sqrt(v)
+        q = fade * q + (1 - fade) * prior + part / part.sum()
+        if t < 60:
+            long, count = base, 30.0
+        else:
+            count = 0.999 * count + 1
+            long += (e * e - long) / (count + 1)
+
+
+def test_the_forecast_is_that_of_the_formulas(average):
+    y, u = dw.simulate([-0.8], [1.0], samples=140, noise_std=0.5, seed=4)
+    trace = average.scan(y, u)
+    runs = [m.scan(y, u if m.model.inputs else None) for m in MEMBERS]
+    means, variances = (np.column_stack([getattr(r, c) for r in runs]) for c in ("prediction", "variance"))
+    expected = np.array(list(oracle(average.task, y, means, variances, len(y))))
+    np.testing.assert_allclose(trace.prediction, expected[:, 0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(trace.variance, expected[:, 1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("noise", ["normal", "heavy"])
+def test_bands_hold_what_they_promise_whatever_the_tails(noise):
+    rng = np.random.default_rng(5)
+    e = rng.standard_normal(4000) if noise == "normal" else rng.standard_t(3, 4000)
+    y = np.zeros(4000)
+    for t in range(1, 4000):
+        y[t] = 0.8 * y[t - 1] + e[t]
+    trace = dw.ModelAverage([dw.AR(1), dw.AR(1, memory=dw.Weighted(0.98))]).scaled_to(y).scan(y)
+    z = trace.normal_score[500:]
+    # of 3500 independent ones, five standard deviations
+    assert abs(np.mean(abs(z) < 1.96) - 0.95) < 0.02 and abs(np.mean(abs(z) < 0.6745) - 0.5) < 0.045
+    assert trace.coverage(0.95, 500) == pytest.approx(np.mean(abs(trace.innovation[500:]) <= trace.band()[500:]))
+    assert 0.85 < trace.nis(500) < 1.2
+
+
+def test_it_is_not_worse_than_the_naive_ones_where_members_are_useless():
+    rng = np.random.default_rng(6)
+    y = np.cumsum(rng.standard_normal(800)) + 100  # a walk: the last value cannot be beaten
+    trace = dw.ModelAverage([dw.Regression(1)]).scan(y, rng.standard_normal(800))
+    assert np.sqrt(np.mean(trace.innovation[100:] ** 2)) < 1.05 * np.sqrt(np.mean(np.diff(y)[99:] ** 2))
+    assert trace.leader == "last value"
+
+
+def test_narrowed_it_goes_on_with_fewer(average, record):
+    y, u = record
+    state = average.scan(y[:100], u[:100]).state
+    fewer, go_on = average.narrowed(state, [1])
+    assert fewer.names == [average.names[1]]
+    assert math.isclose(fewer.weights(go_on).sum(), 1.0)
+    assert same(go_on["member0"], state["member1"])
+    assert np.isfinite(fewer.scan(y[100:], u[100:], state=go_on).prediction).all()
+
+
+@pytest.mark.parametrize(
+    ("members", "words"),
+    [([], "members must be estimators"), ([1], "got 1"), ([dw.ARX(1, 1), dw.ARX(1, (1, 1))], "same inputs")],
+)
+def test_bad_members_are_refused(members, words):
+    with pytest.raises(dw.InputError, match=words):
+        dw.ModelAverage(members)
