@@ -52,8 +52,14 @@ def _common(
 def run(
     file: Annotated[str, typer.Argument(help="CSV or Parquet table, or - for CSV on standard input.")],
     output: Annotated[
-        list[str], typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")
-    ],
+        list[str] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="COLUMN",
+            help="Column of the measured output. Left out, everything is found out: columns, model, changes.",
+        ),
+    ] = None,
     input: Annotated[
         list[str] | None,
         typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several."),
@@ -96,7 +102,8 @@ def run(
         str | None,
         typer.Option(
             metavar="KIND:ORDERS",
-            help="Recursive identification instead of the joint filter: arx:na,nb,nk, armax:na,nb,nc,nk, oe:nb,nf,nk, "
+            help="auto: found out, as where no --output is given. Recursive identification instead of the joint "
+            "filter: arx:na,nb,nk, armax:na,nb,nc,nk, oe:nb,nf,nk, "
             "bj:nb,nc,nd,nf,nk, ar:na, arma:na,nc or regression. Orders that differ by input: arx:2,2/1,1/0.",
         ),
     ] = None,
@@ -168,24 +175,32 @@ def run(
 
     Reads FILE chunk by chunk (any length, constant memory), estimates state and parameters at every sample,
     and prints what the plant is and how far it can be trusted. Empty cells are missing samples, not errors.
+    With FILE alone all is found out: the columns, the model, what changed.
 
-    Examples: driftwise run plant.csv --output temperature --input heater --order 2 --report report.html;
+    Examples: driftwise run plant.csv --report report.html;
+    driftwise run plant.csv --output temperature --input heater --order 2;
     driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000;
     driftwise run motor.csv -o angle -i voltage -t t --plant motor.toml --report report.html
     """
     from driftwise.edge.options import Plan
     from driftwise.edge.runner import execute
 
+    output = output or []
+    given = {
+        "--order": str(order) != "2", "--orders": orders, "--noise": noise != "equation-error", "--model": model,
+        "--memory": memory, "--jumps": jumps, "--smooth": smooth, "--gate": gate, "--direct": direct,
+        "--center": center != "mean",
+    }  # fmt: skip
+    wrong = [name for name, is_given in given.items() if is_given]
+    if plant is None and (model == "auto" or not (output or wrong)):
+        _identify(file, output, input, time, wrong, dt, start, stop, save, report, json, chunk)
+        return
+    if not output:
+        raise CommandError(f"{', '.join(wrong) or '--plant'}: of which column? Say --output, or leave all options out.")
     if plant is not None:
         from driftwise.edge.observe import Observation
         from driftwise.edge.observe import execute as observe
 
-        given = {
-            "--order": str(order) != "2", "--orders": orders, "--noise": noise != "equation-error", "--model": model,
-            "--memory": memory, "--jumps": jumps, "--smooth": smooth, "--gate": gate, "--direct": direct,
-            "--center": center != "mean",
-        }  # fmt: skip
-        wrong = [name for name, is_given in given.items() if is_given]
         if wrong:
             raise CommandError(f"{', '.join(wrong)}: with --plant the plant is known, and nothing of it is estimated.")
         observe(
@@ -225,6 +240,22 @@ def run(
             jumps,
         )
     )
+
+
+def _identify(file, output, inputs, time, wrong, dt, start, stop, save, report, json, chunk) -> None:
+    """Run with everything found out but the columns that were named."""
+    from driftwise.edge.automatic import Automatic, execute
+
+    others = {"--dt": dt, "--from": start, "--to": stop}
+    wrong = [name for name in wrong if name != "--model"] + [n for n, value in others.items() if value is not None]
+    if wrong:
+        raise CommandError(f"{', '.join(wrong)}: the model is found out here; name one with --model and --output.")
+    if len(output) > 1:
+        raise CommandError(
+            f"--output was given {len(output)} times ({', '.join(output)}): one is identified at a time."
+        )
+    inputs = None if inputs is None else tuple(inputs)
+    execute(Automatic(file, output[0] if output else None, inputs, time, save, report, json, chunk))
 
 
 @app.command()

@@ -6,10 +6,10 @@ from math import atan2, isfinite, log, nan, pi
 
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
-from driftwise.edge.wording import lasting, number, plus_minus
-from driftwise.workflow.wording import is_integrator
+from driftwise.edge.wording import number, plus_minus
+from driftwise.workflow.wording import is_integrator, lasting
 
-__all__ = ["cards", "facts"]
+__all__ = ["cards", "facts", "plant"]
 
 
 def facts(trace, summary) -> str:
@@ -30,13 +30,14 @@ def facts(trace, summary) -> str:
 def cards(trace, summary, line) -> list[str]:
     """Return the numbers that an engineer looks for first, in three groups; ``line`` is the `Timeline`."""
     return [
-        html.group("The plant", _plant(summary, trace.dt)),
+        html.group("The plant", plant(summary, trace.dt)),
         html.group("Changes", [_changes(trace, summary, line)]),
         html.group("How sure", [*common.fit_cards(summary), _white(summary.whiteness)]),
     ]
 
 
-def _plant(summary, dt: float) -> list[str]:
+def plant(summary, dt: float) -> list[str]:
+    """Return the cards of the slowest mode and the gain."""
     found = [] if summary.is_static else [_slowest(summary, dt)]
     gain = _gain(summary)
     if gain:

@@ -7,7 +7,7 @@ from math import inf, isfinite
 from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable, zeros_told
 from driftwise.workflow.events import SOMETHING
 
-__all__ = ["console", "show"]
+__all__ = ["console", "parameters", "roots", "shelves", "show", "table"]
 
 JUMPS = 8  # times of jumps printed
 GAP = 3  # columns between tables
@@ -32,12 +32,12 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     out.print(Text(title, style="bold"))
     out.print(Text(" \u00b7 ".join(facts), style="dim"))
     out.print()
-    tables = [_parameters(summary)]
+    tables = [parameters(summary)]
     if not summary.is_static:
         zeros = [pair for i in range(summary.model.form.inputs) for pair in zeros_told(summary.model, i)]
-        tables += [_roots("pole", summary.poles, 1.0)]
-        tables += [_roots("zero", zeros)] if zeros and summary.is_enough else []
-    for k, shelf in enumerate(_shelves([*tables, _quality(summary)], out)):
+        tables += [roots("pole", summary.poles, 1.0)]
+        tables += [roots("zero", zeros)] if zeros and summary.is_enough else []
+    for k, shelf in enumerate(shelves([*tables, _quality(summary)], out)):
         if k:
             out.print()
         out.print(shelf)
@@ -58,7 +58,7 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     out.print()
 
 
-def _shelves(tables, out) -> list:
+def shelves(tables, out) -> list:
     """Return the tables side by side, as many in a row as there is room for."""
     from rich.measure import Measurement
     from rich.table import Table
@@ -82,7 +82,7 @@ def _shelves(tables, out) -> list:
     return shelves
 
 
-def _table(*columns: tuple[str, str]):
+def table(*columns: tuple[str, str]):
     from rich import box
     from rich.table import Table
 
@@ -92,32 +92,32 @@ def _table(*columns: tuple[str, str]):
     return table
 
 
-def _parameters(summary):
-    table = _table(("parameter", "left"), ("estimate", "right"))
+def parameters(summary):
+    shown = table(("parameter", "left"), ("estimate", "right"))
     for name, value, std in summary.parameters:
-        table.add_row(name, plus_minus(value, std))
-    return table
+        shown.add_row(name, plus_minus(value, std))
+    return shown
 
 
-def _roots(what: str, roots, edge: float = inf):
-    table = _table((what, "right"), ("size", "right"), ("+-", "right"))
+def roots(what: str, roots, edge: float = inf):
+    shown = table((what, "right"), ("size", "right"), ("+-", "right"))
     for root, std in roots:
         root = complex(root)
         if root.imag < 0:
             continue
-        shown = number(root.real, 4) if root.imag == 0 else f"{number(root.real, 4)} \u00b1 {number(root.imag, 4)}j"
+        text = number(root.real, 4) if root.imag == 0 else f"{number(root.real, 4)} \u00b1 {number(root.imag, 4)}j"
         size = f"{abs(root):.4f}" if abs(root) < 1e4 else number(abs(root), 2)
         spread = number(std, 2) if isfinite(std) else "no bound"
-        table.add_row(shown, size, spread, style="red" if abs(root) >= edge else None)
-    return table
+        shown.add_row(text, size, spread, style="red" if abs(root) >= edge else None)
+    return shown
 
 
 def _orders(evidence):
-    table = _table(*((name, "right") for name in ("order", "log evidence", "probability", "fit %", "NIS")))
+    shown = table(*((name, "right") for name in ("order", "log evidence", "probability", "fit %", "NIS")))
     for order, log_evidence, p, fit, _, nis in zip(*evidence.columns().values()):
         style = "bold" if order == evidence.best else None
-        table.add_row(str(order), fixed(log_evidence, 1), probable(p), fixed(fit, 1), fixed(nis, 2), style=style)
-    return table
+        shown.add_row(str(order), fixed(log_evidence, 1), probable(p), fixed(fit, 1), fixed(nis, 2), style=style)
+    return shown
 
 
 def _times(jumps) -> str:
@@ -128,12 +128,12 @@ def _times(jumps) -> str:
 
 def _quality(summary):
     white = tuple(summary.whiteness)
-    table = _table(("quality", "left"), ("", "right"), ("", "left"))
-    table.add_row("one-step fit", f"{fixed(summary.fit, 1)} %", "")
-    table.add_row("noise std", number(summary.noise_std, 3), "")
-    table.add_row("NIS", fixed(summary.nis, 3), _interval(summary.nis_interval))
-    table.add_row("95 % bands hold", f"{fixed(100 * summary.coverage, 1)} %", "ideal 95")
-    table.add_row("innovations", *_whiteness(white))
+    shown = table(("quality", "left"), ("", "right"), ("", "left"))
+    shown.add_row("one-step fit", f"{fixed(summary.fit, 1)} %", "")
+    shown.add_row("noise std", number(summary.noise_std, 3), "")
+    shown.add_row("NIS", fixed(summary.nis, 3), _interval(summary.nis_interval))
+    shown.add_row("95 % bands hold", f"{fixed(100 * summary.coverage, 1)} %", "ideal 95")
+    shown.add_row("innovations", *_whiteness(white))
     for name, count in (
         ("missing outputs", summary.missing_outputs),
         ("missing inputs", summary.missing_inputs),
@@ -141,8 +141,8 @@ def _quality(summary):
         ("bad cells", summary.bad_values),
     ):
         if count:
-            table.add_row(name, str(count), f"of {summary.samples}")
-    return table
+            shown.add_row(name, str(count), f"of {summary.samples}")
+    return shown
 
 
 def _interval(nis) -> str:

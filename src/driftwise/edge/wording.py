@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import floor, isfinite, log10
 
-__all__ = ["fixed", "interval", "lasting", "near_one", "number", "plus_minus", "probable", "zeros_told"]
+__all__ = ["fixed", "interval", "near_one", "number", "plus_minus", "probable", "zeros_told"]
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -33,18 +33,6 @@ def interval(value: float, std: float) -> str:
     """Return the ends of two standard errors either side of `value`."""
     spec = _spec(value, std)
     return _minus(f"{value - 2 * std:{spec}} \u2026 {value + 2 * std:{spec}}")
-
-
-def lasting(seconds: float) -> str:
-    """Return a time span in the unit one would use.
-
-    >>> lasting(1.7994), lasting(86400), lasting(0.002)
-    ('1.8 s', '1 d', '0.002 s')
-    """
-    for unit, size, least in (("a", 365.25 * 86400, 2), ("d", 86400, 1), ("h", 3600, 2), ("min", 60, 5)):
-        if seconds >= least * size:
-            return f"{number(seconds / size, 3)} {unit}"
-    return f"{number(seconds, 3)} s"
 
 
 def near_one(low: float, high: float, between: str) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .events import Event, odds_words
+from .wording import instant
 
 LATER = 6  # samples for each parameter after a change, at least, until its size is told
 CLEAR = 2.0  # standard deviations by which a gain or a level has moved
@@ -30,9 +31,9 @@ class Change:
         """Samples until it was told."""
         return self.told - self.since
 
-    def words(self, when=None) -> str:
-        """Return it as a phrase; ``when`` writes a time."""
-        at = f"at {self.time:.6g} s" if when is None else when(self.time)
+    def words(self, origin: str | None = None) -> str:
+        """Return it as a phrase; with the time stamp of second 0 it has a date."""
+        at = f"at {instant(self.time, origin)}"
         known = [f"noticed {self.delay} samples later"] if self.delay > 1 else []
         known += [f"odds {odds_words(self.odds)}"] if self.odds is not None else []
         what = " and ".join(self.moved) or "the parameters jumped"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -43,6 +42,8 @@ class Identification:
         The one with the fewest parameters among the best.
     naive : dict
         Root mean square errors of last value and mean.
+    origin : str
+        Time stamp (ISO 8601) of second 0, None where the clock has none.
     """
 
     table: Table
@@ -55,7 +56,7 @@ class Identification:
     rivals: list[Rival]
     chosen: Rival
     naive: dict[str, float]
-    when: Callable[[float], str]
+    origin: str | None = None
 
     @property
     def estimator(self) -> Any:
@@ -78,6 +79,19 @@ class Identification:
         from .identification_words import words
 
         return words(self)
+
+    @cached_property
+    def answer(self) -> str:
+        """The same without how the columns were taken."""
+        from .identification_words import answer
+
+        return answer(self)
+
+    def report(self, path, title: str | None = None) -> Any:
+        """Write one self-contained HTML page that opens without a network."""
+        from ..edge.report_identified import write
+
+        return write(self, path, title, notes=self.table.notes)
 
     def __str__(self):
         return self.words
@@ -146,19 +160,5 @@ class Finder:
         rest = [v for v in diagnose(trace, self.summary) if v.name not in names]
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.changes, Diagnosis([*own, *rest]),
-            self.identifier.rivals, self.identifier.chosen, self.identifier.naive, self.when,
+            self.identifier.rivals, self.identifier.chosen, self.identifier.naive, self.origin,
         )  # fmt: skip
-
-    def when(self, time: float) -> str:
-        """Write an instant: a date where the record has dates."""
-        return when(time, self.origin, self.table.dt)
-
-
-def when(time: float, origin: str | None, dt: float) -> str:
-    """Write an instant: a date where the record has dates, as fine as its samples."""
-    if origin is None:
-        return f"at {time:.6g} s"
-    from datetime import datetime, timedelta
-
-    moment = datetime.fromisoformat(origin) + timedelta(seconds=time)
-    return f"on {moment:%Y-%m-%d}" if dt >= 43_200 else f"at {moment:%Y-%m-%d %H:%M:%S}"

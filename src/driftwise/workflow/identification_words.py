@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from .wording import gain_words, is_integrator, pole_words
+from .wording import gain_words, is_integrator, lasting, pole_words
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
 ORDINAL = {1: "First", 2: "Second", 3: "Third"}
@@ -13,16 +13,12 @@ ORDINAL = {1: "First", 2: "Second", 3: "Third"}
 
 def words(found) -> str:
     """Return the paragraph of an `Identification`: the plant, its changes, the trust, the columns."""
-    parts = [_plant(found), _changes(found), _trust(found), _choice(found), found.table.words]
-    return " ".join(part for part in parts if part)
+    return f"{answer(found)} {found.table.words}"
 
 
-def duration(seconds: float) -> str:
-    """Write a time in the unit an engineer would take."""
-    for name, size in (("d", 86_400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s" if seconds >= 0.1 else f"{1e3 * seconds:.3g} ms"
+def answer(found) -> str:
+    """Return the same without the columns."""
+    return " ".join(part for part in (_plant(found), _changes(found), _trust(found), _choice(found)) if part)
 
 
 def _plant(found) -> str:
@@ -47,10 +43,10 @@ def _mode(p: complex, std: float, dt: float) -> str:
     r = abs(p)
     if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std):
         return pole_words(p, std, dt)
-    tau = duration(-dt / math.log(r))
+    tau = lasting(-dt / math.log(r))
     if not p.imag:
         return f"time constant {tau}"
-    return f"oscillation of period {duration(2 * math.pi * dt / abs(cmath.phase(p)))}, decay {tau}"
+    return f"oscillation of period {lasting(2 * math.pi * dt / abs(cmath.phase(p)))}, decay {tau}"
 
 
 def _choice(found) -> str:
@@ -76,5 +72,5 @@ def _changes(found) -> str:
         return "Nothing jumped."
     shown = found.changes[:3]
     more = f"; and {len(found.changes) - 3} more changes" if len(found.changes) > 3 else ""
-    text = "; ".join(change.words(found.when) for change in shown)
+    text = "; ".join(change.words(found.origin) for change in shown)
     return f"{text[0].upper()}{text[1:]}{more}."

@@ -90,6 +90,18 @@ def fit_words(s) -> str:
     return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
 
 
+def lasting(seconds: float) -> str:
+    """Return a time span in the unit one would use.
+
+    >>> lasting(1.7994), lasting(86400), lasting(0.002)
+    ('1.8 s', '1 d', '0.002 s')
+    """
+    for unit, size, least in (("a", 365.25 * 86400, 2), ("d", 86400, 1), ("h", 3600, 2), ("min", 60, 5)):
+        if seconds >= least * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
 def instant(seconds: float, origin: str | None) -> str:
     """Return a time as it is written: seconds, or a date where the time stamp of second 0 is known.
 

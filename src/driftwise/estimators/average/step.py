@@ -1,7 +1,7 @@
 """One sample of a model average: the members' predictions become one density; then y says who was right.
 
     prediction   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
-    base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise as it is now
+    base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      log w_i <- phi log w_i + log p_i(y)               Student-t: one outlier does not decide
 
@@ -22,7 +22,7 @@ FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
 # of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2
-# and the samples behind it; then the q_j, and for each member: log weight, evidence, squared errors, c, samples behind c
+# and the samples behind it; then the q_j; then of each member: log weight, evidence, squared errors, c, samples behind c
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT, HEAD = range(8)
 BLOCKS = 5
 # of a row of the trace

@@ -1,0 +1,122 @@
+"""Does `identify` find the right structure? Random models of each family, by seed: the table of docs/identify.md.
+
+    python scripts/identify_families.py [draws]
+
+A draw is a plant of order 1 to 3, its input (random binary or coloured), a signal-to-noise ratio of 1 to 100 and 500 to
+5000 samples. "as good": the right structure, or one whose error on 3000 samples to come is at most 2 % above that of
+the right structure estimated from the same record.
+"""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter
+
+from driftwise.workflow.candidates import Candidate
+from driftwise.workflow.forecast_summary import ForecastSummary
+from driftwise.workflow.identifier import Identifier
+
+FAMILIES = ("AR", "ARX", "ARMAX", "OE", "Joint")
+TO_COME, SETTLE = 3000, 100
+
+
+class Draw(NamedTuple):
+    """A record of T samples and what follows, and what it comes from."""
+
+    y: np.ndarray
+    u: np.ndarray | None
+    samples: int
+    noise_std: float
+    true: Candidate
+
+
+class Outcome(NamedTuple):
+    """What came of a draw: errors are mean squares over the noise variance."""
+
+    family: str
+    true: str
+    chosen: str
+    samples: int
+    loss: float
+    true_loss: float
+    coverage: float
+
+    @property
+    def is_as_good(self) -> bool:
+        return self.chosen == self.true or self.loss <= 1.02 * self.true_loss
+
+
+def polynomial(rng, n: int, largest: float) -> np.ndarray:
+    """Return a monic polynomial whose roots lie within a circle."""
+    roots: list[complex] = []
+    while len(roots) < n:
+        if n - len(roots) >= 2 and rng.random() < 0.5:
+            size, angle = rng.uniform(0.5, largest), rng.uniform(0.1, 3.0)
+            roots += [size * np.exp(1j * angle), size * np.exp(-1j * angle)]
+        else:
+            roots.append(rng.uniform(-largest, largest))
+    return np.real(np.poly(roots))
+
+
+def draw(family: str, rng) -> Draw:
+    """Return a random plant of a family, and its record."""
+    n, samples = int(rng.integers(1, 4)), int(np.exp(rng.uniform(np.log(500), np.log(5000))))
+    size = samples + TO_COME
+    A, C = polynomial(rng, n, 0.95), polynomial(rng, n, 0.9)
+    nk = int(rng.integers(1, 3)) if family == "ARX" else 1
+    B = np.concatenate([np.zeros(nk), rng.standard_normal(n)])
+    binary, coloured = rng.choice([-1.0, 1.0], size), lfilter([1], [1, -rng.uniform(0, 0.9)], rng.standard_normal(size))
+    u, e = binary if rng.random() < 0.5 else coloured, rng.standard_normal(size)
+    noise = {"AR": ([1], A), "ARX": ([1], A), "OE": ([1], [1])}.get(family, (C, A))
+    x, v = lfilter(B, A, u), lfilter(*noise, e)
+    std = 1.0 if family == "AR" else float(x.std() / v.std() / np.sqrt(10 ** rng.uniform(0, 2)))
+    orders: dict[str, Any] = {
+        "AR": dict(na=n), "ARX": dict(na=n, nb=(n,), nk=(nk,)), "ARMAX": dict(na=n, nb=(n,), nc=n, nk=(1,)),
+        "OE": dict(nb=(n,), nf=(n,), nk=(1,)), "Joint": dict(order=n),
+    }[family]  # fmt: skip
+    y = v if family == "AR" else x + std * v
+    return Draw(y, None if family == "AR" else u, samples, std, Candidate(family, orders, int(family != "AR"), 1.0))
+
+
+def outcome(seed: int) -> Outcome:
+    """Return what `identify` makes of the draw of a seed."""
+    family = FAMILIES[seed % len(FAMILIES)]
+    d = draw(family, np.random.default_rng(seed))
+    T = d.samples
+
+    def part(a, b=None):
+        return d.y[a:b], None if d.u is None else d.u[a:b]
+
+    def loss(candidate: Candidate) -> float:
+        est = candidate.estimator().scaled_to(*part(0, T))
+        state = est.scan(*part(0, T), keep="innovations").state
+        e = est.scan(*part(T), state=state, keep="innovations").innovation
+        return float(np.mean(e**2) / d.noise_std**2)
+
+    identifier = Identifier(0 if d.u is None else 1)
+    forecast = ForecastSummary(SETTLE).add(identifier.add(*part(0, T)))
+    chosen = identifier.chosen.candidate
+    return Outcome(family, d.true.name, chosen.name, T, loss(chosen), loss(d.true), forecast.coverage)
+
+
+def main(draws: int = 500) -> None:
+    with ProcessPoolExecutor(2) as pool:
+        found = list(pool.map(outcome, range(draws), chunksize=10))
+    print("| family | draws | right | as good | 95 % bands hold |")
+    print("|---|---|---|---|---|")
+    for family in (*FAMILIES, "all"):
+        some = [o for o in found if family in ("all", o.family)]
+        right = np.mean([o.chosen == o.true for o in some])
+        good = np.mean([o.is_as_good for o in some])
+        print(f"| {family} | {len(some)} | {right:.2f} | {good:.3f} | {np.mean([o.coverage for o in some]):.3f} |")
+    for o in found:
+        if not o.is_as_good:
+            print(f"missed: {o.true} taken for {o.chosen}, {o.samples} samples, {o.loss:.3f} against {o.true_loss:.3f}")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

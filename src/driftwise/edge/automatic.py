@@ -1,0 +1,151 @@
+"""`driftwise run FILE` with nothing said: columns recognised, model chosen, in one pass and constant memory."""
+
+from __future__ import annotations
+
+import os
+from time import perf_counter
+from typing import Any, NamedTuple
+
+from driftwise.edge.keep import Keeper, Offsets
+from driftwise.edge.runner import progress
+from driftwise.errors import CommandError, InputError
+
+__all__ = ["Automatic", "execute", "identify_file"]
+
+
+class Automatic(NamedTuple):
+    """What may be said all the same."""
+
+    file: str
+    output: str | None = None
+    inputs: tuple[str, ...] | None = None
+    time: str | None = None
+    save: str | None = None
+    report: str | None = None
+    json: str | None = None
+    chunk: int = 65_536
+
+
+class Both(Keeper):
+    """Keeps the trace of the chosen model and the forecast at the same samples."""
+
+    def __init__(self, estimator):
+        super().__init__(estimator, Offsets("", ()))
+        self.forecast: Any = None
+
+    def join(self, trace, forecast) -> None:
+        """Take in the next stretch of both."""
+        self._with = forecast
+        self.add(trace)
+        self.forecast = self.forecast or forecast
+        self._last = forecast
+
+    def keep(self, watched, *columns):
+        super().keep([*watched, self._with.innovation], *columns, self._with.outs)
+
+    def traces(self):
+        """Return what was kept: a trace and a forecast."""
+        from driftwise.workflow.average_trace import AverageTrace
+
+        rows, time, y, u, outs, dof, told = self.kept()
+        from driftwise.edge.keep import ThinTrace
+
+        trace = ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof, rows=rows)
+        return trace, AverageTrace(self.forecast.estimator, y, u, told, self._last.state, time)
+
+
+def execute(plan: Automatic) -> None:
+    """Identify, save, report, print."""
+    from driftwise.edge.saving import Saver
+    from driftwise.edge.terminal_identified import show
+
+    start = perf_counter()
+    saver = Saver(plan.save) if plan.save else None
+    try:
+        found, keeper, stopped = identify_file(plan, saver)
+    except InputError as error:
+        raise CommandError(str(error)) from None
+    finally:
+        if saver:
+            saver.close()
+    taken = perf_counter() - start
+    title = "standard input" if plan.file == "-" else plan.file
+    notes = [*found.table.notes]
+    if stopped:
+        notes.insert(0, "stopped early; the results are those of the rows read so far.")
+    if plan.report:
+        from driftwise.edge.report_identified import write
+
+        write(found, plan.report, os.path.basename(title), keeper.events, notes)
+    if plan.json:
+        from driftwise.edge.results import write as write_json
+
+        write_json(content(found, notes), plan.json)
+    show(found, title=title, taken=taken, notes=notes, stderr=plan.json == "-")
+    files = (("samples", plan.save), ("report", plan.report), ("results", plan.json))
+    written = [f"{what} in {path}" for what, path in files if path]
+    if written and plan.json != "-":
+        print(", ".join(written))
+
+
+def identify_file(plan: Automatic, saver=None):
+    """Return the `Identification`, its keeper, and whether it was stopped early."""
+    from driftwise.edge.newcomer import read
+    from driftwise.workflow.identification import Finder
+
+    table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
+    keeper: Any = None
+    stopped = False
+    with progress(stretches.table, "identifying") as advance:
+        try:
+            for piece in stretches:
+                forecast, trace = finder.add(*piece)
+                keeper = keeper or Both(finder.estimator)
+                keeper.join(trace, forecast)
+                if saver:
+                    saver.add(_table(trace, forecast))
+                advance()
+        except KeyboardInterrupt:
+            if keeper is None:
+                raise
+            stopped = True
+    if keeper is None:
+        raise InputError(f"{plan.file}: no row can be read.")
+    return finder.found(*keeper.traces()), keeper, stopped
+
+
+def _table(trace, forecast):
+    """Return a stretch as a pyarrow table: the forecast, and the parameters with their deviations."""
+    import pyarrow as pa
+
+    own = trace.columns()
+    told = {name: own[name] for name in own if name.removesuffix("_std") in trace.names}
+    return pa.table({name: pa.array(column) for name, column in {**forecast.columns(), **told}.items()})
+
+
+def content(found, notes) -> dict[str, Any]:
+    """Return the answer as plain data."""
+    import driftwise
+
+    table, f = found.table, found.forecast_summary
+    return {
+        "driftwise": driftwise.__version__,
+        "columns": {"output": table.output, "inputs": list(table.inputs), "time": table.time},
+        "dt": table.dt,
+        "words": found.words,
+        "model": found.chosen.name,
+        "candidates": found.evidence(),
+        "naive": found.naive,
+        "forecast": {
+            "samples": f.count, "fit": f.fit, "rmse": f.rmse, "nis": f.nis, "coverage": f.coverage,
+            "log_score": f.log_score,
+        },
+        "changes": [
+            {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": c.words(found.origin)}
+            for c in found.changes
+        ],
+        "diagnosis": [verdict.as_dict() for verdict in found.diagnosis],
+        "summary": found.summary.as_dict(),
+        "notes": notes,
+    }  # fmt: skip

@@ -1,0 +1,52 @@
+"""What `driftwise run FILE` prints: the answer in words, the numbers behind it, the candidates."""
+
+from __future__ import annotations
+
+from driftwise.edge.terminal import console, parameters, roots, shelves, table
+from driftwise.edge.wording import fixed, number
+from driftwise.workflow.wording import lasting
+
+__all__ = ["show"]
+
+CANDIDATES = 6  # that are listed
+
+
+def show(found, *, title: str, taken: float, notes: list[str], stderr: bool = False) -> None:
+    """Print the answer of an identification."""
+    from rich.text import Text
+
+    out, t, s = console(stderr=stderr), found.table, found.summary
+    out.print()
+    out.print(Text(title, style="bold"))
+    every = f"every {lasting(t.dt)}" if t.timed else "no clock in seconds"
+    facts = [f"{s.samples} samples", every, f"{len(found.rivals)} models compared", f"took {taken:.2f} s"]
+    out.print(Text(" \u00b7 ".join(facts), style="dim"))
+    out.print()
+    out.print(Text(found.words))
+    out.print()
+    for shelf in shelves([parameters(s), roots("pole", s.poles, 1.0), _quality(found), _candidates(found)], out):
+        out.print(shelf)
+        out.print()
+    for note in notes:
+        out.print(Text("note: ", style="yellow") + Text(note))
+
+
+def _quality(found):
+    f, shown = found.forecast_summary, table(("forecast", "left"), ("", "right"))
+    shown.add_row("one-step fit", f"{fixed(f.fit, 1)} %")
+    shown.add_row("error (rms)", number(f.rmse, 3))
+    for name, error in found.naive.items():
+        shown.add_row(f"that of the {name}", number(error, 3))
+    shown.add_row("NIS", fixed(f.nis, 2))
+    shown.add_row("95 % bands hold", f"{fixed(100 * f.coverage, 1)} %")
+    return shown
+
+
+def _candidates(found):
+    shown = table(("model", "left"), ("unknowns", "right"), ("log odds", "right"), ("error (rms)", "right"))
+    for rival in found.rivals[:CANDIDATES]:
+        style = "bold" if rival.name == found.chosen.name else None
+        shown.add_row(
+            rival.name, str(rival.unknowns), fixed(rival.evidence, 1), number(rival.rmse, 3), style=style
+        )  # fmt: skip
+    return shown

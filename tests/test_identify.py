@@ -1,0 +1,128 @@
+"""`identify`: columns, structure, changes and words from a table about which nothing is said."""
+
+import json
+import math
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import driftwise as dw
+from driftwise.workflow.candidates import candidates
+from driftwise.workflow.identification import Finder
+from driftwise.workflow.identifier import Identifier, joined
+
+
+def plant(samples=1200, gain=(1.0, 1.0), noise=0.05, seed=1):
+    """Return heater and temperature of a first-order plant whose gain changes half-way."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([0.0, 1.0, 2.0], samples // 4), 4)
+    y = np.zeros(samples)
+    for t in range(1, samples):
+        y[t] = 0.8 * y[t - 1] + 0.2 * gain[t >= samples // 2] * u[t - 1] + noise * rng.standard_normal()
+    return u, 20 + 5 * y
+
+
+@pytest.fixture(scope="module")
+def found():
+    u, y = plant(gain=(2.0, 1.0))
+    start = np.datetime64("2024-05-01T00:00")
+    time = (start + np.arange(len(y)) * np.timedelta64(60, "s")).astype(str)
+    return dw.identify({"Time": time, "heater_V": u, "temperature [degC]": y, "fault": np.zeros(len(y))})
+
+
+def test_the_columns_are_recognised(found):
+    assert (found.table.output, found.table.inputs, found.table.time) == ("temperature [degC]", ("heater_V",), "Time")
+    assert found.table.dt == 60
+
+
+def test_the_structure_is_the_simplest_that_predicts_as_well(found):
+    assert found.chosen.unknowns == 3 and found.chosen.name in ("ARX(1,1,1)", "OE(1,1,1)")
+    assert found.is_useful and found.rivals[0].evidence == 0.0
+
+
+def test_the_change_of_the_gain_is_found_dated_and_named(found):
+    (change,) = found.changes
+    assert abs(change.since - 600) <= 4
+    assert "the gain from heater_V halved" in change.words(found.origin)
+    assert "at 2024-05-01 10:0" in found.words
+
+
+def test_gain_and_forecast_can_be_believed(found):
+    gain, std = found.model.dc_gain[0], found.model.dc_gain_std[0]
+    assert abs(gain - 5.0) < 4 * std and std < 0.5
+    f = found.forecast_summary
+    assert 0.92 < f.coverage < 0.98 and 0.85 < f.nis < 1.15
+    assert f.rmse < 1.05 * found.trace.summary().rmse
+    assert found.diagnosis.find("coverage").is_fine
+
+
+def test_a_walk_is_left_to_its_last_value():
+    walk = np.cumsum(np.random.default_rng(2).standard_normal(600))
+    found = dw.identify({"level": walk})
+    assert found.forecast_summary.rmse < 1.04 * np.std(np.diff(walk)) and not found.changes
+
+
+def test_pieces_make_the_forecast_of_the_whole():
+    u, y = plant(700)
+    whole, pieces = Identifier(1), Identifier(1)
+    one = whole.add(y, u)
+    parts = [pieces.add(y[a:b], u[a:b]) for a, b in ((0, 500), (500, 700))]
+    np.testing.assert_array_equal(joined(parts, None).prediction, one.prediction)
+    assert pieces.samples == 700
+
+
+def test_long_records_go_on_with_the_best(monkeypatch):
+    from driftwise.workflow import identifier
+
+    monkeypatch.setattr(identifier, "NARROW", 400)
+    u, y = plant(1000)
+    one = Identifier(1)
+    forecast = one.add(y, u)
+    after = forecast.weights[401:]
+    assert np.count_nonzero(after.max(axis=0)) <= identifier.KEEP * 4 + 3
+    np.testing.assert_allclose(forecast.weights.sum(axis=1), 1.0)
+    assert np.isfinite(forecast.prediction).all() and len(one.rivals) <= identifier.KEEP
+
+
+def test_candidates_come_simplest_first():
+    sizes = [c.unknowns for c in candidates(1)]
+    assert sizes == sorted(sizes)
+    assert {c.kind for c in candidates(1)} == {"ARX", "ARMAX", "OE", "Joint"}
+    assert {c.kind for c in candidates(0)} == {"AR", "ARMA"}
+
+
+def test_nothing_to_identify_is_said():
+    with pytest.raises(dw.InputError, match="holds no number|no column of numbers|no value"):
+        dw.identify({"y": np.full(50, math.nan)}, output="y")
+
+
+def test_the_command_line_answers_with_the_file_alone(tmp_path, capsys):
+    from driftwise.edge.cli import app
+
+    u, y = plant(800, gain=(2.0, 1.0))
+    file = tmp_path / "plant.csv"
+    lines = [f"{k * 0.5},{a:.6g},{b:.6g}" for k, (a, b) in enumerate(zip(u, y))]
+    file.write_text("time_s,valve,level\n" + "\n".join(lines) + "\n")
+    save, report, result = tmp_path / "s.parquet", tmp_path / "page.html", tmp_path / "r.json"
+    options = ["--save", str(save), "--report", str(report), "--json", str(result)]
+    app(["run", str(file), *options], standalone_mode=False)
+    said = capsys.readouterr().out
+    assert "driven by 'valve'" in " ".join(said.split()) and "First order: time constant" in said
+    told = json.loads(result.read_text())
+    assert told["columns"]["output"] == "level" and told["changes"][0]["sample"] == pytest.approx(400, abs=4)
+    table = pq.read_table(save)
+    assert table.num_rows == 800 and {"normal_score", "prediction"} < set(table.column_names)
+    page = report.read_text()
+    assert "Measured and forecast" in page and "Which model" in page and len(page) < 3e6
+
+
+def test_a_finder_is_fed_in_pieces():
+    from driftwise.workflow.recognise import recognise
+
+    u, y = plant(800, gain=(2.0, 1.0))
+    time = np.arange(800.0)
+    finder = Finder(recognise({"time_s": time, "valve": u, "level": y}))
+    for a, b in ((0, 600), (600, 800)):
+        finder.add(time[a:b], y[a:b], u[a:b, None])
+    assert finder.summary.samples == 800 and finder.changes[0].since == pytest.approx(400, abs=4)
