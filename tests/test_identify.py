@@ -36,16 +36,18 @@ def test_the_columns_are_recognised(found):
     assert found.table.dt == 60
 
 
-def test_the_structure_is_the_simplest_that_predicts_as_well(found):
-    assert found.chosen.unknowns == 3 and found.chosen.name in ("ARX(1,1,1)", "OE(1,1,1)")
-    assert found.is_useful and found.rivals[0].evidence == 0.0
+def test_the_structure_is_the_simplest_that_predicts_as_well():
+    u, y = plant()
+    found = dw.identify({"heater_V": u, "temperature [degC]": y})
+    assert found.chosen.name == "ARX(1,1,1)" and found.is_useful and not found.changes
+    assert found.rivals[0].evidence == 0.0 and found.forecast_summary.rmse < 1.03 * 5 * 0.05
 
 
 def test_the_change_of_the_gain_is_found_dated_and_named(found):
     (change,) = found.changes
     assert abs(change.since - 600) <= 4
     assert "the gain from heater_V halved" in change.words(found.origin)
-    assert "at 2024-05-01 10:0" in found.words
+    assert "At 2024-05-01 10:0" in found.words
 
 
 def test_gain_and_forecast_can_be_believed(found):
@@ -53,7 +55,6 @@ def test_gain_and_forecast_can_be_believed(found):
     assert abs(gain - 5.0) < 4 * std and std < 0.5
     f = found.forecast_summary
     assert 0.92 < f.coverage < 0.98 and 0.85 < f.nis < 1.15
-    assert f.rmse < 1.05 * found.trace.summary().rmse
     assert found.diagnosis.find("coverage").is_fine
 
 

@@ -139,6 +139,8 @@ def plainly(time, values, dt):
     """Put the rows of a regular record on its clock one by one: the same rules, none of the code."""
     out, rows, shift, last, before = [], [], 0.0, None, None
     for row, (t, v) in enumerate(zip(time, values)):
+        if np.isnan(t) and before is None:
+            continue
         if np.isnan(t):
             t = before + dt
         if before is not None and t - before < -LATE * dt:
@@ -170,6 +172,7 @@ def pushed(clock, time, values, rows):
 @pytest.mark.parametrize("rows", [1, 7, 140])
 def test_a_regular_clock_as_written_out_plainly(rows):
     stamps, values = wild_stamps()
+    stamps[:3] = NaN
     clock = Regular(Sampling("regular", 1.0))
     time, out, source = pushed(clock, stamps, values, rows)
     wanted, origin = plainly(stamps, values, 1.0)
@@ -282,6 +285,14 @@ def test_set_points_act_through_the_drive_unless_that_is_computed_from_the_outpu
     assert found.inputs == ("drive",) and "acts through" in found["speed_ref"].why
 
 
+def test_what_comes_after_the_first_rows_does_not_decide():
+    y, u = plant()
+    other = np.random.default_rng(5).normal(size=400)
+    early = read({"a": other, "b": u, "z": y}, head_rows=200)[0]
+    late = read({"a": np.r_[other[:200], 50 * y[200:]], "b": np.r_[u[:200], other[200:]], "z": y}, head_rows=200)[0]
+    assert (early.inputs, early.words, early.rows) == (late.inputs, late.words, 200)
+
+
 def test_at_most_four_inputs_the_ones_that_help():
     rng = np.random.default_rng(0)
     u = rng.normal(size=(2000, 9))
@@ -386,6 +397,8 @@ def test_the_soldering_station():
     """A header too short, uneven stamps, a set point of -1e8, drop-outs to 25.235, a column of nothing."""
     table, stretches = read(recording("soldering_station.csv"))
     time, y, u = taken(stretches)
+    for mine, theirs in zip(taken(read(recording("soldering_station.csv"), chunk_rows=10)[1]), (time, y, u)):
+        np.testing.assert_array_equal(mine, theirs)
     assert (table.time, table.output, table.inputs) == ("Time", "temperature", ("setpoint",))
     assert table["column6"].role == "empty" and table.sampling.kind == "uneven" and 1.1 < table.dt < 1.2
     assert stretches.cleaned == {"temperature": 28, "setpoint": 1}
@@ -395,7 +408,7 @@ def test_the_soldering_station():
 
 
 RECORDS = {
-    "ahu_faults_szvav.csv": ("Supply_Air_T", None),
+    "ahu_faults_szvav.csv": ("Supply_Air_T", {"Cooling_Coil_Valve", "Heating_Coil_Valve"}),
     "building_heat_load.csv": ("heatload_kW", {"Ta_obs_degC", "I_obs_Wm2", "Ta_fc1_degC", "I_fc1_Wm2"}),
     "canning_rainfall_flow.csv": ("flow_mm", {"rain_mm", "pet_mm"}),
     "dc_motor_hoop_random.csv": ("speed_V", {"u"}),
@@ -416,7 +429,8 @@ RECORDS = {
 def test_recordings_get_the_parts_an_engineer_would_give_them(name):
     table, stretches = read(recording(name))
     output, inputs = RECORDS[name]
-    assert table.output == output and (inputs is None or set(table.inputs) == inputs)
+    assert table.output == output and len(table.inputs) <= 4
+    assert set(table.inputs) == inputs if "ahu" not in name else set(table.inputs) > inputs
     for _ in stretches:
         pass
     assert sum(stretches.cleaned.values()) == 0  # rain, floods, pulses and faults are real
@@ -473,7 +487,7 @@ def test_standard_input_and_what_is_not_asked_for_is_not_converted(monkeypatch):
     monkeypatch.setattr("driftwise.edge.csvfile.BLOCK", 1000)
     monkeypatch.setattr("driftwise.edge.csvfile.HEAD", 1000)
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
-    table = open_table("-", chunk_rows=50)
+    table = open_table("-", chunk_rows=50, head_rows=70)
     asked = []
     batches = table.source.batches
     monkeypatch.setattr(table.source, "batches", lambda names: asked.append(list(names)) or batches(names))

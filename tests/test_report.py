@@ -55,7 +55,7 @@ def test_report_is_self_contained_and_complete(trace, tmp_path):
     assert not re.search(r"@import|url\(\s*['\"]?http", text)
     for section in ("prediction", "parameters", "poles", "excitation", "innovations", "whiteness", "events"):
         assert section in page.ids
-    words = " ".join(page.text)
+    words = " ".join(" ".join(page.text).split())
     assert trace.summary().words in words
     assert "A <plant> & its page" in words, "the title is escaped"
     for word in (
@@ -111,7 +111,7 @@ def test_report_draws_smoothed_orders_and_zeros(tmp_path):
     page = Page(path.read_text(encoding="utf-8"))
     for section in ("states", "orders", "poles"):
         assert section in page.ids
-    words = " ".join(page.text)
+    words = " ".join(" ".join(page.text).split())
     assert "Dashed between dotted lines: smoothed, given 50 later samples." in words
     assert "Poles and zeros" in words
     assert "Every combination of the parameters shows in the record." in words

@@ -53,7 +53,7 @@ def _refuse_text(record, chunk, signals) -> None:
         bad = int(chunk.bad_cells[name].sum())
         good = int(np.isfinite(chunk.columns[name]).sum()) if name != record.time else chunk.rows - bad
         if bad > good:
-            what = "neither numbers nor ISO 8601 time stamps" if name == record.time else "not finite numbers"
+            what = "neither numbers nor time stamps" if name == record.time else "not finite numbers"
             raise InputError(
                 f"column {name!r}: {bad} of the first {chunk.rows} cells are {what}. Is it the wrong "
                 "column, or are "

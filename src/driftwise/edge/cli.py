@@ -1,4 +1,4 @@
-"""The command line: `driftwise run`, `demo`, `simulate`, `reproduce`, `warm`. Nothing heavy loads before one runs."""
+"""The command line: `driftwise run`, `compare`, `demo` and their kin. Nothing heavy loads before one runs."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def run(
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or ISO 8601 stamps."),
+        typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or time stamps."),
     ] = None,
     plant: Annotated[
         str | None,
@@ -256,6 +256,52 @@ def _identify(file, output, inputs, time, wrong, dt, start, stop, save, report, 
         )
     inputs = None if inputs is None else tuple(inputs)
     execute(Automatic(file, output[0] if output else None, inputs, time, save, report, json, chunk))
+
+
+@app.command()
+def compare(
+    file: Annotated[str, typer.Argument(help="CSV or Parquet table, or - for CSV on standard input.")],
+    spec: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SPEC...",
+            help="Estimators: KIND:ORDERS or KIND:ORDERS@MEMORY, written as --model and --memory of run (arx:2,2,1, "
+            "arx:2,2,1@weighted:0.995, armax:2,2,1,1), joint:N or joint:N,NOISE (joint:3@jump, joint:2,unknown), last "
+            "(the last value), mean (so far), or average (of the others).",
+        ),
+    ],
+    output: Annotated[str, typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")],
+    input: Annotated[
+        list[str] | None,
+        typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several."),
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or ISO 8601 stamps."),
+    ] = None,
+    start: Annotated[
+        float | None, typer.Option("--from", metavar="TIME", help="Leave out rows before this time.")
+    ] = None,
+    stop: Annotated[float | None, typer.Option("--to", metavar="TIME", help="Leave out rows after this time.")] = None,
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a self-contained HTML page.")] = None,
+    json: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")
+    ] = None,
+    chunk: Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)] = 65_536,
+) -> None:
+    """Compare estimators on a recorded table: who predicts the next sample best, and is sure of it?
+
+    All see the same samples once, and are scored on the same ones: one-step fit, log predictive density (the order of
+    the table), calibration, alarms and cost.
+
+    Example: driftwise compare plant.csv arx:2,2,1 arx:2,2,1@weighted:0.995 joint:2 last -o temperature -i heater
+    """
+    from driftwise.edge.compare import execute
+    from driftwise.edge.options import Plan
+
+    inputs = tuple(input or ())
+    plan = Plan(file, output, inputs, time, report=report, json=json, chunk=chunk, start=start, stop=stop)
+    execute(plan, spec)
 
 
 @app.command()

@@ -146,6 +146,13 @@ def severity(status) -> np.ndarray:
     return found
 
 
+def scores(trace) -> np.ndarray:
+    """Return the outputs and their innovations over their predicted deviations, one row each."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = trace.innovation / np.sqrt(trace.variance)
+    return np.column_stack([trace.y, z]).T
+
+
 class Keeper(Thinning):
     """Takes one trace after the other, thinned out, and what happened."""
 
@@ -164,9 +171,7 @@ class Keeper(Thinning):
         jumps = trace.jumps(EVENTS - len(self.jumps))
         self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
         self.state = trace.state
-        with np.errstate(divide="ignore", invalid="ignore"):
-            z = trace.innovation / np.sqrt(trace.variance)
-        watched = [trace.y, z, severity(trace.status), *trace.u.T[:WATCHED], *trace.parameters.T[:WATCHED]]
+        watched = [*scores(trace), severity(trace.status), *trace.u.T[:WATCHED], *trace.parameters.T[:WATCHED]]
         self.keep(watched, trace.time, trace.y, trace.u, trace.outs, trace.dof)
 
     @property
@@ -212,7 +217,8 @@ class ObserverKeeper(Thinning):
         if self.samples and trace.ready[0] and self._last.ready[-1]:
             found = [event for event in found if event.kind != "READY" or event.sample]
         self.events += [replace(event, sample=event.sample + self.samples) for event in found]
-        watched = [*trace.y.reshape(len(trace), -1).T, trace.statistic, *trace.estimates.T[:WATCHED]]
+        alarms = severity(trace.status.reshape(len(trace), -1)[:, 0])
+        watched = [*scores(trace), alarms, *trace.u.T[:WATCHED], trace.statistic, *trace.estimates.T[:WATCHED]]
         self.keep(watched, trace.time, trace.y, trace.u, trace.outs)
         self._last = trace
 

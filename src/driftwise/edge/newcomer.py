@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from driftwise.edge.opened import CHUNK_ROWS, OpenTable, open_table
+from driftwise.edge.opened import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 from driftwise.errors import InputError
 
 __all__ = ["Stretches", "read"]
@@ -83,14 +83,16 @@ class Stretches:
             yield time, values[:, 0].copy(), values[:, 1:].copy()
 
 
-def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS):
+def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS):
     """Return (`Table`, iterator of (time, y, u)) of a table that nobody described.
 
     Parameters
     ----------
     data : file name ("-" for standard input), data frame, or mapping from column name to array
     output, inputs, time : names of columns, where they are known; what is not given is recognised
-    chunk_rows : rows that are read at a time, and by which the table is recognised
+    chunk_rows : rows that are read at a time; what comes out does not depend on it
+    head_rows : rows by which the table is recognised. A shorter table is recognised as a whole: to score predictions
+        of its later part, give the length of the earlier one. A drop-out is known only from up to 16 rows after it.
 
     Returns
     -------
@@ -108,16 +110,16 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
     >>> sum(len(y) for time, y, u in stretches)
     100
     """
-    from driftwise.edge.tables import _resolve
+    from driftwise.edge.tables import resolve
     from driftwise.workflow.recognise import recognise
 
-    table = open_table(data, chunk_rows)
+    table = open_table(data, chunk_rows, head_rows)
     try:
-        output = None if output is None else _resolve(table.names, output, "output")
-        time = None if time is None else _resolve(table.names, time, "time")
+        output = None if output is None else resolve(table.names, output, "output")
+        time = None if time is None else resolve(table.names, time, "time")
         if inputs is not None:
             inputs = [inputs] if isinstance(inputs, str) else inputs
-            inputs = tuple(_resolve(table.names, name, "input") for name in inputs)
+            inputs = tuple(resolve(table.names, name, "input") for name in inputs)
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
         found = recognise(table.head, output, inputs, time, table.units, stamps)
     except InputError as error:

@@ -87,7 +87,9 @@ def execute(asked: Observation) -> None:
 
         names = {
             "outputs": [_named(record, name) for name in asked.outputs],
-            "time": _named(record, asked.time or "time"),
+            "inputs": [_named(record, name) for name in asked.inputs],
+            "time": _named(record, asked.time) if asked.time else "time (s)",
+            "origin": record.clock.origin if asked.time else None,
         }
         write(keeper.trace(), asked.report, summary, f"{title}: {', '.join(asked.outputs)}", names, keeper.events)
     if asked.json:

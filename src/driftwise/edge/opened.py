@@ -14,6 +14,7 @@ from driftwise.errors import InputError
 __all__ = ["OpenTable", "open_table"]
 
 CHUNK_ROWS = 65_536
+HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 LOOK = 2000  # cells by which the kind of a column is settled
 
 
@@ -34,6 +35,7 @@ class OpenTable:
     title: str
     source: Any
     chunk_rows: int = CHUNK_ROWS
+    head_rows: int = HEAD_ROWS
     kinds: dict[str, str] = field(default_factory=dict)
     head: dict[str, Any] = field(default_factory=dict)
     bad: dict[str, int] = field(default_factory=dict)
@@ -72,20 +74,23 @@ class OpenTable:
         import numpy as np
 
         names = [name for name in (self.names if names is None else names) if self.kinds[name] != "text"]
-        yield {name: self.head[name] for name in names}
-        parts, held = [{name: self._over[name] for name in names}], len(self._over[names[0]]) if names else 0
+        parts = [{name: np.concatenate((self.head[name], self._over[name])) for name in names}] if names else []
         self._over = {}
         asked = [*names, self._paired[1]] if self._paired and self._paired[0] in names else names
-        for arrays, ragged in self.source.batches(asked) if names else ():
-            parts.append(self._converted(asked, arrays, ragged))
-            held += len(parts[-1][names[0]])
-            while held >= self.chunk_rows:
-                whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
-                yield {name: column[: self.chunk_rows] for name, column in whole.items()}
-                parts = [{name: column[self.chunk_rows :] for name, column in whole.items()}]
-                held -= self.chunk_rows
-        if held:
-            yield {name: np.concatenate([part[name] for part in parts]) for name in names}
+        batches = self.source.batches(asked) if names else iter(())
+        while parts:
+            whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
+            rows, start = len(whole[names[0]]), 0
+            while rows - start >= self.chunk_rows:
+                yield {name: column[start : start + self.chunk_rows] for name, column in whole.items()}
+                start += self.chunk_rows
+            parts = [{name: column[start:] for name, column in whole.items()}]
+            fresh = next(batches, None)
+            if fresh is None:
+                break
+            parts.append(self._converted(asked, *fresh))
+        if parts and len(parts[0][names[0]]):
+            yield parts[0]
 
     def _look(self) -> None:
         """Read the first rows, and settle what kind each column is."""
@@ -98,9 +103,9 @@ class OpenTable:
                 self.kinds = {name: self._kind(name, array) for name, array in zip(names, arrays, strict=True)}
                 self._pair(dict(zip(names, arrays, strict=True)))
             parts.append(self._converted(names, arrays, ragged))
-            if sum(map(_length, parts)) >= self.chunk_rows:
+            if sum(map(_length, parts)) >= self.head_rows:
                 break
-        if not sum(map(_length, parts)):
+        if not self.kinds:
             raise InputError(
                 f"{self.title}: the table has a header but no rows. Was the recording stopped before it began?"
             )
@@ -109,7 +114,7 @@ class OpenTable:
                 self.head[name] = None
                 continue
             column = np.concatenate([part[name] for part in parts])
-            self.head[name], self._over[name] = column[: self.chunk_rows], column[self.chunk_rows :]
+            self.head[name], self._over[name] = column[: self.head_rows], column[self.head_rows :]
 
     def _pair(self, arrays) -> None:
         """Find a column of dates and a column of times of day that belong together."""
@@ -182,13 +187,14 @@ class OpenTable:
         return columns
 
 
-def open_table(data, chunk_rows: int = CHUNK_ROWS) -> OpenTable:
+def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -> OpenTable:
     """Open a whole table: a CSV or Parquet file, a data frame, or a mapping from column name to array.
 
     Parameters
     ----------
     data : file name ("-" for CSV on standard input), data frame (through narwhals) or mapping
-    chunk_rows : rows of a chunk, and of the first look
+    chunk_rows : rows of a chunk
+    head_rows : rows of the first look
 
     Examples
     --------
@@ -199,13 +205,13 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS) -> OpenTable:
     [[1.0, nan], [3.0]]
     """
     from driftwise.edge.parquetfile import MemorySource
-    from driftwise.edge.tables import _source
+    from driftwise.edge.tables import source_of
 
     if isinstance(data, str | Path):
-        table = OpenTable("standard input" if str(data) == "-" else str(data), _source(data), chunk_rows)
+        table = OpenTable("standard input" if str(data) == "-" else str(data), source_of(data), chunk_rows, head_rows)
     else:
         what = "mapping" if isinstance(data, Mapping) else "data frame"
-        table = OpenTable(f"the {what}", MemorySource(data), chunk_rows)
+        table = OpenTable(f"the {what}", MemorySource(data), chunk_rows, head_rows)
     table._look()
     return table
 

@@ -159,14 +159,7 @@ class Plan(NamedTuple):
 
     def _recursive(self, gate, dt: float) -> Any:
         """Return the recursive estimator that --model names."""
-        import driftwise as dw
-
-        kind, orders_ = specs.model(str(self.model), len(self.inputs))
-        kinds = {"ar": "AR", "arx": "ARX", "arma": "ARMA", "armax": "ARMAX", "oe": "OE", "bj": "BJ"}
-        options = dict(memory=self.policy, gate=gate, dt=dt)
-        if kind == "regression":
-            return dw.Regression(list(self.inputs), **options)
-        return getattr(dw, kinds[kind])(**orders_, **options)
+        return specs.recursive(str(self.model), self.inputs, memory=self.policy, gate=gate, dt=dt)
 
     def check_targets(self) -> None:
         """Refuse a place that cannot be written to before the work, not after it."""

@@ -34,10 +34,6 @@ def write(
     orders : `OrderEvidence` of the record, shown as a table and bars
     study : a `Study` of the record; made from the trace if omitted
     """
-    try:
-        from bokeh.embed import components
-    except ImportError:
-        raise ImportError("the report is drawn with Bokeh, which is not installed: pip install bokeh") from None
     from driftwise.edge import report_figures, report_verdicts
 
     if not len(trace):
@@ -58,7 +54,7 @@ def write(
 
         study = made(trace.estimator, summary.state, trace.y, trace.u)
     line, figures = report_figures.draw(trace, summary, labels, events, directions, smoothed, orders)
-    script, parts = components(figures)
+    script, parts = common.components(figures)
     sections = [
         html.section(
             "prediction",

@@ -36,7 +36,8 @@ class Timeline:
         self.rows = np.arange(len(self.t)) if rows is None else np.asarray(rows)
         start, end = float(np.nanmin(self.t)), float(np.nanmax(self.t))
         self.range: Any = Range1d(start=start, end=end if end > start else start + 1.0)
-        self.pointer = Span(dimension="height", line_color=PALETTE["quiet"], line_width=1)
+        # an overlay is drawn alone when it moves, anything below it with all else
+        self.pointer = Span(dimension="height", line_color=PALETTE["quiet"], line_width=1, level="overlay")
 
     def __len__(self):
         return len(self.t)
@@ -70,6 +71,9 @@ class Timeline:
         fig.toolbar.active_drag, fig.toolbar.active_scroll = zoom, wheel
         fig.js_on_event("doubletap", CustomJS(args={"figure": fig}, code="figure.reset.emit()"))
         fig.min_border_left = LEFT
+        for axis in fig.axis:
+            if hasattr(axis.formatter, "power_limit_high"):
+                axis.formatter.power_limit_high = 7
         return dress(fig, self.label if is_named else "", label)
 
     def hover(self, fig, renderers, *tips: tuple[str, str]) -> None:

@@ -27,8 +27,6 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     events : list of Event of the whole run
     notes : sentences about the table
     """
-    from bokeh.embed import components
-
     trace, forecast, table, summary = found.trace, found.forecast, found.table, found.summary
     trace.diagnosis = found.diagnosis
     events = list(trace.events() if events is None else events)
@@ -46,7 +44,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
         "weights": report_plots.weights(line, shares, names, marks),
         "innovations": report_plots.innovations(line, forecast.normal_score, marks=marks),
     }
-    script, parts = components(figures)
+    script, parts = common.components(figures)
     sections = [
         html.section(
             "prediction",

@@ -26,14 +26,13 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     path : file to write
     summary : an ObserverSummary of the whole run; taken from the trace if omitted
     title : headline of the page
-    labels : dict with "outputs" (one name with unit for each) and "time"; "origin": the time stamp of second 0
+    labels : dict with "outputs" and "inputs" (one name with unit for each) and "time"; "origin": the time stamp of
+        second 0, for an axis of dates
     events : list of Event of the whole run; taken from the trace if omitted
     """
-    from bokeh.embed import components
-
     from driftwise.edge import report_plots as draw
     from driftwise.edge.report_axes import Timeline
-    from driftwise.edge.report_figures import scaled
+    from driftwise.edge.report_figures import inputs, scaled
     from driftwise.edge.report_marks import marks
 
     if not len(trace):
@@ -41,7 +40,7 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     summary = summary if summary is not None else trace.summary()
     events = list(trace.events() if events is None else events)
     form = trace.estimator.model
-    labels = {"outputs": form.output_names, "time": "time (s)", **(labels or {})}
+    labels = {"outputs": form.output_names, "inputs": form.input_names, "time": "time (s)", **(labels or {})}
     each = views(trace)[:OUTPUTS_SHOWN]
     line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
     found = marks(events)
@@ -50,6 +49,7 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     for i, one in enumerate(each):
         drawn = draw.output(line, one.y, one.prediction, one.band(0.95), labels["outputs"][i], marks=found)
         figures[f"output{i}"] = drawn
+    figures |= common.named("input", inputs(line, trace, labels))
     n, m = form.n, form.m
     kinds = (("state", 0, n), ("disturbance", n, m), ("derived", m, form.N))
     names = trace.state_names + trace.names
@@ -61,7 +61,7 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         figures["statistic"] = draw.statistic(line, trace.statistic, found)
     for i, one in enumerate(each):
         figures[f"innovation{i}"] = draw.innovations(line, scaled(one), marks=found)
-    script, parts = components(figures)
+    script, parts = common.components(figures)
 
     def of(kind):
         return common.of(parts, kind)
@@ -70,7 +70,8 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
         html.section(
             "prediction", "Measured and predicted",
             "Each sample is predicted from the ones before it; the band should hold 95 % of them.",
-            common.zoom_words(line), *map(common.plot, of("output")), common.change_table(events, line),
+            *map(common.plot, of("output")), *map(common.plot, of("input")), common.zoom_words(line),
+            common.change_table(events, line),
         ),
         html.section(
             "estimates", "What is not measured",

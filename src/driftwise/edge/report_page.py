@@ -33,6 +33,12 @@ _PAGE = """<!DOCTYPE html>
 <footer>{footer}</footer>
 </main>
 {script}
+<script>
+addEventListener("beforeprint", () => {{ // figures keep the size they have on the screen: on paper they fill the column
+  const main = document.querySelector("main");
+  main.style.setProperty("--fit", 1180 / (main.clientWidth - 48));
+}});
+</script>
 </body>
 </html>
 """
@@ -48,7 +54,7 @@ def page(*, title, facts, lead, cards, sections, footer, library, script, folds=
 
     The first sentence of the ``lead`` is its headline.
     """
-    first, _, rest = re.sub(r"(?<=[.!?]) (?=[A-Z])", "\n", lead, count=1).partition("\n")
+    first, _, rest = re.sub(r"(?<=[.!?]) (?=\S)", "\n", lead, count=1).partition("\n")
     folds = [fold for fold in folds if fold]
     return _PAGE.format(
         title=escape(title),

@@ -8,7 +8,7 @@ How a page is put together from plain columns, whatever estimated them::
     figures |= named("input", inputs(line, u.T, ["valve (%)"]))                                  # (report_plots)
     figures |= named("parameter", panels(line, names, values, deviations, marks=found))
     figures |= {"weights": weights(line, shares, members), "innovations": innovations(line, z, outlier=outlier)}
-    script, parts = bokeh.embed.components(figures)
+    script, parts = components(figures)
     cards = [group("The plant", [card("Time constant", "1.8", unit="s")])]                       # (report_page)
     sections = [section("prediction", "Measured and predicted", zoom_words(line), plot(parts["output"]))]
     sections += [section("verdicts", "Verdicts", "", verdict_list(rows))]
@@ -28,6 +28,7 @@ __all__ = [
     "EVENTS_SHOWN",
     "change_table",
     "chosen",
+    "components",
     "event_table",
     "event_words",
     "fit_cards",
@@ -58,14 +59,27 @@ def of(parts: dict, kind: str) -> list[str]:
     return [part for name, part in parts.items() if name.rstrip("0123456789") == kind]
 
 
+def components(figures: dict) -> tuple[str, dict[str, str]]:
+    """Return the script that draws the figures, and the markup of each under its name."""
+    try:
+        from bokeh import embed
+    except ImportError:
+        raise ImportError("the report is drawn with Bokeh, which is not installed: pip install bokeh") from None
+    for name, figure in figures.items():
+        figure.name = name
+    return embed.components(figures)
+
+
 def zoom_words(line) -> str:
     """Return how to look closer at the panels over a `Timeline`, and what was left out of them; this is markup."""
-    thin = int(line.rows[-1]) + 1 > 4000
+    from driftwise.edge.report_plots import FEW
+
+    is_thin = int(line.rows[-1]) >= FEW
     words = (
         "Drag to zoom, Ctrl and wheel to zoom at the pointer, double click for the whole record: all time axes move "
         "together."
     )
-    thinned = " Of every stretch the lowest and the highest sample are drawn: no spike is lost." if thin else ""
+    thinned = " Of every stretch the lowest and the highest sample are drawn: no spike is lost." if is_thin else ""
     return f'<p class="say howto">{words}{thinned}</p>'
 
 

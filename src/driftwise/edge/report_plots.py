@@ -13,9 +13,10 @@ from driftwise.edge.report_axes import legend, single
 from driftwise.edge.report_bars import shade
 from driftwise.edge.thin import alone, envelope, together
 
-__all__ = ["innovations", "inputs", "output", "panels", "statistic", "weight", "weights"]
+__all__ = ["FEW", "innovations", "inputs", "output", "panels", "statistic", "weight", "weights"]
 
-POINTS = 4000  # samples drawn of an output
+POINTS = 8000  # samples drawn of an output
+LONG = 4000  # innovations that can be told apart as dots
 FEW = 2000  # and of a smaller panel
 ALL_POINTS = 24_000  # and of all smaller panels together
 
@@ -125,7 +126,7 @@ def innovations(line, z, *, outlier=None, marks=()) -> Any:
     fig, told = line.figure(240, "innovation / sigma", y_range=(-reach, reach)), []
     fig.add_layout(shade(-2, 2))
     fig.add_layout(Span(location=0, dimension="width", line_color=PALETTE["quiet"], line_width=1))
-    is_long, shown = np.isfinite(z).sum() > POINTS, np.clip(z, -0.965 * reach, 0.965 * reach)
+    is_long, shown = np.isfinite(z).sum() > LONG, np.clip(z, -0.965 * reach, 0.965 * reach)
     limit = 4 if is_long else 3
     far = np.abs(z) > limit
     if is_long:  # dots would be extremes only, and look like louder innovations

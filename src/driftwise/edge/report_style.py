@@ -24,12 +24,13 @@ header .facts { color:var(--quiet); margin:0; }
 .group .row, .cards .row { display:flex; gap:10px; flex:1; }
 .card { background:var(--card); border:1px solid var(--line); border-radius:10px; padding:10px 12px 11px;
         min-width:126px; flex:1; }
-.card .name { color:var(--quiet); font-size:13px; white-space:nowrap; }
+.card .name { color:var(--quiet); font-size:13px; }
 .card .value { font-size:25px; font-weight:650; letter-spacing:-.015em; line-height:1.3;
                font-variant-numeric:tabular-nums; white-space:nowrap; }
 .card .value small { font-size:14px; font-weight:500; color:var(--quiet); letter-spacing:0; }
 .card .note { font-size:12.5px; line-height:1.35; color:var(--quiet); }
-.card.long .value { font-size:19px; line-height:1.7; }
+.card.long .value { font-size:19px; line-height:1.7; white-space:normal; }
+.card.long .value small { font-size:13px; }
 .card.good .value { color:var(--good); } .card.warn .value { color:var(--warn); }
 .card.bad .value { color:var(--bad); }
 .card.good .value::after { content:" \\2713"; font-size:17px; }
@@ -75,7 +76,9 @@ footer { color:var(--quiet); font-size:13px; padding:4px 2px; }
 @media print {
   html { zoom:.602; } /* 188 mm hold the 1180 pixels that the figures were drawn for */
   body { background:#fff; font-size:18px; print-color-adjust:exact; -webkit-print-color-adjust:exact; }
-  main { padding:0; } p.say, table, .tag { font-size:17px; } th, .card .note, .card .name { font-size:15px; }
+  main { padding:0; } .plot > div { zoom:var(--fit,1); }
+  p.say, table, .tag { font-size:17px; }
+  th, .card .note, .card .name { font-size:15px; }
   .group h2 { font-size:15px; }
   section, details, .card, .lead { border-color:#c3cad3; }
   .lead, .cards, .plot, .many > div, tr, summary, p.say { break-inside:avoid; }

@@ -6,8 +6,6 @@ from driftwise.edge import report_page as html
 
 __all__ = ["section"]
 
-FINE, LOOK = '<span class="tag good">fine</span>', '<span class="tag warn">look</span>'
-
 
 def section(trace, summary, study=None) -> str:
     """Return the verdicts on a run, those that ask for something first.
@@ -22,9 +20,5 @@ def section(trace, summary, study=None) -> str:
         found = diagnose(trace, summary, record=(trace.y, trace.u), identifiable=identifiable)
     asked = len(found.not_fine)
     words = "Nothing asks for attention." if not asked else f"{asked} of {len(found)} ask for attention."
-    rows = [
-        [v.name, FINE if v.is_fine else LOOK, v.shown, v.limits, v.advice]
-        for v in sorted(found, key=lambda verdict: verdict.is_fine)
-    ]
-    table = html.table(["", "", "value", "fine where", "what it means"], rows, text=(1, 4))
-    return html.section("verdicts", "Can this run be trusted?", words, table)
+    rows = [(v.name, v.shown, v.limits, v.is_fine, v.advice) for v in sorted(found, key=lambda one: one.is_fine)]
+    return html.section("verdicts", "Can this run be trusted?", words, html.verdict_list(rows))

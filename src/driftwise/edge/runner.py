@@ -15,7 +15,7 @@ from driftwise.edge.saving import Saver, smoothed_columns, widen
 from driftwise.edge.tables import Chunk, Record, open_record
 from driftwise.errors import CommandError, InputError
 
-__all__ = ["Run", "execute"]
+__all__ = ["NO_ROW", "Run", "execute", "progress", "time_of", "window"]
 
 NO_ROW = "{}: no row lies between --from and --to; what are the units of the time?"
 
@@ -140,7 +140,7 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
                         run.evidence = plan.evidence(run.estimator.dt)
                 else:
                     y, u = run.offsets.taken_from(chunk)
-                trace = run.estimator.scan(y, u, state=state, time=_time(chunk, record, run.estimator.dt))
+                trace = run.estimator.scan(y, u, state=state, time=time_of(chunk, record, run.estimator.dt))
                 state = trace.state
                 if chunk.bad:
                     lost = np.logical_or.reduce([chunk.bad_cells[c] for c in (record.output, *record.inputs)])
@@ -203,7 +203,7 @@ def window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
         return chunk
     import numpy as np
 
-    time = _time(chunk, record, plan.dt or 1.0)
+    time = time_of(chunk, record, plan.dt or 1.0)
     low = -np.inf if plan.start is None else plan.start
     high = np.inf if plan.stop is None else plan.stop
     inside = (time >= low) & (time <= high)
@@ -230,7 +230,8 @@ def _dt(plan: Plan, record: Record) -> float:
     return (record.clock.dt or 1.0) if plan.dt is None else plan.dt
 
 
-def _time(chunk: Chunk, record: Record, dt: float):
+def time_of(chunk: Chunk, record: Record, dt: float):
+    """Return the time of each row of a chunk: the time column, or rows times dt."""
     import numpy as np
 
     if record.time:

@@ -7,7 +7,10 @@ from typing import Any
 
 from driftwise.errors import InputError
 
-__all__ = ["DETECTORS", "MEMORIES", "MODELS", "detector", "floats", "memory", "model", "policy"]
+__all__ = [
+    "DETECTORS", "MEMORIES", "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
+    "recursive",
+]  # fmt: skip
 
 # the numbers of each model, in order; those in PER_INPUT may differ by input: 2/1 is 2 for the first, 1 for the second
 MODELS = {
@@ -227,3 +230,83 @@ def _number(text: str, numbers: str) -> float:
     if len(values) != 1:
         raise InputError(f"--memory {text}: one number is expected there, got {numbers!r}.")
     return values[0]
+
+
+# --- whole estimators, as `driftwise compare` takes them -----------------------------------------------------
+
+
+def recursive(text: str, inputs: tuple[str, ...], **options) -> Any:
+    """Return the recursive estimator that a text such as "arx:2,2,1" names."""
+    import driftwise as dw
+
+    kind, orders = model(text, len(inputs))
+    kinds = {"ar": "AR", "arx": "ARX", "arma": "ARMA", "armax": "ARMAX", "oe": "OE", "bj": "BJ"}
+    if kind == "regression":
+        return dw.Regression(list(inputs), **options)
+    return getattr(dw, kinds[kind])(**orders, **options)
+
+
+def _last(others: dict[str, Any], dt: float) -> Any:
+    """Return the forecaster that expects the last value again."""
+    import driftwise as dw
+
+    return dw.AR(1, theta0=[-1.0], P0=1e-24, dt=dt)
+
+
+def _mean(others: dict[str, Any], dt: float) -> Any:
+    """Return the forecaster that expects the mean so far."""
+    import driftwise as dw
+
+    return dw.ARX(0, (), (), offset=True, dt=dt)
+
+
+def _average(others: dict[str, Any], dt: float) -> Any:
+    """Return the average of the other estimators; last value and mean are in it anyway."""
+    import driftwise as dw
+
+    members = {name: est for name, est in others.items() if name not in NAMED}
+    if not members:
+        raise InputError("average needs something to average: name other estimators too, such as arx:1,1 arx:2,2.")
+    return dw.ModelAverage(list(members.values()), names=list(members))
+
+
+# forecasters that go by a word alone, each made of (the other estimators by name, dt)
+NAMED: dict[str, Callable[[dict[str, Any], float], Any]] = {"last": _last, "mean": _mean, "average": _average}
+NOISES = {"equation-error": "EquationError", "output-error": "OutputError", "unknown": "UnknownPolynomial"}
+
+
+def estimators(texts: list[str], inputs: tuple[str, ...], dt: float) -> dict[str, Any]:
+    """Return what SPECs such as "arx:2,2,1@weighted:0.995", "joint:3@jump" or "last" name, by their text."""
+    if len(set(texts)) < len(texts):
+        twice = next(text for text in texts if texts.count(text) > 1)
+        raise InputError(f"SPEC {twice} was given twice; each estimator is compared once.")
+    found = {text: _estimator(text, inputs, dt) for text in texts if text not in NAMED}
+    return {text: NAMED[text](found, dt) if text in NAMED else found[text] for text in texts}
+
+
+def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
+    import driftwise as dw
+
+    what, at, kept = text.partition("@")
+    kind, _, numbers = what.partition(":")
+    if at and not kept:
+        raise InputError(f"SPEC {text}: a memory is expected behind @, for example {what}@weighted:0.99.")
+    if kind not in MODELS and kind != "joint":
+        raise InputError(
+            f"SPEC {text!r} is not known: it is written KIND:ORDERS or KIND:ORDERS@MEMORY, for example arx:2,2,1@jump; "
+            f"KIND is one of joint, {', '.join(MODELS)}, or all of it is one of {', '.join(NAMED)}."
+        )
+    if kind != "joint":
+        seen = () if kind in ("ar", "arma") else inputs  # compared with others that look at inputs
+        try:
+            return recursive(what, seen, memory=policy(kept or "auto", None, False), dt=dt)
+        except InputError as error:
+            raise InputError(f"SPEC {text}: {error}") from None
+    order, _, noise = numbers.partition(",")
+    if not order.strip().isdecimal() or (noise or "equation-error") not in NOISES:
+        raise InputError(
+            f"SPEC {text}: the joint filter is written joint:N or joint:N,NOISE, for example joint:2,unknown; NOISE is "
+            f"one of {', '.join(NOISES)}."
+        )
+    how = getattr(dw, NOISES[noise or "equation-error"])()
+    return dw.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "never", None, True), dt=dt)

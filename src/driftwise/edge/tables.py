@@ -18,7 +18,7 @@ from driftwise.edge.checks import first_chunks, title
 from driftwise.edge.clock import Clock
 from driftwise.errors import InputError
 
-__all__ = ["Chunk", "Record", "open_record"]
+__all__ = ["Chunk", "Record", "open_record", "resolve", "source_of"]
 
 CHUNK_ROWS = 65_536
 
@@ -185,11 +185,11 @@ def open_record(path, output: str, inputs=(), time: str | None = None, chunk_row
     InputError
         no such file or column, an empty table, a column without numbers, an output that never changes
     """
-    source = _source(path)
+    source = source_of(path)
     try:
-        roles = [_resolve(source.names, output, "output")]
-        roles += [_resolve(source.names, name, "input") for name in inputs]
-        clock = _resolve(source.names, time, "time") if time is not None else None
+        roles = [resolve(source.names, output, "output")]
+        roles += [resolve(source.names, name, "input") for name in inputs]
+        clock = resolve(source.names, time, "time") if time is not None else None
         twice = {name for name in [*roles, clock] if name and [*roles, clock].count(name) > 1}
         if twice:
             raise InputError(
@@ -200,7 +200,8 @@ def open_record(path, output: str, inputs=(), time: str | None = None, chunk_row
     return Record(str(path), roles[0], tuple(roles[1:]), clock, source, chunk_rows, Clock(clock or ""))
 
 
-def _source(path):
+def source_of(path):
+    """Return the columns of a file, or of standard input, batch by batch."""
     import pyarrow as pa
 
     from driftwise.edge.csvfile import CsvSource
@@ -240,7 +241,7 @@ def _similar_file(path: Path) -> str:
     return f" Did you mean {folder / close[0]}?" if close else ""
 
 
-def _resolve(names, wanted: str, role: str) -> str:
+def resolve(names, wanted: str, role: str) -> str:
     """Return the column called `wanted`, or say which columns there are."""
     from difflib import get_close_matches
 

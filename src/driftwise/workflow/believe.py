@@ -214,24 +214,17 @@ def _threshold(y, rows, sizes):
     beside = np.maximum(sizes[1:], sizes[:-1])  # the departure that a move belongs to
     order = np.argsort(beside, kind="stable")
     beside, largest = beside[order], np.maximum.accumulate(moves[order])
-    candidates = np.sort(sizes[sizes > 0])[::-1][: max(1, int(SHARE * y.size))]
-    drop, fires = np.inf, None
-    for m, size in enumerate(candidates):
-        if m + 1 < candidates.size and candidates[m + 1] == size:
-            continue
-        k = np.searchsorted(beside, size)
-        rest = max(float(sizes[sizes < size].max(initial=0.0)), float(largest[k - 1]) if k else 0.0)
-        if size < APART * rest:
-            continue
-        if fires is None:
-            fires = _fires(y[sizes < candidates[-1]])
-        apart = EVENTS if fires else APART
-        if size >= apart * rest and (rest > 0 or size >= 1e6 * max(abs(float(np.median(y))), 1.0)):
-            drop = float(size)
-    if fires is None:
-        fires = _fires(y)
+    levels = np.unique(np.concatenate(([0.0], sizes)))
+    drops, smaller = levels[1:], levels[:-1]
+    before = np.searchsorted(beside, drops)
+    rest = np.maximum(smaller, np.where(before > 0, largest[before - 1], 0.0))  # what stays, with each as the smallest
+    rare = np.searchsorted(np.sort(sizes), drops) >= y.size - max(1, int(SHARE * y.size))
+    fires = _fires(y[sizes < drops[rare][0]]) if rare.any() else _fires(y)
+    alone = 1e6 * max(abs(float(np.median(y))), 1.0)  # where nothing else moves
+    found = drops[rare & (drops >= (EVENTS if fires else APART) * rest) & ((rest > 0) | (drops >= alone))]
     usual = max(float(moves.max()), float(sizes.max()))
-    return drop, (EVENTS if fires else UNSEEN) * usual if usual > 0 else np.inf
+    unseen = (EVENTS if fires else UNSEEN) * usual if usual > 0 else np.inf
+    return float(found[0]) if found.size else np.inf, unseen
 
 
 def _fires(y) -> bool:

@@ -60,19 +60,14 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
             causes.remove(name)
             free = [other for other in free if other != name]
             why[name] = "a set point, which acts through the drive that is recorded"
-    helps = dict(_screened(y, causes, clean, MOST_INPUTS))
-    few = len(causes) <= MOST_INPUTS  # then names are enough
-    chosen = list(causes) if few else [name for name in helps if helps[name] >= HELPS] or causes[:1]
-    least = HELPS_MUCH if chosen else HELPS
     others = [name for name in free if name not in causes]
-    if chosen:
+    if causes:
         others = [name for name in others if names[name].words and not name.startswith("column")]
-    room = MOST_INPUTS - len(chosen)
-    if room and others:
-        found = _screened(y, [*chosen, *others], clean, len(chosen) + MOST_INPUTS)
-        more = [name for name, gain in found if name in others and gain >= least][:room]
-        helps |= {name: gain for name, gain in found if name in more}
-        chosen += more
+    certain = causes if len(causes) <= MOST_INPUTS else []  # few enough: names decide
+    helps = dict(_screened(y, [*causes, *others], clean, 2 * MOST_INPUTS))
+    least = {name: HELPS_MUCH if causes and name in others else HELPS for name in helps}
+    more = [name for name in helps if name not in certain and helps[name] >= least[name]]
+    chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
     for name in chosen:
         why[name] = because(names[name], "input") + (f", {100 * helps[name]:.2g} %" if name in helps else "")
     for name in free:

@@ -17,7 +17,7 @@ SETPOINT = "setpoint sp set target reference ref desired soll sollwert"
 ACTUATOR = (
     "u input inp command cmd drive control controller ctrl heater valve ventil damper klappe pwm duty actuator torque "
     "force kraft moment excitation throttle pump pumpe fan feed manipulated mv dose stellgrosse stell stellwert "
-    "heizung eingang steering brake"
+    "heizung eingang steering brake op"
 )
 DISTURBANCE = (
     "rain rainfall regen prec precip precipitation evap evaporation pet wind solar irradiance irradiation sun sunshine "

@@ -85,8 +85,9 @@ class Regular:
     Regular or uneven stamps: each row is one sample; where samples were lost, rows of NaN are put in, so that time
     moves. After more than `LONGEST_GAP` lost samples, or where the clock starts again, `RESTART_ROWS` rows of NaN
     stand for the break, and a clock that was set back goes on from there. Rows whose stamp repeats one before, or
-    comes late, are left out. Irregular stamps: the clock ticks every `dt`; a tick gets the last row before it, of
-    which the columns `held` (inputs) stay while the others are NaN until a fresh row comes.
+    comes late, are left out, and those before the first stamp. Irregular stamps: the clock ticks every `dt`; a tick
+    gets the last row before it, of which the columns `held` (inputs) stay while the others are NaN until a fresh row
+    comes.
 
     Parameters
     ----------
@@ -125,9 +126,14 @@ class Regular:
         self._rows += len(values)
         if time is None or self.sampling.kind == "none":
             return rows * self.sampling.dt, values, rows
+        time = np.asarray(time, float)
+        if self._stamp is None:  # rows before the first stamp have no place in time
+            start = int(np.argmax(np.isfinite(time))) if np.isfinite(time).any() else len(time)
+            self.dropped += start
+            time, values, rows = time[start:], values[start:], rows[start:]
         if not len(values):
             return np.empty(0), values, rows
-        time = self._forward(np.asarray(time, float))
+        time = self._forward(time)
         past = np.maximum.accumulate(np.concatenate(([self._last], time)))
         keep = time > past[:-1]
         self.dropped += int(len(time) - keep.sum())
@@ -148,7 +154,7 @@ class Regular:
     def _forward(self, stamps):
         """Return stamps with holes filled and with restarts moved behind what came before."""
         dt = self.sampling.dt
-        first = self._stamp if self._stamp is not None else stamps[np.isfinite(stamps)][:1].sum() - dt
+        first = self._stamp if self._stamp is not None else stamps[0] - dt
         joined = np.concatenate(([first], stamps))
         index = np.arange(joined.size)
         known = np.maximum.accumulate(np.where(np.isfinite(joined), index, 0))

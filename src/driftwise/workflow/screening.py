@@ -6,7 +6,7 @@ import numpy as np
 
 __all__ = ["screen"]
 
-ROWS = 8192
+ROWS = 16_384
 LAGS = 4
 STRIDES = (1, 8)  # readings: what acts slowly shows better a few readings ahead
 MANY = 20  # columns beyond which only the best by themselves are tried together

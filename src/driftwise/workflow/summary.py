@@ -69,7 +69,7 @@ class Summary:
 
         measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
         y, e = trace.y[measured], trace.innovation[measured]
-        self._pool(y)
+        self._count, self._mean, self._m2 = pool(self._count, self._mean, self._m2, y)
         self._squares += float(np.einsum("i,i->", e, e))
 
         is_usual = (status & int(SET_ASIDE)) == 0
@@ -83,18 +83,10 @@ class Summary:
             parts = (part[scored] for part in trace.mixture())
             self._covered += int(np.count_nonzero(share_within(abs(e), *parts) <= 0.95))
         else:
-            self._covered += _inside(abs(z[scored]), dof)
+            self._covered += int(np.count_nonzero(is_inside(abs(z[scored]), dof)))
         self._scored += len(dof)
         self._lags.add(z.clip(-4, 4))  # one giant must not drown the rest
         return self
-
-    def _pool(self, y):
-        """Merge mean and sum of squares of y (Chan et al. 1979)."""
-        if len(y):
-            delta, total = float(y.mean()) - self._mean, self._count + len(y)
-            self._m2 += float(np.sum((y - y.mean()) ** 2)) + delta * delta * self._count * len(y) / total
-            self._mean += delta * len(y) / total
-            self._count = total
 
     # --- the numbers ---------------------------------------------------------------------------------------
 
@@ -247,13 +239,23 @@ class Summary:
         return _finite(data)
 
 
-def _inside(z, dof) -> int:
-    """Return how many lie within their 95 % band; quantiles are computed only where the widest and narrowest differ."""
+def pool(count: int, mean: float, m2: float, y) -> tuple[int, float, float]:
+    """Return count, mean and sum of squares about it with more values in (Chan et al. 1979)."""
+    if not len(y):
+        return count, mean, m2
+    delta, total = float(y.mean()) - mean, count + len(y)
+    m2 += float(np.sum((y - y.mean()) ** 2)) + delta * delta * count * len(y) / total
+    return total, mean + delta * len(y) / total, m2
+
+
+def is_inside(z, dof) -> np.ndarray:
+    """Say which lie within their 95 % band; quantiles are computed only between those of most and least ``dof``."""
     if not len(z):
-        return 0
+        return np.zeros(0, bool)
     narrow, wide = quantile(0.975, np.array([dof.max(), dof.min()]))
-    near = (z > narrow) & (z <= wide)
-    return int(np.count_nonzero(z <= narrow) + np.count_nonzero(z[near] <= quantile(0.975, dof[near])))
+    found, near = z <= narrow, (z > narrow) & (z <= wide)
+    found[near] = z[near] <= quantile(0.975, dof[near])
+    return found
 
 
 def _words(direction, names) -> str:

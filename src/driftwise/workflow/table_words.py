@@ -16,7 +16,9 @@ def words_of(table: Any) -> str:
     driven = f"driven by {_listed([f'{_called(c)} ({c.why})' for c in inputs])}" if inputs else "with no input"
     said = [f"The output is {_called(output)} ({output.why}), {driven}."]
     if any(column.helps for column in inputs):
-        said.append("Percentages are what the past of an input takes off the error variance of a prediction.")
+        said.append(
+            "Percentages are what its past takes off the error variance of a prediction, beside inputs that help more."
+        )
     if table.sampling.kind == "none":
         still = f"{table.time!r} does not tick" if table.time else "There is no clock"
         said.append(f"{still}: rows are samples one step apart.")
