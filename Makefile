@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 
-.PHONY: run test test-all check format bench docs clean
+.PHONY: run test test-all check format bench score docs clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -34,6 +34,9 @@ format: $(STAMP)
 
 bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json and docs/benchmarks.md
 	$(BIN)/python -m bench --page docs/benchmarks.md
+
+score: $(STAMP)  ## accuracy on recordings (DRIFTWISE_DATA), with the cases we lose; writes score.json and docs/score.md
+	$(BIN)/driftwise score --json score.json --page docs/score.md
 
 docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py

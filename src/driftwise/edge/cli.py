@@ -1,4 +1,4 @@
-"""The command line: `driftwise run`, `compare`, `demo` and their kin. Nothing heavy loads before one runs."""
+"""The command line: `driftwise run`, `compare`, `score` and their kin. Nothing heavy loads before one runs."""
 
 from __future__ import annotations
 
@@ -364,6 +364,34 @@ def reproduce(
     from driftwise.edge.reproduction import execute
 
     if not execute(name, seeds, json, figures):
+        raise typer.Exit(1)
+
+
+@app.command()
+def score(
+    data: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DIR", help="Folder of the recordings (sysid and tracking below it); else DRIFTWISE_DATA."
+        ),
+    ] = None,
+    json: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write tables and verdicts as JSON; - for standard output.")
+    ] = None,
+    page: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write the tables between the markers of this Markdown page.")
+    ] = None,
+    only: Annotated[str, typer.Option(metavar="NAME", help="Only what has NAME in its name.")] = "",
+    processes: Annotated[int | None, typer.Option(min=1, help="How many at a time; all cores if omitted.")] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit code 1 when a target is missed.")] = False,
+) -> None:
+    """Measure driftwise on recordings, nothing tuned, beside opponents tuned in hindsight; say what is lost and won.
+
+    Example: driftwise score --data recordings --json score.json
+    """
+    from driftwise.scoreboard.command import execute
+
+    if not execute(data, json, page, only, processes) and strict:
         raise typer.Exit(1)
 
 

@@ -1,0 +1,1 @@
+"""The scoreboard: the package on recordings, beside opponents. `driftwise score`."""
