@@ -2,98 +2,44 @@
 
 Run: python scripts/motor.py (two minutes; DRIFTWISE_DATA names the folder of recordings).
 
-The record: EMPS, a carriage on a ball screw, 24.8 s at 1 kHz (Janot, Gautier, Brunot, 2019). Given are the published
-mass M, viscous friction Fv and gain g; Coulomb friction and offset are the load, which nobody tells anyone.
+The record: EMPS, a carriage on a ball screw, 24.8 s at 1 kHz (Janot, Gautier, Brunot, 2019).
 """
 
-import math
-import os
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.signal import butter, filtfilt
 
-import driftwise as dw
+from driftwise.scoreboard import records
+from driftwise.scoreboard.tasks import carriage
+from driftwise.scoreboard.tasks.carriage import (
+    DT,
+    FV,
+    GAIN,
+    LEARN,
+    ROUNDED,
+    M,
+    Truth,
+    beginnings,
+    chain,
+    encoder,
+    observer,
+    read_chain,
+    read_out,
+    reference,
+    score,
+    settle,
+)  # fmt: skip
 
 ROOT = Path(__file__).parent.parent
 FIGURE = ROOT / "docs" / "figures" / "motor.png"
-M, FV, GAIN = 95.1089, 203.5034, 35.15065188  # kg, N s/m, N/V
-DT, ENCODER = 1e-3, 2e-6  # s, m
-ROUNDED = 20e-6  # m: the encoder as a cheap one would be
-LEARN = 10_000  # samples of the record's first part, on which walks and windows are tuned
-CARRIAGE = dw.Plant([[0, 1], [0, -FV / M]], [0, GAIN / M], states=("position", "velocity"), inputs="voltage")
-
-
-class Truth(NamedTuple):
-    """What zero-phase filters say afterwards: m/s, m/s^2, N."""
-
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    load: np.ndarray
 
 
 def read():
     """Return voltage and position of the record, or None where it is not there."""
-    folder = Path(os.environ.get("DRIFTWISE_DATA", ROOT.parent / "shared" / "data"))
-    path = folder / "sysid" / "emps_train.csv"
-    if not path.exists():
-        return None
-    table = np.genfromtxt(path, delimiter=",", names=True)
-    return table["u_V"], table["position_m"]
-
-
-def reference(u, position) -> Truth:
-    """Return the reference: fourth-order Butterworth filters, forwards and backwards, and central differences."""
-
-    def smooth(x, hertz):
-        return filtfilt(*butter(4, 2 * hertz * DT), x)
-
-    velocity = np.gradient(smooth(position, 100), DT)
-    acceleration = np.gradient(velocity, DT)
-    return Truth(velocity, acceleration, smooth(GAIN * u - M * acceleration - FV * velocity, 50))
-
-
-def encoder(position, step):
-    """Return the position as an encoder of this step would give it (0: as it was recorded), and its deviation."""
-    seen = np.round(position / step) * step if step else position
-    return seen, max(ENCODER, step / math.sqrt(12))
-
-
-def score(found: Truth, truth: Truth, first=500):
-    """Return rms errors in mm/s, m/s^2 and N from a sample on; 500 at the end are not scored either."""
-    units = 1e3, 1.0, 1.0
-    return [unit * np.sqrt(np.mean((a - b)[first:-500] ** 2)) for unit, a, b in zip(units, found, truth, strict=True)]
-
-
-# --- the observers -----------------------------------------------------------------------------------------
-
-
-def observer(noise_std, window=math.inf, walk=0.0):
-    """Return the observer of the carriage under a load that nothing is known of."""
-    load = dw.Polynomial([0, -1 / M], np.inf, walk=walk, name="load")
-    acceleration = [0, -FV / M, -1 / M], [GAIN / M]
-    return dw.WindowObserver(
-        CARRIAGE, window, noise_std=noise_std, disturbances=load, hold="zoh", dt=DT,
-        derived={"acceleration": acceleration},
-    )  # fmt: skip
-
-
-def chain(noise_std, degree, window):
-    """Return the window that knows of no motor: the position is a polynomial of time."""
-    return dw.WindowObserver(dw.Plant(np.eye(degree + 1, k=1)), window, noise_std=noise_std, dt=DT)
-
-
-def read_out(trace) -> Truth:
-    """Return what an observer of the carriage says."""
-    return Truth(*(trace.of(name)[0] for name in ("velocity", "acceleration", "load")))
-
-
-def read_chain(trace) -> Truth:
-    """Return what a chain says, with the load that the motor's equation makes of it."""
-    v, a = trace.x[:, 1], trace.x[:, 2]
-    return Truth(v, a, GAIN * trace.u[:, 0] - M * a - FV * v if trace.u.shape[1] else np.full(len(v), np.nan))
+    where = records.folder()
+    return carriage.read(where) if (where / carriage.FILE).exists() else None
 
 
 def kalman(y, u, walk, noise_std, P0):
@@ -181,22 +127,12 @@ def how_much_record(u, position, truth):
         )
 
 
-def settle(error, limit=2e-3, hold=50):
-    """Return after how many samples the error stays below the limit for 50 ms; infinite if it never does."""
-    inside = np.abs(error) < limit
-    runs = np.convolve(inside, np.ones(hold), "valid") == hold
-    return float(np.argmax(runs)) if runs.any() else math.inf
-
-
 def start_up(u, position, truth, step, found, starts=100):
     """Return {name: milliseconds, (starts,)} from a cold start in mid-motion until the velocity is right to 2 mm/s."""
     y, noise_std = encoder(position, step)
-    moving = np.flatnonzero(np.abs(truth.velocity) > 0.05)
-    moving = moving[(moving > LEARN) & (moving < len(y) - 1000)]
-    begins = np.random.default_rng(0).choice(moving, starts, replace=False)
     walk = float(found["walk"].tuned.walk[0])
     times: dict[str, list[float]] = {}
-    for k in begins:
+    for k in beginnings(truth, starts):
         part, volts, v = y[k : k + 400], u[k : k + 400], truth.velocity[k : k + 400]
         seen = {
             "growing window, walk tuned, no P0": found["walk"].scan(part, volts).of("velocity")[0],

@@ -14,7 +14,7 @@ from .canonical import Canonical
 class Equation:
     """A(q) y = sum_l B_l(q) u_l + offset + e, A with ``na`` coefficients, B_l with ``nb[l]`` from lag ``nk[l]`` on.
 
-    The parameters, in order: a1.., b of the first input.., of the second.., offset. There is no state.
+    The parameters, in order: a1.., b of the first input.., of the second.., offset, disturbance. There is no state.
     """
 
     na: int
@@ -22,6 +22,7 @@ class Equation:
     nk: tuple[int, ...] = ()
     has_offset: bool = False
     labels: tuple[str, ...] = ()  # names that replace those of b
+    has_disturbance: bool = False  # the last parameter is a disturbance: a second constant regressor
 
     n = 0  # no state
     coloured = False
@@ -44,7 +45,12 @@ class Equation:
     @property
     def N(self) -> int:
         """Number of parameters."""
-        return self.na + sum(self.nb) + int(self.has_offset)
+        return self.na + sum(self.nb) + self.constants
+
+    @property
+    def constants(self) -> int:
+        """Number of parameters whose regressor is 1: the offset, the disturbance."""
+        return int(self.has_offset) + int(self.has_disturbance)
 
     @property
     def deep(self) -> int:
@@ -63,13 +69,17 @@ class Equation:
         """Names of the parameters; b3.2 is the coefficient of the second input, three samples ago."""
         of = [f".{l + 1}" if self.inputs > 1 else "" for l in range(self.inputs)]
         b = [f"b{nk + j}{of[l]}" for l, (nb, nk) in enumerate(zip(self.nb, self.nk)) for j in range(nb)]
-        return [f"a{i + 1}" for i in range(self.na)] + list(self.labels or b) + ["offset"] * self.has_offset
+        return [f"a{i + 1}" for i in range(self.na)] + list(self.labels or b) + self._constant_names
+
+    @property
+    def _constant_names(self) -> list[str]:
+        return ["offset"] * self.has_offset + ["disturbance"] * self.has_disturbance
 
     @property
     def words(self) -> str:
         """The equation as one reads it."""
         left = " + ".join(["y(t)", *_short([f"{name} y(t\u2212{name[1:]})" for name in self.names[: self.na]])])
-        right = self.names[self.na : self.N - int(self.has_offset)]
+        right = self.names[self.na : self.N - self.constants]
         if self.labels:
             terms = _short([f"\u03b8({name}) {name}(t)" for name in right])
         else:
@@ -77,7 +87,7 @@ class Equation:
             of = [str(l + 1) if self.inputs > 1 else "" for _, l in lags]
             past = [f"\u2212{lag}" if lag else "" for lag, _ in lags]
             terms = _short([f"{name} u{i}(t{lag})" for name, i, lag in zip(right, of, past)])
-        return f"{left} = {' + '.join([*terms, *['offset'] * self.has_offset, 'noise'])}"
+        return f"{left} = {' + '.join([*terms, *self._constant_names, 'noise'])}"
 
     @property
     def direct(self) -> bool:

@@ -34,6 +34,7 @@ from ..memory.run_lengths import RunLengths
 from ..memory.transition import Drift
 from ..memory.variational import VariationalBayes
 from ..memory.window import Window
+from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant, Polynomial, Sinusoid
 from ..models.scale import UnknownScale
@@ -50,6 +51,7 @@ KINDS = {
         Never,
         Walk,
         Drift,
+        Disturbance,
         Auto,
         Bank,
         Interacting,
@@ -144,7 +146,8 @@ def rebuild(text: str):
     from ..estimators.mimo.estimator import JointMIMO
     from ..estimators.observer.estimator import AdaptiveObserver
     from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
-    from ..estimators.recursive.estimator import AR, ARX, Regression
+    from ..estimators.recursive.estimator import AR, ARX
+    from ..estimators.recursive.regression import Regression
     from ..estimators.several.estimator import ARXMIMO
     from ..estimators.window.estimator import WindowObserver
 

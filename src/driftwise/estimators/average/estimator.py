@@ -32,6 +32,9 @@ class ModelAverage:
         What to call them.
     forgetting : float
         phi: evidence of k samples ago counts phi^k. 0.99 is a memory of a hundred samples.
+    learning_rate : float
+        eta: what the evidence of one sample counts, 1 if members are models to be believed. Where all of them are wrong
+        in the same way, errors come in rows, and a row of ten says no more than one sample would: 0.1 then.
     memory : float
         Samples by which the noise variance of each member is known.
     tails : float
@@ -47,7 +50,8 @@ class ModelAverage:
 
     Notes
     -----
-    Source: Raftery, Karny and Ettler (2010); Occam's window: Madigan and Raftery (1994). Cost is that of the members
+    Source: Raftery, Karny and Ettler (2010); Occam's window: Madigan and Raftery (1994);
+    learning rate: Grunwald (2012). Cost is that of the members
     and some 50 ns for each.
 
     Bad at: long rests in a record of rare, violent excitation: evidence fades meanwhile, and the first sample after
@@ -69,6 +73,7 @@ class ModelAverage:
         *,
         names=None,
         forgetting: float = 0.99,
+        learning_rate: float = 1.0,
         memory: float = 50.0,
         tails: float = 500.0,
         share: float = 1e-5,
@@ -92,16 +97,18 @@ class ModelAverage:
         self.y_scale = door.size("y_scale", y_scale)
         self.center = door.each("center", center, 1 + self.inputs)
         self.options: dict[str, Any] = dict(
-            members=self.members, names=self.names, forgetting=forgetting, memory=memory, tails=tails, share=share,
-            window=window, y_scale=self.y_scale, center=center,
+            members=self.members, names=self.names, forgetting=forgetting, learning_rate=learning_rate,
+            memory=memory, tails=tails, share=share, window=window, y_scale=self.y_scale, center=center,
         )  # fmt: skip
-        for name, value in (("forgetting", forgetting), ("share", share), ("window", window)):
+        for name, value in (
+            ("forgetting", forgetting), ("learning_rate", learning_rate), ("share", share), ("window", window)
+        ):  # fmt: skip
             if not 0 < door.positive(name, value) <= 1:
                 raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
         M, settle = len(self.members), max(30, 2 * max(m.model.N for m in self.members))
         self.task = Averaging(
-            M, forgetting, door.positive("memory", memory), door.positive("tails", tails), share, window, settle,
-            self.y_scale**2,
+            M, forgetting, learning_rate, door.positive("memory", memory), door.positive("tails", tails), share, window,
+            settle, self.y_scale**2,
         )  # fmt: skip
         fields = [(f"member{i}", m.dtype) for i, m in enumerate(self.members)]
         self.dtype = np.dtype([*fields, ("own", float, (_step.own_size(M),))])

@@ -3,7 +3,7 @@
     prediction   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
-    weights      log w_i <- phi log w_i + log p_i(y)               Student-t: one outlier does not decide
+    weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
 
 No variance falls below what the resolution of y, its smallest step so far, allows: step^2/12. Members whose weight is
 below a hundredth of the best do not speak (Occam's window, Madigan and Raftery 1994).
@@ -22,7 +22,7 @@ FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
 # of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2
-# and the samples behind it; then the q_j; then of each member: log weight, evidence, squared errors, c, samples behind c
+# and the samples behind it; the q_j; then of each member: log weight, evidence, squared errors, c, samples behind c
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT, HEAD = range(8)
 BLOCKS = 5
 # of a row of the trace
@@ -39,6 +39,7 @@ class Averaging(NamedTuple):
 
     members: float
     forgetting: float  # phi, of the weights
+    rate: float  # eta, what the evidence of a sample counts
     memory: float  # samples, of the noise variances
     tails: float  # samples, of the shape of the density
     share: float  # of the weights is given back to all alike, so that none is lost for ever
@@ -155,7 +156,7 @@ def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, f
     best = -math.inf
     for i in range(M):  # who said nothing neither wins nor loses
         score = scores[i] if math.isfinite(scores[i]) else usual / present
-        logs[i] += score
+        logs[i] += task.rate * score
         best = max(best, logs[i])
         if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
             evidence[i] += score

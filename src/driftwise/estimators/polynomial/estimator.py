@@ -39,7 +39,7 @@ class _Member(ARX):
         na, nc, nd = (door.count(name, orders.get(name, 0)) for name in ("na", "nc", "nd"))
         nb, nk, nf = (door.counts(name, orders.get(name, ())) for name in ("nb", "nk", "nf"))
         nk, nf = _each("nk", nk, nb), _each("nf", nf, nb)
-        self.model = form = Family(na, nb, nk, door.yes("offset", self.options["offset"]), (), nc, nd, nf)
+        self.model = form = Family(na, nb, nk, door.yes("offset", self.options["offset"]), nc=nc, nd=nd, nf=nf)
         if not form.N:
             raise InputError("the model has no parameter: its orders are all zero")
         is_exact = method == "rpem"

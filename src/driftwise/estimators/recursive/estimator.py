@@ -55,11 +55,11 @@ class Recursive(Reading):
         self.scale = resolve_scale(scale, is_relative, N)
         self._set_prior(options["theta0"], options["P0"])
         prior = self._s0, self._U0, self._D0
-        has_offset = bool(getattr(self.model, "has_offset", False))
+        constants = getattr(self.model, "constants", int(getattr(self.model, "has_offset", False)))
         setting = Setting(
-            self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale, R, N - has_offset
+            self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale, R, N - constants
         )
-        memory, detector, settle, cells = adaptation(options["memory"], setting)
+        memory, detector, settle, cells = adaptation(self._memory(R), setting)
         fill = 0.0 if options["at_rest"] else form.fill
         told = float(getattr(memory, "told", 0)) if self._tells else 0.0
         self.columns = COLUMNS + int(told)
@@ -74,6 +74,10 @@ class Recursive(Reading):
         self.spec = compose.flatten(self.policies)
         self.dtype = np.dtype(fields(form))
         self.scratch_size = 5 * N + own
+
+    def _memory(self, R) -> Any:
+        """Return the memory of all parameters."""
+        return self.options["memory"]
 
     def _method(self, R) -> Any:
         """Return the kernel's method."""
@@ -93,8 +97,8 @@ class Recursive(Reading):
         """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
         form, gain = self.model, (self.y_scale / self.u_scale) ** 2
         b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
-        free = np.ones(getattr(form, "kept", 0))
-        return np.concatenate([np.ones(form.na), b, free, np.full(int(form.has_offset), self.y_scale**2)])
+        free, constants = np.ones(getattr(form, "kept", 0)), getattr(form, "constants", int(form.has_offset))
+        return np.concatenate([np.ones(form.na), b, free, np.full(constants, self.y_scale**2)])
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (powers of two).
@@ -158,6 +162,27 @@ class Recursive(Reading):
         """
         self._rows(state)  # one state, and of this estimator
         return read_speeds(self, state, self.names)
+
+    def variance_inflation(self, state) -> np.ndarray:
+        """Return how many times larger the variance of each parameter is than if all others were known, (N,).
+
+        1 where its regressor goes its own way; above 10 it cannot be told from what others do (Marquardt 1970), such as
+        friction from an offset while a motor turns one way.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> rng = np.random.default_rng(0)
+        >>> one = rng.standard_normal(200)
+        >>> phi = np.column_stack([one, one + 0.1 * rng.standard_normal(200), rng.standard_normal(200)])
+        >>> est = dw.Regression(["twin", "other twin", "alone"])
+        >>> est.variance_inflation(est.scan(phi.sum(axis=1), phi).state).round().tolist()
+        [87.0, 87.0, 1.0]
+        """
+        P = self._theta_covariance(state)
+        size = np.sqrt(np.diag(P))
+        size = np.where(size > 0, size, 1.0)
+        return np.diag(np.linalg.pinv(P / np.outer(size, size), hermitian=True)).copy()
 
     def loglik(self, state) -> float:
         """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
@@ -313,13 +338,14 @@ class ARX(InHindsight, Recursive):
         )  # fmt: skip
         self._build(na, nb, nk, offset)
 
-    def _build(self, na, nb, nk, offset, labels=()):
+    def _build(self, na, nb, nk, offset, labels=(), has_disturbance=False):
         nb, nk = door.counts("nb", nb), door.counts("nk", nk)
         if len(nk) == 1:
             nk = nk * len(nb)
         if len(nk) != len(nb):
             raise InputError(f"nk must be one delay, or one for each of the {len(nb)} inputs, got {nk!r}")
-        self.model = form = Equation(door.count("na", na), nb, nk, door.yes("offset", offset), tuple(labels))
+        has_offset = door.yes("offset", offset)
+        self.model = form = Equation(door.count("na", na), nb, nk, has_offset, tuple(labels), has_disturbance)
         if not form.N:
             raise InputError("the model has no parameter: give na, nb or an offset")
         kind, N, deep = self.options["method"], form.N, form.deep
@@ -332,7 +358,7 @@ class ARX(InHindsight, Recursive):
         self._prepare(
             METHODS[kind](
                 N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
-                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), told=0.0,
+                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.constants > 0), told=0.0,
                 nb=np.array(nb, float), nk=np.array(nk, float),
             ), own
         )  # fmt: skip
@@ -392,36 +418,3 @@ class AR(ARX):
         plain = ARX(na, (), (), **options)
         self.__dict__.update(plain.__dict__)
         self.options = {k: v for k, v in plain.options.items() if k not in ("nb", "nk")}
-
-
-class Regression(ARX):
-    """Coefficients of y = phi' theta + e for regressors of your own: recursive least squares, tracking included.
-
-    Parameters
-    ----------
-    regressors : int, or a list of names
-        How many regressors ``phi`` has; they are handed over as ``u``.
-    offset, memory, gate, ... : as for `ARX`
-
-    Examples
-    --------
-    >>> import numpy as np, driftwise as dw
-    >>> phi = np.random.default_rng(0).standard_normal((300, 2))
-    >>> y = phi @ [2.0, -1.0] + 0.5
-    >>> trace = dw.Regression(["slope", "other"], offset=True).scan(y, phi)
-    >>> dict(zip(trace.names, trace.parameters[-1].round(3).tolist()))
-    {'slope': 2.0, 'other': -1.0, 'offset': 0.5}
-    """
-
-    def __init__(self, regressors=1, **options):
-        labels = tuple(map(str, regressors)) if isinstance(regressors, list | tuple | np.ndarray) else ()
-        if len(set(labels)) < len(labels):
-            raise InputError(f"regressors need different names, got {regressors!r}")
-        m = len(labels) or door.count("regressors", regressors, least=1)
-        labels = labels or tuple(f"theta{i + 1}" for i in range(m))
-        plain = ARX(0, (1,) * m, 0, **options)
-        self.__dict__.update(plain.__dict__)
-        self.options = {"regressors": regressors} | {
-            k: v for k, v in plain.options.items() if k not in ("na", "nb", "nk")
-        }
-        self.model = Equation(0, (1,) * m, (0,) * m, plain.model.has_offset, labels)

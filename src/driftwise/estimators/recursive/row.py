@@ -29,7 +29,7 @@ class Lags(NamedTuple):
     missing: float  # PREDICT, HOLD or SKIP
     settle: float  # measured samples before the detector counts
     fill: float  # samples until the registers hold no time before the record
-    offset: float  # value of the constant regressor; 0: none
+    offset: float  # value of the constant regressors, the last ones; 0: none
     told: float  # columns of the trace that the memory fills
     nb: Vector
     nk: Vector

@@ -80,8 +80,9 @@ def fill_lags(form, state, psi, s2):
             psi[at] = state.us[l, lag]
             added += uncertain(state.udoubt[l, lag], state, at, s2)
             at += 1
-    if form.offset != 0.0:
+    while at < psi.size:
         psi[at] = form.offset
+        at += 1
     yhat = 0.0
     for i in range(psi.size):
         yhat += psi[i] * state.theta[i]
