@@ -129,7 +129,8 @@ def test_specs():
     assert found["average"].names == ["arx:2,2/1,1@weighted:0.99", "ar:2", "joint:3,unknown@jump"]
     for wrong, why in (
         (["foo:1"], "is not known"), (["arx:2,2,1@"], "a memory is expected"), (["ar:1", "ar:1"], "given twice"),
-        (["joint:x"], "joint:N,NOISE"), (["average", "last"], "needs something to average"), (["arx:2"], "SPEC arx:2: "),
+        (["joint:x"], "joint:N,NOISE"), (["average", "last"], "needs something to average"),
+        (["arx:2"], "SPEC arx:2: "),
     ):  # fmt: skip
         with pytest.raises(InputError, match=why):
             specs.estimators(wrong, ("u",), 1.0)

@@ -59,6 +59,7 @@ _HOME = {
     "Score": "detect.score",
     "VarianceChange": "detect.variance",
     "GLR": "detect.glr",
+    "SelfStarting": "detect.self_starting",
     "ProbeBank": "detect.probes",
     "probe_bank": "detect.probes",
     "score_test": "detect.score_test",

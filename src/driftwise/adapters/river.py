@@ -14,7 +14,8 @@ except ImportError:
     raise ImportError("driftwise.adapters.river needs river: pip install driftwise[river]") from None
 
 from ..errors import InputError
-from ..estimators.recursive.estimator import AR, Regression
+from ..estimators.recursive.estimator import AR
+from ..estimators.recursive.regression import Regression
 from ..estimators.recursive.row import INPUT
 from ..kernel import ud
 from ..memory.auto import Auto

@@ -14,7 +14,7 @@ except ImportError:
 
 from ..errors import InputError
 from ..estimators.door import numbers
-from ..estimators.recursive.estimator import Regression
+from ..estimators.recursive.regression import Regression
 from ..memory.auto import Auto
 
 CHUNK = 1024  # rows with gaps predicted at once

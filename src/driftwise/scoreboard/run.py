@@ -19,7 +19,14 @@ from .tracks import SETS
 
 # Rows of the acceptance table that are tasks of their own: "module.function" of this package, which takes the folder of
 # recordings and returns a list of `Verdict`.
-TASKS: dict[str, str] = {"newcomer": "acceptance.newcomer"}
+TASKS: dict[str, str] = {
+    "newcomer": "acceptance.newcomer",
+    "gas sensor": "tasks.calibration.gas_sensor",
+    "motor, motion": "tasks.motor.motion",
+    "motor, parameters": "tasks.motor.parameters",
+    "resistance": "tasks.cells.resistance",
+    "ageing": "tasks.cells.ageing",
+}
 SLOW = ("leaf_hppc_25C", "gliders", "ahu_szvav", "calibration flights 5 s")  # begun first
 
 
@@ -93,7 +100,7 @@ def measure(job: Job, where: Path):
 def run(where: Path, only: str = "", processes: int | None = None, say: Callable[[str], Any] = print) -> Measured:
     """Return everything measured on the recordings below ``where``; ``say`` is told of every job that is done."""
     todo, began, found = jobs(where, only), perf_counter(), Measured(is_whole=not only)
-    processes = min(processes or len(os.sched_getaffinity(0)), len(todo))
+    processes = min(processes or cores(), len(todo))
     for count, (job, result) in enumerate(_done(todo, where, processes), 1):
         if isinstance(result, Failure):
             found.failures.append(result)
@@ -102,6 +109,11 @@ def run(where: Path, only: str = "", processes: int | None = None, say: Callable
         say(f"{count}/{len(todo)} {job.title} ({perf_counter() - began:.0f} s)")
     found.seconds = perf_counter() - began
     return found
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _done(todo: list[Job], where: Path, processes: int) -> Iterator[tuple[Job, Any]]:

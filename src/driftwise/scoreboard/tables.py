@@ -22,7 +22,8 @@ def fits(found: Measured) -> Table:
     rows = sorted(found.rows.values(), key=lambda row: row.lead)
     return Table(
         f"One-step fit, %, second half. Behind the best opponent by more than {NOISE} points: "
-        f"{sum(row.lead < -NOISE for row in rows)} of {len(rows)}; ahead: {sum(row.lead > NOISE for row in rows)}",
+        f"{sum(row.lead < -NOISE for row in rows)} of {len(rows)}; ahead: {sum(row.lead > NOISE for row in rows)}. "
+        "ARX: the structure of the opponents; s: seconds driftwise took, compiling included",
         ["record", *COLUMNS, "lead", "best opponent", "ARX", "s"],
         [
             [

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ..estimators.joint.estimator import Joint
 from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
-from ..estimators.recursive.estimator import AR, ARX, Regression
+from ..estimators.recursive.estimator import AR, ARX
+from ..estimators.recursive.regression import Regression
 from ..memory.drift import Never
 from ..models.noise import UnknownPolynomial
 from ..models.scale import KnownScale

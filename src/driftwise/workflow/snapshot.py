@@ -14,6 +14,7 @@ from ..detect.hinkley import Hinkley
 from ..detect.parity import Parity
 from ..detect.probes import ProbeBank
 from ..detect.score import Score
+from ..detect.self_starting import SelfStarting
 from ..detect.variance import VarianceChange
 from ..errors import InputError
 from ..estimators.algebraic.relation import Relation
@@ -75,6 +76,7 @@ KINDS = {
         VarianceChange,
         Parity,
         GLR,
+        SelfStarting,
         ProbeBank,
         GainProbes,
         PullTest,
