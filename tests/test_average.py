@@ -100,7 +100,8 @@ def oracle(task, y, means, variances, samples):
         if t > 1 and past[-1] != past[-2]:
             smallest = min(smallest, abs(past[-1] - past[-2]))
         floor = max(smallest**2 / 12 if math.isfinite(smallest) else 0.0, 1e-12 * task.unit)
-        w = np.exp(logs - logs.max())
+        speaks = ratio * S <= 100 * max(ratio[-1], 1) * S[-1]
+        w = np.where(speaks, np.exp(logs - logs[speaks].max()), 0)
         w[w <= task.window] = 0
         w /= w.sum()
         mean = w @ mu

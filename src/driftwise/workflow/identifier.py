@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..estimators import door
 from ..estimators.average.estimator import ModelAverage
 from ..estimators.average.step import NAIVE, SCALES, SEEN, TOLD
+from ..memory.drift import Never
 from ..memory.fading import Weighted
 from .average_trace import AverageTrace
 from .candidates import Candidate, candidates
@@ -37,8 +38,9 @@ class Rival(NamedTuple):
 class Identifier:
     """Candidates that compete on a record that comes piece by piece.
 
-    ``add`` a piece and get its forecast, made from the samples before each. The model is chosen from the first piece
-    (``chosen``), so that a record in one piece is judged as a whole.
+    ``add`` a piece and get its forecast, made from the samples before each by those whose regressors are data: they
+    learn fastest, and together they forecast coloured noise as well. The model is chosen from the first piece
+    (``chosen``), so that a record in one piece is judged as a whole; there those of coloured noise compete, too.
 
     Parameters
     ----------
@@ -50,7 +52,7 @@ class Identifier:
     def __init__(self, inputs: int = 0, dt: float = 1.0):
         self.inputs, self.dt = door.count("inputs", inputs), door.positive("dt", dt)
         self.candidates = candidates(self.inputs, self.dt)
-        self._members = [(c, memory) for c in self.candidates for memory in c.memories]
+        self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
         self._average: Any = None
         self._state: Any = None
         self.samples = 0
@@ -70,7 +72,7 @@ class Identifier:
             self._narrow()
         parts.append(self._scan(y[edge:], u[edge:]))
         if is_first:
-            self._judge()
+            self._judge(y, u)
         return joined(parts, time)
 
     def _begin(self, y, u):
@@ -79,9 +81,13 @@ class Identifier:
         pilot = slice(min(PILOT, max(len(y) // 2, 1)))
         self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
         members = [c.estimator(memory) for c, memory in self._members]
-        names = [f"{c.name}, {memory_words(m)}" if len(c.memories) > 1 else c.name for c, m in self._members]
-        self._average = ModelAverage(members, names=names).scaled_to(*self.pilot)
+        names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
+        self._average = self._averaging(members, names)
         self._state = self._average.start()
+
+    def _averaging(self, members, names) -> ModelAverage:
+        settle = max(30, 2 * max(c.unknowns for c in self.candidates))
+        return ModelAverage(members, names=names, settle=settle).scaled_to(*self.pilot)
 
     def _scan(self, y, u) -> AverageTrace:
         trace = self._average.scan(y, u if self.inputs else None, state=self._state)
@@ -97,16 +103,21 @@ class Identifier:
         self._average, self._state = self._average.narrowed(self._state, keep)
         self._members = [self._members[i] for i in keep]
 
-    def _judge(self):
-        """Rank the candidates by the evidence of all samples so far, and choose one."""
-        average, state, M = self._average, self._state, len(self._members)
-        evidence, squares = average.evidence(state), average.squares(state)
-        count = max(float(state["own"][SEEN]) - average.task.settle, 1.0)
-        error = dict(zip(NAIVE, np.sqrt(squares[M:] / count).tolist()))
-        self.naive = {name: error[name] for name in ("last value", "mean")}
+    def _judge(self, y, u):
+        """Rank the candidates by the evidence of all samples so far; those of coloured noise have not run yet."""
+        others = [c for c in self.candidates if not c.is_linear]
+        average = self._averaging([c.estimator() for c in others], [c.name for c in others])
+        last = average.scan(y, u if self.inputs else None).state
+        entrants = [*self._members, *((c, Never()) for c in others)]
+        runs = [(self._average, self._state), (average, last)]
+        evidence = np.concatenate([a.evidence(s)[: len(a.members)] for a, s in runs])
+        squares = np.concatenate([a.squares(s)[: len(a.members)] for a, s in runs])
+        count = max(float(last["own"][SEEN]) - average.task.settle, 1.0)
+        naive = dict(zip(NAIVE, np.sqrt(average.squares(last)[len(others) :] / count).tolist()))
+        self.naive = {name: naive[name] for name in ("last value", "mean")}
         found: dict[str, Rival] = {}
-        for (c, memory), log, square in zip(self._members, evidence, squares):
-            rival = Rival(c, memory, float(log - evidence[:M].max()), math.sqrt(square / count), c.unknowns)
+        for (c, memory), log, square in zip(entrants, evidence, squares):
+            rival = Rival(c, memory, float(log - evidence.max()), math.sqrt(square / count), c.unknowns)
             found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: r.evidence)
         self.rivals = sorted(found.values(), key=lambda r: -r.evidence)
 

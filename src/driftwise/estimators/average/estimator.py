@@ -43,6 +43,8 @@ class ModelAverage:
         Of the weights, given to all alike at every sample.
     window : float
         Members whose weight is less than this times the best are not heard.
+    settle : int, optional
+        Measured samples before evidence counts; 30, or twice the most parameters of a member, if omitted.
     y_scale : float
         Typical size of y; `scaled_to` sets it, for all members.
     center : float
@@ -78,6 +80,7 @@ class ModelAverage:
         tails: float = 500.0,
         share: float = 1e-5,
         window: float = 0.01,
+        settle: int | None = None,
         y_scale: float = 1.0,
         center=0.0,
     ):
@@ -98,17 +101,19 @@ class ModelAverage:
         self.center = door.each("center", center, 1 + self.inputs)
         self.options: dict[str, Any] = dict(
             members=self.members, names=self.names, forgetting=forgetting, learning_rate=learning_rate,
-            memory=memory, tails=tails, share=share, window=window, y_scale=self.y_scale, center=center,
+            memory=memory, tails=tails, share=share, window=window, settle=settle, y_scale=self.y_scale, center=center,
         )  # fmt: skip
         for name, value in (
             ("forgetting", forgetting), ("learning_rate", learning_rate), ("share", share), ("window", window)
         ):  # fmt: skip
             if not 0 < door.positive(name, value) <= 1:
                 raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
-        M, settle = len(self.members), max(30, 2 * max(m.model.N for m in self.members))
+        M = len(self.members)
+        if settle is None:
+            settle = max(30, 2 * max(m.model.N for m in self.members))
         self.task = Averaging(
             M, forgetting, learning_rate, door.positive("memory", memory), door.positive("tails", tails), share, window,
-            settle, self.y_scale**2,
+            door.count("settle", settle), self.y_scale**2,
         )  # fmt: skip
         fields = [(f"member{i}", m.dtype) for i, m in enumerate(self.members)]
         self.dtype = np.dtype([*fields, ("own", float, (_step.own_size(M),))])

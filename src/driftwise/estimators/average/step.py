@@ -6,7 +6,8 @@
     weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
 
 No variance falls below what the resolution of y, its smallest step so far, allows: step^2/12. Members whose weight is
-below a hundredth of the best do not speak (Occam's window, Madigan and Raftery 1994).
+below a hundredth of the best do not speak (Occam's window, Madigan and Raftery 1994), nor does one that claims to know
+nothing: a hundred times the variance of y about its mean, or of its scale.
 """
 
 import math
@@ -28,6 +29,7 @@ BLOCKS = 5
 # of a row of the trace
 PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, BASE, LEVEL, FLOOR, TOLD = range(11)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
+VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
@@ -114,15 +116,21 @@ def floor_of(task, row):
 
 
 @kernel
+def has_something_to_say(i, mu, S, ratio):
+    """Say whether a member made a forecast, and one that is worth it: the last member forecasts the mean."""
+    return math.isfinite(mu[i]) and 0.0 < ratio[i] * S[i] <= VAGUE * max(ratio[-1], 1.0) * S[-1]
+
+
+@kernel
 def speak(task, row, mu, S, w, logs, ratio, floor):
     """Fill w, the weights of those who speak; return mean and base of the density."""
     M, best = w.size, -math.inf
     for i in range(M):
-        if math.isfinite(mu[i]) and S[i] > 0.0:
+        if has_something_to_say(i, mu, S, ratio):
             best = max(best, logs[i])
     total, mean, base = 0.0, 0.0, 0.0
     for i in range(M):
-        is_heard = math.isfinite(mu[i]) and S[i] > 0.0 and logs[i] - best > math.log(task.window)
+        is_heard = has_something_to_say(i, mu, S, ratio) and logs[i] - best > math.log(task.window)
         w[i] = math.exp(logs[i] - best) if is_heard else 0.0
         total += w[i]
     for i in range(M):
