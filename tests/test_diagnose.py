@@ -62,6 +62,12 @@ def test_whiteness_of_coloured_noise(sound):
     assert "try noise=UnknownPolynomial()" in joint.advice
 
 
+def test_an_offset_is_no_colour():
+    y, u = plant()
+    verdict = found(dw.ARX(2, 2), y + 3.0, u, "whiteness")
+    assert not verdict.is_fine and "deviations too high on average: estimate it (offset=True)" in verdict.advice
+
+
 def test_a_still_input_excites_not_all(sound):
     y, u = plant(u=np.ones(1000))
     verdicts = run(dw.ARX(2, 2), y, u).diagnose()
@@ -131,8 +137,10 @@ def test_news_stop_where_the_input_stops(sound):
     verdict = found(dw.ARX(2, 2), y, u, "last news")
     assert (verdict.value, verdict.is_fine) == (400, False)
     assert verdict.advice.startswith("no informative sample for 400 samples: b")
+    assert "move the input" in verdict.advice
     y[600:] = math.nan
     assert last_news(dw.ARX(2, 2), y, u).is_all
+    assert "y is missing since" in found(dw.ARX(2, 2), y, u, "last news").advice
 
 
 def test_information_is_that_of_the_rows():

@@ -107,7 +107,7 @@ def test_what_happened_is_counted_and_said_and_outliers_are_left_out_of_the_numb
     e, T = trace.innovation[400], trace.variance[400]
     assert e * e / T > 1000 and summary.nis < 3, "one glitch of 60 sigma does not condemn the bars"
     text = trace.report(tmp_path / "r.html").read_text()
-    for legend in ('"louder noise"', '"jump"', '"outlier"', "rises of the noise (orange)", jump.text):
+    for legend in ('"louder noise"', '"jump"', '"outlier"', "rises of the noise (dotted)", jump.text):
         assert legend in text
     smoothed = est.smooth(y[:800], phi[:800])
     assert not smoothed.is_used[400] and [step.sample for step in smoothed.jumps] == [600]

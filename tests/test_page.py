@@ -97,7 +97,7 @@ def test_opens_without_network_and_complaint_and_is_small(page, path):
 
 def test_spikes_gaps_and_alarms_survive_thinning(page, trace):
     rows, values = page.run(f"({COLUMN})('output', 'k')"), page.run(f"({COLUMN})('output', 'y')")
-    assert max(map(len, rows)) < 5000
+    assert max(map(len, rows)) <= 20_000
     k, y = rows[1], values[1]
     assert y[k.index(SPIKE)] == pytest.approx(trace.y[SPIKE], rel=1e-6)
     assert None in y, "a gap stays a gap"
@@ -108,7 +108,8 @@ def test_spikes_gaps_and_alarms_survive_thinning(page, trace):
     marks = page.run(f"({COLUMN})('output', 't')")[-1]
     np.testing.assert_allclose((np.array(marks) - start) / 1000, told)
     assert any(0 <= when / 60 - JUMP < 200 for when in told)
-    assert "2024-04-11" in page.run("document.querySelector('#prediction table').innerText")
+    for where in ("#prediction table", ".lead", ".cards"):
+        assert "2024-04-11" in page.run(f"document.querySelector('{where}').innerText"), "when, as a date"
 
 
 def test_hover_tells_sample_and_value(page, trace):
@@ -165,16 +166,19 @@ def test_folds_open_with_their_figures(page):
 
 def test_prints_on_a4_with_nothing_cut(page):
     page.run("""matchMedia('print').addEventListener('change', event => {
+        const main = document.querySelector('main').getBoundingClientRect()
         if (event.matches) window.printed = {
-            width: document.querySelector('main').getBoundingClientRect().right,
-            right: [...Bokeh.index].filter(view => view.frame && !view.el.closest('details'))
-                .map(view => view.el.getBoundingClientRect().right) }
+            paper: document.documentElement.clientWidth, width: main.width, right: main.right,
+            figures: [...Bokeh.index].filter(view => view.frame && !view.el.closest('details'))
+                .map(view => view.el.getBoundingClientRect()).map(({width, right}) => [width, right]) }
     })""")
     pdf = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
     width, height = map(float, re.search(rb"/MediaBox ?\[0 0 ([\d.]+) ([\d.]+)\]", pdf).groups())
     assert (width, height) == pytest.approx((595, 842), abs=1)
     printed = page.run("window.printed")
-    assert all(0.9 * printed["width"] < right <= printed["width"] for right in printed["right"]), printed
+    assert printed["width"] > 0.95 * printed["paper"], "Chromium did not make the page smaller to hold what overflows"
+    for width, right in printed["figures"]:
+        assert width > 0.9 * printed["width"] and right <= printed["right"]
 
 
 def test_a_page_of_plain_columns(browser, tmp_path):

@@ -72,7 +72,7 @@ def test_the_default_finds_out_and_looks_back_from_the_command_line(call, record
     assert smoothed.words in words and f"Drift: {drift.words}." in words
     assert found["smoothed"]["words"] == smoothed.words and found["smoothed"]["nvr"]["a1"] == smoothed.nvr[0]
     page = (tmp_path / "r.html").read_text()
-    assert "how fast each parameter drifts" in page and "In hindsight (900 samples" in page
+    assert "How fast each parameter drifts" in page and "In hindsight (900 samples" in page
 
 
 def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
@@ -156,7 +156,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         ),
         (["--model", "arx:400,400"], "Auto of 1200 parameters keeps 8.8e+08 numbers"),
         (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
-        (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (how fast each parameter drifts"),
+        (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (How fast each parameter drifts"),
         (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),
         (["--memory", "auto"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),

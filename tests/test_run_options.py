@@ -82,7 +82,7 @@ def test_jumps_are_told_with_their_time(call, record, tmp_path):
     assert "The parameters jumped" in flat(out)
     text = page.read_text()
     assert "parameters jumped, freed again" in text
-    assert "Vertical lines: jumps." in text
+    assert "Vertical lines: jumps (dashed)." in text
 
 
 def test_orders_are_those_of_the_library(call, record, tmp_path):

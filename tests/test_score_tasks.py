@@ -36,13 +36,13 @@ def test_a_gas_sensor_is_calibrated_by_sparse_references():
 
 @needs(motor.FILE)
 def test_parameters_of_a_drive_on_line():
-    all_hold(motor.parameters(WHERE), 3)
+    all_hold(motor.motor_parameters(WHERE), 3)
 
 
 @pytest.mark.slow
 @needs(motor.FILE)
 def test_motion_of_a_drive():
-    all_hold(motor.motion(WHERE), 4)
+    all_hold(motor.motor_motion(WHERE), 4)
 
 
 @needs(cells.PULSES)

@@ -111,7 +111,7 @@ def create_adaptive_controller(
     tracking: float = 1.0,
     integral: float = 0.1,
     effort: float = 0.1,
-    caution: float = 1.0,
+    caution: float = 0.1,
     every: int = 5,
     limits: tuple[float, float] = (-math.inf, math.inf),
     gain=None,
@@ -131,7 +131,8 @@ def create_adaptive_controller(
     tracking, integral, effort : float
         Prices of y^2, of the squared sum of errors, and of u^2.
     caution : float
-        What the parameters' covariance is multiplied by: 1 takes the bands as they are, 0 the estimate for the truth.
+        What the parameters' covariance is multiplied by: 0 takes the estimate for the truth; 1 takes the bands as they
+        are, as if nothing more would ever be learnt, which is too shy.
     every : int
         Samples from one design to the next; 0: the gain stays as it is.
     limits : (low, high)

@@ -164,7 +164,7 @@ def write(found, path, title: str = "Comparison of estimators", facts=(), labels
     )
     told = (
         "Log density given to the samples so far, less that of the best: where a line falls, that estimator loses; "
-        "where it rises, it wins."
+        "where it rises, it wins. Those far behind fall out of the window."
     )
     sections = [
         html.section("table", "Best first", words, html.table(list(HEAD), cells(found))),
@@ -188,7 +188,9 @@ def _lead(found, labels):
     behind = log[:, order] - log[:, [order[0]]]
     columns = {f"lead{k}": behind[:, k] for k in range(len(order))}
     source = line.source(np.arange(len(time)), **columns)
-    fig = line.figure(340, "nats behind the best")
+    shown = behind[:, : (len(order) + 1) // 2 + 1]  # the others may fall out of the window
+    low, high = 1.1 * float(shown.min(initial=-1.0)), float(max(behind.max(initial=0.0), 0.0))
+    fig = line.figure(340, "nats behind the best", y_range=(low, high - 0.05 * low))
     drawn = [
         fig.line("t", f"lead{k}", source=source, line_width=1.8, color=LINES[k % len(LINES)],
                  line_dash="solid" if k < len(LINES) else "dashed")

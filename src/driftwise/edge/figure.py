@@ -21,7 +21,7 @@ PALETTE = {
     "good": "#009E73",
 }
 LINES = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#1f2933", "#8c8200"]
-DASHES = ["solid", "dashed", "dashdot", "dotted", (0, (6, 1, 1, 1, 1, 1))]
+DASHES = ["solid", "dashed", "dashdot", "dotted"]
 # events that are drawn apart: what they are called, which they are, colour, marker (Bokeh's), dashes of a line across
 MARKS = (
     ("jump", ("JUMP",), PALETTE["alert"], "inverted_triangle", "dashed"),
@@ -136,7 +136,7 @@ def _parameters(ax, trace, time, columns):
         i = envelope(value, POINTS)
         color = LINES[count % len(LINES)]
         ax.fill_between(time[i], (value - 2 * std)[i], (value + 2 * std)[i], color=color, alpha=0.15, lw=0)
-        dash = DASHES[count % len(DASHES)]
+        dash = DASHES[(count + count // len(LINES)) % len(DASHES)]  # where a colour comes back, in other dashes
         ax.plot(time[i], value[i], color=color, lw=1.3, linestyle=dash, label=trace.names[j])
         ranges.append(steady_range(value, std))
     ranges = [r for r in ranges if r]

@@ -48,6 +48,7 @@ def write(
         **(getattr(trace, "labels", None) or {}),
         **(labels or {}),
     }
+    summary.origin = summary.origin or labels.get("origin")
     directions = parts_of.directions(summary)
     if study is None:
         from driftwise.edge.study import study as made

@@ -87,13 +87,13 @@ def _changes(trace, summary, line) -> str:
     if summary.jumps:
         moved = f": {summary.last_moved}" if summary.last_moved else ""
         last = f"last {line.words(summary.last_jump)}{moved}"
-        return html.card("Jumps of parameters", str(summary.jumps), last)
+        return html.card("Jumps", str(summary.jumps), last)
     rises, when = summary.happened["noise_rises"]
     louder = f"; noise rose {'once,' if rises == 1 else f'{rises} times, last'} {line.words(when)}" if rises else ""
     if not (trace.watches or trace.odds is not None or hasattr(memory, "detector")):
-        return html.card("Jumps of parameters", "\u2013", "not looked for" + louder)
+        return html.card("Jumps", "\u2013", "not looked for" + louder)
     drift = summary.drift.words.partition(", or else")[0] if summary.drift else "none found"
-    return html.card("Jumps of parameters", "none", drift + louder)
+    return html.card("Jumps", "none", drift + louder)
 
 
 def _white(white) -> str:

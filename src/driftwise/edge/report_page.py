@@ -34,9 +34,12 @@ _PAGE = """<!DOCTYPE html>
 </main>
 {script}
 <script>
-addEventListener("beforeprint", () => {{ // figures keep the size they have on the screen: on paper they fill the column
-  const main = document.querySelector("main");
-  main.style.setProperty("--fit", 1180 / (main.clientWidth - 48));
+addEventListener("beforeprint", () => {{ // figures keep their size of the screen; on paper they shall fill the column
+  const fit = 1180 / (document.querySelector("main").clientWidth - 48);
+  for (const plot of document.querySelectorAll(".plot")) {{
+    const look = {{"--fit": fit, "--height": `${{fit * plot.offsetHeight}}px`, "--contain": "size"}};
+    for (const [name, value] of Object.entries(look)) plot.style.setProperty(name, value);
+  }}
 }});
 </script>
 </body>

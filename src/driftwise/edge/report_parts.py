@@ -14,7 +14,8 @@ How a page is put together from plain columns, whatever estimated them::
     sections += [section("verdicts", "Verdicts", "", verdict_list(rows))]
     write(path, title=.., facts=.., lead=.., cards=cards, sections=sections, folds=[fold(..)], script=script)
 
-The first sentence of the lead is the headline; sections are always open, folds open when asked to.
+The first sentence of the lead is the headline; sections are always open, folds open when asked to. The order: the
+answer, the output with its inputs, parameters, innovations, verdicts, then the folds.
 """
 
 from __future__ import annotations
@@ -44,8 +45,6 @@ __all__ = [
 ]
 
 EVENTS_SHOWN = 200
-
-
 CHANGES_SHOWN = 8
 
 
@@ -72,15 +71,17 @@ def components(figures: dict) -> tuple[str, dict[str, str]]:
 
 def zoom_words(line) -> str:
     """Return how to look closer at the panels over a `Timeline`, and what was left out of them; this is markup."""
-    from driftwise.edge.report_plots import FEW
+    from driftwise.edge.report_plots import POINTS
 
-    is_thin = int(line.rows[-1]) >= FEW
     words = (
         "Drag to zoom, Ctrl and wheel to zoom at the pointer, double click for the whole record: all time axes move "
         "together."
     )
-    thinned = " Of every stretch the lowest and the highest sample are drawn: no spike is lost." if is_thin else ""
-    return f'<p class="say howto">{words}{thinned}</p>'
+    thinned = (
+        " A long record: of every stretch the lowest and the highest sample are drawn and joined. No spike is lost, "
+        "but what lies between them is not here to zoom into."
+    )
+    return f'<p class="say howto">{words}{thinned if line.rows[-1] >= POINTS else ""}</p>'
 
 
 def plot(div: str) -> str:
@@ -100,7 +101,7 @@ def grid(divs: list[str], columns: int = 2) -> list[str]:
     columns = min(columns, len(divs))
     return [
         f'<div class="many" style="--columns:{columns}">',
-        *[f"<div>{div}</div>" for div in divs],
+        *map(plot, divs),
         "</div>",
     ]
 
@@ -120,7 +121,7 @@ def fit_cards(summary) -> list[str]:
             "bad" if summary.fit < 0 else "", "%",
         ),
         html.card("NIS", fixed(nis, 2), _expected(summary.nis_interval), size),
-        html.card("Held by 95 % bands", fixed(100 * coverage, 1), "about 95 is right", held, "%"),
+        html.card("95 % bands hold", fixed(100 * coverage, 1), "about 95 is right", held, "%"),
     ]  # fmt: skip
 
 

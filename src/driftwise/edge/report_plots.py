@@ -13,12 +13,13 @@ from driftwise.edge.report_axes import legend, single
 from driftwise.edge.report_bars import shade
 from driftwise.edge.thin import alone, envelope, together
 
-__all__ = ["FEW", "innovations", "inputs", "output", "panels", "statistic", "weight", "weights"]
+__all__ = ["POINTS", "innovations", "inputs", "output", "panels", "statistic", "weight", "weights"]
 
-POINTS = 8000  # samples drawn of an output
+POINTS = 20_000  # samples drawn of an output
+INPUT_POINTS = 10_000  # of all inputs together
 LONG = 4000  # innovations that can be told apart as dots
-FEW = 2000  # and of a smaller panel
-ALL_POINTS = 24_000  # and of all smaller panels together
+FEW = 2000  # of the panel of a parameter
+ALL_POINTS = 16_000  # and of all of them together
 
 
 def output(line, y, prediction, half, label: str = "output", *, outlier=None, marks=(), is_named=True) -> Any:
@@ -29,7 +30,8 @@ def output(line, y, prediction, half, label: str = "output", *, outlier=None, ma
     outlier = np.zeros(len(y), bool) if outlier is None else np.asarray(outlier)
     low, high = _reach(y[np.isfinite(y) & ~outlier])
     i = together(POINTS, y, predicted)
-    source = line.source(i, y=y, p=predicted, low=predicted - half, high=predicted + half)
+    below, above = _band(predicted, half)
+    source = line.source(i, y=y, p=predicted, low=below, high=above)
     fig = line.figure(330, label, is_named=is_named, y_range=(low, high))
     band = fig.varea("t", "low", "high", source=source, color=PALETTE["predicted"], alpha=0.18)
     blue = fig.line("t", "p", source=source, color=PALETTE["predicted"], width=2.4)
@@ -58,7 +60,7 @@ def inputs(line, columns, labels) -> list:
     found = []
     for k, (values, label) in enumerate(zip(columns, labels), 1):
         values = np.asarray(values, float)
-        i, is_last = envelope(values, FEW), k == len(columns)
+        i, is_last = envelope(values, INPUT_POINTS // len(columns)), k == len(columns)
         source = line.source(i, v=values)
         fig = line.figure(130 if is_last else 105, label, is_named=is_last, y_range=_reach(values[np.isfinite(values)]))
         drawn = fig.line("t", "v", source=source, color=PALETTE["measured"], width=1.2)
@@ -68,6 +70,16 @@ def inputs(line, columns, labels) -> list:
         line.hover(fig, [drawn], (label, "v"))
         found.append(fig)
     return found
+
+
+def _band(middle, half):
+    """Return the lower and the upper edge of a band, closed where there is none: an area does not stop at NaN."""
+    import numpy as np
+
+    seen = np.isfinite(middle) & np.isfinite(half)
+    last = np.maximum.accumulate(np.where(seen, np.arange(len(seen)), np.argmax(seen)))
+    middle, half = np.asarray(middle)[last], np.where(seen, half, 0.0)
+    return middle - half, middle + half
 
 
 def _reach(seen, pad: float = 0.1) -> tuple[float, float]:
@@ -87,7 +99,7 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
     for j, name in enumerate(names):
         value, std = values[:, j], stds[:, j]
         i = envelope(value, points)
-        columns = {"v": value, "low": value - 2 * std, "high": value + 2 * std}
+        columns = {"v": value} | dict(zip(("low", "high"), _band(value, 2 * std)))
         spans = [steady_range(value, std)]
         if smoothed is not None:
             v, s = smoothed[0][:, j], smoothed[1][:, j]
@@ -154,7 +166,7 @@ def _span(line, fig, values):
     import numpy as np
 
     start = np.arange(0, len(values), -(-len(values) // 1000))
-    low, high = np.fmin.reduceat(values, start), np.fmax.reduceat(values, start)
+    low, high = (np.nan_to_num(f.reduceat(values, start)) for f in (np.fmin, np.fmax))
     look = {"step_mode": "after", "color": PALETTE["measured"], "alpha": 0.45}
     return fig.varea_step(line.t[start], single(low), single(high), **look)
 

@@ -77,6 +77,7 @@ footer { color:var(--quiet); font-size:13px; padding:4px 2px; }
   html { zoom:.602; } /* 188 mm hold the 1180 pixels that the figures were drawn for */
   body { background:#fff; font-size:18px; print-color-adjust:exact; -webkit-print-color-adjust:exact; }
   main { padding:0; } .plot > div { zoom:var(--fit,1); }
+  .plot { height:var(--height,auto); contain:var(--contain,none); } /* or Chromium makes the page smaller still */
   p.say, table, .tag { font-size:17px; }
   th, .card .note, .card .name { font-size:15px; }
   .group h2 { font-size:15px; }

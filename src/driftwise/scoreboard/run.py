@@ -22,8 +22,8 @@ from .tracks import SETS
 TASKS: dict[str, str] = {
     "newcomer": "acceptance.newcomer",
     "gas sensor": "tasks.calibration.gas_sensor",
-    "motor, motion": "tasks.motor.motion",
-    "motor, parameters": "tasks.motor.parameters",
+    "motor, motion": "tasks.motor.motor_motion",
+    "motor, parameters": "tasks.motor.motor_parameters",
     "resistance": "tasks.cells.resistance",
     "ageing": "tasks.cells.ageing",
 }

@@ -38,11 +38,11 @@ def calibration(normal_score, settle: int = 0) -> Diagnosis:
     >>> import numpy as np
     >>> z = np.random.default_rng(0).standard_normal(500)
     >>> print(calibration(2 * z))
-       verdict     value  fine
-    !  NIS          3.94  0.8 to 1.25      the error bars are 98 % too narrow: let the parameters drift or jump, or
-                                           learn the variance of the noise
-    !  coverage     0.69  0.92 to 0.975    the 95 % bands hold 69 % of the samples: they are too narrow
-       whiteness   0.609  at least 0.01    nothing predictable is left
+      verdict    value  fine
+    ! NIS         4.11  0.8 to 1.25    the error bars are 103 % too narrow: let the parameters drift or jump, or
+                                       the variance of the noise: try memory=Auto()
+    ! coverage   0.656  0.92 to 0.975  the 95 % bands hold 66 % of the samples: they are too narrow
+      whiteness      0  0 to 0.035     nothing is left to predict that would matter
     """
     from ..estimators import door
 
@@ -112,5 +112,5 @@ def whiteness_verdict(white: Whiteness, samples: int, s=None) -> Verdict:
     limits = 0.0, max((2 * float(gammaincinv(white.lags / 2, LEVEL)) - white.lags) / (samples + 2), FAINT)
     if share <= limits[1]:
         return Verdict("whiteness", share, limits, True, "nothing is left to predict that would matter")
-    advice = f"the noise is not white (p = {white.p_value:.1g}): {for_colour(s)}"
+    advice = f"the noise is not white (p = {white.p_value:.1g}): {for_colour(s, share)}"
     return Verdict("whiteness", share, limits, False, advice)

@@ -57,6 +57,11 @@ class Candidate(NamedTuple):
         return self.estimator(Auto() if self.is_linear else Never())
 
     @property
+    def reach(self) -> int:
+        """The most past outputs, or coefficients of an input."""
+        return max(max(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk")
+
+    @property
     def unknowns(self) -> int:
         """How many parameters it has."""
         return self.estimator().model.N

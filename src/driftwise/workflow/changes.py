@@ -14,16 +14,17 @@ from .wording import instant
 LATER = 6  # samples for each parameter after a change, at least, until its size is told
 CLEAR = 2.0  # standard deviations by which a gain or a level has moved
 MOST = 20  # changes of one trace that are looked into
+NEAR = 10  # samples between an alarm and a jump that are one
 
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the plant: the first sample of it, when it was told, at what odds, and what moved."""
+    """A change of the plant: the first sample of it, when it was noticed, and what moved."""
 
     since: int
     time: float  # of that sample
     told: int
-    odds: float | None
+    odds: float | None  # where the memory weighed a jump at about that time against other explanations
     moved: tuple[str, ...]
 
     @property
@@ -36,7 +37,7 @@ class Change:
         at = f"at {instant(self.time, origin)}"
         known = [f"noticed {self.delay} samples later"] if self.delay > 1 else []
         known += [f"odds {odds_words(self.odds)}"] if self.odds is not None else []
-        what = " and ".join(self.moved) or "the parameters jumped"
+        what = " and ".join(self.moved) or "the forecast no longer fits"
         return f"{at} {what}" + (f" ({', '.join(known)})" if known else "")
 
 
@@ -49,9 +50,10 @@ def changes_of(trace, inputs=(), events=None) -> list[Change]:
         As `scan` returned it: the record is run over again for what was known before and after each change.
     inputs : names of the inputs
     events : list of Event, optional
-        What to take for jumps; those of the trace if omitted.
+        What to take for changes; the jumps of the trace if omitted.
     """
-    events = (trace.jumps() if events is None else events)[:MOST]
+    jumps = trace.jumps()
+    events = (jumps if events is None else events)[:MOST]
     starts = [_since(event) for event in events]
     ends = [*starts[1:], len(trace)]
     least = LATER * len(trace.names)
@@ -62,7 +64,8 @@ def changes_of(trace, inputs=(), events=None) -> list[Change]:
     found = []
     for event, start, a, b in zip(events, starts, before, after):
         moved = _moved(trace.estimator, states[a], states[b], inputs, middle) if a < b else ()
-        found.append(Change(start, float(trace.time[start]), event.sample, event.odds, moved))
+        odds = max((j.odds for j in jumps if j.odds and abs(j.sample - event.sample) <= NEAR), default=None)
+        found.append(Change(start, float(trace.time[start]), event.sample, odds, moved))
     return found
 
 

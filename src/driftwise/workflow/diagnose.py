@@ -104,9 +104,18 @@ def steady_words(s) -> str:
 
 def identifiability_verdict(found: Identifiability) -> Verdict:
     """Return how much less the worst combination of parameters shows than each of them alone."""
-    is_fine = found.worst >= WEAK
-    advice = found.words if not is_fine else "the record tells all combinations of the parameters apart"
-    return Verdict("identifiability", found.worst, (WEAK, math.inf), is_fine, advice.rstrip("."))
+    limits = (WEAK, math.inf)
+    if found.worst >= WEAK:
+        advice = "the record tells all combinations of the parameters apart"
+        return Verdict("identifiability", found.worst, limits, True, advice)
+    if found.unseen:
+        return Verdict("identifiability", found.worst, limits, False, found.words.rstrip("."))
+    weak = found.directions[0]
+    advice = (
+        f"{weak.words} is taught {1 / weak.eigenvalue:.0f} times less than each parameter alone: lower the order, "
+        "sample more slowly, or move the input at other frequencies"
+    )
+    return Verdict("identifiability", found.worst, limits, False, advice)
 
 
 # --- what moved ----------------------------------------------------------------------------------------------
@@ -184,7 +193,11 @@ def news(trace, y, u) -> list[Verdict]:
     if found.age <= limit:
         return [Verdict("last news", float(found.age), (0.0, limit), True, "samples; all parameters are up to date")]
     what = "all parameters are" if found.is_all else f"{found.name} is"
-    why = "much of y is missing since" if found.is_all else "its regressor has hardly moved since"
+    if np.isnan(y[-found.age :]).mean() > 0.5:
+        why = "y is missing since"
+    else:
+        why = "nothing has moved enough since" if found.is_all else "its regressor has hardly moved since"
+        why += ", so move the input" if trace.estimator.model.inputs else ""
     advice = f"no informative sample for {found.age} samples: {what} of then; {why}"
     return [Verdict("last news", float(found.age), (0.0, limit), False, advice)]
 

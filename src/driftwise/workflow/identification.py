@@ -16,6 +16,7 @@ from .recognise import Table
 from .summary import Summary
 from .trace import Trace
 from .verdicts import Diagnosis
+from .watching import Watching
 
 
 @dataclass(frozen=True)
@@ -130,8 +131,8 @@ class Finder:
         self.identifier = Identifier(len(table.inputs), table.dt)
         self.summary: Any = None
         self.forecast_summary: Any = None
+        self.watching = Watching()
         self.changes: list[Change] = []
-        self.diagnosis: Any = None
 
     def add(self, time, y, u) -> tuple[AverageTrace, Trace]:
         """Take in the next piece; return its forecast and the trace of the chosen model."""
@@ -146,11 +147,10 @@ class Finder:
         trace = self.estimator.scan(y, u, state=None if is_first else self.summary.state, time=time)
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
+        alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)
         room = max(MOST - len(self.changes), 0)
-        found = changes_of(trace, self.table.inputs)[:room]
+        found = changes_of(trace, self.table.inputs, alarms[:room])
         self.changes += [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
-        if is_first:
-            self._looked = trace
         return forecast, trace
 
     def found(self, trace: Trace, forecast: AverageTrace) -> Identification:

@@ -18,6 +18,7 @@ from .candidates import Candidate, candidates
 
 PILOT = 200  # samples that set the units, or half of a record that is shorter
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
+SIMPLE, STEADY = 2, 200.0  # past outputs and inputs of the models that never forget, at most; memory of their noise
 CLOSE = 3.0  # log odds below which the simpler model is taken
 
 
@@ -55,12 +56,16 @@ class Identifier:
         self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
         self._average: Any = None
         self._state: Any = None
+        self._simple_state: Any = None
         self.samples = 0
         self.rivals: list[Rival] = []
         self.naive: dict[str, float] = {}
 
     def add(self, y, u=None, time=None) -> AverageTrace:
-        """Take in the next piece, y (T,) and u (T, k), and return its forecast."""
+        """Take in the next piece, y (T,) and u (T, k), and return its forecast.
+
+        ``scores`` are then the normal scores of the simple models that never forget, (T,).
+        """
         y, u = door.record(y, u, self.inputs)
         is_first = self._average is None
         if is_first:
@@ -71,6 +76,8 @@ class Identifier:
             parts.append(self._scan(y[:edge], u[:edge]))
             self._narrow()
         parts.append(self._scan(y[edge:], u[edge:]))
+        steady = self._simple.scan(y, u if self.inputs else None, state=self._simple_state)
+        self._simple_state, self.scores = steady.state, steady.normal_score
         if is_first:
             self._judge(y, u)
         return joined(parts, time)
@@ -84,6 +91,9 @@ class Identifier:
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         self._average = self._averaging(members, names)
         self._state = self._average.start()
+        simple = [c for c in self.candidates if c.is_linear and c.reach <= SIMPLE]
+        self._simple = ModelAverage([c.estimator() for c in simple], memory=STEADY).scaled_to(*self.pilot)
+        self._simple_state = self._simple.start()
 
     def _averaging(self, members, names) -> ModelAverage:
         settle = max(30, 2 * max(c.unknowns for c in self.candidates))

@@ -39,7 +39,7 @@ def last_news(estimator, y, u=None) -> News | None:
     >>> u[600:] = 0.0
     >>> y, u = dw.simulate([-0.8], [1.0], u=u, samples=1000, noise_std=0.1, seed=2)
     >>> last_news(dw.ARX(1, 1), y, u)
-    News(age=400, name='b1', is_all=False)
+    News(age=400, name='b1', is_all=True)
     """
     form = equation(estimator.model)
     if form is None:

@@ -9,17 +9,26 @@ from ..estimators.recursive.regression import Regression
 from ..memory.drift import Never
 from ..models.noise import UnknownPolynomial
 from ..models.scale import KnownScale
+from .whiteness import LAGS
 
 __all__ = ["for_bars", "for_colour"]
 
 ORDERS = {AR: "ARMA", ARX: "ARMAX", OE: "BJ", ARMAX: "BJ"}
 
 
-def for_colour(s=None) -> str:
-    """Return what to try where something predictable is left in the innovations of a `Summary`."""
+def for_colour(s=None, share: float = 0.0) -> str:
+    """Return what to try where something predictable is left in the innovations of a `Summary`.
+
+    ``share`` are the squared autocorrelations together, to which a mean of b deviations adds b^4 at each lag.
+    """
     if s is None:
         return "something predictable is left in it"
     est = s.estimator
+    if LAGS * s.bias**4 > 0.5 * share:
+        way = "estimate it (offset=True)" if "offset" in est.options else "take another operating point off y and u"
+        return (
+            f"the innovations are {abs(s.bias):.2g} deviations too {'low' if s.bias < 0 else 'high'} on average: {way}"
+        )
     if s.jumps:
         return "right after jumps it never is; where there are none, try a higher order or another noise model"
     if isinstance(est, Regression):

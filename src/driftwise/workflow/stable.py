@@ -33,7 +33,8 @@ def stability(s, level: float) -> Verdict:
         return Verdict("stability", math.nan, (0.0, 1.0), True, "too few samples to tell whether the model is stable")
     size, std = moduli(s.model, s.estimator.dt)
     z = float(ndtri(level))
-    worst = int(np.argmax(size + z * np.where(np.isfinite(std), std, 1e9)))
+    reach = size + z * np.where(np.isfinite(std), std, 1e9)
+    worst = int(np.argmax(reach if reach.max() >= 1 else size))
     p, spread = float(size[worst]), float(std[worst])
     limits, said = (0.0, 1 - z * spread), f"{p:.4g} \u00b1 {spread:.2g}"
     if not math.isfinite(spread):

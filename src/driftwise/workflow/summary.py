@@ -136,6 +136,11 @@ class Summary:
         return self._lags.correlations
 
     @property
+    def bias(self) -> float:
+        """Mean of the innovations, in their predicted standard deviations."""
+        return self._lags.mean
+
+    @property
     def whiteness(self) -> Whiteness:
         """Ljung-Box verdict at 1 % on 20 lags (fewer on short records)."""
         return self._lags.whiteness

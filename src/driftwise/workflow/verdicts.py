@@ -41,15 +41,15 @@ class Verdict(NamedTuple):
         if math.isinf(low) and math.isinf(high):
             return ""
         if math.isinf(high):
-            return f"at least {low:.3g}"
+            return f"at least {_number(low)}"
         if math.isinf(low):
-            return f"at most {high:.3g}"
-        return f"{low:.3g} to {high:.3g}"
+            return f"at most {_number(high)}"
+        return f"{_number(low)} to {_number(high)}"
 
     @property
     def shown(self) -> str:
         """The value as one prints it."""
-        return f"{self.value:.3g}" if self.is_known else "-"
+        return _number(self.value) if self.is_known else "-"
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values; a threshold without end, and a value not known, are None."""
@@ -103,6 +103,11 @@ class Diagnosis(list[Verdict]):
         return "\n".join(lines)
 
     __repr__ = __str__
+
+
+def _number(value: float) -> str:
+    """Return a number with three digits, counts with all of them."""
+    return f"{value:.0f}" if 1000 <= abs(value) < 5e5 else f"{value:.3g}"
 
 
 def sentence(text: str) -> str:

@@ -39,7 +39,7 @@ class Correlations:
     """Sums of z(t) z(t-k) and their numbers of pairs, fed piece by piece; memory does not grow."""
 
     def __init__(self, lags: int = LAGS):
-        self.lags, self.count = lags, 0
+        self.lags, self.count, self.total = lags, 0, 0.0
         self.products, self.pairs = np.zeros(lags + 1), np.zeros(lags + 1)
         self._tail = np.zeros(0)
 
@@ -54,8 +54,14 @@ class Correlations:
                 self.products[k] += np.einsum("i,i->", full[first:], full[first - k : len(z) - k])
                 self.pairs[k] += np.count_nonzero(known[first:] & known[first - k : len(z) - k])
         self.count = int(self.pairs[0])
+        self.total += float(full[new:].sum())
         self._tail = z[-self.lags :] if self.lags else z[:0]
         return self
+
+    @property
+    def mean(self) -> float:
+        """Mean of z; that of innovations should be zero."""
+        return self.total / self.count if self.count else math.nan
 
     @property
     def correlations(self) -> np.ndarray:

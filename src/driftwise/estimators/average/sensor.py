@@ -11,7 +11,7 @@ from .estimator import ModelAverage
 
 POLES = (0.6, 0.8, 0.9)  # of the disturbance: gone after 2, 4.5, 9.5 samples
 SPEEDS = (0.0, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2)  # NVRs relative to all of the noise: memories of 300 to 10
-FORGETTING, LEARNING_RATE = 0.9999, 0.1
+FORGETTING, LEARNING_RATE = 0.999, 0.1
 
 
 def sensor_calibration(regressors=1, *, poles=POLES, speeds=SPEEDS) -> ModelAverage:

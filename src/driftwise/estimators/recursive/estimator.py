@@ -177,7 +177,7 @@ class Recursive(Reading):
         >>> phi = np.column_stack([one, one + 0.1 * rng.standard_normal(200), rng.standard_normal(200)])
         >>> est = dw.Regression(["twin", "other twin", "alone"])
         >>> est.variance_inflation(est.scan(phi.sum(axis=1), phi).state).round().tolist()
-        [87.0, 87.0, 1.0]
+        [88.0, 88.0, 1.0]
         """
         P = self._theta_covariance(state)
         size = np.sqrt(np.diag(P))

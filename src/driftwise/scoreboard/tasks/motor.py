@@ -24,7 +24,7 @@ STARTS = 100
 
 
 @needs(FILE, (13, "motor: motion, the model given"), (14, "motor: motion without a model"), (15, "motor: cold start"))
-def motion(where: Path) -> list[Verdict]:
+def motor_motion(where: Path) -> list[Verdict]:
     """Rows 13 to 15: velocity, acceleration and load; how long a start in mid-motion takes. Tuned on the first 10 s."""
     u, position = carriage.read(where)
     truth = carriage.reference(u, position)
@@ -115,7 +115,7 @@ def equation(u, position) -> tuple[np.ndarray, np.ndarray]:
 
 
 @needs(FILE, (16, "motor: parameters on line"))
-def parameters(where: Path) -> list[Verdict]:
+def motor_parameters(where: Path) -> list[Verdict]:
     """Row 16: mass, frictions and offset on line, with bars, and a word while they cannot be told apart."""
     y, phi = equation(*carriage.read(where))
     est = dw.Regression(NAMES[:3], offset=True)
