@@ -198,6 +198,26 @@ def test_warm_compiles_and_says_so(call, monkeypatch):
     assert out.startswith("2 combinations compiled and stored in ")
 
 
+def test_warm_compiles_what_identify_needs(monkeypatch):
+    from driftwise.estimators import warm
+    from driftwise.estimators.average.step import Averaging
+    from driftwise.kernel import compose
+    from driftwise.workflow import watching
+    from driftwise.workflow.candidates import candidates
+
+    asked = set()
+    monkeypatch.setattr(warm, "prune", lambda: None)
+    for name in ("driver", "passage"):
+        monkeypatch.setattr(compose, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
+    monkeypatch.setattr(dw.Joint, "smooth", lambda self, y: None)
+    monkeypatch.setattr(dw.SelfStarting, "scan", lambda self, z: asked.add((type(self),)))
+    list(warm.warm())
+    all_ = [c for inputs in (0, 1, 2) for c in candidates(inputs)]
+    needed = [est for c in all_ for est in (c.best, *map(c.estimator, c.memories))]
+    others = {(Averaging,), (type(watching.SOON),), (type(watching.SLOWLY),)}
+    assert {tuple(map(type, est.policies)) for est in needed} | others <= asked
+
+
 def test_help_loads_nothing_heavy():
     program = (
         "import sys; sys.argv = ['driftwise', '--help']\n"

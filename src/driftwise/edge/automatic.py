@@ -90,7 +90,7 @@ def execute(plan: Automatic) -> None:
 
 def identify_file(plan: Automatic, saver=None):
     """Return the `Identification`, its keeper, and whether it was stopped early."""
-    from driftwise.edge.newcomer import read
+    from driftwise.edge.newcomer import gathered, read
     from driftwise.workflow.identification import Finder
 
     table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
@@ -99,7 +99,7 @@ def identify_file(plan: Automatic, saver=None):
     stopped = False
     with progress(stretches.table, "identifying") as advance:
         try:
-            for piece in stretches:
+            for piece in gathered(stretches, plan.chunk):
                 forecast, trace = finder.add(*piece)
                 keeper = keeper or Both(finder.estimator)
                 keeper.join(trace, forecast)

@@ -47,7 +47,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     """
     import numpy as np
 
-    from driftwise.edge.newcomer import read
+    from driftwise.edge.newcomer import gathered, read
     from driftwise.workflow.identification import Finder
     from driftwise.workflow.identifier import joined
 
@@ -55,7 +55,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
     forecasts: list[Any] = []
     traces: list[Any] = []
-    for piece in stretches:
+    for piece in gathered(stretches):
         forecast, trace = finder.add(*piece)
         forecasts.append(forecast)
         traces.append(trace)

@@ -7,7 +7,7 @@ from typing import Any
 from driftwise.edge.opened import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 from driftwise.errors import InputError
 
-__all__ = ["Stretches", "read"]
+__all__ = ["Stretches", "gathered", "read"]
 
 
 class Stretches:
@@ -81,6 +81,20 @@ class Stretches:
         time, values, self.rows = stretch
         if len(time):
             yield time, values[:, 0].copy(), values[:, 1:].copy()
+
+
+def gathered(stretches, rows: int = CHUNK_ROWS):
+    """Yield the same as arrays of at least so many rows each, the last one shorter."""
+    import numpy as np
+
+    parts: list[Any] = []
+    for stretch in stretches:
+        parts.append(stretch)
+        if sum(len(part[0]) for part in parts) >= rows:
+            yield tuple(map(np.concatenate, zip(*parts)))
+            parts = []
+    if parts:
+        yield tuple(map(np.concatenate, zip(*parts)))
 
 
 def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS):

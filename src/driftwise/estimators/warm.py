@@ -4,10 +4,12 @@
   known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
 * `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
 * `JointMIMO` (split) and `ContinuousJoint`: the defaults
-* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`)
+* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`), `Auto`
 * their `smooth` and `tune`, whatever the settings
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
 * `WindowObserver` on regular samples
+* `ModelAverage` of any of these, and the detector `SelfStarting`; with them all that `identify`, and `driftwise run`
+  without options, need
 
 Whatever else one combines compiles when it is first used.
 """
@@ -21,11 +23,14 @@ from typing import Any
 
 from ..detect.gate import Gate
 from ..detect.score import Score
+from ..detect.self_starting import SelfStarting
 from ..kernel import compose
+from ..memory.auto import Auto
 from ..memory.drift import Never, UntilJump, Walk
 from ..memory.fading import Weighted
 from ..models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant
+from .average.step import Averaging
 from .continuous.estimator import ContinuousJoint
 from .gain.estimator import AdaptiveGain
 from .hindsight.moments import Backward
@@ -71,7 +76,7 @@ def warm() -> Iterator[str]:
     for est in (Joint(1), Joint(1, memory=Walk(1e-6)), Joint(1, memory=UntilJump())):
         est.smooth([0.0])
         yield f"{est!r}.smooth"
-    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()))
+    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()), Auto())
     recursive = [ARX(1, 1, memory=memory) for memory in memories]
     window = WindowObserver(Plant([[0.0]]), 2.0, noise_std=1.0, dt=1.0)
     others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), window
@@ -81,3 +86,7 @@ def warm() -> Iterator[str]:
     for task in (Forward, Disturbances, Information, Backward):
         compose.passage(task)
     yield "ARX.smooth, ARX.tune"
+    compose.passage(Averaging)
+    yield "ModelAverage"
+    SelfStarting().scan([0.0])
+    yield repr(SelfStarting())

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..reproduce.verdict import Verdict, numbers
 from . import labels
-from .board import CONSTANT, OURS, STAGE
+from .board import CONSTANT, OURS
 from .records import ROWS
 from .run import Measured
 
@@ -145,7 +145,7 @@ def groundwater(found: Measured) -> Iterator[Verdict]:
         6,
     )
     yield _row(
-        f"groundwater: level at a stage of {STAGE} m from 52 weeks on",
+        f"groundwater: level at a stage of {labels.STAGE} m from 52 weeks on",
         f"{level[later].min():.2f} to {level[later].max():.2f} m",
         "330.8 +- .1 m throughout",
         np.abs(level[later] - 330.8).max() <= 0.1,

@@ -11,7 +11,7 @@ import numpy as np
 from . import filters, labels, opponents, records
 from . import tracks as recorded
 from .labels import Found
-from .ours import ours
+from .ours import between_jumps, ours
 from .protocol import Score, inside_and_density, judge
 
 OURS, FROZEN, KALMAN, FADING = "driftwise", "frozen ARX", "Kalman, tuned", "RLS .995"
@@ -82,7 +82,6 @@ def row(name: str, where: Path) -> Row:
 # --- labelled records --------------------------------------------------------------------------------------
 
 DETECTORS = (OURS, "RLS .995, CUSUM 5", "RLS .995, CUSUM 10")
-STAGE = 2.8  # m, of the river: where the level of the groundwater is read
 
 
 class Labelled(NamedTuple):
@@ -94,30 +93,33 @@ class Labelled(NamedTuple):
     truths: dict[str, np.ndarray]
 
 
-def detectors(record: records.Record) -> tuple[dict[str, Any], Any]:
-    """Return the alarms of every detector on a record, and what driftwise said."""
+def detectors(record: records.Record) -> dict[str, Any]:
+    """Return the alarms of every detector on a record."""
     y, u, _ = record
     scale = opponents.first_half(y, u)
     Y, U = scale.apply(y, u)
     s = opponents.by_bic(Y, U)
     fading = opponents.rls(opponents.regressors(Y, U, s), Y, s.reach, 0.995)
     z = labels.running_score(Y - fading.prediction)
-    mine = ours(*record)
-    return dict(zip(DETECTORS, (mine.alarms, labels.cusum(z, h=5.0), labels.cusum(z, h=10.0)))), mine
+    return dict(zip(DETECTORS, (ours(*record).alarms, labels.cusum(z, h=5.0), labels.cusum(z, h=10.0))))
 
 
 def labelled(name: str, where: Path) -> Labelled:
     """Return what the detectors did on one of the records of ``labels.CHANGES``."""
-    alarms, mine = detectors(labels.READ[name](where))
+    record = labels.READ[name](where)
+    alarms = detectors(record)
     changes = [c for c in labels.CHANGES if c.record == name]
     found = {d: [labels.look(a, c.clean, c.at, c.until) for c in changes] for d, a in alarms.items()}
-    truths = {} if mine.steady is None else mine.steady(STAGE if name == "river_only" else 0.0)._asdict()
+    truths = {}
+    if name in labels.FIRST_ORDER:
+        nk, at = labels.FIRST_ORDER[name]
+        truths = between_jumps(record.y, record.u, nk, at)._asdict()
     return Labelled(name, found, alarms[OURS].tolist(), truths)
 
 
 def pump(name: str, where: Path) -> Labelled:
     """Return what the detectors did on the flow of one file of the pump rig."""
-    alarms, _ = detectors(records.flow_of(name)(where))
+    alarms = detectors(records.flow_of(name)(where))
     onset = labels.pump_onset(where, name)
     found = {d: [labels.look(a, 0, onset, onset + labels.PUMP + 1)] for d, a in alarms.items()}
     return Labelled(name, found, alarms[OURS].tolist(), {})
@@ -127,7 +129,7 @@ def day(name: str, where: Path) -> Labelled:
     """Return what the detectors did on one day of the air handler, after two clean days to learn on."""
     record = records.air_handler_days(*labels.CLEAN_DAYS, f"2017-{name}")(where)
     midnight = len(record.y) - labels.DAY
-    alarms, _ = detectors(record)
+    alarms = detectors(record)
     found = {d: [labels.look(a, midnight, midnight)] for d, a in alarms.items()}
     return Labelled(name, found, [int(a) - midnight for a in alarms[OURS] if a >= midnight], {})
 

@@ -50,6 +50,9 @@ CHANGES = (
 )
 READ: dict[str, Callable[[Path], Record]] = {**records.ROWS, "river_only": records.river_only}
 
+STAGE = 2.8  # m, of the river: where the level of the groundwater is read
+FIRST_ORDER = {"river_only": (0, STAGE), "dc_motor_hoop": (1, 0.0)}  # whose true gain is known: delay, input at rest
+
 PUMP = 400  # samples after the onset within which an alarm counts
 CLEAN_DAYS = ("2017-09-20", "2017-09-23")  # what a monitor of the air handler learns on
 FAULTS = {"09-11": 120, "09-12": 10, "09-14": 10, "09-15": 10, "09-22": 10}  # minutes of work by which it is to be told

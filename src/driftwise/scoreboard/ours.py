@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+import driftwise as dw
+
 from ..workflow.identification import Finder
+from ..workflow.identifier import PILOT
 from ..workflow.recognise import recognise
 
 EDGE = 1.959963984540054  # of the 95 % band of a standard normal
@@ -20,7 +23,6 @@ class Ours(NamedTuple):
     inside: np.ndarray  # 1 where y lies in its 95 % band, NaN where it is missing
     log_score: np.ndarray  # log predictive density
     alarms: np.ndarray  # samples at which a change was told
-    steady: Any = None  # steady(at) -> Steady of the model's trace, or None where it has no input
 
 
 class Steady(NamedTuple):
@@ -38,26 +40,35 @@ def ours(y, u, time=None) -> Ours:
     names = tuple(f"u{i + 1}" for i in range(u.shape[1]))
     columns = {"y": y, **dict(zip(names, u.T))}
     finder = Finder(recognise(columns, output="y", inputs=names))
-    forecast, trace = finder.add(np.arange(len(y), dtype=float), y, u)
+    forecast, _ = finder.add(np.arange(len(y), dtype=float), y, u)
     z = forecast.normal_score
     inside = np.where(np.isfinite(z), np.abs(z) <= EDGE, np.nan)
     told = np.array([change.told for change in finder.changes], int)
-    steady = (
-        (lambda at: _steady(finder.estimator, y, u, at)) if names and hasattr(trace.estimator.model, "na") else None
-    )
-    return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told, steady)
+    return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told)
+
+
+def between_jumps(y, u, nk: int, at: float) -> Steady:
+    """Return gain and level, at an input held at ``at``, of the first-order model that the truths are those of.
+
+    Its parameters are constant until they jump; the record is taken about its medians at the start.
+    """
+    pilot = slice(PILOT)
+    middle, rest = float(np.median(y[pilot])), np.median(u[pilot], axis=0)
+    est = dw.ARX(1, 1, nk, memory=dw.UntilJump(dw.SelfStarting()), offset=True)
+    est = est.scaled_to(y[pilot] - middle, u[pilot] - rest)
+    found = _steady(est, y - middle, u - rest, at - rest[0])
+    return found._replace(level=found.level + middle)
 
 
 def _steady(estimator, y, u, at) -> Steady:
-    """Return gain and level of an ARX over time by the delta method; other inputs at their mean of the first half."""
+    """Return gain and level of an ARX with one input over time by the delta method."""
     trace = estimator.scan(y, u, keep="covariance")
     form = estimator.model
     na, nb = form.na, form.nb[0]
     theta, P = trace.parameters, trace.covariance
-    v = np.concatenate([[at], u[: len(y) // 2, 1:].mean(axis=0)])
     A = 1 + theta[:, :na].sum(axis=1)
     B = theta[:, na : na + nb].sum(axis=1)
-    weights = np.append(np.concatenate([np.zeros(na), np.repeat(v, form.nb)]), 1.0)
+    weights = np.append(np.concatenate([np.zeros(na), np.full(nb, at)]), 1.0)
     K, L = B / A, theta @ weights / A
     dK, dL = np.zeros_like(theta), np.tile(weights, (len(theta), 1)) / A[:, None]
     dK[:, :na], dL[:, :na] = -(K / A)[:, None], -(L / A)[:, None]

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..detect.self_starting import SelfStarting
 from ..estimators.joint.estimator import Joint
 from ..estimators.polynomial.estimator import ARMA, ARMAX, OE
 from ..estimators.recursive.estimator import AR, ARX
 from ..memory.auto import Auto
-from ..memory.drift import Never
+from ..memory.drift import Never, UntilJump
 from ..memory.fading import Weighted
 from ..models.noise import UnknownPolynomial
 
 FORGETTING = (Never(), Weighted(0.999), Weighted(0.995), Weighted(0.98))  # speeds of change that compete
+LEVEL, JUMPS = "level", UntilJump(SelfStarting())  # a constant that jumps now and then
 ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 0), (3, 3, 1), (4, 4, 0), (4, 4, 1),
        (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
@@ -23,7 +25,7 @@ COLOURED = [1, 2, 3]  # orders of ARMAX, OE and Joint
 class Candidate(NamedTuple):
     """One structure: what it is called, its kind, and its orders as keyword arguments."""
 
-    kind: str  # AR, ARX, ARMA, ARMAX, OE or Joint
+    kind: str  # level, AR, ARX, ARMA, ARMAX, OE or Joint
     orders: dict[str, Any]
     inputs: int
     dt: float
@@ -31,25 +33,29 @@ class Candidate(NamedTuple):
     @property
     def name(self) -> str:
         """What to call it: ARX(2,2,1)."""
+        if self.kind == LEVEL:
+            return LEVEL
         numbers = (v[0] if isinstance(v, tuple) else v for v in self.orders.values())
         return f"{self.kind}({','.join(map(str, numbers))})"
 
     @property
     def is_linear(self) -> bool:
         """Whether its regressors are data, so that any memory fits it at little cost."""
-        return self.kind in ("AR", "ARX")
+        return self.kind in (LEVEL, "AR", "ARX")
 
     def estimator(self, memory: Any = Never()) -> Any:
         """Return its estimator with a memory."""
         if self.kind == "Joint":
             return Joint(self.orders["order"], self.inputs, noise=UnknownPolynomial(), dt=self.dt)
+        if self.kind == LEVEL:
+            return AR(0, memory=JUMPS, offset=True, dt=self.dt)
         kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
         return kinds[self.kind](**self.orders, memory=memory, offset=True, dt=self.dt)
 
     @property
     def memories(self) -> tuple[Any, ...]:
         """The memories it competes with."""
-        return FORGETTING if self.is_linear else (Never(),)
+        return (JUMPS,) if self.kind == LEVEL else FORGETTING if self.is_linear else (Never(),)
 
     @property
     def best(self) -> Any:
@@ -59,7 +65,9 @@ class Candidate(NamedTuple):
     @property
     def reach(self) -> int:
         """The most past outputs, or coefficients of an input."""
-        return max(max(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk")
+        return max(
+            (max(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk"), default=0
+        )
 
     @property
     def unknowns(self) -> int:
@@ -75,6 +83,7 @@ def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
         found.append(Candidate(kind, orders, k, dt))
 
     if not k:
+        add(LEVEL)
         for na in NONE:
             add("AR", na=na)
         for n in COLOURED:

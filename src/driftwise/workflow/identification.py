@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from ..memory.drift import UntilJump
 from .average_trace import AverageTrace
 from .changes import MOST, Change, changes_of
 from .diagnose import diagnose
@@ -147,7 +148,8 @@ class Finder:
         trace = self.estimator.scan(y, u, state=None if is_first else self.summary.state, time=time)
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
-        alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)
+        own = trace.jumps() if isinstance(self.estimator.options["memory"], UntilJump) else []
+        alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time, own)
         room = max(MOST - len(self.changes), 0)
         found = changes_of(trace, self.table.inputs, alarms[:room])
         self.changes += [replace(c, since=c.since + samples, told=c.told + samples) for c in found]

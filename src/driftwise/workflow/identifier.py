@@ -91,7 +91,7 @@ class Identifier:
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         self._average = self._averaging(members, names)
         self._state = self._average.start()
-        simple = [c for c in self.candidates if c.is_linear and c.reach <= SIMPLE]
+        simple = [c for c in self.candidates if c.is_linear and 0 < c.reach <= SIMPLE]
         self._simple = ModelAverage([c.estimator() for c in simple], memory=STEADY).scaled_to(*self.pilot)
         self._simple_state = self._simple.start()
 
@@ -133,8 +133,9 @@ class Identifier:
 
     @property
     def chosen(self) -> Rival:
-        """The candidate with the fewest parameters among those that predict as well as the best."""
-        close = [r for r in self.rivals if r.evidence > self.rivals[0].evidence - CLOSE]
+        """The candidate with the fewest parameters of those as likely as the best, or with errors no larger."""
+        best = self.rivals[0]
+        close = [r for r in self.rivals if r.evidence > best.evidence - CLOSE or r.rmse <= best.rmse]
         return min(close, key=lambda r: (r.unknowns, -r.evidence))
 
     @property

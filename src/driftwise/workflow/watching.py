@@ -27,9 +27,12 @@ class Watching:
         self._last = -np.inf
         self.samples = 0
 
-    def add(self, adaptive, steady, time) -> list[Event]:
-        """Return the alarms of the next piece, (T,) scores each; samples count from its beginning."""
-        found = []
+    def add(self, adaptive, steady, time, others=()) -> list[Event]:
+        """Return the alarms of the next piece, (T,) scores each; samples count from its beginning.
+
+        ``others`` are jumps that the model itself was watched for.
+        """
+        found = [(event.sample, event.since or 0) for event in others]
         for k, (detector, z) in enumerate(((SOON, adaptive), (SLOWLY, steady))):
             alarms = detector.scan(z, state=self._states[k])
             self._states[k] = alarms.state
