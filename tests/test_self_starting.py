@@ -149,3 +149,12 @@ def test_bad_settings_are_told(settings, words):
         dw.SelfStarting(**settings).resolve()
     assert dw.SelfStarting().run_length == 1000.0
     assert "at most one false alarm per 1 000 samples" in dw.SelfStarting().words
+
+
+def test_thresholds_that_are_known_are_those_that_would_be_found():
+    from driftwise.detect import variance
+
+    asked = {dw.SelfStarting(*more).resolve().h[-1] for more in (("1 per 1000",), ("1 per 1500",), ("1 per 3000",))}
+    assert asked <= set(variance.KNOWN.values())
+    key = (4500.0, 4.0, 0)
+    assert math.isclose(variance.KNOWN[key], variance._searched(*key), rel_tol=1e-9)

@@ -142,7 +142,7 @@ def content(found, notes) -> dict[str, Any]:
             "log_score": f.log_score,
         },
         "changes": [
-            {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": c.words(found.origin)}
+            {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": c.words(found.when(c.time))}
             for c in found.changes
         ],
         "diagnosis": [verdict.as_dict() for verdict in found.diagnosis],

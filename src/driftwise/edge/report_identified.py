@@ -30,9 +30,9 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     trace, forecast, table, summary = found.trace, found.forecast, found.table, found.summary
     trace.diagnosis = found.diagnosis
     events = list(trace.events() if events is None else events)
-    clock = "time (s)" if table.timed or table.time is None else table.time
+    clock = "time (s)" if table.timed else table.time or "sample"
     line = Timeline(trace.time, clock, found.origin, getattr(trace, "rows", None))
-    marks = [Mark(change.time, "jump", change.words(found.origin)) for change in found.changes]
+    marks = [Mark(change.time, "jump", change.words(found.when(change.time))) for change in found.changes]
     labels = {"inputs": [_named(table[name]) for name in table.inputs]}
     below = report_figures.inputs(line, trace, labels) if table.inputs else []
     shares, names = by_structure(forecast)
@@ -105,7 +105,7 @@ def by_structure(forecast):
 def _cards(found, line) -> list[str]:
     f, changes = found.forecast_summary, found.changes
     last = changes[-1] if changes else None
-    what = f"last {line.words(last.time)}: {' and '.join(last.moved) or 'parameters'}" if last else "nothing jumped"
+    what = f"last {found.when(last.time)}: {' and '.join(last.moved) or 'parameters'}" if last else "nothing jumped"
     sure = [
         html.card("One-step fit", fixed(f.fit, 1), f"last value: {number(found.naive['last value'], 3)} rms", "", "%"),
         html.card("Held by 95 % bands", fixed(100 * f.coverage, 1), "about 95 is right",
@@ -119,7 +119,7 @@ def _cards(found, line) -> list[str]:
 
 
 def _changes(found, line) -> str:
-    rows = [[line.words(c.time), " and ".join(c.moved) or "the parameters", f"{c.delay}"] for c in found.changes]
+    rows = [[found.when(c.time), " and ".join(c.moved) or "the parameters", f"{c.delay}"] for c in found.changes]
     return html.table([line.label, "what changed", "samples until noticed"], rows, text=(0, 1)) if rows else ""
 
 

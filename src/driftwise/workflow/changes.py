@@ -32,9 +32,9 @@ class Change:
         """Samples until it was told."""
         return self.told - self.since
 
-    def words(self, origin: str | None = None) -> str:
-        """Return it as a phrase; with the time stamp of second 0 it has a date."""
-        at = f"at {instant(self.time, origin)}"
+    def words(self, when: str | None = None) -> str:
+        """Return it as a phrase; ``when`` is its time as it is to be written, seconds if omitted."""
+        at = f"at {when or instant(self.time, None)}"
         known = [f"noticed {self.delay} samples later"] if self.delay > 1 else []
         known += [f"odds {odds_words(self.odds)}"] if self.odds is not None else []
         what = " and ".join(self.moved) or "the forecast no longer fits"

@@ -101,6 +101,12 @@ class Identification:
     def __repr__(self):
         return f"Identification({self.chosen.name} of {self.table.output!r}, {len(self.changes)} changes)"
 
+    def when(self, time: float) -> str:
+        """Write an instant of the record: a date, seconds, a value of its clock, or a sample."""
+        from .identification_words import when
+
+        return when(self, time)
+
     def evidence(self) -> dict[str, list]:
         """Return a table by column: model, memory, unknowns, log_odds against the best, rmse one step ahead."""
         r = self.rivals

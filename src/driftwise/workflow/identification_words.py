@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from .wording import gain_words, is_integrator, lasting, pole_words
+from .wording import gain_words, instant, is_integrator, lasting, pole_words
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
 ORDINAL = {1: "First", 2: "Second", 3: "Third"}
@@ -21,6 +21,20 @@ def answer(found) -> str:
     return " ".join(part for part in (_plant(found), _changes(found), _trust(found), _choice(found)) if part)
 
 
+def span(table, seconds: float) -> str:
+    """Write a length of time in the unit of the clock; in samples where it has none."""
+    return lasting(seconds) if table.timed else f"{seconds / table.dt:.3g} samples"
+
+
+def when(found, time: float) -> str:
+    """Write an instant of the record: a date, seconds, a value of its clock, or a sample."""
+    table = found.table
+    if table.timed:
+        text = instant(time, found.origin)
+        return text.partition(".")[0] if found.origin and table.dt >= 1 else text
+    return f"sample {time:.0f}" if table.time is None else f"{table.time} {time:.6g}"
+
+
 def _plant(found) -> str:
     """Say what the chosen model is: order, modes, gains."""
     s, table, dt = found.summary, found.table, found.estimator.dt
@@ -30,7 +44,7 @@ def _plant(found) -> str:
         name = min(found.naive, key=lambda n: found.naive[n])
         return f"{table.output} is best predicted by its {name}: no model of it does better."
     poles = [(p, std) for p, std in s.poles if abs(p) > FAST]
-    modes = list(dict.fromkeys(_mode(p, std, dt) for p, std in poles if p.imag >= 0))[:MODES]
+    modes = list(dict.fromkeys(_mode(p, std, table, dt) for p, std in poles if p.imag >= 0))[:MODES]
     n = len(poles)
     text = f"{ORDINAL.get(n, f'{n}th')} order: {', '.join(modes)}." if n else "No memory of its own."
     gains = gain_words(found.model) if table.inputs and all(abs(p) < 1 for p, _ in s.poles) else []
@@ -38,15 +52,15 @@ def _plant(found) -> str:
     return text + (f" Gain {', '.join(told)}." if told else "")
 
 
-def _mode(p: complex, std: float, dt: float) -> str:
+def _mode(p: complex, std: float, table, dt: float) -> str:
     """Say what a pole means in time."""
     r = abs(p)
     if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std):
         return pole_words(p, std, dt)
-    tau = lasting(-dt / math.log(r))
+    tau = span(table, -dt / math.log(r))
     if not p.imag:
         return f"time constant {tau}"
-    return f"oscillation of period {lasting(2 * math.pi * dt / abs(cmath.phase(p)))}, decay {tau}"
+    return f"oscillation of period {span(table, 2 * math.pi * dt / abs(cmath.phase(p)))}, decay {tau}"
 
 
 def _choice(found) -> str:
@@ -72,5 +86,5 @@ def _changes(found) -> str:
         return "Nothing jumped."
     shown = found.changes[:3]
     more = f"; and {len(found.changes) - 3} more changes" if len(found.changes) > 3 else ""
-    text = "; ".join(change.words(found.origin) for change in shown)
+    text = "; ".join(change.words(when(found, change.time)) for change in shown)
     return f"{text[0].upper()}{text[1:]}{more}."
