@@ -39,7 +39,8 @@ def weekly():
 
 def gains(found):
     """Return the gain of the first input and its standard deviation over time."""
-    trace = found.estimator.scan(found.trace.y, found.trace.u, keep="covariance", time=found.trace.time)
+    y, u = found.trace.y - found.center[0], found.trace.u - found.center[1:]
+    trace = found.estimator.scan(y, u, keep="covariance", time=found.trace.time)
     models = [trace.model(k) for k in range(DRAWN, len(trace))]
     return (np.array([np.atleast_1d(getattr(m, name))[0] for m in models]) for name in ("dc_gain", "dc_gain_std"))
 

@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -153,10 +154,14 @@ def test_files_that_cannot_be_used(call, tmp_path, plant):
     code, _, err = call("run", plant, "-o", "y", "--save", plant)
     assert code == 2
     assert "overwrite" in err
+    before = Path(plant).read_bytes()
+    code, _, err = call("run", plant, "--save", plant)
+    assert code == 2 and "overwrite" in err and Path(plant).read_bytes() == before
 
 
 def test_usage_errors_have_exit_code_two(call, plant):
-    assert call("run", plant)[0] == 2
+    assert call("run")[0] == 2
+    assert call("run", plant, "--order", "3")[0] == 2
     assert call("walk", plant)[0] == 2
     assert call("run", plant, "-o", "y", "--order", "two")[0] == 2
 
@@ -210,7 +215,7 @@ def test_warm_compiles_what_identify_needs(monkeypatch):
     for name in ("driver", "passage"):
         monkeypatch.setattr(compose, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
     monkeypatch.setattr(dw.Joint, "smooth", lambda self, y: None)
-    monkeypatch.setattr(dw.SelfStarting, "scan", lambda self, z: asked.add((type(self),)))
+    monkeypatch.setattr(dw.SelfStarting, "scan", lambda self, z: asked.add((type(self.resolve()),)))
     list(warm.warm())
     all_ = [c for inputs in (0, 1, 2) for c in candidates(inputs)]
     needed = [est for c in all_ for est in (c.best, *map(c.estimator, c.memories))]

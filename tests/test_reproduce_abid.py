@@ -68,6 +68,7 @@ def assert_contract(found, name, seeds, must):
     assert [part for part in must if not any(part in one for one in names)] == []
 
 
+@pytest.mark.slow
 def test_the_paper_with_few_records(tmp_path):
     """The whole command: every check holds, the page is self-contained and lists what does not hold."""
     code, found = command("abid2008", tmp_path, 30, "--figures", tmp_path / "page")

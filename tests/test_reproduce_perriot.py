@@ -66,12 +66,14 @@ def run(tmp_path_factory):
     return code, json.loads((folder / "r.json").read_text()), folder / "page"
 
 
+@pytest.mark.slow
 def test_every_check_holds_and_the_exit_code_says_so(run):
     code, found, _ = run
     assert [row["name"] for row in found["verdicts"] if not row["pass"] or row["skipped"]] == []
     assert code == 0
 
 
+@pytest.mark.slow
 def test_the_json_keeps_its_contract(run):
     _, found, _ = run
     assert found["name"] == "perriot1981" and found["seeds"] == 40
@@ -85,6 +87,7 @@ def test_the_json_keeps_its_contract(run):
     assert [part for part in MUST if not any(part in name for name in names)] == []
 
 
+@pytest.mark.slow
 def test_the_page_is_self_contained(run):
     page = (run[2] / "perriot1981.html").read_text()
     assert "http" not in page and "<script" not in page
@@ -130,6 +133,7 @@ def test_a_statement_does_not_hold_only_where_its_finding_is_confirmed(monkeypat
     assert verdict.fails and found.refuted == [] and found.against == ""
 
 
+@pytest.mark.slow
 def test_every_statement_of_the_paper_is_shown_with_its_number(run):
     """Convergence with a fixed threshold, R_D among energies, the sign of T1 and the rest, each with what it is now."""
     page = (run[2] / "perriot1981.html").read_text()

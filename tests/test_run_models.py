@@ -156,7 +156,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         ),
         (["--model", "arx:400,400"], "Auto of 1200 parameters keeps 8.8e+08 numbers"),
         (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
-        (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (How fast each parameter drifts"),
+        (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (how fast each parameter drifts"),
         (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),
         (["--memory", "auto"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),

@@ -157,4 +157,4 @@ def test_thresholds_that_are_known_are_those_that_would_be_found():
     asked = {dw.SelfStarting(*more).resolve().h[-1] for more in (("1 per 1000",), ("1 per 1500",), ("1 per 3000",))}
     assert asked <= set(variance.KNOWN.values())
     key = (4500.0, 4.0, 0)
-    assert math.isclose(variance.KNOWN[key], variance._searched(*key), rel_tol=1e-9)
+    assert variance.KNOWN[key] == pytest.approx(variance._searched(*key), rel=1e-9)

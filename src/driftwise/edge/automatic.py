@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from driftwise.edge.keep import Keeper, Offsets
+from driftwise.edge.options import check_targets
 from driftwise.edge.runner import progress
 from driftwise.errors import CommandError, InputError
 
@@ -24,6 +25,7 @@ class Automatic(NamedTuple):
     report: str | None = None
     json: str | None = None
     chunk: int = 65_536
+    dt: float | None = None
 
 
 class Both(Keeper):
@@ -35,13 +37,14 @@ class Both(Keeper):
 
     def join(self, trace, forecast) -> None:
         """Take in the next stretch of both."""
-        self._with = forecast
-        self.add(trace)
         self.forecast = self.forecast or forecast
         self._last = forecast
+        self.add(trace)
 
     def keep(self, watched, *columns):
-        super().keep([*watched, self._with.innovation], *columns, self._with.outs)
+        from driftwise.workflow.identifier import widened
+
+        super().keep([*watched, self._last.innovation], *columns, widened(self._last, self.forecast.names))
 
     def traces(self):
         """Return what was kept: a trace and a forecast."""
@@ -60,9 +63,13 @@ def execute(plan: Automatic) -> None:
     from driftwise.edge.terminal_identified import show
 
     start = perf_counter()
+    try:
+        check_targets(plan)
+    except InputError as error:
+        raise CommandError(str(error)) from None
     saver = Saver(plan.save) if plan.save else None
     try:
-        found, keeper, stopped = identify_file(plan, saver)
+        found, keeper, stopped, losses = identify_file(plan, saver)
     except InputError as error:
         raise CommandError(str(error)) from None
     finally:
@@ -70,7 +77,7 @@ def execute(plan: Automatic) -> None:
             saver.close()
     taken = perf_counter() - start
     title = "standard input" if plan.file == "-" else plan.file
-    notes = [*found.table.notes]
+    notes = [*found.table.notes, *losses]
     if stopped:
         notes.insert(0, "stopped early; the results are those of the rows read so far.")
     if plan.report:
@@ -89,11 +96,11 @@ def execute(plan: Automatic) -> None:
 
 
 def identify_file(plan: Automatic, saver=None):
-    """Return the `Identification`, its keeper, and whether it was stopped early."""
+    """Return the `Identification`, its keeper, whether it was stopped early, and what of the cells was lost."""
     from driftwise.edge.newcomer import gathered, read
     from driftwise.workflow.identification import Finder
 
-    table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, dt=plan.dt)
     finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
     keeper: Any = None
     stopped = False
@@ -112,7 +119,7 @@ def identify_file(plan: Automatic, saver=None):
             stopped = True
     if keeper is None:
         raise InputError(f"{plan.file}: no row can be read.")
-    return finder.found(*keeper.traces()), keeper, stopped
+    return finder.found(*keeper.traces()), keeper, stopped, stretches.losses()
 
 
 def _table(trace, forecast):
@@ -135,6 +142,7 @@ def content(found, notes) -> dict[str, Any]:
         "dt": table.dt,
         "words": found.words,
         "model": found.chosen.name,
+        "center": found.center.tolist(),
         "candidates": found.evidence(),
         "naive": found.naive,
         "forecast": {
@@ -142,9 +150,10 @@ def content(found, notes) -> dict[str, Any]:
             "log_score": f.log_score,
         },
         "changes": [
-            {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": c.words(found.when(c.time))}
+            {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": found.told(c)}
             for c in found.changes
         ],
+        "alarms": found.alarms,
         "diagnosis": [verdict.as_dict() for verdict in found.diagnosis],
         "summary": found.summary.as_dict(),
         "notes": notes,

@@ -7,14 +7,17 @@ import re
 from driftwise.edge.dialect import MISSING
 from driftwise.errors import InputError
 
-__all__ = ["numbers", "seconds"]
+__all__ = ["numbers", "seconds", "switched"]
+
+LARGEST = 1e100  # whose square is a number yet
+ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no", "aus", "nein", "falsch"}
 
 _GROUPED = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?$"  # 1.234,5 with thousands dots
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
 
 
 def numbers(column, decimal: str = "."):
-    """Return (values, bad): float64, NaN where missing, and a mask of the cells that are no finite number.
+    """Return (values, bad): float64, NaN where missing, and a mask of the cells that are no number, or beyond 1e100.
 
     Parameters
     ----------
@@ -42,7 +45,7 @@ def numbers(column, decimal: str = "."):
         values, bad = column.to_numpy(zero_copy_only=False), None
     else:
         raise InputError(f"a column of type {kind} cannot be used as numbers")
-    infinite = np.isinf(values)
+    infinite = np.abs(values) > LARGEST
     if infinite.any():
         values = np.where(infinite, np.nan, values)
     return values, infinite if bad is None else bad | infinite
@@ -52,6 +55,23 @@ def is_text(kind) -> bool:
     import pyarrow as pa
 
     return pa.types.is_string(kind) or pa.types.is_large_string(kind) or str(kind) == "string_view"
+
+
+def switched(column):
+    """Return (values, bad) of a column of words such as on and off: 1 and 0, NaN where missing.
+
+    >>> import pyarrow as pa
+    >>> switched(pa.array(["on", "OFF", None, "?!"]))
+    (array([ 1.,  0., nan, nan]), array([False, False, False,  True]))
+    """
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = pc.utf8_lower(_trimmed(column))
+    on, off = (pc.is_in(cells, value_set=pa.array(sorted(words))).to_numpy(False) for words in (ON, OFF))
+    bad = pc.is_valid(cells).to_numpy(False) & ~on & ~off
+    return np.where(on, 1.0, np.where(off, 0.0, np.nan)), bad
 
 
 def _parse(column, decimal):

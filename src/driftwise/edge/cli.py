@@ -246,7 +246,7 @@ def _identify(file, output, inputs, time, wrong, dt, start, stop, save, report, 
     """Run with everything found out but the columns that were named."""
     from driftwise.edge.automatic import Automatic, execute
 
-    others = {"--dt": dt, "--from": start, "--to": stop}
+    others = {"--from": start, "--to": stop}
     wrong = [name for name in wrong if name != "--model"] + [n for n, value in others.items() if value is not None]
     if wrong:
         raise CommandError(f"{', '.join(wrong)}: the model is found out here; name one with --model and --output.")
@@ -255,7 +255,7 @@ def _identify(file, output, inputs, time, wrong, dt, start, stop, save, report, 
             f"--output was given {len(output)} times ({', '.join(output)}): one is identified at a time."
         )
     inputs = None if inputs is None else tuple(inputs)
-    execute(Automatic(file, output[0] if output else None, inputs, time, save, report, json, chunk))
+    execute(Automatic(file, output[0] if output else None, inputs, time, save, report, json, chunk, dt))
 
 
 @app.command()

@@ -154,22 +154,29 @@ def _header(rows, first, width, numeric):
     A header may have several lines: titles, names of groups over names, and a last one of units.
     """
     if not _is_header(rows[first], numeric):
-        before = rows[first - 1] if first else []
-        if _is_words(before) and len(before) > 1:  # a header with fewer or more cells than the rows
-            return before, [], first
+        start = first
+        while start and first - start < HEADER_LINES and _is_words(rows[start - 1]):
+            start -= 1
+        lines = [row for row in rows[start:first] if len(row) == len(rows[first - 1]) > 1]
+        if lines:  # a header with fewer or more cells than the rows
+            return *_names_and_units(lines, len(lines[0])), first
         return None, [], first
     start = first + 1
     while start < min(len(rows), first + HEADER_LINES) and len(rows[start]) == width and _is_words(rows[start]):
         if not numeric:  # a table of words: nothing tells a second line from data
             break
         start += 1
-    lines = rows[first:start]
+    return *_names_and_units(rows[first:start], width), start
+
+
+def _names_and_units(lines, width):
+    """Return names and units from the lines of a header."""
     named = [line for line in lines if width <= 2 or sum(map(bool, line)) > 1]  # one cell in a wide line is a title
     lines = named or lines[-1:]
     units: list[str] = []
     if len(lines) > 1 and (_are_units(lines[-1]) or (len(lines) == 2 and _are_short(lines))):
         units = lines.pop()
-    return _joined(lines), units, start
+    return _joined(lines), units
 
 
 def _are_units(line: list[str]) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 __all__ = ["identify"]
 
 
-def identify(data, output: str | None = None, input=None, time: str | None = None):
+def identify(data, output: str | None = None, input=None, time: str | None = None, dt: float | None = None):
     """Return what a record says about the plant behind it: model, changes, forecast, verdicts; nothing to tune.
 
     Parameters
@@ -17,6 +17,8 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     output, input, time : str, optional
         Columns, where they are known (several inputs: a list; none: ()). What is left out is recognised by name and
         behaviour, and said.
+    dt : float, optional
+        Seconds between rows, where no column says so.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     from driftwise.workflow.identification import Finder
     from driftwise.workflow.identifier import joined
 
-    table, stretches = read(data, output, input, time)
+    table, stretches = read(data, output, input, time, dt=dt)
     finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
     forecasts: list[Any] = []
     traces: list[Any] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from driftwise.edge.opened import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
@@ -36,15 +37,21 @@ class Stretches:
     def cleaned(self) -> dict[str, int]:
         return dict(zip(self.signals, self._cleaner.cleaned.tolist(), strict=True))
 
-    def notes(self) -> list[str]:
-        """Return what reading the whole table has brought up, a sentence each; of the part read so far."""
+    def losses(self) -> list[str]:
+        """Return which cells and rows could not be read so far, a sentence each."""
         told = [
-            f"{count} cells of {name!r} are not finite numbers and were taken as missing; are there words among them?"
+            f"{count} cell{'s' * (count > 1)} of {name!r} cannot be read as a number: taken as missing."
             for name, count in self.table.bad.items()
             if count and name in self.signals
         ]
         if self.table.ragged:
-            told.append(f"{self.table.ragged} rows have too many or too few cells and were taken as missing.")
+            many = "1 row has" if self.table.ragged == 1 else f"{self.table.ragged} rows have"
+            told.append(f"{many} too many or too few cells: taken as missing.")
+        return told
+
+    def notes(self) -> list[str]:
+        """Return what reading the whole table has brought up, a sentence each; of the part read so far."""
+        told = self.losses()
         cleaned = ", ".join(f"{count} of {name!r}" for name, count in self.cleaned.items() if count)
         if cleaned:
             told.append(f"Values not believed and taken as missing: {cleaned}.")
@@ -97,7 +104,7 @@ def gathered(stretches, rows: int = CHUNK_ROWS):
         yield tuple(map(np.concatenate, zip(*parts)))
 
 
-def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS):
+def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS, dt=None):
     """Return (`Table`, iterator of (time, y, u)) of a table that nobody described.
 
     Parameters
@@ -107,6 +114,7 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
     chunk_rows : rows that are read at a time; what comes out does not depend on it
     head_rows : rows by which the table is recognised. A shorter table is recognised as a whole: to score predictions
         of its later part, give the length of the earlier one. A drop-out is known only from up to 16 rows after it.
+    dt : seconds between rows, where no clock of the table says so
 
     Returns
     -------
@@ -125,7 +133,7 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
     100
     """
     from driftwise.edge.tables import resolve
-    from driftwise.workflow.recognise import recognise
+    from driftwise.workflow.recognise import on_clock, recognise
 
     table = open_table(data, chunk_rows, head_rows)
     try:
@@ -134,8 +142,32 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
         if inputs is not None:
             inputs = [inputs] if isinstance(inputs, str) else inputs
             inputs = tuple(resolve(table.names, name, "input") for name in inputs)
+        if output is not None and output in (*(inputs or ()), time):
+            part = "time" if output == time else "input"
+            raise InputError(f"column {output!r} is asked for as output and as {part}; it can be one of them only.")
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
+        turned = _turned(table, time, stamps)
         found = recognise(table.head, output, inputs, time, table.units, stamps)
+        if dt is not None:
+            found = on_clock(found, dt)
+        found = replace(found, notes=(*turned, *found.notes))
     except InputError as error:
         raise InputError(f"{table.title}: {error}") from None
     return found, Stretches(table, found)
+
+
+def _turned(table: OpenTable, time, stamps) -> list[str]:
+    """Turn a table round whose newest row comes first; return what was done, in words."""
+    import numpy as np
+
+    from driftwise.workflow.roles import parse
+
+    for name in [time] if time is not None else table.names:
+        values = table.head[name]
+        if values is None or (name not in stamps and name != time and "time" not in parse(name).kinds):
+            continue
+        steps = np.diff(values[np.isfinite(values)])
+        if len(steps) > 1 and np.mean(steps < 0) > 0.9:
+            table.turn(name)
+            return [f"{name!r} runs backwards, the newest row first: the rows were turned round."]
+    return []

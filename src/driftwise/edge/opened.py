@@ -26,7 +26,7 @@ class OpenTable:
     ----------
     names : all its columns
     units : unit per column name, where the table gives one
-    kinds : "number", "stamp" (also a time of day) or "text" per column name
+    kinds : "number", "stamp" (also a time of day), "switch" (on and off) or "text" per column name
     head : the first rows: float64 per column of numbers (NaN where missing), seconds per column of time stamps, None
         per column of text. A column of dates takes in the time of day that a column of its own holds.
     bad : cells that were no finite number, per column of numbers
@@ -43,6 +43,7 @@ class OpenTable:
     _days: dict[str, TimeOfDay] = field(default_factory=dict)  # columns of times of day
     _paired: tuple[str, str] | None = None  # a column of dates, and the one of the times of day
     _over: dict[str, Any] = field(default_factory=dict)  # rows read beyond the head
+    _is_whole: bool = True  # whether all rows have been read
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,6 +93,16 @@ class OpenTable:
         if parts and len(parts[0][names[0]]):
             yield parts[0]
 
+    def turn(self, clock: str) -> None:
+        """Turn round the rows of a table whose newest row comes first; one that is too long for that is told so."""
+        if not self._is_whole:
+            raise InputError(
+                f"{clock!r} runs backwards, the newest row first, and the table is too long to be turned round here: "
+                "sort its rows by time and save it again."
+            )
+        for name, column in self.head.items():  # all rows are there: none is left over
+            self.head[name] = None if column is None else column[::-1]
+
     def _look(self) -> None:
         """Read the first rows, and settle what kind each column is."""
         import numpy as np
@@ -104,6 +115,7 @@ class OpenTable:
                 self._pair(dict(zip(names, arrays, strict=True)))
             parts.append(self._converted(names, arrays, ragged))
             if sum(map(_length, parts)) >= self.head_rows:
+                self._is_whole = False
                 break
         if not self.kinds:
             raise InputError(
@@ -136,7 +148,7 @@ class OpenTable:
         import numpy as np
         import pyarrow as pa
 
-        from driftwise.edge.cells import numbers, seconds
+        from driftwise.edge.cells import is_text, numbers, seconds, switched
 
         kind = array.type.value_type if pa.types.is_dictionary(array.type) else array.type
         if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
@@ -145,6 +157,8 @@ class OpenTable:
         if 2 * of_day(array)[1] > len(array):
             self._days[name] = TimeOfDay()
             return "stamp"
+        if is_text(array.type) and len(array) and not switched(array)[1].any():
+            return "switch"
         try:
             values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
             if is_stamp:
@@ -158,7 +172,7 @@ class OpenTable:
         """Return float64 columns of one batch, with rows of NaN where the row was ragged."""
         import numpy as np
 
-        from driftwise.edge.cells import numbers, seconds
+        from driftwise.edge.cells import numbers, seconds, switched
 
         columns: dict[str, Any] = {}
         rows = (len(arrays[0]) if arrays else 0) + len(ragged)
@@ -176,7 +190,8 @@ class OpenTable:
                 clock = self._clocks.setdefault(name, Clock(name))
                 values = clock.stamps(values) if is_stamp else np.full(len(values), np.nan)
             else:
-                values, bad = numbers(array, self.source.decimal)
+                is_switch = self.kinds[name] == "switch"
+                values, bad = switched(array) if is_switch else numbers(array, self.source.decimal)
                 self.bad[name] = self.bad.get(name, 0) + int(bad.sum())
             column = np.full(rows, np.nan)
             column[keep] = values

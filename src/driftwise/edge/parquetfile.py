@@ -90,7 +90,10 @@ def _mapped(data) -> Any:
             raise InputError(
                 f"column {name!r} has shape {array.shape}; a column is an array of one dimension. Is it a table?"
             )
-        columns[str(name)] = pa.array(array, from_pandas=array.dtype == object)
+        try:
+            columns[str(name)] = pa.array(array, from_pandas=array.dtype == object)
+        except pa.ArrowException:
+            raise InputError(f"column {name!r} of type {array.dtype} cannot be used as numbers or words.") from None
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
         raise InputError(f"the columns differ in length: {lengths}. Do they come from different recordings?")

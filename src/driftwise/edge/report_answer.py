@@ -7,13 +7,14 @@ from math import atan2, isfinite, log, nan, pi
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.wording import number, plus_minus
-from driftwise.workflow.wording import is_integrator, lasting
+from driftwise.workflow.clock_words import lasting
+from driftwise.workflow.wording import is_integrator
 
 __all__ = ["cards", "facts", "plant"]
 
 
-def facts(trace, summary) -> str:
-    """Return the size of the record in one line."""
+def facts(trace, summary, step: str = "") -> str:
+    """Return the size of the record in one line; ``step`` says how often a sample comes."""
     inputs = 0 if trace.u is None else (1 if trace.u.ndim == 1 else trace.u.shape[1])
     known = {0: "no input", 1: "one input"}.get(inputs, f"{inputs} inputs")
     lost = {
@@ -22,7 +23,7 @@ def facts(trace, summary) -> str:
         "outliers": summary.rejected + summary.happened["outliers"][0],
         "unreadable": summary.bad_values,
     }
-    told = [f"{summary.samples:,} samples".replace(",", "\u2009"), f"every {lasting(trace.dt)}", known]
+    told = [f"{summary.samples:,} samples".replace(",", "\u2009"), step or f"every {lasting(trace.dt)}", known]
     told += [f"{len(trace.names)} parameters", *(f"{count} {what}" for what, count in lost.items() if count)]
     return " \u00b7 ".join(told)
 
@@ -36,9 +37,9 @@ def cards(trace, summary, line) -> list[str]:
     ]
 
 
-def plant(summary, dt: float) -> list[str]:
+def plant(summary, dt: float, lasting=lasting) -> list[str]:
     """Return the cards of the slowest mode and the gain."""
-    found = [] if summary.is_static else [_slowest(summary, dt)]
+    found = [] if summary.is_static else [_slowest(summary, dt, lasting)]
     gain = _gain(summary)
     if gain:
         found.append(gain)
@@ -48,7 +49,7 @@ def plant(summary, dt: float) -> list[str]:
     return found
 
 
-def _slowest(summary, dt: float) -> str:
+def _slowest(summary, dt: float, lasting) -> str:
     """Return the card of the slowest mode."""
     pole, std = summary.poles[0] if summary.poles else (0j, nan)
     size, bar = abs(pole), f"pole {number(abs(pole), 4)} \u00b1 {number(std, 2)}" if isfinite(std) else ""

@@ -6,7 +6,7 @@ from typing import Any
 
 from driftwise.edge.figure import PALETTE
 from driftwise.edge.wording import number
-from driftwise.workflow.wording import instant
+from driftwise.workflow.clock_words import instant
 
 __all__ = ["FONT", "Timeline", "dress", "legend", "single"]
 

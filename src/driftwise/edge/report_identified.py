@@ -11,6 +11,7 @@ from driftwise.edge import report_parts as common
 from driftwise.edge.report_axes import Timeline
 from driftwise.edge.report_marks import Mark
 from driftwise.edge.wording import fixed, number
+from driftwise.workflow.changes import MISFIT
 
 __all__ = ["write"]
 
@@ -30,9 +31,9 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     trace, forecast, table, summary = found.trace, found.forecast, found.table, found.summary
     trace.diagnosis = found.diagnosis
     events = list(trace.events() if events is None else events)
-    clock = "time (s)" if table.timed else table.time or "sample"
+    clock = "time (s)" if table.timed else "sample" if table.sampling.kind == "none" else table.time
     line = Timeline(trace.time, clock, found.origin, getattr(trace, "rows", None))
-    marks = [Mark(change.time, "jump", change.words(found.when(change.time))) for change in found.changes]
+    marks = [Mark(change.time, "jump", found.told(change)) for change in found.changes]
     labels = {"inputs": [_named(table[name]) for name in table.inputs]}
     below = report_figures.inputs(line, trace, labels) if table.inputs else []
     shares, names = by_structure(forecast)
@@ -58,7 +59,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
         html.section(
             "parameters",
             "Parameters",
-            f"Model {found.chosen.name}; shaded: two standard deviations.",
+            f"Model {found.chosen.name} about the medians of the first samples; shaded: two standard deviations.",
             *common.stack(common.of(parts, "parameter")),
         ),
         html.section(
@@ -81,7 +82,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     return common.write(
         path,
         title=title or table.output,
-        facts=answer.facts(trace, summary),
+        facts=answer.facts(trace, summary, table.step),
         lead=found.answer,
         cards=_cards(found, line),
         sections=sections,
@@ -105,21 +106,23 @@ def by_structure(forecast):
 def _cards(found, line) -> list[str]:
     f, changes = found.forecast_summary, found.changes
     last = changes[-1] if changes else None
-    what = f"last {found.when(last.time)}: {' and '.join(last.moved) or 'parameters'}" if last else "nothing jumped"
+    what = f"last {line.words(last.time)}: {' and '.join(last.moved) or MISFIT}" if last else "nothing jumped"
     sure = [
         html.card("One-step fit", fixed(f.fit, 1), f"last value: {number(found.naive['last value'], 3)} rms", "", "%"),
         html.card("Held by 95 % bands", fixed(100 * f.coverage, 1), "about 95 is right",
-                  common.grade(0.92 <= f.coverage <= 0.975, f.coverage >= 0.85), "%"),
+                  common.grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85), "%"),
     ]  # fmt: skip
     return [
-        html.group("The plant", answer.plant(found.summary, found.trace.dt)),
-        html.group("Changes", [html.card("Changes", str(len(changes)) if changes else "none", what)]),
+        html.group("The plant", answer.plant(found.summary, found.trace.dt, found.table.lasting)),
+        html.group(
+            "Changes", [html.card("Changes", str(max(found.alarms, len(changes))) if changes else "none", what)]
+        ),
         html.group("How sure", sure),
     ]
 
 
 def _changes(found, line) -> str:
-    rows = [[found.when(c.time), " and ".join(c.moved) or "the parameters", f"{c.delay}"] for c in found.changes]
+    rows = [[line.words(c.time), " and ".join(c.moved) or MISFIT, f"{c.delay}"] for c in found.changes]
     return html.table([line.label, "what changed", "samples until noticed"], rows, text=(0, 1)) if rows else ""
 
 

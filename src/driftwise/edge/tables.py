@@ -247,6 +247,8 @@ def resolve(names, wanted: str, role: str) -> str:
 
     if wanted in names:
         return wanted
+    if not isinstance(wanted, str):
+        raise InputError(f"the {role} must be the name of a column, got {wanted!r}")
     if wanted.isdigit() and 1 <= int(wanted) <= len(names):
         return names[int(wanted) - 1]
     folded = {name.casefold(): name for name in names}

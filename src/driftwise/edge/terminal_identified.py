@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from driftwise.edge.terminal import console, parameters, roots, shelves, table
 from driftwise.edge.wording import fixed, number
-from driftwise.workflow.wording import lasting
+from driftwise.workflow.identification_words import brief
 
 __all__ = ["show"]
 
@@ -18,15 +18,24 @@ def show(found, *, title: str, taken: float, notes: list[str], stderr: bool = Fa
     out, t, s = console(stderr=stderr), found.table, found.summary
     out.print()
     out.print(Text(title, style="bold"))
-    every = f"every {lasting(t.dt)}" if t.timed else "no clock in seconds"
-    facts = [f"{s.samples} samples", every, f"{len(found.rivals)} models compared", f"took {taken:.2f} s"]
+    facts = [f"{s.samples} samples", t.step, f"{len(found.rivals)} models compared", f"took {taken:.2f} s"]
     out.print(Text(" \u00b7 ".join(facts), style="dim"))
     out.print()
-    out.print(Text(found.words))
+    out.print(Text(brief(found)))
     out.print()
-    for shelf in shelves([parameters(s), roots("pole", s.poles, 1.0), _quality(found), _candidates(found)], out):
+    out.print(Text(t.words))
+    out.print()
+    for verdict in found.diagnosis.not_fine if s.is_enough else ():
+        out.print(Text("beware: ", style="yellow") + Text(f"{verdict.advice}."))
+    if not found.diagnosis.is_fine and s.is_enough:
+        out.print()
+    tables = [parameters(s), roots("pole", s.poles, 1.0), _quality(found)] if s.is_enough else []
+    for shelf in shelves([*tables, _candidates(found)] if found.is_judged else tables, out):
         out.print(shelf)
         out.print()
+    if len(t.inputs) > 1:
+        told = ", ".join(f"b.{k} of {name}" for k, name in enumerate(t.inputs, 1))
+        out.print(Text(f"Parameters by input: {told}.", style="dim"))
     for note in notes:
         out.print(Text("note: ", style="yellow") + Text(note))
 
@@ -35,7 +44,7 @@ def _quality(found):
     f, shown = found.forecast_summary, table(("forecast", "left"), ("", "right"))
     shown.add_row("one-step fit", f"{fixed(f.fit, 1)} %")
     shown.add_row("error (rms)", number(f.rmse, 3))
-    for name, error in found.naive.items():
+    for name, error in found.naive.items() if found.is_judged else ():
         shown.add_row(f"that of the {name}", number(error, 3))
     shown.add_row("NIS", fixed(f.nis, 2))
     shown.add_row("95 % bands hold", f"{fixed(100 * f.coverage, 1)} %")

@@ -4,7 +4,8 @@
   known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
 * `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
 * `JointMIMO` (split) and `ContinuousJoint`: the defaults
-* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`), `Auto`
+* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`,
+  `SelfStarting`), `Auto`
 * their `smooth` and `tune`, whatever the settings
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
 * `WindowObserver` on regular samples
@@ -76,7 +77,7 @@ def warm() -> Iterator[str]:
     for est in (Joint(1), Joint(1, memory=Walk(1e-6)), Joint(1, memory=UntilJump())):
         est.smooth([0.0])
         yield f"{est!r}.smooth"
-    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()), Auto())
+    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()), UntilJump(SelfStarting()), Auto())
     recursive = [ARX(1, 1, memory=memory) for memory in memories]
     window = WindowObserver(Plant([[0.0]]), 2.0, noise_std=1.0, dt=1.0)
     others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), window

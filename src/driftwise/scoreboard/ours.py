@@ -8,11 +8,10 @@ import numpy as np
 
 import driftwise as dw
 
+from ..workflow.calibration import WIDE
 from ..workflow.identification import Finder
 from ..workflow.identifier import PILOT
 from ..workflow.recognise import recognise
-
-EDGE = 1.959963984540054  # of the 95 % band of a standard normal
 
 
 class Ours(NamedTuple):
@@ -42,7 +41,7 @@ def ours(y, u, time=None) -> Ours:
     finder = Finder(recognise(columns, output="y", inputs=names))
     forecast, _ = finder.add(np.arange(len(y), dtype=float), y, u)
     z = forecast.normal_score
-    inside = np.where(np.isfinite(z), np.abs(z) <= EDGE, np.nan)
+    inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
     told = np.array([change.told for change in finder.changes], int)
     return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told)
 

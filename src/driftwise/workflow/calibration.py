@@ -66,17 +66,16 @@ def of_summary(s, label: str = "", is_white: bool = True) -> list[Verdict]:
     return [verdict._replace(name=verdict.name + label) for verdict in found]
 
 
-def nis_verdict(found: Nis, s=None) -> Verdict:
-    """Return the verdict on the mean normalised innovation squared."""
+def nis_verdict(found: Nis, s=None, is_tunable: bool = True) -> Verdict:
+    """Return the verdict on the mean normalised innovation squared; a remedy only where there is something to tune."""
     limits = min(found.low, RIGHT[0]), max(found.high, RIGHT[1])
     if found.samples < LEAST:
         return Verdict("NIS", math.nan, RIGHT, True, "too few samples to tell whether the error bars are right")
     if limits[0] <= found.value <= limits[1]:
         return Verdict("NIS", found.value, limits, True, "the error bars have the right size")
     size = 100 * abs(math.sqrt(found.value) - 1)
-    advice = (
-        f"the error bars are {size:.0f} % too {'narrow' if found.value > 1 else 'wide'}: {for_bars(found.value, s)}"
-    )
+    advice = f"the error bars are {size:.0f} % too {'narrow' if found.value > 1 else 'wide'}"
+    advice += f": {for_bars(found.value, s)}" if is_tunable else ", on average"
     return Verdict("NIS", found.value, limits, False, advice)
 
 

@@ -14,7 +14,7 @@ from ..memory.fading import Weighted
 from ..models.noise import UnknownPolynomial
 
 FORGETTING = (Never(), Weighted(0.999), Weighted(0.995), Weighted(0.98))  # speeds of change that compete
-LEVEL, JUMPS = "level", UntilJump(SelfStarting())  # a constant that jumps now and then
+LEVEL, JUMPS = "level", UntilJump(SelfStarting("1 per 1500"))  # a constant that jumps now and then
 ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 0), (3, 3, 1), (4, 4, 0), (4, 4, 1),
        (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
@@ -41,7 +41,7 @@ class Candidate(NamedTuple):
     @property
     def is_linear(self) -> bool:
         """Whether its regressors are data, so that any memory fits it at little cost."""
-        return self.kind in (LEVEL, "AR", "ARX")
+        return self.kind in ("AR", "ARX")
 
     def estimator(self, memory: Any = Never()) -> Any:
         """Return its estimator with a memory."""

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from .clock_words import instant
 from .events import Event, odds_words
-from .wording import instant
 
 LATER = 6  # samples for each parameter after a change, at least, until its size is told
 CLEAR = 2.0  # standard deviations by which a gain or a level has moved
 MOST = 20  # changes of one trace that are looked into
+MISFIT = "the forecast no longer fits"  # a change of which is not known what moved
 NEAR = 10  # samples between an alarm and a jump that are one
 
 
@@ -32,13 +33,17 @@ class Change:
         """Samples until it was told."""
         return self.told - self.since
 
-    def words(self, when: str | None = None) -> str:
-        """Return it as a phrase; ``when`` is its time as it is to be written, seconds if omitted."""
-        at = f"at {when or instant(self.time, None)}"
+    def words(self, origin: str | None = None) -> str:
+        """Return it as a phrase; with the time stamp of second 0 it has a date."""
+        return f"at {instant(self.time, origin)} {self.what}"
+
+    @property
+    def what(self) -> str:
+        """What moved, how late it was noticed, and the odds, without the time."""
         known = [f"noticed {self.delay} samples later"] if self.delay > 1 else []
         known += [f"odds {odds_words(self.odds)}"] if self.odds is not None else []
-        what = " and ".join(self.moved) or "the forecast no longer fits"
-        return f"{at} {what}" + (f" ({', '.join(known)})" if known else "")
+        what = " and ".join(self.moved) or MISFIT
+        return what + (f" ({', '.join(known)})" if known else "")
 
 
 def changes_of(trace, inputs=(), events=None) -> list[Change]:
@@ -95,18 +100,32 @@ def _moved(est, before, after, inputs, middle) -> tuple[str, ...]:
     if not found:
         (a, s), (b, t) = (level(est, state, middle) for state in (before, after))
         if _is_clear(b - a, s, t):
-            found.append(f"the level {way(a, b)} by {abs(b - a):.3g}")
+            found.append(f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}")
     if not found:
-        (a, P), (b, Q) = est.parameters_of(before), est.parameters_of(after)
+        (a, P), (b, Q) = _parameters(est, before), _parameters(est, after)
         z = (b - a) / np.maximum(np.sqrt(np.diag(P) + np.diag(Q)), 1e-300)
         k = int(np.argmax(abs(z)))
         if abs(z[k]) > CLEAR:
-            found.append(f"{est.names[k]} {way(a[k], b[k])} from {a[k]:.3g} to {b[k]:.3g}")
+            found.append(f"{_with_input(est.names[k], inputs)} {way(a[k], b[k])} from {a[k]:.3g} to {b[k]:.3g}")
     return tuple(found)
+
+
+def _with_input(name: str, inputs) -> str:
+    """Return the name of a parameter, with that of the input it belongs to where there are several: b1.2 (valve)."""
+    _, _, number = name.partition(".")
+    return f"{name} ({inputs[int(number) - 1]})" if number.isdigit() and int(number) <= len(inputs) else name
 
 
 def _is_clear(difference, std, other) -> bool:
     return bool(np.isfinite(std) and np.isfinite(other) and abs(difference) > CLEAR * math.hypot(std, other))
+
+
+def _parameters(est, state):
+    """Return the parameters of an estimator, and their covariance."""
+    if hasattr(est, "parameters_of"):
+        return est.parameters_of(state)
+    model = est.model_of(state)
+    return model.values, model.covariance
 
 
 def level(est, state, u) -> tuple[float, float]:

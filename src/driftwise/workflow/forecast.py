@@ -6,13 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .calibration import BAND, WIDE
 from .mixture import share_within
 from .summary import is_inside
 
 __all__ = ["Forecast", "forecast"]
-
-BAND = 0.95
-WIDE = 1.959963984540054  # of the 95 % band of a standard normal
 
 
 class Forecast(NamedTuple):

@@ -73,7 +73,7 @@ class ForecastSummary:
         found = verdict(self._nis, self._spread, self.count, LEVEL)
         return Diagnosis(
             [
-                nis_verdict(found),
+                nis_verdict(found, is_tunable=False),
                 coverage_verdict(self.coverage, self.count),
                 whiteness_verdict(self._lags.whiteness, self.count),
             ]

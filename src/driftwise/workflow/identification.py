@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from ..memory.drift import UntilJump
 from .average_trace import AverageTrace
@@ -44,8 +47,12 @@ class Identification:
         The one with the fewest parameters among the best.
     naive : dict
         Root mean square errors of last value and mean.
+    center : (1 + k,)
+        What was subtracted from y and from each input before the model saw them: its offset is about there.
     origin : str
         Time stamp (ISO 8601) of second 0, None where the clock has none.
+    alarms : int
+        Changes that were noticed; the first ones of them are ``changes``.
     """
 
     table: Table
@@ -58,17 +65,36 @@ class Identification:
     rivals: list[Rival]
     chosen: Rival
     naive: dict[str, float]
+    center: np.ndarray
     origin: str | None = None
+    alarms: int = 0
 
     @property
     def estimator(self) -> Any:
-        """The estimator of the chosen model: goes on with ``trace.state``."""
+        """The estimator of the chosen model, of samples about their ``center``: `update` takes them as they come."""
         return self.trace.estimator
 
     @cached_property
     def model(self) -> Any:
         """The chosen model as it is at the end, with the covariance of its parameters."""
         return self.estimator.model_of(self.summary.state)
+
+    def update(self, state, y, u=None):
+        """Return the next state of the chosen model and what this sample showed: ``trace.state`` goes on."""
+        u = None if u is None else np.asarray(u, float) - self.center[1:]
+        state, step = self.estimator.update(state, y - self.center[0], u)
+        return state, step._replace(prediction=step.prediction + self.center[0])
+
+    def predict(self, u=None, horizon: int | None = None):
+        """Return mean (h,) and standard deviation (h,) of the outputs that follow, given the inputs to come."""
+        u = None if u is None else np.asarray(u, float).reshape(-1, len(self.center) - 1) - self.center[1:]
+        mean, std = self.estimator.predict(self.summary.state, u, horizon)
+        return mean + self.center[0], std
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether there were samples enough to compare models by."""
+        return all(map(math.isfinite, self.naive.values()))
 
     @property
     def is_useful(self) -> bool:
@@ -89,6 +115,10 @@ class Identification:
 
         return answer(self)
 
+    def told(self, change: Change) -> str:
+        """Return a change as a phrase, with its time on the clock of the table."""
+        return f"{self.table.at(change.time, self.origin)} {change.what}"
+
     def report(self, path, title: str | None = None) -> Any:
         """Write one self-contained HTML page that opens without a network."""
         from ..edge.report_identified import write
@@ -100,12 +130,6 @@ class Identification:
 
     def __repr__(self):
         return f"Identification({self.chosen.name} of {self.table.output!r}, {len(self.changes)} changes)"
-
-    def when(self, time: float) -> str:
-        """Write an instant of the record: a date, seconds, a value of its clock, or a sample."""
-        from .identification_words import when
-
-        return when(self, time)
 
     def evidence(self) -> dict[str, list]:
         """Return a table by column: model, memory, unknowns, log_odds against the best, rmse one step ahead."""
@@ -140,6 +164,7 @@ class Finder:
         self.forecast_summary: Any = None
         self.watching = Watching()
         self.changes: list[Change] = []
+        self.alarms = 0
 
     def add(self, time, y, u) -> tuple[AverageTrace, Trace]:
         """Take in the next piece; return its forecast and the trace of the chosen model."""
@@ -151,14 +176,24 @@ class Finder:
             most = max(rival.unknowns for rival in self.identifier.rivals)
             self.summary = Summary(self.estimator)
             self.forecast_summary = ForecastSummary(min(2 * most, len(y) // 4))
-        trace = self.estimator.scan(y, u, state=None if is_first else self.summary.state, time=time)
+        center = self.identifier.center
+        trace = self.estimator.scan(
+            y - center[0], None if u is None else u - center[1:],
+            state=None if is_first else self.summary.state, time=time,
+        )  # fmt: skip
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
-        own = trace.jumps() if isinstance(self.estimator.options["memory"], UntilJump) else []
-        alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time, own)
+        if isinstance(self.estimator.options["memory"], UntilJump):  # it is watched itself, at the same rate
+            alarms = trace.jumps()
+        else:
+            alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)
+        self.alarms += len(alarms)
         room = max(MOST - len(self.changes), 0)
         found = changes_of(trace, self.table.inputs, alarms[:room])
         self.changes += [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
+        trace.y += center[0]
+        trace.u += center[1:]
+        trace.outs[:, 0] += center[0]
         return forecast, trace
 
     def found(self, trace: Trace, forecast: AverageTrace) -> Identification:
@@ -166,7 +201,10 @@ class Finder:
         own = self.forecast_summary.verdicts
         names = {verdict.name for verdict in own}
         rest = [v for v in diagnose(trace, self.summary) if v.name not in names]
+        if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
+            rest = [v for v in rest if v.name != "missing"]
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.changes, Diagnosis([*own, *rest]),
-            self.identifier.rivals, self.identifier.chosen, self.identifier.naive, self.origin,
+            self.identifier.rivals, self.identifier.chosen, self.identifier.naive, self.identifier.center,
+            self.origin, self.alarms,
         )  # fmt: skip

@@ -5,9 +5,12 @@ from __future__ import annotations
 import cmath
 import math
 
-from .wording import gain_words, instant, is_integrator, lasting, pole_words
+from .watching import FALSE
+from .wording import gain_words, is_integrator, pole_words
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
+NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
+SHOWN = 3  # changes that are named, those with odds first, then those of which is known what moved
 ORDINAL = {1: "First", 2: "Second", 3: "Third"}
 
 
@@ -18,33 +21,35 @@ def words(found) -> str:
 
 def answer(found) -> str:
     """Return the same without the columns."""
-    return " ".join(part for part in (_plant(found), _changes(found), _trust(found), _choice(found)) if part)
+    parts = _plant(found), _changes(found), _trust(found), _beware(found), _choice(found)
+    return " ".join(part for part in (parts if found.summary.is_enough else parts[:1]) if part)
 
 
-def span(table, seconds: float) -> str:
-    """Write a length of time in the unit of the clock; in samples where it has none."""
-    return lasting(seconds) if table.timed else f"{seconds / table.dt:.3g} samples"
-
-
-def when(found, time: float) -> str:
-    """Write an instant of the record: a date, seconds, a value of its clock, or a sample."""
-    table = found.table
-    if table.timed:
-        text = instant(time, found.origin)
-        return text.partition(".")[0] if found.origin and table.dt >= 1 else text
-    return f"sample {time:.0f}" if table.time is None else f"{table.time} {time:.6g}"
+def brief(found) -> str:
+    """Return the answer without what to beware of."""
+    parts = _plant(found), _changes(found), _trust(found), _choice(found)
+    return " ".join(part for part in (parts if found.summary.is_enough else parts[:1]) if part)
 
 
 def _plant(found) -> str:
     """Say what the chosen model is: order, modes, gains."""
-    s, table, dt = found.summary, found.table, found.estimator.dt
+    s, table = found.summary, found.table
     if not s.is_enough:
-        return f"{s.observed} measured outputs are too few to say anything."
+        measured = "1 measured output is" if s.observed == 1 else f"{s.observed} measured outputs are"
+        return f"{measured} too few to say anything: record more, some ten samples for each parameter at least."
+    if not found.is_judged:
+        return f"{s.observed} measured outputs are too few to compare models: the numbers are first guesses."
     if not found.is_useful:
-        name = min(found.naive, key=lambda n: found.naive[n])
-        return f"{table.output} is best predicted by its {name}: no model of it does better."
+        name, error = min(found.naive.items(), key=lambda pair: pair[1])
+        if error <= min(rival.rmse for rival in found.rivals):
+            return f"{table.output} is best predicted by its {name}: no model of it does better."
+        chosen = found.chosen
+        return (
+            f"No model of {table.output} can be relied on: the most likely, {chosen.name}, is {chosen.rmse:.3g} off "
+            f"(rms), the {name} {error:.3g}."
+        )
     poles = [(p, std) for p, std in s.poles if abs(p) > FAST]
-    modes = list(dict.fromkeys(_mode(p, std, table, dt) for p, std in poles if p.imag >= 0))[:MODES]
+    modes = list(dict.fromkeys(_mode(p, std, table) for p, std in poles if p.imag >= 0))[:MODES]
     n = len(poles)
     text = f"{ORDINAL.get(n, f'{n}th')} order: {', '.join(modes)}." if n else "No memory of its own."
     gains = gain_words(found.model) if table.inputs and all(abs(p) < 1 for p, _ in s.poles) else []
@@ -52,31 +57,42 @@ def _plant(found) -> str:
     return text + (f" Gain {', '.join(told)}." if told else "")
 
 
-def _mode(p: complex, std: float, table, dt: float) -> str:
+def _mode(p: complex, std: float, table) -> str:
     """Say what a pole means in time."""
-    r = abs(p)
-    if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std):
+    r, dt = abs(p), table.dt
+    if not 0 < r < 1 or (p.real < 0 and not p.imag) or (abs(p - 1) < NEAR and is_integrator(p, std)):
         return pole_words(p, std, dt)
-    tau = span(table, -dt / math.log(r))
+    tau = table.lasting(-dt / math.log(r))
     if not p.imag:
         return f"time constant {tau}"
-    return f"oscillation of period {span(table, 2 * math.pi * dt / abs(cmath.phase(p)))}, decay {tau}"
+    period = table.lasting(2 * math.pi * dt / abs(cmath.phase(p)))
+    dies = f"that dies out with time constant {tau}" if 1 - r > 2 * std else "that hardly dies out"
+    return f"oscillation of period {period} {dies}"
 
 
 def _choice(found) -> str:
     chosen, best = found.chosen, found.rivals[0]
+    if not found.is_judged:
+        return ""
     text = f"Of {len(found.rivals)} models, {chosen.name}"
     if chosen.name == best.name:
-        return f"{text} predicts best."
+        return f"{text} is the most likely."
     return f"{text} is the simplest that predicts as well as the best, {best.name}."
 
 
 def _trust(found) -> str:
     f = found.forecast_summary
-    text = f"One step ahead, {f.fit:.1f} % of the movement is predicted" if math.isfinite(f.fit) else "It is forecast"
-    text += f" and {100 * f.coverage:.0f} % of the samples lie in their 95 % band." if f.count else "."
+    if not f.count:
+        return ""
+    held = f"{100 * f.coverage:.0f} % of the samples lie in their 95 % band."
+    if not f.fit > 0:  # NaN too
+        return f"One step ahead it is predicted no better than by the mean of the record; {held}"
+    return f"One step ahead, {f.fit:.1f} % of the movement is predicted and {held}"
+
+
+def _beware(found) -> str:
     advice = "; ".join(v.advice for v in found.diagnosis.not_fine)
-    return text + (f" Beware: {advice}." if advice else "")
+    return f"Beware: {advice}." if advice else ""
 
 
 def _changes(found) -> str:
@@ -84,7 +100,10 @@ def _changes(found) -> str:
         return ""
     if not found.changes:
         return "Nothing jumped."
-    shown = found.changes[:3]
-    more = f"; and {len(found.changes) - 3} more changes" if len(found.changes) > 3 else ""
-    text = "; ".join(change.words(when(found, change.time)) for change in shown)
-    return f"{text[0].upper()}{text[1:]}{more}."
+    best = sorted(found.changes, key=lambda c: (c.odds is None, not c.moved))[:SHOWN]
+    shown = sorted(best, key=lambda c: c.since)
+    rest = max(found.alarms, len(found.changes)) - len(shown)
+    more = f"; and {rest} more change{'s' * (rest > 1)}" if rest else ""
+    text = "; ".join(map(found.told, shown))
+    chance = math.ceil(found.summary.samples / FALSE)
+    return f"{text[0].upper()}{text[1:]}{more}. One false alarm in {FALSE} samples is allowed, here up to {chance}."

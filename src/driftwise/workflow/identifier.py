@@ -11,7 +11,6 @@ from ..errors import InputError
 from ..estimators import door
 from ..estimators.average.estimator import ModelAverage
 from ..estimators.average.step import NAIVE, SCALES, SEEN, TOLD
-from ..memory.drift import Never
 from ..memory.fading import Weighted
 from .average_trace import AverageTrace
 from .candidates import Candidate, candidates
@@ -91,7 +90,7 @@ class Identifier:
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         self._average = self._averaging(members, names)
         self._state = self._average.start()
-        simple = [c for c in self.candidates if c.is_linear and 0 < c.reach <= SIMPLE]
+        simple = [c for c in self.candidates if c.is_linear and c.reach <= SIMPLE]
         self._simple = ModelAverage([c.estimator() for c in simple], memory=STEADY).scaled_to(*self.pilot)
         self._simple_state = self._simple.start()
 
@@ -118,11 +117,12 @@ class Identifier:
         others = [c for c in self.candidates if not c.is_linear]
         average = self._averaging([c.estimator() for c in others], [c.name for c in others])
         last = average.scan(y, u if self.inputs else None).state
-        entrants = [*self._members, *((c, Never()) for c in others)]
+        entrants = [*self._members, *((c, c.memories[0]) for c in others)]
         runs = [(self._average, self._state), (average, last)]
         evidence = np.concatenate([a.evidence(s)[: len(a.members)] for a, s in runs])
         squares = np.concatenate([a.squares(s)[: len(a.members)] for a, s in runs])
-        count = max(float(last["own"][SEEN]) - average.task.settle, 1.0)
+        count = float(last["own"][SEEN]) - average.task.settle
+        count = count if count > 0 else math.nan  # too short a record to compare models by
         naive = dict(zip(NAIVE, np.sqrt(average.squares(last)[len(others) :] / count).tolist()))
         self.naive = {name: naive[name] for name in ("last value", "mean")}
         found: dict[str, Rival] = {}
@@ -139,15 +139,16 @@ class Identifier:
         return min(close, key=lambda r: (r.unknowns, -r.evidence))
 
     @property
-    def estimator(self) -> Any:
-        """The estimator of the chosen model, in units of the data."""
-        y, u = self.pilot
-        return self.chosen.candidate.best.scaled_to(y, u)
+    def center(self) -> np.ndarray:
+        """Medians of y and of each input in the first samples, (1 + k,): models see the distance from there."""
+        return self._average.center
 
     @property
-    def is_useful(self) -> bool:
-        """Whether the chosen model predicts better than last value and mean."""
-        return self.chosen.rmse < min(self.naive.values())
+    def estimator(self) -> Any:
+        """The estimator of the chosen model, in units of the data about their ``center``."""
+        y, u = self.pilot
+        y, u = y - self.center[0], u if u is None else u - self.center[1:]
+        return self.chosen.candidate.best.scaled_to(y, u)
 
 
 def memory_words(memory) -> str:
@@ -158,13 +159,15 @@ def memory_words(memory) -> str:
 def joined(parts, time) -> AverageTrace:
     """Return pieces as one trace; members that were left out after the first piece have weight zero then."""
     first, last = parts[0], parts[-1]
-    names = first.names
-    outs = np.zeros((sum(map(len, parts)), first.outs.shape[1]))
-    at, head = 0, TOLD + SCALES
-    for part in parts:
-        here = outs[at : at + len(part)]
-        here[:, :head] = part.outs[:, :head]
-        here[:, [head + names.index(name) for name in part.names]] = part.outs[:, head:]
-        at += len(part)
+    outs = np.concatenate([widened(part, first.names) for part in parts])
     y, u = (np.concatenate([getattr(part, c) for part in parts]) for c in ("y", "u"))
     return AverageTrace(first.estimator, y, u, outs, last.state, time)
+
+
+def widened(part: AverageTrace, names) -> np.ndarray:
+    """Return the columns of a piece with a weight for each of ``names``: zero for members that were left out."""
+    head = TOLD + SCALES
+    outs = np.zeros((len(part), head + len(names)))
+    outs[:, :head] = part.outs[:, :head]
+    outs[:, [head + names.index(name) for name in part.names]] = part.outs[:, head:]
+    return outs

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from driftwise.errors import InputError
-
 from .roles import SCORES, Name
 from .screening import screen
 
@@ -20,10 +18,6 @@ LEAK = 1e-4  # share of the output left, where a column is computed from it in t
 def propose_output(free: list[str], names: dict[str, Name], taken) -> tuple[str, str]:
     """Return the column that looks most like an effect, and why; in doubt the last."""
     free = [name for name in free if name not in taken]
-    if not free:
-        raise InputError(
-            "no column looks like an output: every one is a clock, a constant, a mark or text. Name it, output=..."
-        )
     aimed = {name for name in free if names[name].score > -2 and _has_setpoint(name, names)}
     scores = {name: names[name].score + 2.0 * (name in aimed) for name in free}
     best = max(scores.values())

@@ -10,14 +10,17 @@ import numpy as np
 
 from driftwise.errors import InputError
 
+from ..estimators.door import positive
 from .believe import Belief, believe, doubtful
+from .clock_words import instant, lasting
 from .propose import propose_inputs, propose_output
 from .roles import SECONDS, Name, parse
 from .sampling import Sampling, judge_sampling
 from .table_words import notes_of, words_of
 
-__all__ = ["Column", "Table", "recognise"]
+__all__ = ["Column", "Table", "on_clock", "recognise"]
 
+SHOWN = 8  # columns that a message lists
 OUT_OF_STEP = 0.05  # share of stamps that may go back
 
 
@@ -80,6 +83,23 @@ class Table:
     def dt(self) -> float:
         """Step of the clock; 1 without a time column."""
         return self.sampling.dt
+
+    @property
+    def step(self) -> str:
+        """How often a sample comes, in words."""
+        if self.timed:
+            return f"every {lasting(self.dt)}"
+        return "no clock" if self.time is None else f"clock {self.time!r}, unit unknown"
+
+    def lasting(self, span: float) -> str:
+        """Return a span of the clock as one would say it: in samples where its unit is not known."""
+        return lasting(span) if self.timed else f"{span / self.dt:.3g} samples"
+
+    def at(self, time: float, origin: str | None = None) -> str:
+        """Return an instant of the clock as a phrase; ``origin`` is the time stamp of second 0."""
+        if self.timed or origin is not None:
+            return f"at {instant(time, origin)}"
+        return f"at {self.time} = {time:.6g}" if self.sampling.kind != "none" else f"at sample {time:.0f}"
 
     def __getitem__(self, name: str) -> Column:
         return next(column for column in self.columns if column.name == name)
@@ -151,6 +171,12 @@ def recognise(
         barred[stamp] = ("counter", "a second clock")
     free = [name for name in clean if name != time and not barred.get(name)]
     chosen = "given"
+    if output is None and not set(free) - set(inputs or ()):
+        why = {n: barred[n][1] if barred.get(n) else "the clock" if n == time else "an input" for n in clean}
+        why |= {name: found[name].why for name in columns if name not in why}
+        shown = [f"{name!r} ({reason})" for name, reason in why.items()][:SHOWN]
+        more = f" and {len(why) - SHOWN} more" if len(why) > SHOWN else ""
+        raise InputError(f"no column looks like an output: {', '.join(shown)}{more}. If one is, name it as the output.")
     if output is None:
         output, chosen = propose_output(free, names, set(inputs or ()))
     if inputs is None and free == [output]:  # a step and its response: the mark may be the input
@@ -176,6 +202,26 @@ def recognise(
     timed = time in stamps or (time is not None and (names[time].unit in SECONDS or scale != 1.0))
     told = frozenset(key for key, value in given.items() if value is not None)
     table = Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, told)
+    table = replace(table, notes=tuple(notes_of(table)))
+    return replace(table, words=words_of(table))
+
+
+def on_clock(table: Table, dt: float) -> Table:
+    """Return the table with rows ``dt`` seconds apart; an error where its clock says otherwise.
+
+    Examples
+    --------
+    >>> on_clock(recognise({"y": np.sin(np.arange(50.0))}), 0.1).step
+    'every 0.1 s'
+    """
+    dt = positive("dt", dt)
+    if table.timed and abs(table.dt - dt) > 0.01 * dt:
+        raise InputError(f"dt is {dt:g} s, but {table.time!r} steps by {table.dt:g} s. Leave dt out, or that column.")
+    if table.timed:
+        return table
+    s, unit = table.sampling, dt / table.dt
+    s = s._replace(dt=dt, longest=unit * s.longest, low=unit * s.low, high=unit * s.high)
+    table = replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True)
     table = replace(table, notes=tuple(notes_of(table)))
     return replace(table, words=words_of(table))
 

@@ -44,8 +44,10 @@ def stability(s, level: float) -> Verdict:
     if p - z * spread > 1:
         advice = f"the model is unstable, its largest pole modulus is {said}: forecasts far ahead run away"
         return Verdict("stability", p, limits, False, advice)
-    advice = (
-        f"the largest pole modulus, {said}, cannot be told from 1 (an integrator): where the plant settles, record "
-        "longer or take the offset off; the steady-state gain has no bound"
-    )
+    at, model = complex(s.model.poles[worst]), s.model
+    what = "an oscillation that never dies out" if at.imag or at.real < 0 else "an integrator"
+    advice = f"the largest pole modulus, {said}, cannot be told from 1 ({what}): where the plant settles, record longer"
+    gains = np.atleast_1d(getattr(model, "dc_gain_std", ())) if s.estimator.model.inputs else np.empty(0)
+    if gains.size and not np.isfinite(gains).all():
+        advice += " or take the offset off; the steady-state gain has no bound"
     return Verdict("stability", p, limits, False, advice)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from .clock_words import lasting
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
 __all__ = ["notes_of", "words_of"]
@@ -21,9 +22,10 @@ def words_of(table: Any) -> str:
         )
     if table.sampling.kind == "none":
         still = f"{table.time!r} does not tick" if table.time else "There is no clock"
-        said.append(f"{still}: rows are samples one step apart.")
+        apart = lasting(table.dt) if table.timed else "one step"
+        said.append(f"{still}: rows are samples {apart} apart.")
     else:
-        step = f"{table.sampling.dt:.6g} s" if table.timed else f"{table.sampling.dt:.6g} in its own unit"
+        step = lasting(table.sampling.dt) if table.timed else f"{table.sampling.dt:.6g} in its own unit"
         said.append(f"The clock is {table.time!r}, one sample every {step}.")
     reasons: dict[str, list[str]] = {}
     for column in table.columns:

@@ -6,11 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from ..detect.self_starting import SelfStarting
+from ..detect.alarms import scan
+from ..detect.self_starting import Learning
 from .events import Event
 
-PROMISED = "1 per 1000"  # of both together
-SOON, SLOWLY = SelfStarting("1 per 1500"), SelfStarting("1 per 3000")
+FALSE = 1000  # samples in which one false alarm is allowed, of both together
+SHARES = 1500, 3000  # of the forecast that adapts, and of the models that never forget
+# The thresholds of SelfStarting at these rates; to work them out again would take a second of every run.
+SOON, SLOWLY = (
+    Learning(np.array([1.5, -1.5, 3.0, -3.0]), 4.0, np.array([mean, mean, far, far, louder]), 0.0, 20.0)
+    for mean, far, louder in (
+        (6.80687216921444, 6.633330911018825, 5.814275746482731),
+        (7.499087361316398, 7.315391997759459, 6.503417931783994),
+    )
+)
 SAME = 30  # samples within which alarms are about one change
 
 
@@ -27,14 +36,11 @@ class Watching:
         self._last = -np.inf
         self.samples = 0
 
-    def add(self, adaptive, steady, time, others=()) -> list[Event]:
-        """Return the alarms of the next piece, (T,) scores each; samples count from its beginning.
-
-        ``others`` are jumps that the model itself was watched for.
-        """
-        found = [(event.sample, event.since or 0) for event in others]
+    def add(self, adaptive, steady, time) -> list[Event]:
+        """Return the alarms of the next piece, (T,) scores each; samples count from its beginning."""
+        found = []
         for k, (detector, z) in enumerate(((SOON, adaptive), (SLOWLY, steady))):
-            alarms = detector.scan(z, state=self._states[k])
+            alarms = scan(detector, z, state=self._states[k])
             self._states[k] = alarms.state
             found += [(int(t), int(since)) for t, since in zip(alarms.samples, alarms.changes)]
         told = []

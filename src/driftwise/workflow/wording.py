@@ -5,9 +5,8 @@ from __future__ import annotations
 import cmath
 import math
 
-import numpy as np
-
 from ..models.polynomial import PolynomialModel
+from .clock_words import instant
 from .whiteness import Nis
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
@@ -88,30 +87,6 @@ def fit_words(s) -> str:
         return f"an error of {s.rmse:.3g} (y stood still, so a fit means nothing)"
     worse = "" if s.fit > 0 else ", no better than the mean of the output"
     return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
-
-
-def lasting(seconds: float) -> str:
-    """Return a time span in the unit one would use.
-
-    >>> lasting(1.7994), lasting(86400), lasting(0.002)
-    ('1.8 s', '1 d', '0.002 s')
-    """
-    for unit, size, least in (("a", 365.25 * 86400, 2), ("d", 86400, 1), ("h", 3600, 2), ("min", 60, 5)):
-        if seconds >= least * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
-
-
-def instant(seconds: float, origin: str | None) -> str:
-    """Return a time as it is written: seconds, or a date where the time stamp of second 0 is known.
-
-    >>> instant(86400 * 30.5, "2011-11-26"), instant(2.5, None)
-    ('2011-12-26 12:00:00', '2.5 s')
-    """
-    if origin is None:
-        return f"{seconds:.6g} s"
-    stamp = np.datetime64(origin, "ms") + np.timedelta64(round(1000 * seconds), "ms")
-    return str(stamp).replace("T", " ").removesuffix(".000").removesuffix(" 00:00:00")
 
 
 def times(count: int, last: float, origin: str | None = None) -> str:

@@ -66,7 +66,7 @@ class ModelAverage:
     >>> average = dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.Weighted(0.98))])
     >>> trace = average.scaled_to(y, u).scan(y, u)
     >>> trace.leader, round(float(trace.nis(100)), 1)
-    ('ARX(na=2, nb=2)', 1.0)
+    ('ARX(na=2, nb=2)', 0.9)
     """
 
     def __init__(
