@@ -97,8 +97,10 @@ def execute(plan: Automatic) -> None:
 
 def identify_file(plan: Automatic, saver=None):
     """Return the `Identification`, its keeper, whether it was stopped early, and what of the cells was lost."""
+    import pyarrow as pa
+
     from driftwise.edge.newcomer import gathered, read
-    from driftwise.workflow.identification import Finder
+    from driftwise.workflow.identification import Finder, told
 
     table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, dt=plan.dt)
     finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
@@ -111,7 +113,7 @@ def identify_file(plan: Automatic, saver=None):
                 keeper = keeper or Both(finder.estimator)
                 keeper.join(trace, forecast)
                 if saver:
-                    saver.add(_table(trace, forecast))
+                    saver.add(pa.table(told(forecast, trace)))
                 advance()
         except KeyboardInterrupt:
             if keeper is None:
@@ -120,15 +122,6 @@ def identify_file(plan: Automatic, saver=None):
     if keeper is None:
         raise InputError(f"{plan.file}: no row can be read.")
     return finder.found(*keeper.traces()), keeper, stopped, stretches.losses()
-
-
-def _table(trace, forecast):
-    """Return a stretch as a pyarrow table: the forecast, and the parameters with their deviations."""
-    import pyarrow as pa
-
-    own = trace.columns()
-    told = {name: own[name] for name in own if name.removesuffix("_std") in trace.names}
-    return pa.table({name: pa.array(column) for name, column in {**forecast.columns(), **told}.items()})
 
 
 def content(found, notes) -> dict[str, Any]:

@@ -21,6 +21,16 @@ app = typer.Typer(
 )
 
 
+# options that several commands share
+Inputs = Annotated[
+    list[str] | None, typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several.")
+]
+From = Annotated[float | None, typer.Option("--from", metavar="TIME", help="Leave out rows before this time.")]
+To = Annotated[float | None, typer.Option("--to", metavar="TIME", help="Leave out rows after this time.")]
+Json = Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")]
+Chunk = Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)]
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         from driftwise import __version__
@@ -60,10 +70,7 @@ def run(
             help="Column of the measured output. Left out, everything is found out: columns, model, changes.",
         ),
     ] = None,
-    input: Annotated[
-        list[str] | None,
-        typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several."),
-    ] = None,
+    input: Inputs = None,
     time: Annotated[
         str | None,
         typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or time stamps."),
@@ -162,14 +169,10 @@ def run(
         str | None, typer.Option(metavar="FILE", help="Write the trace, sample by sample, to this .parquet or .csv.")
     ] = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a self-contained HTML report.")] = None,
-    json: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")
-    ] = None,
-    start: Annotated[
-        float | None, typer.Option("--from", metavar="TIME", help="Leave out rows before this time.")
-    ] = None,
-    stop: Annotated[float | None, typer.Option("--to", metavar="TIME", help="Leave out rows after this time.")] = None,
-    chunk: Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)] = 65_536,
+    json: Json = None,
+    start: From = None,
+    stop: To = None,
+    chunk: Chunk = 65_536,
 ) -> None:
     """Estimate a system from a recorded table.
 
@@ -271,23 +274,16 @@ def compare(
         ),
     ],
     output: Annotated[str, typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")],
-    input: Annotated[
-        list[str] | None,
-        typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several."),
-    ] = None,
+    input: Inputs = None,
     time: Annotated[
         str | None,
         typer.Option("--time", "-t", metavar="COLUMN", help="Column of the time: numbers, or ISO 8601 stamps."),
     ] = None,
-    start: Annotated[
-        float | None, typer.Option("--from", metavar="TIME", help="Leave out rows before this time.")
-    ] = None,
-    stop: Annotated[float | None, typer.Option("--to", metavar="TIME", help="Leave out rows after this time.")] = None,
+    start: From = None,
+    stop: To = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a self-contained HTML page.")] = None,
-    json: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")
-    ] = None,
-    chunk: Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)] = 65_536,
+    json: Json = None,
+    chunk: Chunk = 65_536,
 ) -> None:
     """Compare estimators on a recorded table: who predicts the next sample best, and is sure of it?
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from driftwise.edge.terminal import console
 from driftwise.errors import InputError
 
-__all__ = ["execute", "show"]
+__all__ = ["execute", "print_table", "show", "write_json"]
 
 MARKS = {True: ("confirmed", "green"), False: ("NOT CONFIRMED", "bold red"), None: ("skipped", "yellow")}
 
@@ -26,7 +26,7 @@ def execute(name: str, seeds: int, json: str | None, figures: str | None) -> boo
 
     found = reproduce(name, seeds, say)
     if json is not None:
-        _write_json(json, found.record())
+        write_json(json, found.record())
     if json != "-":
         show(found)
     if figures is not None:
@@ -77,14 +77,14 @@ def show(found, out=None) -> None:
         out.print(table)
         for result in section.tables:
             if result.is_result:
-                _print_table(out, result)
+                print_table(out, result)
         for line in section.missing:
             out.print(Text("not reproduced: ", style="yellow") + Text(line))
     out.print()
     out.print(headline)
 
 
-def _print_table(out, numbers) -> None:
+def print_table(out, numbers) -> None:
     """Print a table that is the result itself."""
     from rich import box
     from rich.table import Table
@@ -98,7 +98,8 @@ def _print_table(out, numbers) -> None:
     out.print(table)
 
 
-def _write_json(file, record):
+def write_json(file, record):
+    """Write a record of verdicts as JSON to a file, or to standard output where it is -."""
     try:
         line = text.dumps(record, ensure_ascii=False, indent=1)
         if file == "-":

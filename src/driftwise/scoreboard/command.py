@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json as text
 import sys
 from pathlib import Path
 
+from ..edge.reproduction import print_table, write_json
 from ..edge.terminal import console
 from ..errors import InputError
 from ..reproduce.verdict import Verdict
@@ -28,7 +28,7 @@ def execute(data: str | None, json: str | None, page: str | None, only: str, pro
     if json != "-":
         show(made, told, found.seconds)
     if json is not None:
-        _write(json, record(made, told, found.seconds))
+        write_json(json, record(made, told, found.seconds))
     if page is not None:
         paper.write(Path(page), told, made)
     return not any(v.fails for v in told)
@@ -56,13 +56,7 @@ def show(tables, told: list[Verdict], seconds: float, out=None) -> None:
     if not out.is_terminal:
         out.width = 240  # tables as wide as they are: nobody watches
     for one in tables:
-        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, title=one.caption, title_justify="left")
-        for k, name in enumerate(one.head):
-            table.add_column(name, header_style="dim", justify="right" if k else "left", no_wrap=not k)
-        for row in one.rows:
-            table.add_row(*row)
-        out.print()
-        out.print(table)
+        print_table(out, one)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, title="Targets", title_justify="left")
     for name in ("", "row", "what", "found", "target"):
         table.add_column(name, header_style="dim", no_wrap=not name, overflow="fold")
@@ -72,14 +66,3 @@ def show(tables, told: list[Verdict], seconds: float, out=None) -> None:
     out.print()
     out.print(table)
     out.print(Text(f"{headline(told)} {seconds:.0f} s", style="bold"))
-
-
-def _write(file: str, record: dict) -> None:
-    try:
-        line = text.dumps(record, ensure_ascii=False, indent=1)
-        if file == "-":
-            print(line)
-        else:
-            Path(file).write_text(line + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{file} cannot be written ({error.strerror or error}). Does its folder exist?") from None

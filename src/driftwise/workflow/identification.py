@@ -141,9 +141,13 @@ class Identification:
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return forecast and parameters, sample by sample, as a data frame of that library."""
-        own = self.trace.columns()
-        told = {name: own[name] for name in own if name.removesuffix("_std") in self.trace.names}
-        return as_frame({**self.forecast.columns(), **told}, backend)
+        return as_frame(told(self.forecast, self.trace), backend)
+
+
+def told(forecast: AverageTrace, trace: Trace) -> dict[str, np.ndarray]:
+    """Return the columns of a forecast and, beside them, the parameters of the model with their deviations."""
+    own = trace.columns()
+    return forecast.columns() | {name: own[name] for name in own if name.removesuffix("_std") in trace.names}
 
 
 class Finder:
