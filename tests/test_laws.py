@@ -84,6 +84,10 @@ ESTIMATORS = {
     "ARX, until the likelihood jumps": dw.ARX(
         2, 2, memory=dw.UntilJump(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10)
     ),
+    "ARX, self-starting": dw.ARX(2, 2, memory=dw.UntilJump(dw.SelfStarting(), settle=10)),
+    "regression, disturbance": dw.Regression(
+        2, offset=True, disturbance=dw.Disturbance(0.8), memory=dw.Drift(nvr=(1e-3, 1e-4, 0.0))
+    ),
     "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
     "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
     "ARMA": dw.ARMA(2, 1),

@@ -147,6 +147,9 @@ def law_nan_is_missing(est, y, u):
     state = est.scan(y, u).state
     nothing = None if u is None else np.full(est.model.inputs, np.nan)
     phi = np.asarray(getattr(est.options.get("memory"), "phi", 1.0))  # what the parameters relax by
+    disturbance = est.options.get("disturbance")
+    if disturbance is not None:  # the last parameter, which fades by its pole
+        phi = np.append(np.broadcast_to(phi, len(est.names) - 1), disturbance.pole)
     for _ in range(20):
         after, step = est.update(state, np.full(np.shape(y)[1:], np.nan), nothing)
         assert np.all(np.isnan(step.innovation) & (np.asarray(step.status) & 1 == 1)), (
