@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..tracking.frames import east_north
+
 FOLDER = Path("tracking") / "longrange_radar"
 
 
@@ -36,30 +38,6 @@ def path() -> Path:
     default = Path(__file__).resolve().parents[4] / "shared" / "data"
     folder = Path(os.environ.get("DRIFTWISE_DATA", default)) / FOLDER
     return next(iter(sorted(folder.glob("*.json"))), folder / "track.json")
-
-
-def ecef(latitude, longitude):
-    """Return WGS-84 positions (m, earth-centred) at height 0; angles in radians."""
-    a, f = 6378137.0, 1 / 298.257223563
-    e2 = f * (2 - f)
-    N = a / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
-    return np.stack(
-        [
-            N * np.cos(latitude) * np.cos(longitude),
-            N * np.cos(latitude) * np.sin(longitude),
-            N * (1 - e2) * np.sin(latitude),
-        ],
-        axis=-1,
-    )
-
-
-def east_north(latitude, longitude):
-    """Return (T, 2) metres East and North of the first position, on its tangent plane; angles in degrees."""
-    phi, lam = np.radians(latitude), np.radians(longitude)
-    offset = ecef(phi, lam) - ecef(phi[0], lam[0])
-    east = np.array([-np.sin(lam[0]), np.cos(lam[0]), 0.0])
-    north = np.array([-np.sin(phi[0]) * np.cos(lam[0]), -np.sin(phi[0]) * np.sin(lam[0]), np.cos(phi[0])])
-    return np.stack([offset @ east, offset @ north], axis=-1)
 
 
 def read() -> Track:

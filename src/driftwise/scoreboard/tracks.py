@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..reproduce.radar_data import east_north
+from ..tracking.frames import east_north
 from . import records
 
 MOST = 1500  # plots of a series

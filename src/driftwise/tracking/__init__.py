@@ -1,0 +1,1 @@
+"""Radar plots in, tracks out: readers, frames, trackers, and what tracks are written as."""
