@@ -25,6 +25,8 @@ _HOME = {
     "sensor_calibration": "estimators.average.sensor",
     "ModelAverage": "estimators.average.estimator",
     "AdaptiveGain": "estimators.gain.estimator",
+    "TrackEstimator": "estimators.track.estimator",
+    "TrackTrace": "workflow.track_trace",
     "GainProbes": "detect.gain",
     "PullTest": "detect.gain",
     "OutputError": "models.noise",

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..errors import InputError
 
-
 COLUMNS = ("time", "position", "covariance", "altitude", "key", "name", "sensor")
 
 

@@ -1,0 +1,99 @@
+"""Members that turn: an extended Kalman filter of E, vE, N, vN and the turn rate omega, which walks.
+
+Li and Jilkov (2003), section V: coordinated turn with unknown rate; the transition is exact, its slope to first order.
+"""
+
+import math
+
+from ...kernel.compose import kernel
+from ...models.manoeuvre import arc
+from .bank import CIRCULAR, TURNS, at_circle, period
+
+N = 5
+P = 5  # of a member's numbers; E, vE, N, vN, omega before it, scales of the noise behind
+RATE = 1e-3  # variance by which the turn between two plots walks, rad^2
+FIRST = 0.01  # .. and of what it is at first
+SHARPEST = 1.5  # rad between two plots
+
+
+@kernel
+def begin(row, C, i, fastest, unit):
+    """Start one on the first plot."""
+    at = at_circle(C, i)
+    row[at : at + CIRCULAR] = 0.0
+    for c in range(C):
+        row[at + P + index(2 * c, 2 * c)] = unit[c]
+        row[at + P + index(2 * c + 1, 2 * c + 1)] = fastest * fastest
+        row[at + CIRCULAR + c] = 1.0
+    row[at + P + index(4, 4)] = FIRST / period(row) ** 2
+
+
+@kernel
+def index(i, j):
+    """Return where entry i <= j of the upper triangle stands."""
+    return i * N - i * (i - 1) // 2 + j - i
+
+
+@kernel
+def predict(row, C, i, d, unit, F, A, B):
+    """Take one d seconds on; F, A and B are room for 5 x 5 numbers each."""
+    at, T = at_circle(C, i), period(row)
+    vE, vN, angle = row[at + 1], row[at + 3], row[at + 4] * d
+    s, c, ds, dc = arc(row[at + 4], d)
+    co, si = math.cos(angle), math.sin(angle)
+    for j in range(N):
+        for k in range(N):
+            F[j, k] = 1.0 if j == k else 0.0
+    F[0, 1], F[0, 3], F[0, 4] = s, c, vE * ds + vN * dc
+    F[1, 1], F[1, 3], F[1, 4] = co, si, (vN * co - vE * si) * d
+    F[2, 1], F[2, 3], F[2, 4] = -c, s, vN * ds - vE * dc
+    F[3, 1], F[3, 3], F[3, 4] = -si, co, -(vN * si + vE * co) * d
+    row[at] += vE * s + vN * c
+    row[at + 2] += vN * s - vE * c
+    row[at + 1], row[at + 3] = vE * co + vN * si, vN * co - vE * si
+    for j in range(N):
+        for k in range(j, N):
+            A[j, k] = A[k, j] = row[at + P + index(j, k)]
+    for j in range(N):
+        for k in range(N):
+            B[j, k] = 0.0
+            for l in range(N):
+                B[j, k] += F[j, l] * A[l, k]
+    q = TURNS[i] * 0.5 * (unit[0] * row[at + CIRCULAR] + unit[1] * row[at + CIRCULAR + 1]) / (T * T * T)
+    for j in range(N):
+        for k in range(j, N):
+            total = 0.0
+            for l in range(N):
+                total += B[j, l] * F[k, l]
+            row[at + P + index(j, k)] = total
+    for j in range(2):
+        row[at + P + index(2 * j, 2 * j)] += q * d * d * d / 3
+        row[at + P + index(2 * j, 2 * j + 1)] += q * d * d / 2
+        row[at + P + index(2 * j + 1, 2 * j + 1)] += q * d
+    row[at + P + index(4, 4)] += RATE * d / (T * T * T)
+
+
+@kernel
+def correct(row, C, i, c, y, r, A):
+    """Let coordinate c be measured with variance r; A is room for a column."""
+    at, h = at_circle(C, i), 2 * c
+    for j in range(N):
+        A[0, j] = row[at + P + (index(j, h) if j <= h else index(h, j))]
+    S, e = A[0, h] + r, y - row[at + h]
+    for j in range(N):
+        row[at + j] += A[0, j] * e / S
+        for k in range(j, N):
+            row[at + P + index(j, k)] -= A[0, j] * A[0, k] / S
+    sharpest = SHARPEST / period(row)
+    row[at + 4] = min(max(row[at + 4], -sharpest), sharpest)
+
+
+@kernel
+def slope(j, a, omega, vE, vN):
+    """Return the derivative of entry j of (E, vE, aE, N, vN, aN) by entry a of (E, vE, N, vN, omega)."""
+    if j == 2:  # aE = omega vN
+        return omega if a == 3 else vN if a == 4 else 0.0
+    if j == 5:  # aN = -omega vE
+        return -omega if a == 1 else -vE if a == 4 else 0.0
+    at = j if j < 2 else j - 1
+    return 1.0 if a == at else 0.0

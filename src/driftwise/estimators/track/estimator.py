@@ -1,0 +1,285 @@
+"""Position plots of one object, at whatever times they come: where it is, how it moves, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import InputError
+from ...kernel import compose
+from .. import door
+from . import bank, step
+from .step import Tracking
+
+CLASSES = {"aircraft": 250.0, "helicopter": 60.0, "glider": 40.0, "uav": 20.0, "boat": 8.0}  # m/s
+
+
+class TrackStep(NamedTuple):
+    """What one plot showed; arrays have one entry per coordinate."""
+
+    prediction: np.ndarray  # of the plot, from those before it
+    innovation: np.ndarray
+    covariance: np.ndarray  # (C, C) of the innovation
+    nis: float  # mean over coordinates of e^2/variance
+    log_density: float  # that the forecast gave to the plot
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    spread: np.ndarray  # (3C, 3C) covariance of [E, vE, aE, N, vN, aN]
+    turn_rate: float  # rad/s, positive to the right
+    turn_rate_sd: float
+    manoeuvre: float  # probability
+    status: int
+
+
+class TrackEstimator:
+    """Position, velocity, acceleration and turn rate of one object from its plots, with error bars: nothing to tune.
+
+    A bank of models of motion: constant velocity with six shares of noise, constant acceleration, Singer's, coordinated
+    turns, and the joint filter with two poles at 1 and a manoeuvre pole that is learnt. All predict the next plot;
+    their mixture, weighted by likelihood that fades, is the forecast. What a plot's noise is, and the tails of the
+    forecast, are learnt on the way. Times may be irregular, plots may be missing.
+
+    Parameters
+    ----------
+    speed : float or str
+        What is fast for the class, m/s: 250 "aircraft", 60 "helicopter", 40 "glider", 20 "uav", 8 "boat". It matters in
+        the first plots only, and is the unit of everything else.
+    coordinates : int
+        2: East and North. 1: a single coordinate, such as altitude. Two share the evidence and the manoeuvre pole.
+    forgetting : float
+        Evidence of k plots ago counts forgetting^k.
+    learning_rate : float
+        What the evidence of one plot counts. All models are wrong in the same way: half.
+    doubt : float
+        By what log weight all but constant velocity begin behind it: they are slow to learn.
+    noise, tails : float
+        Plots by which each model's noise, and the shape of the forecast, are known.
+
+    Notes
+    -----
+    Source: Salut, Aguilar, Favier and Alengrin (1979) for the joint filter; Singer (1970); Raftery, Karny and Ettler
+    (2010) for the average; the two poles held at 1 and the velocity increments that make it fit for irregular times are
+    this package's.
+
+    Each coordinate is filtered with its own variance: of a stated covariance the diagonal counts. Position, velocity
+    and acceleration are those of the members that have them, all but those with a learnt pole.
+
+    Bad at: tracks of a few plots, where it has the speed of the class and little else; precise sensors of manoeuvring
+    targets, where a tuned interacting model is some ten per cent better; clutter (see `Tracker`, and the adapter
+    for Stone Soup); errors that stay for many plots, such as the extent of a ship: no filter tells them from motion.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> t = np.arange(60) * 4.0
+    >>> turn = np.clip(t - 120, 0, 60) * np.radians(3)  # straight, half a circle at 3 degrees a second, straight
+    >>> path = np.cumsum(200 * 4.0 * np.stack([np.sin(turn), np.cos(turn)], axis=1), axis=0)
+    >>> plots = path + 50 * np.random.default_rng(1).standard_normal(path.shape)
+    >>> trace = dw.TrackEstimator("aircraft").scan(t, plots)
+    >>> at = 40
+    >>> print(f"{np.degrees(trace.turn_rate[at]):.1f} +- {np.degrees(trace.turn_rate_sd[at]):.1f} degrees a second")
+    3.0 +- 0.7 degrees a second
+    """
+
+    def __init__(
+        self,
+        speed: float | str = "aircraft",
+        *,
+        coordinates: int = 2,
+        forgetting: float = 0.97,
+        learning_rate: float = 0.5,
+        doubt: float = 3.0,
+        noise: float = 20.0,
+        tails: float = 100.0,
+    ):
+        if isinstance(speed, str):
+            if speed not in CLASSES:
+                raise InputError(f"speed must be metres a second, or one of {', '.join(CLASSES)}, got {speed!r}")
+            self.speed = CLASSES[speed]
+        else:
+            self.speed = door.size("speed", speed)
+        if coordinates not in (1, 2):
+            raise InputError(
+                f"coordinates must be 1 or 2 (East, North), got {coordinates!r}; altitude comes from another sensor: "
+                "give it an estimator of its own"
+            )
+        for name, value in (("forgetting", forgetting), ("learning_rate", learning_rate)):
+            if not 0 < door.positive(name, value) <= 1:
+                raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
+        self.coordinates = C = int(coordinates)
+        self.task = Tracking(
+            C, self.speed, forgetting, learning_rate, -abs(float(doubt)), door.positive("noise", noise),
+            door.positive("tails", tails), step.STARTS, step.ENDS, step.CLAIM,
+        )  # fmt: skip
+        self.options = dict(
+            speed=self.speed, coordinates=C, forgetting=forgetting, learning_rate=learning_rate, doubt=doubt,
+            noise=noise, tails=tails,
+        )  # fmt: skip
+        self.dtype = np.dtype([("row", float, (bank.row_size(C),))])
+        self.columns = bank.columns(C)
+        self.names = bank.names(C)
+
+    def __repr__(self):
+        return f"TrackEstimator(speed={self.speed:g}, coordinates={self.coordinates})"
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them: a record of plain numbers."""
+        return np.zeros(() if series is None else door.count("series", series), self.dtype)
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def scan(self, time, position, covariance=None, *, state=None):
+        """Run over a record of plots and return its `TrackTrace`; ``trace.state`` continues where it ended.
+
+        Parameters
+        ----------
+        time : (T,)
+            s, increasing.
+        position : (T, C)
+            m; a row with NaN is a scan without a plot.
+        covariance : (C, C) or (T, C, C), optional
+            What the sensor says of its errors, m^2: how they change from plot to plot is believed, their size is a
+            start. NaN is unknown.
+        state : optional
+            To go on from.
+        """
+        from ...workflow.track_trace import TrackTrace
+
+        time, position, R = self._door(time, position, covariance)
+        row = self._row(self.start() if state is None else state)
+        self._later("time", time, row)
+        outs = self.run(row, time, position, R)
+        return TrackTrace(self, time, position, outs, row.view(self.dtype).reshape(()))
+
+    def update(self, state, time, position, covariance=None) -> tuple[np.ndarray, TrackStep]:
+        """Return the next state and what this plot showed; NaN is a scan without one."""
+        time, position, R = self._door([time], [position], None if covariance is None else [covariance])
+        row = self._row(state)
+        self._later("time", time, row)
+        out = self.run(row, time, position, R)[0]
+        return row.view(self.dtype).reshape(()), self.shown(out)
+
+    def predict(self, state, time) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (C,) and covariance (C, C) of a plot at ``time``; infinite before the first plot."""
+        out = self._ahead(state, time)
+        return out[: self.coordinates].copy(), self._covariance(out)
+
+    def density(self, state, time, position) -> float:
+        """Return the log density that the forecast gives to a plot there; 0 before the first plot: nothing known."""
+        position = door.vector("position", position, self.coordinates)
+        out, C = self._ahead(state, time), self.coordinates
+        base = out[2 * C : 3 * C]
+        if not np.isfinite(base).all():
+            return 0.0
+        shares, total = out[bank.at_shares(C) :][: bank.TAILS], 0.0
+        for e, s in zip(position - out[:C], base):
+            v = np.array(bank.SCALES) * s
+            total += float(np.logaddexp.reduce(np.log(shares) - 0.5 * np.log(2 * np.pi * v) - 0.5 * e * e / v))
+        return total
+
+    def tick(self, states, time, position, covariance=None) -> tuple[np.ndarray, list[TrackStep]]:
+        """Advance many tracks, one plot each: states (S,), time (S,), position (S, C)."""
+        rows = np.ascontiguousarray(states).reshape(-1).view(float).reshape(np.size(states), -1).copy()
+        times, positions = door.floats("time", time).reshape(-1), door.floats("position", position)
+        told = []
+        for s, row in enumerate(rows):
+            stated = None if covariance is None else np.asarray(covariance)[s]
+            t, p, R = self._door(times[s : s + 1], positions[s : s + 1], None if stated is None else stated[None])
+            self._later("time", t, row)
+            told.append(self.shown(self.run(row, t, p, R)[0]))
+        return rows.reshape(-1).view(self.dtype).reshape(np.shape(states)), told
+
+    # --- inside --------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _drive(self):
+        kept = np.empty(step.room(self.coordinates))
+        return compose.passage(Tracking), kept, compose.flatten([self.task])
+
+    def run(self, row, time, position, R) -> np.ndarray:
+        """Advance a state's numbers in place, unchecked; return the columns of the trace (T, columns)."""
+        go, kept, spec = self._drive
+        outs = np.empty((len(time), self.columns))
+        rows = np.empty((len(time), 1 + self.coordinates))
+        rows[:, 0], rows[:, 1:] = time, position
+        go(rows, R, kept, outs, row, spec)
+        return outs
+
+    def _ahead(self, state, time) -> np.ndarray:
+        C, row = self.coordinates, self._row(state)
+        time = door.floats("time", [time])
+        self._later("time", time, row)
+        return self.run(row, time, np.full((1, C), np.nan), np.full((1, C), np.nan))[0]
+
+    def _covariance(self, out) -> np.ndarray:
+        C = self.coordinates
+        told = out[bank.at_told(C) :]
+        S = np.diag(out[2 * C : 3 * C])
+        if C == 2:
+            S[0, 1] = S[1, 0] = told[bank.CROSS]
+        return S * told[bank.SPREADING]
+
+    def shown(self, out) -> TrackStep:
+        """Return one row of the trace as a `TrackStep`."""
+        from .motion import turning, unpacked
+
+        C = self.coordinates
+        told = out[bank.at_told(C) :]
+        state, spread = unpacked(out, C)
+        S = self._covariance(out)
+        e = out[C : 2 * C]
+        turn, turn_sd = turning(state, spread) if C == 2 else (math.nan, math.nan)
+        nis = float(np.mean(e * e / np.diag(S)))
+        return TrackStep(
+            out[:C], e, S, nis, float(out[3 * C : 4 * C].sum()), state[0::3], state[1::3], state[2::3], spread,
+            float(turn), float(turn_sd), float(told[bank.MANOEUVRING]), int(told[bank.STATUS]),
+        )  # fmt: skip
+
+    def _row(self, state) -> np.ndarray:
+        state = np.asarray(state)
+        if state.dtype != self.dtype or state.size != 1:
+            raise InputError("the state belongs to another estimator: start one with estimator.start()")
+        return np.ascontiguousarray(state).reshape(-1).view(float).copy()
+
+    def _door(self, time, position, covariance):
+        C, time = self.coordinates, door.floats("time", time).reshape(-1)
+        position = door.floats("position", position)
+        T = len(time)
+        if position.shape != (T, C) and not (C == 1 and position.shape == (T,)):
+            raise InputError(f"position must have shape {(T, C)}, a row for each time, got {position.shape}")
+        position = position.reshape(T, C)
+        if not np.isfinite(time).all():
+            raise InputError(f"time must be finite, got {time[~np.isfinite(time)][0]} at plot {_first(time)}")
+        if np.isinf(position).any() or np.nanmax(np.abs(position), initial=0.0) > door.LARGEST:
+            raise InputError("position must be finite, or NaN where there is no plot; was a sentinel left in the data?")
+        if covariance is None:
+            return time, position, np.full((T, C), np.nan)
+        covariance = door.floats("covariance", covariance)
+        try:
+            R = np.broadcast_to(covariance, (T, C, C))
+        except ValueError:
+            raise InputError(f"covariance must have shape {(C, C)} or {(T, C, C)}, got {covariance.shape}") from None
+        R = np.ascontiguousarray(R[:, range(C), range(C)])
+        if (R <= 0).any() or np.isinf(R).any():
+            raise InputError("covariance must have positive variances, or NaN where it is unknown")
+        return time, position, R
+
+    def _later(self, name, time, row):
+        wrong = np.flatnonzero(np.diff(time) <= 0) + 1
+        if row[bank.SEEN] > 0 and len(time) and time[0] <= row[bank.TIME]:
+            wrong = np.array([0])
+        if len(wrong):
+            k = int(wrong[0])
+            before = time[k - 1] if k else row[bank.TIME]
+            raise InputError(
+                f"{name} must increase: {time[k]:.6g} s after {before:.6g} s at plot {k}. Are the plots in order, and of "
+                "one object? Sort them, or give them to a Tracker"
+            )
+
+
+def _first(time) -> int:
+    return int(np.flatnonzero(~np.isfinite(time))[0])

@@ -1,0 +1,78 @@
+"""Members that are Kalman filters of position, velocity and acceleration: constant velocity, acceleration, Singer.
+
+All in units of the variance of a plot, so that the gain of a member depends on its number and the times alone; the unit
+itself follows the innovations.
+"""
+
+from ...kernel.compose import kernel
+from ...models.manoeuvre import response, spread
+from .bank import JERKS, KALMAN, LINEAR, LINES, PUSHES, at_linear, period
+
+X, P, SCALE = 0, 3, 9  # of a member's numbers
+
+
+@kernel
+def begin(row, C, fastest, unit):
+    """Start all of them on the first plot: at rest, within the speed of the class (units of the plots' variance)."""
+    T = period(row)
+    for i in range(KALMAN):
+        for c in range(C):
+            at = at_linear(C, i) + LINEAR * c
+            row[at : at + LINEAR] = 0.0
+            row[at + P], row[at + P + 3], row[at + SCALE] = 1.0, fastest * fastest / unit[c], 1.0
+            row[at + P + 5] = 0.0 if i < LINES else 1.0 / T**4
+
+
+@kernel
+def predict(row, at, d, f, g, s, push, jerk, pp, pv, pa, vv, va, aa):
+    """Take position, velocity, acceleration and the upper triangle of their covariance d seconds on."""
+    x, p = at + X, at + P
+    row[x] += d * row[x + 1] + s * row[x + 2]
+    row[x + 1] += g * row[x + 2]
+    row[x + 2] *= f
+    a = row[p] + d * row[p + 1] + s * row[p + 2]
+    b = row[p + 1] + d * row[p + 3] + s * row[p + 4]
+    c = row[p + 2] + d * row[p + 4] + s * row[p + 5]
+    e, h = row[p + 3] + g * row[p + 4], row[p + 4] + g * row[p + 5]
+    row[p] = a + d * b + s * c + jerk * pp + push * d * d * d / 3
+    row[p + 1] = b + g * c + jerk * pv + push * d * d / 2
+    row[p + 2] = f * c + jerk * pa
+    row[p + 3] = e + g * h + jerk * vv + push * d
+    row[p + 4] = f * h + jerk * va
+    row[p + 5] = f * f * row[p + 5] + jerk * aa
+
+
+@kernel
+def predict_all(row, C, d):
+    """Take all members d seconds on."""
+    T, alpha, ready = period(row), 0.0, False
+    f, g, s, pp, pv, pa, vv, va, aa = 1.0, d, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(KALMAN):
+        push, jerk = 0.0, 0.0
+        if i < LINES:
+            push = PUSHES[i] / (T * T * T)
+        else:
+            rate = JERKS[i - LINES][0] / T
+            jerk = JERKS[i - LINES][1] / T**5
+            if not ready or rate != alpha:
+                alpha, ready = rate, True
+                s, g, f = response(alpha, d)
+                pp, pv, pa, vv, va, aa = spread(alpha, d)
+        for c in range(C):
+            predict(row, at_linear(C, i) + LINEAR * c, d, f, g, s, push, jerk, pp, pv, pa, vv, va, aa)
+
+
+@kernel
+def correct(row, at, e, s):
+    """Let the position be measured: innovation e, s its variance in units of the plots'."""
+    x, p = at + X, at + P
+    a, b, c = row[p] / s, row[p + 1] / s, row[p + 2] / s
+    row[x] += a * e
+    row[x + 1] += b * e
+    row[x + 2] += c * e
+    row[p + 5] -= c * row[p + 2]
+    row[p + 4] -= b * row[p + 2]
+    row[p + 3] -= b * row[p + 1]
+    row[p + 2] -= a * row[p + 2]
+    row[p + 1] -= a * row[p + 1]
+    row[p] -= a * row[p]

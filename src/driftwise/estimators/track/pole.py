@@ -1,0 +1,119 @@
+"""Members that learn a manoeuvre pole: the joint filter of Salut with two poles held at 1, for irregular times.
+
+    v_k = (y_k - y_k-1)/d_k,   w_k = T (v_k - v_k-1),   (1 - phi q) w = (1 - rho q)^2 nu,   var nu = r (T/d_k)^2
+    state per coordinate x2, x3 (w = x3 + nu), one phi for all coordinates; linear because w is measured:
+    measured, nu = w - x3 is known:  x3 <- x2 + phi w - 2 rho nu,  x2 <- rho^2 nu
+
+Salut, Aguilar, Favier and Alengrin (1979), sections 2 and 3.3, with A(q) = (1 - phi q)(1 - q)^2.
+"""
+
+import math
+
+from ...kernel.compose import kernel
+from .bank import RADII, at_pole, triangle
+
+WALK = 1e-4  # variance by which phi walks, a plot
+FIRST = 0.2  # variance of phi at first, about 0
+LARGEST = 0.98  # of |phi|
+LOOSE = 25.0  # times the variance of a plot: of the states at first
+
+
+@kernel
+def size(C):
+    """Return the length of the state."""
+    return 2 * C + 1
+
+
+@kernel
+def _index(n, i, j):
+    """Return where entry i <= j of the upper triangle stands."""
+    return i * n - i * (i - 1) // 2 + j - i
+
+
+@kernel
+def begin(row, C, i, unit):
+    """Start one on the second plot: nothing known of the manoeuvre."""
+    at, n = at_pole(C, i), size(C)
+    row[at : at + n + triangle(n)] = 0.0
+    for c in range(C):
+        for j in (2 * c, 2 * c + 1):
+            row[at + n + _index(n, j, j)] = LOOSE * unit[c]
+        row[at + n + triangle(n) + c] = 1.0
+    row[at + n + _index(n, n - 1, n - 1)] = FIRST
+
+
+@kernel
+def rescale(row, C, i, factor):
+    """Write the states in units of another period."""
+    at, n = at_pole(C, i), size(C)
+    for j in range(n - 1):
+        row[at + j] *= factor
+        for k in range(j, n):
+            row[at + n + _index(n, j, k)] *= factor * factor if k < n - 1 else factor
+
+
+@kernel
+def variance(row, C, i, c):
+    """Return the variance of x3 of coordinate c."""
+    n = size(C)
+    return row[at_pole(C, i) + n + _index(n, 2 * c + 1, 2 * c + 1)]
+
+
+@kernel
+def measure(row, C, i, c, w, r, A):
+    """Let w of coordinate c be measured with noise of variance r; A is room for a column."""
+    at, n, h = at_pole(C, i), size(C), 2 * c + 1
+    for j in range(n):
+        A[0, j] = row[at + n + (_index(n, j, h) if j <= h else _index(n, h, j))]
+    S, e = A[0, h] + r, w - row[at + h]
+    for j in range(n):
+        row[at + j] += A[0, j] * e / S
+        for k in range(j, n):
+            row[at + n + _index(n, j, k)] -= A[0, j] * A[0, k] / S
+
+
+@kernel
+def step(row, C, i, w, F, A, B):
+    """Go on to the next plot; w of all coordinates is known by now. Return 1 where phi was held, 0 elsewhere."""
+    at, n, rho = at_pole(C, i), size(C), RADII[i]
+    for j in range(n):
+        for k in range(n):
+            F[j, k] = 0.0
+    for c in range(C):
+        x2, x3 = 2 * c, 2 * c + 1
+        F[x2, x3], F[x3, x2], F[x3, x3], F[x3, n - 1] = -rho * rho, 1.0, 2 * rho, w[c]
+        nu = w[c] - row[at + x3]
+        row[at + x3] = row[at + x2] + row[at + n - 1] * w[c] - 2 * rho * nu
+        row[at + x2] = rho * rho * nu
+    F[n - 1, n - 1] = 1.0
+    for j in range(n):
+        for k in range(j, n):
+            A[j, k] = A[k, j] = row[at + n + _index(n, j, k)]
+    for j in range(n):
+        for k in range(n):
+            B[j, k] = 0.0
+            for l in range(n):
+                B[j, k] += F[j, l] * A[l, k]
+    for j in range(n):
+        for k in range(j, n):
+            total = 0.0
+            for l in range(n):
+                total += B[j, l] * F[k, l]
+            row[at + n + _index(n, j, k)] = total
+    last = at + n + _index(n, n - 1, n - 1)
+    row[last] += WALK
+    phi = row[at + n - 1]
+    if abs(phi) <= LARGEST and row[last] <= FIRST:
+        return 0.0
+    if row[last] > FIRST:  # nothing has excited it: no wider than at first
+        shrink(row, at, n, math.sqrt(FIRST / row[last]))
+    row[at + n - 1] = min(max(phi, -LARGEST), LARGEST)
+    return 1.0 if abs(phi) > LARGEST else 0.0
+
+
+@kernel
+def shrink(row, at, n, factor):
+    """Narrow the last of a state by a factor: its row and column of the covariance."""
+    for j in range(n - 1):
+        row[at + n + _index(n, j, n - 1)] *= factor
+    row[at + n + _index(n, n - 1, n - 1)] *= factor * factor

@@ -1,0 +1,502 @@
+"""One plot: every member predicts it, the mixture of all is the forecast, and the plot says who was right.
+
+    prediction   m = sum w_i mu_i                                  per coordinate, one weight for all coordinates
+    base         s = sum w_i (S_i + (mu_i - m)^2)
+    density      y ~ sum q_j N(m, kappa_j s): the tails are learnt
+    evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
+    noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c
+    manoeuvre    P(manoeuvre) of a two-state Markov chain: quiet members against all others
+
+A missing plot changes nothing but the columns: they tell where the target is by then.
+"""
+
+import math
+from typing import NamedTuple
+
+from ...kernel.compose import kernel, pass_over
+from ...kernel.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
+from . import bank, circle, linear, pole
+
+FREEDOM = 6.0  # of the Student-t by which bank.members are judged
+WILD = 9.0  # most that one e^2/S counts for the noise
+LEAST_COUNT = 1e-3  # of the tails, of what they start with
+YOUNG = 20.0  # plots, memory of the tails at first
+ROOT_2PI = math.sqrt(2 * math.pi)
+LOG_MEAN = 1.27  # -E log z^2, z normal
+LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
+PERIODS = 50.0  # plots by which the typical time between plots is known
+STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
+CLAIM = 10.0  # plots that a stated variance is worth
+TOLD_ABOVE, OVER_BELOW = 0.9, 0.5  # of the probability of a manoeuvre: an onset, and when another may come
+PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005)  # plots that each scale of the tails is worth beforehand
+
+
+class Tracking(NamedTuple):
+    """The numbers of a tracker of one object."""
+
+    coordinates: float
+    fastest: float  # m/s, what is fast for the class
+    forgetting: float  # phi
+    rate: float  # eta, what the evidence of a plot counts
+    doubt: float  # log weight of all but constant velocity at first
+    noise: float  # plots by which the noise of a member is known
+    tails: float  # plots by which the shape of the density is known
+    starts: float  # probability of a manoeuvre to start, per plot
+    ends: float
+    claim: float  # plots that a measurement's stated variance is worth
+
+
+@kernel
+def enter(task, row, t, y, R, C):
+    """Take the first plot; R (C,) its stated variance, NaN is unknown."""
+    row[bank.SEEN], row[bank.TIME], row[bank.MANOEUVRE], row[bank.ALERT], row[bank.TRUST] = (
+        1.0,
+        t,
+        task.starts,
+        0.0,
+        1.0,
+    )
+    for c in range(C):
+        row[bank.of_coordinate(C, bank.FIRST, c)], row[bank.of_coordinate(C, bank.LAST, c)] = y[c], 0.0
+        row[bank.of_coordinate(C, bank.SPEED, c)] = 0.0
+        row[bank.of_coordinate(C, bank.STATED, c)] = R[c]
+        if R[c] > 0.0:
+            row[bank.TRUST] = task.claim
+    for j in range(bank.TAILS):
+        row[bank.at_tails(C) + j] = PRIOR[j]
+    for i in range(bank.members(C)):
+        row[bank.at_weights(C) + i] = 0.0 if i < bank.LINES else task.doubt
+
+
+@kernel
+def start_members(task, row, d, C, unit):
+    """Start the bank.members on the first plot, now that the time to the second is known."""
+    row[bank.PERIOD] = row[bank.GAP] = math.log(d)
+    for c in range(C):
+        stated = row[bank.of_coordinate(C, bank.STATED, c)]
+        unit[c] = stated if stated > 0.0 else (0.1 * task.fastest * d) ** 2
+        row[bank.of_coordinate(C, bank.LOG, c)] = math.log(unit[c])
+    linear.begin(row, C, task.fastest, unit)
+    for i in range(bank.circles(C)):
+        circle.begin(row, C, i, task.fastest, unit)
+
+
+@kernel
+def measure_units(row, C, R, unit, g):
+    """Fill the variance of a plot by what is known of it, and g: how much of that this plot has."""
+    for c in range(C):
+        unit[c] = math.exp(row[bank.of_coordinate(C, bank.LOG, c)])
+        stated = row[bank.of_coordinate(C, bank.STATED, c)]
+        g[c] = R[c] / stated if stated > 0.0 and R[c] > 0.0 else 1.0
+
+
+@kernel
+def predict_all(row, C, d, unit, F, A, B):
+    """Take all that have a state d seconds on."""
+    linear.predict_all(row, C, d)
+    for i in range(bank.circles(C)):
+        circle.predict(row, C, i, d, unit, F, A, B)
+
+
+@kernel
+def foresee(row, C, d, unit, g, mean, S):
+    """Fill mean and S (M, C): what each expects of the next plot, relative to the first; NaN is no opinion."""
+    T, k = bank.period(row), bank.KALMAN
+    for i in range(bank.KALMAN):
+        for c in range(C):
+            at = bank.at_linear(C, i) + bank.LINEAR * c
+            mean[i, c] = row[at]
+            S[i, c] = (row[at + linear.P] + g[c]) * unit[c] * row[at + linear.SCALE]
+    for i in range(bank.circles(C)):
+        for c in range(C):
+            at = bank.at_circle(C, i)
+            mean[k, c] = row[at + 2 * c]
+            S[k, c] = row[at + circle.P + (0 if c == 0 else 9)] + g[c] * unit[c] * row[at + bank.CIRCULAR + c]
+        k += 1
+    for i in range(bank.POLES):
+        n = pole.size(C)
+        for c in range(C):
+            at, ahead = bank.at_pole(C, i), d / T
+            if row[bank.SEEN] < 2.0:
+                mean[k, c] = S[k, c] = math.nan
+                continue
+            nu = g[c] * unit[c] * row[at + n + bank.triangle(n) + c]
+            mean[k, c] = (
+                row[bank.of_coordinate(C, bank.LAST, c)]
+                + d * row[bank.of_coordinate(C, bank.SPEED, c)]
+                + ahead * row[at + 2 * c + 1]
+            )
+            S[k, c] = ahead * ahead * pole.variance(row, C, i, c) + nu
+        k += 1
+
+
+@kernel
+def weigh(row, C, mean, w):
+    """Fill w: the weight of each member that has an opinion."""
+    M, best, total = bank.members(C), -math.inf, 0.0
+    for i in range(M):
+        if math.isfinite(mean[i, 0]):
+            best = max(best, row[bank.at_weights(C) + i])
+    for i in range(M):
+        w[i] = math.exp(row[bank.at_weights(C) + i] - best) if math.isfinite(mean[i, 0]) else 0.0
+        total += w[i]
+    for i in range(M):
+        w[i] /= total
+
+
+@kernel
+def normal(e, v):
+    """Return the density of N(0, v), never quite zero."""
+    return math.exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
+
+
+@kernel
+def tell(row, C, y, w, mean, S, out):
+    """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it."""
+    total = 0.0
+    for j in range(bank.TAILS):
+        total += row[bank.at_tails(C) + j]
+    spreading = 0.0
+    for j in range(bank.TAILS):
+        out[bank.at_shares(C) + j] = row[bank.at_tails(C) + j] / total
+        spreading += bank.SCALES[j] * out[bank.at_shares(C) + j]
+    out[bank.at_told(C) + bank.SPREADING] = spreading
+    cross = 0.0
+    for c in range(C):
+        m, s = 0.0, 0.0
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                m += w[i] * mean[i, c]
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                s += w[i] * (S[i, c] + (mean[i, c] - m) ** 2)
+        e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
+        for j in range(bank.TAILS):
+            v, share = bank.SCALES[j] * s, out[bank.at_shares(C) + j]
+            p += share * normal(e, v)
+            lower += share * 0.5 * math.erfc(-e / math.sqrt(2.0 * v))
+            upper += share * 0.5 * math.erfc(e / math.sqrt(2.0 * v))
+        out[bank.column(C, 0, c)], out[bank.column(C, 1, c)] = m + row[bank.of_coordinate(C, bank.FIRST, c)], e
+        out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, math.log(max(p, 1e-300))
+        out[bank.column(C, 4, c)], out[bank.column(C, 5, c)] = lower, upper
+    if C == 2:
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                cross += (
+                    w[i]
+                    * (mean[i, 0] - out[bank.column(C, 0, 0)] + row[bank.of_coordinate(C, bank.FIRST, 0)])
+                    * (mean[i, 1] - out[bank.column(C, 0, 1)] + row[bank.of_coordinate(C, bank.FIRST, 1)])
+                )
+    out[bank.at_told(C) + bank.CROSS] = cross
+    for i in range(bank.members(C)):
+        out[bank.at_shares(C) + bank.TAILS + i] = w[i]
+
+
+@kernel
+def judge(task, row, C, y, w, mean, S, scores):
+    """Give each member the density it had for the plot, and move the probability of a manoeuvre."""
+    M, best, quiet, moving, share = bank.members(C), -math.inf, 0.0, 0.0, 0.0
+    top = -math.inf
+    for i in range(M):
+        scores[i] = 0.0
+        for c in range(C):
+            if math.isfinite(mean[i, c]):
+                z2 = (y[c] - mean[i, c]) ** 2 / S[i, c]
+                scores[i] += -0.5 * math.log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
+        if math.isfinite(mean[i, 0]):
+            top = max(top, scores[i])
+    for i in range(M):
+        if math.isfinite(mean[i, 0]):
+            likelihood = math.exp(scores[i] - top)
+            if i < bank.QUIET:
+                quiet += w[i] * likelihood
+                share += w[i]
+            else:
+                moving += w[i] * likelihood
+    tiny = 1e-12
+    before = row[bank.MANOEUVRE] * (1.0 - task.ends) + (1.0 - row[bank.MANOEUVRE]) * task.starts
+    quiet, moving = (quiet + tiny) / (share + tiny), (moving + tiny) / (1.0 - share + tiny)
+    row[bank.MANOEUVRE] = before * moving / (before * moving + (1.0 - before) * quiet)
+    at = bank.at_weights(C)
+    for i in range(M):
+        if math.isfinite(mean[i, 0]):
+            row[at + i] = task.forgetting * row[at + i] + task.rate * (scores[i] - top)
+        else:
+            row[at + i] *= task.forgetting
+        best = max(best, row[at + i])
+    for i in range(M):
+        row[at + i] -= best
+
+
+@kernel
+def learn_tails(task, row, C, out):
+    """Share the plot out among the scales that may have made it; say how likely it is wild."""
+    fade, wild = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0
+    for c in range(C):
+        e, s, p, far = out[bank.column(C, 1, c)], out[bank.column(C, 2, c)], 0.0, 0.0
+        for j in range(bank.TAILS):
+            p += out[bank.at_shares(C) + j] * normal(e, bank.SCALES[j] * s)
+        for j in range(bank.TAILS):
+            part = out[bank.at_shares(C) + j] * normal(e, bank.SCALES[j] * s) / p
+            far += part if bank.SCALES[j] > 10.0 else 0.0
+            at = bank.at_tails(C) + j
+            row[at] = max(fade * row[at] + part, LEAST_COUNT * PRIOR[j])
+        wild = max(wild, far)
+    return wild
+
+
+@kernel
+def follow(task, row, C, i, mean, S, y, c):
+    """Return the factor by which the noise of member i, coordinate c, changes."""
+    if row[bank.SEEN] < 2.0 or not math.isfinite(mean[i, c]):
+        return 1.0
+    z2 = (y[c] - mean[i, c]) ** 2 / S[i, c]
+    return 1.0 + (min(z2, WILD) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+
+
+@kernel
+def learn_noise(row, C, d, y, g, unit):
+    """Let the second differences of the first plots say what the variance of a plot is."""
+    if row[bank.SEEN] < 2.0 or row[bank.SEEN] > LEARNT_BY:
+        return
+    for c in range(C):
+        v, last = row[bank.of_coordinate(C, bank.SPEED, c)], row[bank.of_coordinate(C, bank.LAST, c)]
+        ahead = d / math.exp(row[bank.GAP])
+        e = y[c] - last - d * v
+        z = e * e / (1.0 + (1.0 + ahead) ** 2 + ahead * ahead) / g[c]
+        log = row[bank.of_coordinate(C, bank.LOG, c)]
+        floor = 1e-8 * unit[c]
+        row[bank.of_coordinate(C, bank.LOG, c)] = log + (math.log(max(z, floor)) + LOG_MEAN - log) / (
+            row[bank.SEEN] - 1.0 + row[bank.TRUST]
+        )
+
+
+@kernel
+def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
+    """Take the plot into every member; return 1 where a pole was held."""
+    T = bank.period(row)
+    for i in range(bank.KALMAN):
+        for c in range(C):
+            at = bank.at_linear(C, i) + bank.LINEAR * c
+            linear.correct(row, at, y[c] - row[at], row[at + linear.P] + g[c])
+            row[at + linear.SCALE] *= follow(task, row, C, i, mean, S, y, c)
+    k, held = bank.KALMAN, 0.0
+    for i in range(bank.circles(C)):
+        for c in range(C):
+            scale = bank.at_circle(C, i) + bank.CIRCULAR + c
+            circle.correct(row, C, i, c, y[c], g[c] * unit[c] * row[scale], A)
+            row[scale] *= follow(task, row, C, k, mean, S, y, c)
+        k += 1
+    for i in range(bank.POLES):
+        if row[bank.SEEN] < 2.0:
+            pole.begin(row, C, i, unit)
+            continue
+        n = pole.size(C)
+        for c in range(C):
+            scale = bank.at_pole(C, i) + n + bank.triangle(n) + c
+            ahead = d / T
+            w[c] = (
+                (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d - row[bank.of_coordinate(C, bank.SPEED, c)]
+            ) * T
+            pole.measure(row, C, i, c, w[c], g[c] * unit[c] * row[scale] / (ahead * ahead), A)
+            row[scale] *= follow(task, row, C, k, mean, S, y, c)
+        held = max(held, pole.step(row, C, i, w, F, A, B))
+        k += 1
+    return held
+
+
+@kernel
+def note(row, C, t, d, y):
+    """Keep what the next step needs of the plot."""
+    row[bank.TIME], row[bank.GAP] = t, math.log(d)
+    for c in range(C):
+        row[bank.of_coordinate(C, bank.SPEED, c)] = (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d
+        row[bank.of_coordinate(C, bank.LAST, c)] = y[c]
+    row[bank.SEEN] += 1.0
+
+
+@kernel
+def follow_period(row, C, d):
+    """Let the typical time between plots follow; states that are measured in it are rescaled."""
+    before = row[bank.PERIOD]
+    row[bank.PERIOD] += (math.log(d) - before) / min(row[bank.SEEN], PERIODS)
+    if row[bank.SEEN] >= 2.0:
+        for i in range(bank.POLES):
+            pole.rescale(row, C, i, math.exp(row[bank.PERIOD] - before))
+
+
+@kernel
+def member_state(row, C, i, unit, x, V):
+    """Fill x (3C,) and V (3C, 3C): position, velocity, acceleration per coordinate, as member i has them."""
+    n = 3 * C
+    for j in range(n):
+        x[j] = 0.0
+        for k in range(n):
+            V[j, k] = 0.0
+    if i < bank.KALMAN:
+        for c in range(C):
+            at, h = bank.at_linear(C, i) + bank.LINEAR * c, 3 * c
+            r, k = unit[c] * row[at + linear.SCALE], 0
+            for j in range(3):
+                x[h + j] = row[at + j]
+                for l in range(j, 3):
+                    V[h + j, h + l] = V[h + l, h + j] = row[at + linear.P + k] * r
+                    k += 1
+            if i < bank.LINES:  # the mean acceleration between two plots
+                V[h + 2, h + 2] = bank.PUSHES[i] * r / bank.period(row) ** 4
+        return
+    at = bank.at_circle(C, i - bank.KALMAN)
+    omega, vE, vN = row[at + 4], row[at + 1], row[at + 3]
+    x[0], x[1], x[2], x[3], x[4], x[5] = row[at], vE, omega * vN, row[at + 2], vN, -omega * vE
+    for j in range(n):
+        for k in range(n):
+            for a in range(5):
+                Ja = circle.slope(j, a, omega, vE, vN)
+                if Ja != 0.0:
+                    for b in range(5):
+                        Jb = circle.slope(k, b, omega, vE, vN)
+                        if Jb != 0.0:
+                            V[j, k] += Ja * Jb * row[at + circle.P + circle.index(min(a, b), max(a, b))]
+
+
+@kernel
+def tell_state(row, C, w, unit, x, V, total, out):
+    """Write mean and covariance of position, velocity, acceleration: those of the bank.members that have them."""
+    n, share = 3 * C, 0.0
+    mean = out[bank.at_state(C) : bank.at_state(C) + n]
+    for j in range(n):
+        mean[j] = 0.0
+        for k in range(n):
+            total[j, k] = 0.0
+    for i in range(bank.KALMAN + bank.circles(C)):
+        share += w[i]
+    if not share > 0.0:
+        share = 1.0
+    for i in range(bank.KALMAN + bank.circles(C)):
+        if w[i] > 0.0:
+            member_state(row, C, i, unit, x, V)
+            for j in range(n):
+                mean[j] += w[i] / share * x[j]
+                for k in range(j, n):
+                    total[j, k] += w[i] / share * (V[j, k] + x[j] * x[k])
+    at = bank.at_covariance(C)
+    for j in range(n):
+        for k in range(j, n):
+            out[at] = total[j, k] - mean[j] * mean[k]
+            at += 1
+    for c in range(C):
+        mean[3 * c] += row[bank.of_coordinate(C, bank.FIRST, c)]
+
+
+@kernel
+def tell_pole(row, C, w, out):
+    """Write the manoeuvre pole and its standard deviation; NaN before the third plot."""
+    first, share, mean, square = bank.KALMAN + bank.circles(C), 0.0, 0.0, 0.0
+    n = pole.size(C)
+    for i in range(bank.POLES):
+        share += w[first + i]
+    for i in range(bank.POLES):
+        at, v = bank.at_pole(C, i), w[first + i] / share if share > 0.0 else 1.0 / bank.POLES
+        mean += v * row[at + n - 1]
+        square += v * (row[at + n - 1] ** 2 + row[at + n + bank.triangle(n) - 1])
+    is_known = row[bank.SEEN] > 2.0
+    out[bank.at_told(C) + bank.POLE] = mean if is_known else math.nan
+    out[bank.at_told(C) + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
+
+
+@kernel
+def blank(task, row, C, t, y, out):
+    """Write what is known before there are two plots: nothing, or one place and the speed of the class."""
+    for k in range(bank.columns(C)):
+        out[k] = 0.0
+    share = bank.at_shares(C)
+    for j in range(bank.TAILS):
+        out[share + j] = 1.0 if bank.SCALES[j] == 1.0 else 0.0
+    out[bank.at_told(C) + bank.SPREADING] = 1.0
+    out[bank.at_told(C) + bank.POLE] = out[bank.at_told(C) + bank.POLE_SD] = math.nan
+    out[bank.at_told(C) + bank.STATUS] = NOT_READY
+    out[bank.at_told(C) + bank.MANOEUVRING] = row[bank.MANOEUVRE]
+    for c in range(C):
+        for k in range(6):
+            out[bank.column(C, k, c)] = math.nan
+        out[bank.column(C, 2, c)] = math.inf
+        out[bank.at_state(C) + 3 * c] = y[c]
+    at, n = bank.at_covariance(C), 3 * C
+    for j in range(n):
+        for k in range(j, n):
+            out[at] = math.inf if j == k else 0.0
+            at += 1
+
+
+@kernel
+def advance(task, row, t, y, R, out, kept):
+    """Take one plot into ``row`` and write what it showed; NaN is no plot. ``kept`` is room."""
+    C = int(task.coordinates)
+    M, n = bank.members(C), max(3 * C, 5)
+    ahead, room = kept[0], kept[1]
+    unit, g, z, x = room[:C], room[C : 2 * C], room[2 * C : 3 * C], room[3 * C : 3 * C + n]
+    w, scores = kept[2], kept[3]
+    mean, S = kept[4 : 4 + M], kept[4 + M : 4 + 2 * M]
+    F, A, B = kept[4 + 2 * M :], kept[4 + 2 * M + n :], kept[4 + 2 * M + 2 * n :]
+    is_seen = True
+    for c in range(C):
+        is_seen = is_seen and math.isfinite(y[c])
+    if row[bank.SEEN] == 0.0:
+        blank(task, row, C, t, y, out)
+        if is_seen:
+            enter(task, row, t, y, R, C)
+        else:
+            out[bank.at_told(C) + bank.STATUS] = NOT_READY + MISSING_OUTPUT
+        return
+    d = t - row[bank.TIME]
+    for k in range(row.size):
+        ahead[k] = row[k]
+    if row[bank.SEEN] == 1.0:
+        start_members(task, ahead, d, C, unit)
+    else:
+        follow_period(ahead, C, d)
+    measure_units(ahead, C, R, unit, g)
+    predict_all(ahead, C, d, unit, F, A, B)
+    foresee(ahead, C, d, unit, g, mean, S)
+    weigh(ahead, C, mean, w)
+    for c in range(C):
+        z[c] = y[c] - row[bank.of_coordinate(C, bank.FIRST, c)]
+    tell(ahead, C, z, w, mean, S, out)
+    status, onset = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0
+    if is_seen:
+        judge(task, ahead, C, z, w, mean, S, scores)
+        if row[bank.SEEN] >= 2.0 and learn_tails(task, ahead, C, out) > 0.5:
+            status += OUTLIER
+        learn_noise(ahead, C, d, z, g, unit)
+        if correct_all(task, ahead, C, d, z, g, unit, mean, S, F, A, B, x) > 0.0:
+            status += PROJECTED
+        if ahead[bank.ALERT] == 0.0 and ahead[bank.MANOEUVRE] > TOLD_ABOVE:
+            ahead[bank.ALERT] = onset = 1.0
+        elif ahead[bank.MANOEUVRE] < OVER_BELOW:
+            ahead[bank.ALERT] = 0.0
+        note(ahead, C, t, d, z)
+        for k in range(row.size):
+            row[k] = ahead[k]
+        weigh(ahead, C, mean, w)
+    else:
+        status += MISSING_OUTPUT
+        for c in range(C):
+            out[bank.column(C, 1, c)] = out[bank.column(C, 3, c)] = out[bank.column(C, 4, c)] = out[
+                bank.column(C, 5, c)
+            ] = math.nan
+    tell_state(ahead, C, w, unit, x, A, F, out)
+    tell_pole(ahead, C, w, out)
+    out[bank.at_told(C) + bank.MANOEUVRING], out[bank.at_told(C) + bank.ONSET] = ahead[bank.MANOEUVRE], onset
+    out[bank.at_told(C) + bank.STATUS] = status
+
+
+def room(C) -> tuple[int, int]:
+    """Return the shape of the room that a step needs."""
+    return 4 + 2 * bank.members(C) + 3 * max(3 * C, 5), bank.row_size(C)
+
+
+@pass_over.on(Tracking)
+def _(task, rows, q, kept, out, numbers):
+    """Track over a record: time and position in ``rows``, stated variances in ``q``."""
+    for k in range(rows.shape[0]):
+        advance(task, numbers, rows[k, 0], rows[k, 1:], q[k], out[k], kept)
