@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..estimators.track import bank
-from ..estimators.track.motion import moving, turning, unpacked
+from ..estimators.track.motion import moving, unpacked
 from ..kernel.status import Status
 from .frames import as_frame
 from .mixture import half_width
@@ -167,12 +167,12 @@ class TrackTrace:
     @property
     def turn_rate(self) -> np.ndarray:
         """Turn rate, rad/s, positive to the right, (T,)."""
-        return turning(*self._state())[0]
+        return self._told(bank.TURN)
 
     @property
     def turn_rate_sd(self) -> np.ndarray:
         """Standard deviation of the turn rate, rad/s, (T,)."""
-        return turning(*self._state())[1]
+        return self._told(bank.TURN_SD)
 
     @property
     def manoeuvre(self) -> np.ndarray:

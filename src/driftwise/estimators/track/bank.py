@@ -8,16 +8,17 @@ import math
 
 from ...kernel.compose import kernel
 
-# of velocity under white acceleration of intensity q: q T^3 / r
-PUSHES = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
+# of a velocity forgotten at rate alpha, under white acceleration of intensity q: alpha T, q T^3 / r; constant velocity,
+# and wandering: what a turn looks like that is too fast for the radar
+STRAIGHT = ((0.0, 1e-4), (0.0, 1e-3), (0.0, 1e-2), (0.0, 0.1), (0.0, 1.0), (0.0, 10.0), (0.5, 100.0))
 # of an acceleration forgotten at rate alpha, under white jerk of intensity j: alpha T, j T^5 / r
-JERKS = ((0.0, 1.0), (0.2, 1e-2), (0.2, 1.0), (0.2, 100.0))
+CURVED = ((0.0, 1.0), (0.2, 1e-2), (0.2, 1.0), (0.2, 100.0))
 # of a coordinated turn: q T^3 / r
 TURNS = (1e-3, 0.1)
 # of the manoeuvre pole, learnt: radius rho of C(q) = (1 - rho q)^2
 RADII = (0.2, 0.4, 0.6, 0.75, 0.87)
 
-LINES, CURVES, CIRCLES, POLES = len(PUSHES), len(JERKS), len(TURNS), len(RADII)
+LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
 KALMAN = LINES + CURVES
 QUIET = 3  # members, the first, that a target without manoeuvre needs no more than
 
@@ -35,8 +36,8 @@ OUTPUTS = ("prediction", "innovation", "base", "log_score", "lower", "upper")  #
 
 def names(C) -> tuple[str, ...]:
     """Return what the members are called."""
-    told = [f"constant velocity, {q:g}" for q in PUSHES]
-    told += [f"Singer, {j:g}" if a else f"constant acceleration, {j:g}" for a, j in JERKS]
+    told = [f"wandering, {q:g}" if a else f"constant velocity, {q:g}" for a, q in STRAIGHT]
+    told += [f"Singer, {j:g}" if a else f"constant acceleration, {j:g}" for a, j in CURVED]
     told += [f"turn, {q:g}" for q in TURNS[: circles(C)]]
     return (*told, *(f"manoeuvre pole, {rho:g}" for rho in RADII))
 
@@ -140,7 +141,7 @@ def at_told(C):
     return at_covariance(C) + triangle(3 * C)
 
 
-CROSS, SPREADING, MANOEUVRING, ONSET, POLE, POLE_SD, STATUS, TOLD = range(8)
+CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS, TOLD = range(10)
 
 
 @kernel

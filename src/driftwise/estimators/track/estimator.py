@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ from ...errors import InputError
 from ...kernel import compose
 from .. import door
 from . import bank, step
+from .motion import unpacked
 from .step import Tracking
 
 CLASSES = {"aircraft": 250.0, "helicopter": 60.0, "glider": 40.0, "uav": 20.0, "boat": 8.0}  # m/s
@@ -90,7 +90,7 @@ class TrackEstimator:
         speed: float | str = "aircraft",
         *,
         coordinates: int = 2,
-        forgetting: float = 0.97,
+        forgetting: float = 0.95,
         learning_rate: float = 0.5,
         doubt: float = 3.0,
         noise: float = 20.0,
@@ -151,17 +151,22 @@ class TrackEstimator:
 
         time, position, R = self._door(time, position, covariance)
         row = self._row(self.start() if state is None else state)
-        self._later("time", time, row)
+        self._later(time, row)
         outs = self.run(row, time, position, R)
         return TrackTrace(self, time, position, outs, row.view(self.dtype).reshape(()))
 
     def update(self, state, time, position, covariance=None) -> tuple[np.ndarray, TrackStep]:
         """Return the next state and what this plot showed; NaN is a scan without one."""
+        state, out = self.advance(state, time, position, covariance)
+        return state, self.shown(out)
+
+    def advance(self, state, time, position, covariance=None) -> tuple[np.ndarray, np.ndarray]:
+        """Return the next state and a row of the trace's columns, as `update` does, without words."""
         time, position, R = self._door([time], [position], None if covariance is None else [covariance])
         row = self._row(state)
-        self._later("time", time, row)
+        self._later(time, row)
         out = self.run(row, time, position, R)[0]
-        return row.view(self.dtype).reshape(()), self.shown(out)
+        return row.view(self.dtype)[0], out
 
     def predict(self, state, time) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (C,) and covariance (C, C) of a plot at ``time``; infinite before the first plot."""
@@ -189,7 +194,7 @@ class TrackEstimator:
         for s, row in enumerate(rows):
             stated = None if covariance is None else np.asarray(covariance)[s]
             t, p, R = self._door(times[s : s + 1], positions[s : s + 1], None if stated is None else stated[None])
-            self._later("time", t, row)
+            self._later(t, row)
             told.append(self.shown(self.run(row, t, p, R)[0]))
         return rows.reshape(-1).view(self.dtype).reshape(np.shape(states)), told
 
@@ -212,31 +217,27 @@ class TrackEstimator:
     def _ahead(self, state, time) -> np.ndarray:
         C, row = self.coordinates, self._row(state)
         time = door.floats("time", [time])
-        self._later("time", time, row)
+        self._later(time, row)
         return self.run(row, time, np.full((1, C), np.nan), np.full((1, C), np.nan))[0]
 
     def _covariance(self, out) -> np.ndarray:
-        C = self.coordinates
-        told = out[bank.at_told(C) :]
+        C, told = self.coordinates, bank.at_told(self.coordinates)
         S = np.diag(out[2 * C : 3 * C])
         if C == 2:
-            S[0, 1] = S[1, 0] = told[bank.CROSS]
-        return S * told[bank.SPREADING]
+            S[0, 1] = S[1, 0] = out[told + bank.CROSS]
+        return S * out[told + bank.SPREADING]
 
     def shown(self, out) -> TrackStep:
-        """Return one row of the trace as a `TrackStep`."""
-        from .motion import turning, unpacked
-
-        C = self.coordinates
-        told = out[bank.at_told(C) :]
+        """Return a row of the trace's columns as a `TrackStep`."""
+        C, told = self.coordinates, out[bank.at_told(self.coordinates) :].tolist()
         state, spread = unpacked(out, C)
-        S = self._covariance(out)
-        e = out[C : 2 * C]
-        turn, turn_sd = turning(state, spread) if C == 2 else (math.nan, math.nan)
-        nis = float(np.mean(e * e / np.diag(S)))
+        e, S = out[C : 2 * C], self._covariance(out)
+        nis = sum(e[c] * e[c] / S[c, c] for c in range(C)) / C
+        density = float(out[3 * C : 4 * C].sum())
+        turn, turn_sd = told[bank.TURN : bank.TURN_SD + 1]
         return TrackStep(
-            out[:C], e, S, nis, float(out[3 * C : 4 * C].sum()), state[0::3], state[1::3], state[2::3], spread,
-            float(turn), float(turn_sd), float(told[bank.MANOEUVRING]), int(told[bank.STATUS]),
+            out[:C], e, S, float(nis), density, state[0::3], state[1::3], state[2::3], spread, turn, turn_sd,
+            told[bank.MANOEUVRING], int(told[bank.STATUS]),
         )  # fmt: skip
 
     def _row(self, state) -> np.ndarray:
@@ -268,7 +269,7 @@ class TrackEstimator:
             raise InputError("covariance must have positive variances, or NaN where it is unknown")
         return time, position, R
 
-    def _later(self, name, time, row):
+    def _later(self, time, row):
         wrong = np.flatnonzero(np.diff(time) <= 0) + 1
         if row[bank.SEEN] > 0 and len(time) and time[0] <= row[bank.TIME]:
             wrong = np.array([0])
@@ -276,7 +277,7 @@ class TrackEstimator:
             k = int(wrong[0])
             before = time[k - 1] if k else row[bank.TIME]
             raise InputError(
-                f"{name} must increase: {time[k]:.6g} s after {before:.6g} s at plot {k}. Are the plots in order, and of "
+                f"time must increase: {time[k]:.6g} s after {before:.6g} s at plot {k}. Are the plots in order, and of "
                 "one object? Sort them, or give them to a Tracker"
             )
 

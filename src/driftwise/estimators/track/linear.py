@@ -1,4 +1,4 @@
-"""Members that are Kalman filters of position, velocity and acceleration: constant velocity, acceleration, Singer.
+"""Members that are Kalman filters of position, velocity and acceleration: constant velocity, acceleration, Singer, wandering.
 
 All in units of the variance of a plot, so that the gain of a member depends on its number and the times alone; the unit
 itself follows the innovations.
@@ -6,7 +6,7 @@ itself follows the innovations.
 
 from ...kernel.compose import kernel
 from ...models.manoeuvre import response, spread
-from .bank import JERKS, KALMAN, LINEAR, LINES, PUSHES, at_linear, period
+from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear, period
 
 X, P, SCALE = 0, 3, 9  # of a member's numbers
 
@@ -24,7 +24,19 @@ def begin(row, C, fastest, unit):
 
 
 @kernel
-def predict(row, at, d, f, g, s, push, jerk, pp, pv, pa, vv, va, aa):
+def predict_line(row, at, d, f, share, pp, pv, vv):
+    """Take position, velocity and the upper triangle of their covariance on; the velocity keeps a factor f."""
+    x, p = at + X, at + P
+    row[x] += d * row[x + 1]
+    row[x + 1] *= f
+    b, c = row[p + 1] + d * row[p + 3], row[p + 3]
+    row[p] += d * row[p + 1] + d * b + share * pp
+    row[p + 1] = f * b + share * pv
+    row[p + 3] = f * f * c + share * vv
+
+
+@kernel
+def predict_curve(row, at, d, f, g, s, share, pp, pv, pa, vv, va, aa):
     """Take position, velocity, acceleration and the upper triangle of their covariance d seconds on."""
     x, p = at + X, at + P
     row[x] += d * row[x + 1] + s * row[x + 2]
@@ -34,32 +46,32 @@ def predict(row, at, d, f, g, s, push, jerk, pp, pv, pa, vv, va, aa):
     b = row[p + 1] + d * row[p + 3] + s * row[p + 4]
     c = row[p + 2] + d * row[p + 4] + s * row[p + 5]
     e, h = row[p + 3] + g * row[p + 4], row[p + 4] + g * row[p + 5]
-    row[p] = a + d * b + s * c + jerk * pp + push * d * d * d / 3
-    row[p + 1] = b + g * c + jerk * pv + push * d * d / 2
-    row[p + 2] = f * c + jerk * pa
-    row[p + 3] = e + g * h + jerk * vv + push * d
-    row[p + 4] = f * h + jerk * va
-    row[p + 5] = f * f * row[p + 5] + jerk * aa
+    row[p] = a + d * b + s * c + share * pp
+    row[p + 1] = b + g * c + share * pv
+    row[p + 2] = f * c + share * pa
+    row[p + 3] = e + g * h + share * vv
+    row[p + 4] = f * h + share * va
+    row[p + 5] = f * f * row[p + 5] + share * aa
 
 
 @kernel
 def predict_all(row, C, d):
     """Take all members d seconds on."""
-    T, alpha, ready = period(row), 0.0, False
-    f, g, s, pp, pv, pa, vv, va, aa = 1.0, d, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    T, alpha = period(row), -1.0
+    s, g, f = response(0.0, d)
+    pp, pv, pa, vv, va, aa = spread(0.0, d)
     for i in range(KALMAN):
-        push, jerk = 0.0, 0.0
-        if i < LINES:
-            push = PUSHES[i] / (T * T * T)
-        else:
-            rate = JERKS[i - LINES][0] / T
-            jerk = JERKS[i - LINES][1] / T**5
-            if not ready or rate != alpha:
-                alpha, ready = rate, True
-                s, g, f = response(alpha, d)
-                pp, pv, pa, vv, va, aa = spread(alpha, d)
+        rate = (STRAIGHT[i][0] if i < LINES else CURVED[i - LINES][0]) / T
+        if rate != alpha:
+            alpha = rate
+            s, g, f = response(alpha, d)
+            pp, pv, pa, vv, va, aa = spread(alpha, d)
         for c in range(C):
-            predict(row, at_linear(C, i) + LINEAR * c, d, f, g, s, push, jerk, pp, pv, pa, vv, va, aa)
+            at = at_linear(C, i) + LINEAR * c
+            if i < LINES:
+                predict_line(row, at, g, f, STRAIGHT[i][1] / (T * T * T), vv, va, aa)
+            else:
+                predict_curve(row, at, d, f, g, s, CURVED[i - LINES][1] / T**5, pp, pv, pa, vv, va, aa)
 
 
 @kernel

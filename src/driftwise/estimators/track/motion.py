@@ -1,6 +1,8 @@
-"""Speed, course and turn rate of a mean and covariance of [E, vE, aE, N, vN, aN], by the delta method."""
+"""Speed and course of a mean and covariance of [E, vE, aE, N, vN, aN], by the delta method."""
 
 from __future__ import annotations
+
+from functools import cache
 
 import numpy as np
 
@@ -9,30 +11,24 @@ from . import bank
 
 def unpacked(outs, C):
     """Return mean (.., 3C) and covariance (.., 3C, 3C) of the state in rows of a trace."""
-    n, at = 3 * C, bank.at_covariance(C)
+    n, at = 3 * C, bank.at_state(C)
+    return outs[..., at : at + n], outs[..., _square(C)]
+
+
+@cache
+def _square(C):
+    """Return where the entries of the covariance stand among the columns."""
+    n = 3 * C
     i, j = np.triu_indices(n)
-    V = np.empty((*outs.shape[:-1], n, n))
-    V[..., i, j] = V[..., j, i] = outs[..., at : at + len(i)]
-    return outs[..., bank.at_state(C) : bank.at_state(C) + n], V
+    square = np.empty((n, n), int)
+    square[i, j] = square[j, i] = bank.at_covariance(C) + np.arange(len(i))
+    return square
 
 
 def _along(gradient, V):
     """Return the standard deviation of a function with this gradient."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(np.maximum(np.einsum("...i,...ij,...j->...", gradient, V, gradient), 0.0))
-
-
-def turning(x, V):
-    """Return the turn rate, rad/s, positive to the right, and its standard deviation; NaN at rest."""
-    vE, aE, vN, aN = x[..., 1], x[..., 2], x[..., 4], x[..., 5]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        v2 = vE * vE + vN * vN
-        omega = (aE * vN - aN * vE) / v2
-        zero = np.zeros_like(omega)
-        slope = np.stack(
-            [zero, (-aN - 2 * omega * vE) / v2, vN / v2, zero, (aE - 2 * omega * vN) / v2, -vE / v2], axis=-1
-        )
-        return omega, _along(slope, V)
 
 
 def moving(x, V):

@@ -343,7 +343,7 @@ def member_state(row, C, i, unit, x, V):
                     V[h + j, h + l] = V[h + l, h + j] = row[at + linear.P + k] * r
                     k += 1
             if i < bank.LINES:  # the mean acceleration between two plots
-                V[h + 2, h + 2] = bank.PUSHES[i] * r / bank.period(row) ** 4
+                V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / bank.period(row) ** 4
         return
     at = bank.at_circle(C, i - bank.KALMAN)
     omega, vE, vN = row[at + 4], row[at + 1], row[at + 3]
@@ -389,6 +389,41 @@ def tell_state(row, C, w, unit, x, V, total, out):
 
 
 @kernel
+def tell_turn(C, out):
+    """Write the turn rate, positive to the right, and its standard deviation by the delta method; NaN at rest."""
+    told = bank.at_told(C)
+    out[told + bank.TURN] = out[told + bank.TURN_SD] = math.nan
+    if C != 2:
+        return
+    x, at = out[bank.at_state(C) :], bank.at_covariance(C)
+    vE, aE, vN, aN = x[1], x[2], x[4], x[5]
+    v2 = vE * vE + vN * vN
+    if not v2 > 0.0 or out[at] == math.inf:
+        return
+    omega, variance = (aE * vN - aN * vE) / v2, 0.0
+    for j in range(6):
+        for k in range(j, 6):
+            both = turn_slope(j, omega, vE, aE, vN, aN, v2) * turn_slope(k, omega, vE, aE, vN, aN, v2)
+            variance += both * out[at] * (1.0 if j == k else 2.0)
+            at += 1
+    out[told + bank.TURN], out[told + bank.TURN_SD] = omega, math.sqrt(max(variance, 0.0))
+
+
+@kernel
+def turn_slope(j, omega, vE, aE, vN, aN, v2):
+    """Return the derivative of (aE vN - aN vE)/v^2 by entry j of (E, vE, aE, N, vN, aN)."""
+    if j == 1:
+        return (-aN - 2.0 * omega * vE) / v2
+    if j == 2:
+        return vN / v2
+    if j == 4:
+        return (aE - 2.0 * omega * vN) / v2
+    if j == 5:
+        return -vE / v2
+    return 0.0
+
+
+@kernel
 def tell_pole(row, C, w, out):
     """Write the manoeuvre pole and its standard deviation; NaN before the third plot."""
     first, share, mean, square = bank.KALMAN + bank.circles(C), 0.0, 0.0, 0.0
@@ -413,6 +448,7 @@ def blank(task, row, C, t, y, out):
     for j in range(bank.TAILS):
         out[share + j] = 1.0 if bank.SCALES[j] == 1.0 else 0.0
     out[bank.at_told(C) + bank.SPREADING] = 1.0
+    tell_turn(C, out)
     out[bank.at_told(C) + bank.POLE] = out[bank.at_told(C) + bank.POLE_SD] = math.nan
     out[bank.at_told(C) + bank.STATUS] = NOT_READY
     out[bank.at_told(C) + bank.MANOEUVRING] = row[bank.MANOEUVRE]
@@ -485,6 +521,7 @@ def advance(task, row, t, y, R, out, kept):
                 bank.column(C, 5, c)
             ] = math.nan
     tell_state(ahead, C, w, unit, x, A, F, out)
+    tell_turn(C, out)
     tell_pole(ahead, C, w, out)
     out[bank.at_told(C) + bank.MANOEUVRING], out[bank.at_told(C) + bank.ONSET] = ahead[bank.MANOEUVRE], onset
     out[bank.at_told(C) + bank.STATUS] = status
