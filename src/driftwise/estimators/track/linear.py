@@ -1,4 +1,4 @@
-"""Members that are Kalman filters of position, velocity and acceleration: constant velocity, acceleration, Singer, wandering.
+"""Members that are Kalman filters: constant velocity, wandering, constant acceleration, Singer; a coordinate each.
 
 All in units of the variance of a plot, so that the gain of a member depends on its number and the times alone; the unit
 itself follows the innovations.
