@@ -7,13 +7,16 @@ import math
 
 from ...kernel.compose import kernel
 from ...models.manoeuvre import arc
-from .bank import CIRCULAR, TURNS, at_circle, period
+from . import linear
+from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear, period
 
 N = 5
 P = 5  # of a member's numbers; E, vE, N, vN, omega before it, scales of the noise behind
 RATE = 1e-3  # variance by which the turn between two plots walks, rad^2
 FIRST = 0.01  # .. and of what it is at first
 SHARPEST = 1.5  # rad between two plots
+LOST = 20.0  # periods without a plot after which nobody knows how far it has turned
+LINE = tuple(STRAIGHT.index((0.0, q)) for q in TURNS)  # the member of constant velocity with the same noise
 
 
 @kernel
@@ -36,8 +39,11 @@ def index(i, j):
 
 @kernel
 def predict(row, C, i, d, unit, F, A, B):
-    """Take one d seconds on; F, A and B are room for 5 x 5 numbers each."""
+    """Take one d seconds on, after the members of constant velocity; F, A and B are room for 5 x 5 numbers each."""
     at, T = at_circle(C, i), period(row)
+    if d > LOST * T:
+        start_over(row, C, i, unit)
+        return
     vE, vN, angle = row[at + 1], row[at + 3], row[at + 4] * d
     s, c, ds, dc = arc(row[at + 4], d)
     co, si = math.cos(angle), math.sin(angle)
@@ -65,12 +71,27 @@ def predict(row, C, i, d, unit, F, A, B):
             total = 0.0
             for l in range(N):
                 total += B[j, l] * F[k, l]
-            row[at + P + index(j, k)] = total
+            row[at + P + index(j, k)] = max(total, 0.0) if j == k else total
     for j in range(2):
         row[at + P + index(2 * j, 2 * j)] += q * d * d * d / 3
         row[at + P + index(2 * j, 2 * j + 1)] += q * d * d / 2
         row[at + P + index(2 * j + 1, 2 * j + 1)] += q * d
     row[at + P + index(4, 4)] += RATE * d / (T * T * T)
+
+
+@kernel
+def start_over(row, C, i, unit):
+    """Take position and velocity from constant velocity: nothing is known of a turn."""
+    at = at_circle(C, i)
+    row[at : at + CIRCULAR] = 0.0
+    for c in range(C):
+        line, j = at_linear(C, LINE[i]) + LINEAR * c, 2 * c
+        r = unit[c] * row[line + linear.SCALE]
+        row[at + j], row[at + j + 1] = row[line], row[line + 1]
+        row[at + P + index(j, j)] = r * row[line + linear.P]
+        row[at + P + index(j, j + 1)] = r * row[line + linear.P + 1]
+        row[at + P + index(j + 1, j + 1)] = r * row[line + linear.P + 3]
+    row[at + P + index(4, 4)] = FIRST / period(row) ** 2
 
 
 @kernel
@@ -83,7 +104,8 @@ def correct(row, C, i, c, y, r, A):
     for j in range(N):
         row[at + j] += A[0, j] * e / S
         for k in range(j, N):
-            row[at + P + index(j, k)] -= A[0, j] * A[0, k] / S
+            jk = at + P + index(j, k)
+            row[jk] = linear.corrected(row[jk], j, k, h, A[0, j], A[0, k], r, S)
     sharpest = SHARPEST / period(row)
     row[at + 4] = min(max(row[at + 4], -sharpest), sharpest)
 

@@ -4,6 +4,8 @@ All in units of the variance of a plot, so that the gain of a member depends on 
 itself follows the innovations.
 """
 
+import math
+
 from ...kernel.compose import kernel
 from ...models.manoeuvre import response, spread
 from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear, period
@@ -30,7 +32,7 @@ def predict_line(row, at, d, f, share, pp, pv, vv):
     row[x] += d * row[x + 1]
     row[x + 1] *= f
     b, c = row[p + 1] + d * row[p + 3], row[p + 3]
-    row[p] += d * row[p + 1] + d * b + share * pp
+    row[p] = max(row[p] + d * row[p + 1] + d * b, 0.0) + share * pp
     row[p + 1] = f * b + share * pv
     row[p + 3] = f * f * c + share * vv
 
@@ -46,7 +48,7 @@ def predict_curve(row, at, d, f, g, s, share, pp, pv, pa, vv, va, aa):
     b = row[p + 1] + d * row[p + 3] + s * row[p + 4]
     c = row[p + 2] + d * row[p + 4] + s * row[p + 5]
     e, h = row[p + 3] + g * row[p + 4], row[p + 4] + g * row[p + 5]
-    row[p] = a + d * b + s * c + share * pp
+    row[p] = max(a + d * b + s * c, 0.0) + share * pp
     row[p + 1] = b + g * c + share * pv
     row[p + 2] = f * c + share * pa
     row[p + 3] = e + g * h + share * vv
@@ -75,16 +77,34 @@ def predict_all(row, C, d):
 
 
 @kernel
-def correct(row, at, e, s):
-    """Let the position be measured: innovation e, s its variance in units of the plots'."""
+def correct(row, at, e, g):
+    """Let the position be measured: innovation e, g the variance of the plot in units of the plots'.
+
+    The covariance becomes C + u u' g/(s pp): u is the position's column, C what velocity and acceleration have without
+    it. A sum, so that nothing cancels after a long gap.
+    """
     x, p = at + X, at + P
-    a, b, c = row[p] / s, row[p + 1] / s, row[p + 2] / s
-    row[x] += a * e
-    row[x + 1] += b * e
-    row[x + 2] += c * e
-    row[p + 5] -= c * row[p + 2]
-    row[p + 4] -= b * row[p + 2]
-    row[p + 3] -= b * row[p + 1]
-    row[p + 2] -= a * row[p + 2]
-    row[p + 1] -= a * row[p + 1]
-    row[p] -= a * row[p]
+    pp, pv, pa = row[p], row[p + 1], row[p + 2]
+    s = pp + g
+    row[x] += pp / s * e
+    row[x + 1] += pv / s * e
+    row[x + 2] += pa / s * e
+    vv, aa = max(row[p + 3] - pv / pp * pv, 0.0), max(row[p + 5] - pa / pp * pa, 0.0)
+    most, share = math.sqrt(vv * aa), g / s
+    row[p + 5] = aa + share * (pa / pp) * pa
+    row[p + 4] = min(max(row[p + 4] - pv / pp * pa, -most), most) + share * (pv / pp) * pa
+    row[p + 3] = vv + share * (pv / pp) * pv
+    row[p + 2] = share * pa
+    row[p + 1] = share * pv
+    row[p] = share * pp
+
+
+@kernel
+def corrected(P, j, k, h, a, b, r, S):
+    """Return entry (j, k) of a covariance P once entry h was measured with variance r: a, b are (j, h), (k, h).
+
+    S is (h, h) + r. It does not subtract what nearly cancels after a long gap, and no variance falls below its bound.
+    """
+    if j == h or k == h:
+        return P * (r / S)
+    return max(P - a * b / S, P * (r / S)) if j == k else P - a * b / S

@@ -11,6 +11,7 @@ import math
 
 from ...kernel.compose import kernel
 from .bank import RADII, at_pole, triangle
+from .linear import corrected
 
 WALK = 1e-4  # variance by which phi walks, a plot
 FIRST = 0.2  # variance of phi at first, about 0
@@ -69,7 +70,8 @@ def measure(row, C, i, c, w, r, A):
     for j in range(n):
         row[at + j] += A[0, j] * e / S
         for k in range(j, n):
-            row[at + n + _index(n, j, k)] -= A[0, j] * A[0, k] / S
+            jk = at + n + _index(n, j, k)
+            row[jk] = corrected(row[jk], j, k, h, A[0, j], A[0, k], r, S)
 
 
 @kernel
@@ -99,7 +101,7 @@ def step(row, C, i, w, F, A, B):
             total = 0.0
             for l in range(n):
                 total += B[j, l] * F[k, l]
-            row[at + n + _index(n, j, k)] = total
+            row[at + n + _index(n, j, k)] = max(total, 0.0) if j == k else total
     last = at + n + _index(n, n - 1, n - 1)
     row[last] += WALK
     phi = row[at + n - 1]

@@ -278,7 +278,7 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
     for i in range(bank.KALMAN):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
-            linear.correct(row, at, y[c] - row[at], row[at + linear.P] + g[c])
+            linear.correct(row, at, y[c] - row[at], g[c])
             row[at + linear.SCALE] *= follow(task, row, C, i, mean, S, y, c)
     k, held = bank.KALMAN, 0.0
     for i in range(bank.circles(C)):
@@ -375,6 +375,8 @@ def tell_state(row, C, w, unit, x, V, total, out):
     for i in range(bank.KALMAN + bank.circles(C)):
         if w[i] > 0.0:
             member_state(row, C, i, unit, x, V)
+            for c in range(C):  # relative to the last plot: the square of a position is large
+                x[3 * c] -= row[bank.of_coordinate(C, bank.LAST, c)]
             for j in range(n):
                 mean[j] += w[i] / share * x[j]
                 for k in range(j, n):
@@ -385,7 +387,7 @@ def tell_state(row, C, w, unit, x, V, total, out):
             out[at] = total[j, k] - mean[j] * mean[k]
             at += 1
     for c in range(C):
-        mean[3 * c] += row[bank.of_coordinate(C, bank.FIRST, c)]
+        mean[3 * c] += row[bank.of_coordinate(C, bank.LAST, c)] + row[bank.of_coordinate(C, bank.FIRST, c)]
 
 
 @kernel
