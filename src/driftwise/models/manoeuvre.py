@@ -20,7 +20,7 @@ def response(alpha, s):
     """Return position, velocity and acceleration s seconds after a unit of acceleration."""
     if alpha * s < 1e-4:
         x = alpha * s
-        return 0.5 * s * s * (1 - x / 3), s * (1 - 0.5 * x), 1.0 - x
+        return 0.5 * s * s * (1 - x / 3 * (1 - x / 4)), s * (1 - 0.5 * x * (1 - x / 3)), math.exp(-x)
     lost = math.expm1(-alpha * s)
     return (alpha * s + lost) / (alpha * alpha), -lost / alpha, 1.0 + lost
 
@@ -28,6 +28,19 @@ def response(alpha, s):
 @kernel
 def spread(alpha, d):
     """Return the upper triangle of the integral of g g' over d seconds, g the response to a unit of jerk."""
+    if alpha * d > 1.0:  # a sum of 8 terms misses what is forgotten fast
+        x, e = alpha * d, math.exp(-alpha * d)
+        p, v, a = response(alpha, d)
+        half = -0.5 * math.expm1(-2 * x)
+        pp = ((x - 1) ** 3 + 1) / 3 - 2 * x * e + half
+        return (
+            pp / alpha**5,
+            p * p / 2,
+            (half - x * e) / alpha**3,
+            (x + 2 * (e - 1) + half) / alpha**3,
+            v * v / 2,
+            half / alpha,
+        )
     pp, pv, pa, vv, va, aa = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(8):
         node = NODES[i // 2] if i % 2 == 0 else -NODES[i // 2]
@@ -47,6 +60,7 @@ def arc(omega, d):
     """Return (sin omega d)/omega, (1 - cos omega d)/omega and their derivatives by omega."""
     x = omega * d
     if abs(x) < 1e-4:
-        return d * (1 - x * x / 6), 0.5 * d * x, -d * d * x / 3, d * d * (0.5 - x * x / 8)
-    s, c = math.sin(x) / omega, (1 - math.cos(x)) / omega
+        return d * (1 - x * x / 6), 0.5 * d * x * (1 - x * x / 12), -d * d * x / 3, d * d * (0.5 - x * x / 8)
+    half = math.sin(0.5 * x)
+    s, c = math.sin(x) / omega, 2 * half * half / omega
     return s, c, (d * math.cos(x) - s) / omega, (d * math.sin(x) - c) / omega
