@@ -257,9 +257,8 @@ class Follower:
         self.weight -= self.weight.max()
         if not is_early:
             fade = 1 - 1 / min(self.tails, step.YOUNG + self.seen)
-            for c in range(self.C):
-                found_by = np.exp(part[c] - density[c])
-                self.counts = np.maximum(fade * self.counts + found_by, step.LEAST_COUNT * np.array(step.PRIOR))
+            found_by = np.exp(part - density[:, None]).sum(axis=0)
+            self.counts = np.maximum(fade**self.C * self.counts + found_by, step.LEAST_COUNT * np.array(step.PRIOR))
 
     def _learn(self, found, y, d, ahead, unit, g, mean, S):
         velocity, early = (y - self.last) / d, self.seen == 1

@@ -231,7 +231,9 @@ def judge(task, row, C, y, w, mean, S, scores):
 @kernel
 def learn_tails(task, row, C, out):
     """Share the plot out among the scales that may have made it; say how likely it is wild."""
-    fade, wild = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0
+    fade, wild, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0, bank.at_tails(C)
+    for j in range(bank.TAILS):
+        row[first + j] *= fade**C  # the coordinates' order does not matter
     for c in range(C):
         e, s, p, far = out[bank.column(C, 1, c)], out[bank.column(C, 2, c)], 0.0, 0.0
         for j in range(bank.TAILS):
@@ -239,9 +241,10 @@ def learn_tails(task, row, C, out):
         for j in range(bank.TAILS):
             part = out[bank.at_shares(C) + j] * normal(e, bank.SCALES[j] * s) / p
             far += part if bank.SCALES[j] > 10.0 else 0.0
-            at = bank.at_tails(C) + j
-            row[at] = max(fade * row[at] + part, LEAST_COUNT * PRIOR[j])
+            row[first + j] += part
         wild = max(wild, far)
+    for j in range(bank.TAILS):
+        row[first + j] = max(row[first + j], LEAST_COUNT * PRIOR[j])
     return wild
 
 
