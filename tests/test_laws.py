@@ -105,6 +105,7 @@ ESTIMATORS = {
     "adaptive gain, two states, input, probes": dw.AdaptiveGain(
         [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.UnknownScale(2.0, 1.0)
     ),
+    "manoeuvre": dw.Manoeuvre(),
     "ARX, instruments": dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv"),
     "ARX, delayed instruments": dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.98)),
     "ARX, normalised gradient": dw.ARX(2, 2, method="nlms", gate=dw.Gate()),

@@ -39,12 +39,13 @@ def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability 
     """
     s = trace.summary() if summary is None else summary
     y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
-    if identifiable is None and y is not None and s.is_enough:
+    holds_poles = getattr(trace.estimator, "holds_poles", False)  # at 1: neither taught nor in doubt
+    if identifiable is None and y is not None and s.is_enough and not holds_poles:
         identifiable = taught(trace.estimator, y, u)
     found = of_summary(s)
     found += [excitation(s)]
     found += [] if identifiable is None else [identifiability_verdict(identifiable)]
-    found += [] if s.is_static else [stability(s, LEVEL)]
+    found += [] if s.is_static or holds_poles else [stability(s, LEVEL)]
     found += [changes(trace, s, y, u, is_white=found[2].is_fine)]
     if y is not None:
         found += news(trace, y, u)

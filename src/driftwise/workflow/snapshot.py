@@ -145,6 +145,7 @@ def rebuild(text: str):
     from ..estimators.continuous.estimator import ContinuousJoint
     from ..estimators.gain.estimator import AdaptiveGain
     from ..estimators.joint.estimator import Joint
+    from ..estimators.manoeuvre.estimator import Manoeuvre
     from ..estimators.mimo.estimator import JointMIMO
     from ..estimators.observer.estimator import AdaptiveObserver
     from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
@@ -160,7 +161,7 @@ def rebuild(text: str):
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
     recursive = AR, ARX, Regression, ARMA, ARMAX, OE, BJ, ARXMIMO, AdaptiveObserver
-    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, WindowObserver, AlgebraicObserver, ModelAverage
+    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, Manoeuvre, WindowObserver, AlgebraicObserver, ModelAverage
     kinds: dict[str, Any] = {k.__name__: k for k in (*known, *recursive)}
     return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
 

@@ -75,7 +75,9 @@ class Work(NamedTuple):
 
 
 @open_row.on(Form)
-def _(form, row):
+@kernel
+def open_joint(form, row):
+    """Return the views of a state row."""
     n, k = int(form.n), int(form.inputs + form.coloured)
     N = n * (k + 2) + int(form.direct)
     s = HEAD

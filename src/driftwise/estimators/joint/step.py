@@ -119,7 +119,9 @@ def restart_state(state, n, Px, s2):
 
 
 @advance.on(Form)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+@kernel
+def step(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+    """Take sample t: predict, project, detect, correct, predict."""
     head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
     status = take_inputs(state, work.inputs, u, t)
     z = y[t, 0]
