@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from driftwise.errors import InputError
-from driftwise.reproduce import radar_filters
+from driftwise.reproduce import fixed_filters as filters
+from driftwise.reproduce import radar_filters, recordings
 from driftwise.reproduce.verdict import Table, Verdict
-from driftwise.scoreboard import acceptance, filters, labels, opponents, page, protocol, records, run, tables, tracks
+from driftwise.scoreboard import acceptance, labels, opponents, page, protocol, records, run, tables, tracks
 from driftwise.scoreboard import board as scored
 
 SOURCES = Path(__file__).parent.parent / "src" / "driftwise"
@@ -118,15 +119,17 @@ def test_a_covariance_that_winds_up_is_held(record):
 
 
 def test_a_track_is_cut_where_it_pauses_or_leaps():
-    kind = tracks.Kind(lambda where: iter(()), fastest=10.0, least=3, v0=1.0)
+    kind = recordings.Kind(lambda where: iter(()), fastest=10.0, least=3, v0=1.0)
     time = np.array([0.0, 1, 2, 3, 4, 5, 30, 31, 32, 33])
     east = np.array([0.0, 1, 2, 500, 501, 502, 503, 504, 505, 506])
-    pieces = tracks._pieces(time, np.column_stack([east, 0 * east]), kind)
+    pieces = recordings.pieces(time, np.column_stack([east, 0 * east]), kind)
     assert [(p.start, p.stop) for p in pieces] == [(0, 3), (3, 6), (6, 10)]
 
 
 def test_repeated_plots_are_dropped():
-    time, position = tracks.moving(np.array([0.0, 1, 1, 2, 3]), np.array([[0, 0], [1, 0], [2, 0], [1, 0], [3, 0.0]]))
+    time, position = recordings.moving(
+        np.array([0.0, 1, 1, 2, 3]), np.array([[0, 0], [1, 0], [2, 0], [1, 0], [3, 0.0]])
+    )
     assert time.tolist() == [0, 1, 3] and position[:, 0].tolist() == [0, 1, 3]
 
 
@@ -136,7 +139,7 @@ def test_fixed_filters_are_textbook_filters():
     rng = np.random.default_rng(2)
     time = 1.7 * np.arange(60)
     y = 100 + 3 * time + 20 * np.sin(time / 9) + rng.standard_normal(60)
-    one, numbers = tracks.Series("", time, y), [0.3, 2.0]
+    one, numbers = recordings.Series("", time, y), [0.3, 2.0]
     F, Q = radar_filters.constant_velocity(0.3, 1.7)
     prediction, variance = radar_filters.fixed(F, Q, 2.0, np.diag([2.0, 64.0]), y[:, None])
     found = filters.forecast("constant velocity", np.log(numbers), one, 8.0, 0.5)
@@ -147,7 +150,7 @@ def test_fixed_filters_are_textbook_filters():
     single = filters.forecast("Singer", np.log([0.3, 2.0, 0.4]), one, 8.0, 0.5)
     np.testing.assert_allclose(single.prediction[1:], prediction[1:, 0], rtol=1e-9)
     np.testing.assert_allclose(single.variance[1:], variance[1:], rtol=1e-9)
-    from driftwise.scoreboard.kalman import interacting
+    from driftwise.reproduce.kalman import interacting
 
     twins = interacting(time, y, 2.0, np.zeros(2), np.full(2, 0.3), 0.0, 0.05, 8.0, 0.5)
     np.testing.assert_allclose(twins[0][1:], found.prediction[1:], rtol=1e-11)

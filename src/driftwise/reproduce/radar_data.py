@@ -5,17 +5,12 @@ The recording is not part of the package; ``DRIFTWISE_DATA`` names the folder wh
 
 from __future__ import annotations
 
-import datetime
-import json
-import os
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..tracking.frames import east_north
-
-FOLDER = Path("tracking") / "longrange_radar"
+from . import recordings
 
 
 class Track(NamedTuple):
@@ -34,19 +29,21 @@ class Track(NamedTuple):
 
 def path() -> Path:
     """Return where the recording is, or should be (one JSON file in its folder)."""
-    # src/driftwise/reproduce -> the project's folder; its neighbour holds the recordings of a developer
-    default = Path(__file__).resolve().parents[4] / "shared" / "data"
-    folder = Path(os.environ.get("DRIFTWISE_DATA", default)) / FOLDER
+    folder = recordings.folder() / "longrange_radar"
     return next(iter(sorted(folder.glob("*.json"))), folder / "track.json")
 
 
 def read() -> Track:
-    """Return the track: the anchor that is no radar plot dropped, times rounded to scans, missed scans NaN."""
-    plots = [plot for plot in json.loads(path().read_text())["waypoints"] if plot["site"] != "anchor"]
-    time = np.array([datetime.datetime.fromisoformat(plot["utc"].replace("Z", "+00:00")).timestamp() for plot in plots])
-    position = east_north(np.array([p["lat"] for p in plots]), np.array([p["lon"] for p in plots]))
+    """Return the track on its grid."""
+    ((_, time, position),) = recordings.long_range(recordings.folder())
+    y, period = on_grid(time, position)
+    return Track(y, period, len(y) - len(time), len(time))
+
+
+def on_grid(time, position):
+    """Return plots (T, m) on the grid of scans, NaN where one was missed, and the period: times rounded to scans."""
     step = np.diff(time)
     scans = np.concatenate([[0], np.cumsum(np.maximum(np.rint(step / np.median(step)), 1))]).astype(int)
-    y = np.full((scans[-1] + 1, 2), np.nan)
+    y = np.full((scans[-1] + 1, *position.shape[1:]), np.nan)
     y[scans] = position
-    return Track(y, (time[-1] - time[0]) / scans[-1], int(len(y) - len(plots)), len(plots))
+    return y, (time[-1] - time[0]) / scans[-1]

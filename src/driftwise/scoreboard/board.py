@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import filters, labels, opponents, records
+from ..reproduce import fixed_filters as filters
+from . import labels, opponents, records
 from . import tracks as recorded
 from .labels import Found
 from .ours import between_jumps, ours

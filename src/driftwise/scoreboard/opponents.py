@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..reproduce.fixed_filters import Forecast
+
 PRIOR = 100.0  # covariance of theta before anything is known, times the identity
 LEAST = 8  # samples that no batch fit uses: the longest memory of the output that is tried
 TRACE = 1e8  # where a covariance that winds up is held
@@ -27,13 +29,6 @@ class Structure(NamedTuple):
     def reach(self) -> int:
         """How many samples back the regressors go."""
         return max(self.na, self.nk + self.nb - 1 if self.nb else 0)
-
-
-class Forecast(NamedTuple):
-    """One step ahead at every sample: prediction, and the variance of its error (NaN where none is claimed)."""
-
-    prediction: np.ndarray
-    variance: np.ndarray
 
 
 class Scale(NamedTuple):

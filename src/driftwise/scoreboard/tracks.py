@@ -1,120 +1,21 @@
-"""Recorded tracks as series of one coordinate each: East and North of the first plot in metres, irregular times."""
+"""Recorded tracks of every kind, as series of one coordinate each."""
 
 from __future__ import annotations
 
-import gzip
 import json
-from collections.abc import Callable, Iterator
-from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..reproduce.recordings import LONG_RANGE, MARINE, Kind, Series, moving, read_json, thinned
+from ..reproduce.recordings import series as series_of
 from ..tracking.frames import east_north
 from . import records
-
-MOST = 1500  # plots of a series
-NEAR = 30.0  # m: a radar plot farther from the truth is somebody else's
-
-
-class Series(NamedTuple):
-    """One coordinate of one track."""
-
-    name: str
-    time: np.ndarray  # (T,) s
-    y: np.ndarray  # (T,) m
-
-
-class Kind(NamedTuple):
-    """A set of tracks: how it is read, what speeds are possible, what a filter may assume of speed and acceleration."""
-
-    tracks: Callable[[Path], Iterator[tuple[str, np.ndarray, np.ndarray]]]
-    fastest: float  # m/s between plots; beyond it a track is cut
-    least: int  # plots of a piece worth keeping
-    v0: float
-    a0: float = 5.0
 
 
 def series(name: str, where: Path) -> list[Series]:
     """Return the series of one of ``SETS``."""
-    kind, found = SETS[name], []
-    for title, time, position in kind.tracks(where):
-        for k, piece in enumerate(_pieces(time, position, kind)):
-            found += [
-                Series(f"{title} {k} {axis}", time[piece][:MOST] - time[piece][0], position[piece][:MOST, i])
-                for i, axis in enumerate(("East", "North"))
-            ]
-    return found
-
-
-def _pieces(time, position, kind) -> list[slice]:
-    """Cut a track where it pauses or leaps."""
-    step = np.diff(time)
-    speed = np.hypot(*np.diff(position, axis=0).T) / step
-    cuts = np.flatnonzero((step > 8 * np.median(step)) | (speed > kind.fastest)) + 1
-    ends = [0, *cuts, len(time)]
-    return [slice(a, b) for a, b in pairwise(ends) if b - a >= kind.least]
-
-
-def moving(time, position):
-    """Return the plots that are new: later than the one before, and elsewhere."""
-    keep = [0]
-    for k in range(1, len(time)):
-        if time[k] > time[keep[-1]] and np.any(position[k] != position[keep[-1]]):
-            keep.append(k)
-    return time[keep], position[keep]
-
-
-def thinned(time, *others, every: float = 4.0):
-    """Return the first plot of each interval."""
-    _, first = np.unique(np.floor((time - time[0]) / every), return_index=True)
-    return time[first], *(o[first] for o in others)
-
-
-def _json(path: Path):
-    try:
-        opened = gzip.open if path.suffix == ".gz" else open
-        with opened(path, "rt") as file:
-            return json.load(file)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be read: {error}. Is DRIFTWISE_DATA the folder of recordings?") from None
-
-
-# --- one reader for each kind of file ----------------------------------------------------------------------
-
-
-def boats(where: Path):
-    """Yield marine radar plots: of each scan the one nearest to where GNSS puts the boat."""
-    for path in sorted((where / "autoferry").glob("*_detections.json")):
-        truths = _json(path.with_name(path.name.replace("detections", "groundTruth")))
-        plots: dict[int, list] = {}
-        for scan, targets in zip(_json(path), truths):
-            found = np.atleast_2d(np.array(scan["measurement"], float)) if scan["sensorID"] == 2 else np.zeros((0, 0))
-            if found.size < 2:
-                continue
-            found = found.reshape(2, -1).T + scan["ownshipPosition"]
-            for target in targets if isinstance(targets, list) else [targets]:
-                off = np.hypot(*(found - target["position"][:2]).T)
-                if off.min() <= NEAR:
-                    plots.setdefault(target["targetID"], []).append((scan["time"], *found[off.argmin()][::-1]))
-        for target, rows in sorted(plots.items()):
-            table = np.array(rows)
-            yield f"{path.name.split('_')[0]}, boat {target}", *moving(table[:, 0], table[:, 1:])
-
-
-def long_range(where: Path):
-    """Yield the track of the 12 s long-range radar."""
-    from datetime import datetime
-
-    for path in sorted((where / "longrange_radar").glob("*.json")):
-        plots = [p for p in _json(path)["waypoints"] if p["site"] != "anchor"]
-        time = np.array([datetime.fromisoformat(p["utc"].replace("Z", "+00:00")).timestamp() for p in plots])
-        yield (
-            "C-130",
-            *moving(time, east_north(np.array([p["lat"] for p in plots]), np.array([p["lon"] for p in plots]))),
-        )
+    return series_of(SETS[name], where)
 
 
 def frames(every: float | None = None):
@@ -140,7 +41,7 @@ def reports(pattern: str, every: float | None = None):
 
     def read(where: Path):
         for path in sorted((where / "adsb_tracks").glob(pattern)):
-            rows = _json(path)
+            rows = read_json(path)
             for aircraft in sorted({r["icao24"] for r in rows}):
                 table = np.array(
                     [
@@ -174,8 +75,8 @@ def _geographic(table, every):
 
 
 SETS = {
-    "marine radar 1.68 s": Kind(boats, 40, 30, 8, 0.5),
-    "12 s long-range radar, C-130": Kind(long_range, 400, 30, 250),
+    "marine radar 1.68 s": MARINE,
+    "12 s long-range radar, C-130": LONG_RANGE,
     "ADS-B raw 0.5 s": Kind(frames(), 400, 200, 250),
     "ADS-B raw at 4 s": Kind(frames(4.0), 400, 60, 250),
     "orbiting aircraft at 4 s": Kind(reports("featured__*", 4.0), 400, 60, 250),

@@ -7,11 +7,11 @@ scored on: opponents in hindsight. Blackman and Popoli (1999); Singer (1970); Bl
 from __future__ import annotations
 
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
-from .opponents import Forecast
-from .tracks import Series
+from .recordings import Series
 
 STEPS = (1.0, 2.0)  # of the first simplex, in logarithms
 CAP = 16.0  # of e^2/S in every likelihood
@@ -24,6 +24,13 @@ STARTS: dict[str, list[list[float]]] = {  # logarithms of the numbers to tune, t
     "Singer": [[0.0, 3.0, -3.0], [1.0, 8.0, -2.0]],  # variance of the acceleration, r, its rate of forgetting
     "IMM": [[-1.5, -2.0, 4.0, -4.0], [-1.5, -1.5, 9.0, -4.0]],  # q of both, r, probability to switch
 }
+
+
+class Forecast(NamedTuple):
+    """One step ahead at every sample: prediction, and the variance of its error (NaN where none is claimed)."""
+
+    prediction: np.ndarray
+    variance: np.ndarray
 
 
 def forecast(kind: str, logs, series: Series, v0: float, a0: float) -> Forecast:
