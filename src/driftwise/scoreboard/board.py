@@ -12,7 +12,7 @@ from ..reproduce import fixed_filters as filters
 from . import labels, opponents, records
 from . import tracks as recorded
 from .labels import Found
-from .ours import between_jumps, ours
+from .ours import between_jumps, ours, tracked
 from .protocol import Score, inside_and_density, judge
 
 OURS, FROZEN, KALMAN, FADING = "driftwise", "frozen ARX", "Kalman, tuned", "RLS .995"
@@ -166,7 +166,7 @@ def tracks(name: str, where: Path) -> Tracks:
         logs = filters.tuned(fixed, series, kind.v0, kind.a0)
         found[fixed] = [_scored(s, *filters.forecast(fixed, logs, s, kind.v0, kind.a0)) for s in series]
     began = time.perf_counter()
-    mine = [ours(s.y, np.zeros((len(s.y), 0)), s.time) for s in series]
+    mine = [m for pair in zip(series[::2], series[1::2]) for m in tracked(*pair, kind.v0)]
     seconds = time.perf_counter() - began
     found[OURS] = [_scored(s, m.prediction, m.variance, m.inside, m.log_score) for s, m in zip(series, mine)]
     table = {method: np.array(rows).T for method, rows in found.items()}

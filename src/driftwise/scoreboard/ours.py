@@ -8,6 +8,7 @@ import numpy as np
 
 import driftwise as dw
 
+from ..reproduce.recordings import Series
 from ..workflow.calibration import WIDE
 from ..workflow.identification import Finder
 from ..workflow.identifier import PILOT
@@ -44,6 +45,17 @@ def ours(y, u, time=None) -> Ours:
     inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
     told = np.array([change.told for change in finder.changes], int)
     return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told)
+
+
+def tracked(east: Series, north: Series, speed: float) -> list[Ours]:
+    """Return what `TrackEstimator` says of both coordinates of a track, told the speed of the class."""
+    trace = dw.TrackEstimator(speed).scan(east.time, np.stack([east.y, north.y], axis=1))
+    z = trace.normal_score
+    inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
+    none = np.zeros(0, int)
+    return [
+        Ours(trace.prediction[:, i], trace.variance[:, i], inside[:, i], trace.log_score[:, i], none) for i in (0, 1)
+    ]
 
 
 def between_jumps(y, u, nk: int, at: float) -> Steady:
