@@ -105,12 +105,14 @@ def step(row, C, i, w, F, A, B):
     last = at + n + _index(n, n - 1, n - 1)
     row[last] += WALK
     phi = row[at + n - 1]
-    if abs(phi) <= LARGEST and row[last] <= FIRST:
-        return 0.0
+    if abs(phi) > LARGEST:  # held, and learnt anew
+        row[at + n - 1] = min(max(phi, -LARGEST), LARGEST)
+        shrink(row, at, n, 0.0)
+        row[last] = FIRST
+        return 1.0
     if row[last] > FIRST:  # nothing has excited it: no wider than at first
         shrink(row, at, n, math.sqrt(FIRST / row[last]))
-    row[at + n - 1] = min(max(phi, -LARGEST), LARGEST)
-    return 1.0 if abs(phi) > LARGEST else 0.0
+    return 0.0
 
 
 @kernel
