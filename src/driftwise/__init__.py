@@ -115,6 +115,9 @@ _HOME = {
     "Identification": "workflow.identification",
     "advise": "workflow.advisor",
     "scan_frequency": "workflow.lines",
+    "track": "tracking.tracker",
+    "Tracker": "tracking.tracker",
+    "Tracks": "tracking.tracks",
     "sample_data": "workflow.sample",
 }
 

@@ -37,7 +37,7 @@ class Extended(NamedTuple):
 
 
 class Repeated(NamedTuple):
-    count: int  # bytes of the count; 0: the last bit says whether another follows
+    counted: int  # bytes of the count; 0: the last bit says whether another follows
     size: int
 
 
@@ -141,8 +141,8 @@ def _after(spec, name, shape, b, i, end):
                     return i
             raise Malformed(start, f"item {name} is longer than its {len(shape.groups)} parts")
         if isinstance(shape, Repeated):
-            if shape.count:
-                return i + shape.count + shape.size * int.from_bytes(b[i : i + shape.count], "big")
+            if shape.counted:
+                return i + shape.counted + shape.size * int.from_bytes(b[i : i + shape.counted], "big")
             i += shape.size
             while i <= end and b[i - 1] & 1:
                 i += shape.size

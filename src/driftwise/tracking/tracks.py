@@ -1,0 +1,188 @@
+"""What a tracker found: tracks with their plots, estimates and events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .live import PLOT, Event, Live
+from .plots import Fault, Plots
+
+LEARNING = 3  # plots before predictions are scored: the first has none, the next two learn speed and noise
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One object: its plots, what the estimator said at each of them, and what happened.
+
+    Attributes
+    ----------
+    id : int
+    key, name : str
+        Who it is: address or identifier, and callsign; "" is unknown.
+    status : str
+        "tentative", "confirmed", "coasting" or "ended".
+    plots : Plots
+        Those that the estimator used.
+    events : tuple of Event
+    origin : (latitude, longitude) or None
+        Degrees, of East = North = 0.
+    follows : int or None
+        The track of the same key that ended before this one began.
+    period : float
+        Its scan period, s; 0 is unknown.
+    state
+        Of the estimator after the last plot.
+    """
+
+    id: int
+    key: str
+    name: str
+    status: str
+    plots: Plots
+    events: tuple[Event, ...] = field(repr=False)
+    origin: tuple[float, float] | None
+    follows: int | None
+    period: float
+    state: Any = field(repr=False)
+    estimator: Any = field(repr=False)
+    outs: np.ndarray = field(repr=False)
+
+    def __len__(self):
+        return len(self.plots)
+
+    def __repr__(self):
+        who = " ".join(w for w in (self.key, self.name) if w)
+        return f"Track({self.id}{', ' + who if who else ''}, {self.status}, {len(self)} plots)"
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """The sensors that saw it, in order of the first plot."""
+        return tuple(dict.fromkeys(self.plots.sensor))
+
+    @property
+    def sensor(self) -> str:
+        """The sensors that saw it, in one line."""
+        return " ".join(self.sensors)
+
+    @property
+    def altitude(self) -> np.ndarray:
+        """m, NaN where a plot had none, (T,)."""
+        return self.plots.altitude
+
+    @cached_property
+    def trace(self):
+        """What the estimator said: a `TrackTrace` with a row for each plot."""
+        from ..workflow.track_trace import TrackTrace
+
+        return TrackTrace(self.estimator, self.plots.time, self.plots.position, self.outs, self.state)
+
+    def predict(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (2,) and covariance (2, 2) of a plot at a later time, East and North; so a track coasts."""
+        return self.estimator.predict(self.state, time)
+
+    @property
+    def missed(self) -> int:
+        """Scans without a plot between the first and the last one."""
+        if not self.period:
+            return 0
+        return int(np.maximum(np.round(np.diff(self.plots.time) / self.period) - 1, 0).sum())
+
+    def coverage(self, level: float = 0.95) -> float:
+        """Return the share of coordinates inside their band; the first plots teach and do not count."""
+        e, half = self.trace.innovation[LEARNING:], self.trace.band(level)[LEARNING:]
+        told = np.isfinite(e) & np.isfinite(half)
+        return float(np.mean(np.abs(e[told]) <= half[told])) if told.any() else float("nan")
+
+    def summary(self) -> dict[str, Any]:
+        """Return the row of this track in `Tracks.table`."""
+        trace, late = self.trace, slice(LEARNING, None)
+        return {
+            "id": self.id,
+            "key": self.key,
+            "name": self.name,
+            "sensors": self.sensor,
+            "status": self.status,
+            "start": float(self.plots.time[0]),
+            "end": float(self.plots.time[-1]),
+            "plots": len(self),
+            "missed": self.missed,
+            "speed": _told(np.nanmedian, trace.speed[late]),
+            "turn_rate": _told(np.nanmax, np.abs(trace.turn_rate[late])),
+            "manoeuvres": int(np.sum(trace.onset)),
+            "nis": _told(np.nanmean, trace.nis[late]),
+            "coverage": self.coverage(),
+            "follows": self.follows,
+        }
+
+
+def _told(of, values) -> float:
+    return float(of(values)) if np.isfinite(values).any() else float("nan")
+
+
+class Tracks(Sequence):
+    """Tracks, in order of their beginning; `table` has a row for each, `write` makes files.
+
+    ``origin`` is where East and North count from, ``faults`` what could not be read, ``counts`` says how many plots
+    came, were late, repeated others, were set aside as outliers, lay in tracks never confirmed, or had a wild clock.
+    """
+
+    def __init__(self, tracks, origin=None, faults: tuple[Fault, ...] = (), counts=None, events=()):
+        self._tracks = tuple(tracks)
+        self.origin, self.faults, self.counts, self.events = origin, faults, dict(counts or {}), tuple(events)
+
+    def __len__(self):
+        return len(self._tracks)
+
+    def __getitem__(self, index):
+        if isinstance(index, slice):
+            return Tracks(self._tracks[index], self.origin, self.faults, self.counts, self.events)
+        return self._tracks[index]
+
+    def __repr__(self):
+        n = len(self)
+        return f"Tracks({n} track{'' if n == 1 else 's'}, {sum(map(len, self._tracks))} plots)"
+
+    def of(self, key: str) -> Tracks:
+        """Return the tracks of a key."""
+        return Tracks([t for t in self if t.key == key], self.origin, self.faults, self.counts, self.events)
+
+    def table(self) -> dict[str, list]:
+        """Return columns with an entry for each track.
+
+        id, key, name, sensors, status, start, end (s), plots, missed (scans), speed (median, m/s), turn_rate (largest,
+        rad/s), manoeuvres (onsets), nis (mean over plots and coordinates; 1 is right), coverage (of the 95 % band),
+        follows (the track that it goes on with).
+        """
+        rows = [t.summary() for t in self]
+        return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+
+    def write(self, folder, formats=("csv",)) -> list[Path]:
+        """Write ``tracks.csv``, ``.parquet``, ``.geojson``, ``.kml`` into a folder, and return the paths."""
+        from .write import WRITERS
+
+        formats = [formats] if isinstance(formats, str) else list(formats)
+        for name in formats:
+            if name not in WRITERS:
+                raise InputError(f"formats must be of {', '.join(WRITERS)}, got {name!r}")
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        return [WRITERS[name](self, folder / f"tracks.{name}") for name in formats]
+
+
+def track_of(live: Live, estimator, words: list[str], origin) -> Track:
+    """Return what a growing track is now."""
+    rows, names = live.rows, np.array(words, object)
+    key, name, sensor = (names[rows[:, c].astype(int)] for c in (PLOT - 3, PLOT - 2, PLOT - 1))
+    plots = Plots(rows[:, 0], rows[:, 1:3], rows[:, 3:7].reshape(-1, 2, 2), rows[:, 7], key, name, sensor, origin)
+    state = live.state.copy()
+    return Track(
+        live.id, live.key, live.name, live.status, plots, tuple(live.events), origin, live.follows, live.period, state,
+        estimator, rows[:, PLOT:],
+    )  # fmt: skip
