@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from .inbox import LEAP, Inbox
+from .keep import restore, save
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
 from .merge import joined, moved
 from .plots import Plots
@@ -22,6 +23,7 @@ FASTEST = {250.0: 400.0, 60.0: 150.0, 40.0: 150.0, 20.0: 60.0, 8.0: 40.0}  # m/s
 UNKNOWN = 30.0  # s: the scan period assumed before one is known
 REPEAT = 0.02  # scan periods: a second plot of a track within them tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
+FREE = math.inf, 0.0, 0.0, 0.0, 0.0, 0.0  # a place where no track is
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
 
@@ -120,7 +122,7 @@ class Tracker:
         self._past: dict[str, tuple[int | None, dict]] = {}  # of a key: its last track, and that track's clock
         self._due: list[tuple[float, int]] = []
         self._numbers: dict[str, int] = {"": 0}
-        self._where = np.full((8, 6), np.inf)  # of the live ones: time, East, North, velocity (2), allowance
+        self._where = np.tile(FREE, (8, 1))  # of the live ones: time, East, North, velocity (2), allowance
         self._places: list[int] = list(range(8))[::-1]
         self._who: list[Live | None] = [None] * 8
 
@@ -272,7 +274,7 @@ class Tracker:
         self._of_key.setdefault(track.key, []).append(track)
         if not self._places:
             n = len(self._where)
-            self._where = np.concatenate([self._where, np.full((n, 6), np.inf)])
+            self._where = np.concatenate([self._where, np.tile(FREE, (n, 1))])
             self._places = list(range(n, 2 * n))[::-1]
             self._who += [None] * n
         track.place = self._places.pop()
@@ -361,7 +363,7 @@ class Tracker:
             if not self._of_key[key]:
                 del self._of_key[key]
                 self._suspects.pop(key, None)
-        self._where[track.place] = np.inf
+        self._where[track.place] = FREE
         self._who[track.place] = None
         self._places.append(track.place)
         kept = track.status != TENTATIVE
@@ -403,6 +405,15 @@ class Tracker:
         ended = self._tracks(self._ended)
         self._ended, self.events, self.faults = [], [], []
         return ended
+
+    def save(self, path) -> None:
+        """Write the tracker, all its tracks included, to a file that `load` reads; every bit survives."""
+        save(self, path)
+
+    @classmethod
+    def load(cls, path, estimator: Any = None) -> Tracker:
+        """Return a tracker as saved; it goes on as if it had never stopped. An estimator of your own is given again."""
+        return restore(cls, path, estimator)
 
 
 def _miss(track: Live, plot: Plot) -> float:
