@@ -484,8 +484,8 @@ def test_frames_and_mappings():
 def test_standard_input_and_what_is_not_asked_for_is_not_converted(monkeypatch):
     y, u = plant()
     text = "t_s,valve,level,spare\n" + "".join(f"{k},{a},{b},{0}\n" for k, (a, b) in enumerate(zip(u, y)))
-    monkeypatch.setattr("driftwise.edge.csvfile.BLOCK", 1000)
-    monkeypatch.setattr("driftwise.edge.csvfile.HEAD", 1000)
+    monkeypatch.setattr("driftwise.files.csvfile.BLOCK", 1000)
+    monkeypatch.setattr("driftwise.files.csvfile.HEAD", 1000)
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
     table = open_table("-", chunk_rows=50, head_rows=70)
     asked = []

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from driftwise.edge import checks, csvfile
-from driftwise.edge.dialect import kind, sniff
+from driftwise.edge import checks
 from driftwise.edge.tables import open_record
 from driftwise.errors import InputError
+from driftwise.files import csvfile
+from driftwise.files.dialect import kind, sniff
 
 NaN = math.nan
 

@@ -6,15 +6,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from driftwise.errors import InputError
+from driftwise.files.source import title
 
-__all__ = ["first_chunks", "title"]
+__all__ = ["first_chunks"]
 
 PATIENCE = 1 << 20  # rows read in search of an output that moves
-
-
-def title(path) -> str:
-    """Return what to call the place a table comes from."""
-    return "standard input" if str(path) == "-" else str(path)
 
 
 def first_chunks(record: Any, chunks: Iterator) -> list:

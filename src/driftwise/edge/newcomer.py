@@ -132,7 +132,7 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
     >>> sum(len(y) for time, y, u in stretches)
     100
     """
-    from driftwise.edge.tables import resolve
+    from driftwise.files.source import resolve
     from driftwise.workflow.recognise import on_clock, recognise
 
     table = open_table(data, chunk_rows, head_rows)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from driftwise.edge.clock import Clock
-from driftwise.edge.daytime import DAY, TimeOfDay, of_day
 from driftwise.errors import InputError
+from driftwise.files.daytime import DAY, TimeOfDay, of_day
 
 __all__ = ["OpenTable", "open_table"]
 
@@ -132,7 +132,7 @@ class OpenTable:
         """Find a column of dates and a column of times of day that belong together."""
         import numpy as np
 
-        from driftwise.edge.cells import seconds
+        from driftwise.files.cells import seconds
 
         dates = []
         for name, kind in self.kinds.items():
@@ -148,7 +148,7 @@ class OpenTable:
         import numpy as np
         import pyarrow as pa
 
-        from driftwise.edge.cells import is_text, numbers, seconds, switched
+        from driftwise.files.cells import is_text, numbers, seconds, switched
 
         kind = array.type.value_type if pa.types.is_dictionary(array.type) else array.type
         if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
@@ -172,7 +172,7 @@ class OpenTable:
         """Return float64 columns of one batch, with rows of NaN where the row was ragged."""
         import numpy as np
 
-        from driftwise.edge.cells import numbers, seconds, switched
+        from driftwise.files.cells import numbers, seconds, switched
 
         columns: dict[str, Any] = {}
         rows = (len(arrays[0]) if arrays else 0) + len(ragged)
@@ -219,8 +219,8 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -
     >>> [chunk["y"].tolist() for chunk in table.chunks(["y"])]
     [[1.0, nan], [3.0]]
     """
-    from driftwise.edge.parquetfile import MemorySource
-    from driftwise.edge.tables import source_of
+    from driftwise.files.parquetfile import MemorySource
+    from driftwise.files.source import source_of
 
     if isinstance(data, str | Path):
         table = OpenTable("standard input" if str(data) == "-" else str(data), source_of(data), chunk_rows, head_rows)

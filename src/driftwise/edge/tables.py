@@ -7,18 +7,16 @@ raised as `InputError`.
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from driftwise.edge.checks import first_chunks, title
+from driftwise.edge.checks import first_chunks
 from driftwise.edge.clock import Clock
 from driftwise.errors import InputError
+from driftwise.files.source import resolve, source_of, title
 
-__all__ = ["Chunk", "Record", "open_record", "resolve", "source_of"]
+__all__ = ["Chunk", "Record", "open_record"]
 
 CHUNK_ROWS = 65_536
 
@@ -134,7 +132,7 @@ class Record:
         """Yield (values, bad), each (columns, rows), batch by batch as the file hands them over."""
         import numpy as np
 
-        from driftwise.edge.cells import numbers
+        from driftwise.files.cells import numbers
 
         columns = self.columns
         stamps = None
@@ -159,7 +157,7 @@ class Record:
     def _clocked(self, array, stamps):
         import numpy as np
 
-        from driftwise.edge.cells import seconds
+        from driftwise.files.cells import seconds
 
         try:
             values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
@@ -198,64 +196,6 @@ def open_record(path, output: str, inputs=(), time: str | None = None, chunk_row
     except InputError as error:
         raise InputError(f"{title(path)}: {error}") from None
     return Record(str(path), roles[0], tuple(roles[1:]), clock, source, chunk_rows, Clock(clock or ""))
-
-
-def source_of(path):
-    """Return the columns of a file, or of standard input, batch by batch."""
-    import pyarrow as pa
-
-    from driftwise.edge.csvfile import CsvSource
-    from driftwise.edge.parquetfile import ParquetSource
-
-    if str(path) == "-":
-        return _named(path, lambda: CsvSource(sys.stdin.buffer))
-    if not os.path.exists(path):
-        raise InputError(f"{path}: no such file.{_similar_file(Path(path))}")
-    if os.path.isdir(path):
-        raise InputError(f"{path} is a folder; give one file in it, a CSV or Parquet table.")
-    if not os.access(path, os.R_OK):
-        raise InputError(f"{path} may not be read: check the permissions of the file.")
-    with open(path, "rb") as file:
-        magic = file.read(4)
-    if magic == b"PAR1":
-        return _named(path, lambda: ParquetSource(path))
-    stream = pa.input_stream(str(path))
-    packed = type(stream).__name__ == "CompressedInputStream"
-    return _named(path, lambda: CsvSource(stream, None if packed else os.path.getsize(path)))
-
-
-def _named(path, opened):
-    try:
-        return opened()
-    except InputError as error:
-        raise InputError(f"{title(path)}: {error}") from None
-
-
-def _similar_file(path: Path) -> str:
-    from difflib import get_close_matches
-
-    folder = path.parent
-    if not folder.is_dir():
-        return f" There is no folder {folder} either."
-    close = get_close_matches(path.name, [p.name for p in folder.iterdir()], 1)
-    return f" Did you mean {folder / close[0]}?" if close else ""
-
-
-def resolve(names, wanted: str, role: str) -> str:
-    """Return the column called `wanted`, or say which columns there are."""
-    from difflib import get_close_matches
-
-    if wanted in names:
-        return wanted
-    if not isinstance(wanted, str):
-        raise InputError(f"the {role} must be the name of a column, got {wanted!r}")
-    if wanted.isdigit() and 1 <= int(wanted) <= len(names):
-        return names[int(wanted) - 1]
-    folded = {name.casefold(): name for name in names}
-    close = get_close_matches(wanted.casefold(), folded, 3, 0.5)
-    hint = f" Did you mean {' or '.join(repr(folded[c]) for c in close)}?" if close else ""
-    shown = ", ".join(names[:30]) + (f" and {len(names) - 30} more" if len(names) > 30 else "")
-    raise InputError(f"no column {wanted!r} for the {role}.{hint} The columns are: {shown}.")
 
 
 def _numbers(name, array, decimal, numbers):

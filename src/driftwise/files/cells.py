@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from driftwise.edge.dialect import MISSING
 from driftwise.errors import InputError
+from driftwise.files.dialect import MISSING
 
 __all__ = ["numbers", "seconds", "switched"]
 

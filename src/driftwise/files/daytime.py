@@ -14,7 +14,7 @@ def of_day(column):
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    from driftwise.edge.cells import is_text
+    from driftwise.files.cells import is_text
 
     if pa.types.is_time(column.type):
         values = column.cast(pa.time64("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)

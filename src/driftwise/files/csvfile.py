@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from driftwise.edge.dialect import MISSING, Dialect, sniff
 from driftwise.errors import InputError
+from driftwise.files.dialect import MISSING, Dialect, sniff
 
 __all__ = ["CsvSource"]
 
