@@ -8,7 +8,7 @@ from pathlib import Path
 
 from driftwise.errors import InputError
 
-__all__ = ["resolve", "source_of", "title"]
+__all__ = ["missing", "resolve", "source_of", "title"]
 
 
 def title(path) -> str:
@@ -25,12 +25,7 @@ def source_of(path):
 
     if str(path) == "-":
         return _named(path, lambda: CsvSource(sys.stdin.buffer))
-    if not os.path.exists(path):
-        raise InputError(f"{path}: no such file.{_similar_file(Path(path))}")
-    if os.path.isdir(path):
-        raise InputError(f"{path} is a folder; give one file in it, a CSV or Parquet table.")
-    if not os.access(path, os.R_OK):
-        raise InputError(f"{path} may not be read: check the permissions of the file.")
+    missing(path)
     with open(path, "rb") as file:
         magic = file.read(4)
     if magic == b"PAR1":
@@ -38,6 +33,16 @@ def source_of(path):
     stream = pa.input_stream(str(path))
     packed = type(stream).__name__ == "CompressedInputStream"
     return _named(path, lambda: CsvSource(stream, None if packed else os.path.getsize(path)))
+
+
+def missing(path) -> None:
+    """Raise `InputError` where there is no file to be read, with the likely cause."""
+    if not os.path.exists(path):
+        raise InputError(f"{path}: no such file.{_similar_file(Path(path))}")
+    if os.path.isdir(path):
+        raise InputError(f"{path} is a folder; give one file in it.")
+    if not os.access(path, os.R_OK):
+        raise InputError(f"{path} may not be read: check the permissions of the file.")
 
 
 def _named(path, opened):

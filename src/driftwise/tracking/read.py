@@ -1,0 +1,217 @@
+"""Plots from files of any kind: what a file is, is seen from its content."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import zlib
+from pathlib import Path
+
+from ..errors import InputError
+from .columns import Column
+from .placed import joined
+from .plots import Plots
+
+LARGEST = 4 << 30  # bytes a compressed file may grow to
+PCAP = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\xa1\xb2\x3c\x4d", b"\x0a\x0d\x0d\x0a")
+ASTERIX_NAMES = (".raw", ".ast", ".asterix", ".asx", ".pcap", ".pcapng")
+_AIS = re.compile(rb"[!$][A-Z]{2}VD[MO],\d")
+_NMEA = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GLL|GSA|GSV|ZDA|VTG),")
+_FRAME = re.compile(rb"(^|[\s,;*@])([0-9A-Fa-f]{12})?[0-9A-Fa-f]{14}([0-9A-Fa-f]{14})?;?\s*$")
+
+
+def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progress=None) -> Plots:
+    """Return the plots in a file, or in several, in order of time.
+
+    ASTERIX (raw or pcap), Mode S and ADS-B frames, CSV, JSON, GeoJSON, Parquet, GPS logs (NMEA, GPX) and AIS are told
+    apart by their content; any of them may be packed by gzip. Columns are recognised by their names, see
+    `recognise_plots`.
+
+    Parameters
+    ----------
+    path : file name, pattern ("radar*.csv"), data frame or mapping of columns, or a list of them
+        Several files become one set of plots around the origin of the first.
+    site : (latitude, longitude) or (latitude, longitude, height m), optional
+        Of the radar whose ranges and azimuths a table holds.
+    sites : optional
+        Of the radars of ASTERIX files, see `driftwise.tracking.asterix.read_asterix`.
+    origin : (latitude, longitude), optional
+        Degrees, where East = North = 0; the first position if not given.
+    columns : dict, optional
+        Which column plays which part, where its name does not tell: ``{"time": "t", "east": ("x", "km")}``.
+    progress : function of a number from 0 to 1, optional
+        Called as files are read.
+
+    Raises
+    ------
+    InputError
+        Where a file is none of these, lacks a time or a position, or holds no plot at all.
+
+    Notes
+    -----
+    Bad at: positions half a continent apart, as East and North are on one tangent plane; and at telling a mere number
+    of seconds from a time of day. Whole files are held in memory. What could not be used is in ``plots.faults``.
+
+    Examples
+    --------
+    >>> from driftwise.tracking.read import read_plots
+    >>> table = {"time": [0, 4, 8], "x_km": [1.0, 1.2, 1.4], "y_km": [0.0, 0.1, None], "icao24": ["4baa5f"] * 3}
+    >>> plots = read_plots(table)
+    >>> plots.position.tolist(), plots.key.tolist(), plots.faults[0].what
+    ([[1000.0, 0.0], [1200.0, 100.0]], ['4BAA5F', '4BAA5F'], 'rows without a position: 1, this is the first')
+    """
+    parts: list[Plots] = []
+    asked = files_of(path)
+    for number, one in enumerate(asked):
+        data, title = opened(one)
+        shared = origin if origin is not None or not parts else parts[0].origin
+        parts.append(_read(data, title, site=site, sites=sites, origin=shared, columns=columns)[0])
+        if progress is not None:
+            progress((number + 1) / len(asked))
+    found = joined(parts)
+    if not len(found):
+        told = (
+            f"; the first of {len(found.faults)} records that could not be used, at {found.faults[0].offset}: "
+            f"{found.faults[0].what}"
+            if found.faults
+            else ""
+        )
+        raise InputError(f"{title_of(asked[0])}: no plot has a time and a position{told}")
+    return found
+
+
+def recognise_plots(path, columns=None) -> dict[str, Column]:
+    """Return which column of a table is taken for what, and in which unit; empty where a file is no table.
+
+    Parameters
+    ----------
+    path : file name, data frame or mapping of columns
+    columns : dict, optional
+        As for `read_plots`.
+
+    Examples
+    --------
+    >>> from driftwise.tracking.read import recognise_plots
+    >>> table = {"ts": [1626098400000], "lat": [51.5], "lon": [-0.4], "geoaltitude": [10843.0], "hex": ["3c4591"]}
+    >>> {part: tuple(column) for part, column in recognise_plots(table).items()}  # doctest: +NORMALIZE_WHITESPACE
+    {'time': ('ts', 'Unix ms'), 'latitude': ('lat', 'deg'), 'longitude': ('lon', 'deg'),
+     'altitude': ('geoaltitude', 'm'), 'key': ('hex', '')}
+    """
+    data, title = opened(path)
+    return _read(data, title, columns=columns)[1]
+
+
+def files_of(path) -> list:
+    """Return the files, frames or mappings that ``path`` names."""
+    if isinstance(path, list | tuple):
+        if not path:
+            raise InputError("path is an empty list; give at least one file")
+        return [one for part in path for one in files_of(part)]
+    if isinstance(path, str | os.PathLike) and not os.path.exists(path) and re.search(r"[*?\[]", str(path)):
+        names = sorted(glob.glob(str(path), recursive=True))
+        if not names:
+            raise InputError(f"no file matches {path}")
+        return names
+    return [path]
+
+
+def title_of(path) -> str:
+    return str(path) if isinstance(path, str | os.PathLike) else "the table"
+
+
+def opened(path):
+    """Return (bytes of a file, unpacked; or a data frame or mapping as it is), and what to call it."""
+    from ..files.source import missing
+
+    title = title_of(path)
+    if not isinstance(path, str | os.PathLike):
+        return path, title
+    missing(path)
+    data = Path(path).read_bytes()
+    if data[:2] == b"\x1f\x8b":
+        data = unpacked(data, title)
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        data = data.decode("utf-16", "replace").encode()
+    if not data.strip(b"\xef\xbb\xbf \t\r\n"):
+        raise InputError(f"{title} is empty. Was the recording ever started?")
+    return data, title
+
+
+def unpacked(data: bytes, title: str) -> bytes:
+    """Return what is packed by gzip, in one part or several; of a file that is cut, what is left."""
+    out, size = [], 0
+    while data[:2] == b"\x1f\x8b":
+        unpack = zlib.decompressobj(wbits=31)
+        try:
+            out.append(unpack.decompress(data, LARGEST - size))
+        except zlib.error as error:
+            raise InputError(f"{title}: the gzip file is damaged ({error}). Was it copied as text?") from None
+        size += len(out[-1])
+        if unpack.unconsumed_tail:
+            raise InputError(f"{title} unpacks to more than {LARGEST >> 30} GB; split it")
+        data = unpack.unused_data
+    return b"".join(out)
+
+
+def kind_of(data: bytes, title: str) -> str:
+    """Return what a file is: "ASTERIX", "Parquet", "JSON", "GPX", "AIS", "NMEA", "Mode S" or "CSV"."""
+    if data[:4] == b"PAR1":
+        return "Parquet"
+    if data[:4] in PCAP:
+        return "ASTERIX"
+    head = data[: 1 << 16].removeprefix(b"\xef\xbb\xbf").lstrip()
+    extension = Path(title.removesuffix(".gz")).suffix.lower()
+    if b"\x00" in head or sum(byte < 32 and byte not in b"\t\n\r\f" for byte in head) > 0.02 * len(head):
+        if head[:2] == b"PK":
+            raise InputError(
+                f"{title} is a zip archive or an Excel workbook; export the sheet as CSV and pass that file"
+            )
+        if blocks(data) or extension in ASTERIX_NAMES:
+            return "ASTERIX"
+        raise InputError(f"{title} is binary, but neither ASTERIX, a capture of packets, nor Parquet")
+    if head[:1] in (b"{", b"["):
+        return "JSON"
+    if head[:1] == b"<":
+        if b"<gpx" in head:
+            return "GPX"
+        raise InputError(f"{title} is XML or a web page, but not GPX")
+    lines = [line.strip() for line in head.splitlines()[:200] if line.strip()]
+    for pattern, kind in ((_AIS, "AIS"), (_NMEA, "NMEA"), (_FRAME, "Mode S")):
+        if 3 * sum(bool(pattern.search(line)) for line in lines) > len(lines):
+            return kind
+    return "CSV"
+
+
+def blocks(data: bytes, most: int = 8) -> bool:
+    """Whether bytes are a chain of ASTERIX blocks: a category, and a length that leads to the next."""
+    at = 0
+    for count in range(most):
+        if at == len(data):
+            return count > 0
+        length = int.from_bytes(data[at + 1 : at + 3])
+        if not data[at] or length < 4 or at + length > len(data):
+            return False
+        at += length
+    return True
+
+
+def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None) -> tuple[Plots, dict[str, Column]]:
+    from ..files.parquetfile import MemorySource
+    from .records import json_records, record_table
+    from .tables import csv_table, read_table, source_table
+
+    def of_table(table):
+        return read_table(table, site=site, origin=origin, columns=columns)
+
+    if not isinstance(data, bytes):
+        try:
+            return of_table(source_table(MemorySource(data), title))
+        except InputError as error:
+            raise InputError(f"{title}: {error}" if not str(error).startswith(title) else str(error)) from None
+    kind = kind_of(data, title)
+    if kind == "CSV":
+        return of_table(csv_table(data, title))
+    if kind == "JSON":
+        return of_table(record_table(*json_records(data, title)[:2], title))
+    raise InputError(kind)
