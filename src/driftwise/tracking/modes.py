@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -89,8 +90,8 @@ def read_frames(records, at, title: str, *, origin=None, faults=()) -> Plots:
     Notes
     -----
     A frame whose parity fails is a `Fault`; so is one that is not 14 or 28 hex digits or has no time. A frame again
-    within 0.2 s is the same transmission. Altitudes are barometric, in m. Positions on the ground are left out: they are
-    ambiguous without the place of the receiver.
+    within 0.2 s is the same transmission. Altitudes are barometric, in m. Positions on the ground are left out: they
+    are ambiguous without the place of the receiver.
     """
     good, faults, times, lines = [], list(faults), [], {}
     for record, line in zip(records, at):
@@ -119,7 +120,7 @@ def _decoded(records, times):
         ) from None
     order = np.argsort(times, kind="stable")
     records, times = [records[k] for k in order], [times[k] for k in order]
-    found = rs1090.decode([record["frame"].lower() for record in records], times) if records else []
+    found: list[Any] = rs1090.decode([record["frame"].lower() for record in records], times) if records else []
     decoded, kept, lost, k = [], [], [], 0
     for record, time in zip(records, times):  # frames that fail are missing in what comes back
         if k < len(found) and found[k]["frame"] == record["frame"].lower() and found[k]["timestamp"] == time:
@@ -154,7 +155,10 @@ def remainder(frame: str) -> int:
 def _positions(records, times, origin, faults, title) -> Plots:
     """Return the plots of decoded records: airborne positions, named by the call signs heard."""
     order = np.argsort(times, kind="stable")
-    rows, last, names, spoken = [], {}, {}, []
+    rows: list[tuple] = []
+    last: dict[str, tuple] = {}
+    names: dict[str, str] = {}
+    spoken = []
     for k in order:
         record = records[k]
         if str(record.get("df")) not in ("17", "18"):

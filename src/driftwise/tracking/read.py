@@ -197,21 +197,34 @@ def blocks(data: bytes, most: int = 8) -> bool:
 
 
 def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None) -> tuple[Plots, dict[str, Column]]:
-    from ..files.parquetfile import MemorySource
+    from .ais import read_ais
+    from .logs import read_gpx, read_nmea
+    from .modes import is_frames, read_frames, read_lines
     from .records import json_records, record_table
-    from .tables import csv_table, read_table, source_table
+    from .tables import csv_table, memory_table, parquet_table, read_table
 
     def of_table(table):
         return read_table(table, site=site, origin=origin, columns=columns)
 
     if not isinstance(data, bytes):
-        try:
-            return of_table(source_table(MemorySource(data), title))
-        except InputError as error:
-            raise InputError(f"{title}: {error}" if not str(error).startswith(title) else str(error)) from None
+        return of_table(memory_table(data, title))
     kind = kind_of(data, title)
     if kind == "CSV":
         return of_table(csv_table(data, title))
+    if kind == "Parquet":
+        return of_table(parquet_table(data, title))
     if kind == "JSON":
-        return of_table(record_table(*json_records(data, title)[:2], title))
-    raise InputError(kind)
+        records, at, faults = json_records(data, title)
+        if is_frames(records):
+            return read_frames(records, at, title, origin=origin, faults=faults), {}
+        return of_table(record_table(records, at, title, faults))
+    if kind == "ASTERIX":
+        return _asterix(data, title, sites, origin), {}
+    reader = {"Mode S": read_lines, "AIS": read_ais, "NMEA": read_nmea, "GPX": read_gpx}[kind]
+    return reader(data, title, origin=origin), {}
+
+
+def _asterix(data, title, sites, origin) -> Plots:
+    from .asterix import read_asterix
+
+    return read_asterix(data, sites=sites)

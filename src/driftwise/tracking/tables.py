@@ -237,12 +237,38 @@ def _lines(data, skip, count):
     return np.array(found[:count], int)
 
 
-def source_table(source, title: str) -> Table:
-    """Return the table of a Parquet file, a data frame or a mapping."""
+def parquet_table(data: bytes, title: str) -> Table:
+    """Return the table of a Parquet file; rows are numbered from 1."""
     import pyarrow as pa
 
-    names = list(source.names)
-    parts = [arrays for arrays, _ in source.batches(names)]
-    whole = [pa.chunked_array([arrays[j] for arrays in parts]).combine_chunks() for j in range(len(names))]
-    columns = {n: c.combine_chunks() if isinstance(c, pa.ChunkedArray) else c for n, c in zip(names, whole)}
-    return Table(title, columns, np.arange(1, len(whole[0]) + 1), dict(source.units))
+    from ..files.parquetfile import ParquetSource
+
+    return _of_source(lambda: ParquetSource(pa.BufferReader(data)), title)
+
+
+def memory_table(data, title: str) -> Table:
+    """Return the table of a data frame or of a mapping from name to array; rows are numbered from 1."""
+    from ..files.parquetfile import MemorySource
+
+    return _of_source(lambda: MemorySource(data), title)
+
+
+def _of_source(opened, title):
+    import pyarrow as pa
+
+    try:
+        source = opened()
+        names = list(source.names)
+        parts = [arrays for arrays, _ in source.batches(names)]
+        columns = {name: pa.concat_arrays([_plain(arrays[j]) for arrays in parts]) for j, name in enumerate(names)}
+    except (InputError, pa.ArrowException, OSError) as error:
+        raise InputError(f"{title}: {error}") from None
+    return Table(title, columns, np.arange(1, len(columns[names[0]]) + 1), dict(source.units))
+
+
+def _plain(array):
+    """Return a column in one piece; of words coded by numbers, the words."""
+    import pyarrow as pa
+
+    array = array.combine_chunks() if isinstance(array, pa.ChunkedArray) else array
+    return array.dictionary_decode() if pa.types.is_dictionary(array.type) else array
