@@ -151,7 +151,7 @@ def read_gpx(data: bytes, title: str, *, origin=None) -> Plots:
         raise InputError(
             f"{title}: the GPX file declares a document type or entities, which no GPS writes; remove them"
         )
-    parser = ElementTree.XMLPullParser(("start", "end"))
+    parser: ElementTree.XMLPullParser = ElementTree.XMLPullParser(("start", "end"))
     rows, faults, missing, track = [], [], 0, 0
     names: dict[int, str] = {}
     try:

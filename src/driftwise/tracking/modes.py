@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from .logs import stamped
 from .placed import placed
 from .plots import Fault, Plots
 
@@ -37,10 +38,10 @@ def read_lines(data: bytes, title: str, *, origin=None) -> Plots:
         if not line.strip():
             continue
         match = _LINE.match(line.strip())
-        time = _time(match) if match else np.nan
         if match is None:
             faults.append(Fault(title, number, f"no Mode S frame of 14 or 28 hex digits: {line.strip()[:40]!r}"))
         else:
+            time = int(match["ticks"], 16) / TICKS if match["ticks"] else _time(match["time"])
             records.append({"timestamp": time, "frame": match["frame"], "line": number})
     if records and not any(np.isfinite(record["timestamp"]) for record in records):
         raise InputError(
@@ -50,21 +51,17 @@ def read_lines(data: bytes, title: str, *, origin=None) -> Plots:
     return read_frames(records, [record["line"] for record in records], title, origin=origin, faults=faults)
 
 
-def _time(match) -> float:
-    from datetime import UTC, datetime
-
-    text, ticks = match["time"], match["ticks"]
-    if ticks:
-        return int(ticks, 16) / TICKS
+def _time(value) -> float:
+    """Return s of Unix s or ms or a time stamp, NaN of anything else."""
     try:
-        return float(text or "nan")
-    except ValueError:
+        number = float(value)
+        return number / 1e3 if number > 1e11 else number
+    except (TypeError, ValueError, OverflowError):
         pass
     try:
-        stamp = datetime.fromisoformat(text.strip())
+        return stamped(str(value).strip())
     except ValueError:
         return np.nan
-    return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
 
 
 def is_frames(records: list[dict]) -> bool:
@@ -95,14 +92,14 @@ def read_frames(records, at, title: str, *, origin=None, faults=()) -> Plots:
     """
     good, faults, times, lines = [], list(faults), [], {}
     for record, line in zip(records, at):
-        time, frame = record.get("timestamp", record.get("time")), record.get("frame")
+        time, frame = _time(record.get("timestamp", record.get("time"))), record.get("frame")
         if not isinstance(frame, str) or not _HEX.fullmatch(frame):
             faults.append(Fault(title, int(line), f"no Mode S frame of 14 or 28 hex digits: {str(frame)[:40]!r}"))
-        elif not isinstance(time, int | float) or not np.isfinite(time):
+        elif not np.isfinite(time):
             faults.append(Fault(title, int(line), "the frame has no time"))
         else:
             good.append(record)
-            times.append(float(time))
+            times.append(time)
             lines[id(record)] = int(line)
     if not any("latitude" in record for record in good):
         good, times, lost = _decoded(good, times)

@@ -1,14 +1,11 @@
-"""Plots of geographic positions, what repeats left out, and plots of several files in one frame."""
+"""Plots of geographic positions, and which of them are no news."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from ..errors import InputError
 from .frames import east_north
-from .plots import COLUMNS, Plots, plots
+from .plots import Plots, plots
 
 STANDING = 0.5  # whatever the unit of a reported speed: below it, the same position twice is no stale row
 
@@ -54,16 +51,3 @@ def repeats(time, position, key, speed=None):
     if speed is not None:
         stale &= ~(np.abs(speed) < STANDING)
     return twice, stale
-
-
-def joined(parts: list[Plots]) -> Plots:
-    """Return the plots of several files, in order of time; they share the origin of the first."""
-    if len(parts) == 1:
-        return parts[0]
-    origins = {part.origin for part in parts}
-    if len(origins) > 1:
-        raise InputError("some files have positions on earth and others metres without a place; read them apart")
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
-    order = np.argsort(columns["time"], kind="stable")
-    faults = tuple(fault for part in parts for fault in part.faults)
-    return replace(Plots(**columns, origin=parts[0].origin, faults=faults)[order])

@@ -6,11 +6,12 @@ import glob
 import os
 import re
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 from ..errors import InputError
 from .columns import Column
-from .placed import joined
+from .merge import joined, moved
 from .plots import Plots
 
 LARGEST = 4 << 30  # bytes a compressed file may grow to
@@ -201,9 +202,11 @@ def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None)
     from .logs import read_gpx, read_nmea
     from .modes import is_frames, read_frames, read_lines
     from .records import json_records, record_table
-    from .tables import csv_table, memory_table, parquet_table, read_table
+    from .tables import csv_table, frames_of, memory_table, parquet_table, read_table
 
     def of_table(table):
+        if frames := frames_of(table, columns):
+            return read_frames(frames[0], frames[1], title, origin=origin, faults=table.faults), {}
         return read_table(table, site=site, origin=origin, columns=columns)
 
     if not isinstance(data, bytes):
@@ -227,4 +230,8 @@ def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None)
 def _asterix(data, title, sites, origin) -> Plots:
     from .asterix import read_asterix
 
-    return read_asterix(data, sites=sites)
+    found = read_asterix(data, sites=sites)
+    found = replace(found, faults=tuple(replace(fault, source=title) for fault in found.faults))
+    if origin is None or found.origin is None:
+        return found
+    return replace(found, position=moved(found, origin), origin=(float(origin[0]), float(origin[1])))

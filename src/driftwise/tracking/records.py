@@ -22,7 +22,9 @@ def json_records(data: bytes, title: str) -> tuple[list[dict], np.ndarray, list[
     """Return (records, number of each, faults) of a JSON document, or of JSON lines, numbered by lines."""
     text = data.decode("utf-8-sig", "replace")
     try:
-        return *_numbered(shaped(json.loads(text))), []
+        value = json.loads(text)
+        records = shaped(value)
+        return records, np.arange(1, len(records) + 1), _bearings(value, title)
     except ValueError as error:  # JSON lines, or a document that is cut
         whole = error
     except RecursionError:
@@ -46,8 +48,20 @@ def json_records(data: bytes, title: str) -> tuple[list[dict], np.ndarray, list[
     return records, np.array(at, int), faults
 
 
-def _numbered(records):
-    return records, np.arange(1, len(records) + 1)
+def _bearings(value, title) -> list[Fault]:
+    """Return a fault that counts the scans of cameras and the like, which see directions only."""
+    scans = (
+        [k for k, r in enumerate(value, 1) if "measurement" in r and r.get("sensorID") not in SCANNERS]
+        if (_is_scans(value))
+        else []
+    )
+    return (
+        [Fault(title, scans[0], f"scans of bearings, no positions: {len(scans)}, this is the first")] if scans else []
+    )
+
+
+def _is_scans(value) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(r, dict) and "measurement" in r for r in value)
 
 
 def shaped(value: Any) -> list[dict]:
@@ -59,7 +73,7 @@ def shaped(value: Any) -> list[dict]:
     [{'t': 1, 'x': 3}]
     """
     if isinstance(value, list):
-        if value and all(isinstance(record, dict) and "measurement" in record for record in value):
+        if _is_scans(value):
             return [plot for record in value for plot in _scan(record)]
         return [record if isinstance(record, dict) else {} for record in value]
     if not isinstance(value, dict):
@@ -136,8 +150,14 @@ def record_table(records: list[dict], at, title: str, faults=()) -> Table:
         if all(cell is None or isinstance(cell, int | float) for cell in cells):
             columns[name] = pa.array(np.array([np.nan if c is None else _number(c) for c in cells]), from_pandas=True)
         else:
-            columns[name] = pa.array([None if c is None or isinstance(c, list) else str(c) for c in cells], pa.string())
+            columns[name] = pa.array(
+                [None if c is None or isinstance(c, list) else _text(c) for c in cells], pa.string()
+            )
     return Table(title, columns, np.asarray(at), faults=tuple(faults))
+
+
+def _text(cell) -> str:
+    return str(cell).encode("utf-8", "replace").decode()
 
 
 def _number(cell) -> float:

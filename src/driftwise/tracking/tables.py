@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..files.cells import is_text, numbers
 from .clock import clock
-from .columns import METRES, Column, altitude_unit, meaning, position_roles, recognise
+from .columns import FRAMES, METRES, Column, altitude_unit, meaning, position_roles, recognise
 from .placed import outside, placed, repeats
 from .plots import Fault, Plots, plots
 
@@ -196,6 +196,16 @@ def polar(range_m, azimuth_rad, altitude_m, site, origin):
 
     origin = origin or (site[0], site[1])
     return polar_to_east_north(range_m, azimuth_rad, altitude_m, site, origin), origin
+
+
+def frames_of(table: Table, columns=None):
+    """Return (records, where they lie) of a table of Mode S frames; None where it has columns of position, or none."""
+    taken = recognise(table.names, columns, table.units)
+    if not taken["frame"] or any(all(taken[role] for role in frame) for frame in FRAMES):
+        return None
+    time = clock(table.columns.__getitem__, taken, table.decimal, table.day_first)[0]
+    frames = table.words(taken["frame"][0])
+    return [{"timestamp": t, "frame": frame} for t, frame in zip(time.tolist(), frames)], table.rows
 
 
 def csv_table(data: bytes, title: str) -> Table:
