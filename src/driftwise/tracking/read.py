@@ -5,13 +5,16 @@ from __future__ import annotations
 import glob
 import os
 import re
+import sys
 import zlib
 from dataclasses import replace
 from pathlib import Path
 
 from ..errors import InputError
+from ..files.source import missing
+from ..files.source import title as named
 from .columns import Column
-from .merge import joined, moved
+from .merge import joined
 from .plots import Plots
 
 LARGEST = 4 << 30  # bytes a compressed file may grow to
@@ -31,12 +34,12 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
 
     Parameters
     ----------
-    path : file name, pattern ("radar*.csv"), data frame or mapping of columns, or a list of them
+    path : file name, pattern ("radar*.csv"), "-" for standard input, data frame or mapping of columns, or a list of them
         Several files become one set of plots around the origin of the first.
     site : (latitude, longitude) or (latitude, longitude, height m), optional
         Of the radar whose ranges and azimuths a table holds.
-    sites : optional
-        Of the radars of ASTERIX files, see `driftwise.tracking.asterix.read_asterix`.
+    sites : see `driftwise.tracking.sites.read_sites`, optional
+        Of the radars of ASTERIX files, or of a table with ranges of several.
     origin : (latitude, longitude), optional
         Degrees, where East = North = 0; the first position if not given.
     columns : dict, optional
@@ -118,18 +121,20 @@ def files_of(path) -> list:
 
 
 def title_of(path) -> str:
-    return str(path) if isinstance(path, str | os.PathLike) else "the table"
+    """Return what to call a file in messages."""
+    return named(path) if isinstance(path, str | os.PathLike) else "the table"
 
 
 def opened(path):
     """Return (bytes of a file, unpacked; or a data frame or mapping as it is), and what to call it."""
-    from ..files.source import missing
-
     title = title_of(path)
     if not isinstance(path, str | os.PathLike):
         return path, title
-    missing(path)
-    data = Path(path).read_bytes()
+    if title == "standard input":
+        data = sys.stdin.buffer.read()
+    else:
+        missing(path)
+        data = Path(path).read_bytes()
     if data[:2] == b"\x1f\x8b":
         data = unpacked(data, title)
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -207,7 +212,7 @@ def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None)
     def of_table(table):
         if frames := frames_of(table, columns):
             return read_frames(frames[0], frames[1], title, origin=origin, faults=table.faults), {}
-        return read_table(table, site=site, origin=origin, columns=columns)
+        return read_table(table, site=site, sites=sites, origin=origin, columns=columns)
 
     if not isinstance(data, bytes):
         return of_table(memory_table(data, title))
@@ -230,8 +235,5 @@ def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None)
 def _asterix(data, title, sites, origin) -> Plots:
     from .asterix import read_asterix
 
-    found = read_asterix(data, sites=sites)
-    found = replace(found, faults=tuple(replace(fault, source=title) for fault in found.faults))
-    if origin is None or found.origin is None:
-        return found
-    return replace(found, position=moved(found, origin), origin=(float(origin[0]), float(origin[1])))
+    found = read_asterix(data, sites=sites, origin=origin)
+    return replace(found, faults=tuple(replace(fault, source=title) for fault in found.faults))

@@ -14,6 +14,7 @@ from .clock import clock
 from .columns import FRAMES, METRES, Column, altitude_unit, meaning, position_roles, recognise
 from .placed import outside, placed, repeats
 from .plots import Fault, Plots, plots
+from .ranges import of_ranges
 
 BEARINGS = {"deg": np.pi / 180, "rad": 1.0}
 
@@ -54,7 +55,7 @@ class Table:
         return np.array([_word(cell) for cell in array.to_pylist()], object)
 
 
-def read_table(table: Table, *, site=None, origin=None, columns=None) -> tuple[Plots, dict[str, Column]]:
+def read_table(table: Table, *, site=None, sites=None, origin=None, columns=None) -> tuple[Plots, dict[str, Column]]:
     """Return the plots of a table, and which column was taken for what.
 
     Parameters
@@ -62,11 +63,13 @@ def read_table(table: Table, *, site=None, origin=None, columns=None) -> tuple[P
     table : Table
     site : (latitude, longitude) or (latitude, longitude, height m), optional
         Of the radar, for columns of range and azimuth.
+    sites : see `driftwise.tracking.sites.read_sites`, optional
+        Of several radars, by what the column of sensors says.
     origin : (latitude, longitude), optional
     columns : dict from part to name or (name, unit), optional
     """
     try:
-        return _Reading(table, recognise(table.names, columns, table.units)).plots(site, origin)
+        return _Reading(table, recognise(table.names, columns, table.units)).plots(site, sites, origin)
     except InputError as error:
         words = str(error)
         raise InputError(words if words.startswith(table.title) else f"{table.title}: {words}") from None
@@ -81,7 +84,7 @@ class _Reading:
         self.good = np.ones(len(table.rows), bool)
         self.faults = list(table.faults)
 
-    def plots(self, site, origin):
+    def plots(self, site, sites, origin):
         table = self.table
         first, second, frame = position_roles(self.taken, table.names)
         time, bad, used = clock(table.columns.__getitem__, self.taken, table.decimal, table.day_first)
@@ -112,8 +115,10 @@ class _Reading:
             return placed(time[good], a[good], b[good], origin=origin, **rest), self.used
         if frame[0] == "east":
             return plots(time[good], np.stack([a, b], axis=-1)[good], origin=origin, **rest), self.used
-        position, origin = polar(a[good], b[good], altitude[good], site, origin)
-        return plots(time[good], position, origin=origin, **rest), self.used
+        at = of_ranges(a[good], b[good], altitude[good], sensor[good], site, sites)
+        if at.radar is None:
+            return plots(time[good], at.position, **rest), self.used
+        return placed(time[good], *at.position.T, origin=origin or at.radar, **rest), self.used
 
     def drop(self, which, what, counted=False):
         """Take rows out: a fault each, or one that counts them."""
@@ -188,18 +193,8 @@ def cell(table, name, row):
     return repr(str(table.columns[name][int(row)].as_py())[:40])
 
 
-def polar(range_m, azimuth_rad, altitude_m, site, origin):
-    """Return (position, origin) of polar plots: metres about the radar where nobody says where it stands."""
-    if site is None:
-        return np.stack([range_m * np.sin(azimuth_rad), range_m * np.cos(azimuth_rad)], axis=-1), None
-    from .polar import polar_to_east_north
-
-    origin = origin or (site[0], site[1])
-    return polar_to_east_north(range_m, azimuth_rad, altitude_m, site, origin), origin
-
-
 def frames_of(table: Table, columns=None):
-    """Return (records, where they lie) of a table of Mode S frames; None where it has columns of position, or none."""
+    """Return (records, where they lie) of a table of Mode S frames; None of one that has positions, or no frames."""
     taken = recognise(table.names, columns, table.units)
     if not taken["frame"] or any(all(taken[role] for role in frame) for frame in FRAMES):
         return None
