@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from plain_filter import PlainFilter
 
 from driftwise.tracking.plots import plots
 from driftwise.tracking.tracker import Tracker
@@ -25,7 +24,7 @@ def kinds(tracker):
 
 
 def run(data, **options):
-    tracker = Tracker(PlainFilter(), **options)
+    tracker = Tracker(**options)
     tracker.feed(data)
     tracker.finish()
     return tracker
@@ -73,12 +72,12 @@ def same(a, b):
 def test_a_stream_gives_the_tracks_of_the_record(size, delay, tmp_path):
     data = traffic()
     record = run(data, delay=delay)
-    stream = Tracker(PlainFilter(), delay=delay)
+    stream = Tracker(delay=delay)
     for first in range(0, len(data), size):
         stream.feed(data[first : first + size])
         if first == 70:  # a follower is stopped, and started again on another machine
             stream.save(tmp_path / "tracker.npz")
-            stream = Tracker.load(tmp_path / "tracker.npz", PlainFilter())
+            stream = Tracker.load(tmp_path / "tracker.npz")
     stream.finish()
     same(record, stream)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..estimators.track.estimator import TrackEstimator
 from .live import Event, Live, Plot
 from .plots import Fault
 
@@ -52,15 +53,14 @@ def save(tracker, path) -> None:
     arrays = {
         "facts": np.frombuffer(json.dumps(facts).encode(), np.uint8),
         "where": tracker._where,
-        "states": np.frombuffer(b"".join(t.state.tobytes() for t in tracks), np.uint8),
     }
     if tracks:
-        arrays["rows"] = np.concatenate([t.rows for t in tracks])
+        arrays |= {"states": np.stack([t.state for t in tracks]), "rows": np.concatenate([t.rows for t in tracks])}
     with open(path, "wb") as file:
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-def restore(kind, path, estimator=None):
+def restore(kind, path):
     """Return the tracker in a file."""
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -70,11 +70,7 @@ def restore(kind, path, estimator=None):
         raise InputError(f"{path} is no file that Tracker.save wrote ({error})") from None
     if facts["schema"] != SCHEMA:
         raise InputError(f"{path} was written with schema {facts['schema']}, this version reads {SCHEMA}")
-    if estimator is None:
-        from ..estimators.track.estimator import TrackEstimator
-
-        estimator = TrackEstimator(**facts["estimator"])
-    tracker = kind(estimator, **facts["rules"])
+    tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
     tracker.origin = tuple(facts["origin"]) if facts["origin"] else None
     tracker.faults = [Fault(*f) for f in facts["faults"]]
     tracker.events = [Event(*e) for e in facts["events"]]
@@ -94,11 +90,9 @@ def restore(kind, path, estimator=None):
 
 def _tracks(tracker, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
     """Put the tracks back where they were."""
-    start = tracker.estimator.start()
-    states = np.frombuffer(arrays["states"].tobytes(), start.dtype)
     first = 0
     for k, kept in enumerate(facts["tracks"]):
-        track = Live(kept["id"], kept["key"], states[k].copy(), kept["follows"], kept["clock"])
+        track = Live(kept["id"], kept["key"], arrays["states"][k].copy(), kept["follows"], kept["clock"])
         for name in TRACK:
             setattr(track, name, kept[name])
         track.motion = tuple(kept["motion"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Live:
         "period", "place", "state", "status", "table",
     )  # fmt: skip
 
-    def __init__(self, id: int, key: str, state: Any, follows: int | None, clock: dict[str, list[float]]):
+    def __init__(self, id: int, key: str, state: np.ndarray, follows: int | None, clock: dict[str, list[float]]):
         self.id, self.key, self.state, self.follows, self.clock = id, key, state, follows, clock
         self.name = self.code = ""
         self.status = TENTATIVE

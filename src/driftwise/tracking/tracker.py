@@ -6,11 +6,13 @@ import heapq
 import math
 import os
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
+from ..estimators.track import bank
+from ..estimators.track.estimator import TrackEstimator
 from .inbox import LEAP, Inbox
 from .keep import restore, save
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
@@ -23,6 +25,9 @@ FASTEST = {250.0: 400.0, 60.0: 150.0, 40.0: 150.0, 20.0: 60.0, 8.0: 40.0}  # m/s
 UNKNOWN = 30.0  # s: the scan period assumed before one is known
 REPEAT = 0.02  # scan periods: a second plot of a track within them tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
+BASE = bank.column(2, bank.OUTPUTS.index("base"), 0), bank.column(2, bank.OUTPUTS.index("base"), 1)  # of a trace's row
+VELOCITY = bank.at_state(2) + 1, bank.at_state(2) + 4
+SPREADING = bank.at_told(2) + bank.SPREADING
 FREE = math.inf, 0.0, 0.0, 0.0, 0.0, 0.0  # a place where no track is
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
@@ -79,7 +84,7 @@ class Tracker:
 
     def __init__(
         self,
-        estimator: Any = "aircraft",
+        estimator: TrackEstimator | float | str = "aircraft",
         *,
         confirm=(3, 5),
         coast: float = 3.0,
@@ -90,9 +95,9 @@ class Tracker:
         fastest: float | None = None,
     ):
         if isinstance(estimator, str | float | int):
-            from ..estimators.track.estimator import TrackEstimator
-
             estimator = TrackEstimator(speed=estimator)
+        if not isinstance(estimator, TrackEstimator) or estimator.coordinates != 2:
+            raise InputError(f"estimator must be a TrackEstimator of two coordinates or a speed, got {estimator!r}")
         N, M = confirm
         if not 1 <= N <= M:
             raise InputError(f"confirm must be (N, M), N plots within M scans with 1 <= N <= M, got {confirm!r}")
@@ -140,7 +145,7 @@ class Tracker:
         for plot in zip(
             plots.time.tolist(),
             *self._here(plots).T.tolist(),
-            map(tuple, plots.covariance.reshape(-1, 4).tolist()),
+            map(tuple, _stated(plots.covariance).tolist()),
             plots.altitude.tolist(),
             plots.key,
             plots.name,
@@ -244,7 +249,7 @@ class Tracker:
             track = self._who[place]
             if track is None or not self._may_take(track, plot, addressed):
                 continue
-            mean, S = self.estimator.predict(track.state, plot.time)
+            mean, S = self.estimator.predict(track.state.view(self.estimator.dtype)[0], plot.time)
             (a, b), (_, d) = S.tolist()
             e, n = plot.east - float(mean[0]), plot.north - float(mean[1])
             det = a * d - b * b
@@ -268,7 +273,7 @@ class Tracker:
 
     def _begin(self, plot: Plot, follows: int | None = None, clock: dict | None = None) -> Live:
         self._begun += 1
-        track = Live(self._begun, plot.key, self.estimator.start(), follows, clock or {})
+        track = Live(self._begun, plot.key, self.estimator.start().reshape(-1).view(float), follows, clock or {})
         track.allowance = self.fastest
         self._live[track.id] = track
         self._of_key.setdefault(track.key, []).append(track)
@@ -289,18 +294,17 @@ class Tracker:
         if track.last is not None and self._is_told(track, plot):
             self.counts["repeated"] += 1
             return
-        covariance = np.reshape(plot.covariance, (2, 2)) if plot.covariance[0] == plot.covariance[0] else None
-        position = np.array((plot.east, plot.north))
-        track.state, step = self.estimator.update(track.state, plot.time, position, covariance)
+        time, position = np.array((plot.time,)), np.array(((plot.east, plot.north),))
+        out = self.estimator.run(track.state, time, position, np.array(((plot.covariance[0], plot.covariance[3]),)))[0]
         number = self._numbers
         words = [number.setdefault(w, len(number)) for w in (plot.key, plot.name, plot.sensor)]
-        track.append((plot.time, plot.east, plot.north, *plot.covariance, plot.altitude, *words), row_of(step))
+        track.append((plot.time, plot.east, plot.north, *plot.covariance, plot.altitude, *words), out)
         self.scans.tick(track.clock, plot.sensor, plot.time)
         track.period = self.scans.period(track.clock)
         track.last, track.name = plot, plot.name or track.name
-        track.motion = tuple(step.velocity.tolist())
+        track.motion = float(out[VELOCITY[0]]), float(out[VELOCITY[1]])
         if track.count > 1:
-            sd = math.sqrt(max(step.covariance[0, 0], step.covariance[1, 1]))
+            sd = math.sqrt(max(out[BASE[0]], out[BASE[1]]) * out[SPREADING])
             track.allowance = min(max(5 * sd, 0.25 * self.fastest), self.fastest * max(track.period, 1.0))
         self._where[track.place] = plot.time, plot.east, plot.north, *track.motion, track.allowance
         if track.status == COASTING:
@@ -411,20 +415,22 @@ class Tracker:
         save(self, path)
 
     @classmethod
-    def load(cls, path, estimator: Any = None) -> Tracker:
-        """Return a tracker as saved; it goes on as if it had never stopped. An estimator of your own is given again."""
-        return restore(cls, path, estimator)
+    def load(cls, path) -> Tracker:
+        """Return a tracker as saved; it goes on as if it had never stopped."""
+        return restore(cls, path)
+
+
+def _stated(covariance: np.ndarray) -> np.ndarray:
+    """Return covariances as rows of four numbers, NaN where the variances cannot be what they are."""
+    variances = covariance[:, [0, 1], [0, 1]]
+    good = (variances > 0).all(axis=1) & np.isfinite(covariance).all(axis=(1, 2))
+    return np.where(good[:, None], covariance.reshape(-1, 4), np.nan)
 
 
 def _miss(track: Live, plot: Plot) -> float:
     """Return how far a plot lies from where a track would be by now, m."""
     past, last = plot.time - track.last.time, track.last
     return math.hypot(plot.east - last.east - past * track.motion[0], plot.north - last.north - past * track.motion[1])
-
-
-def row_of(step) -> np.ndarray:
-    """Return the row of a trace that a step is."""
-    return np.concatenate([np.ravel(v) for v in step])
 
 
 def track(plots, *, site=None, sites=None, progress=None, **options) -> Tracks:

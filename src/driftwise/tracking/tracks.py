@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..workflow.track_trace import TrackTrace
 from .live import PLOT, Event, Live
 from .plots import Fault, Plots
 
@@ -77,10 +78,8 @@ class Track:
         return self.plots.altitude
 
     @cached_property
-    def trace(self):
+    def trace(self) -> TrackTrace:
         """What the estimator said: a `TrackTrace` with a row for each plot."""
-        from ..workflow.track_trace import TrackTrace
-
         return TrackTrace(self.estimator, self.plots.time, self.plots.position, self.outs, self.state)
 
     def predict(self, time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -93,12 +92,6 @@ class Track:
         if not self.period:
             return 0
         return int(np.maximum(np.round(np.diff(self.plots.time) / self.period) - 1, 0).sum())
-
-    def coverage(self, level: float = 0.95) -> float:
-        """Return the share of coordinates inside their band; the first plots teach and do not count."""
-        e, half = self.trace.innovation[LEARNING:], self.trace.band(level)[LEARNING:]
-        told = np.isfinite(e) & np.isfinite(half)
-        return float(np.mean(np.abs(e[told]) <= half[told])) if told.any() else float("nan")
 
     def summary(self) -> dict[str, Any]:
         """Return the row of this track in `Tracks.table`."""
@@ -117,7 +110,7 @@ class Track:
             "turn_rate": _told(np.nanmax, np.abs(trace.turn_rate[late])),
             "manoeuvres": int(np.sum(trace.onset)),
             "nis": _told(np.nanmean, trace.nis[late]),
-            "coverage": self.coverage(),
+            "coverage": trace.coverage(first=LEARNING),
             "follows": self.follows,
         }
 
@@ -181,7 +174,7 @@ def track_of(live: Live, estimator, words: list[str], origin) -> Track:
     rows, names = live.rows, np.array(words, object)
     key, name, sensor = (names[rows[:, c].astype(int)] for c in (PLOT - 3, PLOT - 2, PLOT - 1))
     plots = Plots(rows[:, 0], rows[:, 1:3], rows[:, 3:7].reshape(-1, 2, 2), rows[:, 7], key, name, sensor, origin)
-    state = live.state.copy()
+    state = live.state.copy().view(estimator.dtype)[0]
     return Track(
         live.id, live.key, live.name, live.status, plots, tuple(live.events), origin, live.follows, live.period, state,
         estimator, rows[:, PLOT:],
