@@ -301,6 +301,56 @@ def compare(
 
 
 @app.command()
+def track(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE...",
+            help="Plots: ASTERIX (raw or pcap), Mode S frames, CSV, JSON, Parquet, NMEA, AIS. - with --follow is "
+            "standard input.",
+        ),
+    ],
+    site: Annotated[
+        str | None, typer.Option(metavar="LAT,LON[,HEIGHT]", help="Where the radar stands: degrees and metres.")
+    ] = None,
+    sites: Annotated[
+        str | None,
+        typer.Option(metavar="TABLE", help="Where several radars stand: a CSV of sac, sic, lat, lon, height."),
+    ] = None,
+    speed: Annotated[
+        str,
+        typer.Option(metavar="CLASS", help="aircraft, helicopter, glider, uav, boat, or a typical speed in m/s."),
+    ] = "aircraft",
+    out: Annotated[str | None, typer.Option(metavar="DIR", help="Write the tracks into this folder.")] = None,
+    format: Annotated[
+        str, typer.Option(metavar="KIND,..", help="What is written there: csv, parquet, geojson, kml, cat062.")
+    ] = "csv",
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a self-contained HTML page.")] = None,
+    json: Json = None,
+    follow: Annotated[
+        bool,
+        typer.Option(
+            "--follow",
+            help="Wait for more: a file that grows, or standard input. Ctrl-C ends it. On a terminal a table is kept "
+            "up to date; elsewhere each event and estimate is a line of JSON.",
+        ),
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Track what radars or receivers saw: position, velocity and turns of every object, with honest error bars.
+
+    The kind of each file is recognised. Nothing is tuned but the class of objects.
+
+    Examples: driftwise track plots.csv --report tracks.html;
+    driftwise track radar.pcap --sites radars.csv --out tracks --format csv,kml;
+    receiver | driftwise track - --follow
+    """
+    from driftwise.edge.track import Order, execute
+
+    execute(Order(tuple(files), site, sites, speed, out, format, report, json, follow, quiet))
+
+
+@app.command()
 def simulate(
     file: Annotated[str, typer.Argument(help="CSV to write; - for standard output.")] = "-",
     a: Annotated[

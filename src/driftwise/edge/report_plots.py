@@ -13,7 +13,7 @@ from driftwise.edge.report_axes import legend, single
 from driftwise.edge.report_bars import shade
 from driftwise.edge.thin import alone, envelope, together
 
-__all__ = ["POINTS", "innovations", "inputs", "output", "panels", "statistic", "weight", "weights"]
+__all__ = ["POINTS", "edges", "innovations", "inputs", "limits", "output", "panels", "statistic", "weight", "weights"]
 
 POINTS = 20_000  # samples drawn of an output
 INPUT_POINTS = 10_000  # of all inputs together
@@ -28,9 +28,9 @@ def output(line, y, prediction, half, label: str = "output", *, outlier=None, ma
 
     y, predicted, half = (np.asarray(column, float) for column in (y, prediction, half))
     outlier = np.zeros(len(y), bool) if outlier is None else np.asarray(outlier)
-    low, high = _reach(y[np.isfinite(y) & ~outlier])
+    low, high = limits(y[np.isfinite(y) & ~outlier])
     i = together(POINTS, y, predicted)
-    below, above = _band(predicted, half)
+    below, above = edges(predicted, half)
     source = line.source(i, y=y, p=predicted, low=below, high=above)
     fig = line.figure(330, label, is_named=is_named, y_range=(low, high))
     band = fig.varea("t", "low", "high", source=source, color=PALETTE["predicted"], alpha=0.18)
@@ -62,7 +62,7 @@ def inputs(line, columns, labels) -> list:
         values = np.asarray(values, float)
         i, is_last = envelope(values, INPUT_POINTS // len(columns)), k == len(columns)
         source = line.source(i, v=values)
-        fig = line.figure(130 if is_last else 105, label, is_named=is_last, y_range=_reach(values[np.isfinite(values)]))
+        fig = line.figure(130 if is_last else 105, label, is_named=is_last, y_range=limits(values[np.isfinite(values)]))
         drawn = fig.line("t", "v", source=source, color=PALETTE["measured"], width=1.2)
         dots = i[alone(values)[i]]
         fig.scatter("t", "v", source=line.source(dots, v=values), size=3, color=PALETTE["measured"])
@@ -72,7 +72,7 @@ def inputs(line, columns, labels) -> list:
     return found
 
 
-def _band(middle, half):
+def edges(middle, half):
     """Return the lower and the upper edge of a band, closed where there is none: an area does not stop at NaN."""
     import numpy as np
 
@@ -82,7 +82,7 @@ def _band(middle, half):
     return middle - half, middle + half
 
 
-def _reach(seen, pad: float = 0.1) -> tuple[float, float]:
+def limits(seen, pad: float = 0.1) -> tuple[float, float]:
     """Return the range of an axis that shows some values."""
     low, high = (float(seen.min()), float(seen.max())) if len(seen) else (-1.0, 1.0)
     pad = pad * (high - low) or 0.1 * abs(high) or 1.0
@@ -99,7 +99,7 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
     for j, name in enumerate(names):
         value, std = values[:, j], stds[:, j]
         i = envelope(value, points)
-        columns = {"v": value} | dict(zip(("low", "high"), _band(value, 2 * std)))
+        columns = {"v": value} | dict(zip(("low", "high"), edges(value, 2 * std)))
         spans = [steady_range(value, std)]
         if smoothed is not None:
             v, s = smoothed[0][:, j], smoothed[1][:, j]

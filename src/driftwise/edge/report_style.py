@@ -49,6 +49,8 @@ details { padding-bottom:14px; } details.last { margin-bottom:22px; }
 .more h2 { font-size:17px; margin:0; }
 button { font:inherit; font-size:14px; color:var(--blue); background:none; border:1px solid var(--line);
          border-radius:6px; padding:2px 12px; cursor:pointer; }
+.choice { margin:2px 0 6px; } .choice select { font:inherit; font-size:14px; color:var(--ink); background:var(--card);
+         border:1px solid var(--line); border-radius:6px; padding:3px 8px; margin-left:6px; max-width:100%; }
 .pair { display:grid; grid-template-columns:repeat(auto-fit,minmax(420px,1fr)); gap:20px; align-items:center; }
 .pair > * { min-width:0; }
 .many { display:grid; grid-template-columns:repeat(var(--columns,2),minmax(0,1fr)); gap:4px 18px; }

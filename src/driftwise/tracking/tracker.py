@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 import math
-import os
 import re
 from typing import NamedTuple
 
@@ -13,11 +12,12 @@ import numpy as np
 from ..errors import InputError
 from ..estimators.track import bank
 from ..estimators.track.estimator import TrackEstimator
+from .frames import east_north, geographic
 from .inbox import LEAP, Inbox
 from .keep import restore, save
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
-from .merge import joined, moved
 from .plots import Plots
+from .read import read_plots
 from .scans import Scans
 from .tracks import Tracks, track_of
 
@@ -175,7 +175,12 @@ class Tracker:
         """Return positions relative to the origin of the first plots."""
         if not self.inbox.arrivals:
             self.origin = plots.origin
-        return moved(plots, self.origin)
+        if plots.origin == self.origin or not len(plots):
+            return plots.position
+        if plots.origin is None or self.origin is None:
+            raise InputError("plots with a place on earth and plots without one cannot be mixed: give both an origin")
+        latitude, longitude = geographic(plots.position, plots.origin).T
+        return east_north(latitude, longitude, self.origin)
 
     # --- whose plot it is ----------------------------------------------------------------------------------
 
@@ -434,13 +439,13 @@ def _miss(track: Live, plot: Plot) -> float:
 
 
 def track(plots, *, site=None, sites=None, progress=None, **options) -> Tracks:
-    """Return the tracks in plots or in a file of them; ``driftwise.Tracker`` says how and what the options are.
+    """Return the tracks in plots, or in files of plots; `Tracker` says how and what the options are.
 
     Parameters
     ----------
-    plots : Plots, path, or a sequence of paths
+    plots : Plots, or what ``read_plots`` reads: a path, several, a data frame or columns
     site, sites, progress : optional
-        Of ``read_plots``, for files.
+        Of ``read_plots``.
     **options
         Of `Tracker`.
 
@@ -453,13 +458,6 @@ def track(plots, *, site=None, sites=None, progress=None, **options) -> Tracks:
     Tracks(1 track, 40 plots)
     """
     tracker = Tracker(**options)
-    paths = [plots] if isinstance(plots, str | os.PathLike | Plots) else list(plots)
-    tracker.feed(joined([p if isinstance(p, Plots) else _read(p, site, sites, progress) for p in paths]))
+    tracker.feed(plots if isinstance(plots, Plots) else read_plots(plots, site=site, sites=sites, progress=progress))
     tracker.finish()
     return tracker.tracks
-
-
-def _read(path, site, sites, progress) -> Plots:
-    from .read import read_plots
-
-    return read_plots(path, site=site, sites=sites, progress=progress)

@@ -1,0 +1,42 @@
+"""What `driftwise track` prints: the tracks in a table, the whole in a sentence, what was skipped."""
+
+from __future__ import annotations
+
+from driftwise.edge import track_words
+from driftwise.edge.terminal import table
+
+__all__ = ["MOST", "show", "table_of"]
+
+MOST = 20  # tracks listed
+
+
+def show(tracks, rows, *, title: str, took: str, out) -> None:
+    """Print the tracks, the busiest first."""
+    from rich.text import Text
+
+    plots = f"{sum(r.plots for r in rows)} plots on {len(rows)} track{'' if len(rows) == 1 else 's'}"
+    out.print()
+    out.print(Text(title, style="bold"))
+    out.print(Text(" \u00b7 ".join(filter(None, [plots, took])), style="dim"))
+    out.print()
+    if rows:
+        out.print(table_of(rows))
+        if len(rows) > MOST:
+            rest = rows[MOST:]
+            out.print(Text(f"and {len(rest)} more tracks of {rest[-1].plots} to {rest[0].plots} plots", style="dim"))
+        out.print()
+    out.print(Text(track_words.lead(rows)))
+    if told := track_words.faults_told(tracks.faults):
+        out.print(Text("skipped: ", style="yellow") + Text(told))
+    out.print()
+
+
+def table_of(rows):
+    """Return the table of the busiest tracks."""
+    days = {track_words.when(t).partition(" ")[0] for r in rows for t in (r.start, r.end)}
+    dated = bool(rows) and track_words.clock(rows[0].start) is not None and len(days) > 1
+    text = ("track", "name", "from", "to", "status")
+    shown = table(*((name, "left" if name in text else "right") for name in track_words.HEAD))
+    for r in rows[:MOST]:
+        shown.add_row(*track_words.cells(r, with_day=dated))
+    return shown

@@ -1,0 +1,197 @@
+"""`driftwise track`: plots in, tracks out, a table of them, files and a page."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from driftwise.errors import CommandError
+
+__all__ = ["Order", "deliver", "execute"]
+
+BLOCK = 2000  # plots between two movements of the progress bar
+CLASSES = ("aircraft", "helicopter", "glider", "uav", "boat")
+FORMATS = ("csv", "parquet", "geojson", "kml", "cat062")
+
+
+@dataclass(frozen=True)
+class Order:
+    """What was asked for.
+
+    Attributes
+    ----------
+    files : paths of recordings; ("-",) with ``follow`` is standard input
+    site : "LAT,LON[,HEIGHT]" of the radar, degrees and metres
+    sites : table of the radars by SAC/SIC
+    speed : class of objects, or their typical speed in m/s
+    out : folder for the tracks, in the ``formats``
+    """
+
+    files: tuple[str, ...]
+    site: str | None = None
+    sites: str | None = None
+    speed: str = "aircraft"
+    out: str | None = None
+    formats: str = "csv"
+    report: str | None = None
+    json: str | None = None
+    follow: bool = False
+    quiet: bool = False
+
+    @property
+    def title(self) -> str:
+        names = [os.path.basename(file) if file != "-" else "standard input" for file in self.files]
+        return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+
+    @property
+    def place(self) -> tuple[float, ...] | None:
+        """The site as numbers: degrees, and metres above the ellipsoid where they were given."""
+        if self.site is None:
+            return None
+        try:
+            found = tuple(float(part) for part in self.site.split(","))
+        except ValueError:
+            found = ()
+        if len(found) not in (2, 3) or not (abs(found[0]) <= 90 and abs(found[1]) <= 360):
+            raise CommandError(f"--site takes LATITUDE,LONGITUDE[,HEIGHT] in degrees and metres, got {self.site!r}")
+        return found
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The formats to write."""
+        return tuple(part.strip().lower() for part in self.formats.split(",") if part.strip())
+
+    @property
+    def pace(self) -> str | float:
+        """The class of objects, or a typical speed."""
+        if self.speed in CLASSES:
+            return self.speed
+        try:
+            pace = float(self.speed)
+        except ValueError:
+            pace = 0.0
+        if not 0 < pace < 20_000:
+            raise CommandError(f"--speed is one of {', '.join(CLASSES)}, or a typical speed in m/s; got {self.speed!r}")
+        return pace
+
+    def check(self) -> None:
+        """Refuse what cannot be, before anything is read."""
+        self.place, self.pace  # noqa: B018  (they raise)
+        wrong = [kind for kind in self.kinds if kind not in FORMATS]
+        if wrong or not self.kinds:
+            raise CommandError(
+                f"--format takes {', '.join(FORMATS)}, with commas between several; got {self.formats!r}"
+            )
+        for option, path in (("--report", self.report), ("--json", self.json)):
+            folder = os.path.dirname(path or "")
+            if path and path != "-" and folder and not os.path.isdir(folder):
+                raise CommandError(f"{option} {path}: there is no folder {folder!r}")
+        if self.out and os.path.exists(self.out) and not os.path.isdir(self.out):
+            raise CommandError(f"--out {self.out}: this is a file, and a folder is wanted")
+        if "-" in self.files and not self.follow:
+            raise CommandError("standard input is read with --follow: driftwise track - --follow")
+        if self.follow and len(self.files) != 1:
+            raise CommandError(f"--follow takes one file, or - for standard input; got {len(self.files)}")
+        for file in self.files:
+            if file != "-" and not os.path.exists(file):
+                raise CommandError(f"no such file: {file}")
+
+
+def execute(order: Order) -> None:
+    """Read the plots, track them, write what was asked for, and print the table."""
+    order.check()
+    if order.follow:
+        from driftwise.edge.follow import follow
+
+        follow(order)
+        return
+    start = perf_counter()
+    plots = _read(order)
+    tracker = make(order)
+    with _progress("tracking", order.quiet) as advance:
+        for first in range(0, len(plots), BLOCK):
+            tracker.feed(plots[first : first + BLOCK])
+            advance(min((first + BLOCK) / len(plots), 1.0))
+        tracker.finish()
+    deliver(order, tracker.tracks, f"took {perf_counter() - start:.1f} s")
+
+
+def make(order: Order) -> Any:
+    """Return a tracker of what was asked for."""
+    from driftwise.tracking.tracker import Tracker
+
+    return Tracker(order.pace)
+
+
+def _read(order: Order):
+    from driftwise.tracking.placed import joined
+    from driftwise.tracking.read import read_plots
+
+    parts: list[Any] = []
+    for file in order.files:
+        with _progress(f"reading {os.path.basename(file)}", order.quiet) as advance:
+            parts.append(read_plots(file, site=order.place, sites=order.sites, progress=advance))
+    return joined(parts)
+
+
+def deliver(order: Order, tracks, took: str) -> None:
+    """Write the tracks, the page and the numbers, and print the table."""
+    from driftwise.edge import track_words
+    from driftwise.edge.terminal import console
+    from driftwise.edge.terminal_tracks import show
+
+    rows, written = track_words.rows(tracks), []
+    if order.out:
+        Path(order.out).mkdir(parents=True, exist_ok=True)
+        files = tracks.write(order.out, order.kinds)
+        written.append(f"tracks in {', '.join(map(str, files)) if files else order.out}")
+    if order.report:
+        from driftwise.edge.report_tracks import write
+
+        written.append(f"report in {write(tracks, order.report, order.title, sites=_sites(order))}")
+    if order.json:
+        from driftwise.edge.results import write as write_json
+
+        write_json(_content(order, tracks, rows), order.json)
+        written.append(f"results in {order.json}")
+    if not order.quiet:
+        out = console(stderr=order.json == "-" or (order.follow and not sys.stdout.isatty()))
+        show(tracks, rows, title=order.title, took=took, out=out)
+        for line in written if order.json != "-" else ():
+            out.print(line, soft_wrap=True)
+
+
+def _sites(order: Order) -> list[tuple[str, float, float]]:
+    """Return where range rings are drawn."""
+    return [] if order.place is None else [("radar", *order.place[:2])]
+
+
+def _content(order: Order, tracks, rows) -> dict:
+    """Return the results as JSON has them: a record for each track, and what was skipped."""
+    import driftwise
+
+    return {
+        "driftwise": driftwise.__version__, "files": order.files, "speed": order.pace, "origin": tracks.origin,
+        "tracks": [r.as_dict() for r in rows],
+        "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
+    }  # fmt: skip
+
+
+@contextmanager
+def _progress(what: str, quiet: bool):
+    """Show a bar on standard error for what takes longer than a moment; yield a function of the share that is done."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
