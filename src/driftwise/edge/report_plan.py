@@ -53,7 +53,7 @@ def plan(rows, shown: int, sites=()) -> Any:
     told = [("plot", [dots])]
     some = _ellipses(rows, shown, extent)
     if some["x"]:
-        look = {"line_color": "colour", "fill_color": "colour", "fill_alpha": 0.08, "line_alpha": 0.45}
+        look: Any = {"line_color": "colour", "fill_color": "colour", "fill_alpha": 0.08, "line_alpha": 0.45}
         told.append(
             ("95 % of the position", [fig.ellipse("x", "y", "width", "height", source=ColumnDataSource(some), **look)])
         )
@@ -77,7 +77,7 @@ def _blank():
     from bokeh.models import DataRange1d
     from bokeh.plotting import figure
 
-    ranges = {"x_range": DataRange1d(range_padding=0.06), "y_range": DataRange1d(range_padding=0.06)}
+    ranges: Any = {"x_range": DataRange1d(range_padding=0.06), "y_range": DataRange1d(range_padding=0.06)}
     fig: Any = figure(height=640, tools="", match_aspect=True, **ranges)
     return dress(fig, "East (km)", "North (km)")
 
@@ -159,10 +159,10 @@ def _heads(fig, rows, shown: int) -> None:
             x, y = (float(metres) / 1000 for metres in trace.position[known[-1]])
             for name, cell in zip(names, (x, y, colour(k, shown), r.called)):
                 names[name].append(cell)
-    look = {"marker": "triangle", "size": 11, "color": "colour", "line_color": "#ffffff"}
+    look: Any = {"marker": "triangle", "size": 11, "color": "colour", "line_color": "#ffffff"}
     fig.scatter("x", "y", angle="angle", source=ColumnDataSource(heads), **look)
     look = {"text_font": value(FONT), "text_font_size": "12px", "text_color": "colour", "x_offset": 8, "y_offset": -4}
-    halo = {"background_fill_color": "#ffffff", "background_fill_alpha": 0.75}
+    halo: Any = {"background_fill_color": "#ffffff", "background_fill_alpha": 0.75}
     fig.text("x", "y", "text", source=ColumnDataSource(names), **look, **halo)
 
 
@@ -176,9 +176,9 @@ def _rings(fig, sites, rows, extent: float) -> None:
     step = 10.0 ** np.floor(np.log10(max(extent, 1e-3)))
     step *= 1 if extent / step > 4 else 0.5 if extent / step > 2 else 0.2
     turn = np.linspace(0, 2 * np.pi, 181)
-    quiet = {"line_color": "#b3bcc6", "line_width": 1, "line_dash": "dotted"}
-    said = {"text_font": value(FONT), "text_font_size": "11px", "text_color": "#7b8794", "text_align": "center"}
-    halo = {"background_fill_color": "#ffffff", "background_fill_alpha": 0.75, "text_baseline": "middle"}
+    quiet: Any = {"line_color": "#b3bcc6", "line_width": 1, "line_dash": "dotted"}
+    said: Any = {"text_font": value(FONT), "text_font_size": "11px", "text_color": "#7b8794", "text_align": "center"}
+    halo: Any = {"background_fill_color": "#ffffff", "background_fill_alpha": 0.75, "text_baseline": "middle"}
     for name, east, north in sites:
         site = np.array([east, north]) / 1000
         reach, to = float(np.nanmax(np.linalg.norm(positions - site, axis=1))), middle - site

@@ -80,10 +80,10 @@ class Panels:
     spanned = (ALTITUDE, SPEED, TURN, EAST, NORTH, NIS)
 
     def _draw(self):
-        from bokeh.models import Range1d, Span  # type: ignore[attr-defined]
+        from bokeh.models import Span  # type: ignore[attr-defined]
 
         first = dict(zip(self.spanned, self.spans[0][1:]))
-        self._range = {name: Range1d(*first[name]) for name in self.spanned}
+        self._range = {name: _range(first[name]) for name in self.spanned}
         if self.has_altitude:
             yield ALTITUDE, self._curve(ALTITUDE, "altitude (m)", LINES[5])
         yield SPEED, self._curve(SPEED, "speed (m/s)", LINES[0])
@@ -112,9 +112,7 @@ class Panels:
         return fig
 
     def _probability(self):
-        from bokeh.models import Range1d
-
-        fig = self._panel("manoeuvre", Range1d(0, 1.04))
+        fig = self._panel("manoeuvre", _range((0.0, 1.04)))
         fig.varea("t", "zero", PROBABILITY, source=self.shown, color=PALETTE["alert"], alpha=0.22)
         drawn = fig.line("t", PROBABILITY, source=self.shown, color=PALETTE["alert"], width=1.6)
         fig.scatter(
@@ -164,6 +162,12 @@ class Panels:
         running = part[NIS][np.isfinite(part[NIS])]
         found.append((0.0, max(2.5, 1.15 * float(running.max(initial=0.0)))))
         return [tuple(map(float, pair)) for pair in found]
+
+
+def _range(span) -> Any:
+    from bokeh.models import Range1d
+
+    return Range1d(start=span[0], end=span[1])
 
 
 def altitude(track):

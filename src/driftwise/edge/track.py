@@ -129,14 +129,10 @@ def make(order: Order) -> Any:
 
 
 def _read(order: Order):
-    from driftwise.tracking.placed import joined
     from driftwise.tracking.read import read_plots
 
-    parts: list[Any] = []
-    for file in order.files:
-        with _progress(f"reading {os.path.basename(file)}", order.quiet) as advance:
-            parts.append(read_plots(file, site=order.place, sites=order.sites, progress=advance))
-    return joined(parts)
+    with _progress(f"reading {order.title}", order.quiet) as advance:
+        return read_plots(list(order.files), site=order.place, sites=order.sites, progress=advance)
 
 
 def deliver(order: Order, tracks, took: str) -> None:
@@ -168,7 +164,7 @@ def deliver(order: Order, tracks, took: str) -> None:
 
 def _sites(order: Order) -> list[tuple[str, float, float]]:
     """Return where range rings are drawn."""
-    return [] if order.place is None else [("radar", *order.place[:2])]
+    return [] if order.place is None else [("radar", order.place[0], order.place[1])]
 
 
 def _content(order: Order, tracks, rows) -> dict:

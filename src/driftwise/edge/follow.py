@@ -1,0 +1,145 @@
+"""`driftwise track --follow`: plots as they come, tracks as they grow."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from contextlib import contextmanager
+from math import degrees, isfinite
+from time import perf_counter
+from typing import Any
+
+from driftwise.edge.growing import Growing
+from driftwise.edge.live_plots import LivePlots
+from driftwise.edge.track import Order, deliver, make
+from driftwise.errors import InputError
+
+__all__ = ["follow"]
+
+REFRESH = 0.5  # s between two pictures of the live table
+SHARE = 0.2  # of the time that may go into drawing
+
+
+def follow(order: Order) -> None:
+    """Take plots until the input ends or Ctrl-C is pressed; then write and print as for a file that is complete."""
+    start = perf_counter()
+    source, live, tracker = Growing(order.files[0]), LivePlots(order.title, order.place), make(order)
+    with _told(order) as tell, _ended_by_signal():
+        try:
+            while not source.has_ended:
+                data, begins = source.read()
+                tell(tracker, _feed(tracker, live.take(data, begins)) if data else [])
+        except KeyboardInterrupt:
+            pass
+        finally:
+            source.close()
+        events = _feed(tracker, live.take(source.rest())) + tracker.finish()
+        tell(tracker, events)
+    if not tracker.counts["plots"]:
+        raise InputError(f"{order.title}: nothing came that is a plot: a time and a position on every line")
+    deliver(order, tracker.tracks, f"followed for {perf_counter() - start:.1f} s")
+
+
+def _feed(tracker, plots) -> list[Any]:
+    return [] if plots is None else tracker.feed(plots)
+
+
+@contextmanager
+def _ended_by_signal():
+    """Let a request to terminate end the run as Ctrl-C does."""
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    old = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, old)
+
+
+@contextmanager
+def _told(order: Order):
+    """Yield a function of the tracker and of events that tells what is new: in a table, or in lines of JSON."""
+    if order.quiet:
+        yield lambda tracker, events: None
+    elif sys.stdout.isatty():
+        from rich.live import Live
+
+        from driftwise.edge.terminal import console
+
+        with Live(console=console(), auto_refresh=False, transient=True) as shown:
+            yield _Picture(shown)
+    else:
+        yield _Lines()
+
+
+class _Picture:
+    """The table of tracks on a terminal, drawn no more often than it is worth."""
+
+    def __init__(self, shown):
+        self.shown, self.next, self.seen = shown, 0.0, -1
+
+    def __call__(self, tracker, events) -> None:
+        begin = perf_counter()
+        if begin < self.next or tracker.counts["plots"] == self.seen:
+            return
+        from rich.console import Group
+        from rich.text import Text
+
+        from driftwise.edge import track_words
+        from driftwise.edge.terminal_tracks import MOST, table_of
+
+        rows = track_words.rows(tracker.tracks)
+        told = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
+        told += f" ({MOST} shown)" if len(rows) > MOST else ""
+        last = tracker.events[-1:]
+        words = [f"track {e.track} {e.kind}: {e.words}" for e in last]
+        head = Text(" \u00b7 ".join([told, *words, "Ctrl-C ends"]), style="dim")
+        self.shown.update(Group(head, table_of(rows)) if rows else head, refresh=True)
+        self.seen = tracker.counts["plots"]
+        self.next = perf_counter() + max(REFRESH, (perf_counter() - begin) / SHARE)
+
+
+class _Lines:
+    """A line of JSON for every event, and for every plot that made an estimate of a confirmed track."""
+
+    def __init__(self):
+        self.rows: dict[int, int] = {}  # of every track, those that were told
+
+    def __call__(self, tracker, events) -> None:
+        try:
+            for event in events:
+                _say({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
+            if tracker.counts["plots"]:
+                for track in tracker.tracks:
+                    self._estimates(track)
+            sys.stdout.flush()
+        except BrokenPipeError:  # nobody reads any more
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise KeyboardInterrupt from None
+
+    def _estimates(self, track) -> None:
+        trace = track.trace
+        for k in range(self.rows.get(track.id, 0), len(trace.time)):
+            (east, north), (east_sd, north_sd) = trace.position[k].tolist(), trace.position_sd[k].tolist()
+            _say(
+                {
+                    "estimate": track.key or track.id, "time": trace.time[k], "track": track.id, "name": track.name,
+                    "east": east, "north": north, "east_sd": east_sd, "north_sd": north_sd,
+                    "speed": trace.speed[k], "speed_sd": trace.speed_sd[k], "course": trace.course[k],
+                    "turn_rate_deg": degrees(trace.turn_rate[k]), "turn_rate_deg_sd": degrees(trace.turn_rate_sd[k]),
+                    "manoeuvre": trace.manoeuvre[k],
+                }
+            )  # fmt: skip
+        self.rows[track.id] = len(trace.time)
+
+
+def _say(content: dict) -> None:
+    """Write a line of JSON; what is not finite becomes null."""
+    plain = {
+        name: None if isinstance(value, float) and not isfinite(value) else value for name, value in content.items()
+    }
+    sys.stdout.write(json.dumps(plain, ensure_ascii=False) + "\n")

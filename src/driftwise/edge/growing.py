@@ -1,0 +1,88 @@
+"""The lines of a file that is being written, or of standard input, as they are completed."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from time import sleep
+
+__all__ = ["Growing"]
+
+MOST = 1 << 22  # bytes taken at a time
+
+
+class Growing:
+    """Hands out complete lines; a file may be truncated and begun anew, or moved away and another put in its place.
+
+    Bad at: a file that is cut and has grown beyond its old length between two looks; it is then read on from there.
+
+    Parameters
+    ----------
+    path : file, or "-" for standard input
+    pause : s between two looks at a file
+    """
+
+    def __init__(self, path: str, pause: float = 0.1):
+        self.path, self.pause = path, pause
+        self.has_ended = False  # a pipe was closed: nothing more will come
+        self._partial = b""
+        self._file = sys.stdin.buffer.raw if path == "-" else open(path, "rb", buffering=0)  # type: ignore
+
+    def read(self) -> tuple[bytes, bool]:
+        """Return complete lines, b"" where none came within the pause, and whether they begin another file."""
+        if self.path == "-":
+            return self._piped(), False
+        data = self._file.read(MOST) or b""
+        if data:
+            return self._complete(data), False
+        return self._replaced() if self._is_other() else (self._wait(), False)
+
+    def rest(self) -> bytes:
+        """Return the last line if it was never completed."""
+        rest, self._partial = self._partial, b""
+        return rest
+
+    def close(self) -> None:
+        if self.path != "-":
+            self._file.close()
+
+    def _piped(self) -> bytes:
+        ready, _, _ = select.select([self._file], [], [], self.pause)
+        if not ready:
+            return b""
+        data = self._file.read(MOST)
+        self.has_ended = data == b""
+        return self._complete(data or b"")
+
+    def _complete(self, data: bytes) -> bytes:
+        lines, end, rest = (self._partial + data).rpartition(b"\n")
+        self._partial = rest
+        return lines + end
+
+    def _wait(self) -> bytes:
+        sleep(self.pause)
+        return b""
+
+    def _is_other(self) -> bool:
+        """Say whether the path now names another file, or the same one cut short."""
+        try:
+            now = os.stat(self.path)
+        except FileNotFoundError:
+            return False  # moved away: the new one is to come
+        old = os.fstat(self._file.fileno())
+        return (now.st_dev, now.st_ino) != (old.st_dev, old.st_ino) or now.st_size < self._file.tell()
+
+    def _replaced(self) -> tuple[bytes, bool]:
+        """Return the end of a file that was moved away, then turn to the new one."""
+        data = self._file.read(MOST) or b""
+        if data:
+            return self._complete(data), False
+        cut = os.fstat(self._file.fileno()).st_size < self._file.tell()
+        rest = b"" if cut else self.rest()
+        self._partial = b""
+        if rest:
+            return rest + b"\n", False
+        self._file.close()
+        self._file = open(self.path, "rb", buffering=0)
+        return self._complete(self._file.read(MOST) or b""), True

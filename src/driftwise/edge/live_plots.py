@@ -1,0 +1,150 @@
+"""Plots from lines of CSV or JSON as they come, the same that reading the whole file at once would give."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+from driftwise.errors import InputError
+
+__all__ = ["LivePlots"]
+
+PATIENCE = 100  # lines that may be unreadable at the beginning
+DAY = 86400.0
+
+
+class LivePlots:
+    """Turns lines into `Plots`.
+
+    Each stretch of lines is read below the head of the file and the last line of every object, so that what repeats is
+    left out, and midnights are counted, as in the whole file. That holds for files in order of time.
+
+    Parameters
+    ----------
+    title : what the file is called in faults
+    site : (latitude, longitude[, height]) of a radar whose ranges and azimuths these are
+    """
+
+    def __init__(self, title: str, site=None):
+        self.title, self.site = title, site
+        self.kind = ""
+        self.origin: tuple[float, float] | None = None
+        self._waiting: list[bytes] = []
+        self._head: list[bytes] = []
+        self._last: dict[str, bytes] = {}  # of every object its last line, in the order in which they came
+        self._line = 0  # lines that were taken in
+        self._newest: float | None = None
+
+    def take(self, data: bytes, begins: bool = False):
+        """Return the plots of complete lines; None where there is nothing yet. ``begins``: of another file."""
+        lines = [line + b"\n" for line in data.split(b"\n")[: data.count(b"\n")]]
+        if data and not data.endswith(b"\n"):
+            lines.append(data.rpartition(b"\n")[2] + b"\n")
+        if begins:
+            self._line = 0
+            if self._head and lines[: len(self._head)] == self._head:
+                lines, self._line = lines[len(self._head) :], len(self._head)
+        lines = self._waiting + lines
+        self._waiting = []
+        if not any(line.strip() for line in lines):
+            return None
+        if not self.kind and not self._is_begun(lines):
+            return None
+        first = self._line + 1
+        if not self._line:
+            lines = lines[len(self._head) :]
+            first += len(self._head)
+        self._line = first - 1 + len(lines)
+        return self._plots(lines, first) if lines else None
+
+    def _is_begun(self, lines: list[bytes]) -> bool:
+        """Say whether the lines are enough to tell what they are; then the head is known."""
+        from driftwise.tracking.read import kind_of
+
+        data = b"".join(lines)
+        kind = kind_of(data, self.title)
+        if kind not in ("CSV", "JSON"):
+            raise InputError(f"{self.title} is {kind}; --follow reads CSV with a header, or a JSON object on each line")
+        try:
+            rows = self._table(data, kind).rows
+        except InputError:
+            if len(lines) > PATIENCE:
+                raise
+            self._waiting = lines
+            return False
+        self.kind = kind
+        self._head = lines[: int(rows[0]) - 1] if kind == "CSV" else []
+        return True
+
+    def _table(self, data: bytes, kind: str):
+        from driftwise.tracking.records import json_records, record_table
+        from driftwise.tracking.tables import csv_table
+
+        if kind == "CSV":
+            return csv_table(data, self.title)
+        records, at, faults = json_records(data, self.title)
+        return record_table(records, at, self.title, faults)
+
+    def _plots(self, lines: list[bytes], first: int):
+        """Return the plots of lines, the first of which has this number in the file."""
+        from driftwise.tracking.plots import Fault, plots
+        from driftwise.tracking.tables import read_table
+
+        above = [*self._head, *self._last.values()]
+        known = len(above)
+        try:
+            table = self._table(b"".join([*above, *lines]), self.kind)
+            found, used = read_table(table, site=self.site, origin=self.origin)
+        except InputError as error:
+            if self._newest is None:
+                raise
+            return plots([], [], origin=self.origin, faults=[Fault(self.title, first, str(error))])
+        old = table.rows <= known
+        if old.any():
+            before, _ = read_table(_chosen(table, old), site=self.site, origin=self.origin or found.origin)
+            found = _without(found, before)
+            if len(before) and self._newest is not None and used["time"].unit in ("time of day", "s of day", "s"):
+                days = round((self._newest - float(before.time.max())) / DAY)
+                found = replace(found, time=found.time + DAY * days)
+        faults = [replace(f, offset=f.offset - known + first - 1) for f in found.faults if f.offset > known]
+        self.origin = self.origin or found.origin
+        if len(found):
+            self._newest = max(float(found.time.max()), found.time[0] if self._newest is None else self._newest)
+        self._remember(table, ~old, [*above, *lines], used)
+        return replace(found, faults=tuple(faults))
+
+    def _remember(self, table, new, lines: list[bytes], used) -> None:
+        """Keep the last line of every object."""
+        column = used.get("key") or used.get("name")
+        keys = table.columns[column.name].to_pylist() if column else [""] * len(table.rows)
+        for row in new.nonzero()[0]:
+            key = str(keys[row])
+            self._last.pop(key, None)
+            self._last[key] = lines[int(table.rows[row]) - 1]
+
+
+def _chosen(table, rows) -> Any:
+    """Return some rows of a table."""
+    import pyarrow as pa
+
+    mask = pa.array(rows)
+    columns = {name: column.filter(mask) for name, column in table.columns.items()}
+    return replace(table, columns=columns, rows=table.rows[rows], faults=())
+
+
+def _without(found, before):
+    """Return plots less those that were there before."""
+    import numpy as np
+
+    seen = Counter(_marks(before))
+    keep = np.ones(len(found), bool)
+    for k, mark in enumerate(_marks(found)):
+        if seen[mark] > 0:
+            seen[mark] -= 1
+            keep[k] = False
+    return found[keep]
+
+
+def _marks(plots):
+    return zip(plots.time.tolist(), map(tuple, plots.position.tolist()), plots.key.tolist(), plots.sensor.tolist())
