@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from driftwise.edge.figure import LINES, PALETTE
-from driftwise.edge.report_axes import FONT, dress, single
+from driftwise.edge.report_axes import FONT, dress, legend, single
 from driftwise.edge.thin import together
-from driftwise.edge.track_words import stretches, when
+from driftwise.edge.track_words import when
 
 __all__ = ["colour", "plan"]
 
@@ -35,28 +35,24 @@ def plan(rows, shown: int, sites=()) -> Any:
     """
     from bokeh.models import ColumnDataSource
 
-    fig, extent = _blank(), _extent(rows, sites)
-    _rings(fig, sites, rows, extent)
+    paths = [r.track.trace.position / 1000 for r in rows]  # km
+    fig, extent = _blank(), _extent(paths)
+    _rings(fig, sites, paths, extent)
     dots = _plots(fig, rows)
     lines: dict[str, list] = {"x": [], "y": [], "colour": [], "width": [], "track": [], "said": []}
     wide: dict[str, list] = {"x": [], "y": [], "colour": []}
-    for k, r in enumerate(rows):
-        for name, value in zip(
-            lines, (*_path(r, len(rows)), colour(k, shown), 1.8 if k < shown else 0.9, r.called, _said(r))
-        ):
-            lines[name].append(value)
-        km = r.track.trace.position / 1000
-        for a, b in stretches(r.track.trace):
-            i = slice(max(a - 1, 0), b)
-            for name, value in zip(wide, (single(km[i, 0]), single(km[i, 1]), colour(k, shown))):
-                wide[name].append(value)
+    for k, (r, path) in enumerate(zip(rows, paths)):
+        i = together(max(LINE_POINTS // len(rows), 40), path[:, 0], path[:, 1])
+        line = single(path[i, 0]), single(path[i, 1]), colour(k, shown), 1.8 if k < shown else 0.9, r.called, _said(r)
+        _add(lines, *line)
+        for a, b in r.spans:
+            _add(wide, *single(path[max(a - 1, 0) : b]).T, colour(k, shown))
     told = [("plot", [dots])]
-    some = _ellipses(rows, shown, extent)
+    some = _ellipses(rows[:shown], shown, extent)
     if some["x"]:
         look: Any = {"line_color": "colour", "fill_color": "colour", "fill_alpha": 0.08, "line_alpha": 0.45}
-        told.append(
-            ("95 % of the position", [fig.ellipse("x", "y", "width", "height", source=ColumnDataSource(some), **look)])
-        )
+        drawn = fig.ellipse("x", "y", "width", "height", "angle", source=ColumnDataSource(some), **look)
+        told.append(("95 % of the position", [drawn]))
     if wide["x"]:
         drawn = fig.multi_line("x", "y", source=ColumnDataSource(wide), color="colour", width=8, alpha=0.3)
         told.append(("manoeuvre", [drawn]))
@@ -64,13 +60,17 @@ def plan(rows, shown: int, sites=()) -> Any:
     source.selected.indices = [0] if len(rows) > 1 else []
     tracks = fig.multi_line("x", "y", source=source, color="colour", width="width", nonselection_alpha=0.8)
     tracks.selection_glyph = tracks.glyph.clone(line_width=3.2)
-    _heads(fig, rows, shown)
+    _heads(fig, rows, paths, shown)
     _tools(fig, tracks)
     fig.x_range.renderers = fig.y_range.renderers = [tracks, dots]
-    from driftwise.edge.report_axes import legend
-
     legend(fig, told)
     return fig
+
+
+def _add(columns: dict[str, list], *values) -> None:
+    """Append a row to columns."""
+    for column, value in zip(columns.values(), values, strict=True):
+        column.append(value)
 
 
 def _blank():
@@ -93,19 +93,12 @@ def _tools(fig, tracks) -> None:
     fig.js_on_event("doubletap", CustomJS(args={"figure": fig}, code="figure.reset.emit()"))
 
 
-def _extent(rows, sites) -> float:
-    """Return the larger side of what is drawn, km."""
+def _extent(paths) -> float:
+    """Return the larger side of what the tracks take, km."""
     import numpy as np
 
-    ends = np.array([f(r.track.trace.position, axis=0) for r in rows for f in (np.nanmin, np.nanmax)])
-    return float(max(np.nanmax(ends, axis=0) - np.nanmin(ends, axis=0))) / 1000 or 1.0
-
-
-def _path(r, count: int):
-    """Return East and North of a track in km, thinned where its extremes allow."""
-    position = r.track.trace.position
-    i = together(max(LINE_POINTS // count, 40), position[:, 0], position[:, 1])
-    return single(position[i, 0] / 1000), single(position[i, 1] / 1000)
+    ends = np.array([f(path, axis=0) for path in paths for f in (np.nanmin, np.nanmax)])
+    return float(max(ends.max(axis=0) - ends.min(axis=0))) or 1.0
 
 
 def _said(r) -> str:
@@ -126,20 +119,23 @@ def _ellipses(rows, shown: int, extent: float) -> dict:
     """Return 95 % ellipses along the tracks where they are large enough to be seen."""
     import numpy as np
 
-    found: dict[str, list] = {"x": [], "y": [], "width": [], "height": [], "colour": []}
-    most = max(ELLIPSES // max(len(rows[:shown]), 1), 4)
-    for k, r in enumerate(rows[:shown]):
+    found: dict[str, list] = {"x": [], "y": [], "width": [], "height": [], "angle": [], "colour": []}
+    most = max(ELLIPSES // max(len(rows), 1), 4)
+    for k, r in enumerate(rows):
         trace = r.track.trace
-        size = 2 * RADIUS95 * trace.position_sd / 1000
-        large = np.flatnonzero((size.max(axis=1) > VISIBLE * extent) & (size.max(axis=1) < 0.5 * extent))
-        for i in large[:: -(-len(large) // most) or 1]:
-            x, y = trace.position[i] / 1000
-            for name, value in zip(found, (x, y, size[i, 0], size[i, 1], colour(k, shown))):
-                found[name].append(value if isinstance(value, str) else float(value))
+        position, size = trace.position, 2 * RADIUS95 * trace.position_sd.max(axis=1) / 1000
+        large = np.flatnonzero((size > VISIBLE * extent) & (size < 0.5 * extent))
+        large = large[:: -(-len(large) // most) or 1]
+        size, axes = np.linalg.eigh(trace.spread[large][:, ::3, ::3])  # East and North
+        size = 2 * RADIUS95 * np.sqrt(np.maximum(size, 0.0)) / 1000
+        for i, (height, width), axis in zip(large, size, axes):
+            x, y = position[i] / 1000
+            angle = np.arctan2(axis[1, 1], axis[0, 1])
+            _add(found, *map(float, (x, y, width, height, angle)), colour(k, shown))
     return found
 
 
-def _heads(fig, rows, shown: int) -> None:
+def _heads(fig, rows, paths, shown: int) -> None:
     """Draw where each track was last, which way it went (there and half way), and its name."""
     import numpy as np
     from bokeh.core.properties import value
@@ -147,18 +143,16 @@ def _heads(fig, rows, shown: int) -> None:
 
     heads: dict[str, list] = {"x": [], "y": [], "angle": [], "colour": []}
     names: dict[str, list] = {"x": [], "y": [], "colour": [], "text": []}
-    for k, r in enumerate(rows):
-        trace = r.track.trace
-        known = np.flatnonzero(np.isfinite(trace.course) & np.isfinite(trace.position).all(axis=1))
-        for i in (known[-1:], known[len(known) // 2 : len(known) // 2 + 1])[: 2 if k < shown else 1]:
-            for j in i:
-                x, y = (float(metres) / 1000 for metres in trace.position[j])
-                for name, cell in zip(heads, (x, y, -float(np.radians(trace.course[j])), colour(k, shown))):
-                    heads[name].append(cell)
-        if len(known) and k < NAMED:
-            x, y = (float(metres) / 1000 for metres in trace.position[known[-1]])
-            for name, cell in zip(names, (x, y, colour(k, shown), r.called)):
-                names[name].append(cell)
+    for k, (r, path) in enumerate(zip(rows, paths)):
+        course = r.track.trace.course
+        known = np.flatnonzero(np.isfinite(course) & np.isfinite(path).all(axis=1))
+        if not len(known):
+            continue
+        last, middle = known[-1], known[len(known) // 2]
+        for i in (last, middle) if k < shown else (last,):
+            _add(heads, *map(float, (*path[i], -np.radians(course[i]))), colour(k, shown))
+        if k < NAMED:
+            _add(names, *map(float, path[last]), colour(k, shown), r.called)
     look: Any = {"marker": "triangle", "size": 11, "color": "colour", "line_color": "#ffffff"}
     fig.scatter("x", "y", angle="angle", source=ColumnDataSource(heads), **look)
     look = {"text_font": value(FONT), "text_font_size": "12px", "text_color": "colour", "x_offset": 8, "y_offset": -4}
@@ -166,12 +160,12 @@ def _heads(fig, rows, shown: int) -> None:
     fig.text("x", "y", "text", source=ColumnDataSource(names), **look, **halo)
 
 
-def _rings(fig, sites, rows, extent: float) -> None:
+def _rings(fig, sites, paths, extent: float) -> None:
     """Draw range rings about the sites, at round distances as far as the tracks go, labelled towards these."""
     import numpy as np
     from bokeh.core.properties import value
 
-    positions = np.concatenate([r.track.trace.position for r in rows]) / 1000
+    positions = np.concatenate(paths)
     middle = (np.nanmin(positions, axis=0) + np.nanmax(positions, axis=0)) / 2
     step = 10.0 ** np.floor(np.log10(max(extent, 1e-3)))
     step *= 1 if extent / step > 4 else 0.5 if extent / step > 2 else 0.2

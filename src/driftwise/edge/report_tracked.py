@@ -170,19 +170,6 @@ def _range(span) -> Any:
     return Range1d(start=span[0], end=span[1])
 
 
-def altitude(track):
-    """Return the altitude at each row of the trace of a track, NaN where nothing tells."""
-    import numpy as np
-
-    values, T = np.asarray(track.altitude, float), len(track.trace.time)
-    if len(values) == T:
-        return values
-    known = np.isfinite(values)
-    if not known.any():
-        return np.full(T, np.nan)
-    return np.interp(track.trace.time, track.plots.time[known], values[known])
-
-
 def running_mean(values, width: int):
     """Return the mean of the last ``width`` values that are there, NaN until so many came."""
     import numpy as np
@@ -201,18 +188,17 @@ def _columns(track, most: int) -> dict:
     import numpy as np
 
     trace = track.trace
-    rate, rate_sd = np.degrees(trace.turn_rate), np.degrees(trace.turn_rate_sd)
-    half = trace.band(0.95)
+    time, speed, rate, half = np.asarray(trace.time, float), trace.speed, np.degrees(trace.turn_rate), trace.band(0.95)
     found = {
-        "t": np.asarray(trace.time, float), "k": np.arange(len(trace.time)), ALTITUDE: altitude(track),
-        SPEED: trace.speed, TURN: rate, PROBABILITY: trace.manoeuvre,
+        "t": time, "k": np.arange(len(time)), ALTITUDE: np.asarray(track.altitude, float),
+        SPEED: speed, TURN: rate, PROBABILITY: trace.manoeuvre,
         EAST: trace.innovation[:, 0], NORTH: trace.innovation[:, 1],
-        NIS: running_mean(trace.nis, RUN), "nis_one": trace.nis, "zero": np.zeros(len(trace.time)),
+        NIS: running_mean(trace.nis, RUN), "nis_one": trace.nis, "zero": np.zeros(len(time)),
         "onset": np.where(trace.onset, 0.96, np.nan),
     }  # fmt: skip
     for name, middle, width in (
-        (SPEED, trace.speed, 1.96 * trace.speed_sd), (TURN, rate, 1.96 * rate_sd),
-        (EAST, 0 * half[:, 0], half[:, 0]), (NORTH, 0 * half[:, 1], half[:, 1]),
+        (SPEED, speed, 1.96 * trace.speed_sd), (TURN, rate, 1.96 * np.degrees(trace.turn_rate_sd)),
+        (EAST, 0 * time, half[:, 0]), (NORTH, 0 * time, half[:, 1]),
     ):  # fmt: skip
         found[f"{name}_low"], found[f"{name}_high"] = edges(middle, width)
     i = together(most, *(found[name] for name in (ALTITUDE, SPEED, TURN, PROBABILITY, EAST, NORTH)))

@@ -75,9 +75,10 @@ def _cards(rows, faults) -> list[str]:
         return []
     start, end = min(r.start for r in rows), max(r.end for r in rows)
     plots, missed = sum(r.plots for r in rows), sum(r.missed for r in rows)
+    objects = track_words.objects(rows)
     value, _, unit = lasting(end - start).partition(" ")
     there = [
-        html.card("Objects", str(len(rows)), "seen often enough to be followed"),
+        html.card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
         html.card("Time", value, "first plot to last", unit=unit),
         html.card("Plots", str(plots), f"{missed} missed, {len(faults)} records skipped"),
     ]
@@ -160,7 +161,8 @@ def _option(r) -> str:
 
 def _table(rows) -> str:
     words = (
-        "The busiest first. NIS should be about 1, and the 95 % bands hold 95 %; the first 12 plots settle the noise."
+        "The busiest first. NIS should be about 1, and the 95 % bands hold 95 %; the first 3 plots settle speed and "
+        "noise."
     )
     if len(rows) > TABLE:
         words += f" {TABLE} of {len(rows)} tracks are listed."

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 from driftwise.edge.wording import fixed, number
 from driftwise.workflow.clock_words import instant, lasting
 
-__all__ = ["HEAD", "Row", "cells", "clock", "faults_told", "lead", "mean", "row", "rows", "stretches", "times", "when"]
+__all__ = ["HEAD", "Row", "cells", "clock", "faults_told", "lead", "mean", "objects", "row", "rows", "times", "when"]
 
-SETTLE = 12  # plots before the error bars of a track are judged
 DATED = 1e8  # s: times beyond are Unix times
 MANOEUVRE = 0.5  # probability from which a track is said to manoeuvre
+PAUSE = 2  # rows between two stretches that are one manoeuvre
+COURSE = 30.0  # degrees: a course of a larger deviation is not known
 TURNED = 30.0  # degrees from which a manoeuvre is called a turn
 HEAD = (
     "track", "name", "from", "to", "plots", "missed", "speed m/s", "manoeuvres", "NIS", "in 95 %", "status"
@@ -43,6 +44,7 @@ class Row(NamedTuple):
     coverage: float  # share, of both coordinates
     status: str
     turns: tuple[Turn, ...]
+    spans: tuple[tuple[int, int], ...]  # of rows of its trace in which it manoeuvred
 
     @property
     def called(self) -> str:
@@ -51,85 +53,63 @@ class Row(NamedTuple):
 
     def as_dict(self) -> dict:
         """Return the row by names; the track itself is its number."""
-        return {**self._asdict(), "track": self.track.id, "turns": [turn._asdict() for turn in self.turns]}
+        told = {name: value for name, value in self._asdict().items() if name not in ("track", "spans")}
+        return {"track": self.track.id, **told, "turns": [turn._asdict() for turn in self.turns]}
 
 
 def row(track) -> Row:
-    """Return what is told of a track.
-
-    Missed are the scans without a plot: those that its trace steps over, and those that lie between two plots, by the
-    median of the time between them. NIS and coverage leave out the first 12 plots, which
-    settle the noise; they are NaN where no more than these came.
-    """
+    """Return what is told of a track: its summary, the stretches (first row, end) in which it manoeuvred, its turns."""
     import numpy as np
 
-    trace = track.trace
-    seen = np.isfinite(trace.plot).all(axis=1)
-    judged = np.flatnonzero(seen)[SETTLE:]
-    z = trace.normal_score[judged]
-    z = z[np.isfinite(z)]
-    nis = trace.nis[judged]
-    nis = nis[np.isfinite(nis)]
-    speed = trace.speed[np.isfinite(trace.speed)]
-    return Row(
-        track=track,
-        label=track.key or f"#{track.id}",
-        name=track.name,
-        start=float(trace.time[0]),
-        end=float(trace.time[-1]),
-        plots=int(seen.sum()),
-        missed=int((~seen).sum()) + _between(trace.time),
-        speed=float(np.median(speed)) if len(speed) else float("nan"),
-        manoeuvres=len(stretches(trace)),
-        nis=float(nis.mean()) if len(nis) else float("nan"),
-        coverage=float((abs(z) <= 1.96).mean()) if len(z) else float("nan"),
-        status=track.status,
-        turns=tuple(_turns(trace)),
-    )
-
-
-def _between(time) -> int:
-    """Return how many scans fell out between the rows of a trace."""
-    import numpy as np
-
-    gaps = np.diff(time)
-    usual = float(np.median(gaps)) if len(gaps) else 0.0
-    return int((np.round(gaps[gaps > 1.5 * usual] / usual) - 1).sum()) if usual > 0 else 0
+    told, trace = track.summary(), track.trace
+    spans, course = _stretches(trace.manoeuvre), trace.course
+    known = trace.course_sd < COURSE
+    rate = np.degrees(trace.turn_rate)
+    turns = tuple(filter(None, (_turn(trace.time, course, known, rate, *span) for span in spans)))
+    names = ("start", "end", "plots", "missed", "speed", "manoeuvres", "nis", "coverage", "status")
+    return Row(track, track.key or f"#{track.id}", track.name, *(told[name] for name in names), turns, tuple(spans))
 
 
 def rows(tracks) -> list[Row]:
-    """Return the rows of tracks that were ever confirmed and have an estimate, the one with most plots first."""
-    found = [row(track) for track in tracks if track.status != "tentative" and len(track.trace.time)]
-    return sorted(found, key=lambda r: -r.plots)
+    """Return the rows of tracks, the one with most plots first."""
+    return sorted(map(row, tracks), key=lambda r: -r.plots)
 
 
 def mean(rows: list[Row], name: str) -> float:
     """Return the mean of "nis" or "coverage" over the plots of all tracks that can be judged; NaN where none can."""
-    judged = [(getattr(r, name), r.plots - SETTLE) for r in rows if getattr(r, name) == getattr(r, name)]
+    judged = [(getattr(r, name), r.plots) for r in rows if getattr(r, name) == getattr(r, name)]
     return sum(value * plots for value, plots in judged) / sum(n for _, n in judged) if judged else float("nan")
 
 
-def stretches(trace) -> list[tuple[int, int]]:
-    """Return (first row, end) of every run of rows of a trace in which a manoeuvre is more likely than not."""
+def objects(rows: list[Row]) -> int:
+    """Return how many objects the tracks are of: those of one key, and those that go on with another, are one."""
+    return len({r.track.key or r.track.follows or r.track.id for r in rows})
+
+
+def _stretches(manoeuvre) -> list[tuple[int, int]]:
+    """Return (first row, end) of every run of rows in which a manoeuvre is more likely than not."""
     import numpy as np
 
-    moving = np.concatenate(([False], np.asarray(trace.manoeuvre) > MANOEUVRE, [False]))
-    return [(int(a), int(b)) for a, b in np.flatnonzero(np.diff(moving)).reshape(-1, 2)]
+    moving = np.concatenate(([False], np.asarray(manoeuvre) > MANOEUVRE, [False]))
+    found: list[tuple[int, int]] = []
+    for a, b in np.flatnonzero(np.diff(moving)).reshape(-1, 2).tolist():
+        if found and a - found[-1][1] <= PAUSE:
+            a = found.pop()[0]
+        found.append((a, b))
+    return found
 
 
-def _turns(trace):
-    """Yield the manoeuvres by which the course changed for good."""
+def _turn(time, course, known, rate, a: int, b: int) -> Turn | None:
+    """Return the turn that a manoeuvre was, if the course was known and changed for good."""
     import numpy as np
 
-    for a, b in stretches(trace):
-        first, rows = max(a - 1, 0), slice(max(a - 1, 0), b)
-        steps = (np.diff(trace.course[rows]) + 180) % 360 - 180
-        if not len(steps) or not np.isfinite(steps).all():
-            continue
-        angle, rate = float(steps.sum()), np.degrees(trace.turn_rate[a:b])
-        if abs(angle) >= TURNED:
-            fastest = float(rate[np.nanargmax(abs(rate))]) if np.isfinite(rate).any() else float("nan")
-            yield Turn(float(trace.time[first]), float(trace.time[b - 1]), angle, fastest)
+    first = max(a - 1, 0)
+    if not known[first:b].all() or b - first < 2:
+        return None
+    angle = float(((np.diff(course[first:b]) + 180) % 360 - 180).sum())
+    if abs(angle) < TURNED:
+        return None
+    return Turn(float(time[first]), float(time[b - 1]), angle, float(rate[a:b][np.argmax(abs(rate[a:b]))]))
 
 
 def clock(time: float) -> str | None:
@@ -162,11 +142,12 @@ def lead(rows: list[Row]) -> str:
         return "No object was seen often enough to make a track."
     start, end = min(r.start for r in rows), max(r.end for r in rows)
     turning = [r for r in rows if r.turns]
-    if len(rows) == 1:
-        turned = f"and turned {times(len(rows[0].turns))}" if turning else "and did not turn"
+    if objects(rows) == 1:
+        turns = sum(len(r.turns) for r in rows)
+        turned = f"and turned {times(turns)}" if turning else "and did not turn"
         told = [f"{rows[0].called} was followed for {lasting(end - start)} {turned}."]
     else:
-        told = [f"{_count(len(rows), 'object')} in {lasting(end - start)}, {_turned(rows, turning)}."]
+        told = [f"{_count(objects(rows), 'object')} in {lasting(end - start)}, {_turned(rows, turning)}."]
     if turning:
         found, turn = max(((r, t) for r in turning for t in r.turns), key=lambda pair: abs(pair[1].angle))
         whose = f"{found.called}, " if len(rows) > 1 else ""
@@ -183,7 +164,7 @@ def _turned(rows: list[Row], turning: list[Row]) -> str:
     if not turning:
         manoeuvres = sum(r.manoeuvres for r in rows)
         return "none of which turned" if not manoeuvres else f"{_count(manoeuvres, 'manoeuvre')}, no lasting turn"
-    names = [r.called for r in turning]
+    names = list(dict.fromkeys(r.called for r in turning))
     if len(names) <= 3:
         return f"of which {' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)} turned"
     return f"{len(names)} of which turned"
