@@ -15,6 +15,7 @@ from driftwise.edge.track_words import clock
 __all__ = ["Panels"]
 
 ROWS = 16_000  # drawn of all tracks together
+CROWD = 1500  # rows from which dots are drawn smaller
 RUN = 25  # plots in the running mean of the NIS
 LIMITS = (0.647, 1.428)  # 95 % of chi-square with 2 RUN degrees of freedom, over these
 ALTITUDE, SPEED, TURN, PROBABILITY, EAST, NORTH, NIS = (
@@ -62,6 +63,7 @@ class Panels:
         self.shown = self.line.source(np.arange(ends[1]), **columns)
         self.spans = [self._span(part) for part in parts]
         self.is_thinned = any(len(part["t"]) < len(r.track.trace.time) for part, r in zip(parts, rows))
+        self.is_crowded = max(len(part["t"]) for part in parts) > CROWD
         self.has_altitude = any(np.isfinite(part[ALTITUDE]).any() for part in parts)
         first = self.spans[0]
         self.line.range.update(start=first[0][0], end=first[0][1])
@@ -126,7 +128,8 @@ class Panels:
     def _innovation(self, name: str, axis: str):
         fig = self._panel(f"{axis} (m)", self._range[name])
         fig.varea("t", f"{name}_low", f"{name}_high", source=self.shown, color=PALETTE["predicted"], alpha=0.16)
-        drawn = fig.scatter("t", name, source=self.shown, size=3.5, color=PALETTE["ink"], alpha=0.75)
+        look = {"size": 2.5, "alpha": 0.4} if self.is_crowded else {"size": 3.5, "alpha": 0.75}
+        drawn = fig.scatter("t", name, source=self.shown, color=PALETTE["ink"], **look)
         tips = (f"{axis} innovation", name), ("from", f"{name}_low"), ("to", f"{name}_high")
         self.line.hover(fig, [drawn], *tips)
         return fig
@@ -160,7 +163,7 @@ class Panels:
             top = max(1.1 * float(np.quantile(size, 0.99)), wide) if len(size) else wide
             found.append((-top, top) if top > 0 else (-1.0, 1.0))
         running = part[NIS][np.isfinite(part[NIS])]
-        found.append((0.0, max(2.5, 1.15 * float(running.max(initial=0.0)))))
+        found.append((0.0, max(2.5, 1.15 * float(np.quantile(running, 0.98)) if len(running) else 0.0)))
         return [tuple(map(float, pair)) for pair in found]
 
 

@@ -80,10 +80,15 @@ def _cards(rows, faults) -> list[str]:
     there = [
         html.card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
         html.card("Time", value, "first plot to last", unit=unit),
-        html.card("Plots", str(plots), f"{missed} missed, {len(faults)} records skipped"),
+        html.card(
+            "Plots",
+            str(plots),
+            f"{missed} missed, {track_words.count_of(track_words.skipped(faults), 'record')} skipped",
+        ),
     ]
-    turning, speeds = sum(bool(r.turns) for r in rows), [r.speed for r in rows if r.speed == r.speed]
-    moved = [html.card("Turned", str(turning), "by 30\u00b0 and more")]
+    turning, speeds = [r for r in rows if r.turns], [r.speed for r in rows if r.speed == r.speed]
+    whose = f", by {track_words.objects(turning)} of {objects}" if objects > 1 else ""
+    moved = [html.card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
     if speeds:
         moved.append(html.card("Median speed", *_speed(speeds), unit="m/s"))
     nis, held = track_words.mean(rows, "nis"), track_words.mean(rows, "coverage")
@@ -111,7 +116,7 @@ def _graded(value, good, fair) -> str:
 def _plan(parts, rows, origin) -> str:
     words = (
         "East and North in kilometres, at equal scales. Arrow heads show the direction of flight or travel; a wide "
-        "band marks where a manoeuvre is more likely than not."
+        "band marks where, over five scans, a manoeuvre was more likely than not."
     )
     if origin is not None:
         words += f" The origin lies at {_degrees(origin[0], 'NS')} {_degrees(origin[1], 'EW')}."
@@ -139,7 +144,7 @@ def _tracked(parts, rows, panels) -> str:
             " Of a long track the extremes of every stretch are drawn, so that innovations look larger than most are."
         )
     choice = _choice(rows[:CHOICE]) if len(rows) > 1 else ""
-    title = "One track over time" if len(rows) > 1 else f"{rows[0].called} over time"
+    title = "One track over time" if len(rows) > 1 else f"{rows[0].name or rows[0].track.key or 'The track'} over time"
     divs = [common.plot(parts[name]) for name in panels.figures]
     return html.section("track", title, words, choice, *divs, common.zoom_words(panels.line))
 
@@ -177,7 +182,7 @@ def _skipped(faults, told: str) -> str:
         return ""
     some = [[f.source, f.offset, f.what] for f in faults[:200]]
     return html.fold(
-        "skipped", "What was skipped", f"{len(faults)} records", told,
+        "skipped", "What was skipped", track_words.count_of(track_words.skipped(faults), "record"), told,
         html.table(["source", "at", "what is wrong"], some, text=(0, 2)),
     )  # fmt: skip
 

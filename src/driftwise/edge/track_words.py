@@ -2,30 +2,48 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 from driftwise.edge.wording import fixed, number
 from driftwise.workflow.clock_words import instant, lasting
 
-__all__ = ["HEAD", "Row", "cells", "clock", "faults_told", "lead", "mean", "objects", "row", "rows", "times", "when"]
+__all__ = [
+    "HEAD",
+    "Row",
+    "cells",
+    "clock",
+    "count_of",
+    "faults_told",
+    "skipped",
+    "lead",
+    "mean",
+    "objects",
+    "row",
+    "rows",
+    "times",
+    "when",
+]
 
 DATED = 1e8  # s: times beyond are Unix times
-MANOEUVRE = 0.5  # probability from which a track is said to manoeuvre
-PAUSE = 2  # rows between two stretches that are one manoeuvre
 COURSE = 30.0  # degrees: a course of a larger deviation is not known
-TURNED = 30.0  # degrees from which a manoeuvre is called a turn
+TURNED = 30.0  # degrees from which a change of course is called a turn
+PACE = 10.0  # degrees in a window
 HEAD = (
     "track", "name", "from", "to", "plots", "missed", "speed m/s", "manoeuvres", "NIS", "in 95 %", "status"
 )  # fmt: skip
 
 
+COUNTED = re.compile(r"(.*?)(?:: (\d+), this is the first)?$", re.DOTALL)  # a fault that stands for several
+
+
 class Turn(NamedTuple):
-    """A manoeuvre that turned a track."""
+    """A change of course."""
 
     start: float
     end: float
     angle: float  # degrees, positive to the right
-    rate: float  # degrees per second, the fastest
+    rate: float  # degrees per second, on average
 
 
 class Row(NamedTuple):
@@ -58,16 +76,11 @@ class Row(NamedTuple):
 
 
 def row(track) -> Row:
-    """Return what is told of a track: its summary, the stretches (first row, end) in which it manoeuvred, its turns."""
-    import numpy as np
-
+    """Return what is told of a track: its summary, its turns, the stretches (first row, end) in which it manoeuvred."""
     told, trace = track.summary(), track.trace
-    spans, course = _stretches(trace.manoeuvre), trace.course
-    known = trace.course_sd < COURSE
-    rate = np.degrees(trace.turn_rate)
-    turns = tuple(filter(None, (_turn(trace.time, course, known, rate, *span) for span in spans)))
     names = ("start", "end", "plots", "missed", "speed", "manoeuvres", "nis", "coverage", "status")
-    return Row(track, track.key or f"#{track.id}", track.name, *(told[name] for name in names), turns, tuple(spans))
+    numbers = (told[name] for name in names)
+    return Row(track, track.key or f"#{track.id}", track.name, *numbers, _turns(trace), _stretches(trace))
 
 
 def rows(tracks) -> list[Row]:
@@ -86,30 +99,55 @@ def objects(rows: list[Row]) -> int:
     return len({r.track.key or r.track.follows or r.track.id for r in rows})
 
 
-def _stretches(manoeuvre) -> list[tuple[int, int]]:
-    """Return (first row, end) of every run of rows in which a manoeuvre is more likely than not."""
+def _window(time) -> float:
+    """Return the time, s, over which the motion is looked at: five scans, at least 20 s."""
     import numpy as np
 
-    moving = np.concatenate(([False], np.asarray(manoeuvre) > MANOEUVRE, [False]))
-    found: list[tuple[int, int]] = []
-    for a, b in np.flatnonzero(np.diff(moving)).reshape(-1, 2).tolist():
-        if found and a - found[-1][1] <= PAUSE:
-            a = found.pop()[0]
-        found.append((a, b))
-    return found
+    return max(20.0, 5.0 * float(np.median(np.diff(time)))) if len(time) > 1 else 20.0
 
 
-def _turn(time, course, known, rate, a: int, b: int) -> Turn | None:
-    """Return the turn that a manoeuvre was, if the course was known and changed for good."""
+def _stretches(trace) -> tuple[tuple[int, int], ...]:
+    """Return (first row, end) of the runs of rows about which a manoeuvre was, on average, more likely than not."""
     import numpy as np
 
-    first = max(a - 1, 0)
-    if not known[first:b].all() or b - first < 2:
-        return None
-    angle = float(((np.diff(course[first:b]) + 180) % 360 - 180).sum())
-    if abs(angle) < TURNED:
-        return None
-    return Turn(float(time[first]), float(time[b - 1]), angle, float(rate[a:b][np.argmax(abs(rate[a:b]))]))
+    half = 0.5 * _window(trace.time)
+    sums = np.concatenate(([0.0], np.cumsum(np.nan_to_num(trace.manoeuvre))))
+    first, end = (
+        np.searchsorted(trace.time, trace.time + shift, side) for shift, side in ((-half, "left"), (half, "right"))
+    )
+    return tuple(_runs((sums[end] - sums[first]) / (end - first) > 0.5))
+
+
+def _runs(chosen) -> list[tuple[int, int]]:
+    """Return (first, end) of every run of what is chosen."""
+    import numpy as np
+
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], chosen, [False]))))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _turns(trace) -> tuple[Turn, ...]:
+    """Return where the course changed for good, by 30 degrees and more, at a pace of 10 degrees in a window."""
+    import numpy as np
+
+    course = trace.course
+    known = np.flatnonzero(trace.course_sd < COURSE)
+    if len(known) < 3:
+        return ()
+    time, half = trace.time[known], 0.5 * _window(trace.time)
+    course = np.unwrap(course[known], period=360.0)
+    swing = np.interp(time + half, time, course) - np.interp(time - half, time, course)
+    found = []
+    for a, b in (run for side in (1, -1) for run in _runs(side * swing > PACE)):
+        i, j = np.searchsorted(time, time[a] - half), np.searchsorted(time, time[b - 1] + half, "right") - 1
+        angle = float(course[j] - course[i])
+        if abs(angle) < TURNED:
+            continue
+        share = (course[i : j + 1] - course[i]) / angle
+        begin, end = time[i + int(np.flatnonzero(share <= 0.05)[-1])], time[i + int(np.flatnonzero(share >= 0.95)[0])]
+        begin = min(begin, end)
+        found.append(Turn(float(begin), float(end), angle, 0.9 * angle / float(end - begin) if end > begin else angle))
+    return tuple(sorted(found))
 
 
 def clock(time: float) -> str | None:
@@ -145,16 +183,17 @@ def lead(rows: list[Row]) -> str:
     if objects(rows) == 1:
         turns = sum(len(r.turns) for r in rows)
         turned = f"and turned {times(turns)}" if turning else "and did not turn"
-        told = [f"{rows[0].called} was followed for {lasting(end - start)} {turned}."]
+        who = rows[0].called if rows[0].name or rows[0].track.key else "One object"
+        told = [f"{who} was followed for {lasting(end - start)} {turned}."]
     else:
-        told = [f"{_count(objects(rows), 'object')} in {lasting(end - start)}, {_turned(rows, turning)}."]
+        told = [f"{count_of(objects(rows), 'object')} in {lasting(end - start)}, {_turned(rows, turning)}."]
     if turning:
         found, turn = max(((r, t) for r in turning for t in r.turns), key=lambda pair: abs(pair[1].angle))
         whose = f"{found.called}, " if len(rows) > 1 else ""
         side = "right" if turn.angle > 0 else "left"
         told.append(
             f"The longest turn: {whose}{abs(turn.angle):.0f}\u00b0 to the {side} from {when(turn.start)} "
-            f"to {when(turn.end, False)}, at up to {number(abs(turn.rate), 2)}\u00b0/s."
+            f"to {when(turn.end, False)}, at {number(abs(turn.rate), 2)}\u00b0/s."
         )
     told.append(_sure(rows))
     return " ".join(filter(None, told))
@@ -163,7 +202,7 @@ def lead(rows: list[Row]) -> str:
 def _turned(rows: list[Row], turning: list[Row]) -> str:
     if not turning:
         manoeuvres = sum(r.manoeuvres for r in rows)
-        return "none of which turned" if not manoeuvres else f"{_count(manoeuvres, 'manoeuvre')}, no lasting turn"
+        return "none of which turned" if not manoeuvres else f"{count_of(manoeuvres, 'manoeuvre')}, no lasting turn"
     names = list(dict.fromkeys(r.called for r in turning))
     if len(names) <= 3:
         return f"of which {' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)} turned"
@@ -177,26 +216,33 @@ def _sure(rows: list[Row]) -> str:
     return f"{fixed(100 * held, 1)} % of the plots fell into their 95 % bands."
 
 
+def skipped(faults) -> int:
+    """Return how many records could not be used."""
+    return sum(int(COUNTED.match(fault.what)[2] or 1) for fault in faults)  # type: ignore[index]
+
+
 def faults_told(faults) -> str:
     """Return in a sentence what could not be read, with the places of the first ones; nothing where all could."""
     if not faults:
         return ""
     kinds: dict[str, list] = {}
     for fault in faults:
-        kinds.setdefault(fault.what, []).append(fault)
-    most = sorted(kinds.items(), key=lambda item: -len(item[1]))
-    told = [f"{what}: {len(some)} (first at {_where(some)})" for what, some in most[:3]]
-    rest = sum(len(some) for _, some in most[3:])
-    return (
-        f"{_count(len(faults), 'record')} skipped \u2013 {'; '.join(told)}{f'; other reasons: {rest}' if rest else ''}."
-    )
+        what, count = COUNTED.match(fault.what).groups()  # type: ignore[union-attr]
+        kinds.setdefault(what, []).append((int(count or 1), fault.offset))
+    counts = {what: sum(n for n, _ in some) for what, some in kinds.items()}
+    most = sorted(kinds, key=lambda what: -counts[what])
+    told = [f"{what}: {counts[what]} ({_where(kinds[what])})" for what in most[:3]]
+    told += [f"for other reasons: {sum(counts[what] for what in most[3:])}"] if len(most) > 3 else []
+    return f"{count_of(sum(counts.values()), 'record')} skipped \u2013 {'; '.join(told)}."
 
 
-def _where(faults, most: int = 3) -> str:
-    return ", ".join(str(fault.offset) for fault in faults[:most])
+def _where(some, most: int = 3) -> str:
+    """Return the places of the first ones: bytes of a binary file, lines or rows of a text."""
+    places = ", ".join(str(offset) for _, offset in some[:most])
+    return f"at {places}{', ..' if len(some) > most else ''}" if some[0][0] == 1 else f"first at {places}"
 
 
-def _count(n: int, what: str) -> str:
+def count_of(n: int, what: str) -> str:
     return f"{n} {what}{'' if n == 1 else 's'}"
 
 
