@@ -20,7 +20,6 @@ RADII = (0.2, 0.4, 0.6, 0.75, 0.87)
 
 LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
 KALMAN = LINES + CURVES
-QUIET = 3  # members, the first, that a target without manoeuvre needs no more than
 
 # of a row: plots seen, time of the last, log of the typical and of the last time between plots, probability of a
 # manoeuvre, whether one was told, plots that the stated variance is worth; then per coordinate ..

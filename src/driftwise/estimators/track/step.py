@@ -5,7 +5,7 @@
     density      y ~ sum q_j N(m, kappa_j s): the tails are learnt
     evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
     noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c
-    manoeuvre    P(manoeuvre) of a two-state Markov chain: quiet members against all others
+    manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none
 
 A missing plot changes nothing but the columns: they tell where the target is by then.
 """
@@ -26,6 +26,7 @@ LOG_MEAN = 1.27  # -E log z^2, z normal
 LEARNT_BY = 12  # plots: the variance of a plot is then left to the noise of each member
 PERIODS = 50.0  # plots by which the typical time between plots is known
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
+GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 CLAIM = 10.0  # plots that a stated variance is worth
 TOLD_ABOVE, OVER_BELOW = 0.9, 0.5  # of the probability of a manoeuvre: an onset, and when another may come
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005)  # plots that each scale of the tails is worth beforehand
@@ -193,10 +194,34 @@ def tell(row, C, y, w, mean, S, out):
 
 
 @kernel
-def judge(task, row, C, y, w, mean, S, scores):
+def moves(task, row, C, i, unit):
+    """Say how a member sees the target: 1 in a manoeuvre, 0 without, -1 if it does not say.
+
+    A manoeuvre is an acceleration beyond what takes a target of the class from rest to its speed in ``GENTLE`` seconds:
+    of the state, or, where velocity is under white noise, of what that noise does between two plots.
+    """
+    least, square = task.fastest / GENTLE, 0.0
+    if i < bank.LINES:
+        T = bank.period(row)
+        for c in range(C):
+            r = unit[c] * row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
+            square = max(square, bank.STRAIGHT[i][1] * r / (T * T * T * T))
+        return 1 if i > 0 and square > least * least else 0
+    if i < bank.KALMAN:
+        for c in range(C):
+            square += row[bank.at_linear(C, i) + bank.LINEAR * c + 2] ** 2
+        return 1 if square > least * least else 0
+    if i < bank.KALMAN + bank.circles(C):
+        at = bank.at_circle(C, i - bank.KALMAN)
+        square = row[at + 4] ** 2 * (row[at + 1] ** 2 + row[at + 3] ** 2)
+        return 1 if square > least * least else 0
+    return -1
+
+
+@kernel
+def judge(task, row, C, y, unit, w, mean, S, scores):
     """Give each member the density it had for the plot, and move the probability of a manoeuvre."""
-    M, best, quiet, moving, share = bank.members(C), -math.inf, 0.0, 0.0, 0.0
-    top = -math.inf
+    M, best, top = bank.members(C), -math.inf, -math.inf
     for i in range(M):
         scores[i] = 0.0
         for c in range(C):
@@ -205,18 +230,19 @@ def judge(task, row, C, y, w, mean, S, scores):
                 scores[i] += -0.5 * math.log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
-    for i in range(M):
-        if math.isfinite(mean[i, 0]):
-            likelihood = math.exp(scores[i] - top)
-            if i < bank.QUIET:
-                quiet += w[i] * likelihood
-                share += w[i]
-            else:
-                moving += w[i] * likelihood
     tiny = 1e-12
+    quiet, still, moving, alive = tiny, tiny, tiny, tiny
+    for i in range(M):
+        how = moves(task, row, C, i, unit)
+        if how == 0:
+            quiet += w[i] * math.exp(scores[i] - top)
+            still += w[i]
+        elif how == 1:
+            moving += w[i] * math.exp(scores[i] - top)
+            alive += w[i]
     before = row[bank.MANOEUVRE] * (1.0 - task.ends) + (1.0 - row[bank.MANOEUVRE]) * task.starts
-    quiet, moving = (quiet + tiny) / (share + tiny), (moving + tiny) / (1.0 - share + tiny)
-    row[bank.MANOEUVRE] = before * moving / (before * moving + (1.0 - before) * quiet)
+    quiet, moving = (1.0 - before) * quiet / still, before * moving / alive
+    row[bank.MANOEUVRE] = moving / (moving + quiet)
     at = bank.at_weights(C)
     for i in range(M):
         if math.isfinite(mean[i, 0]):
@@ -505,7 +531,7 @@ def advance(task, row, t, y, R, out, kept):
     tell(ahead, C, z, w, mean, S, out)
     status, onset = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0
     if is_seen:
-        judge(task, ahead, C, z, w, mean, S, scores)
+        judge(task, ahead, C, z, unit, w, mean, S, scores)
         if row[bank.SEEN] >= 2.0 and learn_tails(task, ahead, C, out) > 0.5:
             status += OUTLIER
         learn_noise(ahead, C, d, z, g, unit)
