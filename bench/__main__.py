@@ -13,7 +13,7 @@ from . import verdicts as v
 
 PARTS = (
     "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "recursive", "memories",
-    "detectors", "observers", "evidence", "startup", "lengths",
+    "detectors", "observers", "tracks", "evidence", "startup", "lengths",
 )  # fmt: skip
 
 
