@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -13,47 +14,37 @@ from .live import Event, Live, Plot
 from .plots import Fault
 
 SCHEMA = 1
-TRACK = (
-    "id",
-    "key",
-    "follows",
-    "clock",
-    "name",
-    "code",
-    "status",
-    "period",
-    "count",
-    "motion",
-    "allowance",
-    "place",
-    "due",
-)
-TRACKER = ("counts", "time", "_begun", "_due", "_numbers", "_places", "_past")
-INBOX = ("newest", "held", "arrivals", "strange", "dropped")
+PLAIN = "id key follows clock name code status period count allowance place due rival".split()  # of a track
+COUNTED = "counts time begun numbers".split()  # of the targets
 
 
 def save(tracker, path) -> None:
     """Write a tracker to a file."""
-    tracks = [*tracker._live.values(), *tracker._ended]
+    targets, inbox = tracker.targets, tracker.inbox
+    tracks = [*targets.live.values(), *targets.ended]
     facts = {
         "schema": SCHEMA,
         "estimator": tracker.estimator.options,
-        "rules": tracker.rules._asdict() | {"fastest": tracker.fastest},
+        "rules": tracker.rules._asdict(),
         "origin": tracker.origin,
         "faults": [(f.source, f.offset, f.what) for f in tracker.faults],
-        "events": tracker.events,
-        "pooled": tracker.scans.pooled,
-        "inbox": {name: getattr(tracker.inbox, name) for name in INBOX},
-        "tracker": {name: getattr(tracker, name) for name in TRACKER},
-        "live": len(tracker._live),
-        "keys": {key: [t.id for t in alive] for key, alive in tracker._of_key.items()},
-        "suspects": tracker._suspects,
-        "tracks": [{name: getattr(t, name) for name in TRACK} | {"last": t.last, "events": t.events} for t in tracks],
+        "newest": inbox.newest,
+        "held": inbox.held,
+        "arrivals": inbox.arrivals,
+        "strange": inbox.strange,
+        "dropped": inbox.dropped,
+        "pooled": targets.scans.pooled,
+        "free": targets.places.free,
+        "events": targets.events,
+        "suspects": targets.suspects,
+        "past": targets.past,
+        "due": targets.due,
+        "live": len(targets.live),
+        "keys": {key: [t.id for t in alive] for key, alive in targets.of_key.items()},
+        "tracks": [_facts(track) for track in tracks],
+        **{name: getattr(targets, name) for name in COUNTED},
     }
-    arrays = {
-        "facts": np.frombuffer(json.dumps(facts).encode(), np.uint8),
-        "where": tracker._where,
-    }
+    arrays = {"facts": np.frombuffer(json.dumps(facts).encode(), np.uint8), "places": targets.places.table}
     if tracks:
         arrays |= {"states": np.stack([t.state for t in tracks]), "rows": np.concatenate([t.rows for t in tracks])}
     with open(path, "wb") as file:
@@ -66,48 +57,54 @@ def restore(kind, path):
         with np.load(path, allow_pickle=False) as file:
             arrays = dict(file)
         facts = json.loads(arrays["facts"].tobytes())
-    except (ValueError, KeyError, OSError) as error:
+    except (ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
         raise InputError(f"{path} is no file that Tracker.save wrote ({error})") from None
     if facts["schema"] != SCHEMA:
         raise InputError(f"{path} was written with schema {facts['schema']}, this version reads {SCHEMA}")
     tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
     tracker.origin = tuple(facts["origin"]) if facts["origin"] else None
     tracker.faults = [Fault(*f) for f in facts["faults"]]
-    tracker.events = [Event(*e) for e in facts["events"]]
-    tracker.scans.pooled = facts["pooled"]
-    for name, value in facts["tracker"].items():
-        setattr(tracker, name, value)
-    tracker._due = [(due, id) for due, id in tracker._due]
-    tracker._past = {key: (follows, clock) for key, (follows, clock) in tracker._past.items()}
-    for name, value in facts["inbox"].items():
-        setattr(tracker.inbox, name, value)
-    tracker.inbox.held = [(time, number, _plot(p)) for time, number, p in tracker.inbox.held]
-    tracker.inbox.strange = tracker.inbox.strange and _plot(tracker.inbox.strange)
-    tracker._suspects = {key: [_plot(p) for p in some] for key, some in facts["suspects"].items()}
-    _tracks(tracker, facts, arrays)
+    inbox = tracker.inbox
+    inbox.newest, inbox.arrivals, inbox.dropped = facts["newest"], facts["arrivals"], facts["dropped"]
+    inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
+    inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
+    _put_back(tracker.targets, facts, arrays)
     return tracker
 
 
-def _tracks(tracker, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
-    """Put the tracks back where they were."""
-    first = 0
-    for k, kept in enumerate(facts["tracks"]):
-        track = Live(kept["id"], kept["key"], arrays["states"][k].copy(), kept["follows"], kept["clock"])
-        for name in TRACK:
-            setattr(track, name, kept[name])
-        track.motion = tuple(kept["motion"])
-        track.last, track.events = _plot(kept["last"]), [Event(*e) for e in kept["events"]]
-        track.table = arrays["rows"][first : first + track.count].copy()
-        first += track.count
+def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    """Put the tracks where they were."""
+    for name in COUNTED:
+        setattr(targets, name, facts[name])
+    targets.scans.pooled = facts["pooled"]
+    targets.events = [Event(*e) for e in facts["events"]]
+    targets.suspects = {key: [_plot(p) for p in some] for key, some in facts["suspects"].items()}
+    targets.past = {key: (follows, clock) for key, (follows, clock) in facts["past"].items()}
+    targets.due = [(due, id) for due, id in facts["due"]]
+    places = targets.places
+    places.table, places.free, places.who = arrays["places"], facts["free"], [None] * len(arrays["places"])
+    tables = np.split(arrays["rows"], np.cumsum([t["count"] for t in facts["tracks"]])[:-1]) if facts["tracks"] else []
+    for k, (kept, table) in enumerate(zip(facts["tracks"], tables)):
+        track = _track(kept, arrays["states"][k].copy(), table.copy())
         if k < facts["live"]:
-            tracker._live[track.id] = track
+            targets.live[track.id] = places.who[track.place] = track
         else:
-            tracker._ended.append(track)
-    tracker._where = arrays["where"]
-    tracker._who = [None] * len(tracker._where)
-    for track in tracker._live.values():
-        tracker._who[track.place] = track
-    tracker._of_key = {key: [tracker._live[id] for id in ids] for key, ids in facts["keys"].items()}
+            targets.ended.append(track)
+    targets.of_key = {key: [targets.live[id] for id in ids] for key, ids in facts["keys"].items()}
+
+
+def _facts(track: Live) -> dict[str, Any]:
+    told = {"last": track.last, "motion": track.motion, "events": track.events}
+    return {name: getattr(track, name) for name in PLAIN} | told
+
+
+def _track(kept: dict[str, Any], state: np.ndarray, table: np.ndarray) -> Live:
+    track = Live(kept["id"], kept["key"], state, kept["follows"], kept["clock"])
+    for name in PLAIN:
+        setattr(track, name, kept[name])
+    track.table, track.last, track.motion = table, _plot(kept["last"]), tuple(kept["motion"])
+    track.events = [Event(*e) for e in kept["events"]]
+    return track
 
 
 def _plot(row) -> Plot:

@@ -27,9 +27,9 @@ class Scans:
             clock[sensor] = [time]
             return
         delta = time - seen[0]
+        seen[0] = time
         if delta <= 0:
             return
-        seen[0] = time
         seen.append(delta)
         if len(seen) > 1 + OWN:
             del seen[1]

@@ -1,0 +1,282 @@
+"""The tracks that are followed: which of them a plot belongs to, and how they begin, coast and end."""
+
+from __future__ import annotations
+
+import heapq
+import math
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimators.track import bank
+from ..estimators.track.estimator import TrackEstimator
+from .inbox import LEAP
+from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
+from .places import Places
+from .scans import Scans
+
+UNKNOWN = 30.0  # s: the scan period assumed before one is known
+REPEAT = 0.02  # scan periods: a second plot of a track within them tells the first one again
+SUSPECTS = 8  # plots set aside that are remembered for a key
+WIDE = 3.0  # gates: two plots of one new track within them, and none of the old one, are of the old one
+CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
+CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
+BASE = bank.column(2, bank.OUTPUTS.index("base"), 0), bank.column(2, bank.OUTPUTS.index("base"), 1)  # of a trace's row
+VELOCITY = bank.at_state(2) + 1, bank.at_state(2) + 4
+SPREADING = bank.at_told(2) + bank.SPREADING
+
+
+class Rules(NamedTuple):
+    """The options of a `Tracker`."""
+
+    confirm: tuple[int, int]
+    coast: float
+    gap: float
+    gate: float
+    single: bool
+    delay: float
+    fastest: float
+
+
+class Targets:
+    """What a `Tracker` follows. Plots come in order of time."""
+
+    def __init__(self, estimator: TrackEstimator, rules: Rules):
+        self.estimator, self.rules = estimator, rules
+        self.time = -math.inf  # of the last plot
+        self.begun = 0
+        self.counts = dict.fromkeys(("plots", "late", "repeated", "outliers", "discarded"), 0)
+        self.events: list[Event] = []
+        self.scans = Scans()
+        self.places = Places()
+        self.live: dict[int, Live] = {}
+        self.ended: list[Live] = []
+        self.of_key: dict[str, list[Live]] = {}
+        self.suspects: dict[str, list[Plot]] = {}
+        self.past: dict[str, tuple[int | None, dict]] = {}  # of a key: its last track, and that track's clock
+        self.due: list[tuple[float, int]] = []  # a heap: when to look at which track
+        self.numbers: dict[str, int] = {"": 0}  # of keys, names and sensors in the rows
+
+    def use(self, plot: Plot) -> None:
+        """Give a plot to its track, whichever that is."""
+        self.counts["plots"] += 1
+        if plot.time < self.time:
+            if plot.time > self.time - LEAP:
+                self.counts["late"] += 1
+                return
+            for track in list(self.live.values()):
+                self._end(track, self.time, "the clock went back")
+        self.time = plot.time
+        self.look(plot.time)
+        if plot.key or self.rules.single:
+            self._use_key(plot)
+            return
+        found, near = self._best(plot)
+        if found is None:
+            self._begin(plot).rival = near.id if near else 0
+        elif old := self._rivalled(found):
+            self.counts["discarded"] -= found.count
+            self._end(found, plot.time, f"it is track {old.id}")
+            self._extend(old, found.last)
+            self._extend(old, plot)
+        else:
+            self._extend(found, plot)
+
+    def _use_key(self, plot: Plot) -> None:
+        """Give a plot to the track of its key that it can belong to; set it aside, or begin a new one."""
+        alive = self.of_key.get(plot.key)
+        if not alive:
+            track = self._best(plot, addressed=True)[0] if CODE.match(plot.key) else None
+            if track is None:
+                self._begin(plot, *self.past.pop(plot.key, (None, {})))
+                return
+            track.code = plot.key
+            self.of_key.setdefault(plot.key, []).append(track)
+            self._extend(track, plot)
+            return
+        if fitting := [t for t in alive if self._reaches(t.last, plot, t.allowance)]:
+            self._extend(min(fitting, key=lambda t: _miss(t, plot)) if fitting[1:] else fitting[0], plot)
+            return
+        allowance = min(t.allowance for t in alive)
+        suspects = self.suspects.setdefault(plot.key, [])
+        suspects[:] = [s for s in suspects if plot.time - s.time <= self.rules.gap * (alive[0].period or UNKNOWN)]
+        agreeing = [s for s in suspects if s.time < plot.time and self._reaches(s, plot, allowance)]
+        if not agreeing:
+            suspects.append(plot)
+            del suspects[:-SUSPECTS]
+            self.counts["outliers"] += 1
+            track = min(alive, key=lambda t: _miss(t, plot))
+            self._tell(plot.time, track, "outlier", f"a plot {_miss(track, plot) / 1e3:.1f} km off is set aside")
+            return
+        first = agreeing[-1]
+        suspects.remove(first)
+        self.counts["outliers"] -= 1
+        old = alive[0]
+        if len(alive) == 1 and old.last.time <= first.time and old.key == plot.key:
+            known = old.status != TENTATIVE
+            self._end(old, first.time, "two plots agree that it is elsewhere")
+            new = self._begin(first, *self.past.pop(old.key))
+            if known:
+                self._tell(first.time, new, "split", f"track {old.id} goes on elsewhere, faster than it can be")
+        else:
+            new = self._begin(first)
+            self._tell(first.time, new, "duplicate", f"{plot.key or 'it'} is in two places at once, see track {old.id}")
+        self._extend(new, plot)
+
+    def _reaches(self, a: Plot, b: Plot, allowance: float) -> bool:
+        """Say whether one object can give both plots."""
+        return math.hypot(b.east - a.east, b.north - a.north) <= self.rules.fastest * (b.time - a.time) + allowance
+
+    def _best(self, plot: Plot, addressed: bool = False) -> tuple[Live | None, Live | None]:
+        """Return the track in whose gate a plot is most likely, and the confirmed one that it misses by least."""
+        found, near = None, None
+        best, least = -math.inf, (WIDE * self.rules.gate) ** 2
+        for track in self.places.within_reach(plot, self.rules.fastest):
+            if not self._may_take(track, plot, addressed):
+                continue
+            mean, S = self.estimator.predict(track.state.view(self.estimator.dtype)[0], plot.time)
+            (a, b), (_, d) = S.tolist()
+            e, n = plot.east - float(mean[0]), plot.north - float(mean[1])
+            det = a * d - b * b
+            distance = (d * e * e - 2 * b * e * n + a * n * n) / det
+            if distance <= self.rules.gate**2:
+                if -distance - math.log(det) > best:
+                    found, best = track, -distance - math.log(det)
+            elif distance <= least and track.status == CONFIRMED:
+                near, least = track, distance
+        return found, near
+
+    def _rivalled(self, track: Live) -> Live | None:
+        """Return the track that a new one is really of: beside its first plot, and not seen since."""
+        old = self.live.get(track.rival) if track.count == 1 else None
+        return old if old and old.last.time < track.last.time else None
+
+    def _may_take(self, track: Live, plot: Plot, addressed: bool) -> bool:
+        """Say whether a plot that does not name the track may be of it."""
+        if addressed and (not track.key or track.code or CODE.match(track.key)):
+            return False
+        seen = track.clock.get(plot.sensor)
+        past = plot.time - track.last.time
+        if seen and plot.time - seen[0] < 0.5 * track.period:
+            return False  # this sensor has already seen it in this scan
+        return not abs(plot.altitude - track.last.altitude) > LEVELS + CLIMB * past  # unknown altitudes agree
+
+    # --- the life of a track -------------------------------------------------------------------------------
+
+    def _begin(self, plot: Plot, follows: int | None = None, clock: dict | None = None) -> Live:
+        self.begun += 1
+        track = Live(self.begun, plot.key, self.estimator.start().reshape(-1).view(float), follows, clock or {})
+        track.allowance = self.rules.fastest
+        self.live[track.id] = track
+        if self._has_key(track):
+            self.of_key.setdefault(track.key, []).append(track)
+        self.places.add(track)
+        after = f", follows track {follows}" if follows else ""
+        self._tell(plot.time, track, "initiated", f"{plot.key or 'no key'}{after}")
+        self._extend(track, plot)
+        return track
+
+    def _extend(self, track: Live, plot: Plot) -> None:
+        """Give a plot to a track."""
+        if track.last is not None and self._is_told(track, plot):
+            self.counts["repeated"] += 1
+            return
+        time, position = np.array((plot.time,)), np.array(((plot.east, plot.north),))
+        out = self.estimator.run(track.state, time, position, np.array(((plot.covariance[0], plot.covariance[3]),)))[0]
+        number = self.numbers
+        words = [number.setdefault(w, len(number)) for w in (plot.key, plot.name, plot.sensor)]
+        track.append((plot.time, plot.east, plot.north, *plot.covariance, plot.altitude, *words), out)
+        self.scans.tick(track.clock, plot.sensor, plot.time)
+        track.period = self.scans.period(track.clock)
+        track.last, track.name = plot, plot.name or track.name
+        track.motion = float(out[VELOCITY[0]]), float(out[VELOCITY[1]])
+        if track.count > 1:
+            sd = math.sqrt(max(out[BASE[0]], out[BASE[1]]) * out[SPREADING])
+            track.allowance = min(max(5 * sd, 0.25 * self.rules.fastest), self.rules.fastest * max(track.period, 1.0))
+        self.places.move(track)
+        if track.status == COASTING:
+            track.status = CONFIRMED
+            self._tell(plot.time, track, "resumed", "it is seen again")
+        elif track.status == TENTATIVE:
+            self._confirm(track)
+        self._plan(track)
+
+    def _is_told(self, track: Live, plot: Plot) -> bool:
+        """Say whether a plot repeats the last one: at the same time, or at the same place though the track moves."""
+        last = track.last
+        past = plot.time - last.time
+        if past <= REPEAT * track.period:
+            return True
+        stays = plot.east == last.east and plot.north == last.north
+        return stays and math.hypot(*track.motion) * past > track.allowance
+
+    def _confirm(self, track: Live) -> None:
+        N, M = self.rules.confirm
+        if track.count < N:
+            return
+        if track.last.time - track.rows[-N, 0] <= (M - 0.5) * (track.period or UNKNOWN):
+            track.status = CONFIRMED
+            self._tell(track.last.time, track, "confirmed", f"{N} plots within {M} scans")
+
+    def _plan(self, track: Live) -> None:
+        """Say when to look at a track again."""
+        due = self._deadline(track)
+        if due < track.due or track.due == math.inf:
+            track.due = due
+            heapq.heappush(self.due, (due, track.id))
+
+    def _deadline(self, track: Live) -> float:
+        N, M = self.rules.confirm
+        scans = {TENTATIVE: M - N + 1.5, CONFIRMED: self.rules.coast + 0.5, COASTING: self.rules.gap}
+        return track.last.time + scans[track.status] * (track.period or UNKNOWN)
+
+    def look(self, time: float) -> None:
+        """Let tracks coast and end that were not seen for long."""
+        while self.due and self.due[0][0] < time:
+            due, id = heapq.heappop(self.due)
+            track = self.live.get(id)
+            if track is None or due != track.due:
+                continue
+            track.due = math.inf
+            due = self._deadline(track)
+            if due >= time:
+                self._plan(track)
+            elif track.status == CONFIRMED:
+                track.status = COASTING
+                self._tell(due, track, "coasting", f"no plot for {self.rules.coast:g} scans")
+                self._plan(track)
+            else:
+                self._end(track, due, "no plot for too long")
+
+    def _end(self, track: Live, time: float, why: str) -> None:
+        del self.live[track.id]
+        for key in ({track.key} if self._has_key(track) else set()) | ({track.code} if track.code else set()):
+            self.of_key[key].remove(track)
+            if not self.of_key[key]:
+                del self.of_key[key]
+                self.suspects.pop(key, None)
+        self.places.remove(track)
+        kept = track.status != TENTATIVE
+        if self._has_key(track):
+            self.past[track.key] = (track.id if kept else track.follows), track.clock
+        self._tell(time, track, "ended" if kept else "discarded", why)
+        track.status = ENDED
+        if kept:
+            self.ended.append(track)
+        else:
+            self.counts["discarded"] += track.count
+
+    def _has_key(self, track: Live) -> bool:
+        return bool(track.key) or self.rules.single
+
+    def _tell(self, time: float, track: Live, kind: str, words: str) -> None:
+        event = Event(time, track.id, kind, words)
+        track.events.append(event)
+        self.events.append(event)
+
+
+def _miss(track: Live, plot: Plot) -> float:
+    """Return how far a plot lies from where a track would be by now, m."""
+    past, last = plot.time - track.last.time, track.last
+    return math.hypot(plot.east - last.east - past * track.motion[0], plot.north - last.north - past * track.motion[1])

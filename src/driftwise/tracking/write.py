@@ -1,0 +1,97 @@
+"""Tracks as tables: CSV and Parquet, a row for each plot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .frames import geographic
+from .maps import write_geojson, write_kml
+from .times import dated, stamps
+from .tracks import Track, Tracks
+
+PAIRS = {  # column of the table to column of the trace
+    "east north": "position", "east_sd north_sd": "position_sd", "plot_east plot_north": "plot",
+    "predicted_east predicted_north": "prediction", "velocity_east velocity_north": "velocity",
+}  # fmt: skip
+SINGLE = "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre", "onset", "nis"
+WORDS = "key", "name", "sensor"
+
+
+def columns(tracks: Tracks) -> dict[str, np.ndarray]:
+    """Return the plots of all tracks, track by track: what was plotted, what had been predicted, what was estimated.
+
+    track, key, name, sensor; time (s, or datetime64 where it is Unix time); latitude, longitude (degrees, WGS-84, where
+    the origin is known) and east, north (m) of the estimate with east_sd, north_sd; plot_east, plot_north, altitude as
+    they came; predicted_east, predicted_north with predicted_east_sd, predicted_north_sd before the plot was known;
+    velocity_east, velocity_north and speed (m/s), course (degrees from North), turn_rate (rad/s), each with what it may
+    err (.._sd); manoeuvre (probability), onset, nis (of the plot, mean over its coordinates).
+    """
+    parts = [_columns(track) for track in tracks]
+    if not parts:
+        raise InputError("there are no tracks to write: were no plots confirmed? See tracks.counts")
+    table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    if dated(table["time"]):
+        table["time"] = stamps(table["time"])
+    return table
+
+
+def _columns(track: Track) -> dict[str, np.ndarray]:
+    trace, plots = track.trace, track.plots
+    table: dict[str, Any] = {"track": np.full(len(track), track.id), "time": plots.time}
+    table |= {name: getattr(plots, name) for name in WORDS}
+    if track.origin is not None:
+        table["latitude"], table["longitude"] = geographic(trace.position, track.origin).T
+    for names, column in PAIRS.items():
+        table |= zip(names.split(), getattr(trace, column).T)
+    table |= zip(("predicted_east_sd", "predicted_north_sd"), np.sqrt(trace.variance).T)
+    table["altitude"] = plots.altitude
+    table |= {name: getattr(trace, name) for name in SINGLE}
+    return table
+
+
+def _arrow(tracks: Tracks):
+    """Return the table in Arrow; what is not finite is null."""
+    import pyarrow as pa
+
+    table = {}
+    for name, column in columns(tracks).items():
+        lost = ~np.isfinite(column) if column.dtype == float else None
+        table[name] = pa.array(column, mask=lost)
+        if column.dtype.kind == "M":
+            table[name] = table[name].cast(pa.timestamp("us", "UTC"))
+    return pa.table(table)
+
+
+def write_parquet(tracks: Tracks, path) -> Path:
+    """Write a row for each plot, see `columns`; times that are Unix times are time stamps in UTC."""
+    import pyarrow.parquet as pq
+
+    pq.write_table(_arrow(tracks), path, compression="zstd")
+    return Path(path)
+
+
+def write_csv(tracks: Tracks, path) -> Path:
+    """Write a row for each plot, see `columns`; times that are Unix times are ISO 8601, an empty cell is unknown."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    table = _arrow(tracks)
+    at = table.schema.get_field_index("time")
+    if pa.types.is_timestamp(table.schema.field(at).type):
+        text = pa.compute.strftime(table.column(at), "%Y-%m-%dT%H:%M:%SZ")
+        table = table.set_column(at, "time", text)
+    csv.write_csv(table, path)
+    return Path(path)
+
+
+WRITERS: dict[str, Callable[[Tracks, Path], Path]] = {
+    "csv": write_csv,
+    "parquet": write_parquet,
+    "geojson": write_geojson,
+    "kml": write_kml,
+}
