@@ -1,8 +1,12 @@
 """Plots to tracks: initiation, coasting, splitting, association; streams and records give the same tracks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import driftwise as dw
+from driftwise.errors import InputError
 from driftwise.tracking.plots import plots
 from driftwise.tracking.tracker import Tracker
 
@@ -93,3 +97,124 @@ def test_traffic_is_told_apart():
     assert tracker.counts["outliers"] == 1
     assert sorted(len(t) for t in tracks.of("")) == [25, 25]
     assert sum(map(len, tracks)) + tracker.counts["outliers"] == len(traffic())
+
+
+def test_tracks_are_what_a_scan_says():
+    for track in run(traffic()).tracks:
+        scan = dw.TrackEstimator().scan(track.plots.time, track.plots.position)
+        np.testing.assert_array_equal(track.trace.outs, scan.outs)
+        assert track.state.tobytes() == scan.state.tobytes()
+
+
+def nonsense(seed):
+    """Plots that no sensor would send: equal times, leaps, wild positions, clocks and covariances, in disorder."""
+    rng = np.random.default_rng(seed)
+    T = int(rng.integers(1, 80))
+    time = np.cumsum(rng.choice([0, 0, 1e-9, 0.3, 4, 4, 4, 30, 700], T)) + rng.choice([0, 1.7e9])
+    time[rng.integers(T)] += rng.choice([0, 1e5, -1e5, 1e12])
+    position = rng.choice([1e2, 1e4, 1e6, 1e12]) * rng.standard_normal((T, 2)) * rng.choice([0, 1, 1], (T, 1))
+    data = plots(
+        time, position, covariance=rng.choice([np.nan, 100.0, 0.0, -1.0, 1e-30, 1e30], (T, 1, 1)) * np.ones((2, 2)),
+        key=rng.choice(["", "A1234", "4BAA5F"], T).astype(object), sensor=rng.choice(["", "a"], T).astype(object),
+        altitude=rng.choice([np.nan, 0, 9000.0], T),
+    )  # fmt: skip
+    options = dict(confirm=[(3, 5), (1, 1)][rng.integers(2)], single=bool(rng.integers(2)), delay=rng.choice([0, 5.0]))
+    return data[rng.permutation(len(data))] if rng.random() < 0.5 else data, options
+
+
+def test_no_plot_is_lost_whatever_comes(tmp_path):
+    for seed in range(40):
+        data, options = nonsense(seed)
+        record, stream = run(data, **options), Tracker(**options)
+        for k in range(len(data)):
+            stream.feed(data[k : k + 1])
+            if k % 17 == 5:
+                stream.save(tmp_path / "tracker.npz")
+                stream = Tracker.load(tmp_path / "tracker.npz")
+        stream.finish()
+        same(record, stream)
+        counts = record.counts
+        left_out = sum(counts[name] for name in ("late", "repeated", "outliers", "discarded"))
+        assert sum(map(len, [*record.tracks, *record.tentative])) + left_out == counts["plots"], seed
+        assert counts["plots"] + counts["clock"] + len(record.faults) == len(data), seed
+
+
+def test_a_gap_makes_a_track_that_follows():
+    tracker = run(together(flight(10, key="K"), flight(10, key="K", begin=40 + 36.0, start=(15e3, 4e3))))
+    first, then = tracker.tracks
+    assert (first.status, then.status, then.follows, len(first), len(then)) == ("ended", "confirmed", 1, 10, 10)
+    assert [e.kind for e in first.events][-2:] == ["coasting", "ended"]
+    assert first.events[-1].time == 36.0 + 8 * 4.0  # scan periods, whenever it was noticed
+
+
+def test_a_few_plots_are_no_track():
+    tracker = run(together(flight(2, key="GARBLE"), flight(20, key="4BAA5F", begin=0.5)))
+    assert [t.key for t in tracker.tracks] == ["4BAA5F"] and tracker.counts["discarded"] == 2
+    assert [t.key for t in run(flight(2, key="GARBLE")).tentative] == ["GARBLE"]
+    assert [t.key for t in run(flight(2, key="GARBLE"), confirm=(1, 1)).tracks] == ["GARBLE"]
+
+
+def test_a_mode_a_code_joins_an_addressed_track_where_it_fits():
+    fits = flight(20, key="A1234", begin=2.0, start=(400.0, 100.0), sensor="old", altitude=9000.0)
+    own = flight(20, key="4BAA5F", sensor="new", altitude=9100.0)
+    (track,) = run(together(own, fits)).tracks
+    assert track.key == "4BAA5F" and len(track) > 35 and set(track.plots.key) == {"4BAA5F", "A1234"}
+    low = flight(20, key="A1234", begin=2.0, start=(400.0, 100.0), sensor="old", altitude=2000.0)
+    assert [(t.key, len(t)) for t in run(together(own, low)).tracks] == [("4BAA5F", 20), ("A1234", 20)]
+
+
+def test_plots_in_disorder_wait_for_their_turn():
+    data = flight(30, key="4BAA5F")
+    order = np.argsort(data.time + np.random.default_rng(1).uniform(0, 9, 30), kind="stable")
+    assert np.any(np.diff(data.time[order]) < 0)
+    patient, hasty = run(data[order], delay=10.0), run(data[order])
+    assert patient.counts["late"] == 0 and hasty.counts["late"] > 3
+    np.testing.assert_array_equal(patient.tracks[0].outs, run(data).tracks[0].outs)
+
+
+def test_one_wrong_clock_ends_nothing():
+    data = flight(30, key="4BAA5F")
+    time = data.time.copy()
+    time[12] += 86400.0
+    tracker = run(replace(data, time=time))
+    assert [len(t) for t in tracker.tracks] == [29] and tracker.counts["clock"] == 1
+    restarted = run(together(flight(10, key="K", begin=1e5), flight(1, key="K")))
+    assert len(restarted.tracks) == 1
+    back = Tracker()
+    back.feed(flight(10, key="K", begin=1e5))
+    back.feed(flight(10, key="K"))
+    assert [len(t) for t in back.tracks] == [10, 10] and "clock went back" in back.tracks[0].events[-1].words
+
+
+def test_stale_and_repeated_plots_are_counted_not_used():
+    data = flight(20, key="4BAA5F")
+    twice = together(data, data, data[5:6])
+    stale = plots(np.r_[data.time, 42.0], np.r_[data.position, data.position[10:11]], key="4BAA5F")
+    for fed, repeated in ((twice, 21), (stale, 1)):
+        tracker = run(fed)
+        assert len(tracker.tracks[0]) == 20 and tracker.counts["repeated"] == repeated
+
+
+def test_manoeuvres_and_wild_plots_of_one_nameless_object():
+    data = flight(40)
+    wild = plots(data.time[20:21], data.position[20:21] + [0.0, 4e3])
+    (track,) = run(together(data[:20], wild, data[21:])).tracks
+    assert len(track) == 39
+    tracker = run(together(data[:20], plots(data.time[20:], data.position[20:] + [260.0, -260.0])))
+    assert [len(t) for t in tracker.tracks] == [40]  # the first plot beside the gate waited for the second
+    assert [e.words for e in tracker.events if e.kind == "discarded"] == ["it is track 1"]
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (dict(confirm=(4, 3)), "1 <= N <= M"),
+        (dict(coast=9.0), "below gap"),
+        (dict(delay=-1.0), "delay must be within"),
+        (dict(gate=0.0), "gate must be"),
+        (dict(estimator=dw.TrackEstimator(coordinates=1)), "two coordinates"),
+    ],
+)
+def test_what_cannot_be_is_refused(options, words):
+    with pytest.raises(InputError, match=words):
+        Tracker(**options)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 OWN, POOLED = 15, 63  # time differences remembered for an object and sensor; for a sensor over all objects
 ENOUGH = 5  # differences of its own an object needs until the sensor's need no longer count
+LONGEST = 600.0  # s: a longer time is a pause, not a scan
 
 
 def _median(values: list[float]) -> float:
@@ -28,7 +29,7 @@ class Scans:
             return
         delta = time - seen[0]
         seen[0] = time
-        if delta <= 0:
+        if not 0 < delta <= LONGEST:
             return
         seen.append(delta)
         if len(seen) > 1 + OWN:

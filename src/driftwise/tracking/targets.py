@@ -17,7 +17,7 @@ from .places import Places
 from .scans import Scans
 
 UNKNOWN = 30.0  # s: the scan period assumed before one is known
-REPEAT = 0.02  # scan periods: a second plot of a track within them tells the first one again
+REPEAT = 0.02, 0.05  # scan periods, s: within both, a second plot of a track tells the first one again
 SUSPECTS = 8  # plots set aside that are remembered for a key
 WIDE = 3.0  # gates: two plots of one new track within them, and none of the old one, are of the old one
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
@@ -139,6 +139,8 @@ class Targets:
             (a, b), (_, d) = S.tolist()
             e, n = plot.east - float(mean[0]), plot.north - float(mean[1])
             det = a * d - b * b
+            if not 0 < det < math.inf:
+                continue  # the forecast says nothing
             distance = (d * e * e - 2 * b * e * n + a * n * n) / det
             if distance <= self.rules.gate**2:
                 if -distance - math.log(det) > best:
@@ -191,9 +193,10 @@ class Targets:
         track.period = self.scans.period(track.clock)
         track.last, track.name = plot, plot.name or track.name
         track.motion = float(out[VELOCITY[0]]), float(out[VELOCITY[1]])
-        if track.count > 1:
-            sd = math.sqrt(max(out[BASE[0]], out[BASE[1]]) * out[SPREADING])
-            track.allowance = min(max(5 * sd, 0.25 * self.rules.fastest), self.rules.fastest * max(track.period, 1.0))
+        variance = float(max(out[BASE[0]], out[BASE[1]]) * out[SPREADING])  # of the forecast that there was
+        if track.count > 1 and 0 <= variance < math.inf:
+            least, most = 0.25 * self.rules.fastest, self.rules.fastest * max(track.period, 1.0)
+            track.allowance = min(max(5 * math.sqrt(variance), least), most)
         self.places.move(track)
         if track.status == COASTING:
             track.status = CONFIRMED
@@ -206,7 +209,7 @@ class Targets:
         """Say whether a plot repeats the last one: at the same time, or at the same place though the track moves."""
         last = track.last
         past = plot.time - last.time
-        if past <= REPEAT * track.period:
+        if past <= min(REPEAT[0] * track.period, REPEAT[1]):
             return True
         stays = plot.east == last.east and plot.north == last.north
         return stays and math.hypot(*track.motion) * past > track.allowance

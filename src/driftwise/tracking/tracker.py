@@ -12,12 +12,14 @@ from .frames import east_north, geographic
 from .inbox import LEAP, Inbox
 from .keep import restore, save
 from .live import TENTATIVE, Event, Live, Plot
-from .plots import Plots
+from .plots import Fault, Plots
 from .read import read_plots
 from .targets import Rules, Targets
 from .tracks import Tracks, track_of
 
 FASTEST = {250.0: 400.0, 60.0: 150.0, 40.0: 150.0, 20.0: 60.0, 8.0: 40.0}  # m/s: typical speed of a class to its limit
+FARTHEST = 1e9  # m
+STATED = 1e-6, 1e10  # m^2: a variance beyond is no statement
 
 
 class Tracker:
@@ -104,9 +106,13 @@ class Tracker:
             raise InputError(f"feed takes Plots, got {type(plots).__name__}; driftwise.track reads files")
         before = len(self.events)
         self.faults += plots.faults
+        position = self._here(plots)
+        if len(far := np.flatnonzero(~(np.abs(position) < FARTHEST).all(axis=1))):
+            self.faults += [Fault("plots", int(k), f"position {position[k]} m is nowhere near") for k in far]
+            plots, position = plots[np.delete(np.arange(len(plots)), far)], np.delete(position, far, axis=0)
         for plot in zip(
             plots.time.tolist(),
-            *self._here(plots).T.tolist(),
+            *position.T.tolist(),
             map(tuple, _stated(plots.covariance).tolist()),
             plots.altitude.tolist(),
             plots.key,
@@ -188,9 +194,12 @@ class Tracker:
 
 
 def _stated(covariance: np.ndarray) -> np.ndarray:
-    """Return covariances as rows of four numbers, NaN where the variances cannot be what they are."""
+    """Return covariances as rows of four numbers, NaN where they cannot be what they say."""
     variances = covariance[:, [0, 1], [0, 1]]
-    good = (variances > 0).all(axis=1) & np.isfinite(covariance).all(axis=(1, 2))
+    with np.errstate(invalid="ignore"):
+        good = ((variances > STATED[0]) & (variances < STATED[1])).all(axis=1) & np.isfinite(covariance).all(
+            axis=(1, 2)
+        )
     return np.where(good[:, None], covariance.reshape(-1, 4), np.nan)
 
 

@@ -157,7 +157,7 @@ class Tracks(Sequence):
         return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
 
     def write(self, folder, formats=("csv",)) -> list[Path]:
-        """Write ``tracks.csv``, ``.parquet``, ``.geojson``, ``.kml`` into a folder, and return the paths."""
+        """Write ``tracks.csv``, .parquet, .geojson, .kml or .cat062 into a folder, and return the paths."""
         from .write import WRITERS
 
         formats = [formats] if isinstance(formats, str) else list(formats)
@@ -167,6 +167,12 @@ class Tracks(Sequence):
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         return [WRITERS[name](self, folder / f"tracks.{name}") for name in formats]
+
+    def report(self, path, title: str = "Tracks", **options) -> Path:
+        """Write a page to look at: plan view, tracks over time, a table; options of ``edge.report_tracks.write``."""
+        from ..edge.report_tracks import write
+
+        return write(self, path, title, **options)
 
 
 def track_of(live: Live, estimator, words: list[str], origin) -> Track:

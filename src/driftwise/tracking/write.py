@@ -89,9 +89,18 @@ def write_csv(tracks: Tracks, path) -> Path:
     return Path(path)
 
 
+def write_cat062(tracks: Tracks, path, source: tuple[int, int] = (0, 0)) -> Path:
+    """Write ASTERIX CAT062, a record for each plot, sent by ``source``: system area and identification code."""
+    from .cat062 import encode_cat062
+
+    Path(path).write_bytes(encode_cat062(tracks, *source))
+    return Path(path)
+
+
 WRITERS: dict[str, Callable[[Tracks, Path], Path]] = {
     "csv": write_csv,
     "parquet": write_parquet,
     "geojson": write_geojson,
     "kml": write_kml,
+    "cat062": write_cat062,
 }
