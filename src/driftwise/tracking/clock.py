@@ -76,7 +76,7 @@ def clock(get, taken, decimal=".", day_first=True):
         value, bad = None, None
     elif not whole and days and hours:  # a column of dates beside one of times of day
         (date, start, _, bad_date), (column, _, unit, bad) = days[0], hours[0]
-        value, bad = start + times(get(column.name), column, decimal, day_first)[1] % DAY, bad | bad_date
+        value, bad = start + hours[0][1] % DAY, bad | bad_date
         used = {"date": Column(date.name, "date"), "time": Column(column.name, unit)}
     else:
         column, value, unit, bad = (whole or dated or read)[0]

@@ -33,11 +33,12 @@ def outside(latitude, longitude):
     return wrong
 
 
-def repeats(time, position, key, speed=None):
+def repeats(time, position, key, sensor=None, speed=None):
     """Return masks (T,) of rows that are no news: (another of its key has this time, stale).
 
-    A row that repeats the position before it, of the same key, is stale: a table of states was written on a clock of
-    its own. It is news where ``speed`` says that the object stands. Plots of unknown objects may share a time.
+    A row that repeats the position before it, of the same key and sensor, is stale: a table of states was written
+    on a clock of its own. It is news where ``speed`` says that the object stands. Plots of unknown objects may share
+    a time.
     """
     codes = np.unique(np.asarray(key, str), return_inverse=True)[1]
     known = np.array([who != "" for who in key], bool)
@@ -45,6 +46,9 @@ def repeats(time, position, key, speed=None):
     twice, stale = np.zeros(len(time), bool), np.zeros(len(time), bool)
     alike = codes[order[1:]] == codes[order[:-1]]
     twice[order[1:]] = alike & (time[order[1:]] == time[order[:-1]]) & known[order[1:]]
+    if sensor is not None:
+        codes = np.unique([f"{who}\0{seen}" for who, seen in zip(codes, sensor)], return_inverse=True)[1]
+        order = np.lexsort((np.arange(len(time)), time, codes))
     order = order[~twice[order]]
     alike = codes[order[1:]] == codes[order[:-1]]
     stale[order[1:]] = alike & (position[order[1:]] == position[order[:-1]]).all(axis=1)

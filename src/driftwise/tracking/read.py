@@ -15,7 +15,7 @@ from ..files.source import missing
 from ..files.source import title as named
 from .columns import Column
 from .merge import joined
-from .plots import Plots
+from .plots import Fault, Plots
 
 LARGEST = 4 << 30  # bytes a compressed file may grow to
 PCAP = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\xa1\xb2\x3c\x4d", b"\x0a\x0d\x0d\x0a")
@@ -34,7 +34,7 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
 
     Parameters
     ----------
-    path : file name, pattern ("radar*.csv"), "-" for standard input, data frame or mapping of columns, or a list of them
+    path : file name, pattern ("radar*.csv"), "-" for standard input, data frame, mapping of columns, or a list of them
         Several files become one set of plots around the origin of the first.
     site : (latitude, longitude) or (latitude, longitude, height m), optional
         Of the radar whose ranges and azimuths a table holds.
@@ -68,9 +68,10 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
     parts: list[Plots] = []
     asked = files_of(path)
     for number, one in enumerate(asked):
-        data, title = opened(one)
+        data, title, faults = opened(one)
         shared = origin if origin is not None or not parts else parts[0].origin
         parts.append(_read(data, title, site=site, sites=sites, origin=shared, columns=columns)[0])
+        parts[-1] = replace(parts[-1], faults=(*faults, *parts[-1].faults))
         if progress is not None:
             progress((number + 1) / len(asked))
     found = joined(parts)
@@ -102,7 +103,7 @@ def recognise_plots(path, columns=None) -> dict[str, Column]:
     {'time': ('ts', 'Unix ms'), 'latitude': ('lat', 'deg'), 'longitude': ('lon', 'deg'),
      'altitude': ('geoaltitude', 'm'), 'key': ('hex', '')}
     """
-    data, title = opened(path)
+    data, title, _ = opened(path)
     return _read(data, title, columns=columns)[1]
 
 
@@ -126,27 +127,28 @@ def title_of(path) -> str:
 
 
 def opened(path):
-    """Return (bytes of a file, unpacked; or a data frame or mapping as it is), and what to call it."""
+    """Return the bytes of a file, unpacked (a data frame or mapping as it is), what to call it, and faults."""
     title = title_of(path)
     if not isinstance(path, str | os.PathLike):
-        return path, title
+        return path, title, []
     if title == "standard input":
         data = sys.stdin.buffer.read()
     else:
         missing(path)
         data = Path(path).read_bytes()
+    faults: list[Fault] = []
     if data[:2] == b"\x1f\x8b":
-        data = unpacked(data, title)
+        data, faults = unpacked(data, title)
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         data = data.decode("utf-16", "replace").encode()
     if not data.strip(b"\xef\xbb\xbf \t\r\n"):
         raise InputError(f"{title} is empty. Was the recording ever started?")
-    return data, title
+    return data, title, faults
 
 
-def unpacked(data: bytes, title: str) -> bytes:
-    """Return what is packed by gzip, in one part or several; of a file that is cut, what is left."""
-    out, size = [], 0
+def unpacked(data: bytes, title: str) -> tuple[bytes, list[Fault]]:
+    """Return what is packed by gzip, in one part or several, and faults: of a file that is cut, whole lines."""
+    out, size, packed, faults = [], 0, len(data), []
     while data[:2] == b"\x1f\x8b":
         unpack = zlib.decompressobj(wbits=31)
         try:
@@ -157,7 +159,12 @@ def unpacked(data: bytes, title: str) -> bytes:
         if unpack.unconsumed_tail:
             raise InputError(f"{title} unpacks to more than {LARGEST >> 30} GB; split it")
         data = unpack.unused_data
-    return b"".join(out)
+        if not unpack.eof:
+            faults.append(Fault(title, packed, "the gzip file is cut short here; whole lines before it are read"))
+    whole = b"".join(out)
+    if faults and not whole:
+        raise InputError(f"{title}: nothing is left in the gzip file, which is cut short. Was the copy interrupted?")
+    return whole[: whole.rfind(b"\n") + 1] or whole if faults else whole, faults
 
 
 def kind_of(data: bytes, title: str) -> str:
@@ -235,5 +242,8 @@ def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None)
 def _asterix(data, title, sites, origin) -> Plots:
     from .asterix import read_asterix
 
-    found = read_asterix(data, sites=sites, origin=origin)
+    try:
+        found = read_asterix(data, sites=sites, origin=origin)
+    except InputError as error:
+        raise InputError(f"{title}: {str(error).removeprefix('bytes ')}") from None
     return replace(found, faults=tuple(replace(fault, source=title) for fault in found.faults))

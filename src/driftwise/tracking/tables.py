@@ -107,7 +107,7 @@ class _Reading:
                     "columns={'east': ..., 'north': ...} for metres"
                 )
             self.drop(wrong != "", lambda k: wrong[k])
-        self.drop_repeats(time, np.stack([a, b], axis=-1), key)
+        self.drop_repeats(time, np.stack([a, b], axis=-1), key, sensor)
         good = self.good
         rest = dict(altitude=altitude[good], key=key[good], name=name[good], sensor=sensor[good])
         rest["faults"] = tuple(self.faults)
@@ -164,13 +164,13 @@ class _Reading:
             return words
         return np.full(len(self.table.rows), "", object)
 
-    def drop_repeats(self, time, position, key):
+    def drop_repeats(self, time, position, key, sensor):
         rows = np.flatnonzero(self.good)
         if not rows.size:
             return
         speed = self.table.number(self.taken["speed"][0])[0][rows] if self.taken["speed"] else None
         for mask, what in zip(
-            repeats(time[rows], position[rows], key[rows], speed),
+            repeats(time[rows], position[rows], key[rows], sensor[rows], speed),
             ("rows at a time that their object has already", "stale rows, which repeat the position before them"),
         ):
             which = np.zeros(len(self.good), bool)
@@ -209,6 +209,7 @@ def csv_table(data: bytes, title: str) -> Table:
 
     from ..files.csvfile import CsvSource
 
+    data = _utf8(data)
     try:
         source = CsvSource(pa.BufferReader(data), len(data))
         names = list(source.names)
@@ -232,6 +233,23 @@ def csv_table(data: bytes, title: str) -> Table:
     }
     faults = tuple(Fault(title, int(lines[k]), "more or fewer cells than the header") for k in lost)
     return Table(title, columns, lines[kept], dict(source.units), faults, source.decimal, source.day_first)
+
+
+def _utf8(data: bytes) -> bytes:
+    """Return text in UTF-8; lines that are not are taken as Latin-1, as files joined of several can be both."""
+    try:
+        data.decode()
+        return data
+    except UnicodeDecodeError:
+        return b"\n".join(_line_utf8(line) for line in data.split(b"\n"))
+
+
+def _line_utf8(line: bytes) -> bytes:
+    try:
+        line.decode()
+        return line
+    except UnicodeDecodeError:
+        return line.decode("latin-1").encode()
 
 
 def _lines(data, skip, count):
