@@ -147,7 +147,7 @@ def altitude_unit(column: Column, taken) -> str:
     word = meaning(column.name)[0]
     if word in ("flightlevel", "fl"):
         return "FL"
-    speeds = {meaning(speed.name)[0] for speed in taken["speed"]}
+    speeds = {meaning(speed.name)[0] for speed in taken["speed"] if speed.unit in ("", "kt")}
     if word in ("modec", "altbaro", "altgeom") or speeds & {"groundspeed", "gs"}:
         return "ft"
     return "m"

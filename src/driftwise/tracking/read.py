@@ -65,6 +65,8 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
     >>> plots.position.tolist(), plots.key.tolist(), plots.faults[0].what
     ([[1000.0, 0.0], [1200.0, 100.0]], ['4BAA5F', '4BAA5F'], 'rows without a position: 1, this is the first')
     """
+    if origin is not None:
+        origin = _checked(origin)
     parts: list[Plots] = []
     asked = files_of(path)
     for number, one in enumerate(asked):
@@ -105,6 +107,18 @@ def recognise_plots(path, columns=None) -> dict[str, Column]:
     """
     data, title, _ = opened(path)
     return _read(data, title, columns=columns)[1]
+
+
+def _checked(origin) -> tuple[float, float]:
+    try:
+        latitude, longitude = map(float, origin)
+    except (TypeError, ValueError):
+        raise InputError(f"origin must be (latitude, longitude) in degrees, got {origin!r}") from None
+    if not (abs(latitude) <= 90 and abs(longitude) <= 360):
+        raise InputError(
+            f"origin must be (latitude, longitude) in degrees, got {origin!r}; are they swapped, or metres?"
+        )
+    return latitude, longitude
 
 
 def files_of(path) -> list:
