@@ -11,6 +11,7 @@ PAPERS = {
     "perriot1981": "driftwise.reproduce.perriot1981",
     "abid2008": "driftwise.reproduce.abid2008",
     "tian2009": "driftwise.reproduce.tian2009",
+    "radar": "driftwise.reproduce.radar",
     "policies": "driftwise.reproduce.policies",
 }
 

@@ -1,133 +1,157 @@
-"""One recorded flight, and every filter run over it: the whole record, records of 50, a sweep of noise polynomials."""
+"""One recorded track, and everybody who follows it plot by plot: fixed dynamics, the joint form, the bank."""
 
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from . import radar_data
-from . import radar_filters as filters
+import driftwise as dw
+
+from . import fixed_filters, radar_filters
+from .radar_data import on_grid
+from .recordings import Kind, Series
 from .records import ljung_box
 
 SKIP, LENGTH = 12, 50  # plots before scoring; the paper's record
 RHOS = (0.0, 0.2, 0.35, 0.5, 0.65, 0.75, 0.85)
-WALK = 1e-3
 AXES = ("East", "North")
 PAPERS = "the paper's form: three free coefficients"
-HELD = "two poles held at 1, one constant"
-WALKING = "two poles held at 1, one walking"
 SINGERS = "the paper's form started from Singer"
-CV, SINGER = "constant velocity", "Singer"
+MANOEUVRE = "Manoeuvre: two poles held at 1, one learnt"
+SHIPPED = "TrackEstimator: a bank, nothing tuned"
+CV, SINGER, IMM = "constant velocity", "Singer", "IMM"
+
+
+class Outcome(NamedTuple):
+    """One-step predictions of one coordinate at its plots, their variances, half-widths of 95 % intervals."""
+
+    prediction: np.ndarray
+    variance: np.ndarray
+    band: np.ndarray
 
 
 def rmse(error, part=slice(SKIP, None)):
-    """Return the root mean square of the finite errors from the 12th plot on."""
-    return float(np.sqrt(np.nanmean(error[part] ** 2)))
+    """Return the root mean square of the errors from the 12th plot on."""
+    return float(np.sqrt(np.mean(error[part] ** 2)))
+
+
+def tuned(kinds, series: list[Series], kind: Kind) -> dict[str, np.ndarray]:
+    """Return the logarithms of the numbers of fixed filters, most likely on these very series."""
+    return {name: fixed_filters.tuned(name, series, kind.v0, kind.a0) for name in kinds}
 
 
 class Flight:
-    """The track and everything that was run over it."""
+    """A track of T plots, (T, 2), the speed of its class, and the fixed filters that were tuned for it."""
 
-    def __init__(self, track: radar_data.Track):
-        self.track, self.y, self.period = track, track.y, track.period
-        self.fixed = {kind: filters.tuned(kind, self.y, self.period) for kind in (CV, SINGER)}
+    def __init__(self, time, y, kind: Kind, fixed: dict[str, np.ndarray]):
+        self.time, self.y, self.kind, self.fixed = time - time[0], y, kind, fixed
+        self.grid, self.period = on_grid(time, y)
+        self.seen = np.isfinite(self.grid[:, 0])
 
-    def free(self, y, rho=0.35, m=3):
-        """The paper's form over one coordinate: its trace and `Outcome`."""
-        return filters.follow(filters.joint(y, self.period, rho, m, poles_held=False), y)
+    def cut(self, length: int = LENGTH) -> list[Flight]:
+        """Return the records of so many plots that the track falls into, each a track of its own."""
+        parts = (slice(s, s + length) for s in range(0, len(self.y) - length + 1, length))
+        return [Flight(self.time[p], self.y[p], self.kind, self.fixed) for p in parts]
 
-    def held(self, y, rho=0.5, m=2):
-        """Two poles at 1 by a prior of rank one, the third constant."""
-        return filters.follow(filters.joint(y, self.period, rho, m, poles_held=True), y)
+    # --- who follows it ------------------------------------------------------------------------------------
 
-    def walking(self, y, rho=0.5, m=2):
-        """Two poles at 1 by differences, the third a random walk: (phi, `Outcome`)."""
-        return filters.follow_differences(filters.joint_of_differences(y, self.period, rho, m, WALK), y)
-
-    def outcomes(self, y):
-        """Return name -> `Outcome` per coordinate of a (T, 2) record, every filter started afresh."""
-        found = {kind: flt(y) for kind, flt in self.fixed.items()}
-        columns = [y[:, i] for i in range(2)]
-        found[PAPERS] = [self.free(c)[1] for c in columns]
-        found[SINGERS] = [
-            filters.follow(filters.joint_of_singer(self.fixed[SINGER], self.period), c)[1] for c in columns
-        ]
-        found[HELD] = [self.held(c)[1] for c in columns]
-        found[WALKING] = [self.walking(c)[1] for c in columns]
+    def constant(self, name):
+        """Return the `Outcome` of a fixed filter per coordinate, at the times of the plots."""
+        found = []
+        for y in self.y.T:
+            one = Series("", self.time, y)
+            mean, S = fixed_filters.forecast(name, self.fixed[name], one, self.kind.v0, self.kind.a0)
+            found.append(Outcome(mean, S, 1.96 * np.sqrt(S)))
         return found
 
-    @cached_property
-    def whole(self):
-        """Outcomes over the whole record."""
-        return self.outcomes(self.y)
+    def _scan(self, est, i):
+        """Return the trace of one coordinate on the grid, from its first plot as zero, and its `Outcome`."""
+        y = self.grid[:, i]
+        trace = est.scan(y - y[0])
+        return trace, Outcome(
+            (trace.prediction + y[0])[self.seen], trace.variance[self.seen], trace.band(0.95)[self.seen]
+        )
+
+    def free(self, i, rho=0.35, m=3):
+        """Return trace and `Outcome` of the paper's form."""
+        return self._scan(radar_filters.joint(self.grid[:, i], self.period, rho, m, self.kind.v0), i)
+
+    def manoeuvre(self, i, rho=0.5, m=2):
+        """Return trace and `Outcome` of `Manoeuvre`."""
+        return self._scan(dw.Manoeuvre(rho, m, dt=self.period).scaled_to(self.grid[:, i]), i)
+
+    def from_singer(self, i):
+        """Return trace and `Outcome` of the paper's form started from the tuned Singer filter."""
+        q, r, alpha = np.exp(self.fixed[SINGER])
+        return self._scan(radar_filters.joint_of_singer(alpha, q, r, self.period), i)
 
     @cached_property
-    def ratios(self):
-        """RMSE over that of the tuned constant-velocity filter, name -> (East, North)."""
-        found = {name: self.errors(name) for name in self.whole}
-        return {name: value / found[CV] for name, value in found.items()}
+    def shipped(self):
+        """What the shipped estimator says of both coordinates."""
+        return dw.TrackEstimator(self.kind.v0).scan(self.time, self.y)
 
-    def errors(self, name):
-        """Return the RMSE of a filter over the whole record, East and North."""
-        return np.array([rmse(self.y[:, i] - self.whole[name][i].prediction) for i in range(2)])
+    @cached_property
+    def outcomes(self) -> dict[str, list[Outcome]]:
+        """Return name -> `Outcome` per coordinate, every filter started afresh."""
+        found = {name: self.constant(name) for name in self.fixed}
+        found[PAPERS] = [self.free(i)[1] for i in range(2)]
+        if SINGER in self.fixed:
+            found[SINGERS] = [self.from_singer(i)[1] for i in range(2)]
+        found[MANOEUVRE] = [self.manoeuvre(i)[1] for i in range(2)]
+        trace = self.shipped
+        band = trace.band(0.95)
+        found[SHIPPED] = [Outcome(trace.prediction[:, i], trace.variance[:, i], band[:, i]) for i in range(2)]
+        return found
+
+    # --- how well ------------------------------------------------------------------------------------------
+
+    def error(self, name, i):
+        """Return the errors of one coordinate at every plot."""
+        return self.y[:, i] - self.outcomes[name][i].prediction
+
+    def errors(self, name, part=slice(SKIP, None)):
+        """Return the RMSE, East and North."""
+        return np.array([rmse(self.error(name, i), part) for i in range(2)])
+
+    def ratios(self, name, reference=CV):
+        """Return the RMSE over that of a fixed filter, East and North."""
+        return self.errors(name) / self.errors(reference)
 
     def calibration(self, name):
-        """Return NIS, share inside the 95 % bands, and Ljung-Box(5) p, each East and North."""
+        """Return NIS, shares inside 95 % bands and within two sigma, Ljung-Box(5); East and North each."""
+        from scipy.stats import chi2
+
         found = []
         for i in range(2):
-            outcome, e = self.whole[name][i], (self.y[:, i] - self.whole[name][i].prediction)[SKIP:]
-            ok = np.isfinite(e)
-            z = e[ok] / np.sqrt(outcome.variance[SKIP:][ok])
-            found.append((np.mean(z * z), np.mean(np.abs(e[ok]) <= outcome.band[SKIP:][ok]), ljung_box(z, 5)[0]))
+            outcome, e = self.outcomes[name][i], self.error(name, i)[SKIP:]
+            z = e / np.sqrt(outcome.variance[SKIP:])
+            inside = np.mean(np.abs(e) <= outcome.band[SKIP:])
+            found.append((np.mean(z * z), inside, np.mean(np.abs(z) <= 2), chi2.isf(ljung_box(z, 5)[0], 5)))
         return np.array(found).T
 
     def noise(self, start, stop):
         """Return the standard deviation of the constant-velocity innovations between two minutes, both coordinates."""
-        part = (self.track.time >= 60 * start) & (self.track.time < 60 * stop)
-        return float(np.nanstd([self.y[part, i] - self.whole[CV][i].prediction[part] for i in range(2)]))
+        part = (self.time >= 60 * start) & (self.time < 60 * stop)
+        return float(np.std([self.error(CV, i)[part] for i in range(2)]))
 
     @cached_property
     def sweep(self):
         """RMSE over rho: (form, m) -> (2, len(RHOS))."""
-        ways = {
-            ("paper's form", 3): self.free,
-            ("paper's form", 2): self.free,
-            ("two poles held, walking", 3): self.walking,
-            ("two poles held, walking", 2): self.walking,
-        }
+        ways = {"paper's form": self.free, "Manoeuvre": self.manoeuvre}
         return {
-            (name, m): np.array([[rmse(c - way(c, rho, m)[1].prediction) for rho in RHOS] for c in self.y.T])
-            for (name, m), way in ways.items()
+            (name, m): np.array([[rmse(self.y[:, i] - way(i, rho, m)[1].prediction) for rho in RHOS] for i in range(2)])
+            for name, way in ways.items()
+            for m in (3, 2)
         }
-
-    @property
-    def starts(self):
-        """Where the records of 50 begin (on a plot that was seen)."""
-        return [s for s in range(0, len(self.y) - LENGTH + 1, LENGTH) if np.isfinite(self.y[s, 0])]
-
-    @cached_property
-    def pieces(self):
-        """Records of 50 plots from scratch: name -> RMSE over that of CV, (pieces, 2 coordinates, 2 windows)."""
-        found: dict[str, list] = {}
-        for start in self.starts:
-            y = self.y[start : start + LENGTH]
-            each = {
-                name: np.array(
-                    [[rmse(y[:, i] - o[i].prediction, w) for w in (slice(6, 15), slice(15, LENGTH))] for i in range(2)]
-                )
-                for name, o in self.outcomes(y).items()
-            }
-            for name, value in each.items():
-                found.setdefault(name, []).append(value / each[CV])
-        return {name: np.array(values) for name, values in found.items()}
 
     @cached_property
     def settling(self):
         """Per coordinate: a over time (T, 3), its std, and the last relative step above 2 % among the first 50."""
         found = []
-        for c in self.y.T:
-            trace, _ = self.free(c)
+        for i in range(2):
+            trace, _ = self.free(i)
             a, std = trace.parameters[:, ::-1], trace.parameters_std[:, ::-1]
             step = np.linalg.norm(np.diff(a[:LENGTH], axis=0), axis=1) / np.linalg.norm(a[1:LENGTH], axis=1)
             found.append((a, std, int(np.flatnonzero(step > 0.02).max()) + 1))

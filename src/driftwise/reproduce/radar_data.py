@@ -1,43 +1,20 @@
-"""The 12 s long-range radar, C-130: one track of an air-surveillance radar, put on a grid of scans in metres.
+"""The radars' tracks: all plots of one, in metres; and the same on a grid of scans.
 
-The recording is not part of the package; ``DRIFTWISE_DATA`` names the folder where it lies (default ../shared/data).
+The recordings are not part of the package; ``DRIFTWISE_DATA`` names the folder where they lie.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import NamedTuple
-
 import numpy as np
 
 from . import recordings
+from .recordings import Kind
 
 
-class Track(NamedTuple):
-    """Positions on the antenna's grid; NaN where a scan was missed."""
-
-    y: np.ndarray  # (T, 2) East, North of the first plot, m
-    period: float  # s
-    missed: int
-    plots: int
-
-    @property
-    def time(self):
-        """Seconds since the first plot."""
-        return self.period * np.arange(len(self.y))
-
-
-def path() -> Path:
-    """Return where the recording is, or should be (one JSON file in its folder)."""
-    folder = recordings.folder() / "longrange_radar"
-    return next(iter(sorted(folder.glob("*.json"))), folder / "track.json")
-
-
-def read() -> Track:
-    """Return the track on its grid."""
-    ((_, time, position),) = recordings.long_range(recordings.folder())
-    y, period = on_grid(time, position)
-    return Track(y, period, len(y) - len(time), len(time))
+def tracks(kind: Kind):
+    """Return time (T,) and position (T, 2) of each track of a radar; none where the recording is not there."""
+    series = recordings.series(kind, recordings.folder())
+    return [(east.time, np.column_stack([east.y, north.y])) for east, north in zip(series[::2], series[1::2])]
 
 
 def on_grid(time, position):

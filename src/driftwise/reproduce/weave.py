@@ -30,6 +30,10 @@ def section(seeds: int) -> Section:
         [table, offsets],
         [],
         [weave, centred],
+        [
+            "Section 3.3's own data were not published. driftwise reproduce radar runs that experiment on the plots of "
+            "two recorded radars."
+        ],
     )
 
 
