@@ -107,6 +107,15 @@ def test_velocity_is_the_slope_of_the_forecast():
     assert np.isnan(est.velocity(est.start())[0])
 
 
+def test_two_poles_stay_at_one_whatever_the_plots_say():
+    est = dw.Manoeuvre()
+    trace = est.scan(np.cumsum(np.cumsum(np.random.default_rng(2).standard_normal(80))))
+    expected = np.array([-2, 1, 0]) + np.outer(est.pole(trace)[0], [-1, 2, -1])
+    np.testing.assert_allclose(trace.parameters, expected, rtol=1e-14, atol=1e-14)
+    low, value, high = est.time_constant(trace)
+    assert np.all((0 <= low) & (low <= value) & (value <= high))
+
+
 def test_bad_numbers_are_refused():
     for options, words in [
         (dict(rho=1.0), "below 1"),

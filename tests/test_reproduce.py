@@ -13,8 +13,9 @@ from scipy import stats
 
 import driftwise as dw
 from driftwise.edge import cli
-from driftwise.reproduce import clouds, counting, printed, radar_data, radar_filters, records, reproduce, tests_1_to_4
+from driftwise.reproduce import clouds, counting, printed, radar_filters, records, reproduce, tests_1_to_4
 from driftwise.reproduce.verdict import Reproduction, Scaled, Section, Statement, Verdict
+from driftwise.tracking import frames
 
 KEYS = {"name", "value", "expected", "pass", "skipped", "source"}
 
@@ -39,11 +40,9 @@ def assert_cited(source):
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """The whole command with few records and no recordings: (exit code, what --json wrote, the page's folder)."""
+    """The whole command with few records: (exit code, what --json wrote, the page's folder)."""
     folder = tmp_path_factory.mktemp("reproduce")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DRIFTWISE_DATA", str(folder / "nothing"))
-        code = call("reproduce", "salut1979", "--seeds", 30, "--json", folder / "r.json", "--figures", folder / "page")
+    code = call("reproduce", "salut1979", "--seeds", 30, "--json", folder / "r.json", "--figures", folder / "page")
     return code, json.loads((folder / "r.json").read_text()), folder / "page"
 
 
@@ -67,21 +66,13 @@ def test_the_json_keeps_its_contract(run):
         assert_cited(row["source"])
 
 
-def test_a_missing_recording_is_skipped_aloud(run):
-    code, found, _ = run
-    skipped = [row for row in found["verdicts"] if row["skipped"] and "records" not in row["value"]]
-    assert len(skipped) == 1
-    assert "DRIFTWISE_DATA" in skipped[0]["value"] and skipped[0]["pass"]
-    assert code == 0
-
-
 def test_the_page_is_self_contained(run):
     page = (run[2] / "salut1979.html").read_text()
     assert "http" not in page and "<script" not in page and "@import" not in page
     sources = re.findall(r'src="([^"]{1,22})', page)
     assert sources and all(source.startswith("data:image/png;base64,") for source in sources)
     assert len(list(run[2].glob("*.png"))) == len(sources)
-    assert "What is not reproduced" in page and "skipped" in page
+    assert "What is not reproduced" in page and "driftwise reproduce radar" in page
 
 
 def test_unknown_names_and_too_few_records_are_refused(capsys):
@@ -187,27 +178,10 @@ def test_fixed_filter_is_filterpys():
                 kf.update(y[t, i])
 
 
-def test_holding_poles_by_a_prior_holds_them():
-    """The posterior of a stays on the line a = NULL + phi ALONG: two roots at 1 whatever the data."""
-    y = np.cumsum(np.cumsum(np.random.default_rng(2).standard_normal(80)))
-    trace, _ = radar_filters.follow(radar_filters.joint(y, 1.0, 0.5, 2, poles_held=True), y)
-    roots = np.sort(np.abs(np.roots([1.0, *trace.parameters[-1]]) - 1))
-    assert roots[1] < 1e-5
-    assert roots[2] > 1e-3
-
-
-def test_differences_with_a_missing_scan_predict_through_it():
-    y = 5.0 * np.arange(40) + 0.01 * np.random.default_rng(3).standard_normal(40)
-    y[20] = np.nan
-    _, outcome = radar_filters.follow_differences(radar_filters.joint_of_differences(y, 1.0, 0.5, 2, 1e-3), y)
-    assert np.isfinite(outcome.prediction[2:]).all()
-    assert np.abs(outcome.prediction - 5.0 * np.arange(40))[5:].max() < 0.5
-
-
 def test_east_north_on_the_ellipsoid():
     """A degree of latitude at 45 degrees is 111 132 m; one of longitude 78 847 m (less the sagitta of the chord)."""
-    north = radar_data.east_north(np.array([44.995, 45.005]), np.array([7.0, 7.0]))[1]
-    east = radar_data.east_north(np.array([45.0, 45.0]), np.array([7.0, 7.01]))[1]
+    north = frames.east_north(np.array([44.995, 45.005]), np.array([7.0, 7.0]))[1]
+    east = frames.east_north(np.array([45.0, 45.0]), np.array([7.0, 7.01]))[1]
     assert north == pytest.approx([0.0, 1111.32], abs=0.01)
     assert east[0] == pytest.approx(788.47, abs=0.01)
 
@@ -246,13 +220,3 @@ def test_the_cloud_is_the_distribution_theory_gives():
     cloud = clouds.Cloud(clouds.TESTS[0], y, x)
     distances = [cloud.distance(vector) for vector in cloud.final]
     assert stats.kstest(distances, stats.chi2(3).cdf).pvalue > 1e-3
-
-
-@pytest.mark.skipif(not radar_data.path().exists(), reason="no recordings: set DRIFTWISE_DATA")
-def test_the_radar_part_holds_on_the_recording():
-    from driftwise.reproduce import radar
-
-    section = radar.section(300)
-    assert [verdict.name for verdict in section.verdicts if verdict.confirmed is not True] == []
-    for picture in section.pictures:
-        assert len(picture.draw().axes) >= 2

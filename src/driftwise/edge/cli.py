@@ -391,13 +391,13 @@ def demo(
 @app.command()
 def reproduce(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="salut1979, perriot1981, abid2008, tian2009 or policies.")
+        str, typer.Argument(metavar="NAME", help="salut1979, radar, perriot1981, abid2008, tian2009 or policies.")
     ],
     seeds: Annotated[
         int,
         typer.Option(
             help="Simulated records; full: 300 for salut1979, 500 for perriot1981, 400 for abid2008, 200 for tian2009 "
-            "and policies. Tolerances widen with fewer."
+            "and policies; radar simulates nothing. Tolerances widen with fewer."
         ),
     ] = 300,
     json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,

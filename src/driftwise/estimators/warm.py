@@ -7,7 +7,7 @@
 * `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`,
   `SelfStarting`), `Auto`
 * their `smooth` and `tune`, whatever the settings
-* `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`: the defaults
+* `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`; `Manoeuvre`: the defaults
 * `WindowObserver` on regular samples
 * `ModelAverage` of any of these, and the detector `SelfStarting`; with them all that `identify`, and `driftwise run`
   without options, need
@@ -37,6 +37,7 @@ from .gain.estimator import AdaptiveGain
 from .hindsight.moments import Backward
 from .hindsight.passes import Disturbances, Forward, Information
 from .joint.estimator import Joint
+from .manoeuvre.estimator import Manoeuvre
 from .mimo.estimator import JointMIMO
 from .polynomial.estimator import ARMAX
 from .recursive.estimator import ARX
@@ -80,7 +81,7 @@ def warm() -> Iterator[str]:
     memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()), UntilJump(SelfStarting()), Auto())
     recursive = [ARX(1, 1, memory=memory) for memory in memories]
     window = WindowObserver(Plant([[0.0]]), 2.0, noise_std=1.0, dt=1.0)
-    others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), window
+    others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), Manoeuvre(), window
     for other in (*recursive, *others):
         other.drive  # noqa: B018  (compiles)
         yield repr(other)
