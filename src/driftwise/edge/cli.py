@@ -311,16 +311,23 @@ def track(
         ),
     ],
     site: Annotated[
-        str | None, typer.Option(metavar="LAT,LON[,HEIGHT]", help="Where the radar stands: degrees and metres.")
+        list[str] | None,
+        typer.Option(
+            metavar="LAT,LON[,HEIGHT]",
+            help="Where the radar stands: degrees and metres. Of several: SAC/SIC=LAT,LON,HEIGHT, once for each.",
+        ),
     ] = None,
     sites: Annotated[
         str | None,
-        typer.Option(metavar="TABLE", help="Where several radars stand: a CSV of sac, sic, lat, lon, height."),
+        typer.Option(metavar="TABLE", help="The same as CSV (sac, sic, latitude, longitude, height), JSON or TOML."),
     ] = None,
     speed: Annotated[
         str,
         typer.Option(metavar="CLASS", help="aircraft, helicopter, glider, uav, boat, or a typical speed in m/s."),
     ] = "aircraft",
+    single: Annotated[
+        bool, typer.Option("--single", help="Plots that do not say whose they are belong to one object.")
+    ] = False,
     out: Annotated[str | None, typer.Option(metavar="DIR", help="Write the tracks into this folder.")] = None,
     format: Annotated[
         str, typer.Option(metavar="KIND,..", help="What is written there: csv, parquet, geojson, kml, cat062.")
@@ -347,7 +354,7 @@ def track(
     """
     from driftwise.edge.track import Order, execute
 
-    execute(Order(tuple(files), site, sites, speed, out, format, report, json, follow, quiet))
+    execute(Order(tuple(files), tuple(site or ()), sites, speed, out, format, report, json, follow, quiet, single))
 
 
 @app.command()

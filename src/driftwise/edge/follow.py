@@ -30,13 +30,13 @@ def follow(order: Order) -> None:
         try:
             while not source.has_ended:
                 data, begins = source.read()
-                tell(tracker, _feed(tracker, live.take(data, begins)) if data else [])
+                tell(tracker, _feed(tracker, live.take(data, begins)) if data else [], not data)
         except KeyboardInterrupt:
             pass
         finally:
             source.close()
         events = _feed(tracker, live.take(source.rest())) + tracker.finish()
-        tell(tracker, events)
+        tell(tracker, events, True)
     if not tracker.counts["plots"]:
         raise InputError(f"{order.title}: nothing came that is a plot: a time and a position on every line")
     deliver(order, tracker.tracks, f"followed for {perf_counter() - start:.1f} s")
@@ -62,9 +62,9 @@ def _ended_by_signal():
 
 @contextmanager
 def _told(order: Order):
-    """Yield a function of the tracker and of events that tells what is new: in a table, or in lines of JSON."""
+    """Yield a function (tracker, events, whether nothing waits) that tells what is new: a table, or lines of JSON."""
     if order.quiet:
-        yield lambda tracker, events: None
+        yield lambda tracker, events, is_idle: None
     elif sys.stdout.isatty():
         from rich.live import Live
 
@@ -82,7 +82,7 @@ class _Picture:
     def __init__(self, shown):
         self.shown, self.next, self.seen = shown, 0.0, -1
 
-    def __call__(self, tracker, events) -> None:
+    def __call__(self, tracker, events, is_idle: bool) -> None:
         begin = perf_counter()
         if begin < self.next or tracker.counts["plots"] == self.seen:
             return
@@ -108,33 +108,40 @@ class _Lines:
 
     def __init__(self):
         self.rows: dict[int, int] = {}  # of every track, those that were told
+        self.next = 0.0
 
-    def __call__(self, tracker, events) -> None:
+    def __call__(self, tracker, events, is_idle: bool) -> None:
+        begin = perf_counter()
         try:
             for event in events:
                 _say({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
-            if tracker.counts["plots"]:
+            if tracker.counts["plots"] and (is_idle or begin > self.next):
                 for track in tracker.tracks:
                     self._estimates(track)
+                self.next = perf_counter() + (perf_counter() - begin) / SHARE
             sys.stdout.flush()
         except BrokenPipeError:  # nobody reads any more
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise KeyboardInterrupt from None
 
     def _estimates(self, track) -> None:
-        trace = track.trace
-        for k in range(self.rows.get(track.id, 0), len(trace.time)):
-            (east, north), (east_sd, north_sd) = trace.position[k].tolist(), trace.position_sd[k].tolist()
-            _say(
-                {
-                    "estimate": track.key or track.id, "time": trace.time[k], "track": track.id, "name": track.name,
-                    "east": east, "north": north, "east_sd": east_sd, "north_sd": north_sd,
-                    "speed": trace.speed[k], "speed_sd": trace.speed_sd[k], "course": trace.course[k],
-                    "turn_rate_deg": degrees(trace.turn_rate[k]), "turn_rate_deg_sd": degrees(trace.turn_rate_sd[k]),
-                    "manoeuvre": trace.manoeuvre[k],
-                }
-            )  # fmt: skip
-        self.rows[track.id] = len(trace.time)
+        """Tell the rows of the trace of a track that have not been told."""
+        from driftwise.workflow.track_trace import TrackTrace
+
+        known = self.rows.get(track.id, 0)
+        if known == len(track):
+            return
+        plots = track.plots[known:]
+        new = TrackTrace(track.estimator, plots.time, plots.position, track.outs[known:], track.state)
+        names = ("time", "speed", "speed_sd", "course", "course_sd", "manoeuvre")
+        columns = {name: getattr(new, name).tolist() for name in names}
+        columns |= {name: (getattr(new, name) * degrees(1)).tolist() for name in ("turn_rate", "turn_rate_sd")}
+        for name, pair in (("", new.position), ("_sd", new.position_sd)):
+            columns |= {f"east{name}": pair[:, 0].tolist(), f"north{name}": pair[:, 1].tolist()}
+        who = {"estimate": track.key or track.id, "track": track.id, "name": track.name}
+        for row in zip(*columns.values()):
+            _say({**who, **dict(zip(columns, row))})
+        self.rows[track.id] = len(track)
 
 
 def _say(content: dict) -> None:

@@ -27,6 +27,7 @@ class Growing:
         self.path, self.pause = path, pause
         self.has_ended = False  # a pipe was closed: nothing more will come
         self._partial = b""
+        self._begins = False  # the next line is the first of another file
         self._file = sys.stdin.buffer.raw if path == "-" else open(path, "rb", buffering=0)  # type: ignore
 
     def read(self) -> tuple[bytes, bool]:
@@ -34,9 +35,13 @@ class Growing:
         if self.path == "-":
             return self._piped(), False
         data = self._file.read(MOST) or b""
-        if data:
-            return self._complete(data), False
-        return self._replaced() if self._is_other() else (self._wait(), False)
+        if not data and self._is_other():
+            data = self._replaced()
+        elif not data:
+            sleep(self.pause)
+        lines = self._complete(data)
+        begins, self._begins = self._begins, self._begins and not lines
+        return lines, begins
 
     def rest(self) -> bytes:
         """Return the last line if it was never completed."""
@@ -60,10 +65,6 @@ class Growing:
         self._partial = rest
         return lines + end
 
-    def _wait(self) -> bytes:
-        sleep(self.pause)
-        return b""
-
     def _is_other(self) -> bool:
         """Say whether the path now names another file, or the same one cut short."""
         try:
@@ -73,16 +74,14 @@ class Growing:
         old = os.fstat(self._file.fileno())
         return (now.st_dev, now.st_ino) != (old.st_dev, old.st_ino) or now.st_size < self._file.tell()
 
-    def _replaced(self) -> tuple[bytes, bool]:
+    def _replaced(self) -> bytes:
         """Return the end of a file that was moved away, then turn to the new one."""
         data = self._file.read(MOST) or b""
         if data:
-            return self._complete(data), False
-        cut = os.fstat(self._file.fileno()).st_size < self._file.tell()
-        rest = b"" if cut else self.rest()
-        self._partial = b""
-        if rest:
-            return rest + b"\n", False
+            return data
+        was_cut = os.fstat(self._file.fileno()).st_size < self._file.tell()
+        if self._partial and not was_cut:
+            return b"\n"  # nobody will complete the last line
         self._file.close()
-        self._file = open(self.path, "rb", buffering=0)
-        return self._complete(self._file.read(MOST) or b""), True
+        self._file, self._partial, self._begins = open(self.path, "rb", buffering=0), b"", True
+        return b""

@@ -143,6 +143,7 @@ def _heads(fig, rows, paths, shown: int) -> None:
 
     heads: dict[str, list] = {"x": [], "y": [], "angle": [], "colour": []}
     names: dict[str, list] = {"x": [], "y": [], "colour": [], "text": []}
+    latest = {r.called: r.end for r in sorted(rows, key=lambda r: r.end)}
     for k, (r, path) in enumerate(zip(rows, paths)):
         course = r.track.trace.course
         known = np.flatnonzero(np.isfinite(course) & np.isfinite(path).all(axis=1))
@@ -151,7 +152,7 @@ def _heads(fig, rows, paths, shown: int) -> None:
         last, middle = known[-1], known[len(known) // 2]
         for i in (last, middle) if k < shown else (last,):
             _add(heads, *map(float, (*path[i], -np.radians(course[i]))), colour(k, shown))
-        if k < NAMED:
+        if k < NAMED and r.end == latest[r.called]:
             _add(names, *map(float, path[last]), colour(k, shown), r.called)
     look: Any = {"marker": "triangle", "size": 11, "color": "colour", "line_color": "#ffffff"}
     fig.scatter("x", "y", angle="angle", source=ColumnDataSource(heads), **look)

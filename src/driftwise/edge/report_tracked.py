@@ -159,7 +159,7 @@ class Panels:
             found.append(steady_range(part[name], width) or (0.0, 1.0))
         for name in (EAST, NORTH):
             size = np.abs(part[name][np.isfinite(part[name])])
-            wide = 1.25 * float(np.nanquantile(part[f"{name}_high"], 0.98))
+            wide = 1.25 * float(np.quantile(part[f"{name}_high"][len(t) // 20 + 1 :], 0.98)) if len(t) > 1 else 0.0
             top = max(1.1 * float(np.quantile(size, 0.99)), wide) if len(size) else wide
             found.append((-top, top) if top > 0 else (-1.0, 1.0))
         running = part[NIS][np.isfinite(part[NIS])]

@@ -41,11 +41,17 @@ def write(tracks, path, title: str = "Tracks", *, sites=(), notes=()) -> Path:
     told = track_words.faults_told(tracks.faults)
     sections = [_plan(parts, rows, tracks.origin), _tracked(parts, rows, panels)] if rows else []
     sections.append(_table(rows))
-    folds = [_skipped(tracks.faults, told), _read(notes)]
+    folds = [_skipped(tracks.faults, told), _read([*notes, *filter(None, [track_words.counted(tracks.counts)])])]
     return common.write(
-        path, title=title, facts=_facts(rows), lead=track_words.lead(rows), cards=_cards(rows, tracks.faults),
-        sections=sections, folds=folds, script=script,
-    )  # fmt: skip
+        path,
+        title=title,
+        facts=_facts(rows),
+        lead=track_words.lead(rows, tracks.counts),
+        cards=_cards(rows, tracks.faults),
+        sections=sections,
+        folds=folds,
+        script=script,
+    )
 
 
 def _facts(rows) -> str:
@@ -190,4 +196,6 @@ def _skipped(faults, told: str) -> str:
 def _read(notes) -> str:
     if not notes:
         return ""
-    return html.fold("read", "What was read", f"{len(notes)} notes", "", "".join(map(html.say, notes)))
+    return html.fold(
+        "read", "What became of the plots", track_words.count_of(len(notes), "note"), "", "".join(map(html.say, notes))
+    )

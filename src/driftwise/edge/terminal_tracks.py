@@ -25,9 +25,11 @@ def show(tracks, rows, *, title: str, took: str, out) -> None:
             rest = rows[MOST:]
             out.print(Text(f"and {len(rest)} more tracks of {rest[-1].plots} to {rest[0].plots} plots", style="dim"))
         out.print()
-    out.print(Text(track_words.lead(rows)))
+    out.print(Text(track_words.lead(rows, tracks.counts)))
     if told := track_words.faults_told(tracks.faults):
         out.print(Text("skipped: ", style="yellow") + Text(told))
+    for told in filter(None, (track_words.counted(tracks.counts), track_words.hint(rows))):
+        out.print(Text("note: ", style="yellow") + Text(f"{told}."))
     out.print()
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from driftwise.errors import CommandError
+from driftwise.errors import CommandError, InputError
 
 __all__ = ["Order", "deliver", "execute"]
 
@@ -26,14 +26,15 @@ class Order:
     Attributes
     ----------
     files : paths of recordings; ("-",) with ``follow`` is standard input
-    site : "LAT,LON[,HEIGHT]" of the radar, degrees and metres
+    site : "LAT,LON[,HEIGHT]" of the radar, or "SAC/SIC=LAT,LON,HEIGHT" of one of several; degrees and metres
     sites : table of the radars by SAC/SIC
     speed : class of objects, or their typical speed in m/s
     out : folder for the tracks, in the ``formats``
+    single : plots without a key are of one object
     """
 
     files: tuple[str, ...]
-    site: str | None = None
+    site: tuple[str, ...] = ()
     sites: str | None = None
     speed: str = "aircraft"
     out: str | None = None
@@ -42,6 +43,7 @@ class Order:
     json: str | None = None
     follow: bool = False
     quiet: bool = False
+    single: bool = False
 
     @property
     def title(self) -> str:
@@ -50,16 +52,28 @@ class Order:
 
     @property
     def place(self) -> tuple[float, ...] | None:
-        """The site as numbers: degrees, and metres above the ellipsoid where they were given."""
-        if self.site is None:
+        """The site of a radar that has no name: degrees, and metres above the ellipsoid where they were given."""
+        bare = [text for text in self.site if "=" not in text]
+        if not bare:
             return None
         try:
-            found = tuple(float(part) for part in self.site.split(","))
+            found = tuple(float(part) for part in bare[0].split(","))
         except ValueError:
             found = ()
-        if len(found) not in (2, 3) or not (abs(found[0]) <= 90 and abs(found[1]) <= 360):
-            raise CommandError(f"--site takes LATITUDE,LONGITUDE[,HEIGHT] in degrees and metres, got {self.site!r}")
+        if len(bare) > 1 or len(found) not in (2, 3) or not (abs(found[0]) <= 90 and abs(found[1]) <= 360):
+            raise CommandError(
+                f"--site takes LATITUDE,LONGITUDE[,HEIGHT] in degrees and metres, once, or SAC/SIC=LATITUDE,LONGITUDE,"
+                f"HEIGHT for each radar; got {' and '.join(map(repr, bare))}"
+            )
         return found
+
+    @property
+    def radars(self) -> dict[str, Any]:
+        """The sites of radars by "SAC/SIC", of the table and those that were named."""
+        from driftwise.tracking.sites import read_sites
+
+        named = [text for text in self.site if "=" in text]
+        return {**(read_sites(self.sites) if self.sites else {}), **(read_sites(named) if named else {})}
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -114,6 +128,8 @@ def execute(order: Order) -> None:
     plots = _read(order)
     tracker = make(order)
     with _progress("tracking", order.quiet) as advance:
+        tracker.feed(plots[:0])  # what could not be read is told once
+        plots = replace(plots, faults=())
         for first in range(0, len(plots), BLOCK):
             tracker.feed(plots[first : first + BLOCK])
             advance(min((first + BLOCK) / len(plots), 1.0))
@@ -125,14 +141,20 @@ def make(order: Order) -> Any:
     """Return a tracker of what was asked for."""
     from driftwise.tracking.tracker import Tracker
 
-    return Tracker(order.pace)
+    return Tracker(order.pace, single=order.single)
 
 
 def _read(order: Order):
     from driftwise.tracking.read import read_plots
 
+    radars = order.radars
     with _progress(f"reading {order.title}", order.quiet) as advance:
-        return read_plots(list(order.files), site=order.place, sites=order.sites, progress=advance)
+        try:
+            return read_plots(list(order.files), site=order.place, sites=radars or None, progress=advance)
+        except InputError as error:
+            if "SAC/SIC" not in str(error):
+                raise
+            raise InputError(f"{error}. Here: --site 25/201=46.2,15.1,800 for each, or --sites FILE") from None
 
 
 def deliver(order: Order, tracks, took: str) -> None:
@@ -149,7 +171,7 @@ def deliver(order: Order, tracks, took: str) -> None:
     if order.report:
         from driftwise.edge.report_tracks import write
 
-        written.append(f"report in {write(tracks, order.report, order.title, sites=_sites(order))}")
+        written.append(f"report in {write(tracks, order.report, order.title, sites=_sites(order, tracks))}")
     if order.json:
         from driftwise.edge.results import write as write_json
 
@@ -162,9 +184,11 @@ def deliver(order: Order, tracks, took: str) -> None:
             out.print(line, soft_wrap=True)
 
 
-def _sites(order: Order) -> list[tuple[str, float, float]]:
-    """Return where range rings are drawn."""
-    return [] if order.place is None else [("radar", order.place[0], order.place[1])]
+def _sites(order: Order, tracks) -> list[tuple[str, float, float]]:
+    """Return where range rings are drawn: about the radars that saw a track."""
+    seen = {sensor for track in tracks for sensor in track.sensors}
+    found = [(name, site.latitude, site.longitude) for name, site in order.radars.items() if name in seen]
+    return found if order.place is None else [("radar", order.place[0], order.place[1]), *found]
 
 
 def _content(order: Order, tracks, rows) -> dict:

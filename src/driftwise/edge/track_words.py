@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from driftwise.edge.wording import fixed, number
@@ -26,7 +27,7 @@ __all__ = [
 ]
 
 DATED = 1e8  # s: times beyond are Unix times
-COURSE = 30.0  # degrees: a course of a larger deviation is not known
+COURSE = 15.0  # degrees: a course of a larger deviation is not known
 TURNED = 30.0  # degrees from which a change of course is called a turn
 PACE = 10.0  # degrees in a window
 HEAD = (
@@ -34,7 +35,7 @@ HEAD = (
 )  # fmt: skip
 
 
-COUNTED = re.compile(r"(.*?)(?:: (\d+), this is the first)?$", re.DOTALL)  # a fault that stands for several
+COUNTED = re.compile(r"(.*): (\d+), this is the first", re.DOTALL)  # a fault that stands for several
 
 
 class Turn(NamedTuple):
@@ -78,9 +79,13 @@ class Row(NamedTuple):
 def row(track) -> Row:
     """Return what is told of a track: its summary, its turns, the stretches (first row, end) in which it manoeuvred."""
     told, trace = track.summary(), track.trace
-    names = ("start", "end", "plots", "missed", "speed", "manoeuvres", "nis", "coverage", "status")
-    numbers = (told[name] for name in names)
-    return Row(track, track.key or f"#{track.id}", track.name, *numbers, _turns(trace), _stretches(trace))
+    start, end, plots, missed, speed, manoeuvres, nis, coverage, status = (
+        told[name] for name in ("start", "end", "plots", "missed", "speed", "manoeuvres", "nis", "coverage", "status")
+    )
+    return Row(
+        track, track.key or f"#{track.id}", track.name, start, end, plots, missed, speed, manoeuvres, nis, coverage,
+        status, _turns(trace), _stretches(trace),
+    )  # fmt: skip
 
 
 def rows(tracks) -> list[Row]:
@@ -112,9 +117,8 @@ def _stretches(trace) -> tuple[tuple[int, int], ...]:
 
     half = 0.5 * _window(trace.time)
     sums = np.concatenate(([0.0], np.cumsum(np.nan_to_num(trace.manoeuvre))))
-    first, end = (
-        np.searchsorted(trace.time, trace.time + shift, side) for shift, side in ((-half, "left"), (half, "right"))
-    )
+    first = np.searchsorted(trace.time, trace.time - half, "left")
+    end = np.searchsorted(trace.time, trace.time + half, "right")
     return tuple(_runs((sums[end] - sums[first]) / (end - first) > 0.5))
 
 
@@ -174,10 +178,31 @@ def cells(found: Row, *, with_day: bool = False) -> list[str]:
     ]  # fmt: skip
 
 
-def lead(rows: list[Row]) -> str:
+def hint(rows: list[Row]) -> str:
+    """Return what to try where tracks without a key follow one another: they may be one object."""
+    spans = sorted((r.start, r.end) for r in rows if not r.track.key)
+    shared = sum(max(a[1] - b[0], 0.0) for a, b in pairwise(spans))
+    if len(spans) < 2 or shared > 0.1 * sum(end - start for start, end in spans):
+        return ""
+    return "the tracks follow one another in time: if all plots are of one object, add --single"
+
+
+def counted(counts: dict[str, int]) -> str:
+    """Return in a sentence what became of plots that made no track; nothing where all did."""
+    words = (
+        ("discarded", "on tracks that were never confirmed"), ("outliers", "set aside as outliers"),
+        ("repeated", "told again what was known"), ("late", "came too late"), ("clock", "had a wild clock"),
+    )  # fmt: skip
+    told = [f"{counts[name]} {what}" for name, what in words if counts.get(name)]
+    return f"of {counts['plots']} plots, {', '.join(told)}" if told else ""
+
+
+def lead(rows: list[Row], counts: dict[str, int]) -> str:
     """Return in a few sentences how many objects there were, over which time, what turned and how sure this is."""
     if not rows:
-        return "No object was seen often enough to make a track."
+        return (
+            f"No object was seen often enough to make a track. There were {count_of(counts.get('plots', 0), 'plot')}."
+        )
     start, end = min(r.start for r in rows), max(r.end for r in rows)
     turning = [r for r in rows if r.turns]
     if objects(rows) == 1:
@@ -218,7 +243,7 @@ def _sure(rows: list[Row]) -> str:
 
 def skipped(faults) -> int:
     """Return how many records could not be used."""
-    return sum(int(COUNTED.match(fault.what)[2] or 1) for fault in faults)  # type: ignore[index]
+    return sum(_told(fault)[1] for fault in faults)
 
 
 def faults_told(faults) -> str:
@@ -227,13 +252,19 @@ def faults_told(faults) -> str:
         return ""
     kinds: dict[str, list] = {}
     for fault in faults:
-        what, count = COUNTED.match(fault.what).groups()  # type: ignore[union-attr]
-        kinds.setdefault(what, []).append((int(count or 1), fault.offset))
+        what, count = _told(fault)
+        kinds.setdefault(what, []).append((count, fault.offset))
     counts = {what: sum(n for n, _ in some) for what, some in kinds.items()}
     most = sorted(kinds, key=lambda what: -counts[what])
     told = [f"{what}: {counts[what]} ({_where(kinds[what])})" for what in most[:3]]
     told += [f"for other reasons: {sum(counts[what] for what in most[3:])}"] if len(most) > 3 else []
     return f"{count_of(sum(counts.values()), 'record')} skipped \u2013 {'; '.join(told)}."
+
+
+def _told(fault) -> tuple[str, int]:
+    """Return what is wrong, and with how many records."""
+    match = COUNTED.fullmatch(fault.what)
+    return (match[1], int(match[2])) if match else (fault.what, 1)
 
 
 def _where(some, most: int = 3) -> str:
