@@ -60,7 +60,7 @@ def test_numbers_in_words(tracks):
         assert turn.end - turn.start == pytest.approx(60, abs=16)
     words = track_words.lead(rows, tracks.counts)
     assert words.startswith("4 objects in 5.27 min, of which CALL2 and CALL0 turned. The longest turn: CALL")
-    assert "° to the right from 2023-11-14 22:15" in words
+    assert "° to the right from 2023-11-14 22:16" in words
     assert track_words.faults_told(tracks.faults) == "7 records skipped – <b>bits</b>: 7 (first at 99)."
 
 

@@ -37,8 +37,10 @@ def table_of(rows):
     """Return the table of the busiest tracks."""
     days = {track_words.when(t).partition(" ")[0] for r in rows for t in (r.start, r.end)}
     dated = bool(rows) and track_words.clock(rows[0].start) is not None and len(days) > 1
+    narrow = {"manoeuvres": "man-\noeuvres", "in 95 %": "in\n95 %"}
     text = ("track", "name", "from", "to", "status")
-    shown = table(*((name, "left" if name in text else "right") for name in track_words.HEAD))
+    shown = table(*((narrow.get(name, name), "left" if name in text else "right") for name in track_words.HEAD))
     for r in rows[:MOST]:
-        shown.add_row(*track_words.cells(r, with_day=dated))
+        label, name, start, end, *numbers = track_words.cells(r, with_day=dated)
+        shown.add_row(label, name, *(time[2:-3] if dated else time for time in (start, end)), *numbers)
     return shown

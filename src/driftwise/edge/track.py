@@ -164,7 +164,7 @@ def deliver(order: Order, tracks, took: str) -> None:
     from driftwise.edge.terminal_tracks import show
 
     rows, written = track_words.rows(tracks), []
-    if order.out:
+    if order.out and rows:
         Path(order.out).mkdir(parents=True, exist_ok=True)
         files = tracks.write(order.out, order.kinds)
         written.append(f"tracks in {', '.join(map(str, files)) if files else order.out}")

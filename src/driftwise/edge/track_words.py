@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -31,7 +32,7 @@ COURSE = 15.0  # degrees: a course of a larger deviation is not known
 TURNED = 30.0  # degrees from which a change of course is called a turn
 PACE = 10.0  # degrees in a window
 HEAD = (
-    "track", "name", "from", "to", "plots", "missed", "speed m/s", "manoeuvres", "NIS", "in 95 %", "status"
+    "track", "name", "from", "to", "plots", "missed", "m/s", "manoeuvres", "NIS", "in 95 %", "status"
 )  # fmt: skip
 
 
@@ -170,11 +171,10 @@ def when(time: float, with_day: bool = True) -> str:
 
 def cells(found: Row, *, with_day: bool = False) -> list[str]:
     """Return a row as it is printed."""
-    coverage = f"{fixed(100 * found.coverage, 1)} %" if found.coverage == found.coverage else "\u2013"
     return [
         found.label, found.name, when(found.start, with_day), when(found.end, with_day), str(found.plots),
         str(found.missed), number(found.speed, 3) if found.speed == found.speed else "\u2013", str(found.manoeuvres),
-        fixed(found.nis, 2), coverage, found.status,
+        fixed(found.nis, 2), fixed(100 * found.coverage, 1), found.status,
     ]  # fmt: skip
 
 
@@ -200,9 +200,7 @@ def counted(counts: dict[str, int]) -> str:
 def lead(rows: list[Row], counts: dict[str, int]) -> str:
     """Return in a few sentences how many objects there were, over which time, what turned and how sure this is."""
     if not rows:
-        return (
-            f"No object was seen often enough to make a track. There were {count_of(counts.get('plots', 0), 'plot')}."
-        )
+        return f"No object was seen often enough to make a track, in {count_of(counts.get('plots', 0), 'plot')}."
     start, end = min(r.start for r in rows), max(r.end for r in rows)
     turning = [r for r in rows if r.turns]
     if objects(rows) == 1:
@@ -250,10 +248,12 @@ def faults_told(faults) -> str:
     """Return in a sentence what could not be read, with the places of the first ones; nothing where all could."""
     if not faults:
         return ""
+    sources = {fault.source for fault in faults}
     kinds: dict[str, list] = {}
     for fault in faults:
         what, count = _told(fault)
-        kinds.setdefault(what, []).append((count, fault.offset))
+        place = f"{os.path.basename(fault.source)}:{fault.offset}" if len(sources) > 1 else str(fault.offset)
+        kinds.setdefault(what, []).append((count, place))
     counts = {what: sum(n for n, _ in some) for what, some in kinds.items()}
     most = sorted(kinds, key=lambda what: -counts[what])
     told = [f"{what}: {counts[what]} ({_where(kinds[what])})" for what in most[:3]]
@@ -269,7 +269,7 @@ def _told(fault) -> tuple[str, int]:
 
 def _where(some, most: int = 3) -> str:
     """Return the places of the first ones: bytes of a binary file, lines or rows of a text."""
-    places = ", ".join(str(offset) for _, offset in some[:most])
+    places = ", ".join(place for _, place in some[:most])
     return f"at {places}{', ..' if len(some) > most else ''}" if some[0][0] == 1 else f"first at {places}"
 
 
