@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -168,3 +169,32 @@ def test_lines_one_by_one_are_the_table(tmp_path):
     assert parts[0].origin == whole.origin and whole.time[-1] > 86400
     bad = [f.offset for p in parts for f in p.faults if "'x'" in f.what]
     assert bad == [f.offset for f in whole.faults if "'x'" in f.what] != []
+
+
+def test_frames_one_by_one_are_the_recording():
+    from driftwise.edge.live_plots import LivePlots
+    from driftwise.tracking.read import read_plots
+
+    path = Path(os.environ.get("DRIFTWISE_DATA", "")) / "tracking/modes_raw/full_flight_short.lines00001-12000.jsonl"
+    if not path.is_file():
+        pytest.skip("DRIFTWISE_DATA names no folder with tracking recordings")
+    whole, live = read_plots(path), LivePlots(path.name)
+    lines = path.read_bytes().splitlines(True)
+    pieces = [b"".join(lines[k : k + 700]) for k in range(0, len(lines), 700)]
+    parts = [part for piece in pieces if (part := live.take(piece)) is not None]
+    for name in ("time", "position", "name", "altitude"):
+        np.testing.assert_array_equal(np.concatenate([getattr(p, name) for p in parts]), getattr(whole, name))
+
+
+def test_a_start_without_a_fix_and_a_file_without_its_header_are_taken():
+    from driftwise.edge.live_plots import LivePlots
+
+    live = LivePlots("gps.csv")
+    for text in ("time,lat,lon\n", "1,0,0\n", "2,0,0\n"):
+        assert live.take(text.encode()) is None
+    found = live.take(b"3,50,4\n4,50.001,4\n5,50.002,4\n")
+    assert found.time.tolist() == [3, 4, 5] and len(found.faults) == 2
+    assert live.take(b"6,50.003,4\n", begins=True).time.tolist() == [6]
+    assert live.take(b"time,lat,lon\n7,50.004,4\n", begins=True).time.tolist() == [7]
+    lost = live.take(b"8,500,4\n")
+    assert len(lost) == 0 and "not on earth" in lost.faults[0].what and lost.faults[0].offset == 3

@@ -11,6 +11,8 @@ from driftwise.errors import InputError
 __all__ = ["LivePlots"]
 
 PATIENCE = 100  # lines that may be unreadable at the beginning
+PAST = 3000  # frames from which the position of an aircraft is known
+FRAMES = "frames"
 DAY = 86400.0
 
 
@@ -33,11 +35,14 @@ class LivePlots:
         self._waiting: list[bytes] = []
         self._head: list[bytes] = []
         self._last: dict[str, bytes] = {}  # of every object its last line, in the order in which they came
+        self._past: list[bytes] = []  # frames that were used
         self._line = 0  # lines that were taken in
         self._newest: float | None = None
 
     def take(self, data: bytes, begins: bool = False):
         """Return the plots of complete lines; None where there is nothing yet. ``begins``: of another file."""
+        from driftwise.tracking.plots import Fault, plots
+
         lines = [line + b"\n" for line in data.split(b"\n")[: data.count(b"\n")]]
         if data and not data.endswith(b"\n"):
             lines.append(data.rpartition(b"\n")[2] + b"\n")
@@ -49,32 +54,48 @@ class LivePlots:
         self._waiting = []
         if not any(line.strip() for line in lines):
             return None
-        if not self.kind and not self._is_begun(lines):
+        if not self.kind:
+            if not self._is_begun(lines):
+                return None
+            lines, self._line = lines[len(self._head) :], len(self._head)
+        if not lines:
             return None
-        first = self._line + 1
-        if not self._line:
-            lines = lines[len(self._head) :]
-            first += len(self._head)
-        self._line = first - 1 + len(lines)
-        return self._plots(lines, first) if lines else None
+        first, self._line = self._line + 1, self._line + len(lines)
+        try:
+            return self._decoded(lines, first) if self.kind == FRAMES else self._plots(lines, first)
+        except InputError as error:
+            if self._newest is not None:
+                return plots([], [], origin=self.origin, faults=[Fault(self.title, first, str(error))])
+            if len(lines) > PATIENCE:
+                raise
+            self._waiting, self._line = lines, first - 1
+            return None
 
     def _is_begun(self, lines: list[bytes]) -> bool:
         """Say whether the lines are enough to tell what they are; then the head is known."""
         from driftwise.tracking.read import kind_of
+        from driftwise.tracking.tables import frames_of
 
         data = b"".join(lines)
         kind = kind_of(data, self.title)
+        if kind == "Mode S" or (kind == "JSON" and _has_frames(data, self.title)):
+            self.kind = FRAMES
+            return True
         if kind not in ("CSV", "JSON"):
-            raise InputError(f"{self.title} is {kind}; --follow reads CSV with a header, or a JSON object on each line")
+            raise InputError(
+                f"{self.title} is {kind}; --follow reads CSV with a header, a JSON object or a Mode S frame on a line"
+            )
         try:
-            rows = self._table(data, kind).rows
+            table = self._table(data, kind)
         except InputError:
             if len(lines) > PATIENCE:
                 raise
             self._waiting = lines
             return False
+        if frames_of(table):
+            raise InputError(f"{self.title}: --follow takes Mode S frames one on a line, not in a table")
         self.kind = kind
-        self._head = lines[: int(rows[0]) - 1] if kind == "CSV" else []
+        self._head = lines[: int(table.rows[0]) - 1] if kind == "CSV" else []
         return True
 
     def _table(self, data: bytes, kind: str):
@@ -88,18 +109,12 @@ class LivePlots:
 
     def _plots(self, lines: list[bytes], first: int):
         """Return the plots of lines, the first of which has this number in the file."""
-        from driftwise.tracking.plots import Fault, plots
         from driftwise.tracking.tables import read_table
 
         above = [*self._head, *self._last.values()]
         known = len(above)
-        try:
-            table = self._table(b"".join([*above, *lines]), self.kind)
-            found, used = read_table(table, site=self.site, origin=self.origin)
-        except InputError as error:
-            if self._newest is None:
-                raise
-            return plots([], [], origin=self.origin, faults=[Fault(self.title, first, str(error))])
+        table = self._table(b"".join([*above, *lines]), self.kind)
+        found, used = read_table(table, site=self.site, origin=self.origin)
         old = table.rows <= known
         if old.any():
             before, _ = read_table(_chosen(table, old), site=self.site, origin=self.origin or found.origin)
@@ -109,10 +124,33 @@ class LivePlots:
                 found = replace(found, time=found.time + DAY * days)
         faults = [replace(f, offset=f.offset - known + first - 1) for f in found.faults if f.offset > known]
         self.origin = self.origin or found.origin
-        if len(found):
-            self._newest = max(float(found.time.max()), found.time[0] if self._newest is None else self._newest)
+        self._seen(found)
         self._remember(table, ~old, [*above, *lines], used)
         return replace(found, faults=tuple(faults))
+
+    def _decoded(self, lines: list[bytes], first: int):
+        """Return the plots of Mode S frames; the ones before them say where each aircraft was."""
+        above = self._past
+        found, before = self._frames([*above, *lines]), self._frames(above)
+        self._past = [*above, *lines][-PAST:]
+        self.origin = self.origin or found.origin
+        self._seen(found)
+        faults = [replace(f, offset=f.offset - len(above) + first - 1) for f in found.faults if f.offset > len(above)]
+        return replace(_without(found, before), faults=tuple(faults))
+
+    def _frames(self, lines: list[bytes]):
+        from driftwise.tracking.modes import read_frames, read_lines
+        from driftwise.tracking.records import json_records
+
+        data = b"".join(lines)
+        if not data.lstrip().startswith(b"{"):
+            return read_lines(data, self.title, origin=self.origin)
+        records, at, faults = json_records(data, self.title)
+        return read_frames(records, at, self.title, origin=self.origin, faults=faults)
+
+    def _seen(self, found) -> None:
+        if len(found):
+            self._newest = float(found.time.max()) if self._newest is None else max(self._newest, found.time.max())
 
     def _remember(self, table, new, lines: list[bytes], used) -> None:
         """Keep the last line of every object."""
@@ -122,6 +160,17 @@ class LivePlots:
             key = str(keys[row])
             self._last.pop(key, None)
             self._last[key] = lines[int(table.rows[row]) - 1]
+
+
+def _has_frames(data: bytes, title: str) -> bool:
+    """Say whether lines of JSON hold Mode S frames."""
+    from driftwise.tracking.modes import is_frames
+    from driftwise.tracking.records import json_records
+
+    try:
+        return is_frames(json_records(data, title)[0])
+    except InputError:
+        return False
 
 
 def _chosen(table, rows) -> Any:

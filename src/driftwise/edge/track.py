@@ -164,10 +164,6 @@ def deliver(order: Order, tracks, took: str) -> None:
     from driftwise.edge.terminal_tracks import show
 
     rows, written = track_words.rows(tracks), []
-    if order.out and rows:
-        Path(order.out).mkdir(parents=True, exist_ok=True)
-        files = tracks.write(order.out, order.kinds)
-        written.append(f"tracks in {', '.join(map(str, files)) if files else order.out}")
     if order.report:
         from driftwise.edge.report_tracks import write
 
@@ -177,11 +173,15 @@ def deliver(order: Order, tracks, took: str) -> None:
 
         write_json(_content(order, tracks, rows), order.json)
         written.append(f"results in {order.json}")
+    out = console(stderr=order.json == "-" or (order.follow and not sys.stdout.isatty()))
     if not order.quiet:
-        out = console(stderr=order.json == "-" or (order.follow and not sys.stdout.isatty()))
         show(tracks, rows, title=order.title, took=took, out=out)
-        for line in written if order.json != "-" else ():
-            out.print(line, soft_wrap=True)
+    if order.out and rows:
+        Path(order.out).mkdir(parents=True, exist_ok=True)
+        files = tracks.write(order.out, order.kinds)
+        written.append(f"tracks in {', '.join(map(str, files))}")
+    for line in written if not order.quiet and order.json != "-" else ():
+        out.print(line, soft_wrap=True)
 
 
 def _sites(order: Order, tracks) -> list[tuple[str, float, float]]:
