@@ -74,7 +74,7 @@ def decode(category, edition, body):
                 continue
             if isinstance(result, ValueError):
                 continue
-            if name == "-" or "020" in result[0].items_regular and _track(result[0]) == (name == "track"):
+            if name == "-" or ("020" in result[0].items_regular and _track(result[0]) == (name == "track")):
                 found = result
         if found is None:
             return None

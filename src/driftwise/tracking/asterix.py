@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import datetime
 from bisect import bisect_right
-from collections import Counter, deque
+from collections import ChainMap, Counter, deque
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -109,7 +109,7 @@ def read_asterix(source, sites=None, day=None, *, origin=None, editions=None) ->
     data, label = _bytes(source)
     given = read_sites(sites)
     recording = decode(data, day=day, editions=editions, label=label)
-    return _plots(recording, given, origin, label)
+    return placed(recording, given, origin, label)
 
 
 def decode(source, *, day=None, editions=None, label=None) -> Recording:
@@ -328,10 +328,11 @@ def _periods(messages):
     }
 
 
-def _plots(recording, given, origin, label):
+def placed(recording, given, origin, label) -> Plots:
+    """Return the plots of a recording, radars standing where ``given`` says, else where they say themselves."""
     chosen = [k for k, row in enumerate(recording.reports) if row.body.kind != NOWHERE]
     rows = [recording.reports[k] for k in chosen]
-    position, covariance, origin, lost = positions(rows, recording.sites | given, origin)
+    position, covariance, origin, lost = positions(rows, ChainMap(given, recording.sites), origin)
     faults = recording.faults + tuple(Fault(label, rows[k].offset, what) for k, what in lost)
     good = np.isfinite(position).all(axis=1)
     rows = [row for row, keep in zip(rows, good) if keep]

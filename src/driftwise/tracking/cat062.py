@@ -94,10 +94,10 @@ def _library():
     return generated
 
 
-SHAPES: dict[str, tuple] = dict.fromkeys(("time", "track", "latitude", "longitude", "altitude", "turn_rate", "turn_rate_sd"), ())  # fmt: skip
-SHAPES |= dict.fromkeys(
-    (f"{name}{sd}" for name in ("position", "velocity", "acceleration") for sd in ("", "_sd")), (2,)
-)
+SHAPES: dict[str, tuple] = {
+    **dict.fromkeys(("time", "track", "latitude", "longitude", "altitude", "turn_rate", "turn_rate_sd"), ()),
+    **{name + sd: (2,) for name in ("position", "velocity", "acceleration") for sd in ("", "_sd")},
+}
 NEEDED = ("time", "track", "latitude", "longitude")
 
 
@@ -119,7 +119,8 @@ def _columns(rows):
             if column.shape != (T,):
                 raise InputError(f"{name} must have an entry for each of {T} times, got shape {column.shape}")
         else:
-            raise InputError(f"tracks have a column {name!r} that is not known; known are {', '.join(SHAPES)}, key, name, tentative")  # fmt: skip
+            known = ", ".join((*SHAPES, "key", "name", "tentative"))
+            raise InputError(f"tracks have a column {name!r} that is not known; known are {known}")
         out[name] = column
     for name in ("time", "track"):
         if not np.isfinite(out[name]).all():
@@ -139,7 +140,7 @@ def _whole(values, unit, bits, signed=True):
     """Return whole numbers of a unit, at the end of the scale where beyond it, as two's complement; None where NaN."""
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
     values = np.asarray(values, float)
-    whole = np.clip(np.rint(np.where(np.isfinite(values), values, 0) / unit), low, high).astype(np.int64) & (1 << bits) - 1  # fmt: skip
+    whole = np.clip(np.rint(np.nan_to_num(values / unit, nan=0.0)), low, high).astype(np.int64) & (1 << bits) - 1
     return np.where(np.isnan(values), None, whole.astype(object))
 
 
