@@ -11,6 +11,7 @@ import json
 import numpy as np
 
 import driftwise as dw
+from driftwise.reproduce import recordings
 from driftwise.scoreboard import records, tracks
 
 KNOT = 1852 / 3600
@@ -174,7 +175,7 @@ def recorded():
         print(f"| {name} | {len(z)} | {told} | {error:.2f} | {sd:.2f} | {np.sqrt(np.mean(z**2)):.2f} |")
 
     truth, boats = gnss(where), []
-    for name, time, plots in tracks.boats(where):
+    for name, time, plots in recordings.boats(where):
         v = smoothed(*truth[name], time)
         boats.append(judged(dw.TrackEstimator("boat").scan(time - time[0], plots), v, 0.0))
         row(name, boats[-1:])

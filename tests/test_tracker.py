@@ -1,13 +1,20 @@
 """Plots to tracks: initiation, coasting, splitting, association; streams and records give the same tracks."""
 
+import json
+import os
 from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import driftwise as dw
 from driftwise.errors import InputError
+from driftwise.tracking.placed import placed
 from driftwise.tracking.plots import plots
+from driftwise.tracking.read import read_plots
+from driftwise.tracking.scans import Scans
 from driftwise.tracking.tracker import Tracker
 
 
@@ -144,7 +151,7 @@ def test_a_gap_makes_a_track_that_follows():
     first, then = tracker.tracks
     assert (first.status, then.status, then.follows, len(first), len(then)) == ("ended", "confirmed", 1, 10, 10)
     assert [e.kind for e in first.events][-2:] == ["coasting", "ended"]
-    assert first.events[-1].time == 36.0 + 8 * 4.0  # scan periods, whenever it was noticed
+    assert [e.time for e in first.events[-2:]] == [36 + 3.5 * 4, 36 + 8 * 4]  # scans, whenever it was noticed
 
 
 def test_a_few_plots_are_no_track():
@@ -170,6 +177,45 @@ def test_plots_in_disorder_wait_for_their_turn():
     patient, hasty = run(data[order], delay=10.0), run(data[order])
     assert patient.counts["late"] == 0 and hasty.counts["late"] > 3
     np.testing.assert_array_equal(patient.tracks[0].outs, run(data).tracks[0].outs)
+    again = replace(data, position=data.position + 40.0)
+    first = run(together(data, again), delay=10.0).tracks[0]  # of two at one time the one that came first
+    np.testing.assert_array_equal(first.plots.position, data.position)
+
+
+def test_two_nameless_ones_in_formation_are_two():
+    leader = flight(20, sensor="radar")
+    for behind in (0.3, 2.0):  # seconds: within half a scan of the leader's plot, and later
+        wing = flight(20, begin=behind + 20, start=(4400.0, 400.0), sensor="radar")
+        tracks = run(together(leader, wing)).tracks
+        assert [len(t) for t in tracks] == [20, 20]
+        np.testing.assert_array_equal(tracks[0].plots.position, leader.position)
+
+
+def test_scan_periods_are_medians_of_the_slowest_sensor():
+    scans, clock = Scans(), {}
+    for time in (0.0, 4.0, 8.0, 12.0, 16.0, 916.0, 920.0, 924.0):
+        scans.tick(clock, "a", time)
+    assert clock["a"][1:] == [4.0] * 6 and scans.period(clock) == 4.0  # a pause is no scan
+    new = {}
+    for time in (0.0, 0.2):
+        scans.tick(new, "a", time)
+    assert scans.period(new) == 4.0  # what others are seen with counts until there is enough of its own
+    for time in (0.4, 0.6, 0.8, 1.0, 1.2):
+        scans.tick(new, "a", time)
+    assert scans.period(new) == pytest.approx(0.2)
+    for time in (0.0, 12.0, 24.0):
+        scans.tick(new, "b", time)
+    assert scans.period(new) == 12.0 and Scans().period({}) == 0.0
+
+
+def test_tracks_of_a_moment_do_not_change():
+    tracker, data = Tracker(), flight(20, key="K")
+    tracker.feed(data[:12])
+    before = tracker.tracks[0]
+    state, outs = before.state.tobytes(), before.outs.copy()
+    tracker.feed(data[12:])
+    assert before.state.tobytes() == state and len(tracker.tracks[0]) == 20
+    np.testing.assert_array_equal(before.outs, outs)
 
 
 def test_one_wrong_clock_ends_nothing():
@@ -218,3 +264,39 @@ def test_manoeuvres_and_wild_plots_of_one_nameless_object():
 def test_what_cannot_be_is_refused(options, words):
     with pytest.raises(InputError, match=words):
         Tracker(**options)
+
+
+RECORDINGS = Path(os.environ.get("DRIFTWISE_DATA", Path(__file__).parents[2] / "shared" / "data")) / "tracking"
+
+
+@pytest.mark.parametrize(
+    "name, options, keys, tracks",
+    [
+        ("modes_raw/full_flight_short.lines00001-12000.jsonl", {}, 1, 1),
+        ("longrange_radar/gofer06.json", {}, 1, 1),  # no keys: association by fit
+        ("longrange_radar/gofer06.json", dict(single=True), 1, 1),
+        ("adsb_tracks/ambulances__rega_sg.json.gz", dict(estimator="helicopter"), 1, 1),
+        ("stonesoup/OpenSky_Plane_States.csv", {}, 83, 92),  # some are heard again after a pause
+    ],
+)
+def test_recordings(name, options, keys, tracks):
+    if not (RECORDINGS / name).exists():
+        pytest.skip(f"{name} is not there; set DRIFTWISE_DATA to the folder of recordings")
+    found = dw.track(recorded(RECORDINGS / name), **options)
+    assert (len({t.key for t in found}), len(found)) == (keys, tracks)
+    assert sum(map(len, found)) >= 0.99 * found.counts["plots"]
+    long = [t for t in found if len(t) > 50]
+    table = {name: np.array([t.summary()[name] for t in long]) for name in ("nis", "coverage", "speed")}
+    assert 0.6 < np.median(table["nis"]) < 1.6 and 0.9 < np.median(table["coverage"]) < 0.99
+    assert np.all(table["speed"] < 350)
+    ends = [(t.key, t.plots.time[0], t.plots.time[-1]) for t in found if t.key]
+    assert all(a[0] != b[0] or a[2] < b[1] or b[2] < a[1] for i, a in enumerate(ends) for b in ends[:i])
+
+
+def recorded(path):
+    """Return the plots of a recording; the radar's file has one placeholder among the returns."""
+    if path.name != "gofer06.json":
+        return read_plots(path)
+    returns = [p for p in json.loads(path.read_text())["waypoints"] if p["site"] != "anchor"]
+    time = [datetime.fromisoformat(p["utc"]).timestamp() for p in returns]
+    return placed(time, [p["lat"] for p in returns], [p["lon"] for p in returns])
