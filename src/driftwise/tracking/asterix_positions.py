@@ -86,7 +86,7 @@ def _radar(slant, azimuth, altitude, polar, site, origin):
     sd = np.where(polar, np.maximum(sd, known.range_sd), known.range_sd)
     wide = along * beam**2 / sd > COUNTS
     stretch = np.where(wide, np.exp(beam**2 / 2), 1.0)
-    spread = linear_covariance(along, 0.0 * azimuth, sd, beam)
+    spread = linear_covariance(np.hypot(along, sd), 0.0 * azimuth, sd, beam)  # overhead, it may be an sd away
     if wide.any():
         spread[wide] = unbiased(along[wide], 0.0 * azimuth[wide], sd[wide], beam)[1]
     if site is None:
