@@ -209,7 +209,7 @@ def system_track(b, spec, at, edition):
     if i is not None and b[i] & 1:
         if b[i + 1] & 0x80:
             return "simulated, test or monitor targets"
-        if b[i + 1] & 0x40 or (b[i + 1] & b[i + 2] & 1 and b[i + 3] & 0x80):
+        if b[i + 1] & b[i + 2] & 1 and b[i + 3] & 0x80:  # coasting
             return "no detection"
     where, sd, key, name = (NOWHERE, NAN, NAN), None, "", ""
     if "105" in at:
