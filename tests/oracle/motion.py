@@ -50,6 +50,12 @@ class Linear:
             left = np.eye(self.order) - np.outer(K, np.eye(self.order)[0])
             self.P[c] = left @ self.P[c] @ left.T + g[c] * np.outer(K, K)
 
+    def acceleration(self, T, unit):
+        """Return what is expected, or what white noise on the velocity does between two plots."""
+        if self.order == 3:
+            return math.hypot(*self.x[:, 2])
+        return math.sqrt(self.noise * np.max(unit * self.scale)) / T**2
+
     def state(self, T, unit):
         """Return mean and covariance of position, velocity and acceleration of each coordinate."""
         C = len(unit)
@@ -103,6 +109,9 @@ class Circle:
         self.P = left @ self.P @ left.T + K @ R @ K.T
         self.x[4] = np.clip(self.x[4], -self.most, self.most)
 
+    def acceleration(self, T, unit):
+        return abs(self.x[4]) * math.hypot(self.x[1], self.x[3])
+
     def state(self, T, unit):
         E, vE, N, vN, omega = self.x
         J = np.zeros((6, 5))
@@ -133,7 +142,7 @@ class Pole:
         return last + d * velocity + ahead * x3, S
 
     def correct(self, w, ahead, unit, g):
-        """One step of the predictor: measure w, go on to the next. Return whether phi had to be held."""
+        """One step of the predictor: measure w, go on to the next."""
         R = np.diag(g * unit * self.scale / ahead**2)
         F = np.zeros_like(self.P)
         F[-1, -1] = 1.0
@@ -146,12 +155,13 @@ class Pole:
         self.P = F @ self.P @ F.T + self.G @ R @ self.G.T - K @ S @ K.T
         self.P = 0.5 * (self.P + self.P.T)
         self.P[-1, -1] += pole.WALK
-        if self.P[-1, -1] > pole.FIRST:
+        if abs(self.z[-1]) > pole.LARGEST:  # held, and learnt anew
+            self.z[-1] = math.copysign(pole.LARGEST, self.z[-1])
+            self.P[-1] = self.P[:, -1] = 0.0
+            self.P[-1, -1] = pole.FIRST
+        elif self.P[-1, -1] > pole.FIRST:  # nothing was learnt: no wider than at first
             D = np.diag([1.0] * (len(self.z) - 1) + [math.sqrt(pole.FIRST / self.P[-1, -1])])
             self.P = D @ self.P @ D
-        is_held = abs(self.z[-1]) > pole.LARGEST
-        self.z[-1] = np.clip(self.z[-1], -pole.LARGEST, pole.LARGEST)
-        return is_held
 
 
 def log_normal(e, v):
@@ -221,33 +231,33 @@ class Follower:
         w = self._weights(known)
         m = w[known] @ mean[known]
         base = w[known] @ (S[known] + (mean[known] - m) ** 2)
-        shares, scales = self.counts / self.counts.sum(), np.array(step.bank.SCALES)
-        found = {"prediction": m + self.first, "base": base, "weights": w, "spreading": shares @ scales}
+        spreading = self.counts @ np.array(bank.SCALES) / self.counts.sum()
+        found = {"prediction": m + self.first, "base": base, "weights": w, "spreading": spreading}
         if C == 2:
             found["cross"] = np.sum(w[known] * (mean[known] - m).prod(axis=1))
         if y is not None:
-            self._judge(found, y - self.first, m, base, mean, S, w, known, shares, scales, is_early)
+            self._judge(found, y - self.first, unit, m, base, mean, S, w, known, is_early)
             self._learn(found, y - self.first, d, ahead, unit, g, mean, S)
             self.time, self.seen = t, self.seen + 1
             w = self._weights(known)
         self._tell(found, w, unit)
         return found
 
-    def _judge(self, found, y, m, base, mean, S, w, known, shares, scales, is_early):
-        e = y - m
-        v = scales * base[:, None]
+    def _judge(self, found, y, unit, m, base, mean, S, w, known, is_early):
+        e, shares = y - m, self.counts / self.counts.sum()
+        v = np.array(bank.SCALES) * base[:, None]
         part = np.log(shares) + log_normal(e[:, None], v)
         density = np.logaddexp.reduce(part, axis=1)
         lower = np.array([[0.5 * math.erfc(-a / math.sqrt(2 * b)) for b in row] for a, row in zip(e, v)]) @ shares
         found |= {"log_score": density, "lower": lower}
-        # evidence: Student-t, relative to the best
         z2 = (y - mean[known]) ** 2 / S[known]
         score = (-0.5 * np.log(S[known]) - 0.5 * (step.FREEDOM + 1) * np.log1p(z2 / step.FREEDOM)).sum(axis=1)
         likelihood = np.exp(score - score.max())
-        quiet = np.arange(len(likelihood)) < bank.QUIET
-        share = w[known][quiet].sum()
-        calm = ((w[known] * likelihood)[quiet].sum() + TINY) / (share + TINY)
-        moving = ((w[known] * likelihood)[~quiet].sum() + TINY) / (1 - share + TINY)
+        # whether it manoeuvres: the members that see an acceleration beyond the gentle, against those that see none
+        least = self.speed / step.GENTLE
+        sees = [i > 0 and m.acceleration(self.period, unit) > least for i, m in enumerate(self.kalman)]
+        w, likelihood, sees = w[: len(sees)], likelihood[: len(sees)], np.array(sees)
+        calm, moving = ((w @ (likelihood * of) + TINY) / (w @ of + TINY) for of in (~sees, sees))
         before = self.manoeuvre * (1 - step.ENDS) + (1 - self.manoeuvre) * step.STARTS
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)
         found["onset"] = not self.is_told and self.manoeuvre > step.TOLD_ABOVE
