@@ -184,10 +184,11 @@ def test_plots_in_disorder_wait_for_their_turn():
 
 def test_two_nameless_ones_in_formation_are_two():
     leader = flight(20, sensor="radar")
-    for behind in (0.3, 2.0):  # seconds: within half a scan of the leader's plot, and later
-        wing = flight(20, begin=behind + 20, start=(4400.0, 400.0), sensor="radar")
+    for behind, aside in ((0.3, 100.0), (2.0, 450.0)):  # within half a scan of the leader's plot; beside its gate
+        start = np.array([200.0, 50.0]) * (20 + behind) + [aside, -aside]
+        wing = flight(14, begin=behind + 20, start=start, sensor="radar")
         tracks = run(together(leader, wing)).tracks
-        assert [len(t) for t in tracks] == [20, 20]
+        assert [len(t) for t in tracks] == [20, 14]
         np.testing.assert_array_equal(tracks[0].plots.position, leader.position)
 
 
