@@ -47,7 +47,7 @@ def test_csv_and_parquet_have_a_row_for_each_plot(tmp_path):
     assert len(rows) == len(table["time"]) == 12 and list(rows[0]) == list(table)
     assert rows[3]["key"] == "4BAA5F" and rows[3]["name"] == "A<B>&\x07"
     assert datetime.fromisoformat(rows[3]["time"]).timestamp() == table["time"][3].timestamp() == UNIX + 12
-    assert rows[0]["predicted_east"] == "" and table["nis"][0] is None and rows[5]["altitude"] == ""
+    assert rows[0]["predicted_east"] == rows[0]["speed"] == "" and table["nis"][0] is None and rows[5]["altitude"] == ""
     for name, column in (("east", trace.position[:, 0]), ("course", trace.course), ("turn_rate", trace.turn_rate)):
         np.testing.assert_array_equal([float(row[name] or "nan") for row in rows], column)
         np.testing.assert_array_equal(np.array(table[name], float), column)
@@ -93,6 +93,16 @@ def test_a_line_is_cut_at_the_antimeridian(tmp_path):
     assert [p.tolist() for p in parts] == [
         [[-179, 0], [-180, 1]], [[180, 1], [179, 2], [180, 3]], [[-180, 3], [-179, 4], [-178, 4]]
     ]  # fmt: skip
+
+
+def test_cat062_is_whole_blocks(tmp_path):
+    pytest.importorskip("asterix")
+    data = some().write(tmp_path, "cat062")[0].read_bytes()
+    at, blocks = 0, 0
+    while at < len(data):
+        assert data[at] == 62
+        at, blocks = at + int.from_bytes(data[at + 1 : at + 3], "big"), blocks + 1
+    assert at == len(data) and blocks == 1
 
 
 def test_kml_is_well_formed_and_moves(tmp_path):

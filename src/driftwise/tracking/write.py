@@ -19,6 +19,7 @@ PAIRS = {  # column of the table to column of the trace
     "predicted_east predicted_north": "prediction", "velocity_east velocity_north": "velocity",
 }  # fmt: skip
 SINGLE = "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre", "onset", "nis"
+MOTION = "velocity_east", "velocity_north", "speed", "course"
 WORDS = "key", "name", "sensor"
 
 
@@ -51,6 +52,8 @@ def _columns(track: Track) -> dict[str, np.ndarray]:
     table |= zip(("predicted_east_sd", "predicted_north_sd"), np.sqrt(trace.variance).T)
     table["altitude"] = plots.altitude
     table |= {name: getattr(trace, name) for name in SINGLE}
+    for name in MOTION:  # of the first plot nothing is known of it
+        table[name] = np.where(np.isfinite(table["speed_sd"]), table[name], np.nan)
     return table
 
 
@@ -78,12 +81,12 @@ def write_parquet(tracks: Tracks, path) -> Path:
 def write_csv(tracks: Tracks, path) -> Path:
     """Write a row for each plot, see `columns`; times that are Unix times are ISO 8601, an empty cell is unknown."""
     import pyarrow as pa
-    from pyarrow import csv
+    from pyarrow import compute, csv
 
     table = _arrow(tracks)
     at = table.schema.get_field_index("time")
     if pa.types.is_timestamp(table.schema.field(at).type):
-        text = pa.compute.strftime(table.column(at), "%Y-%m-%dT%H:%M:%SZ")
+        text = compute.strftime(table.column(at), "%Y-%m-%dT%H:%M:%SZ")
         table = table.set_column(at, "time", text)
     csv.write_csv(table, path)
     return Path(path)
