@@ -48,7 +48,7 @@ def test_csv_and_parquet_have_a_row_for_each_plot(tmp_path):
     assert rows[3]["key"] == "4BAA5F" and rows[3]["name"] == "A<B>&\x07"
     assert datetime.fromisoformat(rows[3]["time"]).timestamp() == table["time"][3].timestamp() == UNIX + 12
     assert rows[0]["predicted_east"] == rows[0]["speed"] == "" and table["nis"][0] is None and rows[5]["altitude"] == ""
-    for name, column in (("east", trace.position[:, 0]), ("course", trace.course), ("turn_rate", trace.turn_rate)):
+    for name, column in (("east", trace.position[:, 0]), ("nis", trace.nis), ("turn_rate", trace.turn_rate)):
         np.testing.assert_array_equal([float(row[name] or "nan") for row in rows], column)
         np.testing.assert_array_equal(np.array(table[name], float), column)
     back = east_north(np.array(table["latitude"]), np.array(table["longitude"]), tracks.origin)

@@ -96,6 +96,7 @@ class Track:
     def summary(self) -> dict[str, Any]:
         """Return the row of this track in `Tracks.table`."""
         trace, late = self.trace, slice(LEARNING, None)
+        rate = np.abs(trace.turn_rate)
         return {
             "id": self.id,
             "key": self.key,
@@ -107,7 +108,7 @@ class Track:
             "plots": len(self),
             "missed": self.missed,
             "speed": _told(np.nanmedian, trace.speed[late]),
-            "turn_rate": _told(np.nanmax, np.abs(trace.turn_rate[late])),
+            "turn_rate": float(np.max(rate, where=rate > 2 * trace.turn_rate_sd, initial=0.0)),
             "manoeuvres": int(np.sum(trace.onset)),
             "nis": _told(np.nanmean, trace.nis[late]),
             "coverage": trace.coverage(first=LEARNING),
@@ -149,9 +150,10 @@ class Tracks(Sequence):
     def table(self) -> dict[str, list]:
         """Return columns with an entry for each track.
 
-        id, key, name, sensors, status, start, end (s), plots, missed (scans), speed (median, m/s), turn_rate (largest,
-        rad/s), manoeuvres (onsets), nis (mean over plots and coordinates; 1 is right), coverage (of the 95 % band),
-        follows (the track that it goes on with).
+        id, key, name, sensors, status, start, end (s), plots, missed (scans in which nobody saw it), speed (median,
+        m/s), turn_rate (the largest that is more than twice its standard deviation, rad/s), manoeuvres (onsets), nis
+        (mean over plots and coordinates; 1 is right), coverage (of the 95 % band), follows (the track that it goes on
+        with).
         """
         rows = [t.summary() for t in self]
         return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
