@@ -35,7 +35,7 @@ class Status(IntFlag):
     BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
     LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
     SKIPPED = SKIPPED  # a regressor was missing or before the record, or an instrument failed: nothing was learnt
-    PROJECTED = PROJECTED  # the new parameters were unstable: the step was halved
+    PROJECTED = PROJECTED  # the new parameters were unstable: they were drawn back
     FILLED = FILLED  # a regressor was missing and predicted, or may be a glitch: its variance counts
     NOISE = NOISE  # the innovations say that the noise has become louder: its variance is learnt anew
     OUTLIER = OUTLIER  # y is more likely an outlier than not: it taught next to nothing
@@ -56,7 +56,7 @@ MEANING = {
     Status.BAD_VALUE: "absurd value taken as missing",
     Status.LOST: "state lost, restarted from the range of the data",
     Status.SKIPPED: "not all regressors known (or an instrument failed), nothing learnt",
-    Status.PROJECTED: "step halved, the new parameters were unstable",
+    Status.PROJECTED: "drawn back, the new parameters were unstable",
     Status.FILLED: "a regressor was missing or in doubt",
     Status.NOISE: "noise level rose",
     Status.OUTLIER: "outlier, hardly counted",

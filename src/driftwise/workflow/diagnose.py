@@ -140,6 +140,8 @@ def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
         return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}; {jumped}; both are followed")
     if speeds is not None:
         return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}); {jumped}")
+    if getattr(s.estimator, "holds_poles", False):
+        return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
     if s.jumps or trace.watches:
         return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
     advice = "this memory forgets without asking why: memory=Auto() tells drift from jumps, with odds"

@@ -31,6 +31,8 @@ def for_colour(s=None, share: float = 0.0) -> str:
         )
     if s.jumps:
         return "right after jumps it never is; where there are none, try a higher order or another noise model"
+    if hasattr(est, "remedy"):
+        return f"try {est.remedy}"
     if isinstance(est, Regression):
         tried = "another regressor"
     elif isinstance(est, Joint):
@@ -51,6 +53,8 @@ def for_bars(value: float, s=None) -> str:
     if s is not None and isinstance(getattr(s.estimator, "scale", None), KnownScale):
         way = "larger" if value > 1 else "smaller"
         return f"the noise is {way} than the variance that was given, so give another, or none: then it is learnt"
+    if s is not None and hasattr(s.estimator, "remedy"):
+        return f"the noise changed along the track, or C does not fit: try {s.estimator.remedy}"
     if value < 1:
         return "the noise has become quieter, or the drift allowed for is too fast: try memory=Auto()"
     constant = s is None or isinstance(_memory(s.estimator), Never)

@@ -201,6 +201,8 @@ class Summary:
     def prior_share(self) -> float:
         """How much of the least known combination the default prior still makes up; 0 where a prior was given."""
         options = self.estimator.options
+        if getattr(self.estimator, "holds_poles", False):
+            return 0.0  # its prior is meant
         if not hasattr(self.estimator, "scaled_to") or options.get("P0") is not None or not self.is_enough:
             return 0.0
         names, small = self.state.dtype.names or (), 0.03 * getattr(self.estimator, "y_scale", 0.0)

@@ -147,9 +147,10 @@ def paragraph(s) -> str:
                 "try a higher order or another noise."
             )
         else:
+            more = " or another noise" if s.drift else ", another noise, or parameters that walk or jump"
             text += (
-                f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try a higher "
-                f"order{' or another noise' if s.drift else ', another noise, or parameters that walk or jump'}."
+                f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try "
+                f"{getattr(est, 'remedy', 'a higher order' + more)}."
             )
     if s.drift:
         text += f" Drift: {s.drift.words}."

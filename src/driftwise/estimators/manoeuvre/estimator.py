@@ -88,6 +88,7 @@ class Manoeuvre(Reading):
     """
 
     holds_poles = True
+    remedy = "another rho, or TrackEstimator"
 
     def __init__(
         self,
