@@ -43,9 +43,9 @@ def section() -> Section:
             "are equally good on the whole track.",
             "An earlier study's numbers stand in brackets, its mix beside TrackEstimator. Medians of ten "
             "stretches of nine plots move by .08 with the stretch they are cut from. Its IMM had other numbers "
-            "(likelihood 9 worse), which moves every ratio to it, and its joint forms carry the noise scale that forgets. The scale "
-            "at the start is that of the first ten plots, so the joint forms look ahead a little in plots 6 to 9; "
-            "TrackEstimator does not.",
+            "(likelihood 9 worse), which moves every ratio to it, and its joint forms carry the noise scale that "
+            "forgets. The scale at the start is that of the first ten plots, so the joint forms look ahead a little in "
+            "plots 6 to 9; TrackEstimator does not.",
         ],
         [_table(name, table) for name, table in found.items()],
         [
