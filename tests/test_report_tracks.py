@@ -39,7 +39,7 @@ def tracks():
 
 @pytest.fixture(scope="module")
 def path(tracks, tmp_path_factory):
-    return write(tracks, tmp_path_factory.mktemp("tracks") / "page.html", "A <radar>", sites=[SITE])
+    return tracks.report(tmp_path_factory.mktemp("tracks") / "page.html", "A <radar>", sites=[SITE])
 
 
 @pytest.fixture(scope="module")

@@ -342,6 +342,15 @@ def track(
             "up to date; elsewhere each event and estimate is a line of JSON.",
         ),
     ] = False,
+    delay: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            min=0,
+            max=599,
+            help="With --follow: hold plots back so long, to put them in order of time.",
+        ),
+    ] = 0.0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Track what radars or receivers saw: position, velocity and turns of every object, with honest error bars.
@@ -354,7 +363,9 @@ def track(
     """
     from driftwise.edge.track import Order, execute
 
-    execute(Order(tuple(files), tuple(site or ()), sites, speed, out, format, report, json, follow, quiet, single))
+    execute(
+        Order(tuple(files), tuple(site or ()), sites, speed, out, format, report, json, follow, quiet, single, delay)
+    )
 
 
 @app.command()

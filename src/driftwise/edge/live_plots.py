@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from dataclasses import replace
 from typing import Any
 
@@ -183,17 +183,18 @@ def _chosen(table, rows) -> Any:
 
 
 def _without(found, before):
-    """Return plots less those that were there before."""
+    """Return plots less those that were there before: of the same time, object and sensor, and nearest to them."""
     import numpy as np
 
-    seen = Counter(_marks(before))
-    keep = np.ones(len(found), bool)
+    keep, rows = np.ones(len(found), bool), defaultdict(list)
     for k, mark in enumerate(_marks(found)):
-        if seen[mark] > 0:
-            seen[mark] -= 1
-            keep[k] = False
+        rows[mark].append(k)
+    for mark, position in zip(_marks(before), before.position):
+        if rows[mark]:
+            off = np.linalg.norm(found.position[rows[mark]] - position, axis=1)
+            keep[rows[mark].pop(int(off.argmin()))] = False
     return found[keep]
 
 
 def _marks(plots):
-    return zip(plots.time.tolist(), map(tuple, plots.position.tolist()), plots.key.tolist(), plots.sensor.tolist())
+    return list(zip(plots.time.tolist(), plots.key.tolist(), plots.sensor.tolist()))

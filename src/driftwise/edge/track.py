@@ -31,6 +31,7 @@ class Order:
     speed : class of objects, or their typical speed in m/s
     out : folder for the tracks, in the ``formats``
     single : plots without a key are of one object
+    delay : s by which plots are held back to be put in order of time
     """
 
     files: tuple[str, ...]
@@ -44,6 +45,7 @@ class Order:
     follow: bool = False
     quiet: bool = False
     single: bool = False
+    delay: float = 0.0
 
     @property
     def title(self) -> str:
@@ -141,7 +143,7 @@ def make(order: Order) -> Any:
     """Return a tracker of what was asked for."""
     from driftwise.tracking.tracker import Tracker
 
-    return Tracker(order.pace, single=order.single)
+    return Tracker(order.pace, single=order.single, delay=order.delay)
 
 
 def _read(order: Order):
