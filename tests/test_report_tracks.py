@@ -113,3 +113,16 @@ def test_opens_draws_and_shows_another_track(browser, tracks, path):
     browser.run("Bokeh.documents[0].get_model_by_name('tracks').selected.indices = []")
     assert browser.run("Bokeh.documents[0].get_model_by_name('tracks').selected.indices[0]") == 1
     assert browser.errors == []
+
+
+def test_prints_with_nothing_cut(browser, path):
+    browser.open(path)
+    browser.run("""matchMedia('print').addEventListener('change', event => {
+        const main = document.querySelector('main').getBoundingClientRect()
+        if (event.matches) window.printed = [main.width, main.right, [...Bokeh.index].filter(view => view.frame)
+            .map(view => view.el.getBoundingClientRect()).map(({width, right}) => [width, right])]
+    })""")
+    browser.call("Page.printToPDF", preferCSSPageSize=True)
+    width, right, figures = browser.run("window.printed")
+    assert len(figures) == 1 + len(PANELS)
+    assert all(w > 0.9 * width and r <= right for w, r in figures)

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from contextlib import contextmanager
-from math import degrees, isfinite
+from math import isfinite
 from time import perf_counter
 from typing import Any
 
@@ -133,9 +133,8 @@ class _Lines:
             return
         plots = track.plots[known:]
         new = TrackTrace(track.estimator, plots.time, plots.position, track.outs[known:], track.state)
-        names = ("time", "speed", "speed_sd", "course", "course_sd", "manoeuvre")
+        names = ("time", "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre")
         columns = {name: getattr(new, name).tolist() for name in names}
-        columns |= {name: (getattr(new, name) * degrees(1)).tolist() for name in ("turn_rate", "turn_rate_sd")}
         for name, pair in (("", new.position), ("_sd", new.position_sd)):
             columns |= {f"east{name}": pair[:, 0].tolist(), f"north{name}": pair[:, 1].tolist()}
         who = {"estimate": track.key or track.id, "track": track.id, "name": track.name}

@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 DATED = 1e8  # s: times beyond are Unix times
+SLOW = 0.1  # of the median speed of a track: below, it stands
 COURSE = 15.0  # degrees: a course of a larger deviation is not known
 TURNED = 30.0  # degrees from which a change of course is called a turn
 PACE = 10.0  # degrees in a window
@@ -136,7 +137,9 @@ def _turns(trace) -> tuple[Turn, ...]:
     import numpy as np
 
     course = trace.course
-    known = np.flatnonzero(trace.course_sd < COURSE)
+    speed = trace.speed
+    moves = speed > SLOW * np.nanmedian(speed)  # at rest, noise turns the course
+    known = np.flatnonzero(moves & (trace.course_sd < COURSE))
     if len(known) < 3:
         return ()
     time, half = trace.time[known], 0.5 * _window(trace.time)
