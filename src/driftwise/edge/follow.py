@@ -26,17 +26,17 @@ def follow(order: Order) -> None:
     """Take plots until the input ends or Ctrl-C is pressed; then write and print as for a file that is complete."""
     start = perf_counter()
     source, live, tracker = Growing(order.files[0]), LivePlots(order.title, order.place), make(order)
-    with _told(order) as tell, _ended_by_signal():
+    with _told(order) as tell, _asked_to_stop() as asked:
         try:
-            while not source.has_ended:
+            while not (source.has_ended or asked()):
                 data, begins = source.read()
                 tell(tracker, _feed(tracker, live.take(data, begins)) if data else [], not data)
-        except KeyboardInterrupt:
-            pass
+            tell(tracker, _feed(tracker, live.take(source.rest())) + tracker.finish(), True)
+        except BrokenPipeError:  # nobody reads what is told
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            tracker.finish()
         finally:
             source.close()
-        events = _feed(tracker, live.take(source.rest())) + tracker.finish()
-        tell(tracker, events, True)
     if not tracker.counts["plots"]:
         raise InputError(f"{order.title}: nothing came that is a plot: a time and a position on every line")
     deliver(order, tracker.tracks, f"followed for {perf_counter() - start:.1f} s")
@@ -47,17 +47,21 @@ def _feed(tracker, plots) -> list[Any]:
 
 
 @contextmanager
-def _ended_by_signal():
-    """Let a request to terminate end the run as Ctrl-C does."""
+def _asked_to_stop():
+    """Yield a function that says whether Ctrl-C was pressed or the end was asked for; pressed twice it interrupts."""
+    asked: list[int] = []
 
-    def stop(*_):
-        raise KeyboardInterrupt
+    def ask(number, frame):
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
 
-    old = signal.signal(signal.SIGTERM, stop)
+    old = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield lambda: bool(asked)
     finally:
-        signal.signal(signal.SIGTERM, old)
+        for number, handler in old.items():
+            signal.signal(number, handler)
 
 
 @contextmanager
@@ -112,17 +116,13 @@ class _Lines:
 
     def __call__(self, tracker, events, is_idle: bool) -> None:
         begin = perf_counter()
-        try:
-            for event in events:
-                _say({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
-            if tracker.counts["plots"] and (is_idle or begin > self.next):
-                for track in tracker.tracks:
-                    self._estimates(track)
-                self.next = perf_counter() + (perf_counter() - begin) / SHARE
-            sys.stdout.flush()
-        except BrokenPipeError:  # nobody reads any more
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise KeyboardInterrupt from None
+        for event in events:
+            _say({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
+        if tracker.counts["plots"] and (is_idle or begin > self.next):
+            for track in tracker.tracks:
+                self._estimates(track)
+            self.next = perf_counter() + (perf_counter() - begin) / SHARE
+        sys.stdout.flush()
 
     def _estimates(self, track) -> None:
         """Tell the rows of the trace of a track that have not been told."""

@@ -11,6 +11,7 @@ from driftwise.errors import InputError
 __all__ = ["LivePlots"]
 
 PATIENCE = 100  # lines that may be unreadable at the beginning
+OBJECTS = 3000  # whose last line is remembered
 PAST = 3000  # frames from which the position of an aircraft is known
 FRAMES = "frames"
 DAY = 86400.0
@@ -160,6 +161,8 @@ class LivePlots:
             key = str(keys[row])
             self._last.pop(key, None)
             self._last[key] = lines[int(table.rows[row]) - 1]
+        for key in list(self._last)[:-OBJECTS]:
+            del self._last[key]
 
 
 def _has_frames(data: bytes, title: str) -> bool:

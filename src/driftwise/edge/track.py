@@ -114,7 +114,7 @@ class Order:
         if self.follow and len(self.files) != 1:
             raise CommandError(f"--follow takes one file, or - for standard input; got {len(self.files)}")
         for file in self.files:
-            if file != "-" and not os.path.exists(file):
+            if file != "-" and not os.path.exists(file) and not (set("*?[") & set(file) and not self.follow):
                 raise CommandError(f"no such file: {file}")
 
 
