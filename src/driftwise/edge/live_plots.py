@@ -44,9 +44,8 @@ class LivePlots:
         """Return the plots of complete lines; None where there is nothing yet. ``begins``: of another file."""
         from driftwise.tracking.plots import Fault, plots
 
-        lines = [line + b"\n" for line in data.split(b"\n")[: data.count(b"\n")]]
-        if data and not data.endswith(b"\n"):
-            lines.append(data.rpartition(b"\n")[2] + b"\n")
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        lines = [line + b"\n" for line in data.removesuffix(b"\n").split(b"\n")] if data else []
         if begins:
             self._line = 0
             if self._head and lines[: len(self._head)] == self._head:
@@ -158,9 +157,10 @@ class LivePlots:
         column = used.get("key") or used.get("name")
         keys = table.columns[column.name].to_pylist() if column else [""] * len(table.rows)
         for row in new.nonzero()[0]:
-            key = str(keys[row])
-            self._last.pop(key, None)
-            self._last[key] = lines[int(table.rows[row]) - 1]
+            key, at = str(keys[row]), int(table.rows[row]) - 1
+            if at < len(lines):  # a cell over several lines hides where it lies
+                self._last.pop(key, None)
+                self._last[key] = lines[at]
         for key in list(self._last)[:-OBJECTS]:
             del self._last[key]
 
