@@ -100,3 +100,20 @@ def test_bad_columns_are_refused_at_the_door():
         encode_cat062({k: one[k] for k in ("time", "track", "latitude")}, 1, 2)
     with pytest.raises(InputError, match="sic must be a whole number from 0 to 255"):
         encode_cat062(one, 1, 256)
+
+
+@pytest.mark.slow  # compiles the whole bank
+def test_tracks_of_a_tracker_are_encoded():
+    from driftwise.tracking.plots import plots
+    from driftwise.tracking.tracker import Tracker
+
+    time = 4.0 * np.arange(15)
+    position = np.stack([200 * time, 100 * time], axis=1) + np.random.default_rng(0).normal(size=(15, 2)) * 50
+    tracker = Tracker("aircraft")
+    tracker.feed(plots(time + 1e9, position, key="4BAA5F", name="DLH1", altitude=10000.0, origin=(46.0, 15.0)))
+    tracker.finish()
+    (track,) = tracker.tracks
+    found = read_asterix(encode_cat062(tracker.tracks, 25, 1), origin=(46.0, 15.0), day="2001-09-09")
+    assert found.time == pytest.approx(track.plots.time, abs=1 / 256)
+    assert found.position == pytest.approx(track.trace.position, abs=1.0)
+    assert set(found.key) == {"4BAA5F"} and found.altitude == pytest.approx(10000.0, abs=4)

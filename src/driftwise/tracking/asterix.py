@@ -5,9 +5,7 @@
 
 from __future__ import annotations
 
-import datetime
-from bisect import bisect_right
-from collections import ChainMap, Counter, deque
+from collections import ChainMap, Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -19,10 +17,10 @@ from . import asterix_records as structure
 from . import pcap
 from .asterix_positions import positions
 from .asterix_reports import MEANING, NAN, NOWHERE, Message, Report
+from .asterix_time import midnight_of, periods, times
 from .plots import Fault, Plots, plots
 from .sites import Site, read_sites, sensor_name
 
-DAY = 86400.0
 DOUBT = {False: 0.1, True: 0.5}  # share of blocks that do not fit from which a stream is refused; True: edition named
 SAMPLE = 200  # blocks that other editions are tried on
 
@@ -67,7 +65,7 @@ class Recording:
     faults: tuple[Fault, ...]
 
 
-def read_asterix(source, sites=None, day=None, *, origin=None, editions=None) -> Plots:
+def read_asterix(source, sites=None, day=None, *, origin=None, editions=None, label=None) -> Plots:
     """Return the plots of an ASTERIX recording, metres East and North of one origin.
 
     Polar plots go through slant range, flight level and the earth's curvature (`polar.place`); a level that is missing
@@ -90,6 +88,9 @@ def read_asterix(source, sites=None, day=None, *, origin=None, editions=None) ->
         Category -> edition, such as ``{62: "1.16"}``; the newest otherwise. It cannot be read off the bytes: where too
         many blocks do not fit, all plots of that stream are refused, and the fault says which editions fit better.
 
+    label : str, optional
+        What faults call the source; its path, or "bytes".
+
     Raises
     ------
     InputError
@@ -106,8 +107,8 @@ def read_asterix(source, sites=None, day=None, *, origin=None, editions=None) ->
     >>> found.position.round()
     array([[-124268.,  343975.]])
     """
-    data, label = _bytes(source)
-    given = read_sites(sites)
+    data, name = _bytes(source)
+    label, given = label or name, read_sites(sites)
     recording = decode(data, day=day, editions=editions, label=label)
     return placed(recording, given, origin, label)
 
@@ -122,9 +123,9 @@ def decode(source, *, day=None, editions=None, label=None) -> Recording:
     """
     data, name = _bytes(source)
     label = label or name
-    midnight = _midnight(day)
+    midnight = midnight_of(day)
     rows, faults, counts = _rows(data, label, editions)
-    time = _times(rows, midnight)
+    time = times(rows, midnight)
     messages, kept, seen = [], [], set()
     for k, row in enumerate(rows):
         if isinstance(row.body, Message):
@@ -143,7 +144,7 @@ def decode(source, *, day=None, editions=None, label=None) -> Recording:
     return Recording(
         tuple(rows[k] for k in kept), time[kept],
         {sensor: Site(*place) for sensor, place in places.items() if -1000 <= place[2] <= 20_000},
-        _periods(messages), {k: v for k, v in sorted(counts.items()) if v}, tuple(faults),
+        periods(messages), {k: v for k, v in sorted(counts.items()) if v}, tuple(faults),
     )  # fmt: skip
 
 
@@ -154,16 +155,6 @@ def _bytes(source):
     if not path.is_file():
         raise InputError(f"source must be a file or bytes; there is no file {str(path)!r}")
     return path.read_bytes(), str(path)
-
-
-def _midnight(day):
-    if day is None:
-        return None
-    try:
-        day = datetime.date.fromisoformat(day) if isinstance(day, str) else day
-        return float((datetime.date(day.year, day.month, day.day) - datetime.date(1970, 1, 1)).days) * DAY
-    except (ValueError, AttributeError, TypeError):
-        raise InputError(f'day must be a date or "YYYY-MM-DD", got {day!r}') from None
 
 
 def _chunks(data, label, faults):
@@ -275,57 +266,6 @@ def _refusal(data, category, edition, blocks, bad):
         f"category {category}: {bad} of {len(blocks)} blocks do not fit edition {edition}, so the others cannot be "
         f"trusted and all are refused; {advice}"
     )
-
-
-def _times(rows, midnight):
-    """Return s of each row: times of day completed, and midnights told apart."""
-    reference: dict[str, tuple[list, list]] = {}  # category 2: sensor -> row numbers, times of day
-    for k, row in enumerate(rows):
-        if row.category == 2 and row.body.time == row.body.time:
-            numbers, times = reference.setdefault(row.sensor, ([], []))
-            numbers.append(k)
-            times.append(row.body.time)
-    out, recent = np.full(len(rows), np.nan), deque[float](maxlen=9)
-    for k, row in enumerate(rows):
-        time = row.body.time
-        if row.category == 1 and time == time:
-            time = _completed(time, reference.get(row.sensor), k, row.captured)
-        if time != time:
-            continue
-        if midnight is None and row.captured == row.captured:
-            out[k] = time + DAY * round((row.captured - time) / DAY)
-            continue
-        around = sorted(recent)[len(recent) // 2] if recent else time  # one wild time does not move the day
-        time += DAY * round((around - time) / DAY)
-        recent.append(time)
-        out[k] = time + (midnight or 0.0)
-    return out
-
-
-def _completed(time, reference, k, captured):
-    """Return the time of day of one modulo 512 s: near the radar's last message, its next, or the packet's."""
-    if reference:
-        numbers, times = reference
-        near = times[max(bisect_right(numbers, k) - 1, 0)]
-    elif captured == captured:
-        near = captured % DAY
-    else:
-        return NAN
-    return (near + (time - near + 256) % 512 - 256) % DAY
-
-
-def _periods(messages):
-    told: dict[str, list] = {}
-    north: dict[str, list] = {}
-    for row, time in messages:
-        if row.body.period == row.body.period and row.body.period > 0:
-            told.setdefault(row.sensor, []).append(row.body.period)
-        if row.body.type == 1 and time == time:
-            north.setdefault(row.sensor, []).append(time)
-    turns = {s: np.diff(np.unique(t)) for s, t in north.items()}
-    return {s: float(np.median(d)) for s, d in turns.items() if len(d)} | {
-        s: float(np.median(p)) for s, p in told.items()
-    }
 
 
 def placed(recording, given, origin, label) -> Plots:

@@ -41,7 +41,7 @@ def encode_cat062(tracks, sac, sic, *, service=1) -> bytes:
     Notes
     -----
     Bad at: keeping small numbers. Velocity and acceleration come in steps of 0.25 m/s and 0.25 m/s^2, their error bars
-    as well, and end at 63.75. Track numbers are taken modulo 65536. Slow: about a thousand records a second.
+    as well, and end at 63.75. Track numbers are taken modulo 65536. Slow: a few hundred records a second.
 
     Examples
     --------
