@@ -213,6 +213,8 @@ def test_category_1_takes_its_time_from_category_2():
     data += plot(wanted[2]) + plot(wanted[3])
     plots = read_asterix(data)
     assert plots.time.tolist() == wanted and list(plots.key) == ["A4271"] * 4
+    late = classic([ethernet(message(40001, category=2))]) + classic([ethernet(plot(41000))], when=1719990999)[24:]
+    assert read_asterix(late).time[0] % 86400 == 41000  # the capture bridges two turns of the short clock
     alone = decode(plot(100))
     assert len(alone.reports) == 0 and alone.counts["without time"] == 1
 
@@ -261,6 +263,7 @@ def test_two_radars_and_an_aircraft_agree_on_where_it_is():
         assert sd == pytest.approx(sorted([70, np.radians(0.08) * far]), rel=0.02)
     with pytest.raises(InputError, match=r"missing: 25/2 \(SAC/SIC\)"):
         read_asterix(file_of(*records), sites={"25/1": sites["25/1"]})
+    assert list(read_asterix(file_of(*records), sites=["25/1=46,15,780", "25/2=none"]).sensor) == ["25/1"]
 
 
 def test_one_radar_needs_no_site_and_may_tell_its_own():
@@ -347,6 +350,9 @@ def test_captures_of_every_kind():
     cut = classic([plain, plain])[:-5]
     (fault,) = read_asterix(cut).faults
     assert "where" in fault.what and fault.offset == len(cut) + 5 - len(plain) - 16
+    other = [ethernet(b"not a radar").replace(b"\x13\x88", b"\x00\x35")] * 3  # from port 53
+    (fault,) = read_asterix(classic([*other, plain, *other])).faults
+    assert fault.what.startswith("6 packets of one sender hold no ASTERIX block")
     broken = bytearray(plain)
     broken[20] |= 0x20  # more fragments follow
     assert "fragment" in read_asterix(classic([plain, bytes(broken)])).faults[0].what

@@ -78,7 +78,8 @@ def read_asterix(source, sites=None, day=None, *, origin=None, editions=None, la
     source : path or bytes
         Raw blocks, or a pcap or pcapng capture of UDP.
     sites : see `read_sites`, optional
-        Where the radars stand. One radar alone needs none: its plots are then relative to it and `origin` is None.
+        Where the radars stand, None for one to leave out. One radar alone needs none: its plots are then relative to
+        it and `origin` is None.
     day : date or "YYYY-MM-DD", optional
         Of the first record, where times of day become Unix time. A capture knows its day; without either, time is in
         seconds since the midnight before the first record.
@@ -157,22 +158,36 @@ def _bytes(source):
     return path.read_bytes(), str(path)
 
 
-def _chunks(data, label, faults):
-    """Yield (Unix time, stream, first byte, end) of each run of blocks, whole and in order."""
+def _runs(data, label, faults):
+    """Yield (Unix time, stream, blocks) of each run of blocks; senders of other things than blocks are told once."""
     if not pcap.is_capture(data):
-        yield NAN, b"", 0, len(data)
+        blocks, fault = _blocks(data, 0, len(data), label)
+        faults += fault
+        yield NAN, b"", blocks
         return
+    speak, lost = set(), []
     for packet in pcap.datagrams(data):
         if isinstance(packet, pcap.Trouble):
             faults.append(Fault(label, packet.offset, packet.what))
-        else:
-            yield packet.time, packet.flow, packet.offset, packet.offset + len(packet.payload)
+            continue
+        blocks, fault = _blocks(data, packet.offset, packet.offset + len(packet.payload), label)
+        lost += [(packet.flow, one) for one in fault]
+        if blocks:
+            speak.add(packet.flow)
+            yield packet.time, packet.flow, blocks
+    strange = Counter(flow for flow, _ in lost if flow not in speak)
+    for flow, fault in lost:
+        if flow in speak:
+            faults.append(fault)
+        elif flow in strange:
+            what = f"{strange.pop(flow)} packets of one sender hold no ASTERIX block; is it other traffic?"
+            faults.append(Fault(label, fault.offset, what))
 
 
-def _blocks(data, i, end, label, faults):
-    """Return the blocks of a run of bytes, also where each is wrapped in a frame of its own (length, four bytes)."""
+def _blocks(data, i, end, label):
+    """Return the blocks of a run of bytes, and faults; each block may be in a frame of its own (length, four bytes)."""
     try:
-        return structure.blocks(data, i, end)
+        return structure.blocks(data, i, end), []
     except structure.Malformed as error:
         try:
             framed, j = [], i
@@ -182,11 +197,10 @@ def _blocks(data, i, end, label, faults):
                     raise structure.Malformed(j, "no frame") from None
                 framed += structure.blocks(data, j + 6, j + size)
                 j += size
-            return framed
+            return framed, []
         except structure.Malformed:
             what = f"{error}; the rest of the {'packet' if i else 'file'} is skipped"
-            faults.append(Fault(label, error.offset, what))
-            return error.blocks  # type: ignore[attr-defined]
+            return error.blocks, [Fault(label, error.offset, what)]  # type: ignore[attr-defined]
 
 
 def _rows(data, label, editions):
@@ -198,8 +212,8 @@ def _rows(data, label, editions):
     counts: Counter = Counter()
     met: dict[tuple, list] = {}  # stream -> [(first byte, end, fits) of each block]
     framed = 0
-    for captured, flow, i, end in _chunks(data, label, faults):
-        for category, first, last in _blocks(data, i, end, label, faults):
+    for captured, flow, blocks in _runs(data, label, faults):
+        for category, first, last in blocks:
             framed += 1
             if category not in lists:
                 counts[f"blocks of category {category}, not read"] += 1
@@ -231,6 +245,7 @@ def _rows(data, label, editions):
     if not framed:
         why = faults[0].what if faults else "it has no bytes" if not data else "it has no UDP packets"
         raise InputError(f"{label} holds no ASTERIX block: {why}; is it raw ASTERIX, or a capture of it?")
+    faults.sort(key=lambda fault: fault.offset)
     refused = {}
     for stream, blocks in met.items():
         bad = sum(not fits for *_, fits in blocks)
@@ -270,7 +285,8 @@ def _refusal(data, category, edition, blocks, bad):
 
 def placed(recording, given, origin, label) -> Plots:
     """Return the plots of a recording, radars standing where ``given`` says, else where they say themselves."""
-    chosen = [k for k, row in enumerate(recording.reports) if row.body.kind != NOWHERE]
+    left = {sensor for sensor, site in given.items() if site is None}
+    chosen = [k for k, row in enumerate(recording.reports) if row.body.kind != NOWHERE and row.sensor not in left]
     rows = [recording.reports[k] for k in chosen]
     position, covariance, origin, lost = positions(rows, ChainMap(given, recording.sites), origin)
     faults = recording.faults + tuple(Fault(label, rows[k].offset, what) for k, what in lost)

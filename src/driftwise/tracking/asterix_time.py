@@ -26,12 +26,10 @@ def midnight_of(day) -> float | None:
 
 def times(rows, midnight):
     """Return s of each row: times of day completed, and midnights told apart."""
-    reference: dict[str, tuple[list, list]] = {}  # category 2: sensor -> row numbers, times of day
+    reference: dict[str, list] = {}  # category 2: sensor -> (row number, time of day, when captured)
     for k, row in enumerate(rows):
         if row.category == 2 and row.body.time == row.body.time:
-            numbers, times = reference.setdefault(row.sensor, ([], []))
-            numbers.append(k)
-            times.append(row.body.time)
+            reference.setdefault(row.sensor, []).append((k, row.body.time, row.captured))
     out, recent = np.full(len(rows), np.nan), deque[float](maxlen=9)
     for k, row in enumerate(rows):
         time = row.body.time
@@ -52,8 +50,9 @@ def times(rows, midnight):
 def _completed(time, reference, k, captured):
     """Return the time of day of one modulo 512 s: near the radar's last message, its next, or the packet's."""
     if reference:
-        numbers, times = reference
-        near = times[max(bisect_right(numbers, k) - 1, 0)]
+        _, near, then = reference[max(bisect_right(reference, k, key=lambda one: one[0]) - 1, 0)]
+        if captured == captured and then == then:
+            near += captured - then
     elif captured == captured:
         near = captured % DAY
     else:

@@ -14,7 +14,8 @@ from ..errors import InputError
 
 HOW = (
     'a site is given as sites={"25/201": Site(46.2, 15.1, 800)} or "25/201=46.2,15.1,800" '
-    "(SAC/SIC=latitude,longitude,height in degrees and m), or as a CSV, JSON or TOML file of these"
+    "(SAC/SIC=latitude,longitude,height in degrees and m), or as a CSV, JSON or TOML file of these; "
+    'a radar to leave out is "25/201=none"'
 )
 
 
@@ -82,11 +83,13 @@ def _key(text):
 
 def _site(value, name):
     try:
-        if isinstance(value, Site):
+        if value is None or isinstance(value, Site):
             return value
         if isinstance(value, Mapping):
             return Site(**value)
         if isinstance(value, str):
+            if value.strip().lower() == "none":
+                return None
             value = value.split(",")
         values = [v.strip() if isinstance(v, str) else v for v in value]
         return Site(*values)  # type: ignore[arg-type]
@@ -115,15 +118,15 @@ def _rows(path):
         ]
 
 
-def read_sites(source) -> dict[str, Site]:
-    """Return a table "SAC/SIC" -> `Site`.
+def read_sites(source) -> dict[str, Site | None]:
+    """Return a table "SAC/SIC" -> `Site`, or None where a radar is to be left out.
 
     Parameters
     ----------
     source : path, mapping, str, or sequence of str
         A file (``.csv`` with columns sac, sic or sensor, latitude, longitude and perhaps height, range_sd, azimuth_sd;
         ``.json`` or ``.toml`` with a table for each "SAC/SIC"); a mapping from "SAC/SIC" to `Site`, mapping or
-        (latitude, longitude, height); or texts "SAC/SIC=latitude,longitude,height".
+        (latitude, longitude, height) or None; or texts "SAC/SIC=latitude,longitude,height", "SAC/SIC=none".
 
     Examples
     --------
