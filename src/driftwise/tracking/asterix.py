@@ -19,7 +19,7 @@ from .asterix_positions import positions
 from .asterix_reports import MEANING, NAN, NOWHERE, Message, Report
 from .asterix_time import midnight_of, periods, times
 from .plots import Fault, Plots, plots
-from .sites import Site, read_sites, sensor_name
+from .sites import Site, sensor_name, site_table
 
 DOUBT = {False: 0.1, True: 0.5}  # share of blocks that do not fit from which a stream is refused; True: edition named
 SAMPLE = 200  # blocks that other editions are tried on
@@ -109,7 +109,7 @@ def read_asterix(source, sites=None, day=None, *, origin=None, editions=None, la
     array([[-124268.,  343975.]])
     """
     data, name = _bytes(source)
-    label, given = label or name, read_sites(sites)
+    label, given = label or name, site_table(sites)
     recording = decode(data, day=day, editions=editions, label=label)
     return placed(recording, given, origin, label)
 

@@ -29,7 +29,7 @@ def encode_cat062(tracks, sac, sic, *, service=1) -> bytes:
     ----------
     tracks : Tracks or mapping of columns
         Columns: ``time`` (T,) s since a midnight or the Unix epoch, ``track`` (T,) numbers, ``latitude`` and
-        ``longitude`` (T,) degrees; and, where known (NaN or "" where not), ``position``, ``velocity``,
+        ``longitude`` (T,) degrees; and, where known (NaN, infinite or "" where not), ``position``, ``velocity``,
         ``acceleration`` and their ``position_sd``, ``velocity_sd``, ``acceleration_sd`` (T, 2) in m and s East and
         North, ``altitude`` (T,) m of the pressure altitude, ``turn_rate``, ``turn_rate_sd`` (T,) rad/s, ``key`` (T,)
         ("4BAA5F" an address, "A1234" a Mode A code), ``name`` (T,) callsign, ``tentative`` (T,) bool.
@@ -41,7 +41,7 @@ def encode_cat062(tracks, sac, sic, *, service=1) -> bytes:
     Notes
     -----
     Bad at: keeping small numbers. Velocity and acceleration come in steps of 0.25 m/s and 0.25 m/s^2, their error bars
-    as well, and end at 63.75. Track numbers are taken modulo 65536. Slow: a few hundred records a second.
+    as well, and end at 63.75. Track numbers are taken modulo 65536. Slow: one to two thousand records a second.
 
     Examples
     --------
@@ -137,11 +137,12 @@ def _columns(rows):
 
 
 def _whole(values, unit, bits, signed=True):
-    """Return whole numbers of a unit, at the end of the scale where beyond it, as two's complement; None where NaN."""
+    """Return whole numbers of a unit as two's complement, at the end of the scale where beyond; None: not finite."""
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
     values = np.asarray(values, float)
-    whole = np.clip(np.rint(np.nan_to_num(values / unit, nan=0.0)), low, high).astype(np.int64) & (1 << bits) - 1
-    return np.where(np.isnan(values), None, whole.astype(object))
+    known = np.isfinite(values)
+    whole = np.clip(np.rint(np.where(known, values, 0.0) / unit), low, high).astype(np.int64) & (1 << bits) - 1
+    return np.where(known, whole.astype(object), None)
 
 
 def _pair(values, names, unit, bits, signed=True):

@@ -118,8 +118,8 @@ def _rows(path):
         ]
 
 
-def read_sites(source) -> dict[str, Site | None]:
-    """Return a table "SAC/SIC" -> `Site`, or None where a radar is to be left out.
+def read_sites(source) -> dict[str, Site]:
+    """Return a table "SAC/SIC" -> `Site`; radars to be left out are not in it, see `site_table`.
 
     Parameters
     ----------
@@ -133,6 +133,11 @@ def read_sites(source) -> dict[str, Site | None]:
     >>> read_sites("25/201=46.2,15.1,800")["25/201"].height
     800.0
     """
+    return {name: site for name, site in site_table(source).items() if site is not None}
+
+
+def site_table(source) -> dict[str, Site | None]:
+    """Return what `read_sites` does, with None for radars whose plots are to be left out."""
     if source is None:
         return {}
     if isinstance(source, str) and "=" in source:
