@@ -1,4 +1,4 @@
-"""`TrackEstimator` inside Stone Soup: its Predictor, Updater and Initiator, plots in and tracks out."""
+"""`TrackEstimator` inside Stone Soup: its Predictor, Updater and Initiator."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ try:
     from stonesoup.models.measurement import MeasurementModel
     from stonesoup.models.transition import TransitionModel
     from stonesoup.predictor import Predictor
-    from stonesoup.types.detection import Detection, GaussianDetection
+    from stonesoup.types.detection import Detection
     from stonesoup.types.hypothesis import SingleHypothesis
     from stonesoup.types.prediction import GaussianMeasurementPrediction, Prediction
     from stonesoup.types.state import GaussianState, StateMutableSequence
@@ -25,10 +25,10 @@ except ImportError:
     raise ImportError("driftwise.adapters.stonesoup needs Stone Soup: pip install driftwise[stonesoup]") from None
 
 from ..errors import InputError
-from ..tracking.plots import Plots, plots
 
 STATE = [0, 1, 3, 4]  # [E, vE, N, vN] among [E, vE, aE, N, vN, aN]
 POSITION = [0, 2]  # in [E, vE, N, vN]
+GATE = 3.5  # standard deviations that the usual gate has
 KEPT = 128  # predictions: the one of a track is asked for again for each detection of a scan
 
 
@@ -46,11 +46,12 @@ class TrackState(GaussianState):
     """Gaussian state [E, vE, N, vN] in m and m/s that carries what the estimator knows.
 
     ``row`` is the estimator's state after the last plot; ``step`` is what it said of this one (acceleration, turn
-    rate, manoeuvre, log density, ...), or would say of a plot at this time.
+    rate, manoeuvre, log density, ...), or would say of a plot at this time; ``times`` are those of the last two plots.
     """
 
     row: Any = Property(default=None, doc="State of the estimator after the last plot")
     step: Any = Property(default=None, doc="Step of the estimator at this time")
+    times: tuple = Property(default=(), doc="Times of the last plot but one and of the last, s")
 
 
 class TrackPrediction(Prediction, TrackState):
@@ -64,7 +65,9 @@ class TrackPrediction(Prediction, TrackState):
 
 
 class TrackUpdate(Update, TrackState):
-    """`TrackState` after a plot."""
+    """`TrackState` after a plot, of whose errors ``noise`` is what the estimator was told."""
+
+    noise: Any = Property(default=None, doc="Covariance (2, 2) that the estimator was told, None if nothing")
 
 
 class TrackPredictor(Predictor):
@@ -93,32 +96,38 @@ class TrackPredictor(Predictor):
 @lru_cache(KEPT)
 def _predict(estimator, prior, timestamp) -> TrackPrediction:
     _, step = estimator.update(_row(prior), seconds(timestamp), np.full(2, np.nan))
-    known = dict(timestamp=timestamp, prior=prior, row=prior.row, step=step, estimator=estimator)
-    return TrackPrediction(*_moments(step), **known)
+    kept = dict(row=prior.row, times=prior.times)
+    return TrackPrediction(*_moments(step), timestamp=timestamp, prior=prior, step=step, estimator=estimator, **kept)
 
 
 class TrackUpdater(Updater):
     """Stone Soup updater that lets a `TrackEstimator` learn from the plot of a hypothesis.
 
-    The noise of plots is learnt on-line. Detections that bring a covariance (`GaussianDetection`) or a linear
-    measurement model, or a ``measurement_model`` here, tell the estimator what it is.
+    The estimator learns the noise of plots. A measurement model, of the detections or here, says what it is about:
+    the estimator starts from that, and gates stay as narrow as it allows. Say it where there is clutter: an
+    estimator that follows clutter learns that plots are wild, and its gate takes in more clutter.
 
     Parameters
     ----------
-    estimator : TrackEstimator
     measurement_model : LinearGaussian, optional
+        Of positions, for its noise only, where detections have none.
+    estimator : TrackEstimator
     """
 
     measurement_model: MeasurementModel = Property(default=None, doc="Linear model of positions, for its noise only")
     estimator: Any = Property(default=None, doc="TrackEstimator")
 
     def predict_measurement(self, predicted_state, measurement_model=None, measurement_noise=True, **kwargs):
-        """Return the Gaussian of the next plot: the estimator's mean, and its innovation covariance (for gates)."""
+        """Return the Gaussian of the next plot: the estimator's, no wider than `widest` where the noise is known."""
         _row(predicted_state)
         step, P = predicted_state.step, predicted_state.covar
-        covariance = step.covariance if measurement_noise else P[np.ix_(POSITION, POSITION)]
+        S = step.covariance if measurement_noise else P[np.ix_(POSITION, POSITION)]
+        R = noise_of(measurement_model or self.measurement_model)
+        if R is not None and np.isfinite(predicted_state.times).all():
+            limit = widest(R, seconds(predicted_state.timestamp), predicted_state.times, self.estimator.speed)
+            S = S * min(1.0, np.trace(limit) / np.trace(S))
         return GaussianMeasurementPrediction(
-            step.prediction, covariance, timestamp=predicted_state.timestamp, cross_covar=P[:, POSITION]
+            step.prediction, S, timestamp=predicted_state.timestamp, cross_covar=P[:, POSITION]
         )
 
     def update(self, hypothesis, **kwargs):
@@ -128,19 +137,33 @@ class TrackUpdater(Updater):
                 f"hypothesis must have one detection, got {type(hypothesis).__name__}. "
                 "Probabilistic association mixes states and has no place for the estimator's: use nearest neighbours"
             )
-        return _update(self.estimator, _row(hypothesis.prediction), hypothesis, self.measurement_model)
+        before = hypothesis.prediction
+        return _update(self.estimator, _row(before), before.times, hypothesis, self.measurement_model)
 
 
-def _update(estimator, row, hypothesis, measurement_model=None) -> TrackUpdate:
+def widest(R, time, times, speed) -> np.ndarray:
+    """Return the covariance (2, 2) that gates are limited to, of a plot at ``time``.
+
+    That of a line through the last two plots, of noise R, at ``times``; and at the edge of a gate of 3.5 standard
+    deviations a change of velocity, on the way, as large as the ``speed`` of the class.
+    """
+    before, last = times
+    ratio = (time - last) / (last - before)
+    return R * (1 + (1 + ratio) ** 2 + ratio**2) + (speed * (time - last) / 2 / GATE) ** 2 * np.eye(2)
+
+
+def noise_of(model):
+    """Return the covariance (2, 2) of a measurement model, None where there is none."""
+    return None if model is None else np.array(model.covar(), float)
+
+
+def _update(estimator, row, times, hypothesis, measurement_model) -> TrackUpdate:
     detection = hypothesis.measurement
-    model = detection.measurement_model or measurement_model
-    if isinstance(detection, GaussianDetection):
-        covariance = detection.covar
-    else:
-        covariance = None if model is None else model.covar()
-    known = {} if covariance is None else {"covariance": np.array(covariance, float)}
-    row, step = estimator.update(row, seconds(detection.timestamp), position(detection), **known)
-    return TrackUpdate(*_moments(step), timestamp=detection.timestamp, hypothesis=hypothesis, row=row, step=step)
+    time = seconds(detection.timestamp)
+    R = noise_of(detection.measurement_model or measurement_model)
+    row, step = estimator.update(row, time, position(detection), R)
+    kept = dict(row=row, times=(times[-1], time), noise=R)
+    return TrackUpdate(*_moments(step), timestamp=detection.timestamp, hypothesis=hypothesis, step=step, **kept)
 
 
 class TrackInitiator(Initiator):
@@ -158,6 +181,7 @@ class TrackInitiator(Initiator):
 
     estimator: Any = Property(default=None, doc="TrackEstimator")
     fastest: float = Property(default=None, doc="Largest speed between the two plots, m/s")
+    measurement_model: MeasurementModel = Property(default=None, doc="As that of the updater")
 
     def __init__(self, *args, **kwargs):
         super().__init__(*args, **kwargs)
@@ -186,9 +210,10 @@ class TrackInitiator(Initiator):
 
     def begin(self, first, second) -> list:
         """Return the states of a track that starts with two plots."""
-        start = _update(self.estimator, self.estimator.start(), SingleHypothesis(None, first))
-        prediction = _predict(self.estimator, start, second.timestamp)
-        return [start, _update(self.estimator, start.row, SingleHypothesis(prediction, second))]
+        est, model = self.estimator, self.measurement_model
+        start = _update(est, est.start(), (np.nan,), SingleHypothesis(None, first), model)
+        hypothesis = SingleHypothesis(_predict(est, start, second.timestamp), second)
+        return [start, _update(est, start.row, start.times, hypothesis, model)]
 
 
 def position(detection) -> np.ndarray:
@@ -214,56 +239,3 @@ def _moments(step) -> tuple[np.ndarray, np.ndarray]:
     """Return mean and covariance of [E, vE, N, vN]."""
     x = np.stack([step.position, step.velocity], axis=-1).reshape(4, 1)
     return x, np.array(step.spread)[np.ix_(STATE, STATE)]
-
-
-def detections(plots: Plots):
-    """Yield (timestamp, set of detections) of `Plots`, those of one time together: a Stone Soup ``detector``.
-
-    Plots with a covariance become `GaussianDetection`; altitude, key, name and sensor are metadata.
-
-    Examples
-    --------
-    >>> import driftwise as dw
-    >>> from driftwise.adapters.stonesoup import detections
-    >>> from driftwise.tracking.plots import plots
-    >>> for time, found in detections(plots([0.0, 0.0, 1.5], [[0, 0], [9, 9], [1, 1]])):
-    ...     print(time.time(), len(found))
-    00:00:00 2
-    00:00:01.500000 1
-    """
-    starts = np.flatnonzero(np.diff(plots.time, prepend=-np.inf))
-    for a, b in zip(starts, [*starts[1:], len(plots)]):
-        time, found = timestamp(plots.time[a]), set()
-        for k in range(a, b):
-            known = {name: getattr(plots, name)[k] for name in ("altitude", "key", "name", "sensor")}
-            given = dict(timestamp=time, metadata={name: value for name, value in known.items() if value == value})
-            z, R = plots.position[k].reshape(2, 1), plots.covariance[k]
-            found.add(GaussianDetection(z, R, **given) if np.isfinite(R).all() else Detection(z, **given))
-        yield time, found
-
-
-def tracks_from(tracks) -> list[dict]:
-    """Return Stone Soup tracks of any Gaussian filter over [E, vE, N, vN] as columns, the earliest first.
-
-    Each has ``id``, ``time`` (T,) s since 1970, ``position``, ``velocity`` (T, 2), ``covariance`` (T, 4, 4) of
-    [E, vE, N, vN], ``seen`` (T,) (False where the detection was missed), ``plots`` (its `Plots`) and the track's
-    ``metadata``.
-    """
-    return sorted((_columns(track) for track in tracks), key=lambda one: (one["time"][0], str(one["id"])))
-
-
-def _columns(track) -> dict:
-    states = list(track.states)
-    x = np.array([np.array(s.state_vector, float).ravel() for s in states])
-    updates = [s for s in states if isinstance(s, Update)]
-    found = [s.hypothesis.measurement for s in updates]
-    return dict(
-        id=track.id,
-        time=np.array([seconds(s.timestamp) for s in states]),
-        position=x[:, [0, 2]],
-        velocity=x[:, [1, 3]],
-        covariance=np.array([np.array(s.covar, float) for s in states]),
-        seen=np.array([isinstance(s, Update) for s in states]),
-        plots=plots([seconds(d.timestamp) for d in found], [position(d) for d in found]),
-        metadata=dict(track.metadata),
-    )
