@@ -157,8 +157,8 @@ def test_an_edition_that_is_not_known_is_refused_whole():
     plots = read_asterix(DATA / "asterix.pcap")
     assert len(plots) == 0
     assert {f.what.split(":")[0] for f in plots.faults} == {"category 62"}
-    assert "100 of 100 blocks do not fit edition 1.21" in plots.faults[-1].what
-    assert "none of the editions known" in plots.faults[-1].what
+    assert "100 of 100 blocks do not fit edition 1.21" in plots.faults[0].what
+    assert "none of the editions known" in plots.faults[0].what
     for edition in structure.table()[62]:
         assert len(read_asterix(DATA / "asterix.pcap", editions={62: edition})) == 0
 
@@ -168,8 +168,8 @@ def test_a_stream_in_another_edition_names_the_edition_that_fits():
     records = [oracle.random_record(rng, 21, "0.24", 1.0, {"030": 128 * k, "130": k})[1] for k in range(20)]
     data = file_of(*records, category=21)
     plots = read_asterix(data)
-    assert len(plots) == 0 and "editions={21: '0.26'}" not in plots.faults[0].what
-    assert "0.24" in plots.faults[-1].what and "editions={21:" in plots.faults[-1].what
+    assert len(plots) == 0
+    assert "0.24" in plots.faults[0].what and "editions={21:" in plots.faults[0].what
     found = decode(data, editions={21: "0.24"})
     assert found.faults == () and found.counts["category 21"] == 20
 

@@ -251,7 +251,7 @@ def _rows(data, label, editions):
         bad = sum(not fits for *_, fits in blocks)
         if bad > DOUBT[stream[1] in named] * len(blocks):
             refused[stream] = _refusal(data, stream[1], newest[stream[1]], blocks, bad)
-            faults.append(Fault(label, blocks[0][0] - 3, refused[stream]))
+            faults.insert(0, Fault(label, blocks[0][0] - 3, refused[stream]))  # what matters comes first
     if refused:
         counts["in streams refused"] = sum(row.stream in refused for row in rows)
         rows = [row for row in rows if row.stream not in refused]
