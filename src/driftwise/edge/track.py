@@ -189,7 +189,7 @@ def deliver(order: Order, tracks, took: str) -> None:
 def _sites(order: Order, tracks) -> list[tuple[str, float, float]]:
     """Return where range rings are drawn: about the radars that saw a track."""
     seen = {sensor for track in tracks for sensor in track.sensors}
-    found = [(name, site.latitude, site.longitude) for name, site in order.radars.items() if name in seen]
+    found = [(name, site.latitude, site.longitude) for name, site in order.radars.items() if site and name in seen]
     return found if order.place is None else [("radar", order.place[0], order.place[1]), *found]
 
 
