@@ -173,10 +173,10 @@ def test_the_score_is_the_log_likelihood_ratio():
 
 def test_what_does_not_fit_is_refused_with_the_likely_cause():
     initiator, now = TrackInitiator(BOAT), timestamp(0.0)
-    with pytest.raises(InputError, match="East, North.*got 3 numbers"):
+    with pytest.raises(InputError, match=r"East, North.*got 3 numbers"):
         initiator.initiate({Detection(np.zeros((3, 1)), timestamp=now)}, now)
     foreign = GaussianState(np.zeros((4, 1)), np.eye(4), timestamp=now)
-    with pytest.raises(InputError, match="got GaussianState.*TrackInitiator"):
+    with pytest.raises(InputError, match=r"got GaussianState.*TrackInitiator"):
         TrackPredictor(estimator=BOAT).predict(foreign, timestamp(1.0))
     with pytest.raises(InputError, match="nearest neighbours"):
         TrackUpdater(estimator=BOAT).update(MultipleHypothesis([]))

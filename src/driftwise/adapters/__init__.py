@@ -1,1 +1,1 @@
-"""driftwise behind the faces of scikit-learn, river and python-control; each needs the extra of its name."""
+"""driftwise behind the faces of scikit-learn, river, python-control, Stone Soup; each needs the extra of its name."""

@@ -81,6 +81,22 @@ class TrackPredictor(Predictor):
     estimator : TrackEstimator
     transition_model : ignored
         The estimator has its own.
+
+    Notes
+    -----
+    Bad at: times that do not increase. A scan of a second radar at the very time of the last plot is refused.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> from driftwise.adapters.stonesoup import TrackInitiator, TrackPredictor, timestamp
+    >>> from stonesoup.types.detection import Detection
+    >>> est = dw.TrackEstimator("boat")
+    >>> one, two = (Detection(np.array([4.0, 3.0]) * t, timestamp=timestamp(t)) for t in (0.0, 2.0))
+    >>> states = TrackInitiator(est).begin(one, two)
+    >>> prediction = TrackPredictor(estimator=est).predict(states[-1], timestamp=timestamp(5.0))
+    >>> print([round(float(x)) for x in prediction.state_vector])  # [E, vE, N, vN]; two plots, and what boats do
+    [19, 4, 14, 3]
     """
 
     transition_model: TransitionModel = Property(default=None, doc="Not used: the estimator has its own")

@@ -58,6 +58,8 @@ class TrackScore(DataAssociator, Deleter):
     -----
     Bad at: targets that hardly move where earlier tracks came and went: plots of those count as clutter.
 
+    The page on Stone Soup in the documentation has an example.
+
     References
     ----------
     .. [1] S. Blackman, R. Popoli, Design and Analysis of Modern Tracking Systems, Artech House 1999, section 6.2.
