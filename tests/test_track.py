@@ -141,11 +141,16 @@ def places(kind, rng, t):
         return noise + 1e8 * (np.arange(len(t))[:, None] // 100 % 2)
     if kind == "walk":
         return 1e3 * np.cumsum(noise, axis=0)
+    if kind == "exact":
+        return 200 * t[:, None] * [0.6, 0.8]
+    if kind == "stuck":
+        where = np.clip(np.arange(len(t)), 50, 1100)
+        return (200 * t[:, None] * [0.6, 0.8] + noise)[np.where(where < 1100, np.minimum(where, 50), np.arange(len(t)))]
     return np.full((len(t), 2), 1234.5) if kind == "rest" else 200 * t[:, None] * [0.6, 0.8] + noise
 
 
 @pytest.mark.parametrize("times", ["even", "gaps", "fast"])
-@pytest.mark.parametrize("where", ["straight", "rest", "wild", "leaps", "walk"])
+@pytest.mark.parametrize("where", ["straight", "exact", "stuck", "rest", "wild", "leaps", "walk"])
 def test_nothing_breaks_it(times, where):
     """After leaps, rest, gaps of 10^6 periods and steps of 1 us all is finite, and covariances are covariances."""
     rng = np.random.default_rng(7)
@@ -187,6 +192,26 @@ def test_stated_variances_are_a_start_and_their_ratios_are_believed():
     assert same(unknown.outs, TRACE.outs)
 
 
+@pytest.mark.parametrize("variances", [(1e-30, 1e30), (1e-30, 1e-30), (1e200, 2500.0)])
+def test_absurd_variances_do_no_harm(variances):
+    R = np.where(np.arange(len(T)) % 2, *variances)[:, None, None] * np.eye(2)
+    trace = EST.scan(T, Y, R)
+    for name in ("prediction", "variance", "position", "velocity", "speed_sd", "course_sd", "turn_rate_sd"):
+        assert np.isfinite(getattr(trace, name)[2:]).all(), name
+
+
+def test_at_rest_the_course_is_any_and_the_speed_has_a_deviation():
+    trace = EST.scan(np.arange(50.0), np.ones((50, 2)))
+    assert same(trace.speed_sd, trace.velocity_sd[:, 0]) and np.allclose(trace.course_sd, 360 / np.sqrt(12))
+
+
+def test_dates_are_unix_seconds():
+    dates = np.datetime64("2024-01-01", "ms") + np.round(1000 * np.arange(50)).astype("m8[ms]")
+    trace = EST.scan(dates, np.cumsum(np.ones((50, 2)), axis=0))
+    assert trace.time[0] == 1704067200.0 and trace.time[-1] - trace.time[0] == 49.0
+    assert np.allclose(trace.velocity[-1], 1.0)
+
+
 @pytest.mark.parametrize(
     "call, words",
     [
@@ -200,6 +225,8 @@ def test_stated_variances_are_a_start_and_their_ratios_are_believed():
         (lambda: EST.scan([0, 1], np.zeros((3, 2))), r"position must have shape \(2, 2\)"),
         (lambda: EST.scan([0, 1], np.zeros(2)), "position must have shape"),
         (lambda: EST.update(EST.start(), 0.0, [1.0]), "position must have shape"),
+        (lambda: EST.predict(TRACE.state, np.nan), "time must be one finite number"),
+        (lambda: EST.scan(np.array(["2024-01-01", "NaT"], "M8[s]"), np.zeros((2, 2))), "time must be finite.*plot 1"),
         (lambda: EST.density(TRACE.state, 1e6, [np.nan, 0]), "position must be a finite vector"),
         (lambda: EST.scan([0, 1], np.zeros((2, 2)), np.zeros((3, 3))), "covariance must have shape"),
         (lambda: EST.scan([0, 1], np.zeros((2, 2)), -np.eye(2)), "covariance must have positive variances"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import UTC, datetime
 
 import numpy as np
 
@@ -67,7 +68,19 @@ def floats(name, value) -> np.ndarray:
             raise TypeError
         return found.astype(float)
     except (TypeError, ValueError):
-        raise InputError(f"{name} must hold numbers, got {value!r}") from None
+        came = repr(value)
+        raise InputError(f"{name} must hold numbers, got {came[:80]}{' ..' if len(came) > 80 else ''}") from None
+
+
+def seconds(name, value) -> np.ndarray:
+    """Return times in s: numbers as they are, dates as Unix time, UTC where they say no zone; NaT is NaN."""
+    found = np.asarray(value)
+    if found.dtype.kind == "O" and found.size and all(isinstance(one, datetime) for one in found.flat):
+        utc = [one if one.tzinfo else one.replace(tzinfo=UTC) for one in found.flat]
+        return np.array([one.timestamp() for one in utc]).reshape(found.shape)
+    if found.dtype.kind == "M":
+        return (found.astype("M8[ns]") - np.datetime64(0, "ns")) / np.timedelta64(1, "s")
+    return floats(name, value)
 
 
 def vector(name, value, size) -> np.ndarray:

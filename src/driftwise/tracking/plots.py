@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..errors import InputError
+from ..estimators import door
 
 COLUMNS = ("time", "position", "covariance", "altitude", "key", "name", "sensor")
 
@@ -60,8 +61,29 @@ class Plots:
         return len(self.time)
 
     def __getitem__(self, index) -> Plots:
-        """Return some of the plots: a slice, a mask or indices."""
+        """Return some of the plots: a slice, a mask or indices; of one number that plot alone."""
+        index = [index] if isinstance(index, int | np.integer) else index
         return replace(self, **{name: getattr(self, name)[index] for name in COLUMNS})
+
+
+def checked(origin) -> tuple[float, float]:
+    """Return an origin that can be."""
+    try:
+        latitude, longitude = map(float, origin)
+    except (TypeError, ValueError):
+        raise InputError(f"origin must be (latitude, longitude) in degrees, got {origin!r}") from None
+    if not (abs(latitude) <= 90 and abs(longitude) <= 360):
+        raise InputError(
+            f"origin must be (latitude, longitude) in degrees, got {origin!r}; are they swapped, or metres?"
+        )
+    return latitude, longitude
+
+
+def _words(value) -> np.ndarray:
+    """Return text; "" where there is none."""
+    value = np.array("" if value is None else value, object)
+    told = ["" if one is None or one != one else str(one) for one in value.flat]
+    return np.array(told, object).reshape(value.shape)
 
 
 def plots(
@@ -72,10 +94,11 @@ def plots(
     Parameters
     ----------
     time : (T,)
-        s.
+        s, or dates (Unix time; UTC where they say no zone).
     position : (T, 2)
         m East and North. A plot whose time or position is not finite is left out, as a `Fault`.
     covariance : (2, 2) or (T, 2, 2), optional
+        m^2; a number or two are variances, without correlation.
     altitude : (T,), optional
     key, name, sensor : str or (T,) of str, optional
     origin : (latitude, longitude), optional
@@ -86,13 +109,16 @@ def plots(
     InputError
         Where columns do not have the same length.
     """
-    time, position = np.array(time, float).reshape(-1), np.array(position, float).reshape(-1, 2)
+    time, position = door.seconds("time", time).reshape(-1), door.floats("position", position)
     T = len(time)
-    if len(position) != T:
-        raise InputError(f"position must have a row (East, North) for each of {T} times, got {len(position)} rows")
+    position = position.reshape(1, 2) if T == 1 and position.shape == (2,) else position
+    if position.shape != (T, 2):
+        raise InputError(f"position must have a row (East, North) for each of {T} times, got shape {position.shape}")
+    if covariance is not None and np.shape(covariance) in ((), (2,)):
+        covariance = np.diag(np.broadcast_to(door.floats("covariance", covariance), (2,)))
 
     def column(label, value, shape, kind, unknown):
-        value = np.array(unknown if value is None else value, kind)
+        value = door.floats(label, unknown if value is None else value) if kind is float else _words(value)
         try:
             return np.array(np.broadcast_to(value, (T, *shape)))
         except ValueError:
@@ -103,7 +129,7 @@ def plots(
         column("covariance", covariance, (2, 2), float, np.nan), column("altitude", altitude, (), float, np.nan),
         column("key", key, (), object, ""), column("name", name, (), object, ""),
         column("sensor", sensor, (), object, ""),
-        None if origin is None else (float(origin[0]), float(origin[1])), tuple(faults),
+        None if origin is None else checked(origin), tuple(faults),
     )  # fmt: skip
     good = np.isfinite(time) & np.isfinite(position).all(axis=1)
     order = np.flatnonzero(good)[np.argsort(time[good], kind="stable")]

@@ -15,7 +15,7 @@ from ..files.source import missing
 from ..files.source import title as named
 from .columns import Column
 from .merge import joined
-from .plots import Fault, Plots
+from .plots import Fault, Plots, checked
 
 LARGEST = 4 << 30  # bytes a compressed file may grow to
 PCAP = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\xa1\xb2\x3c\x4d", b"\x0a\x0d\x0d\x0a")
@@ -66,7 +66,7 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
     ([[1000.0, 0.0], [1200.0, 100.0]], ['4BAA5F', '4BAA5F'], 'rows without a position: 1, this is the first')
     """
     if origin is not None:
-        origin = _checked(origin)
+        origin = checked(origin)
     parts: list[Plots] = []
     asked = files_of(path)
     for number, one in enumerate(asked):
@@ -107,18 +107,6 @@ def recognise_plots(path, columns=None) -> dict[str, Column]:
     """
     data, title, _ = opened(path)
     return _read(data, title, columns=columns)[1]
-
-
-def _checked(origin) -> tuple[float, float]:
-    try:
-        latitude, longitude = map(float, origin)
-    except (TypeError, ValueError):
-        raise InputError(f"origin must be (latitude, longitude) in degrees, got {origin!r}") from None
-    if not (abs(latitude) <= 90 and abs(longitude) <= 360):
-        raise InputError(
-            f"origin must be (latitude, longitude) in degrees, got {origin!r}; are they swapped, or metres?"
-        )
-    return latitude, longitude
 
 
 def files_of(path) -> list:

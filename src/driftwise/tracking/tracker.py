@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..errors import InputError
+from ..estimators import door
 from ..estimators.track.estimator import TrackEstimator
 from .frames import east_north, geographic
 from .inbox import LEAP, Inbox
@@ -76,19 +75,22 @@ class Tracker:
             estimator = TrackEstimator(speed=estimator)
         if not isinstance(estimator, TrackEstimator) or estimator.coordinates != 2:
             raise InputError(f"estimator must be a TrackEstimator of two coordinates or a speed, got {estimator!r}")
-        N, M = confirm
+        try:
+            N, M = (door.count("confirm", n) for n in confirm)
+        except (TypeError, ValueError):
+            N = M = 0
         if not 1 <= N <= M:
             raise InputError(f"confirm must be (N, M), N plots within M scans with 1 <= N <= M, got {confirm!r}")
-        if not 0 < coast < gap:
-            raise InputError(f"coast must be positive and below gap, in scan periods; got coast={coast}, gap={gap}")
-        for name, value in dict(gate=gate, fastest=1.0 if fastest is None else fastest).items():
-            if not 0 < value < math.inf:
-                raise InputError(f"{name} must be a positive number, got {value!r}")
-        if not 0 <= delay < LEAP:
+        for name, value in dict(coast=coast, gap=gap, gate=gate, fastest=1.0 if fastest is None else fastest).items():
+            door.positive(name, value)
+        if not coast < gap:
+            raise InputError(f"coast must be below gap, in scan periods; got coast={coast}, gap={gap}")
+        if not 0 <= float(door.floats("delay", delay)) < LEAP:
             raise InputError(f"delay must be within 0 and {LEAP:.0f} s, got {delay!r}")
         self.estimator = estimator
         limit = fastest or FASTEST.get(estimator.speed, 3 * estimator.speed)
-        options = (int(N), int(M)), float(coast), float(gap), float(gate), bool(single), float(delay), float(limit)
+        is_single = door.yes("single", single)
+        options = (N, M), float(coast), float(gap), float(gate), is_single, float(delay), float(limit)
         self.rules = Rules(*options)
         self.origin: tuple[float, float] | None = None
         self.faults: list = []
@@ -203,13 +205,17 @@ def _stated(covariance: np.ndarray) -> np.ndarray:
     return np.where(good[:, None], covariance.reshape(-1, 4), np.nan)
 
 
-def track(plots, *, site=None, sites=None, progress=None, **options) -> Tracks:
+def track(
+    plots, estimator="aircraft", *, site=None, sites=None, origin=None, columns=None, progress=None, **options
+) -> Tracks:
     """Return the tracks in plots, or in files of plots; `Tracker` says how and what the options are.
 
     Parameters
     ----------
     plots : Plots, or what ``read_plots`` reads: a path, several, a data frame or columns
-    site, sites, progress : optional
+    estimator : TrackEstimator, float or str
+        Or the class of objects: "aircraft", "helicopter", "glider", "uav", "boat", or a typical speed in m/s.
+    site, sites, origin, columns, progress : optional
         Of ``read_plots``.
     **options
         Of `Tracker`.
@@ -222,7 +228,11 @@ def track(plots, *, site=None, sites=None, progress=None, **options) -> Tracks:
     >>> dw.track(plots(time, np.stack([120 * time, 90 * time], axis=1)), single=True)
     Tracks(1 track, 40 plots)
     """
-    tracker = Tracker(**options)
-    tracker.feed(plots if isinstance(plots, Plots) else read_plots(plots, site=site, sites=sites, progress=progress))
+    if "speed" in options:
+        raise InputError(f"the class of objects is the second argument: dw.track(plots, {options['speed']!r})")
+    tracker = Tracker(estimator, **options)
+    if not isinstance(plots, Plots):
+        plots = read_plots(plots, site=site, sites=sites, origin=origin, columns=columns, progress=progress)
+    tracker.feed(plots)
     tracker.finish()
     return tracker.tracks

@@ -138,7 +138,7 @@ class TrackEstimator:
         Parameters
         ----------
         time : (T,)
-            s, increasing.
+            s, increasing; or dates.
         position : (T, C)
             m; a row with NaN is a scan without a plot.
         covariance : (C, C) or (T, C, C), optional
@@ -189,7 +189,7 @@ class TrackEstimator:
     def tick(self, states, time, position, covariance=None) -> tuple[np.ndarray, list[TrackStep]]:
         """Advance many tracks, one plot each: states (S,), time (S,), position (S, C)."""
         rows = np.ascontiguousarray(states).reshape(-1).view(float).reshape(np.size(states), -1).copy()
-        times, positions = door.floats("time", time).reshape(-1), door.floats("position", position)
+        times, positions = door.seconds("time", time).reshape(-1), door.floats("position", position)
         told = []
         for s, row in enumerate(rows):
             stated = None if covariance is None else np.asarray(covariance)[s]
@@ -216,7 +216,9 @@ class TrackEstimator:
 
     def _ahead(self, state, time) -> np.ndarray:
         C, row = self.coordinates, self._row(state)
-        time = door.floats("time", [time])
+        time = door.seconds("time", time).reshape(-1)
+        if len(time) != 1 or not np.isfinite(time[0]):
+            raise InputError(f"time must be one finite number, got {time.tolist()}")
         self._later(time, row)
         return self.run(row, time, np.full((1, C), np.nan), np.full((1, C), np.nan))[0]
 
@@ -247,7 +249,7 @@ class TrackEstimator:
         return np.ascontiguousarray(state).reshape(-1).view(float).copy()
 
     def _door(self, time, position, covariance):
-        C, time = self.coordinates, door.floats("time", time).reshape(-1)
+        C, time = self.coordinates, door.seconds("time", time).reshape(-1)
         position = door.floats("position", position)
         T = len(time)
         if position.shape != (T, C) and not (C == 1 and position.shape == (T,)):
@@ -260,6 +262,8 @@ class TrackEstimator:
         if covariance is None:
             return time, position, np.full((T, C), np.nan)
         covariance = door.floats("covariance", covariance)
+        if C == 1 and covariance.shape == (T,):
+            covariance = covariance.reshape(T, 1, 1)
         try:
             R = np.broadcast_to(covariance, (T, C, C))
         except ValueError:

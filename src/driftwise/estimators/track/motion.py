@@ -35,8 +35,10 @@ def moving(x, V):
     """Return speed and course (rad clockwise from North) with their standard deviations: (s, sd, course, sd)."""
     vE, vN = x[..., 1], x[..., 4]
     speed = np.hypot(vE, vN)
-    zero = np.zeros_like(speed)
+    zero, rest = np.zeros_like(speed), speed == 0.0  # at rest: the larger deviation, and any course
     with np.errstate(invalid="ignore", divide="ignore"):
         along = np.stack([zero, vE / speed, zero, zero, vN / speed, zero], axis=-1)
         across = np.stack([zero, vN, zero, zero, -vE, zero], axis=-1) / (speed * speed)[..., None]
-        return speed, _along(along, V), np.arctan2(vE, vN), _along(across, V)
+        most = np.sqrt(np.maximum(V[..., 1, 1], V[..., 4, 4]))
+        speed_sd, course_sd = np.where(rest, most, _along(along, V)), np.where(rest, np.inf, _along(across, V))
+        return speed, speed_sd, np.arctan2(vE, vN), course_sd

@@ -4,7 +4,7 @@
     base         s = sum w_i (S_i + (mu_i - m)^2)
     density      y ~ sum q_j N(m, kappa_j s): the tails are learnt
     evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
-    noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c
+    noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, above what no plot is
     manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none
 
 A missing plot changes nothing but the columns: they tell where the target is by then.
@@ -28,6 +28,7 @@ PERIODS = 50.0  # plots by which the typical time between plots is known
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 CLAIM = 10.0  # plots that a stated variance is worth
+FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
 TOLD_ABOVE, OVER_BELOW = 0.9, 0.5  # of the probability of a manoeuvre: an onset, and when another may come
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005)  # plots that each scale of the tails is worth beforehand
 
@@ -70,11 +71,23 @@ def enter(task, row, t, y, R, C):
 
 
 @kernel
+def least_variance(task, row):
+    """Return the variance below which no plot's is taken: exact and repeated plots would let it vanish."""
+    return (FINEST * task.fastest * bank.period(row)) ** 2
+
+
+@kernel
+def sane(task, row, R):
+    """Return a stated variance, within what plots of the class can have; NaN stays."""
+    return min(max(R, least_variance(task, row)), (COARSEST * task.fastest * bank.period(row)) ** 2) if R > 0.0 else R
+
+
+@kernel
 def start_members(task, row, d, C, unit):
     """Start the bank.members on the first plot, now that the time to the second is known."""
     row[bank.PERIOD] = row[bank.GAP] = math.log(d)
     for c in range(C):
-        stated = row[bank.of_coordinate(C, bank.STATED, c)]
+        stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
         unit[c] = stated if stated > 0.0 else (0.1 * task.fastest * d) ** 2
         row[bank.of_coordinate(C, bank.LOG, c)] = math.log(unit[c])
     linear.begin(row, C, task.fastest, unit)
@@ -83,12 +96,12 @@ def start_members(task, row, d, C, unit):
 
 
 @kernel
-def measure_units(row, C, R, unit, g):
+def measure_units(task, row, C, R, unit, g):
     """Fill the variance of a plot by what is known of it, and g: how much of that this plot has."""
     for c in range(C):
-        unit[c] = math.exp(row[bank.of_coordinate(C, bank.LOG, c)])
-        stated = row[bank.of_coordinate(C, bank.STATED, c)]
-        g[c] = R[c] / stated if stated > 0.0 and R[c] > 0.0 else 1.0
+        unit[c] = max(math.exp(row[bank.of_coordinate(C, bank.LOG, c)]), least_variance(task, row))
+        stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
+        g[c] = sane(task, row, R[c]) / stated if stated > 0.0 and R[c] > 0.0 else 1.0
 
 
 @kernel
@@ -275,12 +288,13 @@ def learn_tails(task, row, C, out):
 
 
 @kernel
-def follow(task, row, C, i, mean, S, y, c):
-    """Return the factor by which the noise of member i, coordinate c, changes."""
+def follow(task, row, C, i, mean, S, y, unit, scale, c):
+    """Return what the noise scale of member i, coordinate c, becomes."""
     if row[bank.SEEN] < 2.0 or not math.isfinite(mean[i, c]):
-        return 1.0
+        return scale
     z2 = (y[c] - mean[i, c]) ** 2 / S[i, c]
-    return 1.0 + (min(z2, WILD) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+    scale *= 1.0 + (min(z2, WILD) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
+    return max(scale, least_variance(task, row) / unit[c])
 
 
 @kernel
@@ -308,13 +322,13 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
             linear.correct(row, at, y[c] - row[at], g[c])
-            row[at + linear.SCALE] *= follow(task, row, C, i, mean, S, y, c)
+            row[at + linear.SCALE] = follow(task, row, C, i, mean, S, y, unit, row[at + linear.SCALE], c)
     k, held = bank.KALMAN, 0.0
     for i in range(bank.circles(C)):
         for c in range(C):
             scale = bank.at_circle(C, i) + bank.CIRCULAR + c
             circle.correct(row, C, i, c, y[c], g[c] * unit[c] * row[scale], A)
-            row[scale] *= follow(task, row, C, k, mean, S, y, c)
+            row[scale] = follow(task, row, C, k, mean, S, y, unit, row[scale], c)
         k += 1
     for i in range(bank.POLES):
         if row[bank.SEEN] < 2.0:
@@ -328,7 +342,7 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
                 (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d - row[bank.of_coordinate(C, bank.SPEED, c)]
             ) * T
             pole.measure(row, C, i, c, w[c], g[c] * unit[c] * row[scale] / (ahead * ahead), A)
-            row[scale] *= follow(task, row, C, k, mean, S, y, c)
+            row[scale] = follow(task, row, C, k, mean, S, y, unit, row[scale], c)
         held = max(held, pole.step(row, C, i, w, F, A, B))
         k += 1
     return held
@@ -522,7 +536,7 @@ def advance(task, row, t, y, R, out, kept):
         start_members(task, ahead, d, C, unit)
     else:
         follow_period(ahead, C, d)
-    measure_units(ahead, C, R, unit, g)
+    measure_units(task, ahead, C, R, unit, g)
     predict_all(ahead, C, d, unit, F, A, B)
     foresee(ahead, C, d, unit, g, mean, S)
     weigh(ahead, C, mean, w)
