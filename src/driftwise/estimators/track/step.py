@@ -28,6 +28,7 @@ PERIODS = 50.0  # plots by which the typical time between plots is known
 STARTS, ENDS = 0.02, 0.1  # of a manoeuvre, per plot
 GENTLE = 250.0  # s, from rest to the speed of the class: an acceleration that is no manoeuvre
 CLAIM = 10.0  # plots that a stated variance is worth
+MADDEST = 1e3  # speed, of what is fast for the class, at which nothing is known of a turn
 FINEST, COARSEST = 1e-6, 1e6  # a plot's standard deviation, of what is fast for the class between two plots
 TOLD_ABOVE, OVER_BELOW = 0.9, 0.5  # of the probability of a manoeuvre: an onset, and when another may come
 PRIOR = (0.1, 0.4, 2.0, 0.25, 0.06, 0.02, 0.01, 0.005)  # plots that each scale of the tails is worth beforehand
@@ -329,6 +330,8 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
             scale = bank.at_circle(C, i) + bank.CIRCULAR + c
             circle.correct(row, C, i, c, y[c], g[c] * unit[c] * row[scale], A)
             row[scale] = follow(task, row, C, k, mean, S, y, unit, row[scale], c)
+        if not math.hypot(row[bank.at_circle(C, i) + 1], row[bank.at_circle(C, i) + 3]) < MADDEST * task.fastest:
+            circle.start_over(row, C, i, unit)  # far beyond where its slopes hold
         k += 1
     for i in range(bank.POLES):
         if row[bank.SEEN] < 2.0:
@@ -404,7 +407,10 @@ def member_state(row, C, i, unit, x, V):
 
 @kernel
 def tell_state(row, C, w, unit, x, V, total, out):
-    """Write mean and covariance of position, velocity, acceleration: those of the bank.members that have them."""
+    """Write mean and covariance of position, velocity, acceleration: those of the bank.members that have them.
+
+    Member after member (West 1979), so that nothing cancels.
+    """
     n, share = 3 * C, 0.0
     mean = out[bank.at_state(C) : bank.at_state(C) + n]
     for j in range(n):
@@ -412,22 +418,22 @@ def tell_state(row, C, w, unit, x, V, total, out):
         for k in range(n):
             total[j, k] = 0.0
     for i in range(bank.KALMAN + bank.circles(C)):
-        share += w[i]
-    if not share > 0.0:
-        share = 1.0
-    for i in range(bank.KALMAN + bank.circles(C)):
         if w[i] > 0.0:
+            share += w[i]
+            new = w[i] / share
             member_state(row, C, i, unit, x, V)
             for c in range(C):  # relative to the last plot: the square of a position is large
                 x[3 * c] -= row[bank.of_coordinate(C, bank.LAST, c)]
             for j in range(n):
-                mean[j] += w[i] / share * x[j]
                 for k in range(j, n):
-                    total[j, k] += w[i] / share * (V[j, k] + x[j] * x[k])
+                    apart = (x[j] - mean[j]) * (x[k] - mean[k])
+                    total[j, k] += new * (V[j, k] + (1.0 - new) * apart - total[j, k])
+            for j in range(n):
+                mean[j] += new * (x[j] - mean[j])
     at = bank.at_covariance(C)
     for j in range(n):
         for k in range(j, n):
-            out[at] = total[j, k] - mean[j] * mean[k]
+            out[at] = total[j, k]
             at += 1
     for c in range(C):
         mean[3 * c] += row[bank.of_coordinate(C, bank.LAST, c)] + row[bank.of_coordinate(C, bank.FIRST, c)]
