@@ -257,7 +257,8 @@ class Follower:
         least = self.speed / step.GENTLE
         sees = [i > 0 and m.acceleration(self.period, unit) > least for i, m in enumerate(self.kalman)]
         w, likelihood, sees = w[: len(sees)], likelihood[: len(sees)], np.array(sees)
-        calm, moving = ((w @ (likelihood * of) + TINY) / (w @ of + TINY) for of in (~sees, sees))
+        calm = (w @ (likelihood * ~sees) + TINY) / (w @ ~sees + TINY)
+        moving = (w @ (likelihood * sees) + TINY * calm) / (w @ sees + TINY)  # no evidence where none sees one
         before = self.manoeuvre * (1 - step.ENDS) + (1 - self.manoeuvre) * step.STARTS
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)
         found["onset"] = not self.is_told and self.manoeuvre > step.TOLD_ABOVE

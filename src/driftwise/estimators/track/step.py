@@ -255,6 +255,7 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
             moving += w[i] * math.exp(scores[i] - top)
             alive += w[i]
     before = row[bank.MANOEUVRE] * (1.0 - task.ends) + (1.0 - row[bank.MANOEUVRE]) * task.starts
+    moving += tiny * (quiet / still - 1.0)  # where none sees a manoeuvre the plot is no evidence of one
     quiet, moving = (1.0 - before) * quiet / still, before * moving / alive
     row[bank.MANOEUVRE] = moving / (moving + quiet)
     at = bank.at_weights(C)
