@@ -260,6 +260,7 @@ class Follower:
         calm = (w @ (likelihood * ~sees) + TINY) / (w @ ~sees + TINY)
         moving = (w @ (likelihood * sees) + TINY * calm) / (w @ sees + TINY)  # no evidence where none sees one
         before = self.manoeuvre * (1 - step.ENDS) + (1 - self.manoeuvre) * step.STARTS
+        before = max(before, (w @ sees + TINY) / (w.sum() + 2 * TINY))  # no less than the weight of those that see one
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)
         found["onset"] = not self.is_told and self.manoeuvre > step.TOLD_ABOVE
         self.is_told = found["onset"] or (self.is_told and self.manoeuvre >= step.OVER_BELOW)

@@ -82,7 +82,7 @@ class TrackEstimator:
     >>> trace = dw.TrackEstimator("aircraft").scan(t, plots)
     >>> at = 40
     >>> print(f"{np.degrees(trace.turn_rate[at]):.1f} +- {np.degrees(trace.turn_rate_sd[at]):.1f} degrees a second")
-    3.0 +- 0.7 degrees a second
+    2.5 +- 0.8 degrees a second
     """
 
     def __init__(
