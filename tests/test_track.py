@@ -136,7 +136,7 @@ def test_a_manoeuvre_is_told_when_it_begins_and_not_without_one():
     path = np.cumsum(4 * 30 * np.stack([np.sin(turned), np.cos(turned)], axis=1), axis=0)
     circling = dw.TrackEstimator("glider").scan(t, path + 10 * rng.standard_normal((120, 2)))
     first = np.flatnonzero(circling.onset)
-    assert len(first) and 40 < first[0] < 46
+    assert len(first) and 40 < first[0] < 46 and np.median(circling.manoeuvre[48:100]) > 0.8
 
 
 def intervals(kind, rng, n):

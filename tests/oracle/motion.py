@@ -259,8 +259,9 @@ class Follower:
         w, likelihood, sees = w[: len(sees)], likelihood[: len(sees)], np.array(sees)
         calm = (w @ (likelihood * ~sees) + TINY) / (w @ ~sees + TINY)
         moving = (w @ (likelihood * sees) + TINY * calm) / (w @ sees + TINY)  # no evidence where none sees one
-        before = self.manoeuvre * (1 - step.ENDS) + (1 - self.manoeuvre) * step.STARTS
-        before = max(before, (w @ sees + TINY) / (w.sum() + 2 * TINY))  # no less than the weight of those that see one
+        lead = (w @ sees - w @ ~sees) / (w.sum() + 2 * TINY)
+        before = max(self.manoeuvre, lead)
+        before = before * (1 - step.ENDS) + (1 - before) * step.STARTS
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)
         found["onset"] = not self.is_told and self.manoeuvre > step.TOLD_ABOVE
         self.is_told = found["onset"] or (self.is_told and self.manoeuvre >= step.OVER_BELOW)

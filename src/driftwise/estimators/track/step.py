@@ -5,8 +5,8 @@
     density      y ~ sum q_j N(m, kappa_j s): the tails are learnt
     evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
     noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c
-    manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no less
-                 than the weight of those that see one
+    manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no
+                 less than the lead in weight of those that see one
 
 A missing plot changes nothing but the columns: they tell where the target is by then.
 """
@@ -255,9 +255,11 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
         elif how == 1:
             moving += w[i] * math.exp(scores[i] - top)
             alive += w[i]
-    before = row[bank.MANOEUVRE] * (1.0 - task.ends) + (1.0 - row[bank.MANOEUVRE]) * task.starts
+    so_far = max(
+        row[bank.MANOEUVRE], (alive - still) / (alive + still)
+    )  # a quiet model of large noise is no quiet target
+    before = so_far * (1.0 - task.ends) + (1.0 - so_far) * task.starts
     moving += tiny * (quiet / still - 1.0)  # where none sees a manoeuvre the plot is no evidence of one
-    before = max(before, alive / (alive + still))  # a quiet model with inflated noise is no quiet target
     quiet, moving = (1.0 - before) * quiet / still, before * moving / alive
     row[bank.MANOEUVRE] = moving / (moving + quiet)
     at = bank.at_weights(C)
