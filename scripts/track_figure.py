@@ -40,7 +40,9 @@ def main():
     )
     for k, (label, value, sd, limits) in enumerate(rows):
         ax = fig.add_subplot(grid[k, 1])
-        ax.fill_between(minutes[used], (value - 1.96 * sd)[used], (value + 1.96 * sd)[used], color=BLUE, alpha=0.2, lw=0)
+        ax.fill_between(
+            minutes[used], (value - 1.96 * sd)[used], (value + 1.96 * sd)[used], color=BLUE, alpha=0.2, lw=0
+        )
         ax.plot(minutes[used], value[used], color=BLUE, lw=1.2)
         ax.set(ylabel=label, ylim=limits)
         ax.tick_params(labelbottom=False)

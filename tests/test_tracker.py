@@ -252,6 +252,20 @@ def test_manoeuvres_and_wild_plots_of_one_nameless_object():
     assert [e.words for e in tracker.events if e.kind == "discarded"] == ["it is track 1"]
 
 
+def test_columns_as_people_have_them():
+    dates = np.array(["2024-01-01T00:00:08", "2024-01-01T00:00:00", "NaT", "2024-01-01T00:00:04"], "M8[ms]")
+    some = plots(dates, np.arange(8).reshape(4, 2), covariance=[4, 9], key=[7, None, "A", np.nan])
+    assert some.time.tolist() == [1704067200.0, 1704067204.0, 1704067208.0] and some.key.tolist() == ["", "", "7"]
+    assert some.covariance[0].tolist() == [[4, 0], [0, 9]] and some.faults[0].offset == 2
+    assert len(some[0]) == 1 and [len(one) for one in some] == [1, 1, 1]
+    with pytest.raises(InputError, match=r"position must have a row .* got shape \(2, 3\)"):
+        plots([0, 1, 2], np.zeros((2, 3)))
+    with pytest.raises(InputError, match="are they swapped"):
+        plots([0], [1, 2], origin=(200, 8))
+    with pytest.raises(InputError, match="is the second argument"):
+        dw.track(some, speed="boat")
+
+
 @pytest.mark.parametrize(
     "options, words",
     [

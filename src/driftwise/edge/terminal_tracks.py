@@ -28,7 +28,7 @@ def show(tracks, rows, *, title: str, took: str, out) -> None:
     out.print(Text(track_words.lead(rows, tracks.counts)))
     if told := track_words.faults_told(tracks.faults):
         out.print(Text("skipped: ", style="yellow") + Text(told))
-    for told in filter(None, (track_words.counted(tracks.counts), track_words.hint(rows))):
+    for told in filter(None, (track_words.counted(tracks.counts), track_words.hint(rows, tracks.counts))):
         out.print(Text("note: ", style="yellow") + Text(f"{told}."))
     out.print()
 

@@ -181,8 +181,10 @@ def cells(found: Row, *, with_day: bool = False) -> list[str]:
     ]  # fmt: skip
 
 
-def hint(rows: list[Row]) -> str:
-    """Return what to try where tracks without a key follow one another: they may be one object."""
+def hint(rows: list[Row], counts: dict[str, int]) -> str:
+    """Return what to try where most plots made no track, or tracks without a key follow one another."""
+    if counts.get("outliers", 0) + counts.get("discarded", 0) > 0.5 * counts.get("plots", 0) > 2:
+        return "most plots imply speeds beyond the class, or fit no track: try another --speed, and check the units"
     spans = sorted((r.start, r.end) for r in rows if not r.track.key)
     shared = sum(max(a[1] - b[0], 0.0) for a, b in pairwise(spans))
     if len(spans) < 2 or shared > 0.1 * sum(end - start for start, end in spans):

@@ -80,6 +80,12 @@ def predict(row, C, i, d, unit, F, A, B):
 
 
 @kernel
+def speed(row, C, i):
+    """Return how fast one is."""
+    return math.hypot(row[at_circle(C, i) + 1], row[at_circle(C, i) + 3])
+
+
+@kernel
 def start_over(row, C, i, unit):
     """Take position and velocity from constant velocity: nothing is known of a turn."""
     at = at_circle(C, i)

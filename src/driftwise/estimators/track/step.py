@@ -335,7 +335,7 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
             scale = bank.at_circle(C, i) + bank.CIRCULAR + c
             circle.correct(row, C, i, c, y[c], g[c] * unit[c] * row[scale], A)
             row[scale] = follow(task, row, C, k, mean, S, y, unit, row[scale], c)
-        if not math.hypot(row[bank.at_circle(C, i) + 1], row[bank.at_circle(C, i) + 3]) < MADDEST * task.fastest:
+        if not circle.speed(row, C, i) < MADDEST * task.fastest:
             circle.start_over(row, C, i, unit)  # far beyond where its slopes hold
         k += 1
     for i in range(bank.POLES):
@@ -424,15 +424,15 @@ def tell_state(row, C, w, unit, x, V, total, out):
             total[j, k] = 0.0
     for i in range(bank.KALMAN + bank.circles(C)):
         if w[i] > 0.0:
-            share += w[i]
-            new = w[i] / share
+            before, share = share, share + w[i]
+            old, new = before / share, w[i] / share
             member_state(row, C, i, unit, x, V)
             for c in range(C):  # relative to the last plot: the square of a position is large
                 x[3 * c] -= row[bank.of_coordinate(C, bank.LAST, c)]
             for j in range(n):
                 for k in range(j, n):
                     apart = (x[j] - mean[j]) * (x[k] - mean[k])
-                    total[j, k] += new * (V[j, k] + (1.0 - new) * apart - total[j, k])
+                    total[j, k] = old * total[j, k] + new * (V[j, k] + old * apart)
             for j in range(n):
                 mean[j] += new * (x[j] - mean[j])
     at = bank.at_covariance(C)
