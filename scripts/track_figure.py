@@ -1,4 +1,4 @@
-"""Draw docs/figures/tracks.png: the first minutes of an airliner, from its own Mode S frames, as TrackEstimator saw them.
+"""Draw docs/figures/tracks.png: the first minutes of an airliner, from its own Mode S frames, as estimated.
 
 The recording (tracking/modes_raw) is not part of the package: DRIFTWISE_DATA names the folder where it is.
 """

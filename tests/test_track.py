@@ -139,6 +139,18 @@ def test_a_manoeuvre_is_told_when_it_begins_and_not_without_one():
     assert len(first) and 40 < first[0] < 46 and np.median(circling.manoeuvre[48:100]) > 0.8
 
 
+def test_a_manoeuvre_that_is_over_is_over():
+    """Models that learnt a turn go on seeing accelerations; what they are not sure of tells no second manoeuvre."""
+    t, told = 4.0 * np.arange(160), 0
+    course = np.radians(90 + 1.5 * np.clip(t - 200, 0, 60))
+    path = np.cumsum(720 * np.stack([np.sin(course), np.cos(course)], axis=1), axis=0)
+    for seed in range(5):
+        trace = dw.TrackEstimator().scan(t, path + 30 * np.random.default_rng(seed).standard_normal(path.shape))
+        assert np.any(trace.onset[50:60]) and np.mean(trace.manoeuvre[80:] > 0.5) < 0.1
+        told += trace.onset[70:].sum()
+    assert told <= 1
+
+
 def intervals(kind, rng, n):
     d = np.full(n, 1e-6 if kind == "fast" else 4.0)
     if kind == "gaps":

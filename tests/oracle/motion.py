@@ -56,6 +56,10 @@ class Linear:
             return math.hypot(*self.x[:, 2])
         return math.sqrt(self.noise * np.max(unit * self.scale)) / T**2
 
+    def bends(self, unit):
+        """Return whether the acceleration is beyond twice its standard deviation."""
+        return self.order == 3 and np.sum(self.x[:, 2] ** 2) > 4 * np.sum(self.P[:, 2, 2] * unit * self.scale)
+
     def state(self, T, unit):
         """Return mean and covariance of position, velocity and acceleration of each coordinate."""
         C = len(unit)
@@ -111,6 +115,9 @@ class Circle:
 
     def acceleration(self, T, unit):
         return abs(self.x[4]) * math.hypot(self.x[1], self.x[3])
+
+    def bends(self, unit):
+        return self.x[4] ** 2 > 4 * self.P[4, 4]
 
     def state(self, T, unit):
         E, vE, N, vN, omega = self.x
@@ -259,7 +266,8 @@ class Follower:
         w, likelihood, sees = w[: len(sees)], likelihood[: len(sees)], np.array(sees)
         calm = (w @ (likelihood * ~sees) + TINY) / (w @ ~sees + TINY)
         moving = (w @ (likelihood * sees) + TINY * calm) / (w @ sees + TINY)  # no evidence where none sees one
-        lead = (w @ sees - w @ ~sees) / (w.sum() + 2 * TINY)
+        is_sure = sees & np.array([m.bends(unit) for m in self.kalman])
+        lead = (2 * w @ is_sure - w.sum()) / (w.sum() + 2 * TINY)
         before = max(self.manoeuvre, lead)
         before = before * (1 - step.ENDS) + (1 - before) * step.STARTS
         self.manoeuvre = before * moving / (before * moving + (1 - before) * calm)

@@ -6,7 +6,7 @@
     evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
     noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c
     manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no
-                 less than the lead in weight of those that see one
+                 less than the lead in weight of those sure of one (2 standard deviations)
 
 A missing plot changes nothing but the columns: they tell where the target is by then.
 """
@@ -234,6 +234,22 @@ def moves(task, row, C, i, unit):
 
 
 @kernel
+def bends(row, C, i, unit):
+    """Whether a member's acceleration is beyond twice its standard deviation."""
+    if i < bank.LINES:
+        return False
+    if i < bank.KALMAN:
+        square, variance = 0.0, 0.0
+        for c in range(C):
+            at = bank.at_linear(C, i) + bank.LINEAR * c
+            square += row[at + 2] ** 2
+            variance += row[at + linear.P + 5] * unit[c] * row[at + linear.SCALE]
+        return square > 4.0 * variance
+    at = bank.at_circle(C, i - bank.KALMAN)
+    return row[at + 4] ** 2 > 4.0 * row[at + circle.P + circle.index(4, 4)]
+
+
+@kernel
 def judge(task, row, C, y, unit, w, mean, S, scores):
     """Give each member the density it had for the plot, and move the probability of a manoeuvre."""
     M, best, top = bank.members(C), -math.inf, -math.inf
@@ -246,7 +262,7 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
     tiny = 1e-12
-    quiet, still, moving, alive = tiny, tiny, tiny, tiny
+    quiet, still, moving, alive, bent = tiny, tiny, tiny, tiny, tiny
     for i in range(M):
         how = moves(task, row, C, i, unit)
         if how == 0:
@@ -255,9 +271,8 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
         elif how == 1:
             moving += w[i] * math.exp(scores[i] - top)
             alive += w[i]
-    so_far = max(
-        row[bank.MANOEUVRE], (alive - still) / (alive + still)
-    )  # a quiet model of large noise is no quiet target
+            bent += w[i] if bends(row, C, i, unit) else 0.0
+    so_far = max(row[bank.MANOEUVRE], (2.0 * bent - alive - still) / (alive + still))
     before = so_far * (1.0 - task.ends) + (1.0 - so_far) * task.starts
     moving += tiny * (quiet / still - 1.0)  # where none sees a manoeuvre the plot is no evidence of one
     quiet, moving = (1.0 - before) * quiet / still, before * moving / alive
