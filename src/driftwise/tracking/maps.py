@@ -114,7 +114,9 @@ def write_kml(tracks: Tracks, path) -> Path:
 def _placemark(track: Track) -> str:
     places, times = _places(track, "KML"), track.plots.time
     name = _xml(track.name or track.key or f"track {track.id}")
-    about = track.summary()
+    about = {name: value for name, value in track.summary().items() if value not in (None, "")}
+    if dated(times):
+        about |= {"start": iso(times)[0], "end": iso(times)[-1]}
     data = "".join(f'<Data name="{key}"><value>{_xml(str(value))}</value></Data>' for key, value in about.items())
     mode = f"<altitudeMode>{'absolute' if places.shape[1] == 3 else 'clampToGround'}</altitudeMode>"
     if dated(times):
