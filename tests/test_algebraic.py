@@ -94,6 +94,7 @@ def test_deviations_against_least_squares(motor):
     np.testing.assert_allclose(std[150], [3.9e-3, 0.47, 158], rtol=0.01)  # the paper's epsilon
 
 
+@pytest.mark.slow
 def test_deviations_and_innovations_are_honest(motor):
     rng, u = np.random.default_rng(0), motor.u[:4001]
     est, seeds = observer(), 40

@@ -178,6 +178,7 @@ def test_the_table_of_starts():
     assert failed(starts.section(200)) == []
 
 
+@pytest.mark.slow
 def test_few_starts():
     """The joint filter goes on from the fit of its first samples: near least squares, far from a wide prior."""
     given, noise = second_order.records(16, starts.STEP, starts.SAMPLES), 0.02

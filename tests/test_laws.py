@@ -389,6 +389,7 @@ def test_covariance_stays_non_negative_over_ten_million_samples():
     assert state["samples"] == 1e7
 
 
+@pytest.mark.slow
 def test_covariance_stays_non_negative_over_a_million_samples():
     est = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01), P0=1e16)
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=1_000_000, noise_std=0.1, noise="equation", seed=1)

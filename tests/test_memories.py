@@ -524,6 +524,7 @@ def jumps(d, seed, samples=50_000, every=500):
 PUBLISHED = {0.5: (0.0201, 0.0226, 0.0265), 1.0: (0.0280, 0.0442, 0.0377), 2.0: (0.0337, 0.0857, 0.0471)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("d, expected", PUBLISHED.items(), ids=str)
 def test_when_does_starting_anew_pay(d, expected):
     """Mean square errors within 5 % of a reference computed by other code on other seeds."""

@@ -75,6 +75,7 @@ def test_nothing_to_show_is_a_page_too(tmp_path):
     assert "No object was seen often enough to make a track, in 1 plot." in text
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_plots_are_a_small_page(tmp_path):
     found = dw.track(flights(40, 2500))
     assert sum(map(len, found)) > 98_000

@@ -48,6 +48,7 @@ CHECKS = [  # one for each line of the acceptance list
 ]
 
 
+@pytest.mark.slow
 def test_the_paper_with_few_records(tmp_path):
     """The whole command: every check holds, the page is self-contained and lists what does not hold."""
     code, found = command("tian2009", tmp_path, 20, "--figures", tmp_path / "page")

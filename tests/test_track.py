@@ -125,7 +125,7 @@ def test_compiled_equals_uncompiled(coordinates):
     assert np.allclose(row, np.atleast_1d(trace.state).view(float), rtol=1e-8, atol=1e-9, equal_nan=True)
 
 
-def test_a_manoeuvre_is_told_when_it_begins_and_not_without_one():
+def test_a_manoeuvre_is_told_while_it_lasts_and_not_without_one():
     """A precise radar with slow scans, of which no model of a straight flight calls anything a manoeuvre; a circle."""
     rng = np.random.default_rng(4)
     t = 12.0 * np.arange(1000)

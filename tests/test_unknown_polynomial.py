@@ -151,6 +151,7 @@ def test_learnt_scale_is_honest(noise_std):
     assert 0.85 < np.mean(nis) < 1.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_constant_c_is_smoothed_to_one_value(method):
     """C's zeros lie near the radius, so d is drawn back again and again: that is no motion of the true d."""

@@ -26,6 +26,8 @@ _HOME = {
     "ModelAverage": "estimators.average.estimator",
     "AdaptiveGain": "estimators.gain.estimator",
     "Manoeuvre": "estimators.manoeuvre.estimator",
+    "TrackEstimator": "estimators.track.estimator",
+    "TrackTrace": "workflow.track_trace",
     "GainProbes": "detect.gain",
     "PullTest": "detect.gain",
     "OutputError": "models.noise",

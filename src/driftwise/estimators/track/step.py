@@ -4,7 +4,7 @@
     base         s = sum w_i (S_i + (mu_i - m)^2)
     density      y ~ sum q_j N(m, kappa_j s): the tails are learnt
     evidence     log w_i <- phi log w_i + eta sum_c log t(y_c; mu_ic, S_ic)     Student-t: a wild plot is no verdict
-    noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c
+    noise        of each member and coordinate: c <- c + g (min(e^2/S, 9) - 1) c, above what no plot is
     manoeuvre    P(manoeuvre) of a two-state Markov chain: members that see one against those that see none; no
                  less than the lead in weight of those sure of one (2 standard deviations)
 
