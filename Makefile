@@ -17,10 +17,10 @@ run: $(STAMP)  ## estimate the embedded flight, print a table, write a report
 	@$(BIN)/driftwise demo --report out/flight.html
 
 test: $(STAMP)  ## the tests, a few minutes
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder
 
 test-all: $(STAMP)  ## the tests and the slow statistics
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 check: $(STAMP)  ## format, lint, types, import floors
 	$(BIN)/ruff format --check .

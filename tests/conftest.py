@@ -11,6 +11,11 @@ import pytest
 from driftwise.edge import cli
 
 
+def pytest_collection_modifyitems(items):
+    """Run the examples of the documentation late: what they compile, other tests have compiled by then."""
+    items.sort(key=lambda item: "test_q" if item.path.name == "test_docs.py" else item.path.name)
+
+
 @pytest.fixture
 def call(monkeypatch, capsys):
     """Run the command line in this process and return (exit code, standard output, standard error)."""
