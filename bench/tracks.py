@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -50,7 +51,7 @@ def _airspace(draw) -> float:
     for scan in range(SCANS + 3):
         at = SCAN * (scan + np.arange(TRACKS) / TRACKS)
         seen = plots(at, start + velocity * at[:, None] + 50.0 * draw.standard_normal((TRACKS, 2)), key=keys)
-        taken = cpu(lambda seen=seen: tracker.feed(seen))  # type: ignore[misc]
+        taken = cpu(partial(tracker.feed, seen))
         seconds += taken if scan >= 3 else 0.0  # the first turns make the tracks
     return seconds
 

@@ -200,7 +200,7 @@ def _blocks(data, i, end, label):
             return framed, []
         except structure.Malformed:
             what = f"{error}; the rest of the {'packet' if i else 'file'} is skipped"
-            return error.blocks, [Fault(label, error.offset, what)]  # type: ignore[attr-defined]
+            return error.blocks, [Fault(label, error.offset, what)]
 
 
 def _rows(data, label, editions):

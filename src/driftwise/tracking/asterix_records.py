@@ -18,9 +18,9 @@ from ..errors import InputError
 class Malformed(ValueError):
     """The bytes do not have the structure they should; the offset is where that shows."""
 
-    def __init__(self, offset, what):
+    def __init__(self, offset, what, blocks=()):
         super().__init__(what)
-        self.offset = offset
+        self.offset, self.blocks = offset, list(blocks)
 
 
 class List(NamedTuple):
@@ -227,9 +227,7 @@ def blocks(b, i, end) -> list[tuple[int, int, int]]:
         size = int.from_bytes(b[i + 1 : i + 3], "big")
         if i + 3 > end or size < 3 or i + size > end:
             what = f"a block of {size} bytes" if i + 3 <= end else "a block header"
-            trouble = Malformed(i, f"{what} where {end - i} bytes are left")
-            trouble.blocks = out  # type: ignore[attr-defined]
-            raise trouble
+            raise Malformed(i, f"{what} where {end - i} bytes are left", out)
         out.append((b[i], i + 3, i + size))
         i += size
     return out

@@ -10,7 +10,7 @@ from ..estimators.average import step
 from ..estimators.door import floats
 from ..kernel.status import Status
 from .frames import as_frame
-from .mixture import half_width
+from .mixture import half_width, normal_score
 
 
 class AverageTrace:
@@ -59,10 +59,7 @@ class AverageTrace:
     @property
     def normal_score(self) -> np.ndarray:
         """Where y(t) lies in its forecast, as a deviate of N(0, 1), whatever the tails; NaN where missing, (T,)."""
-        from scipy.special import ndtri
-
-        lower, upper = self.outs[:, step.LOWER], self.outs[:, step.UPPER]
-        return np.where(lower < upper, ndtri(np.maximum(lower, 1e-300)), -ndtri(np.maximum(upper, 1e-300)))
+        return normal_score(self.outs[:, step.LOWER], self.outs[:, step.UPPER])
 
     @property
     def is_used(self) -> np.ndarray:

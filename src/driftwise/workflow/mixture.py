@@ -8,6 +8,13 @@ STEPS = 200
 CLOSE = 1e-7  # relative, of a half-width
 
 
+def normal_score(lower, upper) -> np.ndarray:
+    """Return the deviate of N(0, 1) with these probabilities below and above it; NaN where they are."""
+    from scipy.special import ndtri
+
+    return np.where(lower < upper, ndtri(np.maximum(lower, 1e-300)), -ndtri(np.maximum(upper, 1e-300)))
+
+
 def share_within(h, weight, offset, scale, dof) -> np.ndarray:
     """Return with what probability the mixture lies within its mean -h .. +h, (T,); arguments as in `half_width`."""
     from scipy.special import ndtr, stdtr

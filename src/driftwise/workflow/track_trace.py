@@ -10,7 +10,7 @@ from ..estimators.track import bank
 from ..estimators.track.motion import moving, unpacked
 from ..kernel.status import Status
 from .frames import as_frame
-from .mixture import half_width
+from .mixture import half_width, normal_score
 
 AXES = {1: ("",), 2: ("_east", "_north")}
 
@@ -70,10 +70,7 @@ class TrackTrace:
     @property
     def normal_score(self) -> np.ndarray:
         """Where the plot lies in its forecast, as a deviate of N(0, 1), whatever the tails, (T, C)."""
-        from scipy.special import ndtri
-
-        lower, upper = self._per_coordinate("lower"), self._per_coordinate("upper")
-        return np.where(lower < upper, ndtri(np.maximum(lower, 1e-300)), -ndtri(np.maximum(upper, 1e-300)))
+        return normal_score(self._per_coordinate("lower"), self._per_coordinate("upper"))
 
     def tails(self) -> np.ndarray:
         """Return the shares of the normal components of the forecast, (T, J); their variances are in `bank.SCALES`."""
