@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .logs import SENTENCE, checksum, stamped, text_lines
+from .logs import sentences, stamped
 from .placed import placed, repeats
 from .plots import Fault, Plots
 
@@ -84,13 +84,7 @@ def read_ais(data: bytes, title: str, *, origin=None) -> Plots:
 def _messages(data, title, faults):
     """Yield (line, time or None, sentences) of whole AIS messages; the time is that of the first part that has one."""
     waiting: dict[tuple, list] = {}
-    for number, line in text_lines(data):
-        sentence = SENTENCE.search(line)
-        if not sentence or checksum(sentence[1]) != int(sentence[2], 16):
-            if line[:1] not in "#%":
-                what = "the checksum fails" if sentence else "no AIS sentence with a checksum"
-                faults.append(Fault(title, number, f"{what}: {line[:60]!r}"))
-            continue
+    for number, line, sentence in sentences(data, title, faults, "AIS", comments="#%"):
         fields = sentence[1].split(",")
         if fields[0][2:] not in ("VDM", "VDO"):
             continue

@@ -40,6 +40,17 @@ def text_lines(data: bytes):
             yield number, line.strip()
 
 
+def sentences(data, title, faults, kind, comments=""):
+    """Yield (line number, line, match) of the sentences whose checksum holds; other lines are faults, or comments."""
+    for number, line in text_lines(data):
+        sentence = SENTENCE.search(line)
+        if sentence and checksum(sentence[1]) == int(sentence[2], 16):
+            yield number, line, sentence
+        elif line[:1] not in tuple(comments):
+            what = "the checksum fails" if sentence else f"no {kind} sentence with a checksum"
+            faults.append(Fault(title, number, f"{what}: {line[:60]!r}"))
+
+
 def read_nmea(data: bytes, title: str, *, origin=None) -> Plots:
     """Return the plots of a GPS log of NMEA 0183 sentences: GGA and RMC, one plot an instant.
 
@@ -54,13 +65,9 @@ def read_nmea(data: bytes, title: str, *, origin=None) -> Plots:
     origin : (latitude, longitude), optional
     """
     rows: list[list] = []  # time of day, latitude, longitude, altitude, day, line
-    faults, void = [], []
-    for number, line in text_lines(data):
-        sentence = SENTENCE.search(line)
-        if not sentence or checksum(sentence[1]) != int(sentence[2], 16):
-            what = "the checksum fails" if sentence else "no NMEA sentence with a checksum"
-            faults.append(Fault(title, number, f"{what}: {line[:60]!r}"))
-            continue
+    faults: list[Fault] = []
+    void = []
+    for number, line, sentence in sentences(data, title, faults, "NMEA"):
         fields = sentence[1].split(",")
         try:
             fix = _fix(fields[0][2:], fields)

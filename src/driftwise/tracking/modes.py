@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .logs import stamped
+from .logs import stamped, text_lines
 from .placed import placed
 from .plots import Fault, Plots
 
@@ -34,12 +34,10 @@ def read_lines(data: bytes, title: str, *, origin=None) -> Plots:
     origin : (latitude, longitude), optional
     """
     records, faults = [], []
-    for number, line in enumerate(data.decode("utf-8-sig", "replace").splitlines(), 1):
-        if not line.strip():
-            continue
-        match = _LINE.match(line.strip())
+    for number, line in text_lines(data):
+        match = _LINE.match(line)
         if match is None:
-            faults.append(Fault(title, number, f"no Mode S frame of 14 or 28 hex digits: {line.strip()[:40]!r}"))
+            faults.append(Fault(title, number, f"no Mode S frame of 14 or 28 hex digits: {line[:40]!r}"))
         else:
             time = int(match["ticks"], 16) / TICKS if match["ticks"] else _time(match["time"])
             records.append({"timestamp": time, "frame": match["frame"], "line": number})
