@@ -117,6 +117,7 @@ _HOME = {
     "Identification": "workflow.identification",
     "advise": "workflow.advisor",
     "scan_frequency": "workflow.lines",
+    "Fleet": "workflow.fleet.fleet",
     "track": "tracking.tracker",
     "Tracker": "tracking.tracker",
     "Tracks": "tracking.tracks",

@@ -3,6 +3,7 @@
 * ``@kernel`` marks a function that compiled code may call. It stays an ordinary Python function.
 * ``@choice`` marks a function with one implementation per policy type; ``choice.on(Type)`` adds one.
 * ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types;
+  ``crew(kinds, sizes)`` the one of a fleet, whose sizes are constants of the code;
   ``recorder(kinds)`` and ``smoother(form)`` the two loops that a smoother needs, ``watcher(kind)`` the one of a
   detector on its own, ``passage(kind)`` whatever else goes once over a record.
 
@@ -24,6 +25,7 @@ from typing import Annotated, Any, get_type_hints
 import numpy as np
 
 Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
+Size = Annotated[float, "a size"]  # marks a number that decides the length of loops, or a branch: a fleet has it compiled in
 
 _kernels: list[Callable] = []
 _choices: list[Any] = []
@@ -80,15 +82,25 @@ def flatten(policies) -> np.ndarray:
     return np.array(numbers, float)
 
 
+def sizes(policy) -> tuple[float, ...]:
+    """Return the numbers of a policy that are marked as sizes."""
+    hints = get_type_hints(type(policy), include_extras=True)
+    return tuple(float(value) for value, hint in zip(policy, hints.values()) if hint is Size)
+
+
 @functools.cache
 def _reader(kind: type, given: str = "kind") -> Callable:
     """Write the function that reads one policy back from a row (vectors are views, nothing is copied).
 
-    It is given the type itself as ``kind``, or a policy of the type as ``like``.
+    It is given the type itself as ``kind``, or a policy of the type as ``like``, or ``kind, sizes``: then sizes are
+    taken from there, which makes them constants where ``sizes`` is one.
     """
-    lines = [f"def read({given}, spec, at):"]
+    lines, fixed = [f"def read({given}, spec, at):"], 0
     for name, annotation in get_type_hints(kind, include_extras=True).items():
-        if annotation is Vector:
+        if annotation is Size and given == "kind, sizes":
+            lines += [f"    {name} = sizes[{fixed}]", "    at += 1"]
+            fixed += 1
+        elif annotation is Vector:
             lines += ["    size = int(spec[at])", f"    {name} = spec[at + 1 : at + 1 + size]", "    at += 1 + size"]
         else:
             lines += [f"    {name} = spec[at]", "    at += 1"]
@@ -101,6 +113,11 @@ def _reader(kind: type, given: str = "kind") -> Callable:
 def read(kind, spec, at):
     """Return the policy of type ``kind`` that starts at ``spec[at]``, and where the next one starts."""
     return _reader(kind)(kind, spec, at)
+
+
+def read_sized(kind, sizes, spec, at):
+    """Return the same, its sizes being these."""
+    return _reader(kind, "kind, sizes")(kind, sizes, spec, at)
 
 
 def read_like(like, spec, at):
@@ -180,6 +197,34 @@ def _make(kinds, fingerprint):
         return version
 
     return drive
+
+
+def _make_crew(kinds, sizes, shapes, fingerprint):
+    """Return the loop of a fleet: over its members, and over the samples of each; ``sizes`` are constants."""
+    Form, Noise, Memory, Gate, Scale, Detector = kinds
+    width, outputs, inputs, columns, numbers, room = shapes
+
+    def advance_members(rows, members, starts, ys, us, outs, specs, group, scratch):
+        version = fingerprint
+        if rows.shape[1] != width or scratch.size != room or specs.shape[1] != numbers:
+            return -1  # never; but now the compiler knows these as constants too
+        if ys.shape[1] != outputs or us.shape[1] != inputs or outs.shape[1] != columns:
+            return -1
+        for i in range(members.size):
+            spec = specs[group[members[i]]]
+            form, at = read_sized(Form, sizes, spec, 0)
+            noise, at = read(Noise, spec, at)
+            memory, at = read(Memory, spec, at)
+            gate, at = read(Gate, spec, at)
+            scale, at = read(Scale, spec, at)
+            detector, at = read(Detector, spec, at)
+            work = open_work(form, scratch)
+            state = open_row(form, rows[members[i]])
+            for t in range(starts[i], starts[i + 1]):
+                advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, t)
+        return version
+
+    return advance_members
 
 
 def _make_recorder(kinds, fingerprint):
@@ -314,6 +359,9 @@ def _bind() -> None:
             _bound.add(function)
     if read not in _bound:
         overload(read, jit_options=OPTIONS, strict=False)(lambda kind, spec, at: _reader(kind.instance_class))
+        overload(read_sized, jit_options=INLINE, strict=False)(
+            lambda kind, sizes, spec, at: _reader(kind.instance_class, "kind, sizes")
+        )
         overload(read_like, jit_options=OPTIONS, strict=False)(
             lambda like, spec, at: _reader(like.instance_class, "like")
         )
@@ -330,6 +378,19 @@ def driver(*kinds: type) -> Callable:
     lock is released while it runs.
     """
     return _compile(lambda numbers: _make(kinds, numbers), kinds, (2, 3, 3, 3, 1, 1))
+
+
+@functools.cache
+def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> Callable:
+    """Return the compiled ``go(rows, members, starts, ys, us, outs, specs, group, scratch)`` of a fleet.
+
+    ``members`` (m,) are the indices of the ``rows`` (S, W) to advance in place; the samples of the i-th of them are
+    rows ``starts[i]`` to ``starts[i + 1]`` of ``ys`` (n, p), ``us`` (n, k) and ``outs`` (n, C). The settings of a row
+    are those of ``specs`` (G, Q) that ``group`` (S,) names. ``sizes`` are those of the form, ``shapes`` is
+    (W, p, k, C, Q, size of the scratch). Loops of known length are unrolled: half the time of `driver`, the same bits.
+    """
+    dimensions = (2, "index", "index", 2, 2, 2, 2, "index", 1)
+    return _compile(lambda version: _make_crew(kinds, sizes, shapes, version), kinds, dimensions)
 
 
 @functools.cache
@@ -368,7 +429,7 @@ def _compile(make, kinds, dimensions):
 
         _bind()
         function = numba.njit(cache=True, nogil=True, **OPTIONS)(make(fingerprint(kinds)))
-        numbers = {int: numba.int64, float: numba.float64}
+        numbers = {int: numba.int64, float: numba.float64, "index": numba.types.Array(numba.int64, 1, "C")}
         types = tuple(numbers.get(d) or numba.types.Array(numba.float64, d, "C") for d in dimensions)
         # Loops of a few turns: vector code gains nothing, and takes a sixth of the time to compile.
         config: Any = numba.config
@@ -383,6 +444,11 @@ def _compile(make, kinds, dimensions):
 def plain_driver(*kinds: type) -> Callable:
     """Return the same driver uncompiled: slow, but every line can be stepped through."""
     return _make(kinds, 0)
+
+
+def plain_crew(kinds, sizes, shapes) -> Callable:
+    """Return the loop of a fleet uncompiled."""
+    return _make_crew(kinds, sizes, shapes, 0)
 
 
 def plain_passage(task: type) -> Callable:

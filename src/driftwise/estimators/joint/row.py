@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import kernel, open_row, open_work
+from ...kernel.compose import Size, kernel, open_row, open_work
 
 # head of the row: one number each
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
@@ -27,12 +27,12 @@ HUGE = 1e100  # beyond this a square or a product of two would overflow
 class Form(NamedTuple):
     """Sizes and constants of a joint filter."""
 
-    n: float
-    inputs: float
-    direct: float  # number of direct terms: 0 or the number of inputs
-    coloured: float  # 1 where the noise polynomial is unknown: its innovation v is one more "input", else 0
-    rows: float  # rows that the time update re-triangularises: n (the state), or N (noise on the parameters)
-    noises: float  # columns of G
+    n: Size
+    inputs: Size
+    direct: Size  # number of direct terms: 0 or the number of inputs
+    coloured: Size  # 1 where the noise polynomial is unknown: its innovation v is one more "input", else 0
+    rows: Size  # rows that the time update re-triangularises: n (the state), or N (noise on the parameters)
+    noises: Size  # columns of G
     floor: float  # relative error carried by each y: R_t = R + (floor max|y recent|)^2
     Px: float  # prior variance of the measured state
     least: float  # variance of the state, negligible beside R, that counts as none

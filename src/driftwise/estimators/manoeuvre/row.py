@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import open_row, open_work
+from ...kernel.compose import Size, open_row, open_work
 from ..joint.row import Form, open_joint
 
 # plots seen of the two that start it, scans since the first, and the last two positions
@@ -15,12 +15,12 @@ TRACK = 4
 class ManoeuvreForm(NamedTuple):
     """A joint `Form` of order three without inputs, and how its one free pole may move."""
 
-    n: float
-    inputs: float
-    direct: float
-    coloured: float
-    rows: float
-    noises: float
+    n: Size
+    inputs: Size
+    direct: Size
+    coloured: Size
+    rows: Size
+    noises: Size
     floor: float
     Px: float
     least: float

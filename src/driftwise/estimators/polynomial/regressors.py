@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, advance, kernel, open_row, open_work
+from ...kernel.compose import Size, Vector, advance, kernel, open_row, open_work
 from ...kernel.status import PROJECTED
 from ...memory.drift import widen_within
 from ...memory.hold import hold_within
@@ -32,25 +32,25 @@ FIRST, FADING, YOUNG = 0.05, 0.99, 600.0  # forgetting at first, its decay per s
 class Polynomials(NamedTuple):
     """The general family: the fields of `Lags`, then those of its own."""
 
-    N: float
-    na: float
-    inputs: float
-    deep: float
-    registers: float
-    cells: float
-    marks: float
-    missing: float
+    N: Size
+    na: Size
+    inputs: Size
+    deep: Size
+    registers: Size
+    cells: Size
+    marks: Size
+    missing: Size
     settle: float
     fill: float
     offset: float
-    told: float
+    told: Size
     nb: Vector
     nk: Vector
     R: float  # variance of e, relative to the scale
-    exact: float  # 1: psi is the gradient; 0: psi = phi
-    kept: float  # nc + nd + sum of nf
-    nc: float
-    nd: float
+    exact: Size  # 1: psi is the gradient; 0: psi = phi
+    kept: Size  # nc + nd + sum of nf
+    nc: Size
+    nd: Size
     nf: Vector
     start: float  # learnt samples before the prior of c, d, f becomes what it is to be (inf: it is that already)
     cap: Vector  # prior variances

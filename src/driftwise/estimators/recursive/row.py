@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, choice, kernel, open_row, open_work
+from ...kernel.compose import Size, Vector, choice, kernel, open_row, open_work
 
 # head of the row, one number each: COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory; PAST: samples since
 # the first measured y
@@ -19,18 +19,18 @@ HUGE = 1e60  # beyond this a product of four, and of a variance, would overflow
 class Lags(NamedTuple):
     """Regressors are past outputs and inputs: A(q) y = B(q) u + e, theta = [a1.., b of each input.., offset]."""
 
-    N: float
-    na: float
-    inputs: float
-    deep: float  # lags kept of each input
-    registers: float  # more numbers that the form keeps
-    cells: float  # numbers that the memory keeps
-    marks: float  # numbers that the detector keeps
-    missing: float  # PREDICT, HOLD or SKIP
+    N: Size
+    na: Size
+    inputs: Size
+    deep: Size  # lags kept of each input
+    registers: Size  # more numbers that the form keeps
+    cells: Size  # numbers that the memory keeps
+    marks: Size  # numbers that the detector keeps
+    missing: Size  # PREDICT, HOLD or SKIP
     settle: float  # measured samples before the detector counts
     fill: float  # samples until the registers hold no time before the record
     offset: float  # value of the constant regressors, the last ones; 0: none
-    told: float  # columns of the trace that the memory fills
+    told: Size  # columns of the trace that the memory fills
     nb: Vector
     nk: Vector
 

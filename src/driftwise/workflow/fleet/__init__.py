@@ -1,0 +1,1 @@
+"""Ten thousand plants: one row of numbers for each, found by its key."""

@@ -1,0 +1,194 @@
+"""`Fleet`: a row of numbers for each key, advanced together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...estimators import door
+from ...estimators.reading import Rows, Step
+from .crew import Crew
+
+
+class Fleet:
+    """Many series of one kind of estimator: add, drop, and advance them, any subset in any order.
+
+    The numbers are those that the estimator gives each series on its own, bit for bit, whatever the order of the keys,
+    the stretches in which samples come, and the number of threads.
+
+    Parameters
+    ----------
+    estimator : the settings of each series, unless it gets its own
+        ``Joint``, ``ARX`` and its kin, ``JointMIMO``, ``ARXMIMO``; not with ``start="algebraic"``.
+    keys : iterable, optional
+        Names of the first series: numbers, text, anything hashable.
+    threads : int, optional
+        As many as there are cores if omitted.
+
+    Raises
+    ------
+    InputError
+        Where keys, shapes or settings do not fit.
+
+    Notes
+    -----
+    Bad at: fleets of very different models. Each kind and order needs a fleet of its own.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> fleet = dw.Fleet(dw.AR(1), ["pump 1", "pump 2"])
+    >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
+    >>> keys = np.repeat(["pump 2", "pump 1"], 500)
+    >>> step = fleet.scan(keys, np.concatenate([y, -y]))
+    >>> fleet.mean("pump 1").round(1), bool(fleet.mean("pump 1") == fleet.mean("pump 2"))
+    (array([-0.8]), True)
+    """
+
+    def __init__(self, estimator, keys: Iterable = (), *, threads: int | None = None):
+        if not isinstance(estimator, Rows) or len(getattr(estimator, "policies", ())) != 6:
+            raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
+        if estimator.starting is not None:
+            raise InputError("a fleet takes each sample as it comes: leave start='algebraic' out")
+        if threads is not None:
+            door.count("threads", threads, least=1)
+        self.crew = Crew(estimator, threads)
+        self.estimators = [estimator]
+        self._specs = estimator.spec[None].copy()
+        self._index: dict[Any, int] = {}
+        self._rows = np.empty((0, self.crew.width))
+        self._group = np.empty(0, np.int64)
+        self.add(keys)
+
+    def __repr__(self):
+        return f"Fleet({self.estimators[0]!r}, {len(self)} series)"
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __contains__(self, key) -> bool:
+        return key in self._index
+
+    @property
+    def keys(self) -> list:
+        """The keys, in the order they were added."""
+        return list(self._index)
+
+    @property
+    def states(self) -> np.ndarray:
+        """The states (S,), in the order of ``keys``: a view, good until series are added or dropped."""
+        return self._rows[: len(self)].view(self.estimators[0].dtype).reshape(-1)
+
+    # --- members -------------------------------------------------------------------------------------------
+
+    def add(self, keys: Iterable, estimator=None) -> None:
+        """Add series that begin afresh, with an estimator of their own if given (same kind, same orders)."""
+        keys = list(keys)
+        twice = next((key for key in keys if key in self._index), None)
+        if twice is not None or len(set(keys)) < len(keys):
+            raise InputError(f"every key names one series: {twice if twice is not None else 'one'!r} is there twice")
+        number = 0 if estimator is None else self._settings(estimator)
+        before, after = len(self), len(self) + len(keys)
+        if after > len(self._rows):  # grown in place where the system can
+            room = max(after, len(self._rows) + len(self._rows) // 4)
+            self._rows.resize((room, self.crew.width), refcheck=False)
+            self._group.resize(room, refcheck=False)
+        if keys:
+            fresh = self.estimators[number].start()
+            self._rows[before:after] = fresh.reshape(1).view(np.float64)
+        self._group[before:after] = number
+        self._index.update(zip(keys, range(before, after)))
+
+    def _settings(self, estimator) -> int:
+        """Return the number of an estimator's settings."""
+        own, first = Crew(estimator), self.crew
+        same = [(c.kinds, c.sizes, c.width, c.numbers, c.outputs, c.inputs) for c in (own, first)]
+        if same[0] != same[1]:
+            raise InputError(
+                f"one fleet has one kind of estimator: {estimator!r} has other policies or orders than "
+                f"{self.estimators[0]!r}. Give it a fleet of its own."
+            )
+        for number, other in enumerate(self.estimators):
+            if other is estimator:
+                return number
+        self.estimators.append(estimator)
+        self._specs = np.vstack([self._specs, estimator.spec])
+        return len(self.estimators) - 1
+
+    def drop(self, keys: Iterable) -> None:
+        """Forget series; the others stay in order."""
+        gone = [self._row(key) for key in keys]
+        stay = np.ones(len(self), bool)
+        stay[gone] = False
+        names = [key for key, is_left in zip(self._index, stay) if is_left]
+        self._rows, self._group = self._rows[: len(self)][stay], self._group[: len(self)][stay]
+        self._index = dict(zip(names, range(len(names))))
+
+    def _row(self, key) -> int:
+        try:
+            return self._index[key]
+        except (KeyError, TypeError):
+            raise InputError(f"there is no series {key!r} in this fleet of {len(self)}; add it first") from None
+
+    def rows_of(self, keys) -> np.ndarray:
+        """Return the row number of each key, (n,)."""
+        return np.fromiter(map(self._row, keys.tolist() if isinstance(keys, np.ndarray) else keys), np.int64)
+
+    def estimator_of(self, key):
+        """Return the estimator with the settings of one series."""
+        return self.estimators[self._group[self._row(key)]]
+
+    def state(self, key) -> np.ndarray:
+        """Return the state of one series, as its estimator's `update` takes it."""
+        return self.states[self._row(key)].copy()
+
+    def mean(self, key) -> np.ndarray:
+        """Return what is estimated of one series, as its estimator's `mean` does."""
+        return self.estimator_of(key).mean(self.state(key))
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def tick(self, keys, y, u=None) -> Step:
+        """Take one sample of each of these series (all of them if ``keys`` is None); return what it showed.
+
+        Parameters
+        ----------
+        keys : (n,) keys in any order, or None
+        y : (n,) or (n, p) outputs; NaN where missing
+        u : (n,) or (n, k) inputs; NaN where missing
+
+        Returns
+        -------
+        Step of arrays shaped like y
+        """
+        at = np.arange(len(self)) if keys is None else self.rows_of(keys)
+        return self._step(at, y, u)
+
+    def scan(self, keys, y, u=None) -> Step:
+        """Take a long table: the samples of each series in the order they stand in, mixed with others in any way.
+
+        Keys that are new begin afresh. Parameters and result are as in `tick`.
+        """
+        keys = np.asarray(keys)
+        names, first, codes = np.unique(keys, return_index=True, return_inverse=True)
+        listed = names.tolist()
+        self.add(listed[i] for i in np.argsort(first) if listed[i] not in self._index)
+        return self._step(self.rows_of(listed)[codes], y, u)
+
+    def _step(self, at, y, u) -> Step:
+        p, k, n = self.crew.outputs, self.crew.inputs, len(at)
+        y = door.numbers("y", y)
+        if y.shape not in ((n, p), (n,) if p == 1 else None):
+            raise InputError(f"y must have {n} rows like keys{'' if p == 1 else f' and {p} columns'}, got {y.shape}")
+        us = door.simultaneous(u, n, k)
+        outs = self.advance(at, y.reshape(n, p), us)
+        prediction, innovation, variance, status = (outs[:, p * i : p * i + p].reshape(y.shape) for i in range(4))
+        return Step(prediction, innovation, variance, status.astype(int))
+
+    def advance(self, at, ys, us, columns: int | None = None) -> np.ndarray:
+        """Take samples (n, p), (n, k) of the rows ``at`` (n,); return what each showed, (n, columns): no checks."""
+        columns = 4 * self.crew.outputs if columns is None else columns
+        return self.crew.advance(self._rows, at, ys, us, self._specs, self._group, columns)
