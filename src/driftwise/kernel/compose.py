@@ -25,7 +25,9 @@ from typing import Annotated, Any, get_type_hints
 import numpy as np
 
 Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
-Size = Annotated[float, "a size"]  # marks a number that decides the length of loops, or a branch: a fleet has it compiled in
+Size = Annotated[
+    float, "a size"
+]  # marks a number that decides the length of loops, or a branch: a fleet has it compiled in
 
 _kernels: list[Callable] = []
 _choices: list[Any] = []
