@@ -30,6 +30,9 @@ class Crew:
         shapes = self.width, self.outputs, self.inputs, columns, self.numbers, self.room
         return compose.crew(self.kinds, self.sizes, shapes)
 
+    def fetch(self, rows) -> None:
+        """Bring the rows here: they are."""
+
     def advance(self, rows, at, ys, us, specs, group, columns: int) -> np.ndarray:
         """Advance ``rows`` in place, sample i belonging to row ``at[i]``; return what each showed, (n, columns).
 

@@ -13,6 +13,15 @@ from ...estimators.reading import Rows, Step
 from .crew import Crew
 
 
+def _on_gpu(estimator, threads) -> Crew:
+    """Return the crew of a GPU."""
+    from .cuda import CudaCrew
+
+    if threads is not None:
+        raise InputError("threads are the processor's: leave them out with device='cuda'")
+    return CudaCrew(estimator)
+
+
 class Fleet:
     """Many series of one kind of estimator: add, drop, and advance them, any subset in any order.
 
@@ -27,6 +36,8 @@ class Fleet:
         Names of the first series: numbers, text, anything hashable.
     threads : int, optional
         As many as there are cores if omitted.
+    device : "cpu" or "cuda"
+        Where the series live: "cuda" is an NVIDIA GPU, and they stay there until ``states`` and the like ask for them.
 
     Raises
     ------
@@ -48,18 +59,20 @@ class Fleet:
     (array([-0.8]), True)
     """
 
-    def __init__(self, estimator, keys: Iterable = (), *, threads: int | None = None):
+    def __init__(self, estimator, keys: Iterable = (), *, threads: int | None = None, device: str = "cpu"):
         if not isinstance(estimator, Rows) or len(getattr(estimator, "policies", ())) != 6:
             raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
         if estimator.starting is not None:
             raise InputError("a fleet takes each sample as it comes: leave start='algebraic' out")
         if threads is not None:
             door.count("threads", threads, least=1)
-        self.crew = Crew(estimator, threads)
+        if device not in ("cpu", "cuda"):
+            raise InputError(f"device must be 'cpu' or 'cuda', got {device!r}")
+        self.crew = Crew(estimator, threads) if device == "cpu" else _on_gpu(estimator, threads)
         self.estimators = [estimator]
         self._specs = estimator.spec[None].copy()
         self._index: dict[Any, int] = {}
-        self._rows = np.empty((0, self.crew.width))
+        self._own = np.empty((0, self.crew.width))
         self._group = np.empty(0, np.int64)
         self.add(keys)
 
@@ -79,8 +92,17 @@ class Fleet:
 
     @property
     def states(self) -> np.ndarray:
-        """The states (S,), in the order of ``keys``: a view, good until series are added or dropped."""
+        """The states (S,), in the order of ``keys``: a view, good until series are added or dropped.
+
+        Of a fleet on a GPU it is good until the next samples; what is written into it counts.
+        """
         return self._rows[: len(self)].view(self.estimators[0].dtype).reshape(-1)
+
+    @property
+    def _rows(self) -> np.ndarray:
+        """The states as rows of numbers, and room for more; brought here, if they live on a GPU."""
+        self.crew.fetch(self._own)
+        return self._own
 
     # --- members -------------------------------------------------------------------------------------------
 
@@ -92,13 +114,14 @@ class Fleet:
             raise InputError(f"every key names one series: {twice if twice is not None else 'one'!r} is there twice")
         number = 0 if estimator is None else self._settings(estimator)
         before, after = len(self), len(self) + len(keys)
-        if after > len(self._rows):  # grown in place where the system can
-            room = max(after, len(self._rows) + len(self._rows) // 4)
-            self._rows.resize((room, self.crew.width), refcheck=False)
+        if not keys:
+            return
+        rows = self._rows
+        if after > len(rows):  # grown in place where the system can
+            room = max(after, len(rows) + len(rows) // 4)
+            rows.resize((room, self.crew.width), refcheck=False)
             self._group.resize(room, refcheck=False)
-        if keys:
-            fresh = self.estimators[number].start()
-            self._rows[before:after] = fresh.reshape(1).view(np.float64)
+        rows[before:after] = self.estimators[number].start().reshape(1).view(np.float64)
         self._group[before:after] = number
         self._index.update(zip(keys, range(before, after)))
 
@@ -124,7 +147,7 @@ class Fleet:
         stay = np.ones(len(self), bool)
         stay[gone] = False
         names = [key for key, is_left in zip(self._index, stay) if is_left]
-        self._rows, self._group = self._rows[: len(self)][stay], self._group[: len(self)][stay]
+        self._own, self._group = self._rows[: len(self)][stay], self._group[: len(self)][stay]
         self._index = dict(zip(names, range(len(names))))
 
     def _row(self, key) -> int:
@@ -191,4 +214,4 @@ class Fleet:
     def advance(self, at, ys, us, columns: int | None = None) -> np.ndarray:
         """Take samples (n, p), (n, k) of the rows ``at`` (n,); return what each showed, (n, columns): no checks."""
         columns = 4 * self.crew.outputs if columns is None else columns
-        return self.crew.advance(self._rows, at, ys, us, self._specs, self._group, columns)
+        return self.crew.advance(self._own, at, ys, us, self._specs, self._group, columns)
