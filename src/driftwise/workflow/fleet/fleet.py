@@ -125,6 +125,12 @@ class Fleet:
         self._group[before:after] = number
         self._index.update(zip(keys, range(before, after)))
 
+    def begin(self, at, estimator) -> None:
+        """Let the series of these rows (n,) begin afresh, with an estimator of their own (same kind, same orders)."""
+        number = self._settings(estimator)
+        self._rows[at] = self.estimators[number].start().reshape(1).view(np.float64)
+        self._group[at] = number
+
     def _settings(self, estimator) -> int:
         """Return the number of an estimator's settings."""
         own, first = Crew(estimator), self.crew

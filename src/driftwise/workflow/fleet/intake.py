@@ -7,16 +7,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import InputError
+from ...estimators import door
+from .columns import Columns
+from .held import Held
+from .samples import Samples, joined, rank_of, running_max, starts_of
 from .tally import Tally
+from .units import levels, sizes
 
-LONGEST = 10_000  # missing samples in a row that are taken as such
+LONGEST = 10_000  # missing ticks in a row that are taken as samples
+STRETCH = 1 << 18  # samples handed out at once, or little more
+SETTLED, WAITING, NEW = 0.0, 1.0, 2.0  # its units are known; its first rows are held back; nothing was measured yet
 
 
 class Taken(NamedTuple):
     """Samples ready to advance: those of a series stand together, in order of time; series in the order of the fleet.
 
     at : (n,) int64 row of the fleet, ascending
-    ys, us : (n, p) outputs and (n, k) inputs less their levels (`Intake.level`), NaN where missing
+    ys, us : (n, p) outputs and (n, k) inputs less their levels (`Intake.levels`), NaN where missing
     time : (n,) seconds; number of the sample in its series (times dt) where the table has no clock
     source : (n,) int64 row of the table; of a filled sample the row that showed the gap
     filled : (n,) bool: no row of the table, a tick without one
@@ -35,52 +43,315 @@ class Taken(NamedTuple):
 class Intake:
     """Takes batches of a long table, and hands out samples that a fleet can advance.
 
-    ``for taken in intake.take(batch): outs = fleet.advance(taken.at, taken.ys, taken.us)``, and after the last batch the
-    same with ``intake.rest()``. What a series gets does not depend on how the table is cut into batches, bit for bit.
+    What a series gets does not depend, bit for bit, on how the table is cut into batches or its series are mixed: its
+    samples in order of time, less the mean of the first of them, with its estimator ``scaled_to`` those.
 
     Parameters
     ----------
     fleet : Fleet
-        Keys that are new are added to it, in order of appearance. Series it has already keep their settings.
+        Keys that are new are added to it, in order of appearance. Series it has already keep their settings. Drop none
+        while the intake is in use.
     dt : float, optional
-        Step of the clock in the units of the time column. Ticks without a row become samples without values. If omitted,
-        samples are taken one after the other whatever time lies between.
+        Step of the clock, in the units of the time column. A sample belongs to the tick nearest to it, counted from the
+        first of its series; ticks without a row become samples without values. If omitted, samples are taken one after
+        the other whatever time lies between.
     first : int
-        Rows of a series held back until they tell its units; 0: the estimator's own settings for all.
+        Rows of a series held back until they tell its units; 0: the estimator's own units, nothing is subtracted.
     center : bool
         Subtract the mean of the first rows.
     longest : int
-        Missing ticks in a row that are filled; those beyond are counted as jumped.
+        Missing ticks in a row that are filled, those just before the next sample; more are counted as jumped.
     tally : Tally, optional
         Where rows that are not used are counted; ``intake.tally``.
+
+    Notes
+    -----
+    A row whose time is not after that of the last sample taken of its key is late or a duplicate; a second row in one
+    tick is a duplicate; a row without a time is timeless: they are counted and not used. Without a clock the order of
+    the table is trusted. A series begins with its first measured output; rows before are counted as early. Units of a
+    constant are those of the constant itself, of zeros 1.
+
+    Bad at: one stamp far in the future, after which all others of its key are late; a mean that the first rows do not
+    tell (give larger ``first``).
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> from driftwise.files.dataset import open_dataset
+    >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
+    >>> table = open_dataset({"pump": np.tile([7, 8], 500), "y": np.repeat(y, 2) + 20.0}, by="pump", output="y")
+    >>> fleet = dw.Fleet(dw.AR(1))
+    >>> intake = Intake(fleet)
+    >>> for batch in table.batches(rows=100):
+    ...     for taken in intake.take(batch):
+    ...         outs = fleet.advance(taken.at, taken.ys, taken.us)
+    ...         intake.tally.add(taken, outs)
+    >>> fleet.keys, fleet.mean(7).round(1), intake.tally["samples"]
+    ([7, 8], array([-0.8]), array([500., 500.]))
     """
 
     def __init__(self, fleet, dt=None, first: int = 32, center: bool = True, longest: int = LONGEST, tally=None):
-        self.fleet, self.dt, self.first, self.center, self.longest = fleet, dt, first, center, longest
+        self.fleet = fleet
+        self.dt = None if dt is None else door.positive("dt", dt)
+        self.first, self.longest = door.count("first", first), door.count("longest", longest)
+        self.center = door.yes("center", center)
         self.tally = Tally(fleet) if tally is None else tally
         self.keyless = 0  # rows without a key: not used
+        p, k = fleet.crew.outputs, fleet.crew.inputs
+        self._y_levels, self._u_levels = [f"y{j}" for j in range(p)], [f"u{j}" for j in range(k)]
+        self.columns = Columns(
+            dict(stage=SETTLED, number=0.0, origin=np.nan, last=-np.inf, slot=-1.0)
+            | dict.fromkeys([*self._y_levels, *self._u_levels], 0.0),
+            len(fleet),
+        )
+        self._held = Held(first, p, k)
+        self._names: list = []
+        self._map = np.array([-1])  # row of the fleet by code; the last for -1
+        self._estimators: dict[tuple, object] = {}
 
     @property
-    def level(self) -> tuple[np.ndarray, np.ndarray]:
-        """What is subtracted from outputs (S, p) and inputs (S, k) of each series of the fleet."""
-        raise NotImplementedError
+    def levels(self) -> tuple[np.ndarray, np.ndarray]:
+        """What is subtracted from outputs (S, p) and inputs (S, k) of each series of the fleet: views."""
+        table, p = self.columns.table, len(self._y_levels)
+        at = len(self.columns.names) - p - len(self._u_levels)
+        return table[:, at : at + p], table[:, at + p :]
+
+    # --- a batch -------------------------------------------------------------------------------------------
 
     def take(self, batch) -> Iterator[Taken]:
-        """Return the samples of a batch, in stretches of bounded length: rows held back come with those that free them.
+        """Yield the samples of a batch, in stretches of bounded length: advance each before the next, to the end.
 
-        ``batch`` has ``first`` (number of its first row), ``names`` (keys), ``codes`` (n,) into them, -1 where there is
-        none, ``time`` (n,) or None, ``ys`` (n, p), ``us`` (n, k) and ``bad`` (n,).
+        Rows held back come with the one that frees them. ``batch`` is a `driftwise.files.dataset.Batch`, or what has
+        its fields.
         """
-        raise NotImplementedError
+        samples = self._samples(batch)
+        samples = self._in_time(samples) if batch.time is not None else self._in_order(samples)
+        yield from self._released(samples)
 
     def rest(self) -> Iterator[Taken]:
-        """Return the samples still held back, of series shorter than ``first``."""
-        raise NotImplementedError
+        """Yield the samples still held back, of series shorter than ``first``: their units are what there is of them."""
+        waiting = np.flatnonzero(self.columns["stage"] == WAITING)
+        size = max(STRETCH // max(self.first, 1), 1)
+        for start in range(0, len(waiting), size):
+            yield from self._told(self._settled(waiting[start : start + size]))
+
+    def _samples(self, batch) -> Samples:
+        """Return the rows of a batch that have a key, a time and a beginning, grouped by series."""
+        n = len(batch.codes)
+        at = self._rows_of(batch.names)[batch.codes]
+        time = np.zeros(n) if batch.time is None else batch.time
+        source = np.arange(batch.first, batch.first + n)
+        samples = Samples(at, time, batch.ys, batch.us, batch.bad, source, np.zeros(n, np.int32))
+        if n and at.min() < 0:
+            self.keyless += int(np.count_nonzero(at < 0))
+            samples = samples.pick(at >= 0)
+        samples = samples.grouped(len(self.fleet))
+        samples = self._kept("timeless", samples, np.isfinite(samples.time))
+        is_new = self.columns["stage"][samples.at] == NEW
+        if not is_new.any():
+            return samples
+        starts, is_measured = starts_of(samples.at), np.isfinite(samples.ys).any(axis=1)
+        seen = np.cumsum(is_measured)
+        before = seen[starts[:-1]] - is_measured[starts[:-1]]
+        return self._kept("early", samples, ~is_new | (seen > np.repeat(before, np.diff(starts))))
+
+    def _rows_of(self, names) -> np.ndarray:
+        """Return the row of the fleet for each code, -1 for -1; keys that are new are added."""
+        if names is not self._names:
+            self._names, self._map = names, np.array([-1])
+        fresh = names[len(self._map) - 1 :]
+        if len(self.fleet) < len(self.columns):
+            raise InputError("series were dropped from the fleet while an intake was adding to it: make another Intake")
+        if fresh:
+            self.columns.grow(len(self.fleet))  # series that others have added go on as they are
+            self.fleet.add(name for name in fresh if name not in self.fleet)
+            before = len(self.columns)
+            self.columns.grow(len(self.fleet))
+            self.columns["stage"][before:] = NEW if self.first else SETTLED
+            self.tally.grow(len(self.fleet))
+            self._map = np.concatenate([self._map[:-1], self.fleet.rows_of(fresh), [-1]])
+        return self._map
+
+    def _kept(self, reason: str, samples: Samples, is_kept) -> Samples:
+        """Return the samples that are kept; count the others under a reason."""
+        if is_kept.all():
+            return samples
+        self.tally.count(reason, samples.at[~is_kept])
+        return samples.pick(is_kept)
+
+    # --- time ----------------------------------------------------------------------------------------------
+
+    def _in_order(self, samples: Samples) -> Samples:
+        """Return samples without a clock with their numbers as time."""
+        starts = starts_of(samples.at)
+        series, number = samples.at[starts[:-1]], self.columns["number"]
+        time = (number[samples.at] + rank_of(starts)) * (self.dt or 1.0)
+        number[series] += np.diff(starts)
+        return samples._replace(time=time)
+
+    def _in_time(self, samples: Samples) -> Samples:
+        """Return the samples that are later than all before them of their series, with the ticks missed before each."""
+        if not len(samples.at):
+            return samples
+        starts = starts_of(samples.at)
+        series, begins = samples.at[starts[:-1]], starts[:-1]
+        origin, last = self.columns["origin"], self.columns["last"]
+        origin[series] = np.where(np.isnan(origin[series]), samples.time[begins], origin[series])
+        tick = self._ticks(samples.time, samples.at)
+        before = _shifted(tick, begins, last[series])
+        if not (tick > before).all():
+            best = running_max(
+                np.maximum(tick, _shifted(np.full(len(tick), -np.inf), begins, last[series])), samples.at
+            )
+            before = _shifted(best, begins, last[series])
+            self.tally.count("late", samples.at[tick < before])
+            self.tally.count("duplicate", samples.at[tick == before])
+            is_next = tick > before
+            samples, tick, before = samples.pick(is_next), tick[is_next], before[is_next]
+            starts = starts_of(samples.at)
+            series = samples.at[starts[:-1]]
+        if self.dt is not None:
+            samples = samples._replace(gap=self._gaps(samples.at, tick - before - 1))
+        last[series] = tick[starts[1:] - 1]
+        self.columns["number"][series] += np.diff(starts)
+        return samples
+
+    def _ticks(self, time, at):
+        """Return the tick nearest to each time; without dt, time itself."""
+        return time if self.dt is None else np.rint((time - self.columns["origin"][at]) / self.dt)
+
+    def _gaps(self, at, missed):
+        """Return how many of the missed ticks become samples; count those that do not."""
+        missed = np.where(np.isfinite(missed), missed, 0.0)  # before the first sample none is missed
+        beyond = missed > self.longest
+        if beyond.any():
+            self.tally.count("jumped", at[beyond], missed[beyond] - self.longest)
+        return np.minimum(missed, self.longest).astype(np.int32)
+
+    # --- units ---------------------------------------------------------------------------------------------
+
+    def _released(self, samples: Samples) -> Iterator[Taken]:
+        """Hold back rows of series whose units are not known, release those of series that have enough of them."""
+        if not np.any(self.columns["stage"][samples.at]):  # all settled
+            yield from self._told(samples)
+            return
+        starts = starts_of(samples.at)
+        series, lengths = samples.at[starts[:-1]], np.diff(starts)
+        is_open = self.columns["stage"][series] != SETTLED
+        weight = lengths + np.where(is_open, self.columns["number"][series] - lengths, 0)
+        block = np.cumsum(weight) // STRETCH
+        cuts = [0, *(np.flatnonzero(np.diff(block)) + 1), len(series)]
+        for first, last in zip(cuts[:-1], cuts[1:]):
+            part = Samples(*(column[starts[first] : starts[last]] for column in samples))
+            yield from self._told(self._freed(part))
+
+    def _freed(self, samples: Samples) -> Samples:
+        """Return what can go on of these samples, with those held back that they free."""
+        columns, starts = self.columns, starts_of(samples.at)
+        series, lengths = samples.at[starts[:-1]], np.diff(starts)
+        new = series[columns["stage"][series] == NEW]
+        columns["slot"][new], columns["stage"][new] = self._held.slots(len(new)), WAITING
+        held_before = columns["number"][series].astype(np.int64) - lengths
+        place = rank_of(starts) + np.repeat(held_before, lengths)
+        is_held = (columns["stage"][samples.at] == WAITING) & (place < self.first)
+        self._held.put(columns["slot"][samples.at[is_held]].astype(int), place[is_held], samples.pick(is_held))
+        full = series[(columns["stage"][series] == WAITING) & (columns["number"][series] >= self.first)]
+        rest = samples.pick(~is_held)
+        return joined([self._settled(full), rest]).grouped(len(self.fleet)) if len(full) else rest
+
+    def _settled(self, series) -> Samples:
+        """Give series (ascending) the units of their held rows, and return those."""
+        columns, slots = self.columns, self.columns["slot"][series].astype(int)
+        ys, us = self._held.columns["ys"][slots], self._held.columns["us"][slots]
+        y_levels, u_levels = levels(ys, self.center), levels(us, self.center)
+        for names, found in ((self._y_levels, y_levels), (self._u_levels, u_levels)):
+            for name, level in zip(names, found.T):
+                columns[name][series] = level
+        scales = np.concatenate([sizes(ys, y_levels), sizes(us, u_levels)], axis=1)
+        kinds, which = np.unique(scales, axis=0, return_inverse=True)
+        for i, kind in enumerate(kinds):
+            self.fleet.begin(series[which.ravel() == i], self._scaled(kind))
+        counts = np.minimum(columns["number"][series], self.first).astype(np.int64)
+        samples = self._held.read(series, slots, counts)
+        self._held.empty(slots)
+        columns["stage"][series], columns["slot"][series] = SETTLED, -1
+        return samples
+
+    def _scaled(self, kind):
+        """Return the fleet's estimator in units of so many outputs and inputs; one object for equal units."""
+        base, p = self.fleet.estimators[0], self.fleet.crew.outputs
+        if not {"y_scale", "u_scale"} <= set(base.options):
+            return base
+        if tuple(kind) not in self._estimators:
+            like = np.tile(kind, (2, 1))  # data of these very sizes
+            y = like[:, :p] if hasattr(base.model, "outputs") else like[:, 0]
+            found = base.scaled_to(y, like[:, p:] if len(kind) > p else None)
+            same = [e for e in self.fleet.estimators if _scales(e) == _scales(found)]
+            self._estimators[tuple(kind)] = same[0] if same else found
+        return self._estimators[tuple(kind)]
+
+    # --- what comes out ------------------------------------------------------------------------------------
+
+    def _told(self, samples: Samples) -> Iterator[Taken]:
+        """Yield samples less their levels, with those that fill gaps, in stretches of bounded length."""
+        if not len(samples.at):
+            return
+        y_levels, u_levels = self.levels
+        samples = samples._replace(ys=samples.ys - y_levels[samples.at], us=samples.us - u_levels[samples.at])
+        if not samples.gap.any():
+            at, time, ys, us, bad, source, _ = samples
+            yield Taken(at, ys, us, time, source, np.zeros(len(at), bool), bad)
+            return
+        ends = np.cumsum(samples.gap + 1, dtype=np.int64)
+        cuts = [0, *(np.flatnonzero(np.diff(ends // STRETCH)) + 1), len(ends)]
+        for first, last in zip(cuts[:-1], cuts[1:]):
+            yield self._filled(Samples(*(column[first:last] for column in samples)))
+
+    def _filled(self, samples: Samples) -> Taken:
+        """Return samples with one without values for each tick missed before them."""
+        ends = np.cumsum(samples.gap + 1, dtype=np.int64)
+        which = np.repeat(np.arange(len(ends)), samples.gap + 1)
+        back = ends[which] - 1 - np.arange(len(which))  # ticks from here to the sample
+        filled = back > 0
+        at, time, ys, us, bad, source, _ = samples.pick(which)
+        origin = self.columns["origin"][at[filled]]
+        time[filled] = origin + (self._ticks(time[filled], at[filled]) - back[filled]) * self.dt
+        ys[filled], us[filled], bad[filled] = np.nan, np.nan, False
+        return Taken(at, ys, us, time, source, filled, bad)
+
+    # --- keeping -------------------------------------------------------------------------------------------
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return all it remembers between two batches as arrays."""
-        raise NotImplementedError
+        """Return all it remembers between two batches, the tally left out: arrays of numbers."""
+        waiting = np.flatnonzero(self.columns["stage"] == WAITING)
+        slots, counts = (self.columns[name][waiting].astype(np.int64) for name in ("slot", "number"))
+        held = self._held.read(waiting, slots, counts)
+        kept = {f"held_{name}": column for name, column in held._asdict().items()}
+        return {"columns": self.columns.table.copy(), "keyless": np.array([self.keyless]), **kept}
 
     def restore(self, found: dict[str, np.ndarray]) -> None:
-        """Go on from a snapshot, with the fleet as it was then."""
-        raise NotImplementedError
+        """Go on from a `snapshot`, with the fleet as it was then."""
+        if len(found["columns"]) > len(self.fleet):
+            raise InputError(f"the snapshot has {len(found['columns'])} series, the fleet {len(self.fleet)}")
+        self.columns.restore(found["columns"])
+        self.keyless = int(found["keyless"][0])
+        self._held = Held(self.first, len(self._y_levels), len(self._u_levels))
+        self._names, self._map = [], np.array([-1])
+        held = Samples(*(np.asarray(found[f"held_{name}"]) for name in Samples._fields))
+        starts = starts_of(held.at)
+        series = held.at[starts[:-1]]
+        slots = self._held.slots(len(series))
+        self.columns["slot"][series] = slots
+        self._held.put(np.repeat(slots, np.diff(starts)), rank_of(starts), held)
+
+
+def _shifted(values, begins, first):
+    """Return the entry before each, ``first`` at the beginning of each group."""
+    before = np.empty(len(values))
+    before[1:] = values[:-1]
+    before[begins] = first
+    return before
+
+
+def _scales(estimator) -> str:
+    return repr([estimator.options[name] for name in ("y_scale", "u_scale")])

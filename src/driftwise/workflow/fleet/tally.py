@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...errors import InputError
 from ...kernel.status import Status
+from .columns import Columns
+from .samples import starts_of
 
 COUNTED = {  # status bits that are counted as they are
     "missing": Status.MISSING_OUTPUT,
@@ -15,82 +16,120 @@ COUNTED = {  # status bits that are counted as they are
     "noise": Status.NOISE,
     "lost": Status.LOST,
 }
-UNUSED = ("late", "duplicate", "timeless", "early")  # rows of the table that were not used, by the reason why
-INSTANTS = ("first_time", "last_time", "last_jump")
-COLUMNS = (
-    *("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED),
-    *("scored", "z2", "inside", "compared", "e2", "dy2", "y1", "y2", *INSTANTS, "last_y"),
-)
-_AT = {name: i for i, name in enumerate(COLUMNS)}
-_NAN = [_AT[name] for name in (*INSTANTS, "last_y")]  # none yet
+UNUSED = ("late", "duplicate", "timeless", "early")  # rows of the table that are no samples, by the reason why
+SUMS = ("scored", "z2", "inside", "compared", "e2", "dy2", "y1", "y2")
+LAST = ("first_time", "last_time", "last_jump", "last_y")
+COLUMNS = ("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED, *SUMS, *LAST)
 BAND = 1.96  # deviations that hold 95 % of a normal variable
 SET_ASIDE = int(Status.REJECTED | Status.OUTLIER)
 
 
-class Tally:
-    """Counts and sums of each series of a fleet, in the order of ``fleet.keys``.
+class Tally(Columns):
+    """Counts and sums of each series of a fleet, in the order of ``fleet.keys``: ``tally["late"]`` is (S,).
 
     | column | is |
     |---|---|
     | samples | taken, gaps that were filled included |
-    | measured | of them, with an output (and a prediction of it) |
-    | missing, rejected, outliers, jumps, noise, lost | samples whose status says so |
-    | bad | rows with a cell that could not be read |
-    | filled, jumped | missing ticks that were taken as samples without values; ticks beyond the longest gap, left out |
-    | late, duplicate, timeless, early | rows not used: before the last one taken, at the same time as that, without a time, before the first measured output |
-    | scored, z2, inside | samples on which the error bars are judged, their sum of z^2, how many within 1.96 deviations |
-    | compared, e2, dy2 | samples on which forecasts are compared, the sum of e^2, the same had the last value been the forecast |
-    | y1, y2 | over those compared, sum of y (less its level) and of its square |
+    | measured | of them, with an output that could be compared to its prediction |
+    | missing, rejected, outliers, jumps, noise, lost | outputs whose status says so |
+    | bad | samples with a cell that could not be read |
+    | filled, jumped | ticks without a row taken as samples without values; ticks beyond the longest gap, left out |
+    | late, duplicate | rows not used: before the last sample taken, and at its very instant |
+    | timeless, early | rows not used: without a time, and before the first measured output |
+    | scored, z2, inside | outputs by which error bars are judged, their sum of e^2/variance, how many within 1.96 std |
+    | compared, e2, dy2 | outputs by which forecasts are judged, sum of e^2, the same were the last value the forecast |
+    | y1, y2 | sum of those compared (less the level of the series), and of their squares |
     | first_time, last_time, last_jump | instants, NaN where there is none |
-    | last_y | the last measured output, less its level |
+    | last_y | the last measured output less its level (those of further outputs: last_y2, ...) |
 
     The first ``settle`` measured samples of a series (2 N + 10 if omitted) are neither scored nor compared: there the
-    prior speaks. The numbers do not depend on how the samples were cut into stretches, bit for bit. With several outputs the
-    counts are those of values, not of samples, except for samples, bad and filled.
-    """  # noqa: E501
+    prior speaks. The numbers do not depend, bit for bit, on how samples were cut into stretches.
+
+    Bad at: the tails of a learnt scale and of mixtures, whose 95 % band is not 1.96 deviations wide; `Summary`, which
+    has one series, knows better.
+    """
 
     def __init__(self, fleet, settle: int | None = None):
-        estimator = fleet.estimators[0]
         self.outputs = fleet.crew.outputs
-        self.settle = 2 * estimator.model.N + 10 if settle is None else settle
-        self._columns = np.empty((len(COLUMNS), 0))
-        self._size = 0
-        self.grow(len(fleet))
+        self.settle = 2 * fleet.estimators[0].model.N + 10 if settle is None else settle
+        more = [f"last_y{j}" for j in range(2, self.outputs + 1)]
+        super().__init__(dict.fromkeys(COLUMNS, 0.0) | dict.fromkeys([*LAST, *more], np.nan), len(fleet))
+        self._last_y = ["last_y", *more]
 
-    def __len__(self) -> int:
-        return self._size
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """The column of that name, (S,): a view, good until the tally grows."""
-        if name not in _AT:
-            raise InputError(f"a tally has no column {name!r}; it has {', '.join(COLUMNS)}")
-        return self._columns[_AT[name], : self._size]
-
-    @property
-    def table(self) -> np.ndarray:
-        """All of it, (S, columns): a view; columns are those of `COLUMNS`."""
-        return self._columns[:, : self._size].T
-
-    def restore(self, table) -> None:
-        """Go on from a table that was kept."""
-        self._size = 0
-        self.grow(len(table))
-        self._columns[:, : self._size] = np.asarray(table).T
-
-    def grow(self, size: int) -> None:
-        """Make room for so many series; new ones begin with nothing."""
-        if size > self._columns.shape[1]:
-            wider = np.empty((len(COLUMNS), max(size, self._columns.shape[1] * 5 // 4)))
-            wider[:, : self._size] = self._columns[:, : self._size]
-            self._columns = wider
-        self._columns[:, self._size : size] = 0.0
-        self._columns[_NAN, self._size : size] = np.nan
-        self._size = max(size, self._size)
-
-    def count(self, name: str, at, numbers=1) -> None:
-        """Add to a column, for each series as often as it is named."""
+    def count(self, name: str, at, numbers=1.0) -> None:
+        """Add numbers to the series they belong to, one after the other."""
         np.add.at(self[name], at, numbers)
 
     def add(self, taken, outs) -> None:
-        """Take in what samples (a `Taken`) showed: ``outs`` (n, >= 4 p) of `Fleet.advance`."""
-        raise NotImplementedError
+        """Take in what samples (a `Taken`) showed: ``outs`` (n, 4 p or more) of `Fleet.advance`."""
+        if not len(taken.at):
+            return
+        self.grow(int(taken.at[-1]) + 1)
+        starts, p = starts_of(taken.at), self.outputs
+        series, lengths = taken.at[starts[:-1]], np.diff(starts)
+        self["samples"][series] += lengths
+        for name, flags in (("bad", taken.bad), ("filled", taken.filled)):
+            if flags.any():
+                self.count(name, taken.at[flags])
+        first = self["first_time"][series]
+        self["first_time"][series] = np.where(np.isnan(first), taken.time[starts[:-1]], first)
+        self["last_time"][series] = taken.time[starts[1:] - 1]
+
+        is_measured = np.isfinite(outs[:, p : 2 * p]).any(axis=1)
+        is_settled = self._settled(is_measured, taken.at, starts)
+        for j in range(p):
+            self._output(j, taken, outs[:, j::p], is_settled)
+
+    def _settled(self, is_measured, at, starts):
+        """Return which samples come after the first ``settle`` measured ones; count those measured."""
+        series = at[starts[:-1]]
+        before = self["measured"][series]
+        self["measured"][series] += np.add.reduceat(is_measured, starts[:-1], dtype=np.int64)
+        if before.min() >= self.settle:
+            return np.ones(len(at), bool)
+        so_far = np.cumsum(is_measured)
+        so_far -= np.repeat(so_far[starts[:-1]] - is_measured[starts[:-1]] - before.astype(np.int64), np.diff(starts))
+        return so_far > self.settle
+
+    def _output(self, j, taken, outs, is_settled) -> None:
+        """Take in one output: its prediction, innovation, variance and status are columns of ``outs``."""
+        at, y, e, status = taken.at, taken.ys[:, j], outs[:, 1], outs[:, 3].astype(np.int64)
+        met = int(np.bitwise_or.reduce(status))
+        for name, bit in COUNTED.items():
+            if met & bit:
+                self.count(name, at[status & int(bit) != 0])
+        if met & Status.JUMP:
+            jumped = status & int(Status.JUMP) != 0
+            self["last_jump"][at[jumped]] = taken.time[jumped]  # the last of a series stays
+
+        naive = self._naive(self._last_y[j], at, y)
+        compared = is_settled & np.isfinite(naive) & np.isfinite(e) & (status & int(Status.REJECTED) == 0)
+        scored = is_settled & (outs[:, 2] > 0) & np.isfinite(e) & (status & SET_ASIDE == 0)
+        at, e, y, naive = (column if compared.all() else column[compared] for column in (at, e, y, naive))
+        self._sums(at, compared=np.ones(len(at)), e2=e * e, dy2=naive * naive, y1=y, y2=y * y)
+        at, outs = (taken.at, outs) if scored.all() else (taken.at[scored], outs[scored])
+        z2 = outs[:, 1] ** 2 / outs[:, 2]
+        self._sums(at, scored=np.ones(len(at)), z2=z2, inside=(z2 <= BAND**2).astype(float))
+
+    def _sums(self, at, **columns) -> None:
+        for name, numbers in columns.items():
+            self.count(name, at, numbers)
+
+    def _naive(self, name, at, y):
+        """Return each output less the last one measured before it in its series, NaN where there is none."""
+        is_there = np.isfinite(y)
+        everything = is_there.all()
+        where = slice(None) if everything else np.flatnonzero(is_there)
+        at, known = at[where], y[where]
+        if not len(known):
+            return np.full(len(y), np.nan)
+        starts, step = starts_of(at), np.empty(len(known))
+        step[1:] = known[1:] - known[:-1]
+        series = at[starts[:-1]]
+        step[starts[:-1]] = known[starts[:-1]] - self[name][series]
+        self[name][series] = known[starts[1:] - 1]
+        if everything:
+            return step
+        full = np.full(len(y), np.nan)
+        full[where] = step
+        return full
