@@ -13,18 +13,25 @@ BATCH = 1 << 16
 
 
 class ParquetSource:
-    """Rows of a Parquet file as batches of pyarrow columns; only the columns asked for are read."""
+    """Rows of a Parquet file as batches of pyarrow columns; only the columns asked for are read.
+
+    ``words`` are columns of words that come as dictionaries; ``least`` are the rows there must be.
+    """
 
     decimal = "."
     day_first = True
     ragged = 0
 
-    def __init__(self, path):
+    def __init__(self, path, words=(), least: int = 1):
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         try:
             self._file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)
+            found = [name for name in words if name in self._file.schema_arrow.names]
+            if found:
+                options: Any = dict(pre_buffer=False, buffer_size=1 << 20, read_dictionary=found)
+                self._file = pq.ParquetFile(path, metadata=self._file.metadata, **options)
         except (pa.ArrowInvalid, OSError) as error:
             raise InputError(
                 f"{path} begins like a Parquet file but cannot be read ({error}). Was the copy cut short?"
@@ -34,7 +41,7 @@ class ParquetSource:
         self.names = tuple(schema.names)
         self.units = {f.name: f.metadata[b"unit"].decode() for f in schema if f.metadata and b"unit" in f.metadata}
         self.size, self.position = self.rows, 0
-        if not self.rows:
+        if self.rows < least:
             raise InputError(
                 "the table is empty: it has columns but no rows. Was the recording stopped before it began?"
             )
@@ -42,10 +49,13 @@ class ParquetSource:
     def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
         """Yield (pyarrow arrays in the order of `columns`, no ragged rows).
 
-        Called again, it goes on where the last batch ended: the columns may change on the way.
+        Called again, it goes on where the last batch ended: the columns may change on the way. Row groups before
+        ``position`` are not read.
         """
-        taken, row = self.position, 0
-        for batch in self._file.iter_batches(BATCH, columns=columns, use_threads=False):
+        taken, row, groups = self.position, 0, list(range(self._file.num_row_groups))
+        while groups and row + self._file.metadata.row_group(groups[0]).num_rows <= taken:
+            row += self._file.metadata.row_group(groups.pop(0)).num_rows
+        for batch in self._file.iter_batches(BATCH, row_groups=groups, columns=columns, use_threads=False):
             row += batch.num_rows
             if row <= taken:
                 continue

@@ -11,7 +11,7 @@ class Held:
     """Room for so many samples of each series that waits, by slot; slots are used again."""
 
     def __init__(self, first: int, outputs: int, inputs: int):
-        shapes = dict(time=((), float), ys=((outputs,), float), us=((inputs,), float))
+        shapes: dict[str, tuple] = dict(time=((), float), ys=((outputs,), float), us=((inputs,), float))
         shapes |= dict(bad=((), bool), source=((), np.int64), gap=((), np.int32))
         self.columns = {name: np.empty((0, first, *shape), kind) for name, (shape, kind) in shapes.items()}
         self._free: list[int] = []

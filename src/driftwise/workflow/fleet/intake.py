@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -129,7 +130,7 @@ class Intake:
         yield from self._released(samples)
 
     def rest(self) -> Iterator[Taken]:
-        """Yield the samples still held back, of series shorter than ``first``: their units are what there is of them."""
+        """Yield the samples still held back, of series shorter than ``first``: all of them tell their units."""
         waiting = np.flatnonzero(self.columns["stage"] == WAITING)
         size = max(STRETCH // max(self.first, 1), 1)
         for start in range(0, len(waiting), size):
@@ -241,7 +242,7 @@ class Intake:
         weight = lengths + np.where(is_open, self.columns["number"][series] - lengths, 0)
         block = np.cumsum(weight) // STRETCH
         cuts = [0, *(np.flatnonzero(np.diff(block)) + 1), len(series)]
-        for first, last in zip(cuts[:-1], cuts[1:]):
+        for first, last in pairwise(cuts):
             part = Samples(*(column[starts[first] : starts[last]] for column in samples))
             yield from self._told(self._freed(part))
 
@@ -304,7 +305,7 @@ class Intake:
             return
         ends = np.cumsum(samples.gap + 1, dtype=np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(ends // STRETCH)) + 1), len(ends)]
-        for first, last in zip(cuts[:-1], cuts[1:]):
+        for first, last in pairwise(cuts):
             yield self._filled(Samples(*(column[first:last] for column in samples)))
 
     def _filled(self, samples: Samples) -> Taken:
