@@ -139,7 +139,7 @@ class Intake:
     def _samples(self, batch) -> Samples:
         """Return the rows of a batch that have a key, a time and a beginning, grouped by series."""
         n = len(batch.codes)
-        at = self._rows_of(batch.names)[batch.codes]
+        at = self._rows_of(batch.names).take(batch.codes, mode="wrap")  # -1 is the last
         time = np.zeros(n) if batch.time is None else batch.time
         source = np.arange(batch.first, batch.first + n)
         samples = Samples(at, time, batch.ys, batch.us, batch.bad, source, np.zeros(n, np.int32))
@@ -148,13 +148,15 @@ class Intake:
             samples = samples.pick(at >= 0)
         samples = samples.grouped(len(self.fleet))
         samples = self._kept("timeless", samples, np.isfinite(samples.time))
-        is_new = self.columns["stage"][samples.at] == NEW
+        starts = starts_of(samples.at)
+        begins, lengths = starts[:-1], np.diff(starts)
+        is_new = self.columns["stage"][samples.at[begins]] == NEW
         if not is_new.any():
             return samples
-        starts, is_measured = starts_of(samples.at), np.isfinite(samples.ys).any(axis=1)
+        is_measured = np.isfinite(samples.ys).any(axis=1)
         seen = np.cumsum(is_measured)
-        before = seen[starts[:-1]] - is_measured[starts[:-1]]
-        return self._kept("early", samples, ~is_new | (seen > np.repeat(before, np.diff(starts))))
+        has_begun = seen > np.repeat(seen[begins] - is_measured[begins], lengths)
+        return self._kept("early", samples, has_begun | ~np.repeat(is_new, lengths))
 
     def _rows_of(self, names) -> np.ndarray:
         """Return the row of the fleet for each code, -1 for -1; keys that are new are added."""
@@ -233,12 +235,12 @@ class Intake:
 
     def _released(self, samples: Samples) -> Iterator[Taken]:
         """Hold back rows of series whose units are not known, release those of series that have enough of them."""
-        if not np.any(self.columns["stage"][samples.at]):  # all settled
-            yield from self._told(samples)
-            return
         starts = starts_of(samples.at)
         series, lengths = samples.at[starts[:-1]], np.diff(starts)
         is_open = self.columns["stage"][series] != SETTLED
+        if not is_open.any():
+            yield from self._told(samples)
+            return
         weight = lengths + np.where(is_open, self.columns["number"][series] - lengths, 0)
         block = np.cumsum(weight) // STRETCH
         cuts = [0, *(np.flatnonzero(np.diff(block)) + 1), len(series)]
@@ -297,8 +299,8 @@ class Intake:
         """Yield samples less their levels, with those that fill gaps, in stretches of bounded length."""
         if not len(samples.at):
             return
-        y_levels, u_levels = self.levels
-        samples = samples._replace(ys=samples.ys - y_levels[samples.at], us=samples.us - u_levels[samples.at])
+        ys, us = self._less(samples.ys, self._y_levels, samples.at), self._less(samples.us, self._u_levels, samples.at)
+        samples = samples._replace(ys=ys, us=us)
         if not samples.gap.any():
             at, time, ys, us, bad, source, _ = samples
             yield Taken(at, ys, us, time, source, np.zeros(len(at), bool), bad)
@@ -307,6 +309,13 @@ class Intake:
         cuts = [0, *(np.flatnonzero(np.diff(ends // STRETCH)) + 1), len(ends)]
         for first, last in pairwise(cuts):
             yield self._filled(Samples(*(column[first:last] for column in samples)))
+
+    def _less(self, values, names, at):
+        """Return values (n, c) less the levels of their series."""
+        found = np.empty(values.shape)
+        for j, name in enumerate(names):
+            np.subtract(values[:, j], self.columns[name].take(at), out=found[:, j])
+        return found
 
     def _filled(self, samples: Samples) -> Taken:
         """Return samples with one without values for each tick missed before them."""

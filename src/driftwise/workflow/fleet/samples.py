@@ -30,13 +30,18 @@ class Samples(NamedTuple):
             if where.all():
                 return self
             where = np.flatnonzero(where)
-        return Samples(*(column.take(where, axis=0) for column in self))
+        return Samples(*(_taken(column, where) for column in self))
 
     def grouped(self, series: int) -> Samples:
         """Return them ordered by row of the fleet (of so many), those of one as they stand."""
         if np.all(self.at[1:] >= self.at[:-1]):
             return self
         return self.pick(stable_order(self.at, series))
+
+
+def _taken(column, where):
+    """Return some rows of a column; NumPy is slow where a row has no entries."""
+    return column.take(where, axis=0) if column.size else np.empty((len(where), *column.shape[1:]), column.dtype)
 
 
 def joined(parts: list[Samples]) -> Samples:

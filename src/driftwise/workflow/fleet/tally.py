@@ -20,6 +20,7 @@ UNUSED = ("late", "duplicate", "timeless", "early")  # rows of the table that ar
 SUMS = ("scored", "z2", "inside", "compared", "e2", "dy2", "y1", "y2")
 LAST = ("first_time", "last_time", "last_jump", "last_y")
 COLUMNS = ("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED, *SUMS, *LAST)
+STRETCH = 1 << 15  # samples at once: what is worked on stays in the cache
 BAND = 1.96  # deviations that hold 95 % of a normal variable
 SET_ASIDE = int(Status.REJECTED | Status.OUTLIER)
 
@@ -62,8 +63,11 @@ class Tally(Columns):
 
     def add(self, taken, outs) -> None:
         """Take in what samples (a `Taken`) showed: ``outs`` (n, 4 p or more) of `Fleet.advance`."""
-        if not len(taken.at):
-            return
+        for start in range(0, len(outs), STRETCH):
+            stop = start + STRETCH
+            self._add(type(taken)(*(column[start:stop] for column in taken)), outs[start:stop])
+
+    def _add(self, taken, outs) -> None:
         self.grow(int(taken.at[-1]) + 1)
         starts, p = starts_of(taken.at), self.outputs
         series, lengths = taken.at[starts[:-1]], np.diff(starts)
@@ -93,7 +97,8 @@ class Tally(Columns):
 
     def _output(self, j, taken, outs, is_settled) -> None:
         """Take in one output: its prediction, innovation, variance and status are columns of ``outs``."""
-        at, y, e, status = taken.at, taken.ys[:, j], outs[:, 1], outs[:, 3].astype(np.int64)
+        at, y, e, variance = taken.at, taken.ys[:, j], outs[:, 1], outs[:, 2]
+        status = outs[:, 3].astype(np.int64)
         met = int(np.bitwise_or.reduce(status))
         for name, bit in COUNTED.items():
             if met & bit:
@@ -103,17 +108,36 @@ class Tally(Columns):
             self["last_jump"][at[jumped]] = taken.time[jumped]  # the last of a series stays
 
         naive = self._naive(self._last_y[j], at, y)
-        compared = is_settled & np.isfinite(naive) & np.isfinite(e) & (status & int(Status.REJECTED) == 0)
-        scored = is_settled & (outs[:, 2] > 0) & np.isfinite(e) & (status & SET_ASIDE == 0)
-        at, e, y, naive = (column if compared.all() else column[compared] for column in (at, e, y, naive))
-        self._sums(at, compared=np.ones(len(at)), e2=e * e, dy2=naive * naive, y1=y, y2=y * y)
-        at, outs = (taken.at, outs) if scored.all() else (taken.at[scored], outs[scored])
-        z2 = outs[:, 1] ** 2 / outs[:, 2]
-        self._sums(at, scored=np.ones(len(at)), z2=z2, inside=(z2 <= BAND**2).astype(float))
+        is_there = is_settled & np.isfinite(e)
+        compared, scored = is_there & np.isfinite(naive), is_there & (variance > 0)
+        if met & SET_ASIDE:
+            compared &= status & int(Status.REJECTED) == 0
+            scored &= status & SET_ASIDE == 0
+        self._sums(at, compared, "compared", e2=e * e, dy2=naive * naive, y1=y, y2=y * y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z2 = e * e / variance
+        self._sums(at, scored, "scored", z2=z2, inside=z2 <= BAND**2)
 
-    def _sums(self, at, **columns) -> None:
-        for name, numbers in columns.items():
-            self.count(name, at, numbers)
+    def _sums(self, at, where, count, **columns) -> None:
+        """Add up columns where they count, sample by sample, and how many those are."""
+        if not where.all():
+            at, columns = at[where], {name: column[where] for name, column in columns.items()}
+        starts = starts_of(at)
+        begins, lengths = starts[:-1], np.diff(starts)
+        if not len(begins):
+            return
+        series = at[begins]
+        self[count][series] += lengths
+        exact = [name for name, column in columns.items() if column.dtype == bool]
+        for name in exact:
+            self[name][series] += np.add.reduceat(columns.pop(name), begins, dtype=np.int64)
+        which, names = np.repeat(np.arange(len(series)), lengths), list(columns)
+        for pair in (names[i : i + 2] for i in range(0, len(names), 2)):  # two at once, as complex numbers
+            total, more = np.empty(len(series), complex), np.empty(len(at), complex)
+            total.real, total.imag = self[pair[0]][series], self[pair[-1]][series]
+            more.real, more.imag = columns[pair[0]], columns[pair[-1]]
+            np.add.at(total, which, more)
+            self[pair[0]][series], self[pair[-1]][series] = total.real, total.imag
 
     def _naive(self, name, at, y):
         """Return each output less the last one measured before it in its series, NaN where there is none."""
