@@ -10,6 +10,7 @@ import numpy as np
 from ...errors import InputError
 from ...estimators import door
 from ...estimators.reading import Rows, Step
+from . import store
 from .crew import Crew
 
 
@@ -177,6 +178,52 @@ class Fleet:
     def mean(self, key) -> np.ndarray:
         """Return what is estimated of one series, as its estimator's `mean` does."""
         return self.estimator_of(key).mean(self.state(key))
+
+    # --- keeping -------------------------------------------------------------------------------------------
+
+    def save(self, path) -> None:
+        """Write the fleet to one Parquet file in one step: whoever looks sees the old file or the new one, whole.
+
+        Every bit of every state survives, and settings and keys (text and numbers) are in the file, with a checksum.
+
+        Raises
+        ------
+        InputError
+            Where a key is neither text nor a number.
+
+        Examples
+        --------
+        >>> import tempfile, driftwise as dw
+        >>> path = f"{tempfile.mkdtemp()}/fleet.parquet"
+        >>> dw.Fleet(dw.AR(1), ["pump 1", 2]).save(path)
+        >>> dw.Fleet.load(path).keys
+        ['pump 1', 2]
+        """
+        store.write(self, path)
+
+    @classmethod
+    def load(cls, path, estimator=None, *, threads: int | None = None) -> Fleet:
+        """Return a fleet as it was saved, also by an earlier version.
+
+        Parameters
+        ----------
+        path : file that `save` wrote
+        estimator : needed only where a policy is your own: the estimator that the fleet was made with
+        threads : int, optional
+            As many as there are cores if omitted.
+
+        Raises
+        ------
+        InputError
+            Where the file was cut short or altered, or is of a later version than this one.
+        """
+        (first, *others), keys, numbers = store.read(path, estimator)
+        fleet = cls(first, threads=threads)
+        for other in others:
+            fleet._settings(other)
+        fleet._rows, fleet._group = numbers["state"], numbers["group"]
+        fleet._index = dict(zip(keys, range(len(keys))))
+        return fleet
 
     # --- running -------------------------------------------------------------------------------------------
 

@@ -1,0 +1,48 @@
+"""Files that are there as a whole, or not at all: written beside, made safe, renamed."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+SUFFIX = ".writing"  # of what a killed process may leave behind
+
+
+@contextmanager
+def replaced(path) -> Iterator[str]:
+    """Yield the name to write to; what was written there takes the place of ``path`` at the end, in one step.
+
+    A process or a machine that dies at any moment leaves the old file or the new one. An error leaves the old one.
+    """
+    path = os.fspath(path)
+    folder, name = os.path.split(path)
+    beside = os.path.join(folder, f".{name}.{secrets.token_hex(4)}{SUFFIX}")
+    try:
+        yield beside
+        _make_safe(beside)
+        os.replace(beside, path)
+        _make_safe(folder or ".")
+    finally:
+        with suppress(FileNotFoundError):
+            os.remove(beside)
+
+
+def is_left_over(name: str) -> bool:
+    """Say whether a file of this name is what `replaced` leaves behind when it is killed."""
+    return name.startswith(".") and name.endswith(SUFFIX)
+
+
+def _make_safe(path: str) -> None:
+    """Return when a file or a folder is on the disk; folders of systems that cannot say so are left alone."""
+    try:
+        number = os.open(path, os.O_RDONLY if os.path.isdir(path) else os.O_RDWR)
+    except PermissionError:
+        if os.path.isdir(path):  # Windows opens no folders
+            return
+        raise
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)
