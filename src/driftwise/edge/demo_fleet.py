@@ -9,7 +9,7 @@ from driftwise.errors import InputError
 
 __all__ = ["FAULTS", "TRUTH", "Pump", "pumps", "write_fleet"]
 
-A, B, NOISE = (-1.1, 0.3), (0.25, 0.12), 0.03  # of a pump as it should be; each differs by SPREAD
+A, B, NOISE = (-1.1, 0.3), (0.25, 0.12), 0.02  # of a pump as it should be; each differs by SPREAD
 SPREAD = 0.02
 SHARE, TOGETHER = 0.005, 0.03  # of the fleet, for each fault; of those that jump together
 START, STEP = "2026-01-01", 60  # time stamp of the first sample, s between samples
@@ -17,8 +17,8 @@ ROWS = 250_000  # of a file
 TRUTH = "_faults.csv"  # beside the data; a name with _ in front is no data
 FAULTS = {
     "wears": "its gain falls steadily, by half in the end",
-    "jumps": "its gain falls by four tenths at once",
-    "together": "its gain rises by four tenths, at the same time as that of others",
+    "jumps": "its gain falls by half at once",
+    "together": "its gain rises by half, at the same time as that of others",
     "stuck": "its speed never moves",
     "loud": "its noise is three times that of the others",
     "other make": "its dynamics are not those of the others",
@@ -89,12 +89,12 @@ def _table(pump: Pump, number: int, samples: int, seed: int):
 
     rng, fault = np.random.default_rng([seed, number]), pump.fault
     a, b = (np.asarray(value) * (1 + SPREAD * rng.standard_normal(2)) for value in (A, B))
-    u = np.repeat(rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0], samples), rng.integers(3, 20, samples))[:samples]
+    u = np.repeat(rng.choice([-1.0, -0.6, 0.6, 1.0], samples), rng.integers(2, 9, samples))[:samples]
     path = np.ones(samples)
     if fault == "wears":
         path = np.linspace(1.0, 0.5, samples)
     elif fault in ("jumps", "together"):
-        path[pump.sample :] = 0.6 if fault == "jumps" else 1.4
+        path[pump.sample :] = 0.5 if fault == "jumps" else 1.5
     elif fault == "stuck":
         u[:] = 0.0
     elif fault == "other make":

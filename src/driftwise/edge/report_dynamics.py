@@ -96,7 +96,7 @@ def _time_constant(pole: complex, std: float, dt: float) -> str:
 
 def directions(summary) -> list[tuple[str, float]]:
     """Return (direction, share of the prior variance that is left), the least learned first."""
-    from driftwise.workflow.summary import _words
+    from driftwise.workflow.summary import combination
 
     est = summary.estimator
     return [

@@ -190,7 +190,7 @@ class Summary:
     def unlearned(self) -> list[tuple[str, float]]:
         """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
         found = [(r, v) for r, v in self.estimator.excitation(self.state) if r > 0.5]
-        return [(_words(v, self.estimator.names), r) for r, v in found]
+        return [(combination(v, self.estimator.names), r) for r, v in found]
 
     @property
     def drift(self):
@@ -265,7 +265,7 @@ def is_inside(z, dof) -> np.ndarray:
     return found
 
 
-def _words(direction, names) -> str:
+def combination(direction, names) -> str:
     """Write a direction as a combination of parameters, its large entries only."""
     big = [(c, n) for c, n in zip(direction, names) if abs(c) > 0.2]
     big = [(c * np.sign(big[0][0]), n) for c, n in big]
