@@ -100,7 +100,7 @@ def directions(summary) -> list[tuple[str, float]]:
 
     est = summary.estimator
     return [
-        (_words(vector, est.names).replace("-", "\u2212"), float(ratio))
+        (combination(vector, est.names).replace("-", "\u2212"), float(ratio))
         for ratio, vector in est.excitation(summary.state)
     ]
 

@@ -157,7 +157,7 @@ def _bars(tally) -> Found:
     from scipy.special import ndtr
 
     count = np.maximum(tally["scored"], 1.0)
-    nis, held = tally["squares"] / count, tally["inside"] / count
+    nis, held = tally["z2"] / count, tally["inside"] / count
     z = np.column_stack([(nis - 1) / np.sqrt(2 / count), (held - 0.95) / np.sqrt(0.95 * 0.05 / count)])
     matters = np.column_stack([_beyond(nis, NIS), _beyond(held, HELD)]) & (tally["scored"] >= FEW)[:, None]
     size = np.max(np.where(matters, np.abs(z), 0.0), axis=1)

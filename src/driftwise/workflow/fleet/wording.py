@@ -33,7 +33,7 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
         return _untaught(row, fleet, census, inputs)
     if kind == "bars":
         count = max(float(tally["scored"][row]), 1.0)
-        nis, held = tally["squares"][row] / count, tally["inside"][row] / count
+        nis, held = tally["z2"][row] / count, tally["inside"][row] / count
         return f"NIS {nis:.3g} (1 is right), 95 % bands hold {100 * held:.1f} %"
     return _data(row, tally)
 
