@@ -217,12 +217,17 @@ class Fleet:
         InputError
             Where the file was cut short or altered, or is of a later version than this one.
         """
-        (first, *others), keys, numbers = store.read(path, estimator)
+        return cls._of(store.read(path, estimator), threads)
+
+    @classmethod
+    def _of(cls, kept, threads=None) -> Fleet:
+        """Return the fleet that was kept; its memory is that of ``kept``."""
+        first, *others = kept.estimators
         fleet = cls(first, threads=threads)
         for other in others:
             fleet._settings(other)
-        fleet._rows, fleet._group = numbers["state"], numbers["group"]
-        fleet._index = dict(zip(keys, range(len(keys))))
+        fleet._rows, fleet._group = kept.rows, kept.group
+        fleet._index = dict(zip(kept.keys, range(len(kept.keys))))
         return fleet
 
     # --- running -------------------------------------------------------------------------------------------

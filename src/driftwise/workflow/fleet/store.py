@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,26 +13,47 @@ from ...estimators.reading import Rows
 from ..snapshot import describe, is_described, rebuild
 from . import sealed
 
-SCHEMA = 1
+SCHEMA = 2  # 2: what a run has to remember besides, so that it can be gone on with
 READ: dict[str, Any] = {"text": str, "int": int, "float": float.fromhex, "bool": "True".__eq__}  # a key of each kind
 SCALES = "y_scale", "u_scale"  # in which series of one fleet differ: kept also where policies are a user's own
 
 
-def write(fleet, path) -> str:
-    """Write a fleet; return the checksum of what was written."""
-    size = len(fleet)
+class Kept(NamedTuple):
+    """What a file holds: the fleet, and arrays and facts that were kept with it."""
+
+    estimators: list
+    keys: list
+    rows: np.ndarray
+    group: np.ndarray
+    arrays: dict[str, np.ndarray]
+    facts: dict[str, Any]
+
+
+def write(fleet, path, arrays: dict[str, np.ndarray] | None = None, facts: dict[str, Any] | None = None) -> str:
+    """Write a fleet, arrays of any shape and facts (JSON) with it; return the checksum of all of it.
+
+    Arrays need a fleet that is not empty.
+    """
+    size, arrays = len(fleet), arrays or {}
+    is_column = {name: values.ndim == 2 and len(values) == size and values.size > 0 for name, values in arrays.items()}
     header = {
         "schema": SCHEMA,
         "fields": _fields(fleet.estimators[0]),
         "estimators": [_settings(est) for est in fleet.estimators],
+        "facts": facts or {},
+        "arrays": list(arrays),
     }
     numbers = {"group": fleet._group[:size], "state": fleet._rows[:size]}
-    return sealed.write(path, header, _words(fleet.keys), numbers)
+    numbers |= {name: values for name, values in arrays.items() if is_column[name]}
+    loose = {name: np.asarray(values, order="C") for name, values in arrays.items() if not is_column[name]}
+    return sealed.write(path, header, _words(fleet.keys), numbers, loose)
 
 
-def read(path, estimator=None) -> tuple[list, list, dict[str, np.ndarray]]:
-    """Return the estimators, the keys and the columns of numbers in a file."""
-    header, words, numbers = sealed.read(path, SCHEMA)
+def read(path, estimator=None) -> Kept:
+    """Return what is in a file, also in one of an earlier schema."""
+    header, words, numbers, loose = sealed.read(path, SCHEMA)
+    for schema in range(header["schema"], SCHEMA):
+        header = UPGRADES[schema](header)
     estimators = [_estimator(settings, estimator, path) for settings in header["estimators"]]
     if any(_fields(est) != header["fields"] for est in estimators):
         raise InputError(
@@ -39,7 +61,17 @@ def read(path, estimator=None) -> tuple[list, list, dict[str, np.ndarray]]:
             f"they have {', '.join(name for name, _ in header['fields'])}. Were they written by another version?"
         )
     keys = [READ[kind](text) for text, kind in zip(words["key"], words["kind"])]
-    return estimators, keys, numbers
+    found = numbers | loose
+    arrays = {name: found[name] for name in header["arrays"]}
+    return Kept(estimators, keys, numbers["state"], numbers["group"], arrays, header["facts"])
+
+
+def _with_facts(header: dict) -> dict:
+    """Return a header of schema 1 as schema 2 has it: nothing was kept besides the fleet."""
+    return header | {"schema": 2, "facts": {}, "arrays": []}
+
+
+UPGRADES: dict[int, Callable[[dict], dict]] = {1: _with_facts}  # from each schema to the next
 
 
 def _words(keys) -> dict[str, list[str]]:
