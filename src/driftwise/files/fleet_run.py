@@ -1,102 +1,152 @@
-"""One order, one run: a long table through a fleet into a folder, to be gone on with wherever it was stopped."""
+"""One order, one run: a long table through a fleet into a folder; where it was stopped, it goes on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
-__all__ = ["FleetOrder", "FleetResult", "Progress", "run_fleet"]
+from driftwise.errors import InputError
+from driftwise.estimators import door
+from driftwise.files.dataset import open_dataset
+from driftwise.files.fleet_order import FleetOrder, FleetResult, Progress, facts_of, refuse_another
+from driftwise.files.fleet_out import FleetOut
+from driftwise.workflow.fleet import store
+from driftwise.workflow.fleet.final import final
+from driftwise.workflow.fleet.fleet import Fleet
+from driftwise.workflow.fleet.run import FleetRun
 
+__all__ = ["former_run", "run_fleet"]
 
-@dataclass(frozen=True)
-class FleetOrder:
-    """What to run, on what, into which folder.
-
-    Parameters
-    ----------
-    data : whatever `open_dataset` takes
-    by, output, inputs, time : names of its columns: key, output (or several), inputs, clock
-    estimator : settings of each series, before they are scaled to its first samples
-    out : folder for the results
-    dt, first, center, longest : as for `Intake`
-    every : one row of estimates for every so many samples of a series; 0: none, 1: all
-    batch : rows of the table in memory at a time
-    threads : as many as there are cores if omitted
-    seconds : between two checkpoints
-    batches : int, optional
-        Between two checkpoints, instead of seconds: files are then cut at the same rows in every run.
-    resume : go on where a run of this order was stopped
-    replace : delete what a former run left in the folder, and nothing else
-    progress : called after each batch
-    """
-
-    data: Any
-    by: str
-    output: Any
-    estimator: Any
-    out: Any
-    inputs: tuple[str, ...] = ()
-    time: str | None = None
-    dt: float | None = None
-    first: int = 32
-    center: bool = True
-    longest: int = 10_000
-    every: int = 100
-    batch: int = 1 << 18
-    threads: int | None = None
-    seconds: float = 60.0
-    batches: int | None = None
-    resume: bool = False
-    replace: bool = False
-    progress: Callable[[Progress], None] | None = None
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run is: rows read, their share of the table (None: not known), series met, seconds since it began."""
-
-    rows: int
-    share: float | None
-    series: int
-    seconds: float
-
-
-@dataclass(frozen=True)
-class FleetResult:
-    """What a run came to.
-
-    Attributes
-    ----------
-    fleet, tally : states and counts of all series
-    rows : of the table
-    keyless : of them, without a key
-    began : row this call began with: 0, or where the run before was stopped; equal to ``rows`` where nothing was left
-    seconds : this call took
-    estimates, final, events, saved : paths: folder of ``part-*.parquet``, and three files
-    told : number of events
-    """
-
-    fleet: Any
-    tally: Any
-    rows: int
-    keyless: int
-    began: int
-    seconds: float
-    estimates: Any
-    final: Any
-    events: Any
-    saved: Any
-    told: int
+INTAKE = "dt", "first", "center", "longest"
 
 
 def run_fleet(order: FleetOrder) -> FleetResult:
     """Run a fleet over a long table; return states and counts, the rest is in the folder.
+
+    Killed at any moment and gone on with (``resume``), it writes what it would have written without.
 
     Raises
     ------
     InputError
         Where names, numbers or the folder do not fit, and on ``resume``, where the order is another than that of the
         run that was stopped.
+
+    Notes
+    -----
+    Bad at: results while it runs, other than the parts that are there; and tables that grow: all of it is one run.
+
+    Examples
+    --------
+    >>> import tempfile, numpy as np, driftwise as dw
+    >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
+    >>> table = {"pump": np.tile([7, 8], 500), "flow": np.repeat(y, 2) + 20.0}
+    >>> order = FleetOrder(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
+    >>> found = run_fleet(order)
+    >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in order.out.iterdir())
+    (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
-    raise NotImplementedError
+    batch, started = door.count("batch", order.batch, least=1), time.monotonic()
+    table = open_dataset(order.data, order.by, order.output, order.inputs, order.time)
+    facts, folder = {"order": facts_of(order), "is_read": False}, Path(order.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    with _alone(folder):
+        kept = _kept(order)
+        fleet = Fleet(order.estimator, threads=order.threads) if kept is None else Fleet._of(kept, order.threads)
+        run = _run(folder, fleet, {name: getattr(order, name) for name in ("every", *INTAKE)})
+        out = run.sinks
+        if kept is None:
+            run.keep(out.saved, facts)  # the first file: what comes after it is ours
+        else:
+            run.restore(kept)
+        began = run.rows
+        if kept is None or not kept.facts["is_read"]:
+            out.cut(run.rows)
+            run.go(table, batch, _after(order, run, table, facts, started))
+            out.close(run.rows)
+            run.keep(out.saved, facts | {"is_read": True})
+        if not out.is_finished:
+            out.finish(final(run.fleet, run.tally, run.intake.levels[0]))
+    return _result(run, began, time.monotonic() - started)
+
+
+def former_run(out, estimator=None) -> FleetResult:
+    """Return what the run in a folder has come to so far; ``estimator`` only where a policy is your own."""
+    saved = FleetOut(out, None).saved
+    if not saved.exists():
+        raise InputError(f"there is no run in {out}: no {saved.name}. Is it the folder of the data?")
+    kept = store.read(saved, estimator)
+    options = {name: kept.facts["order"][name] for name in ("every", *INTAKE)}
+    run = _run(out, Fleet._of(kept), options)
+    run.restore(kept)
+    return _result(run, run.rows, 0.0)
+
+
+def _result(run: FleetRun, began: int, seconds: float) -> FleetResult:
+    told = run.events.told
+    return FleetResult(run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, run.sinks.folder, told)
+
+
+def _run(out, fleet: Fleet, options) -> FleetRun:
+    """Return a run at its beginning."""
+    return FleetRun(fleet, FleetOut(out, fleet), **options)
+
+
+def _kept(order: FleetOrder):
+    """Return what a former run left to go on with, None where there is nothing; refuse what does not fit."""
+    out = FleetOut(order.out, None)
+    there = out.there()
+    if not there:
+        return None
+    if order.replace and not order.resume:
+        out.clear()
+        return None
+    if not order.resume:
+        raise InputError(
+            f"{order.out} holds a run already ({there[0].name}): go on with it (resume=True), delete its results and "
+            "begin anew (replace=True), or give another folder"
+        )
+    if not out.saved.exists():
+        raise InputError(f"there is no {out.saved} to resume from, but {there[0]}: whose is it? Give another folder")
+    kept = store.read(out.saved, order.estimator)
+    refuse_another(order, kept.facts["order"])
+    return kept
+
+
+def _after(order: FleetOrder, run: FleetRun, table, facts, started: float) -> Callable[[], None]:
+    """Return what is done after each batch: long parts are written, a checkpoint when it is due, news."""
+    last, since = time.monotonic(), 0
+
+    def after() -> None:
+        nonlocal last, since
+        since += 1
+        run.sinks.close(run.rows, long=True)
+        is_due = time.monotonic() - last >= order.seconds if order.batches is None else since >= order.batches
+        if is_due and len(run.fleet):
+            run.sinks.close(run.rows)
+            run.keep(run.sinks.saved, facts)
+            last, since = time.monotonic(), 0
+        if order.progress is not None:
+            order.progress(Progress(run.rows, table.fraction, len(run.fleet), time.monotonic() - started))
+
+    return after
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Refuse a folder in which another process is running; systems without locks of files trust their users."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError:
+        raise InputError(f"another process is running in {folder}: wait for it, or give another folder") from None
+    finally:
+        os.close(number)

@@ -7,7 +7,7 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-SUFFIX = ".writing"  # of what a killed process may leave behind
+SUFFIX = ".writing"  # with a dot in front: what a killed process may leave behind
 
 
 @contextmanager
@@ -27,11 +27,6 @@ def replaced(path) -> Iterator[str]:
     finally:
         with suppress(FileNotFoundError):
             os.remove(beside)
-
-
-def is_left_over(name: str) -> bool:
-    """Say whether a file of this name is what `replaced` leaves behind when it is killed."""
-    return name.startswith(".") and name.endswith(SUFFIX)
 
 
 def _make_safe(path: str) -> None:

@@ -26,14 +26,22 @@ KINDS = "JUMP", *RUNS
 
 
 class Seen(NamedTuple):
-    """Events of some samples, in their order: which sample of the stretch each was, and what is known of it."""
+    """Events, in the order of their samples."""
 
-    which: np.ndarray
-    kind: list[str]
+    time: np.ndarray
+    sample: np.ndarray  # number in its series, from 1
+    row: np.ndarray  # of the table
+    kind: list[str]  # JUMP, or one of `RUNS`
     text: list[str]
     statistic: np.ndarray  # the detector's over its threshold, NaN where there is none
     since: np.ndarray  # samples ago that it began, by the detector, NaN where it does not say
     parameter: list[str | None]
+
+
+def nothing() -> tuple[np.ndarray, Seen]:
+    """Return no events, of no rows."""
+    none, numbers = np.zeros(0), np.zeros(0, np.int64)
+    return numbers, Seen(none, numbers, numbers, [], [], none, none, [])
 
 
 class FleetEvents:
@@ -47,8 +55,14 @@ class FleetEvents:
         self.fleet, self.estimator = fleet, fleet.estimators[0]
         self.table = np.zeros((0, len(RUNS) + 1))
 
-    def take(self, at, outs, sample) -> Seen:
-        """Return the events of samples (n,) of the rows ``at``, ascending, whose numbers in their series are ``sample``."""
+    @property
+    def told(self) -> int:
+        """How many were told."""
+        return int(np.minimum(self.table[:, -1], MOST).sum())
+
+    def take(self, taken, outs, sample) -> tuple[np.ndarray, Seen]:
+        """Return the events of samples taken, and the rows of the fleet; ``sample`` (n,) are numbers in their series."""
+        at = taken.at
         if len(self.table) < len(self.fleet):
             more = np.zeros((len(self.fleet) - len(self.table), self.table.shape[1]))
             self.table = np.concatenate([self.table, more])
@@ -63,7 +77,11 @@ class FleetEvents:
         which, kind = np.concatenate(found), np.repeat(np.arange(len(found)), [len(f) for f in found])
         order = np.lexsort([kind, which])
         which, kind = which[order], kind[order]
-        return self._told(which[(is_told := self._first(at[which]))], kind[is_told], outs, sample)
+        if not len(which):
+            return nothing()
+        is_told = self._first(at[which])
+        which, kind = which[is_told], kind[is_told].tolist()
+        return at[which], self._told(which, kind, taken, outs[which], sample[which])
 
     def _lasting(self, on, at, start, i: int, least: int) -> np.ndarray:
         """Return the samples at which a run of trouble ``i`` has lasted ``least`` samples; remember runs under way."""
@@ -91,20 +109,20 @@ class FleetEvents:
         told[at[start]] += counts
         return rank < MOST
 
-    def _told(self, which, kind, outs, sample) -> Seen:
-        """Return what is known of these events."""
-        names, watches = self.estimator.names, watched(self.estimator.options)
-        has_alarm = self.estimator.columns > 7 and self.fleet.crew.outputs == 1
-        statistic, since = (np.full(len(which), np.nan) for _ in range(2))
-        texts, parameters = [], []
-        for i, (k, j) in enumerate(zip(which.tolist(), kind.tolist())):
-            if j:
-                texts.append(TEXTS[KINDS[j]])
-                parameters.append(None)
-                continue
-            event = jump(int(sample[k]), 0.0, names, outs[k, 5:8] if has_alarm else None, watches)
-            texts.append(event.text)
-            parameters.append(event.parameter)
-            if has_alarm:
-                statistic[i], since[i] = outs[k, 5], abs(outs[k, 6])
-        return Seen(which, [KINDS[j] for j in kind.tolist()], texts, statistic, since, parameters)
+    def _told(self, which, kind, taken, outs, sample) -> Seen:
+        """Return what is known of the events of these kinds."""
+        est = self.estimator
+        names, watches = est.names, watched(est.options)
+        has_alarm = est.columns > 7 and self.fleet.crew.outputs == 1
+        alarms = outs[:, 5:8].copy() if has_alarm else np.full((len(which), 3), np.nan)
+        alarms[np.array(kind) > 0] = np.nan
+        jumps = {
+            i: jump(int(sample[i]), 0.0, names, alarms[i] if has_alarm else None, watches)
+            for i, k in enumerate(kind)
+            if k == 0
+        }
+        texts = [jumps[i].text if i in jumps else TEXTS[KINDS[k]] for i, k in enumerate(kind)]
+        parameters = [jumps[i].parameter if i in jumps else None for i in range(len(kind))]
+        since = np.abs(alarms[:, 1])
+        words = [KINDS[k] for k in kind]
+        return Seen(taken.time[which], sample, taken.source[which], words, texts, alarms[:, 0], since, parameters)

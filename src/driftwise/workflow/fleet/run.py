@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import InputError
+from ...estimators import door
 from . import store
 from .events import FleetEvents
 from .fleet import Fleet
@@ -36,13 +36,13 @@ class FleetRun:
     Parameters
     ----------
     fleet : Fleet
-    sinks : takes what is to be written: ``take(estimates)``, ``happened(taken, sample, seen)``, ``close(rows)``
+    sinks : takes what is to be written: ``take(estimates)``, ``happened(at, seen)``
     every : samples of a series from one row of estimates to the next; 0: none
     options : of the intake
     """
 
     def __init__(self, fleet: Fleet, sinks: Any, every: int = 100, **options):
-        self.fleet, self.sinks, self.every = fleet, sinks, every
+        self.fleet, self.sinks, self.every = fleet, sinks, door.count("every", every)
         self.intake = Intake(fleet, **options)
         self.tally, self.events = self.intake.tally, FleetEvents(fleet)
         self.rows = 0
@@ -68,14 +68,14 @@ class FleetRun:
         if self.every:
             chosen = np.flatnonzero(sample % self.every == 0)
             self.sinks.take(self._estimates(taken, outs, sample, chosen))
-        self.sinks.happened(taken, sample, self.events.take(taken.at, outs, sample))
+        self.sinks.happened(*self.events.take(taken, outs, sample))
         self.tally.add(taken, outs)
 
     def _estimates(self, taken, outs, sample, chosen) -> Estimates:
         """Return what was estimated at the chosen samples."""
         p, first = self.fleet.crew.outputs, self._head
         at, outs = taken.at[chosen], outs[chosen]
-        level = self.intake.level[0][at]
+        level = self.intake.levels[0][at]
         prediction, innovation, variance, status = (outs[:, p * i : p * i + p] for i in range(4))
         theta, std = (outs[:, first + i * self._N + self._n : first + (i + 1) * self._N] for i in range(2))
         return Estimates(

@@ -39,7 +39,7 @@ def write(fleet, path, arrays: dict[str, np.ndarray] | None = None, facts: dict[
     header = {
         "schema": SCHEMA,
         "fields": _fields(fleet.estimators[0]),
-        "estimators": [_settings(est) for est in fleet.estimators],
+        "estimators": [settings(est) for est in fleet.estimators],
         "facts": facts or {},
         "arrays": list(arrays),
     }
@@ -54,7 +54,7 @@ def read(path, estimator=None) -> Kept:
     header, words, numbers, loose = sealed.read(path, SCHEMA)
     for schema in range(header["schema"], SCHEMA):
         header = UPGRADES[schema](header)
-    estimators = [_estimator(settings, estimator, path) for settings in header["estimators"]]
+    estimators = [_estimator(found, estimator, path) for found in header["estimators"]]
     if any(_fields(est) != header["fields"] for est in estimators):
         raise InputError(
             f"the states in {path} are laid out otherwise than those of {estimators[0]!r}: "
@@ -99,7 +99,7 @@ def _fields(estimator) -> list:
     return [[name, int(np.prod(dtype[name].shape))] for name in dtype.names]
 
 
-def _settings(estimator) -> dict:
+def settings(estimator) -> dict:
     """Return what is kept of the settings of an estimator: all, unless policies are a user's own."""
     if is_described(estimator):
         return json.loads(describe(estimator))
@@ -107,13 +107,13 @@ def _settings(estimator) -> dict:
     return {"kind": type(estimator).__name__, "scales": {k: np.asarray(options[k]).tolist() for k in SCALES}}
 
 
-def _estimator(settings, given, path):
+def _estimator(found, given, path):
     """Return the estimator of such settings; ``given`` has the policies that were not saved."""
-    if "scales" not in settings:
-        return rebuild(json.dumps(settings))
-    if not isinstance(given, Rows) or type(given).__name__ != settings["kind"]:
+    if "scales" not in found:
+        return rebuild(json.dumps(found))
+    if not isinstance(given, Rows) or type(given).__name__ != found["kind"]:
         raise InputError(
-            f"{path} holds a fleet of {settings['kind']} with a policy of your own, which is not in the file: "
-            f"give that estimator, Fleet.load(path, {settings['kind']}(..)), got {given!r}"
+            f"{path} holds a fleet of {found['kind']} with a policy of your own, which is not in the file: "
+            f"give that estimator, Fleet.load(path, {found['kind']}(..)), got {given!r}"
         )
-    return type(given)(**{**given.options, **settings["scales"]})
+    return type(given)(**{**given.options, **found["scales"]})
