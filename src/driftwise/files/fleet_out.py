@@ -18,7 +18,7 @@ WORDS = "kind", "text", "parameter"  # of an event
 
 
 class FleetOut:
-    """The folder of a run: ``fleet.parquet``, ``estimates/part-*.parquet``, ``events.parquet`` and ``final.parquet``."""
+    """The folder of a run: ``fleet.parquet``, ``estimates/part-*.parquet``, ``events.parquet``, ``final.parquet``."""
 
     def __init__(self, folder, fleet):
         self.folder, self.fleet = Path(folder), fleet

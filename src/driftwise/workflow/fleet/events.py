@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,8 +47,8 @@ def nothing() -> tuple[np.ndarray, Seen]:
 class FleetEvents:
     """Finds the events of a fleet's samples, stretch by stretch: the same whatever the stretches.
 
-    A jump is an event; a run of samples with the same trouble is one, told when it has lasted (`RUNS`). Of one series at
-    most 1000 are told. ``table`` (S, 5) is all it remembers: the length of the run of each trouble, and events told.
+    A jump is an event; a run of samples with the same trouble is one, told when it has lasted (`RUNS`). Of one series
+    at most 1000 are told. ``table`` (S, 5) is all it remembers: the length of the run of each trouble, and events told.
     """
 
     def __init__(self, fleet):
@@ -61,7 +61,7 @@ class FleetEvents:
         return int(np.minimum(self.table[:, -1], MOST).sum())
 
     def take(self, taken, outs, sample) -> tuple[np.ndarray, Seen]:
-        """Return the events of samples taken, and the rows of the fleet; ``sample`` (n,) are numbers in their series."""
+        """Return rows of the fleet and events of samples taken, whose numbers in their series are ``sample``."""
         at = taken.at
         if len(self.table) < len(self.fleet):
             more = np.zeros((len(self.fleet) - len(self.table), self.table.shape[1]))

@@ -24,18 +24,24 @@ def final(fleet, tally, level) -> Iterator[tuple[np.ndarray, dict[str, np.ndarra
     known, p = census(fleet), level.shape[1]
     for first in range(0, max(len(fleet), 1), SLICE):
         at = np.arange(first, min(first + SLICE, len(fleet)))
-        some = {name: tally[name][at] for name in (*COUNTS, *INSTANTS, "scored", "z2", "inside", "compared", "e2", "dy2")}
+        some = {
+            name: tally[name][at] for name in (*COUNTS, *INSTANTS, "scored", "z2", "inside", "compared", "e2", "dy2")
+        }
         columns = {name: some[name].astype(np.int64) for name in COUNTS} | {name: some[name] for name in INSTANTS}
         columns |= {f"level.{j + 1}" if p > 1 else "level": level[at, j] for j in range(p)}
         columns |= dict(zip(known.names, known.theta[at].T))
         columns |= {f"{name}_std": values for name, values in zip(known.names, known.std[at].T)}
-        yield at, columns | {
-            "noise_std": known.noise[at],
-            "nis": _ratio(some["z2"], some["scored"]),
-            "coverage": _ratio(some["inside"], some["scored"]),
-            "error": np.sqrt(_ratio(some["e2"], some["compared"])),
-            "error_of_last": np.sqrt(_ratio(some["dy2"], some["compared"])),
-        }
+        yield (
+            at,
+            columns
+            | {
+                "noise_std": known.noise[at],
+                "nis": _ratio(some["z2"], some["scored"]),
+                "coverage": _ratio(some["inside"], some["scored"]),
+                "error": np.sqrt(_ratio(some["e2"], some["compared"])),
+                "error_of_last": np.sqrt(_ratio(some["dy2"], some["compared"])),
+            },
+        )
 
 
 def _ratio(sums, counts) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Columns of numbers and words in a Parquet file that knows whether it is whole: every bit survives, or it is refused."""
+"""Columns of numbers and words in a Parquet file: every bit survives, or the file is refused."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ Numbers = dict[str, np.ndarray]
 def write(path, header: dict, words: Words, numbers: Numbers, loose: Numbers | None = None) -> str:
     """Write columns of equal length, numbers (S,) or (S, c), in place of what was there; return the checksum.
 
-    The header (JSON) has a ``schema``. Arrays of any other shape are ``loose``: dealt out over the rows, if there are any.
-    Needs the memory of a slice besides what is handed over.
+    The header (JSON) has a ``schema``. Arrays of any other shape are ``loose``: dealt out over the rows, which must
+    then be. Needs the memory of a slice besides what is handed over.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -79,14 +79,18 @@ def _facts(file, path) -> tuple[str, str]:
 def _readable(schema, newest, path) -> None:
     """Refuse a file of a later schema."""
     if schema > newest:
-        raise InputError(f"{path} was written with schema {schema}, this version reads up to {newest}: update driftwise")
+        raise InputError(
+            f"{path} was written with schema {schema}, this version reads up to {newest}: update driftwise"
+        )
 
 
 def _columns(file, shapes) -> tuple[Words, Numbers, Numbers]:
     """Return all columns of an open file, read slice by slice; ``shapes`` are types and shapes of the loose ones."""
     import pyarrow as pa
 
-    size, words, numbers = file.metadata.num_rows, {}, {}
+    size = file.metadata.num_rows
+    words: Words = {}
+    numbers: Numbers = {}
     loose = {name: np.empty(shape, dtype) for name, (dtype, shape) in shapes.items()}
     for field in file.schema_arrow:
         kind = field.type
@@ -112,7 +116,7 @@ def _columns(file, shapes) -> tuple[Words, Numbers, Numbers]:
 
 
 def _plain(values) -> np.ndarray:
-    """Return a contiguous array as one line of numbers; truth values as small integers, which Arrow takes as they are."""
+    """Return a contiguous array as one line of numbers; truth values as integers, which Arrow takes as they are."""
     return values.reshape(-1).view(np.uint8) if values.dtype == bool else values.reshape(-1)
 
 
