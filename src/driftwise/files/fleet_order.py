@@ -82,7 +82,8 @@ class FleetResult:
     began : row this call began with: 0, or where the run before was stopped; equal to ``rows`` where nothing was left
     seconds : this call took
     out : folder
-    told : events in ``events.parquet``
+    told : events
+    is_finished : whether all of the table was read and all files are there
     """
 
     fleet: Any
@@ -93,6 +94,7 @@ class FleetResult:
     seconds: float
     out: Path
     told: int
+    is_finished: bool
 
 
 def facts_of(order: FleetOrder) -> dict[str, Any]:

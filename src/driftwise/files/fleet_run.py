@@ -85,8 +85,10 @@ def former_run(out, estimator=None) -> FleetResult:
 
 
 def _result(run: FleetRun, began: int, seconds: float) -> FleetResult:
-    told = run.events.told
-    return FleetResult(run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, run.sinks.folder, told)
+    out = run.sinks
+    return FleetResult(
+        run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, out.folder, run.events.told, out.is_finished
+    )
 
 
 def _run(out, fleet: Fleet, options) -> FleetRun:

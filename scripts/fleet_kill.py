@@ -1,0 +1,117 @@
+"""Kill a run of a fleet again and again (SIGKILL, at random moments), go on each time, and compare with a run left alone.
+
+    python scripts/fleet_kill.py --trials 50
+
+Every trial is a folder of its own in which a run is killed up to ``--most`` times, then finished. Compared are all files of
+the folder, byte for byte. Checkpoints are at every batch, so that most kills meet a file being written.
+"""  # noqa: E501
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+import driftwise as dw
+from driftwise.files.fleet_order import FleetOrder
+from driftwise.files.fleet_run import run_fleet
+
+
+def make(path, rows: int, series: int, seed: int) -> None:
+    """Write a long table: series of unequal length, gaps, jumps, late rows, text keys."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    rng = np.random.default_rng(seed)
+    key = (series * rng.random(rows) ** 2).astype(int)
+    time = np.arange(rows, dtype=float)
+    late = rng.random(rows) < 0.01
+    time[late] -= 5 * series
+    u = rng.standard_normal(rows)
+    y = 20.0 + 0.1 * key + u + 0.1 * rng.standard_normal(rows) + np.where(time > rows / 2, 3 * u, 0.0)
+    y[rng.random(rows) < 0.02] = np.nan
+    columns = {"asset": [f"pump {k}" for k in key], "time": time, "flow": y, "speed": u}
+    pq.write_table(pa.table(columns), path)
+
+
+def order(data, out, rows: int, **more) -> FleetOrder:
+    """Return what is run."""
+    est = dw.ARX(1, 1)
+    names = dict(by="asset", output="flow", inputs=("speed",), time="time")
+    return FleetOrder(data, estimator=est, out=out, **names, every=7, batch=rows // 40, batches=1, threads=1, **more)
+
+
+def contents(out) -> dict[str, str]:
+    """Return the SHA-256 of every file in a folder, hidden ones too."""
+    files = [path for path in Path(out).rglob("*") if path.is_file()]
+    return {str(path.relative_to(out)): sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def begin(order) -> int:
+    """Start a run in a process of its own, go on where there is something; return its number."""
+    number = os.fork()
+    if number:
+        return number
+    try:
+        run_fleet(order)
+        os._exit(0)
+    except BaseException as error:
+        print(f"a run failed: {type(error).__name__}: {error}", file=sys.stderr)
+        os._exit(1)
+
+
+def left(out) -> str:
+    """Return in a word where a killed run was."""
+    out = Path(out)
+    if any(path.name.endswith(".writing") for path in out.rglob(".*")):
+        return "a file half written"
+    if not (out / "fleet.parquet").exists():
+        return "before the first file"
+    return "between files"
+
+
+def main() -> int:
+    """Run the trials; return 0 where all came to the same."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--trials", type=int, default=50)
+    options.add_argument("--most", type=int, default=3, help="kills in a trial")
+    options.add_argument("--rows", type=int, default=200_000)
+    options.add_argument("--series", type=int, default=200)
+    options.add_argument("--seed", type=int, default=1)
+    chosen = options.parse_args()
+    rng, met, same, kills = random.Random(chosen.seed), dict[str, int](), 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        data = Path(folder) / "data.parquet"
+        make(data, chosen.rows, chosen.series, chosen.seed)
+        dw.Fleet(dw.ARX(1, 1)).crew.loop(9 + 4)  # compiled once, for all that are forked
+        alone = Path(folder) / "alone"
+        began = time.monotonic()
+        os.waitpid(begin(order(data, alone, chosen.rows)), 0)
+        length, expected = time.monotonic() - began, contents(alone)
+        for trial in range(chosen.trials):
+            out = Path(folder) / f"trial {trial}"
+            for _ in range(rng.randint(1, chosen.most)):
+                number = begin(order(data, out, chosen.rows, resume=True))
+                time.sleep(rng.uniform(0, length))
+                os.kill(number, signal.SIGKILL)
+                killed = os.WIFSIGNALED(os.waitpid(number, 0)[1])
+                where = left(out) if killed else "finished before"
+                met[where], kills = met.get(where, 0) + 1, kills + killed
+            os.waitpid(begin(order(data, out, chosen.rows, resume=True)), 0)
+            same += contents(out) == expected
+    print(f"{chosen.rows} rows, {chosen.series} series, {length:.2f} s alone, {len(expected)} files")
+    print(f"{kills} kills: " + ", ".join(f"{count} {where}" for where, count in sorted(met.items())))
+    print(f"{same} of {chosen.trials} trials left the very same files")
+    return 0 if same == chosen.trials else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
