@@ -1,16 +1,17 @@
-"""Kill a run of a fleet again and again (SIGKILL, at random moments), go on each time, and compare with a run left alone.
+"""Kill a run of a fleet again and again (SIGKILL, at random moments), go on, and compare with one left alone.
 
-    python scripts/fleet_kill.py --trials 50
+    python scripts/fleet_kill.py --kills 50
 
-Every trial is a folder of its own in which a run is killed up to ``--most`` times, then finished. Compared are all files of
-the folder, byte for byte. Checkpoints are at every batch, so that most kills meet a file being written.
-"""  # noqa: E501
+Every trial has a folder of its own in which a run is killed up to ``--most`` times, then finished; then all files of
+the folder are compared, byte for byte. Checkpoints are at every batch, so that most kills meet a file being written.
+"""
 
 from __future__ import annotations
 
 import argparse
 import os
 import random
+import shutil
 import signal
 import sys
 import tempfile
@@ -81,13 +82,13 @@ def left(out) -> str:
 def main() -> int:
     """Run the trials; return 0 where all came to the same."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--trials", type=int, default=50)
-    options.add_argument("--most", type=int, default=3, help="kills in a trial")
+    options.add_argument("--kills", type=int, default=50)
+    options.add_argument("--most", type=int, default=1, help="kills in a trial")
     options.add_argument("--rows", type=int, default=200_000)
     options.add_argument("--series", type=int, default=200)
     options.add_argument("--seed", type=int, default=1)
     chosen = options.parse_args()
-    rng, met, same, kills = random.Random(chosen.seed), dict[str, int](), 0, 0
+    rng, met, kills, trials, same = random.Random(chosen.seed), dict[str, int](), 0, 0, 0
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "data.parquet"
         make(data, chosen.rows, chosen.series, chosen.seed)
@@ -96,21 +97,23 @@ def main() -> int:
         began = time.monotonic()
         os.waitpid(begin(order(data, alone, chosen.rows)), 0)
         length, expected = time.monotonic() - began, contents(alone)
-        for trial in range(chosen.trials):
-            out = Path(folder) / f"trial {trial}"
+        while kills < chosen.kills:
+            out, before = Path(folder) / f"trial {trials}", kills
             for _ in range(rng.randint(1, chosen.most)):
                 number = begin(order(data, out, chosen.rows, resume=True))
                 time.sleep(rng.uniform(0, length))
                 os.kill(number, signal.SIGKILL)
-                killed = os.WIFSIGNALED(os.waitpid(number, 0)[1])
-                where = left(out) if killed else "finished before"
-                met[where], kills = met.get(where, 0) + 1, kills + killed
-            os.waitpid(begin(order(data, out, chosen.rows, resume=True)), 0)
-            same += contents(out) == expected
+                if os.WIFSIGNALED(os.waitpid(number, 0)[1]):  # else it had finished before
+                    met[left(out)] = met.get(left(out), 0) + 1
+                    kills += 1
+            if kills > before:
+                os.waitpid(begin(order(data, out, chosen.rows, resume=True)), 0)
+                trials, same = trials + 1, same + (contents(out) == expected)
+            shutil.rmtree(out, ignore_errors=True)
     print(f"{chosen.rows} rows, {chosen.series} series, {length:.2f} s alone, {len(expected)} files")
     print(f"{kills} kills: " + ", ".join(f"{count} {where}" for where, count in sorted(met.items())))
-    print(f"{same} of {chosen.trials} trials left the very same files")
-    return 0 if same == chosen.trials else 1
+    print(f"{same} of {trials} runs left the very same files")
+    return 0 if same == trials else 1
 
 
 if __name__ == "__main__":

@@ -51,6 +51,7 @@ def run_fleet(order: FleetOrder) -> FleetResult:
     batch, started = door.count("batch", order.batch, least=1), time.monotonic()
     table = open_dataset(order.data, order.by, order.output, order.inputs, order.time)
     facts, folder = {"order": facts_of(order), "is_read": False}, Path(order.out)
+    _apart(order.data, folder)
     folder.mkdir(parents=True, exist_ok=True)
     with _alone(folder):
         kept = _kept(order)
@@ -134,6 +135,16 @@ def _after(order: FleetOrder, run: FleetRun, table, facts, started: float) -> Ca
             order.progress(Progress(run.rows, table.fraction, len(run.fleet), time.monotonic() - started))
 
     return after
+
+
+def _apart(data, folder: Path) -> None:
+    """Refuse results among the data: the next run would read them."""
+    if (
+        isinstance(data, str | os.PathLike)
+        and Path(data).is_dir()
+        and folder.resolve().is_relative_to(Path(data).resolve())
+    ):
+        raise InputError(f"the results would lie among the data, {folder} in {data}: give a folder beside it")
 
 
 @contextmanager
