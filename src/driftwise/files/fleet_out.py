@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from driftwise.files.parts import Parts, sweep
+from driftwise.files.fleet_parts import Parts
 from driftwise.workflow.atomic import replaced
 from driftwise.workflow.fleet.events import nothing
 
@@ -60,7 +60,6 @@ class FleetOut:
 
     def cut(self, row: int) -> None:
         """Forget what came from a row of the input on."""
-        sweep(self.folder)
         for parts in (self.estimates, self.told):
             parts.cut(row)
 
@@ -78,7 +77,7 @@ class FleetOut:
         """Write the last tables; ``final`` are columns of some series each, with their rows in the fleet."""
         _gather(self.folder / FINAL, (self._table(at, columns) for at, columns in final))
         if self.told.paths() or not (self.folder / EVENTS).exists():
-            _gather(self.folder / EVENTS, self.told.tables() or [self._told(*nothing())])
+            _gather(self.folder / EVENTS, self.told.tables() if self.told.paths() else [self._told(*nothing())])
         self.told.remove()
 
     @property

@@ -13,6 +13,7 @@ from driftwise.estimators import door
 from driftwise.files.dataset import open_dataset
 from driftwise.files.fleet_order import FleetOrder, FleetResult, Progress, facts_of, refuse_another
 from driftwise.files.fleet_out import FleetOut
+from driftwise.files.fleet_parts import sweep
 from driftwise.workflow.fleet import store
 from driftwise.workflow.fleet.final import final
 from driftwise.workflow.fleet.fleet import Fleet
@@ -54,6 +55,7 @@ def run_fleet(order: FleetOrder) -> FleetResult:
     _apart(order.data, folder)
     folder.mkdir(parents=True, exist_ok=True)
     with _alone(folder):
+        sweep(folder)
         kept = _kept(order)
         fleet = Fleet(order.estimator, threads=order.threads) if kept is None else Fleet._of(kept, order.threads)
         run = _run(folder, fleet, {name: getattr(order, name) for name in ("every", *INTAKE)})

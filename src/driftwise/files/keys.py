@@ -62,7 +62,7 @@ class Keys:
         found = codes[_filled(pc.index_in(column, value_set=met, skip_nulls=True), len(met))]
         new = found < 0
         if column.null_count:
-            new &= pc.is_valid(column).to_numpy()
+            new &= pc.is_valid(column).to_numpy(zero_copy_only=False)
         if new.any():
             fresh = pc.unique(column.filter(pa.array(new)))
             more = np.array([self._code(name) for name in fresh.to_pylist()])
