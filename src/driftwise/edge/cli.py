@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from driftwise.edge import cli_fleet
 from driftwise.errors import CommandError, InputError
 
 __all__ = ["app", "main"]
@@ -19,7 +20,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
+app.add_typer(cli_fleet.app)
 
 # options that several commands share
 Inputs = Annotated[

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from driftwise.errors import InputError
 
-__all__ = ["FAULTS", "TRUTH", "Pump", "pumps", "write_fleet"]
+__all__ = ["FAULTS", "TRUTH", "Pump", "pumps", "tell", "write_fleet"]
 
 A, B, NOISE = (-1.1, 0.3), (0.25, 0.12), 0.02  # of a pump as it should be; each differs by SPREAD
 SPREAD = 0.02
@@ -39,18 +39,14 @@ def pumps(series: int, samples: int, seed: int) -> list[Pump]:
     import numpy as np
 
     rng, together = np.random.default_rng([seed, 7]), round(0.6 * samples)
-    counts = {fault: max(round(SHARE * series), 1) for fault in FAULTS} | {
-        "together": max(round(TOGETHER * series), 3)
-    }
+    counts = {fault: max(round(SHARE * series), 1) for fault in FAULTS} | {"together": max(round(TOGETHER * series), 3)}
     if series < 2 * sum(counts.values()):
         raise InputError(f"--series must be at least {2 * sum(counts.values())}, so that most are sound; got {series}.")
     faults = [fault for fault, count in counts.items() for _ in range(count)]
     where = dict(zip(rng.choice(series, len(faults), replace=False).tolist(), faults))
     when = rng.integers(round(0.4 * samples), round(0.8 * samples), series).tolist()
     first = {"jumps": lambda k: when[k], "together": lambda k: together}
-    return [
-        Pump(f"pump {k:05d}", where.get(k, ""), first.get(where.get(k, ""), lambda k: 0)(k)) for k in range(series)
-    ]
+    return [Pump(f"pump {k:05d}", where.get(k, ""), first.get(where.get(k, ""), lambda k: 0)(k)) for k in range(series)]
 
 
 def write_fleet(folder, series: int = 1000, samples: int = 500, seed: int = 0) -> list[Pump]:
@@ -101,7 +97,7 @@ def _table(pump: Pump, number: int, samples: int, seed: int):
         a = a + [0.4, -0.1]
     noise = 3 * NOISE if fault == "loud" else NOISE
     y, _ = simulate(a, path[:, None] * b, u=u, noise_std=noise, seed=int(rng.integers(2**31)))
-    time = np.arange(samples)
+    time: np.ndarray = np.arange(samples)
     when = time.astype(float)
     speed, flow = 1450.0 + 60.0 * u, 120.0 + 8.0 * y
     if fault == "bad data":
@@ -109,5 +105,15 @@ def _table(pump: Pump, number: int, samples: int, seed: int):
         flow[rng.random(samples) < 1 / 50] = np.inf
         when += np.where(rng.random(samples) < 1 / 20, 2.5, 0.0)
         rows = np.repeat(time, np.where(rng.random(samples) < 1 / 20, 2, 1))
-        time, when, speed, flow = (column[rows] for column in (time, when, speed, flow))
+        time, when, speed, flow = time[rows], when[rows], speed[rows], flow[rows]
     return time, speed.round(2), flow.round(3), np.full(len(time), number), when
+
+
+def tell(found: list[Pump], folder) -> None:
+    """Say what is wrong with which pumps, and what to type next."""
+    for fault, words in FAULTS.items():
+        names = [pump.name for pump in found if pump.fault == fault]
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        print(f"{', '.join(names[:3])}{more}: {words}")
+    print(f"All of them stand in {Path(folder) / TRUTH}. Now find them:")
+    print(f"  driftwise fleet run {folder} --by asset --output flow --input speed --time time --out results")

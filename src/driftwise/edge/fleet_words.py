@@ -36,6 +36,7 @@ class Told:
     ----------
     title, output, inputs, by : the table and its columns
     fleet, tally, outliers : what came of it
+    model : the estimator in words
     dated : whether times are seconds since 1970, to be written as dates
     took : s of the run, None where that is not known
     files, notes : what was written, what to beware of
@@ -48,6 +49,7 @@ class Told:
     fleet: Any
     tally: Any
     outliers: Any
+    model: str = ""
     dated: bool = False
     took: float | None = None
     peak: float | None = None  # bytes of memory, at most
@@ -79,8 +81,7 @@ class Told:
         found = [f"{shown(len(self.fleet))} series", f"{shown(self.samples)} samples"]
         if self.span:
             found.append(f"{self.when(self.span[0])} to {self.when(self.span[1])}")
-        found.append(repr(self.fleet.estimators[0]))
-        return found
+        return found + [text for text in (self.model,) if text]
 
     @property
     def cost(self) -> list[str]:

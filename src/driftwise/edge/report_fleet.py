@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from pathlib import Path
 
 from driftwise.edge import fleet_words, report_fleet_plots
@@ -9,7 +10,6 @@ from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.fleet_words import shown
 from driftwise.edge.wording import fixed, number
-from driftwise.workflow.clock_words import lasting
 
 __all__ = ["write"]
 
@@ -121,13 +121,7 @@ def _trust(told) -> dict:
 
 def _cards(told) -> list[str]:
     found, many = told.outliers.found, len(told.fleet)
-    there = [
-        html.card("Series", shown(many), f"by {told.by}"),
-        html.card("Samples", *_large(told.samples)),
-    ]
-    if told.span and told.dated:
-        value, _, unit = lasting(told.span[1] - told.span[0]).partition(" ")
-        there.append(html.card("Time", value, f"from {told.when(told.span[0])}", unit=unit))
+    there = [html.card("Series", shown(many), f"{_large(told.samples)} samples")]
     odd = [
         html.card(name, shown(len(found[kind].rows)), note, "warn" if len(found[kind].rows) else "good")
         for kind, name, note in (
@@ -145,14 +139,16 @@ def _cards(told) -> list[str]:
             ("data", "Poor data", "missing, late, too few"),
         )
     ]
-    return [html.group("What was there", there), html.group("Who stands out", odd), html.group("Whom not to believe", sure)]
+    return [
+        html.group("What was there", there),
+        html.group("Who stands out", odd),
+        html.group("Whom not to believe", sure),
+    ]
 
 
-def _large(count: int) -> tuple[str, str]:
-    """Return a number that fits on a card, and the whole number below it."""
-    if count < 1_000_000:
-        return shown(count), "all series together"
-    return f"{number(count / 1e6, 4)} M", shown(count)
+def _large(count: int) -> str:
+    """Return a number in few letters."""
+    return shown(count) if count < 1_000_000 else f"{number(count / 1e6, 3)} million"
 
 
 def _table(told) -> str:
@@ -170,11 +166,15 @@ def _table(told) -> str:
                 if row not in chosen and len(chosen) < LISTED:
                     chosen.append(row)
     chosen.sort(key=lambda row: (-len(reasons[row]), min(list(found.found).index(kind) for kind in reasons[row])))
-    body = [[found.keys[row], _tags(reasons[row]), _why(told, row, reasons[row])] for row in chosen]
+    body = [[_key(found.keys[row]), _tags(reasons[row]), _why(told, row, reasons[row])] for row in chosen]
     words = "Those with most against them first."
     if len(found.rows) > len(chosen):
         words += f" {shown(len(chosen))} of {shown(len(found.rows))} are listed; the files name all."
     return html.section("look", "Who needs a look", words, html.table([told.by, "", "why"], body, text=(0, 1, 2)))
+
+
+def _key(key) -> str:
+    return f'<span style="white-space:nowrap">{escape(str(key))}</span>'
 
 
 def _tags(kinds) -> str:
@@ -210,8 +210,8 @@ def _bars(parts) -> str:
     if not divs:
         return ""
     words = (
-        "NIS is 1 and 95 % of the samples lie inside their bands where the error bars are right; shaded is what is close "
-        "enough. Series with fewer than 30 scored samples are left out."
+        "NIS is 1 and 95 % of the samples lie inside their bands where the error bars are right; shaded is what is "
+        "close enough. Series with fewer than 30 scored samples are left out."
     )
     return html.section("bars", "Can the error bars be believed?", words, *common.grid(divs, 2))
 
@@ -243,10 +243,10 @@ def _parameters(told) -> str:
 def _judged() -> str:
     words = (
         "Differences, noise and error bars are judged so that of those named 1 % are named wrongly (Benjamini and "
-        "Hochberg); in a fleet of one kind, one fleet in a hundred has anybody named at all. Drift is told where standing "
-        "still is less than 5 % likely at the end of the record. Jumps are those that the memory told, false alarms and "
-        "all. A combination of parameters is not identifiable where its variance is more than half of what it was before "
-        "any data. Offsets are not compared."
+        "Hochberg); in a fleet of one kind, one fleet in a hundred has anybody named at all. Drift is told where "
+        "standing still is less than 5 % likely at the end of the record. Jumps are those that the memory told, false "
+        "alarms and all. A combination of parameters is not identifiable where its variance is more than half of what "
+        "it was before any data. Offsets are not compared."
     )
     return html.fold("judged", "How they were judged", "rates and thresholds", words)
 

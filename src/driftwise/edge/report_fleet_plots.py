@@ -9,12 +9,12 @@ from driftwise.edge.report_axes import FONT, Timeline, dress, legend, single
 
 __all__ = ["against", "jumps", "spread"]
 
-BINS = 50
+BINS = 80
 NAMES = 5  # written beside their marks
 MARKED = 400  # of those that need a look, in a histogram
 DOTS, ODD = 3000, 1500  # of a scatter: of the rest, and of those that need a look
-APART = 0.13  # of the width of a figure: names closer than this are left to the pointer
-REACH = 8.0  # widths between quartiles that a histogram shows either side; what is beyond stands at its edge
+APART = 0.28  # of the width of a figure: names closer than this are left to the pointer
+REACH = 20.0  # widths between quartiles that a histogram shows either side; what is beyond stands at its edge
 
 
 def _blank(height: int, x: str, y: str, **more) -> Any:
@@ -85,7 +85,7 @@ def _shade(fig, low: float, high: float) -> None:
 
 def _name(fig, x, y, names, ends) -> None:
     """Write the names of the first few marks that stand apart, within the frame."""
-    from bokeh.models import ColumnDataSource, LabelSet
+    from bokeh.models import ColumnDataSource, LabelSet  # type: ignore[attr-defined]
 
     chosen: list[int] = []
     for k in range(len(x)):
@@ -115,10 +115,9 @@ def against(x, y, labels, keys, odd) -> Any:
     is_odd = np.zeros(len(x), bool)
     is_odd[np.asarray(odd, int)] = True
     seen, told = np.isfinite(x) & np.isfinite(y), []
-    kinds = (
-        ("as the rest", seen & ~is_odd, DOTS, {"marker": "circle", "size": 4, "color": PALETTE["measured"], "alpha": 0.35}),
-        ("not like the rest", seen & is_odd, ODD, {"marker": "triangle", "size": 8, "color": PALETTE["alert"], "alpha": 0.8}),
-    )  # fmt: skip
+    usual: Any = {"marker": "circle", "size": 4, "color": PALETTE["measured"], "alpha": 0.35}
+    unlike: Any = {"marker": "triangle", "size": 8, "color": PALETTE["alert"], "alpha": 0.8}
+    kinds = ("as the rest", seen & ~is_odd, DOTS, usual), ("not like the rest", seen & is_odd, ODD, unlike)
     for name, chosen, most, look in kinds:
         i = np.flatnonzero(chosen)
         i = i[:: max(-(-len(i) // most), 1)]
@@ -145,7 +144,8 @@ def jumps(time, span, bursts, origin: str | None, label: str) -> Any:
     together = np.zeros(len(counts), bool)
     for burst in bursts:
         together |= (edges[1:] >= burst.start) & (edges[:-1] <= burst.end) & (counts > 0)
-    fig, at, told = line.figure(220, "series that jumped", y_range=(0, 1.15 * max(counts.max(initial=0), 1))), line.at(edges), []
+    top = 1.15 * max(counts.max(initial=0), 1)
+    fig, at, told = line.figure(220, "series that jumped", y_range=(0, top)), line.at(edges), []
     for name, chosen, color in (("one by one", ~together, "predicted"), ("together", together, "alert")):
         some = np.flatnonzero(chosen & (counts > 0))
         if len(some):
@@ -153,8 +153,8 @@ def jumps(time, span, bursts, origin: str | None, label: str) -> Any:
             bars = fig.quad("left", "right", "top", 0, source=ColumnDataSource(data), color=PALETTE[color], alpha=0.8)
             dated = origin is not None
             tips = [("series", "@top"), (line.label, "@middle{%F %T}" if dated else "@middle{%.6g}")]
-            kind = "datetime" if dated else "printf"
-            fig.add_tools(HoverTool(renderers=[bars], tooltips=tips, formatters={"@middle": kind}))  # type: ignore[arg-type]
+            kind: Any = {"@middle": "datetime" if dated else "printf"}
+            fig.add_tools(HoverTool(renderers=[bars], tooltips=tips, formatters=kind))  # type: ignore[arg-type]
             told.append((name, [bars]))
     legend(fig, told)
     return fig

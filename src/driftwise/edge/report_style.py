@@ -65,7 +65,7 @@ td:not(.text):not(:first-child) { white-space:nowrap; }
 th:first-child, td:first-child { text-align:left; font-weight:600; }
 td.text, th.text { text-align:left; font-weight:400; }
 tr:last-child td { border-bottom:none; }
-.scroll { max-height:330px; overflow:auto; }
+.scroll { max-height:330px; overflow:auto; } #look .scroll { max-height:560px; }
 .tag { display:inline-block; font-size:13px; border-radius:99px; padding:0 9px; font-weight:600; white-space:nowrap; }
 .tag.good { color:var(--good); background:#e3f4ee; } .tag.good::before { content:"\\2713\\00a0"; }
 .tag.warn { color:var(--warn); background:#fdf1d9; } .tag.warn::before { content:"!\\00a0"; }
@@ -73,7 +73,7 @@ tr:last-child td { border-bottom:none; }
 footer { color:var(--quiet); font-size:13px; padding:4px 2px; }
 @media (max-width:640px) { main { padding:14px 10px; } section, details { padding:12px 10px; }
   .pair, .many { grid-template-columns:minmax(0,1fr); } td, th { padding:4px 5px; }
-  .group .row { flex-wrap:wrap; } }
+  .group { flex:1 1 100% !important; } .group .row { flex-wrap:wrap; } }
 @page { size:A4 portrait; margin:12mm 11mm; }
 @media print {
   html { zoom:.602; } /* 188 mm hold the 1180 pixels that the figures were drawn for */

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from driftwise.edge.progress import bar
 from driftwise.errors import CommandError, InputError
 
 __all__ = ["Order", "deliver", "execute"]
@@ -129,7 +129,7 @@ def execute(order: Order) -> None:
     start = perf_counter()
     plots = _read(order)
     tracker = make(order)
-    with _progress("tracking", order.quiet) as advance:
+    with bar("tracking", order.quiet) as advance:
         tracker.feed(plots[:0])  # what could not be read is told once
         plots = replace(plots, faults=())
         for first in range(0, len(plots), BLOCK):
@@ -150,7 +150,7 @@ def _read(order: Order):
     from driftwise.tracking.read import read_plots
 
     radars = order.radars
-    with _progress(f"reading {order.title}", order.quiet) as advance:
+    with bar(f"reading {order.title}", order.quiet) as advance:
         try:
             return read_plots(list(order.files), site=order.place, sites=radars or None, progress=advance)
         except InputError as error:
@@ -202,18 +202,3 @@ def _content(order: Order, tracks, rows) -> dict:
         "tracks": [r.as_dict() for r in rows],
         "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
     }  # fmt: skip
-
-
-@contextmanager
-def _progress(what: str, quiet: bool):
-    """Show a bar on standard error for what takes longer than a moment; yield a function of the share that is done."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda share: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)

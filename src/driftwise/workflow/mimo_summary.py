@@ -185,7 +185,7 @@ class SummaryMIMO:
     def unlearned(self) -> list[tuple[str, float]]:
         """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
         found = [(ratio, v) for ratio, v in self.estimator.excitation(self.state) if ratio > 0.5]
-        return [(_words(v, self.estimator.names), ratio) for ratio, v in found]
+        return [(combination(v, self.estimator.names), ratio) for ratio, v in found]
 
     @property
     def notes(self) -> list[str]:

@@ -48,8 +48,12 @@ def census(fleet: Fleet) -> Census:
     """
     S, first = len(fleet), fleet.estimators[0]
     N, k, names = len(first.names), first.model.inputs, list(first.names)
+
+    def unknown(*shape):
+        return np.full((S, *shape), np.nan)
+
     found = Census(
-        names, *(np.full(shape, np.nan) for shape in ((S, N), (S, N), S, S, S, S, (S, N))), np.ones((S, k), bool)
+        names, unknown(N), unknown(N), unknown(), unknown(), unknown(), unknown(), unknown(N), np.ones((S, k), bool)
     )
     for number, est in enumerate(fleet.estimators):
         rows = np.flatnonzero(fleet._group[:S] == number)

@@ -96,8 +96,8 @@ def outliers(fleet, tally, *, inputs=(), when: Callable[[float], str] = "{:.6g}"
     anybody at all. Offsets are not compared. NIS and coverage are judged at the same rate, and no closer than matters
     (0.8 to 1.25, 92 to 97.5 %).
 
-    Drift is what `Auto` says of the end of the record: standing still is less than 5 % likely. Jumps are counted as they
-    were told, false alarms and all.
+    Drift is what `Auto` says of the end of the record: standing still is less than 5 % likely. Jumps are counted as
+    they were told, false alarms and all.
 
     Bad at: fleets of several kinds side by side (the smaller kind differs), and fewer than 8 series, which nobody can
     differ from; a series that drifted, jumped or differed and is as it should be now.

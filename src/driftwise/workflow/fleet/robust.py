@@ -102,12 +102,9 @@ def bursts(tally) -> list[Burst]:
     rows = np.flatnonzero(np.isfinite(tally["last_jump"]))
     time = tally["last_jump"][rows]
     order = np.argsort(time, kind="stable")
-    rows, time, found = rows[order], time[order], []
-    steps = (tally["last_time"] - tally["first_time"]) / np.maximum(tally["samples"] - 1, 1)
-    step, span = (float(np.nanmedian(steps)), float(np.nanmax(tally["last_time"]) - np.nanmin(tally["first_time"]))) if (
-        len(rows)
-    ) else (0.0, 0.0)  # fmt: skip
-    width = WINDOW * step
+    rows, time = rows[order], time[order]
+    width, span = WINDOW * _step(tally), _span(tally) if len(rows) else 0.0
+    found: list[Burst] = []
     while len(time) >= AT_LEAST and len(found) < MOST and span > width > 0:
         inside = np.searchsorted(time, time + width, "right") - np.arange(len(time))
         first = int(np.argmax(inside))
@@ -119,3 +116,15 @@ def bursts(tally) -> list[Burst]:
         found.append(Burst(float(time[first]), float(time[first + count - 1]), rows[some]))
         rows, time = np.delete(rows, some), np.delete(time, some)
     return found
+
+
+def _step(tally) -> float:
+    """Return the time between two samples of a usual series."""
+    lasting = tally["last_time"] - tally["first_time"]
+    seen = np.isfinite(lasting)
+    return float(np.median(lasting[seen] / np.maximum(tally["samples"][seen] - 1, 1))) if seen.any() else 0.0
+
+
+def _span(tally) -> float:
+    """Return the time from the first to the last sample of the fleet."""
+    return float(np.nanmax(tally["last_time"]) - np.nanmin(tally["first_time"]))

@@ -13,8 +13,10 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
     """Return why a series is listed under a kind of `outliers.KINDS`."""
     told = {name: float(tally[name][row]) for name in ("jumps", "last_jump", "samples", "measured")}
     if kind == "jumped":
-        jumps, last = int(told["jumps"]), when(told["last_jump"])
-        return f"jumped at {last}" if jumps == 1 else f"jumped {jumps} times, the last time at {last}"
+        last = when(told["last_jump"])
+        return (
+            f"jumped at {last}" if told["jumps"] == 1 else f"jumped {told['jumps']:.0f} times, the last time at {last}"
+        )
     if kind == "drifts":
         memory = census.memory[row]
         fastest = int(np.nanargmin(memory)) if np.isfinite(memory).any() else None
@@ -25,7 +27,9 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
         most = int(np.argmax(np.abs(z)))
         value, usual, spread = census.theta[row, most], rest.median[most], rest.spread[most]
         about = f" \u00b1 {spread:.2g}" if spread > 0 else ""
-        return f"{census.names[most]} is {value:.3g}, that of the rest {usual:.3g}{about} ({abs(z[most]):.1f} deviations)"
+        return (
+            f"{census.names[most]} is {value:.3g}, that of the rest {usual:.3g}{about} ({abs(z[most]):.1f} deviations)"
+        )
     if kind == "noise":
         ratio = census.noise[row] / rest.noise
         return f"noise of {census.noise[row]:.3g}, {ratio:.2g} times that of the rest"

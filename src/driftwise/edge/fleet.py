@@ -1,0 +1,248 @@
+"""`driftwise fleet run`: a long table of many series in; states, estimates, events, a summary and a page out."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from driftwise.edge import specs
+from driftwise.errors import CommandError, InputError
+
+__all__ = ["Order", "estimator_of", "execute", "show_again"]
+
+PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
+
+
+@dataclass(frozen=True)
+class Order:
+    """What was asked for.
+
+    Attributes
+    ----------
+    data : file, or folder of files
+    by, output, inputs, time : names of columns
+    model, memory, jumps : as for `driftwise run`; the model is arx:2,2 (ar:2 without an input) if omitted
+    checkpoint : seconds ("60"), or batches ("20b"), between two checkpoints
+    """
+
+    data: str
+    by: str
+    output: str
+    out: str
+    inputs: tuple[str, ...] = ()
+    time: str | None = None
+    model: str | None = None
+    memory: str | None = None
+    jumps: str | None = None
+    dt: float | None = None
+    every: int = 100
+    batch: int = 1 << 18
+    threads: int | None = None
+    checkpoint: str = "60"
+    resume: bool = False
+    replace: bool = False
+    spark: str | None = None
+    json: str | None = None
+    quiet: bool = False
+
+    @property
+    def chosen(self) -> str:
+        """The model."""
+        return self.model or ("arx:2,2" if self.inputs else "ar:2")
+
+    @property
+    def kept(self) -> str:
+        """The word for the memory."""
+        return self.memory or ("never" if self.jumps else "auto")
+
+    @property
+    def words(self) -> str:
+        """Model and memory in words."""
+        return f"{self.chosen}, memory {self.kept}" + (f", jumps {self.jumps}" if self.jumps else "")
+
+    @property
+    def pace(self) -> dict[str, Any]:
+        """The time between two checkpoints, as `FleetOrder` takes it."""
+        text = self.checkpoint.strip().lower()
+        number, is_count = (text[:-1], True) if text.endswith("b") else (text.removesuffix("s"), False)
+        try:
+            value = float(number)
+        except ValueError:
+            value = 0.0
+        if not value > 0 or value == float("inf") or (is_count and value % 1):
+            raise CommandError(f"--checkpoint takes seconds, as in 60, or batches, as in 20b; got {self.checkpoint!r}.")
+        return {"batches": int(value)} if is_count else {"seconds": value}
+
+    def check(self) -> None:
+        """Refuse what cannot be, before anything is read."""
+        self.pace  # noqa: B018  (it raises)
+        if "://" not in self.data and not os.path.exists(self.data):
+            raise CommandError(f"no such file or folder: {self.data}")
+        if os.path.exists(self.out) and not os.path.isdir(self.out):
+            raise CommandError(f"--out {self.out}: this is a file, and a folder is wanted.")
+        if os.path.isdir(self.out) and os.path.isdir(self.data) and os.path.samefile(self.out, self.data):
+            raise CommandError("--out is the folder of the data: results would be taken for data; give another one.")
+        folder = os.path.dirname(self.json or "")
+        if folder and not os.path.isdir(folder):
+            raise CommandError(f"--json {self.json}: there is no folder {folder!r}.")
+        if self.dt is not None and not self.dt > 0:
+            raise CommandError(f"--dt must be a positive step of the clock, got {self.dt:g}.")
+        if self.dt is not None and self.time is None:
+            raise CommandError(
+                "--dt says how far samples lie apart on the clock, but there is no --time; which column?"
+            )
+        if self.spark and self.resume:
+            raise CommandError("--resume goes on with a run on one machine; a batch on Spark starts again.")
+        try:
+            estimator_of(self)
+        except InputError as error:
+            raise CommandError(str(error)) from None
+
+
+def estimator_of(order: Order) -> Any:
+    """Return the settings of every series, before they are scaled to its data.
+
+    An offset is estimated besides: the level that is subtracted is that of the first samples only.
+    """
+    dt = order.dt or 1.0
+    if order.chosen.partition(":")[0] == "joint":
+        if order.jumps:
+            raise InputError("--jumps is for --model arx and its kin; with joint say --memory jump or jump:STEP.")
+        text = order.chosen + (f"@{order.memory}" if order.memory else "")
+        return specs.estimators([text], order.inputs, dt)[text]
+    memory = specs.policy(order.kept, order.jumps, False)
+    more = {} if order.chosen == "regression" else {"offset": True}
+    return specs.recursive(order.chosen, order.inputs, memory=memory, dt=dt, **more)
+
+
+def execute(order: Order) -> None:
+    """Run the fleet, write page and names beside its results, and print the summary."""
+    order.check()
+    from driftwise.edge.progress import bar
+    from driftwise.files.fleet_run import FleetOrder, run_fleet
+
+    with bar(f"fleet of {os.path.basename(os.path.abspath(order.data))}", order.quiet) as advance:
+
+        def tell(progress) -> None:
+            advance(progress.share, f"{progress.series} series")
+
+        asked = FleetOrder(
+            order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
+            dt=order.dt, every=order.every, batch=order.batch, threads=order.threads, resume=order.resume,
+            replace=order.replace, progress=tell, **order.pace,
+        )  # fmt: skip
+        try:
+            if order.spark:
+                from driftwise.spark import run_on_spark  # type: ignore[import-not-found]
+
+                result = run_on_spark(asked, order.spark)
+            else:
+                result = run_fleet(asked)
+        except KeyboardInterrupt:
+            raise InputError(
+                f"stopped; what was done until the last checkpoint is in {order.out}: go on with --resume."
+            ) from None
+    told = _told(order, result)
+    _deliver(order, told, result)
+
+
+def _told(order: Order, result) -> Any:
+    """Return what is to be told of a run."""
+    from driftwise.edge.fleet_words import Told
+    from driftwise.workflow.fleet.outliers import outliers
+
+    is_dated = getattr(result, "dated", False)
+    title = os.path.basename(os.path.abspath(order.data))
+    told = Told(
+        title, order.by, order.output, order.inputs, result.fleet, result.tally, None, order.words, is_dated,
+        result.seconds if result.began < result.rows else None, _peak(), result.rows,
+    )  # fmt: skip
+    found = outliers(result.fleet, result.tally, inputs=order.inputs, when=told.when)
+    return _replace(told, outliers=found, notes=tuple(_notes(result)))
+
+
+def _replace(told, **changes):
+    from dataclasses import replace
+
+    return replace(told, **changes)
+
+
+def _notes(result) -> list[str]:
+    """Return what to beware of."""
+    found = []
+    if result.keyless:
+        found.append(f"{result.keyless} rows have no key: they belong to no series and were left out.")
+    if result.began:
+        done = "there was nothing left to do" if result.began == result.rows else f"went on from row {result.began}"
+        found.append(f"resumed: {done}.")
+    return found
+
+
+def _peak() -> float | None:
+    """Return the most memory this process has had, in bytes, where the system says."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(most) if sys.platform == "darwin" else 1024.0 * most
+
+
+def _deliver(order: Order, told, result) -> None:
+    """Write the page, the names and the numbers, and print the summary."""
+    from driftwise.edge.report_fleet import write
+    from driftwise.edge.terminal import console
+    from driftwise.edge.terminal_fleet import show
+
+    folder = Path(order.out)
+    names = _write_names(told, folder / NAMES)
+    page = write(told, folder / PAGE)
+    files = [("page", page), ("who needs a look", names), ("final state of each series", result.final),
+             ("estimates", result.estimates), ("events", result.events), ("to go on with", result.saved)]  # fmt: skip
+    told = _replace(told, files=tuple(f"{what} in {path}" for what, path in files if path is not None))
+    if order.json:
+        from driftwise.edge.results import write as write_json
+
+        write_json(_content(order, told), order.json)
+    if not order.quiet:
+        show(told, console(stderr=order.json == "-"))
+
+
+def _write_names(told, path: Path) -> Path:
+    """Write key, kind, rank, score and reason of everyone who needs a look; return the path."""
+    import csv
+
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([told.by, "kind", "rank", "score", "words"])
+        found = told.outliers
+        for kind, (rows, scores) in found.found.items():
+            for rank, (row, score) in enumerate(zip(rows.tolist(), scores.tolist()), 1):
+                writer.writerow([found.keys[row], kind, rank, f"{score:.6g}", found.words(kind, row)])
+    return path
+
+
+def _content(order: Order, told) -> dict:
+    """Return the results as JSON has them; the files hold the rest."""
+    import driftwise
+    from driftwise.edge import fleet_words
+
+    found = told.outliers
+    return {
+        "driftwise": driftwise.__version__, "data": order.data, "estimator": order.words, "series": len(told.fleet),
+        "rows": told.rows, "samples": told.samples, "seconds": told.took, "time": told.span,
+        "need_a_look": len(found.rows), "kinds": {kind: len(rows) for kind, (rows, _) in found.found.items()},
+        "worst": [dict(zip(("key", "kind", "score", "words"), row)) for row in found.table()],
+        "together": [{"start": b.start, "end": b.end, "keys": [found.keys[r] for r in b.rows]} for b in found.together],
+        "rest": dict(zip(found.census.names, found.rest.median)) | {"noise": found.rest.noise},
+        "quality": [dict(zip(("what", "rows", "share", "series"), row)) for row in fleet_words.quality(told)],
+        "words": fleet_words.lead(told), "notes": told.notes, "files": told.files,
+    }  # fmt: skip
+
+
+def show_again(folder: str) -> None:
+    """Print the summary of a finished run again."""
+    raise NotImplementedError
