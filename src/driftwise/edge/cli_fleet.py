@@ -99,8 +99,8 @@ def run(
 
     execute(
         Order(
-            data, by, output, out, tuple(input or ()), time, model, memory, jumps, dt, every, batch, threads, checkpoint,
-            resume, replace, spark, json, quiet,
+            data, by, output, out, tuple(input or ()), time, model, memory, jumps, dt, every, batch, threads,
+            checkpoint, resume, replace, spark, json, quiet,
         )
     )  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -121,53 +121,68 @@ def estimator_of(order: Order) -> Any:
 def execute(order: Order) -> None:
     """Run the fleet, write page and names beside its results, and print the summary."""
     order.check()
+    try:
+        result = _run(order)
+    except InputError as error:
+        raise InputError(str(error).replace("resume=True", "--resume").replace("replace=True", "--replace")) from None
+    except KeyboardInterrupt:
+        raise InputError(
+            f"stopped; what was done until the last checkpoint is in {order.out}: go on with it (--resume)"
+        ) from None
+    title = os.path.basename(os.path.abspath(order.data))
+    told = _told(result, title, order.by, order.output, order.inputs, order.words)
+    told = replace(told, took=result.seconds if result.began < result.rows else None, peak=_peak())
+    told = _written(told, result.out)
+    if order.json:
+        from driftwise.edge.results import write as write_json
+
+        write_json(_content(order, told), order.json)
+    if not order.quiet:
+        _show(told, order.json == "-")
+
+
+def _run(order: Order):
+    """Return what the run came to, a bar shown while it lasts."""
     from driftwise.edge.progress import bar
-    from driftwise.files.fleet_run import FleetOrder, run_fleet
+    from driftwise.files.fleet_order import FleetOrder
 
     with bar(f"fleet of {os.path.basename(os.path.abspath(order.data))}", order.quiet) as advance:
-
-        def tell(progress) -> None:
-            advance(progress.share, f"{progress.series} series")
-
         asked = FleetOrder(
             order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
             dt=order.dt, every=order.every, batch=order.batch, threads=order.threads, resume=order.resume,
-            replace=order.replace, progress=tell, **order.pace,
+            replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"), **order.pace,
         )  # fmt: skip
-        try:
-            if order.spark:
-                from driftwise.spark import run_on_spark  # type: ignore[import-not-found]
+        if order.spark:
+            from driftwise.spark import run_on_spark
 
-                result = run_on_spark(asked, order.spark)
-            else:
-                result = run_fleet(asked)
-        except KeyboardInterrupt:
-            raise InputError(
-                f"stopped; what was done until the last checkpoint is in {order.out}: go on with --resume."
-            ) from None
-    told = _told(order, result)
-    _deliver(order, told, result)
+            return run_on_spark(asked, order.spark)
+        from driftwise.files.fleet_run import run_fleet
+
+        return run_fleet(asked)
 
 
-def _told(order: Order, result) -> Any:
+def show_again(folder: str) -> None:
+    """Print the summary of a run again, as far as it has come, and write its page."""
+    from driftwise.files.fleet_out import FLEET
+    from driftwise.files.fleet_run import former_run
+    from driftwise.workflow.fleet import store
+
+    result = former_run(folder)
+    asked = store.read(Path(folder) / FLEET).facts["order"]
+    title = os.path.basename(os.path.abspath(folder))
+    told = _told(result, title, asked["by"], asked["output"], tuple(asked["inputs"]), repr(result.fleet.estimators[0]))
+    _show(_written(told, result.out), False)
+
+
+def _told(result, title: str, by: str, output, inputs: tuple[str, ...], model: str) -> Any:
     """Return what is to be told of a run."""
     from driftwise.edge.fleet_words import Told
     from driftwise.workflow.fleet.outliers import outliers
 
-    is_dated = getattr(result, "dated", False)
-    title = os.path.basename(os.path.abspath(order.data))
-    told = Told(
-        title, order.by, order.output, order.inputs, result.fleet, result.tally, None, order.words, is_dated,
-        result.seconds if result.began < result.rows else None, _peak(), result.rows,
-    )  # fmt: skip
-    found = outliers(result.fleet, result.tally, inputs=order.inputs, when=told.when)
-    return _replace(told, outliers=found, notes=tuple(_notes(result)))
-
-
-def _replace(told, **changes):
-    from dataclasses import replace
-
-    return replace(told, **changes)
+    output = output if isinstance(output, str) else ", ".join(output)
+    told = Told(title, by, output, inputs, result.fleet, result.tally, None, model, rows=result.rows)
+    found = outliers(result.fleet, result.tally, inputs=inputs, when=told.when)
+    return replace(told, outliers=found, notes=tuple(_notes(result)))
 
 
 def _notes(result) -> list[str]:
@@ -175,9 +190,10 @@ def _notes(result) -> list[str]:
     found = []
     if result.keyless:
         found.append(f"{result.keyless} rows have no key: they belong to no series and were left out.")
-    if result.began:
-        done = "there was nothing left to do" if result.began == result.rows else f"went on from row {result.began}"
-        found.append(f"resumed: {done}.")
+    if 0 < result.began < result.rows:
+        found.append(f"resumed: went on from row {result.began} of {result.rows}.")
+    elif result.began:
+        found.append("nothing was left to run: this is the summary of what was done.")
     return found
 
 
@@ -191,24 +207,26 @@ def _peak() -> float | None:
     return float(most) if sys.platform == "darwin" else 1024.0 * most
 
 
-def _deliver(order: Order, told, result) -> None:
-    """Write the page, the names and the numbers, and print the summary."""
+def _written(told, folder: Path) -> Any:
+    """Write page and names, and tell all files that are there."""
     from driftwise.edge.report_fleet import write
+    from driftwise.files.fleet_out import ESTIMATES, EVENTS, FINAL, FLEET
+
+    write(told, folder / PAGE)
+    _write_names(told, folder / NAMES)
+    files = {
+        PAGE: "page", NAMES: "who needs a look", FINAL: "a row for each series", ESTIMATES: "estimates",
+        EVENTS: "events", FLEET: "to go on with",
+    }  # fmt: skip
+    there = tuple(f"{what} in {folder / name}" for name, what in files.items() if (folder / name).exists())
+    return replace(told, files=there)
+
+
+def _show(told, stderr: bool) -> None:
     from driftwise.edge.terminal import console
     from driftwise.edge.terminal_fleet import show
 
-    folder = Path(order.out)
-    names = _write_names(told, folder / NAMES)
-    page = write(told, folder / PAGE)
-    files = [("page", page), ("who needs a look", names), ("final state of each series", result.final),
-             ("estimates", result.estimates), ("events", result.events), ("to go on with", result.saved)]  # fmt: skip
-    told = _replace(told, files=tuple(f"{what} in {path}" for what, path in files if path is not None))
-    if order.json:
-        from driftwise.edge.results import write as write_json
-
-        write_json(_content(order, told), order.json)
-    if not order.quiet:
-        show(told, console(stderr=order.json == "-"))
+    show(told, console(stderr=stderr))
 
 
 def _write_names(told, path: Path) -> Path:
@@ -241,8 +259,3 @@ def _content(order: Order, told) -> dict:
         "quality": [dict(zip(("what", "rows", "share", "series"), row)) for row in fleet_words.quality(told)],
         "words": fleet_words.lead(told), "notes": told.notes, "files": told.files,
     }  # fmt: skip
-
-
-def show_again(folder: str) -> None:
-    """Print the summary of a finished run again."""
-    raise NotImplementedError

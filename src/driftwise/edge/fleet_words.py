@@ -37,7 +37,6 @@ class Told:
     title, output, inputs, by : the table and its columns
     fleet, tally, outliers : what came of it
     model : the estimator in words
-    dated : whether times are seconds since 1970, to be written as dates
     took : s of the run, None where that is not known
     files, notes : what was written, what to beware of
     """
@@ -50,12 +49,16 @@ class Told:
     tally: Any
     outliers: Any
     model: str = ""
-    dated: bool = False
     took: float | None = None
     peak: float | None = None  # bytes of memory, at most
     rows: int | None = None
     files: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=())
+
+    @property
+    def dated(self) -> bool:
+        """Whether times are seconds since 1970: they lie between 1973 and 2286."""
+        return self.span is not None and 1e8 < self.span[0] <= self.span[1] < 1e10
 
     def when(self, time: float) -> str:
         """Return a time as it is written."""
@@ -147,12 +150,18 @@ def bursts_told(told: Told) -> list[str]:
 
 def needs_words(told: Told) -> list[str]:
     """Return what the whole fleet says of the judgement itself."""
-    differ = len(told.outliers.found["differs"].rows)
+    from driftwise.workflow.fleet.outliers import ALARMS
+
+    found, said = told.outliers.found, []
+    alarms = ALARMS * told.samples
+    if len(found["jumped"].rows) and alarms >= 1 and hasattr(told.fleet.estimators[0].policies[2], "trials"):
+        said.append(f"Up to {shown(alarms)} jumps may be false alarms (1 in 100\u202f000 samples).")
+    differ = len(found["differs"].rows)
     if differ > MIXED * len(told.fleet):
-        return [
+        said.append(
             f"As many as {shown(differ)} differ from the rest: the fleet is hardly of one kind; run each kind apart."
-        ]
-    return []
+        )
+    return said
 
 
 def quality(told: Told) -> list[tuple[str, int, float, int]]:

@@ -244,7 +244,7 @@ def _judged() -> str:
     words = (
         "Differences, noise and error bars are judged so that of those named 1 % are named wrongly (Benjamini and "
         "Hochberg); in a fleet of one kind, one fleet in a hundred has anybody named at all. Drift is told where "
-        "standing still is less than 5 % likely at the end of the record. Jumps are those that the memory told, false "
+        "standing still is less than 20 % likely at the end of the record. Jumps are those that the memory told, false "
         "alarms and all. A combination of parameters is not identifiable where its variance is more than half of what "
         "it was before any data. Offsets are not compared."
     )

@@ -74,14 +74,15 @@ def _fill(found: Census, at, est, states) -> None:
             found.untaught[row] = max((ratio for ratio, _ in est.excitation(state)), default=np.nan)
     elif len(states):
         s2 = np.array([est.sigma2(state) for state in states])
-        P = est._theta_covariance(states)
+        n = est.model.n
+        P = est._covariance(states)[:, n:, n:]
         found.std[at] = np.sqrt(np.einsum("sii->si", P).clip(0) * s2[:, None])
         found.noise[at] = np.sqrt(est.policies[1].R * s2)
         found.freedom[at] = [2 * est.scale_posterior(state)[0] for state in states]
         if est.model.coloured:
             found.untaught[at] = [max(ratio for ratio, _ in est.excitation(state)) for state in states]
         else:
-            root = np.sqrt(np.diag(est.prior_covariance)[est.model.n :])
+            root = np.sqrt(np.diag(est.prior_covariance)[n:])
             free = np.flatnonzero(root > 0)
             scaled = (P / np.outer(root, root).clip(1e-300))[:, free][:, :, free]
             found.untaught[at] = np.linalg.eigvalsh(scaled)[:, -1].clip(0)

@@ -20,8 +20,8 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
     if kind == "drifts":
         memory = census.memory[row]
         fastest = int(np.nanargmin(memory)) if np.isfinite(memory).any() else None
-        most = "" if fastest is None else f": {census.names[fastest]} forgets in about {memory[fastest]:.0f} samples"
-        return f"drifts, {100 * (1 - census.still[row]):.3g} % likely{most}"
+        speed = "" if fastest is None else f": {census.names[fastest]} forgets in about {memory[fastest]:.0f} samples"
+        return f"drifts, {100 * (1 - census.still[row]):.3g} % likely{speed}"
     if kind == "differs":
         z = np.nan_to_num(rest.z[row])
         most = int(np.argmax(np.abs(z)))
