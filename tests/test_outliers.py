@@ -151,7 +151,7 @@ def test_the_worst_come_first_and_say_why(planted):
     assert words[12, "untaught"] == "valve never moved: what it does cannot be learnt"
     assert words[16, "data"] == "49 % missing, 154 measured samples"
     assert words[18, "data"].endswith(", 8 measured samples")
-    assert "a1 is -0.5" in words[0, "differs"] and "that of the rest -0.8 \u00b1 0.0" in words[0, "differs"]
+    assert words[0, "differs"] == "a1 is -0.513, that of the rest -0.798 \u00b1 0.022 (10.9 deviations)"
     assert words[8, "noise"].startswith("noise of 0.") and "times that of the rest" in words[8, "noise"]
     assert "(1 is right)" in words[14, "bars"]
 
