@@ -168,9 +168,11 @@ def show_again(folder: str) -> None:
     from driftwise.workflow.fleet import store
 
     result = former_run(folder)
-    asked = store.read(Path(folder) / FLEET).facts["order"]
-    title = os.path.basename(os.path.abspath(folder))
+    facts = store.read(Path(folder) / FLEET).facts
+    asked, title = facts["order"], os.path.basename(os.path.abspath(folder))
     told = _told(result, title, asked["by"], asked["output"], tuple(asked["inputs"]), repr(result.fleet.estimators[0]))
+    unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
+    told = replace(told, notes=() if facts["is_read"] else (unfinished,))
     _show(_written(told, result.out), False)
 
 

@@ -1,0 +1,164 @@
+"""`driftwise fleet`: pumps with known faults in, their names out, on the terminal, on a page and as files."""
+
+import csv
+import json
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from browser import PROGRAM, Browser
+
+from driftwise.edge import demo_fleet
+from driftwise.edge.fleet import Order, estimator_of
+from driftwise.errors import CommandError
+
+PUMPS = ["--by", "asset", "--output", "flow", "--input", "speed", "--time", "time"]
+QUICK = ["--model", "joint:1", "--every", "0"]  # compiled by other tests as well
+
+
+@pytest.fixture(scope="module")
+def pumps(tmp_path_factory):
+    """The folder of a fleet, and what is wrong with whom."""
+    folder = tmp_path_factory.mktemp("fleet") / "pumps"
+    found = demo_fleet.write_fleet(folder, 60, 200, seed=1)
+    return folder, {pump.name: pump.fault for pump in found}
+
+
+@pytest.fixture
+def results(call, pumps, tmp_path):
+    """The folder of a run, and what it printed."""
+    out = tmp_path / "results"
+    code, printed, complaint = call(
+        "fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out, "--json", tmp_path / "found.json"
+    )
+    assert (code, complaint) == (0, "")
+    return out, printed, json.loads((tmp_path / "found.json").read_text())
+
+
+def test_simulated_pumps_are_a_long_table_and_their_faults_are_told(call, tmp_path):
+    code, out, _ = call("fleet", "simulate", tmp_path / "pumps", "--series", 20, "--samples", 60)
+    assert code == 0 and "its speed never moves" in out and "driftwise fleet run" in out
+    table = pq.read_table(tmp_path / "pumps").to_pandas()
+    assert list(table) == ["time", "asset", "speed", "flow"] and table.asset.nunique() == 20
+    with open(tmp_path / "pumps" / demo_fleet.TRUTH) as file:
+        truth = {row["asset"]: row["fault"] for row in csv.DictReader(file)}
+    assert set(truth.values()) == set(demo_fleet.FAULTS)
+    stuck = next(name for name, fault in truth.items() if fault == "stuck")
+    assert table[table.asset == stuck].speed.nunique() == 1
+    order = table.groupby("asset", observed=True).time.apply(lambda t: (np.diff(t) > np.timedelta64(0)).all())
+    assert {name for name, is_in_order in order.items() if not is_in_order} == {
+        name for name, fault in truth.items() if fault == "bad data"
+    }
+    code, _, complaint = call("fleet", "simulate", tmp_path / "few", "--series", 5)
+    assert code == 1 and "--series must be at least 18" in complaint
+
+
+def test_what_is_wrong_is_found_and_told(pumps, results):
+    out, printed, found = results
+    faults = pumps[1]
+    with open(out / "outliers.csv") as file:
+        named = [(row["asset"], row["kind"]) for row in csv.DictReader(file)]
+    for fault, kind in (("stuck", "untaught"), ("loud", "noise"), ("bad data", "data"), ("other make", "differs")):
+        for name in (name for name, what in faults.items() if what == fault):
+            assert (name, kind) in named, f"{name}: {fault}"
+    flat = " ".join(printed.split())
+    assert f"{found['need_a_look']} of 60 series need a look." in flat and "60 series \u00b7 " in flat
+    assert "speed never moved: what it does cannot be learnt" in flat
+    assert "2026-01-01 to 2026-01-01 03:19:00" in flat and "joint:1" in flat
+    assert {worst["key"] for worst in found["worst"]} <= set(faults)
+    assert found["kinds"]["untaught"] == 1 and found["rows"] == pq.read_table(pumps[0]).num_rows
+    assert {q["what"] for q in found["quality"]} >= {"late rows", "rows that came twice", "missing outputs"}
+    final = pq.read_table(out / "final.parquet")
+    assert final.num_rows == 60
+
+
+def test_the_summary_can_be_told_again(call, pumps, results):
+    out, printed, _ = results
+    (out / "summary.html").unlink()
+    code, again, complaint = call("fleet", "show", out)
+    assert (code, complaint) == (0, "")
+    start = printed.index("what  ")
+    assert again[again.index("what  ") :] == printed[start:]
+    assert (out / "summary.html").exists()
+    code, _, complaint = call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out)
+    assert code == 1 and "--resume" in complaint and "--replace" in complaint
+    code, again, _ = call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out, "--resume")
+    assert code == 0 and "nothing was left to run" in again
+    assert call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out, "--replace", "--quiet") == (0, "", "")
+
+
+def test_the_page_stands_alone_and_draws_all(results, tmp_path):
+    out, _, _ = results
+    text = (out / "summary.html").read_text()
+    assert "src=" not in text.split("</style>")[0] and 'href="http' not in text
+    assert len(text) < 3e6
+    if PROGRAM is None:
+        pytest.skip("no Chromium on the PATH: THE PAGE WAS NOT LOOKED AT")
+    browser = Browser(tmp_path / "profile", width=400, height=800)
+    try:
+        browser.call("Page.navigate", url=(out / "summary.html").as_uri())
+        seen = browser.run(
+            "new Promise(done => setTimeout(() => done({plots: Bokeh.documents[0].roots().length, "
+            "shown: document.querySelectorAll('.plot').length, wide: document.documentElement.scrollWidth}), 1500))"
+        )
+        said = [m["params"] for m in browser.said if m.get("method") in ("Runtime.exceptionThrown", "Log.entryAdded")]
+    finally:
+        browser.close()
+    assert not said and seen["plots"] == seen["shown"] >= 5
+    assert seen["wide"] <= 400, "a phone need not scroll sideways"
+
+
+def test_keys_and_names_are_shown_as_they_are_and_no_markup(call, tmp_path):
+    rng, T = np.random.default_rng(2), 60
+    keys = np.tile(["<b>x</b>", "a&b", *map(str, range(10))], T)
+    u = rng.choice([-1.0, 1.0], len(keys))
+    table = {"who": keys, "u": np.where(keys == "<b>x</b>", 0.0, u), "y": rng.standard_normal(len(keys))}
+    pq.write_table(pa.table(table), tmp_path / "t.parquet")
+    code, _, complaint = call(
+        "fleet", "run", tmp_path / "t.parquet", "--by", "who", "-o", "y", "-i", "u", *QUICK, "--out", tmp_path / "r",
+        "--quiet",
+    )  # fmt: skip
+    assert (code, complaint) == (0, "")
+    text = (tmp_path / "r" / "summary.html").read_text()
+    assert "&lt;b&gt;x&lt;/b&gt;" in text and "<b>x</b>" not in text.split("</main>")[0]
+
+
+@pytest.mark.parametrize(
+    "args, words",
+    [
+        (["nowhere", *PUMPS, "--out", "r"], "no such file or folder: nowhere"),
+        ([".", *PUMPS, "--out", "."], "results would be taken for data"),
+        ([".", *PUMPS, "--out", "r", "--checkpoint", "often"], "--checkpoint takes seconds"),
+        ([".", *PUMPS, "--out", "r", "--checkpoint", "0b"], "--checkpoint takes seconds"),
+        ([".", *PUMPS, "--out", "r", "--model", "arx:2"], "--model is written arx:na,nb,nk"),
+        ([".", *PUMPS, "--out", "r", "--memory", "forever"], "--memory must be"),
+        ([".", *PUMPS, "--out", "r", "--dt", "-1"], "--dt must be a positive step"),
+        ([".", "--by", "a", "-o", "y", "--out", "r", "--dt", "1"], "there is no --time"),
+        ([".", *PUMPS, "--out", "r", "--json", "no/such/file"], "there is no folder"),
+    ],
+)
+def test_wrong_commands_say_what_is_wrong(call, tmp_path, monkeypatch, args, words):
+    monkeypatch.chdir(tmp_path)
+    code, out, complaint = call("fleet", "run", *args)
+    assert code == 2 and out == "" and words in " ".join(complaint.split())
+
+
+def test_wrong_columns_are_refused_before_anything_is_written(call, pumps, tmp_path):
+    code, _, complaint = call("fleet", "run", pumps[0], "--by", "asset", "-o", "flw", *QUICK, "--out", tmp_path / "r")
+    assert code in (1, 2) and "flow" in complaint
+    code, _, complaint = call("fleet", "show", tmp_path)
+    assert code == 1 and "no run in" in complaint
+
+
+def test_models_are_those_of_run_with_an_offset_besides():
+    def names(**asked):
+        return estimator_of(Order("d", "by", "y", "out", **asked)).names
+
+    assert names(inputs=("u",)) == ["a1", "a2", "b1", "b2", "offset"] and names() == ["a1", "a2", "offset"]
+    assert names(inputs=("u", "v"), model="arx:1,1/2,1", memory="never")[:4] == ["a1", "b1.1", "b2.1", "b2.2"]
+    assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory never, jumps level:1000"
+    assert Order("d", "by", "y", "out", checkpoint="20b").pace == {"batches": 20}
+    assert Order("d", "by", "y", "out", checkpoint="1.5s").pace == {"seconds": 1.5}
+    with pytest.raises(CommandError, match="resume"):
+        Order(".", "by", "y", "out", spark="local[2]", resume=True).check()
