@@ -56,7 +56,12 @@ class Order:
     @property
     def kept(self) -> str:
         """The word for the memory."""
-        return self.memory or ("never" if self.jumps else "auto")
+        return self.memory or ("never" if self.jumps or self.is_joint else "auto")
+
+    @property
+    def is_joint(self) -> bool:
+        """Whether the model is the joint filter's."""
+        return self.chosen.partition(":")[0] == "joint"
 
     @property
     def words(self) -> str:
@@ -108,7 +113,7 @@ def estimator_of(order: Order) -> Any:
     An offset is estimated besides: the level that is subtracted is that of the first samples only.
     """
     dt = order.dt or 1.0
-    if order.chosen.partition(":")[0] == "joint":
+    if order.is_joint:
         if order.jumps:
             raise InputError("--jumps is for --model arx and its kin; with joint say --memory jump or jump:STEP.")
         text = order.chosen + (f"@{order.memory}" if order.memory else "")
