@@ -1,4 +1,4 @@
-"""Fleets beyond one machine: `scan` a table, follow a `stream`, the numbers of one machine bit for bit (Apache Spark)."""
+"""Fleets beyond one machine, by Apache Spark: `scan` a table, follow a `stream`; the numbers of one machine."""
 
 import importlib
 

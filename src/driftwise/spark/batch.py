@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .columns import KEY, SECONDS, Order, _quoted, needed, order_of, read, samples, shown, shown_columns, time_again
+from .columns import KEY, SECONDS, Order, quoted, order_of, read, samples, shown, shown_columns, time_again
 from .many import Many
 from .parcel import COUNTS, digest, pack, unpack
 
@@ -25,7 +25,7 @@ def scan(df, estimator, *, by: str, output, input=(), time: str, keep="innovatio
     ----------
     df : DataFrame of Spark
     estimator : the settings of each series, in the units of its data
-    by : column whose values name the series
+    by : column whose values name the series; rows without one are left out
     output, input : columns, one name or several, in the order of the estimator's outputs and inputs
     time : column of times or numbers that order the samples of a series
     keep : "innovations", "means" or "std"
@@ -52,15 +52,15 @@ def scan(df, estimator, *, by: str, output, input=(), time: str, keep="innovatio
     sorted_rows = _sorted(df, order, state)
     kind = df.schema[order.by].dataType.simpleString()
     columns = [(KEY, kind), (SECONDS, "double"), *shown_columns(order)]
-    found = sorted_rows.mapInArrow(_estimating(order), ", ".join(f"{_quoted(name)} {kind}" for name, kind in columns))
-    rest = [_quoted(name) for name, _ in columns[2:]]
+    found = sorted_rows.mapInArrow(_estimating(order), ", ".join(f"{quoted(name)} {kind}" for name, kind in columns))
+    rest = [quoted(name) for name, _ in columns[2:]]
     return found.select(_named(KEY, order.by), time_again(df, order.time).alias(order.time), *rest)
 
 
 def scan_states(df, estimator, *, by: str, output, input=(), time: str, state=None):
     """Return where each series ends: a DataFrame of key, time, counts, ``parameters``, and ``state`` (binary).
 
-    ``samples`` counts those taken, ``measured`` those with an output, ``late``, ``duplicate`` and ``undated`` those not
+    ``samples`` counts those taken, ``measured`` those with an output, ``late``, ``duplicate`` and ``timeless`` those not
     taken, ``bad`` those with a cell that is no number. Parameters are as in `scan`. Hand the table to ``scan`` or
     ``scan_states`` to go on with samples to come, or to `fleet_of` to go on without Spark.
     """
@@ -85,7 +85,7 @@ def fleet_of(states, estimator, *, by: str):
     """
     from ..workflow.fleet.fleet import Fleet
 
-    table = states.select(_quoted(by), STATE).toArrow() if hasattr(states, "toArrow") else states
+    table = states.select(quoted(by), STATE).toArrow() if hasattr(states, "toArrow") else states
     keys, settings = table[by].to_pylist(), digest(estimator)
     fleet = Fleet(estimator, keys)
     for i, blob in enumerate(table[STATE].to_pylist()):
@@ -111,7 +111,7 @@ def _sorted(df, order: Order, state):
     if not {order.by, STATE} <= set(state.columns):
         raise InputError(f"state must have the columns {order.by!r} and 'state' of scan_states, got {state.columns}")
     kind = rows.schema[KEY].dataType
-    begun = state.select(F.col(_quoted(order.by)).cast(kind).alias(KEY), F.col(STATE))
+    begun = state.select(F.col(quoted(order.by)).cast(kind).alias(KEY), F.col(STATE))
     both = rows.unionByName(begun, allowMissingColumns=True)
     return both.repartition(F.col(KEY)).sortWithinPartitions(by[0], F.col(STATE).asc_nulls_last(), *by[1:])
 
@@ -136,7 +136,7 @@ def _taken(order: Order, many: Many, batches):
     for table in _gathered(batches):
         if not len(table):
             continue
-        codes = table[KEY].combine_chunks().dictionary_encode(null_encoding="encode")
+        codes = table[KEY].combine_chunks().dictionary_encode()
         names = codes.dictionary.to_pylist()
         at = many.rows_of(names)[codes.indices.to_numpy(zero_copy_only=False)]
         columns = [table[name] for name in table.column_names if name not in (KEY, STATE)]

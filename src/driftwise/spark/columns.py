@@ -63,9 +63,20 @@ def order_of(df, estimator, by, output, input, time, keep, every) -> Order:
     door.one_of("keep", keep, KEEP[:3])
     if keep != "innovations" and p > 1:
         raise InputError('several outputs are shown with keep="innovations" only; scan_states has the parameters')
-    by, time = resolve(df.columns, by, "key (by=)"), resolve(df.columns, time, "time")
+    by, time = _key(df, resolve(df.columns, by, "key (by=)")), resolve(df.columns, time, "time")
     every = door.count("every", every, least=1)
     return Order(shipped, by, time, tuple(names), tuple(inputs), len(estimator.names), keep, every)
+
+
+def _key(df, name: str) -> str:
+    from pyspark.sql import types as T
+
+    kind = df.schema[name].dataType
+    if not isinstance(kind, T.IntegralType | T.StringType | T.BooleanType | T.DateType):
+        raise InputError(
+            f"{name!r} is {kind.simpleString()}, no name of a series: cast it, df[{name!r}].cast('string')"
+        )
+    return name
 
 
 def _listed(names) -> list:
@@ -73,20 +84,21 @@ def _listed(names) -> list:
 
 
 def samples(df, order: Order):
-    """Return the DataFrame of key, seconds and raw values: the only columns that travel."""
+    """Return the DataFrame of key, seconds and raw values, the only columns that travel; a row without a key is none."""
     from pyspark.sql import functions as F
 
     values = [*order.outputs, *order.inputs]
-    columns = [F.col(_quoted(name)).alias(str(i)) for i, name in enumerate(values)]
-    return df.select(F.col(_quoted(order.by)).alias(KEY), seconds(df, order.time).alias(SECONDS), *columns)
+    columns = [F.col(quoted(name)).alias(str(i)) for i, name in enumerate(values)]
+    key = F.col(quoted(order.by))
+    return df.where(key.isNotNull()).select(key.alias(KEY), seconds(df, order.time).alias(SECONDS), *columns)
 
 
 def seconds(df, name):
-    """Return the column of times as seconds: timestamps since 1970 (UTC where they name no zone), numbers as they are."""
+    """Return times as seconds: timestamps since 1970 (UTC where they name no zone), numbers as they are."""
     from pyspark.sql import functions as F
     from pyspark.sql import types as T
 
-    kind, column = df.schema[name].dataType, F.col(_quoted(name))
+    kind, column = df.schema[name].dataType, F.col(quoted(name))
     if isinstance(kind, T.NumericType):
         return column.cast("double")
     if isinstance(kind, T.TimestampNTZType):
@@ -115,7 +127,7 @@ def time_again(df, name):
     return F.timestamp_micros(micros)
 
 
-def _quoted(name: str) -> str:
+def quoted(name: str) -> str:
     return "`" + name.replace("`", "``") + "`"
 
 

@@ -11,7 +11,7 @@ from ..workflow.trace import width
 from .parcel import COUNTS, Parcel
 from .shipped import Shipped, compiled, unship
 
-SAMPLES, MEASURED, LATE, DUPLICATE, BAD, UNDATED = range(len(COUNTS))
+SAMPLES, MEASURED, LATE, DUPLICATE, BAD, TIMELESS = range(len(COUNTS))
 
 
 class Samples(NamedTuple):
@@ -68,10 +68,10 @@ class Many:
         at, seconds = samples.at, samples.seconds
         last, before = self.last[at], np.append(-np.inf, seconds[:-1])
         before[np.append(True, at[1:] != at[:-1])] = -np.inf
-        undated, late = np.isnan(seconds), seconds < last
+        timeless, late = np.isnan(seconds), seconds < last
         duplicate = (seconds == last) | (~late & (seconds == before))
-        taken = samples.part(~(undated | late | duplicate))
-        for column, which in ((UNDATED, undated), (LATE, late), (DUPLICATE, duplicate)):
+        taken = samples.part(~(timeless | late | duplicate))
+        for column, which in ((TIMELESS, timeless), (LATE, late), (DUPLICATE, duplicate)):
             self._count(column, at[which])
         number = self.counts[taken.at, SAMPLES] + 1 + _place(taken.at)
         self._count(SAMPLES, taken.at)

@@ -13,7 +13,7 @@ from ..errors import InputError
 
 MAGIC, VERSION = b"dws", 1
 HEAD = struct.Struct("<3sB8sII")  # magic, version, settings, numbers of the row, samples that wait
-COUNTS = "samples", "measured", "late", "duplicate", "bad", "undated"
+COUNTS = "samples", "measured", "late", "duplicate", "bad", "timeless"
 
 
 class Parcel(NamedTuple):

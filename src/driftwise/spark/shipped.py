@@ -37,8 +37,8 @@ def ship(estimator) -> Shipped:
     homeless = [kind.__name__ for kind in kinds if kind.__module__ == "__main__"]
     if homeless:
         raise InputError(
-            f"{', '.join(homeless)} is defined in __main__, where executors cannot find it: put it into a module of its "
-            "own and hand that over, spark.addArtifact(path, pyfile=True) or spark-submit --py-files"
+            f"{', '.join(homeless)} is defined in __main__, where executors cannot find it: put it into a module "
+            "of its own and hand that over, spark.addArtifact(path, pyfile=True) or spark-submit --py-files"
         )
     text, pickled = (describe(estimator), b"") if is_ours else ("", pickle.dumps(estimator))
     return Shipped(text, pickled, __version__, _fingerprint(kinds))
