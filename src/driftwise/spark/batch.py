@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .columns import KEY, SECONDS, Order, quoted, order_of, read, samples, shown, shown_columns, time_again
+from .columns import KEY, SECONDS, Order, order_of, quoted, read, samples, shown, shown_columns, time_again
 from .many import Many
 from .parcel import COUNTS, digest, pack, unpack
 
@@ -60,8 +60,8 @@ def scan(df, estimator, *, by: str, output, input=(), time: str, keep="innovatio
 def scan_states(df, estimator, *, by: str, output, input=(), time: str, state=None):
     """Return where each series ends: a DataFrame of key, time, counts, ``parameters``, and ``state`` (binary).
 
-    ``samples`` counts those taken, ``measured`` those with an output, ``late``, ``duplicate`` and ``timeless`` those not
-    taken, ``bad`` those with a cell that is no number. Parameters are as in `scan`. Hand the table to ``scan`` or
+    ``samples`` counts those taken, ``measured`` those with an output, ``late``, ``duplicate`` and ``timeless`` those
+    not taken, ``bad`` those with a cell that is no number. Parameters are as in `scan`. Hand the table to ``scan`` or
     ``scan_states`` to go on with samples to come, or to `fleet_of` to go on without Spark.
     """
     order = order_of(df, estimator, by, output, input, time, "innovations", 1)

@@ -84,7 +84,7 @@ def _listed(names) -> list:
 
 
 def samples(df, order: Order):
-    """Return the DataFrame of key, seconds and raw values, the only columns that travel; a row without a key is none."""
+    """Return the DataFrame of key, seconds and raw values, the only columns that travel; rows without a key stay."""
     from pyspark.sql import functions as F
 
     values = [*order.outputs, *order.inputs]

@@ -1,0 +1,385 @@
+"""Spark: a cluster gives the numbers of one machine, bit for bit, whatever happens to rows, files and processes."""
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.errors import InputError
+from driftwise.spark import parcel
+from driftwise.spark.many import COUNTS, Many, Samples
+from driftwise.spark.shipped import ship
+
+JAVA = shutil.which("java") or os.environ.get("JAVA_HOME")
+ROCKS = "org.apache.spark.sql.execution.streaming.state.RocksDBStateStoreProvider"
+PROVIDER = "spark.sql.streaming.stateStore.providerClass"
+COLUMNS = dict(by="asset", output="y", time="t")
+
+
+@pytest.fixture(scope="module")
+def spark():
+    """One Spark on this machine, two workers."""
+    pyspark = pytest.importorskip("pyspark", reason='pip install "driftwise[spark]": SPARK WAS NOT TESTED')
+    if JAVA is None:
+        pytest.skip("no Java on the PATH: SPARK WAS NOT TESTED")
+    session = local_session(pyspark)
+    yield session
+    session.stop()
+
+
+def local_session(pyspark, **more):
+    os.environ["PYSPARK_PYTHON"] = sys.executable
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(Path(dw.__file__).parent.parent), os.environ.get("PYTHONPATH", "")])
+    settings = {
+        "spark.ui.enabled": "false", "spark.sql.shuffle.partitions": "2", "spark.driver.memory": "1g",
+        "spark.ui.showConsoleProgress": "false", "spark.sql.session.timeZone": "America/New_York", **more,
+    }  # fmt: skip
+    builder = pyspark.sql.SparkSession.builder.master("local[2]")
+    for name, value in settings.items():
+        builder = builder.config(name, value)
+    session = builder.getOrCreate()
+    session.sparkContext.setLogLevel("OFF")
+    return session
+
+
+def plants(series=7, length=60, seed=0):
+    """A long table of AR(1) series in order of time, with missing outputs."""
+    rng = np.random.default_rng(seed)
+    y = rng.standard_normal((length, series))
+    for t in range(1, length):
+        y[t] += 0.9 * y[t - 1]
+    y[rng.random(y.shape) < 0.05] = np.nan
+    t = np.repeat(np.arange(length), series) + 1000.0
+    return {"asset": np.tile(np.arange(series), length), "t": t, "y": y.ravel()}
+
+
+def frame(spark, table, partitions=3):
+    import pyarrow as pa
+
+    return spark.createDataFrame(pa.table(table)).repartition(partitions)
+
+
+def rows(table, chosen):
+    return {name: values[chosen] for name, values in table.items()}
+
+
+def expected(table, estimator):
+    """What one machine says, in order of time and key."""
+    fleet = dw.Fleet(estimator)
+    step = fleet.scan(table["asset"], table["y"])
+    return fleet, {
+        "prediction": step.prediction,
+        "innovation": step.innovation,
+        "std": np.sqrt(step.variance),
+        "status": step.status.astype(np.int32),
+    }
+
+
+def in_order(found, *by):
+    return found.toArrow().sort_by([(name, "ascending") for name in by or ("t", "asset")])
+
+
+def assert_same(found, columns):
+    for name, values in columns.items():
+        assert found[name].to_numpy().tobytes() == np.ascontiguousarray(values).tobytes(), name
+
+
+def assert_same_states(fleet, other):
+    assert sorted(fleet.keys) == sorted(other.keys)
+    for key in fleet.keys:
+        assert fleet.state(key).tobytes() == other.state(key).tobytes()
+
+
+# --- without Spark: what a worker does ---------------------------------------------------------------------
+
+
+def test_a_series_as_bytes_comes_back_whole_or_is_refused():
+    rng, est = np.random.default_rng(0), dw.AR(1)
+    settings = parcel.digest(est)
+    row = rng.standard_normal(9)
+    row[3] = np.frombuffer(b"\x01\x02\x03\x04\x05\x06\xf8\x7f")[0]  # a NaN that carries something
+    one = parcel.Parcel(row, -np.inf, np.arange(len(COUNTS)) * 1.0, rng.standard_normal((4, 3)))
+    blob = parcel.pack(settings, one)
+    for part, again in zip(one, parcel.unpack(settings, blob)):
+        assert np.asarray(part).tobytes() == np.asarray(again).tobytes()
+    none = parcel.unpack(settings, parcel.pack(settings, one._replace(waiting=np.empty((0, 3)))))
+    assert none.waiting.size == 0
+    for broken in (b"", blob[:-1], blob[:40] + b"?" + blob[41:], b"xyz" + blob[3:]):
+        with pytest.raises(InputError, match="state"):
+            parcel.unpack(settings, broken)
+    with pytest.raises(InputError, match="other settings"):
+        parcel.unpack(parcel.digest(dw.AR(1, memory=dw.Weighted(0.9))), blob)
+    with pytest.raises(InputError, match="update it"):
+        parcel.unpack(settings, blob[:3] + bytes([parcel.VERSION + 1]) + blob[4:])
+
+
+def test_samples_are_taken_once_in_order_of_time_however_they_are_cut():
+    rng, shipped = np.random.default_rng(1), ship(dw.AR(1))
+    seconds = np.sort(rng.integers(0, 40, (3, 60)) * 1.0)
+    seconds[:, -2:] = np.nan
+    ys = rng.standard_normal((3, 60))
+    several = []
+    for cuts in ([], [20], [7, 31, 33], range(1, 60)):
+        many = Many(shipped)
+        at, shown = many.rows_of("abc"), []
+        for part in np.split(np.arange(60), cuts):
+            one = [np.repeat(at, len(part)), seconds[:, part].ravel(), np.zeros(3 * len(part), bool)]
+            taken, outs = many.take(Samples(*one, ys[:, part].reshape(-1, 1), np.empty((3 * len(part), 0))))
+            shown.append(np.column_stack([taken.at, taken.seconds, outs]))
+        several.append(np.concatenate(shown)[np.lexsort(np.concatenate(shown)[:, 1::-1].T)].tobytes())
+        for i in range(3):
+            times = seconds[i, :-2]
+            first = [list(times).index(t) for t in sorted(set(times))]
+            counts = dict(zip(COUNTS, many.counts[i]))
+            assert (
+                counts["samples"] == len(first) and counts["duplicate"] == 58 - len(first) and counts["timeless"] == 2
+            )
+            est = dw.AR(1)
+            state = est.start()
+            for y in ys[i, first]:
+                state, _ = est.update(state, y)
+            assert state.tobytes() == many.fleet.state("abc"[i]).tobytes()
+    assert len(set(several)) == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_followed_series_is_the_sorted_one_whatever_comes_when(seed):
+    """Each stretch of samples comes shuffled, the watermark lags behind the shuffling: nothing is late."""
+    pandas = pytest.importorskip("pandas")
+    from driftwise.spark.columns import Order
+    from driftwise.spark.streaming import follow
+
+    rng, est = np.random.default_rng(seed), dw.AR(1)
+    order = Order(ship(est), "asset", "t", ("y",), (), 1, "innovations", 1)
+    y, t = rng.standard_normal(80), np.cumsum(rng.integers(1, 5, 80)) / 1024
+    y[::9] = np.nan
+    arrival = np.argsort(t + rng.uniform(0, 0.02, 80))
+    blob, frames, wake = None, [], None
+    for part in np.array_split(arrival, 9):
+        batch = pandas.DataFrame({"key": "a", "seconds": t[part], "0": y[part]})
+        mark = int(1000 * (t[part].max() - 0.025))
+        found = follow(order, "a", blob, [batch.iloc[:3], batch.iloc[3:]], max(mark, 0))
+        assert found.was == wake and (found.wake is None or found.wake > mark)
+        blob, wake = found.blob, found.wake
+        frames.append(found.frame)
+    found = follow(order, "a", blob, (), 10**9)
+    assert found.wake is None
+    late = pandas.DataFrame({"key": "a", "seconds": [t[3], t[-1], np.nan], "0": 5.0})
+    end = follow(order, "a", found.blob, [late], 10**9)
+    counts = parcel.unpack(parcel.digest(est), end.blob).counts
+    assert not len(end.frame) and dict(zip(COUNTS, counts)) == dict(
+        samples=80, measured=np.isfinite(y).sum(), late=1, duplicate=1, bad=0, timeless=1
+    )
+    shown = pandas.concat([*frames, found.frame])
+    trace = est.scan(y)
+    assert shown.seconds.tolist() == t.tolist()
+    for name in ("prediction", "innovation"):
+        assert shown[name].to_numpy().tobytes() == getattr(trace, name).tobytes()
+    assert parcel.unpack(parcel.digest(est), end.blob).row.tobytes() == trace.state.tobytes()
+
+
+# --- a table -----------------------------------------------------------------------------------------------
+
+
+def test_a_table_in_any_order_gives_the_numbers_of_one_machine(spark):
+    table, est = plants(), dw.AR(1)
+    fleet, columns = expected(table, est)
+    rng = np.random.default_rng(1)
+    order = rng.permutation(len(table["y"]))
+    df = frame(spark, rows(table, order))
+    found = in_order(dw.spark.scan(df, est, **COLUMNS))
+    assert found["asset"].to_pylist() == table["asset"].tolist() and found["t"].to_pylist() == table["t"].tolist()
+    assert_same(found, columns)
+    half = dw.spark.scan_states(df.where("t < 1030"), est, **COLUMNS)
+    rest = in_order(dw.spark.scan_states(df.where("t >= 1020"), est, **COLUMNS, state=half), "asset")
+    assert_same_states(fleet, dw.spark.fleet_of(rest, est, by="asset"))
+    assert set(rest["samples"].to_pylist()) == {60} and set(rest["late"].to_pylist()) == {9}
+    assert set(rest["duplicate"].to_pylist()) == {1}
+    assert rest["parameters"].to_pylist() == [fleet.state(key)["theta"].tolist() for key in range(7)]
+    for wrong, words in (
+        (dict(by="aset"), "Did you mean 'asset'"),
+        (dict(output=["y", "y"]), "has 1 output, got 2"),
+        (dict(time="y", by="y"), "no name of a series"),
+    ):
+        with pytest.raises(InputError, match=words):
+            dw.spark.scan(df, est, **COLUMNS | wrong)
+    with pytest.raises(InputError, match="is a table, not a stream"):
+        dw.spark.stream(df, est, **COLUMNS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("partitions", [1, 5])
+def test_many_series_of_very_different_length(spark, partitions):
+    """1000 series, the longest a hundred times the shortest, two inputs of which one is text."""
+    rng = np.random.default_rng(2)
+    lengths = np.linspace(5, 500, 1000).astype(int)
+    keys = rng.permutation(np.repeat([f"pump {i}" for i in range(1000)], lengths))
+    n = len(keys)
+    u, t = rng.standard_normal(n), np.arange(n) / 8
+    y = np.concatenate([[0.0], u[:-1]]) + 0.1 * rng.standard_normal(n)
+    y[::17] = np.nan
+    est = dw.ARX(1, 1)
+    fleet = dw.Fleet(est)
+    step = fleet.scan(keys, y, u)
+    order = rng.permutation(n)
+    text = np.array([repr(float(value)) for value in u])
+    df = frame(spark, {"asset": keys[order], "t": t[order], "y": y[order], "u": text[order]}, partitions)
+    names = dict(**COLUMNS, input="u")
+    found = in_order(dw.spark.scan(df, est, **names), "t")
+    assert_same(found, {"prediction": step.prediction, "innovation": step.innovation, "std": np.sqrt(step.variance)})
+    states = dw.spark.scan_states(df, est, **names)
+    assert_same_states(fleet, dw.spark.fleet_of(states, est, by="asset"))
+    some = dw.spark.scan(df, est, **names, keep="std", every=50).toArrow()
+    assert len(some) == np.sum(lengths // 50)
+    one = some.filter(np.array(some["asset"].to_pylist()) == "pump 999").sort_by("t")
+    trace = est.scan(y[keys == "pump 999"], u[keys == "pump 999"])
+    assert one["parameters"].to_pylist() == trace.parameters[49::50].tolist()
+    assert one["parameters_std"].to_pylist() == trace.parameters_std[49::50].tolist()
+
+
+@pytest.mark.slow
+def test_tables_change_their_shape(spark):
+    """A column comes, another is whole numbers first, the order of columns changes; other types of time; bad cells."""
+    from pyspark.sql import functions as F
+
+    table, est = plants(), dw.AR(1)
+    table["y"] = np.round(8 * table["y"])
+    fleet, _ = expected(table, est)
+    early = table["t"] < 1030
+    first = frame(spark, rows(table, early)).withColumn("y", F.when(~F.isnan("y"), F.col("y").cast("int")))
+    second = frame(spark, rows(table, ~early)).select(F.lit("new").alias("colour"), "y", "t", "asset")
+    assert first.schema["y"].dataType.simpleString() == "int"
+    both = first.unionByName(second, allowMissingColumns=True)
+    fresh = dict(est=est, by="asset")
+    assert_same_states(fleet, fleet_at_end(both, **fresh))
+    begun = dw.spark.scan_states(first.withColumn("asset", F.col("asset").cast("int")), est, **COLUMNS)
+    assert_same_states(fleet, fleet_at_end(second, **fresh, state=begun))
+    for kind in ("timestamp", "timestamp_ntz", "int"):
+        as_date = "timestamp_seconds(t)" if kind == "timestamp" else "cast(t as int)"
+        if kind == "timestamp_ntz":
+            as_date = "timestampadd(SECOND, cast(t as int), timestamp_ntz'1970-01-01')"
+        other = both.withColumn("t", F.expr(as_date))
+        assert other.schema["t"].dataType.simpleString() == kind
+        found = dw.spark.scan(other, est, **COLUMNS)
+        assert found.schema["t"].dataType == other.schema["t"].dataType
+        assert found.where("asset = 3").agg(F.min("t")).first() == other.where("asset = 3").agg(F.min("t")).first()
+        assert_same_states(fleet, fleet_at_end(other, **fresh))
+    words = both.withColumn("y", F.when(F.isnan("y"), F.lit("n/a")).otherwise(F.col("y").cast("string")))
+    spoiled = words.withColumn("y", F.when(F.col("t") == 1005, "oops").otherwise(F.col("y")))
+    states = dw.spark.scan_states(spoiled, est, **COLUMNS)
+    assert {row.bad for row in states.collect()} == {1}
+    table["y"][table["t"] == 1005] = np.nan
+    assert_same_states(expected(table, est)[0], dw.spark.fleet_of(states, est, by="asset"))
+
+
+def fleet_at_end(df, est, by, **more):
+    return dw.spark.fleet_of(dw.spark.scan_states(df, est, **COLUMNS, **more), est, by=by)
+
+
+def test_other_versions_and_sources_are_told():
+    from driftwise.spark import shipped
+
+    est = dw.AR(1)
+    sent = ship(est)
+    assert shipped.unship(sent).spec.tolist() == est.spec.tolist()
+    with pytest.raises(InputError, match="install one of them"):
+        shipped.unship(sent._replace(version="0.0.1"))
+    with pytest.raises(InputError, match="of different sources"):
+        shipped.unship(sent._replace(fingerprint=1))
+
+
+# --- a stream ----------------------------------------------------------------------------------------------
+
+
+def arrivals(folder: Path, table, files=6, seed=0):
+    """Write the samples as files, up to 20 s out of order; then late ones and duplicates; then the end of time."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    (folder / "in").mkdir(parents=True)
+    order = np.argsort(table["t"] + np.random.default_rng(seed).uniform(0, 20, len(table["t"])), kind="stable")
+    parts = [rows(table, chosen) for chosen in np.array_split(order, files)]
+    parts.append({"asset": np.array([0, 0, 1]), "t": np.array([1000.0, 999.5, 1001.0]), "y": np.full(3, 9.0)})
+    keys = np.unique(table["asset"])
+    parts.append({"asset": keys, "t": np.full(len(keys), 9000.0), "y": np.full(len(keys), np.nan)})
+    for i, part in enumerate(parts):
+        micros = pa.array((part["t"] * 1e6).astype(np.int64), pa.timestamp("us", "UTC"))
+        name = folder / "in" / f"{i}.parquet"
+        pq.write_table(pa.table({"y": part["y"], "t": micros, "asset": part["asset"], "new": micros}), name)
+        os.utime(name, (1e9 + i, 1e9 + i))  # taken in this order
+
+
+def seconds(found):
+    return found["t"].cast("int64").to_numpy() / 1e6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("store", ["rocks", "other"])
+def test_a_stream_in_disorder_gives_the_numbers_of_one_machine(spark, store, tmp_path):
+    from spark_child import start
+
+    table, est = plants(), dw.AR(1)
+    arrivals(tmp_path, table)
+    spark.conf.set(PROVIDER, ROCKS) if store == "rocks" else spark.conf.unset(PROVIDER)
+    start(spark, tmp_path, "files").awaitTermination()
+    found = in_order(spark.read.parquet(str(tmp_path / "out")))
+    _, columns = expected(table, est)
+    assert seconds(found).tolist() == table["t"].tolist()
+    assert_same(found, columns)
+    # the counts a row has are those known when it was taken: the late ones came just before the last
+    at_end = {
+        row.asset: row
+        for row in spark.read.parquet(str(tmp_path / "out")).where("t > timestamp_seconds(1058)").collect()
+    }
+    assert [(at_end[key].late, at_end[key].duplicate, at_end[key].timeless) for key in (0, 1, 2)] == [
+        (1, 1, 0),
+        (1, 0, 0),
+        (0, 0, 0),
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("store, sink, kills", [("rocks", "files", 4), ("other", "batches", 2)])
+def test_killed_and_started_again_nothing_is_lost_or_doubled(spark, store, sink, kills, tmp_path):
+    """SIGKILL for the whole group of processes, at any moment."""
+    import signal
+    import subprocess
+    import time
+
+    import pyarrow.dataset as ds
+
+    table, est = plants(length=120), dw.AR(1)
+    arrivals(tmp_path, table, files=10)
+    rng = np.random.default_rng(3)
+    command = [sys.executable, str(Path(__file__).with_name("spark_child.py")), str(tmp_path), store, sink]
+    paths = [str(Path(dw.__file__).parent.parent), str(Path(__file__).parent)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    killed = 0
+    for round in range(kills + 1):
+        child = subprocess.Popen(command, env=environment, start_new_session=True, stdout=-1, stderr=-3, text=True)
+        try:
+            assert child.stdout.readline() == "started\n"
+            if round < kills:
+                time.sleep(rng.uniform(3, 15))
+                killed += child.poll() is None
+            else:
+                assert child.wait(300) == 0
+        finally:
+            if child.poll() is None:
+                os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
+            child.stdout.close()
+    assert killed  # or it was too quick, and this shows nothing
+    out = tmp_path / "out"
+    if sink == "files":
+        found = in_order(spark.read.parquet(str(out)))
+    else:
+        found = (
+            ds.dataset(out, exclude_invalid_files=True).to_table().sort_by([("t", "ascending"), ("asset", "ascending")])
+        )
+    assert seconds(found).tolist() == table["t"].tolist()
+    assert_same(found, expected(table, est)[1])
