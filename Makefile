@@ -32,8 +32,8 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json and docs/benchmarks.md
-	$(BIN)/python -m bench --page docs/benchmarks.md
+bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json, docs/benchmarks.md and its figure
+	$(BIN)/python -m bench --docs docs
 
 score: $(STAMP)  ## accuracy on recordings (DRIFTWISE_DATA), with the cases we lose; writes score.json and docs/score.md
 	$(BIN)/driftwise score --json score.json --page docs/score.md

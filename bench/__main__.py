@@ -10,47 +10,49 @@ from typing import Annotated
 import typer
 
 from . import verdicts as v
+from .groups import PARTS
+from .machine import machine
+from .page import Found, page, terminal
 
-PARTS = (
-    "records", "failures", "calls", "smoothing", "outputs", "continuous", "choices", "recursive", "memories",
-    "detectors", "observers", "tracks", "evidence", "startup", "lengths",
-)  # fmt: skip
+LONG = ("lengths", "fleets")  # the parts that --big makes longer
 
 
 def main(
     big: Annotated[
-        bool, typer.Option("--big", help="1e8 rows of Parquet instead of 5e6 (takes minutes, 2 GB).")
+        bool, typer.Option("--big", help="1e8 rows of Parquet instead of 5e6, 1000 samples a series (minutes, 2 GB).")
     ] = False,
-    json: Annotated[Path, typer.Option(help="Where the verdicts go.")] = Path("bench.json"),
-    only: Annotated[str, typer.Option(help=f"One part: {', '.join(PARTS)}.")] = "",
-    page: Annotated[Path | None, typer.Option(help="Write the table as a Markdown page too.")] = None,
+    json: Annotated[Path, typer.Option(help="Where verdicts and tables go.")] = Path("bench.json"),
+    only: Annotated[str, typer.Option(help=f"One part, or several with commas: {', '.join(PARTS)}.")] = "",
+    docs: Annotated[
+        Path | None, typer.Option(help="Write benchmarks.md, and figures/roofline.svg, into this folder too.")
+    ] = None,
 ) -> None:
-    """Print a table of what was measured beside what was promised, and write it as JSON."""
+    """Print what was measured beside what was promised, and write it as JSON."""
     from rich.console import Console
-    from rich.live import Live
 
-    if only not in ("", *PARTS):
-        raise typer.BadParameter(f"no part is called {only!r}; there are {', '.join(PARTS)}")
-    console = Console(width=None if Console().is_terminal else 160)
-    found, table = [], v.table()
-    with Live(table, console=console, auto_refresh=False) as live:
-        for verdict in _all(100_000_000 if big else 5_000_000, only):
-            found.append(verdict)
-            v.add(table, verdict)
-            live.update(table, refresh=console.is_terminal)
-        live.update(table, refresh=True)
-    v.write(json, found)
-    if page:
-        page.write_text(v.page(found))
-    missed = [verdict.name for verdict in found if not verdict.kept]
-    console.print(f"\n{len(found) - len(missed)} met, {len(missed)} missed; in {json}", highlight=False)
+    wanted = [name.strip() for name in only.split(",")] if only else list(PARTS)
+    for name in wanted:
+        if name not in PARTS:
+            raise typer.BadParameter(f"no part is called {name!r}; there are {', '.join(PARTS)}")
+    console = Console(width=None if Console().is_terminal else 160, highlight=False, markup=False)
+    told, found = machine(), []
+    for part, one in _all(wanted, big):
+        found.append((part, one))
+        console.print(terminal(one))
+    v.write(json, told, [one for _, one in found])
+    if docs:
+        (docs / "benchmarks.md").write_text(page(found, told))
+        if "roofline" in wanted:
+            import_module(".figure", __package__).draw(docs / "figures" / "roofline.svg", found)
+    missed = sum(isinstance(one, v.Verdict) and not one.kept for _, one in found)
+    console.print(f"\n{missed} missed; in {json}")
 
 
-def _all(rows: int, only: str) -> Iterator[v.Verdict]:
-    for name in PARTS:
-        if only in ("", name):
-            part = import_module(f".{name}", __package__)
-            yield from part.verdicts(rows) if name == "lengths" else part.verdicts()
+def _all(wanted: list[str], big: bool) -> Iterator[Found]:
+    for name in wanted:
+        part = import_module(f".{name}", __package__)
+        for one in part.verdicts(big) if name in LONG else part.verdicts():
+            yield name, one
 
 
 if __name__ == "__main__":

@@ -22,8 +22,9 @@ NOISE = "OutputError"
 CHUNK = 1 << 20
 
 
-def verdicts(rows: int) -> Iterator[Verdict]:
-    """Yield the budgets of a file of ``rows`` rows, and of history."""
+def verdicts(big: bool = False) -> Iterator[Verdict]:
+    """Yield the budgets of a file of 5e6 rows (or 1e8), and of history."""
+    rows = 100_000_000 if big else 5_000_000
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.parquet"
         _write(path, rows)

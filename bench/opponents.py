@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import shutil
-import subprocess
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
+from .compiler import library, pointer
 from .plant import VARIANCE
 
 SIZE = 49  # MAX_SIZE of joint.c
-FLAGS = ("-O3", "-shared", "-fPIC")
 
 
 class InC:
-    """bench/joint.c as a shared library; the folder lives as long as the object."""
+    """bench/joint.c as a shared library."""
 
     def __init__(self, *flags: str):
-        compiler = os.environ.get("CC", "gcc")
-        if not shutil.which(compiler):
-            raise FileNotFoundError(f"no C compiler called {compiler}; set CC")
-        self._folder = tempfile.TemporaryDirectory()
-        target = Path(self._folder.name) / "joint.so"
-        source = Path(__file__).with_name("joint.c")
-        subprocess.run([compiler, *FLAGS, *flags, "-o", str(target), str(source), "-lm"], check=True)
-        self._library = ctypes.CDLL(str(target))
+        self._library = library("joint.c", *flags)
         self._library.filter_size.restype = ctypes.c_long
         self._bytes = self._library.filter_size()
 
@@ -46,8 +34,8 @@ class InC:
         memory = self.start(est)
         filter = self._library.equation_error if noise == "EquationError" else self._library.output_error
         filter(
-            est.model.n, ctypes.c_long(len(y)), _pointer(y), _pointer(u), ctypes.c_double(VARIANCE),
-            _pointer(memory), _pointer(out), out.shape[1],
+            est.model.n, ctypes.c_long(len(y)), pointer(y), pointer(u), ctypes.c_double(VARIANCE),
+            pointer(memory), pointer(out), out.shape[1],
         )  # fmt: skip
 
 
@@ -134,7 +122,3 @@ class DenseMIMO:
             s = F @ (s + K @ (y - H @ s))
             P = F @ (P - K @ b.T) @ F.T
         return s
-
-
-def _pointer(array: np.ndarray):
-    return array.ctypes.data_as(ctypes.c_void_p)

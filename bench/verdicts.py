@@ -1,14 +1,17 @@
-"""One measured number beside what was promised; met and missed are printed alike."""
+"""One measured number beside what was promised; met and missed are printed alike. A table holds more of them."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Verdict(NamedTuple):
-    """A number, the budget in words, whether it was kept, and the file that measured it."""
+    """A number, the budget in words, whether it was kept, and the file that measured it.
+
+    Where somebody else did the same job: who, how many times as fast (more than 1: faster than we), and why.
+    """
 
     name: str
     value: float | None
@@ -16,12 +19,29 @@ class Verdict(NamedTuple):
     kept: bool
     source: str
     note: str = ""
+    rival: str = ""
+    ahead: float = 0.0
+    why: str = ""
 
     def as_dict(self) -> dict:
         """Return the form that scripts read."""
         value = None if self.value is None else float(f"{self.value:.4g}")
         row = {"name": self.name, "value": value, "expected": self.expected, "pass": self.kept, "source": self.source}
-        return {**row, "note": self.note} if self.note else row
+        beside = {"rival": self.rival, "ahead": float(f"{self.ahead:.3g}"), "why": self.why} if self.rival else {}
+        return {**row, **({"note": self.note} if self.note else {}), **beside}
+
+    def beside(self, rival: str, ahead: float, why: str = "") -> Verdict:
+        """Return the verdict with who else did the job, how many times as fast as we, and why if faster."""
+        return self._replace(rival=rival, ahead=float(ahead), why=why)
+
+
+class Table(NamedTuple):
+    """Numbers that belong together; the first column says what of."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: list[tuple[Any, ...]]
+    text: str = ""
 
 
 def at_most(name: str, value: float, bound: float, unit: str, source: str, note: str = "") -> Verdict:
@@ -44,48 +64,20 @@ def not_measured(name: str, expected: str, source: str, why: str) -> Verdict:
     return Verdict(name, None, expected, False, source, why)
 
 
-def write(path: Path, verdicts: list[Verdict]) -> None:
-    """Write the verdicts as JSON."""
-    path.write_text(json.dumps({"name": "bench", "verdicts": [v.as_dict() for v in verdicts]}, indent=2) + "\n")
+def write(path: Path, machine: dict[str, str], found: list[Verdict | Table]) -> None:
+    """Write verdicts and tables as JSON."""
+    verdicts = [one.as_dict() for one in found if isinstance(one, Verdict)]
+    tables = [one._asdict() for one in found if isinstance(one, Table)]
+    told = {"name": "bench", "machine": machine, "verdicts": verdicts, "tables": tables}
+    path.write_text(json.dumps(told, indent=2) + "\n")
 
 
-def page(verdicts: list[Verdict]) -> str:
-    """Return the verdicts as the Markdown page of the documentation."""
-    missed = sum(not v.kept for v in verdicts)
-    rows = [
-        f"| {v.name} | {'-' if v.value is None else f'{v.value:.3g}'} | {v.expected} "
-        f"| {'met' if v.kept else '**missed**'} | {v.note} |"
-        for v in verdicts
-    ]
-    return "\n".join([PAGE.format(met=len(verdicts) - missed, missed=missed), *rows, ""])
-
-
-PAGE = """# Benchmarks
-
-Written by `make bench`; every number is measured in one run, opponents alternating with driftwise, medians of several
-rounds. What was missed is printed as plainly as what was met. `python -m bench --big` takes 1e8 rows of Parquet.
-
-The opponent in C (`bench/joint.c`) is the same U D recursion with run-time sizes, compiled with -O3 and checked to give
-the same numbers to 1e-9. filterpy is fed the matrices of every sample, built beforehand (smoothing: with noise on every
-state, since its smoother inverts P), and so is the dense filter in NumPy. Wall times (start-up, threads) want an idle
-machine.
-
-This run: {met} met, {missed} missed.
-
-| what | measured | budget | | note |
-|---|---|---|---|---|"""
-
-
-def table():
-    """Return an empty table for `add`."""
-    from rich.table import Table
-
-    out = Table("what", "measured", "budget", "", "note")
-    out.columns[1].justify = "right"
-    return out
-
-
-def add(out, verdict: Verdict) -> None:
-    """Add a row."""
-    value = "-" if verdict.value is None else f"{verdict.value:.3g}"
-    out.add_row(verdict.name, value, verdict.expected, "met" if verdict.kept else "MISSED", verdict.note)
+def number(value: Any) -> str:
+    """Return a cell as it is read: three digits of a number, words as they are."""
+    if value is None:
+        return "-"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", " ")
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
