@@ -24,7 +24,7 @@ GROUPS = (
         "Same model, same data; answers are compared before clocks are. The opponent `bench/joint.c` is the same U D "
         "recursion with run-time sizes; `bench/lanes.c` knows the order and takes one series or eight at a time. The "
         "other filters get the matrices of every sample, built beforehand.",
-        ("records", "rivals", "failures", "recursive"),
+        ("records", "lanes", "rivals", "failures", "recursive"),
     ),
     Group(
         "Fleets and streams",
