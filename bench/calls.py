@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -18,11 +15,10 @@ SERIES = 10_000
 
 
 def verdicts() -> Iterator[Verdict]:
-    """Yield the budgets of streaming calls, of fleets, and of two threads."""
+    """Yield the budgets of streaming calls and of fleets."""
     yield from _streaming()
     yield from _fleet("N = 6, no input", inputs=0, direct=False)
     yield from _fleet("N = 10, input and direct term")
-    yield _threads()
 
 
 def _streaming(samples: int = 10_000) -> Iterator[Verdict]:
@@ -68,27 +64,3 @@ def _fleet(what: str, **options) -> Iterator[Verdict]:
 
     rates = 20 * SERIES / np.median(alternate(ticks, raw, rounds=7), axis=0) / 1e6
     yield at_least(f"fleet, est.tick, {what}", rates[0], 5, "million/s", SOURCE, f"raw call {rates[1]:.1f} million/s")
-
-
-def _threads(samples: int = 20, rounds: int = 40) -> Verdict:
-    est = joint("EquationError", inputs=0, direct=False)
-    y = np.random.default_rng(0).standard_normal((SERIES, samples, 1))
-    u, out = np.zeros((SERIES, samples, 0)), np.empty((SERIES, samples, 4))
-    rows = est.start(SERIES).view("f8").reshape(SERIES, -1)
-    scratches = est.scratch(), est.scratch()
-
-    def part(of: int, parts: int) -> None:
-        cut = slice(of * SERIES // parts, (of + 1) * SERIES // parts)
-        est.drive(rows[cut], y[cut], u[cut], out[cut], est.spec, scratches[of])
-
-    seconds: dict[int, list[float]] = {1: [], 2: []}
-    with ThreadPoolExecutor(2) as pool:
-        for _ in range(rounds):
-            time.sleep(0.2)  # spread out, so that some rounds find both cores idle
-            for parts in (1, 2):
-                start = time.perf_counter()
-                list(pool.map(part, range(parts), [parts] * parts))
-                seconds[parts].append(time.perf_counter() - start)
-    value = min(seconds[1]) / min(seconds[2])
-    note = f"best wall time of {rounds}; needs two idle cores (load average {os.getloadavg()[0]:.1f})"
-    return at_least("fleet, two threads over one", value, 1.7, "x", SOURCE, note)
