@@ -25,6 +25,7 @@ trace = est.scan(y)
 OTHERS = {
     "first smooth": "est.smooth(y)",
     "first estimate of two outputs": "dw.JointMIMO((1, 1)).scan(np.column_stack([y, y + np.cos(np.arange(100.0))]))",
+    "first fleet": "dw.Fleet(dw.Joint(2)).scan(np.arange(100) % 10, y)",
     "first estimate in continuous time": "dw.ContinuousJoint(2).scan(y)",
 }  # each after FIRST in the same cache
 START = "import numpy as np, driftwise as dw; y, est = np.sin(np.arange(100.0)), dw.Joint(2); "
