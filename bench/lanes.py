@@ -28,6 +28,12 @@ def compiled(lanes: int) -> ctypes.CDLL:
     return library("lanes.c", NATIVE, *(["-DLANES"] if lanes == 8 else []))
 
 
+def operations(n: int) -> int:
+    """Return the operations of ``lanes.c`` per sample and series, counted by hand; 2 n of them are divisions."""
+    N = 2 * n
+    return 7 * N + 2 * N * (N - 1) + 4 + 2 * N + 2 * n + n * n
+
+
 class Lanes:
     """Series y (S, T), S divisible by eight, filtered by C from the prior of a Joint(3) with `EquationError`."""
 

@@ -81,6 +81,49 @@ double latency(int which, long turns)
     return a == 0.5 ? 0.0 : seconds / turns;
 }
 
+/* Seconds of one of many independent divisions (2), roots (3) or logarithms (4): how soon the next may begin. */
+double interval(int which, long turns)
+{
+    double a[CHAINS], b = 1.0000001, start;
+    ALL a[i] = 1.5 + i;
+    start = now();
+#define CHAINS_OF(step) \
+    for (long t = 0; t < turns; t++) { \
+        ALL \
+        { \
+            step; \
+            __asm__ volatile("" : "+x"(a[i])); \
+        } \
+    } \
+    break;
+    switch (which) {
+    case 2:
+        CHAINS_OF(a[i] = b / a[i])
+    case 3:
+        CHAINS_OF(a[i] = sqrt(a[i]))
+    case 4:
+        CHAINS_OF(a[i] = log(a[i] + 2.0))
+    }
+    double seconds = now() - start, sum = 0.0;
+    ALL sum += a[i];
+    return sum == 0.5 ? 0.0 : seconds / (CHAINS * turns);
+}
+
+/* The same of a division of eight numbers at once, over eight. */
+double lane_interval(long turns)
+{
+    vector a[CHAINS], b;
+    for (int k = 0; k < 8; k++)
+        b[k] = 1.0000001;
+    ALL a[i] = b * (1.5 + i);
+    double start = now();
+    for (long t = 0; t < turns; t++)
+        ALL a[i] = b / a[i];
+    double seconds = now() - start, sum = 0.0;
+    ALL sum += a[i][0] + a[i][7];
+    return sum == 0.5 ? 0.0 : seconds / (8 * CHAINS * turns);
+}
+
 /* Bytes per second of a = b + s c over arrays of n numbers each: two read, one written. */
 double triad_rate(double *restrict a, const double *restrict b, const double *restrict c, long n, long turns)
 {
