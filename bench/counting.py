@@ -6,8 +6,8 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager, ExitStack
-from typing import Any, NamedTuple
+from contextlib import ExitStack, contextmanager
+from typing import ClassVar, NamedTuple
 from unittest import mock
 
 import numpy as np
@@ -20,16 +20,18 @@ FUNCTIONS = ("log", "log1p", "exp", "expm1", "tanh", "atan", "cos", "sin", "lgam
 class Counted:
     """A number, and the moment from which it may be used if everything else costs nothing."""
 
-    __slots__ = ("value", "ready")
-    done: Counter[str] = Counter()
-    latency: dict[str, float] = {}
+    __slots__ = ("ready", "value")
+    done: ClassVar[Counter[str]] = Counter()
+    latency: ClassVar[dict[str, float]] = {}
+    free: ClassVar[dict[str, tuple[float, ...]]] = {}  # operands that cost nothing, by kind
 
     def __init__(self, value, ready: float = 0.0):
         self.value, self.ready = float(value), ready
 
     def _with(self, other, kind: str, result, is_swapped: bool = False):
         value, ready = (other.value, other.ready) if isinstance(other, Counted) else (float(other), 0.0)
-        Counted.done[kind] += 1
+        free = Counted.free.get(kind, ())
+        Counted.done[kind] += self.value not in free and value not in free
         with np.errstate(all="ignore"):
             a, b = np.float64(self.value), np.float64(value)
             found = result(b, a) if is_swapped else result(a, b)
@@ -118,14 +120,16 @@ def _function(plain, kind: str):
 
 
 @contextmanager
-def _counting(latency: dict[str, float]) -> Iterator[None]:
+def counting(latency=None, free=None) -> Iterator[Counter[str]]:
+    """Count what is done from here on; say how long each kind takes, and which operands cost nothing."""
+    done: Counter[str] = Counter()
     with ExitStack() as stack:
         for name in (*FUNCTIONS, "sqrt"):
             kind = "root" if name == "sqrt" else "logarithm"
             stack.enter_context(mock.patch.object(math, name, _function(getattr(math, name), kind)))
-        stack.enter_context(mock.patch.object(Counted, "latency", latency))
-        stack.enter_context(mock.patch.object(Counted, "done", Counter()))
-        yield
+        for name, value in {"latency": latency or {}, "free": free or {}, "done": done}.items():
+            stack.enter_context(mock.patch.object(Counted, name, value))
+        yield done
 
 
 class Work(NamedTuple):
@@ -150,11 +154,11 @@ def work(est, ys, us, state, latency: dict[str, float], columns: int = 4) -> Wor
     member, group, starts = np.zeros(1, np.int64), np.zeros(1, np.int64), np.array([0, 1])
     totals: list[Counter[str]] = []
     moments: list[float] = []
-    with _counting(latency):
+    with counting(latency) as counts:
         for y, u in zip(counted(ys), counted(us)):
-            Counted.done.clear()
+            counts.clear()
             step(rows, member, starts, y[None], u[None], outs, est.spec[None], group, scratch)
-            totals.append(Counter(Counted.done))
+            totals.append(Counter(counts))
             moments.append(max(x.ready for x in rows[0] if isinstance(x, Counted)))
     skip = len(totals) // 4
     kept = len(totals) - skip

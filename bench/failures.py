@@ -49,7 +49,7 @@ def _one_nan(samples: int) -> Table:
     est = dw.Regression(4, memory=dw.Walk(Q), variance=R, P0=P0)
     everybody = {"driftwise": lambda y, h: est.scan(y, h).parameters, **PEERS}
     rows = [(name, _lost(run, no_y, h, half), _lost(run, y, no_h, half)) for name, run in everybody.items()]
-    text = f"Estimates of a drifting regression lost of the {samples - half} from the NaN on. Without a word: no exception, no flag."
+    text = f"Estimates of a drifting regression lost of the {samples - half} from the NaN on. Nobody raises or warns."
     return Table("One NaN", ("who", "a NaN in y", "a NaN among the regressors"), rows, text)
 
 

@@ -23,19 +23,27 @@ def draw(path: Path, found: Found) -> None:
     if MACHINE not in tables or STEPS not in tables:
         return
     limit = {row[0]: row[1] for row in tables[MACHINE].rows}
-    intensity = np.geomspace(0.03, 30, 100)
+    intensity = np.geomspace(0.05, 300, 100)
     figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
     vector = limit["the same in vectors, fused"]
     for where in ("L1", "L3", "memory"):
         rate = limit[f"triad, arrays in {where}"]
         axes.plot(intensity, np.minimum(intensity * rate, vector), color="0.6", lw=1)
-        axes.annotate(f"{where} {rate:.0f} GB/s", (0.035, 0.035 * rate), rotation=32, fontsize=7, color="0.4")
+        axes.text(
+            0.055,
+            0.068 * rate,
+            f"{where} {rate:.0f} GB/s",
+            rotation=39,
+            rotation_mode="anchor",
+            fontsize=7,
+            color="0.4",
+        )
     for name, height in (
         ("vectors, fused", vector),
         ("one at a time", limit["sums and products, one number at a time"]),
     ):
         axes.axhline(height, color="0.3", lw=1, ls="--")
-        axes.annotate(f"{name}: {height:.0f} GFLOP/s", (29, height * 1.08), ha="right", fontsize=7, color="0.3")
+        axes.annotate(f"{name}: {height:.0f} GFLOP/s", (280, height * 1.08), ha="right", fontsize=7, color="0.3")
     colours: dict[str, str] = {}
     for row in tables[STEPS].rows:
         cell = dict(zip(COLUMNS, row))
@@ -47,11 +55,15 @@ def draw(path: Path, found: Found) -> None:
             at, cell["GFLOP/s"], "o" if is_fleet else "s", color=colour, label=label, mfc="w" if is_fleet else None
         )
     axes.set(
-        xscale="log", yscale="log", xlabel="operations per byte moved", ylabel="GFLOP/s of one core", ylim=(0.5, 300)
+        xscale="log",
+        yscale="log",
+        xlabel="operations per byte moved",
+        ylabel="GFLOP/s of one core",
+        xlim=(0.05, 300),
+        ylim=(0.7, 300),
     )
-    axes.legend(
-        fontsize=7, title="square: series after series; circle: tick after tick", title_fontsize=7, loc="lower right"
-    )
+    told = "square: series after series; circle: tick after tick"
+    figure.legend(fontsize=7, title=told, title_fontsize=7, loc="outside lower center", ncols=5)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)

@@ -16,7 +16,7 @@ class Group(NamedTuple):
 GROUPS = (
     Group(
         "One step, four ways to feed it",
-        "The same recursion called sample by sample, over a record, and for a fleet: nanoseconds of one core per sample.",
+        "The same recursion, called for each sample, over a record, and for a fleet.",
         ("ways",),
     ),
     Group(

@@ -60,11 +60,15 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
     value, mine, other = ratio(partial(scan, regular, samples), lambda: textbook(y[:few], u[:few]), rounds=7)
     value *= few / samples
     note = f"NumPy, the same gains {other / few * 1e6:.1f} us a sample, ours {mine / samples * 1e6:.2f} us"
-    yield for_information("window, regular: against its gains alone in NumPy", value, "x", SOURCE, note)
+    yield for_information("window, regular: against its gains alone in NumPy", value, "x", SOURCE, note).beside(
+        "NumPy", value
+    )
     value, mine, other = ratio(partial(scan, growing, samples), lambda: _filterpy(growing, y[:few], u[:few]), rounds=5)
     value *= few / samples
     note = f"filterpy, 6 states {other / few * 1e6:.0f} us a sample, ours {mine / samples * 1e6:.2f} us"
-    yield at_most("window, all samples so far: against filterpy", value, 0.1, "x", SOURCE, note)
+    yield at_most("window, all samples so far: against filterpy", value, 0.1, "x", SOURCE, note).beside(
+        "filterpy", value
+    )
     pairs = list(zip(y[:few].tolist(), u[:few].tolist()))
 
     def stream():

@@ -12,6 +12,7 @@ from .plant import joint, record
 from .verdicts import Verdict, at_least, at_most, for_information, not_measured
 
 SOURCE = "bench/records.py"
+WHY = "no status, nothing may be missing, no policies"
 CASES = [
     ("EquationError", "innovations", 4),
     ("EquationError", "std", 24),
@@ -30,13 +31,14 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
         for case in CASES:
             yield _against_c(in_c, *case, samples)
         value, note = _measure(native, *CASES[0], samples)
-        yield for_information("record, EquationError, C with -march=native", value, "x C", SOURCE, note)
+        name = "record, EquationError, C with -march=native"
+        yield for_information(name, value, "x C", SOURCE, note).beside("C -O3 -march=native", value, WHY)
     yield from _against_filterpy()
 
 
 def _against_c(in_c: InC, noise: str, keep: str, columns: int, samples: int) -> Verdict:
     value, note = _measure(in_c, noise, keep, columns, samples)
-    return at_most(f"record, {noise}, keep {keep}", value, 2.5, "x C", SOURCE, note)
+    return at_most(f"record, {noise}, keep {keep}", value, 2.5, "x C", SOURCE, note).beside("C -O3", value, WHY)
 
 
 def _measure(in_c: InC, noise: str, keep: str, columns: int, samples: int) -> tuple[float, str]:
@@ -81,4 +83,5 @@ def _against_filterpy(samples: int = 3_000) -> Iterator[Verdict]:
     theirs = np.array([[cpu(opponent.run), cpu(ours) / many] for _ in range(3)])
     per_sample = np.median(theirs, axis=0) / samples * 1e6
     note = f"filterpy {per_sample[0]:.0f} us a sample, ours {per_sample[1]:.2f} us; N = {est.model.N}"
-    yield at_least(name, float(np.median(theirs[:, 0] / theirs[:, 1])), 100, "x", SOURCE, note)
+    value = float(np.median(theirs[:, 0] / theirs[:, 1]))
+    yield at_least(name, value, 100, "x", SOURCE, note).beside("filterpy", 1 / value)

@@ -35,13 +35,15 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
             continue
         value, ours, theirs = ratio(lambda: peer(y, phi), lambda: est.scan(y, phi, keep="means"), rounds=5)
         note = f"{name} {ours / samples * 1e6:.1f} us a sample, ours {theirs / samples * 1e6:.3f} us"
-        yield at_least(f"least squares, a record, {name.split()[0]}'s time over ours", value, 100, "x", SOURCE, note)
+        yield at_least(
+            f"least squares, a record, {name.split()[0]}'s time over ours", value, 100, "x", SOURCE, note
+        ).beside(name, 1 / value)
         if one is None:
             one, _, theirs = ratio(lambda: peer(y, phi), stream, rounds=5)
             note = f"est.update {theirs / samples * 1e6:.1f} us"
             yield for_information(
                 f"least squares, a stream, {name.split()[0]}'s time over ours", one, "x", SOURCE, note
-            )
+            ).beside(name, 1 / one)
         alike, longer = _alike(100_000)
         with np.errstate(all="ignore"):
             died = _first_bad(peer, longer, alike)

@@ -12,7 +12,6 @@ import driftwise as dw
 from .clock import alternate
 from .counting import Work, work
 from .fleets import Feed, seconds_of
-from .lanes import SOURCE as LANES_SOURCE
 from .lanes import Lanes, operations
 from .peaks import Peaks, peaks
 from .plant import VARIANCE
@@ -45,7 +44,8 @@ class Point(NamedTuple):
         return (
             self.name, self.way, self.operations, self.divisions, self.moved, 1e9 * self.seconds,
             1e-9 * self.operations / self.seconds, 1e-9 * self.moved / self.seconds,
-            *(1e9 * self.limits[name] if name in self.limits else None for name in LIMITS), binds, self.seconds / self.limits[binds],
+            *(1e9 * self.limits[name] if name in self.limits else None for name in LIMITS),
+            binds, self.seconds / self.limits[binds],
         )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def _points(name: str, est, top: Peaks, series: int) -> Iterator[Point]:
     feed = Feed(est, series, ticks)
     samples = Feed(est, 1, 60)
     state = samples.fleet(1).states[0]
-    at, ys, us = next(samples.batches())
+    _, ys, us = next(samples.batches())
     asked = work(est, ys, us, state, top.latency)
     one = 8.0 * (est.model.inputs + 1 + 4)  # a sample and what it showed
     moved = {SERIES: one, TICKS: one + 2.0 * est.dtype.itemsize}
@@ -128,17 +128,22 @@ def _words(points: list[Point], in_c: Point, top: Peaks) -> str:
     first = points[0]
     binds = max(first.limits, key=first.limits.__getitem__)
     memory = max(point.limits["memory"] / point.seconds for point in points)
-    return (
-        f"A sample of {first.name} asks for {first.operations:.0f} operations, {first.divisions:.0f} of them divisions, "
-        f"and takes {1e9 * first.seconds:.0f} ns, fed {first.way}: {first.seconds / first.limits[binds]:.1f} times what "
-        f"{binds} alone would take.\n"
-        f"Memory is not what one waits for: moving states and samples would take at most {100 * memory:.0f} % of the "
-        f"measured time, even of a fleet whose states lie outside the caches.\n"
-        f"What is left unused are the vector units, {top.vector / top.scalar:.0f} times the rate of single numbers: C with "
-        f"eight series side by side takes {1e9 * in_c.seconds:.1f} ns a sample.\n\n"
-        "Operations are those of the plain Python step, run on numbers that count (`bench/counting.py`; sums, products, "
-        "divisions, roots, logarithms; what the compiler saves is not known to it). The chain is the time from one state to the next "
-        "if only operations that wait for each other took time; several series side by side hide it. Bytes are those that must "
-        f"move: samples, results, and for a fleet the state, read and written. `{LANES_SOURCE}` has the C.\n\n"
-        "![Roofline](figures/roofline.svg)"
-    )
+    return WORDS.format(
+        name=first.name, operations=first.operations, divisions=first.divisions, ns=1e9 * first.seconds, way=first.way,
+        over=first.seconds / first.limits[binds], binds=binds, memory=100 * memory,
+        vectors=top.vector / top.scalar,
+        in_c=1e9 * in_c.seconds, here=SOURCE.rsplit("/", 1)[0],
+    )  # fmt: skip
+
+
+WORDS = """A sample of {name} asks for {operations:.0f} operations, {divisions:.0f} of them divisions, and takes {ns:.0f} ns
+fed {way}: {over:.1f} times what {binds} alone would take. Moving states and samples would take at most {memory:.0f} % of
+the measured time, even tick after tick in a fleet whose states lie outside the caches. Vector units do {vectors:.0f} times
+as much as single numbers: C with eight series side by side takes {in_c:.1f} ns a sample.
+
+Operations are those of the plain Python step as it is written, run on numbers that count (`{here}/counting.py`); what
+the compiler saves is not known to it. The chain is the time from one state to the next if only operations that wait for
+each other took time. Bytes are those that must move: samples, results, and, tick after tick, the state out and in.
+The operations of `{here}/lanes.c` are counted by hand.
+
+![Roofline](figures/roofline.svg)"""

@@ -11,7 +11,7 @@ import numpy as np
 import driftwise as dw
 
 from .clock import alternate
-from .fleets import BATCH, Feed, seconds_of
+from .fleets import Feed, seconds_of
 from .verdicts import Table, Verdict, at_most
 
 SOURCE = "bench/scaling.py"
@@ -41,8 +41,8 @@ def _orders(what: str, letter: str, kinds: dict[int, object]) -> Table:
     growth = np.polyfit(np.log(unknowns[len(unknowns) // 2 :]), np.log(nanoseconds[len(unknowns) // 2 :]), 1)[0]
     rows = [(n, int(N), float(t), float(1e3 * t / N**2)) for n, N, t in zip(kinds, unknowns, nanoseconds)]
     text = (
-        f"A record of {SAMPLES} samples, the general loop. Over the larger half the cost grows like N to the {growth:.2f}; "
-        "a sample costs O(N^2), dense matrices O(N^3)."
+        f"A record of {SAMPLES} samples, the general loop. Over the larger half the cost grows like N to the "
+        f"{growth:.2f}; a sample costs O(N^2), dense matrices O(N^3)."
     )
     return Table(f"Order: {what}", (letter, "N", "ns a sample", "ps over N^2"), rows, text)
 
@@ -79,7 +79,9 @@ def _series() -> Table:
             row += [float(1e9 * np.median(seconds)), series * est.dtype.itemsize / 1e6]
         rows.append(tuple(row))
     columns = tuple(c for name in kinds for c in (f"{name}, ns", "MB of states"))
-    text = "Time order, one sample of each series in a batch (ten where there are 100 series): no state is at hand when it is needed."
+    text = (
+        "In order of time, a sample of each series in a batch (ten where there are 100): every state comes from afar."
+    )
     return Table("Number of series", ("series", *columns), rows, text)
 
 
@@ -115,5 +117,7 @@ def _threads(rounds: int = 10) -> Table:
         for i, count in enumerate(counts)
     ]
     columns = tuple(c for name in kinds for c in (f"{name}, million/s", "times one"))
-    text = f"Wall time, best of {rounds} rounds; load average {os.getloadavg()[0]:.1f}, so read it on an idle machine only."
+    text = (
+        f"Wall time, best of {rounds} rounds; load average {os.getloadavg()[0]:.1f}: read it on an idle machine only."
+    )
     return Table("Threads", ("threads", *columns), rows, text)

@@ -55,7 +55,8 @@ def _against_filterpy(samples: int = 1_000) -> Iterator[Verdict]:
     seconds = np.array([[cpu(opponent.smooth), cpu(lambda: est.smooth(y, u))] for _ in range(5)])
     each = np.median(seconds, axis=0) / samples * 1e6
     note = f"filterpy's filter and RTS {each[0]:.0f} us a sample, ours {each[1]:.1f} us; noise on every state"
-    yield for_information(name, float(np.median(seconds[:, 0] / seconds[:, 1])), "x", SOURCE, note)
+    value = float(np.median(seconds[:, 0] / seconds[:, 1]))
+    yield for_information(name, value, "x", SOURCE, note).beside("filterpy", 1 / value)
 
 
 def _memory(short: int = 20_000, long: int = 100_000) -> Iterator[Verdict]:

@@ -26,7 +26,9 @@ def verdicts(plots: int = 2000) -> Iterator[Verdict]:
     mine, other = mine / plots / 2 * 1e6, other / few / 2 * 1e6
     note = f"{len(est.names)} members; one constant-velocity filter of filterpy: {other:.0f} us"
     yield at_most("tracks, a plot and coordinate, whole bank", mine, 25.0, "us", SOURCE, note)
-    yield for_information("tracks, whole bank over one filter of filterpy", mine / other, "x", SOURCE)
+    yield for_information("tracks, whole bank over one filter of filterpy", mine / other, "x", SOURCE).beside(
+        "filterpy", mine / other
+    )
     yield at_most("tracks, state of a track", est.dtype.itemsize, 4096, "bytes", SOURCE)
 
     def stream():

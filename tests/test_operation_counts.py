@@ -8,70 +8,12 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from bench.counting import Counted, counted, counting
 from driftwise.estimators.joint import predict as joint_predict
 from driftwise.estimators.joint import row as joint_row
 from driftwise.kernel import ud
 
-
-class Counted:
-    """A number that counts the arithmetic done with it."""
-
-    done = 0
-
-    def __init__(self, value):
-        self.value = float(value)
-
-    def _with(self, other, result, neutral):
-        other = other.value if isinstance(other, Counted) else float(other)
-        value = result(self.value, other)
-        if self.value not in neutral and other not in neutral:
-            Counted.done += 1
-        return Counted(value)
-
-    def __add__(self, other):
-        return self._with(other, lambda a, b: a + b, (0.0,))
-
-    def __sub__(self, other):
-        return self._with(other, lambda a, b: a - b, (0.0,))
-
-    def __mul__(self, other):
-        return self._with(other, lambda a, b: a * b, (0.0, 1.0, -1.0))
-
-    def __truediv__(self, other):
-        return self._with(other, lambda a, b: a / b, (0.0, 1.0))
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __rsub__(self, other):
-        return Counted(other) - self
-
-    def __rtruediv__(self, other):
-        return Counted(other) / self
-
-    def __neg__(self):
-        return Counted(-self.value)
-
-    def __lt__(self, other):
-        return self.value < float(other)
-
-    def __gt__(self, other):
-        return self.value > float(other)
-
-    def __ge__(self, other):
-        return self.value >= float(other)
-
-    def __le__(self, other):
-        return self.value <= float(other)
-
-    def __float__(self):
-        return self.value
-
-    def __abs__(self):
-        return Counted(abs(self.value))
-
-
-def counted(values):
-    return np.array([Counted(v) for v in np.ravel(values)], dtype=object).reshape(np.shape(values))
+FREE = {"sum": (0.0,), "product": (0.0, 1.0, -1.0), "division": (0.0, 1.0)}
 
 
 def operations_of_one_step(n, noise):
@@ -88,18 +30,18 @@ def operations_of_one_step(n, noise):
     work = joint_row.open_work(form, counted(est.scratch() * 0))
     state.held[0] = Counted(0.7)
     s, U, D = state.s, state.U, state.D
-    Counted.done = 0
-    yhat = joint_row.predict_output(s, state.held, work.direct)
-    joint_row.project(U, D.size, state.held, work.direct, work.f)
-    e = Counted(0.3) - yhat
-    T = ud.correct(U, D, work.f, Counted(kernel_noise.R), work.b)
-    e = e / T
-    for i in range(D.size):
-        s[i] += work.b[i] * e
-    R = Counted(kernel_noise.R)
-    noise = kernel_noise._replace(R=R)
-    joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False, 0.0)
-    return Counted.done
+    with counting(free=FREE) as done:
+        yhat = joint_row.predict_output(s, state.held, work.direct)
+        joint_row.project(U, D.size, state.held, work.direct, work.f)
+        e = Counted(0.3) - yhat
+        T = ud.correct(U, D, work.f, Counted(kernel_noise.R), work.b)
+        e = e / T
+        for i in range(D.size):
+            s[i] += work.b[i] * e
+        R = Counted(kernel_noise.R)
+        noise = kernel_noise._replace(R=R)
+        joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False, 0.0)
+    return done.total() - done["comparison"]
 
 
 @pytest.mark.parametrize("n", range(1, 7))
