@@ -136,10 +136,10 @@ def _words(points: list[Point], in_c: Point, top: Peaks) -> str:
     )  # fmt: skip
 
 
-WORDS = """A sample of {name} asks for {operations:.0f} operations, {divisions:.0f} of them divisions, and takes {ns:.0f} ns
-fed {way}: {over:.1f} times what {binds} alone would take. Moving states and samples would take at most {memory:.0f} % of
-the measured time, even tick after tick in a fleet whose states lie outside the caches. Vector units do {vectors:.0f} times
-as much as single numbers: C with eight series side by side takes {in_c:.1f} ns a sample.
+WORDS = """A sample of {name} asks for {operations:.0f} operations, {divisions:.0f} of them divisions, and takes
+{ns:.0f} ns fed {way}: {over:.1f} times what {binds} alone would take. Moving states and samples would take at
+most {memory:.0f} % of the measured time, even tick after tick in a fleet whose states lie outside the caches. Vector
+units do {vectors:.0f} times as much as single numbers: C with eight series side by side takes {in_c:.1f} ns a sample.
 
 Operations are those of the plain Python step as it is written, run on numbers that count (`{here}/counting.py`); what
 the compiler saves is not known to it. The chain is the time from one state to the next if only operations that wait for
