@@ -8,8 +8,8 @@ import numpy as np
 
 import driftwise as dw
 
-from .clock import ratio
-from .verdicts import Verdict, at_least, at_most, for_information
+from .clock import alternate, ratio
+from .verdicts import Verdict, at_least, at_most, for_information, not_measured
 
 SOURCE = "bench/recursive.py"
 P = 0.99
@@ -27,33 +27,37 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
         for k in range(samples):
             state, _ = est.update(state, y[k], phi[k])
 
-    one = None
+    trace = est.scan(y, phi)
     for name, peer in {"padasip FilterRLS": _padasip, "river BayesianLinearRegression": _river}.items():
+        found: list[float] = []
         try:
-            peer(y[:1], phi[:1])
-        except ImportError:
+            peer(y, phi, found)
+        except ImportError as error:
+            yield not_measured(
+                f"least squares, a record, {name.split()[0]}'s time over ours", ">= 100 x", SOURCE, str(error)
+            )
             continue
-        value, ours, theirs = ratio(lambda: peer(y, phi), lambda: est.scan(y, phi, keep="means"), rounds=5)
-        note = f"{name} {ours / samples * 1e6:.1f} us a sample, ours {theirs / samples * 1e6:.3f} us"
-        yield at_least(
-            f"least squares, a record, {name.split()[0]}'s time over ours", value, 100, "x", SOURCE, note
-        ).beside(name, 1 / value)
-        if one is None:
-            one, _, theirs = ratio(lambda: peer(y, phi), stream, rounds=5)
-            note = f"est.update {theirs / samples * 1e6:.1f} us"
-            yield for_information(
-                f"least squares, a stream, {name.split()[0]}'s time over ours", one, "x", SOURCE, note
-            ).beside(name, 1 / one)
+        np.testing.assert_allclose(found[-1000:], trace.prediction[-1000:], atol=1e-6)
+        seconds = (
+            alternate(lambda p=peer: p(y, phi), lambda: est.scan(y, phi, keep="means"), stream, rounds=5) / samples
+        )
+        us, short = np.median(seconds, axis=0) * 1e6, name.split()[0]
+        value, one = (float(np.median(seconds[:, 0] / seconds[:, i])) for i in (1, 2))
+        note = f"{name} {us[0]:.1f} us a sample, ours {us[1]:.3f} us"
+        told = at_least(f"least squares, a record, {short}'s time over ours", value, 100, "x", SOURCE, note)
+        yield told.beside(name, 1 / value)
+        note = f"est.update {us[2]:.1f} us"
+        told = for_information(f"least squares, a stream, {short}'s time over ours", one, "x", SOURCE, note)
+        yield told.beside(name, 1 / one)
         alike, longer = _alike(100_000)
         with np.errstate(all="ignore"):
             died = _first_bad(peer, longer, alike)
-        yield for_information(
-            f"two equal regressors, forgetting {P}: {name.split()[0]} fails at sample", died, "", SOURCE
-        )
+        yield for_information(f"two equal regressors, forgetting {P}: {short} fails at sample", died, "", SOURCE)
     alike, longer = _alike(100_000)
     e = est.scan(longer, alike).innovation[-1000:]
     name = f"two equal regressors, forgetting {P}: error of the last 1000 of 100 000 samples over the noise"
     yield at_most(name, float(np.sqrt(np.mean(e**2)) / 0.2), 1.1, "", SOURCE)
+    yield _against_statsmodels(y[:3000], phi[:3000])
 
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=10_000, noise_std=0.1, seed=1)
     plain = dw.ARX(2, 2)
@@ -64,6 +68,24 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
         note = f"{ours / len(y) * 1e9:.0f} ns a sample, ARX(2, 2) {theirs / len(y) * 1e9:.0f} ns"
         name = f"{type(member).__name__}, {member.options['method']}, record, keep std"
         yield for_information(name, value, "x ARX", SOURCE, note)
+
+
+def _against_statsmodels(y, phi) -> Verdict:
+    """Return the time of `RecursiveLS`, which never forgets, over ours."""
+    name = "least squares without forgetting, a record, statsmodels' time over ours"
+    try:
+        from statsmodels.regression.recursive_ls import RecursiveLS
+    except ImportError as error:
+        return not_measured(name, "no budget (x)", SOURCE, str(error))
+    est = dw.Regression(4)
+
+    def theirs():
+        return RecursiveLS(y, phi).fit().recursive_coefficients.filtered.T
+
+    np.testing.assert_allclose(theirs()[100:], est.scan(y, phi).parameters[100:], atol=1e-4)
+    value, other, mine = ratio(theirs, lambda: est.scan(y, phi, keep="means"), rounds=5)
+    note = f"RecursiveLS {other / len(y) * 1e6:.1f} us a sample, ours {mine / len(y) * 1e6:.3f} us"
+    return for_information(name, value, "x", SOURCE, note).beside("statsmodels RecursiveLS", 1 / value)
 
 
 def _alike(samples):
