@@ -1,11 +1,14 @@
 """A fleet on a GPU: in the simulator of CUDA, which must be chosen before numba is loaded, hence other processes."""
 
 import os
+import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from oracle import ptx
 
 import driftwise as dw
 from driftwise.kernel import compose
@@ -99,6 +102,40 @@ def test_a_gpu_gives_the_numbers_of_the_processor(simulated, name):
 @pytest.mark.slow
 def test_so_it_does_with_auto(simulated):
     compare(simulated, "auto")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs pip install numba-cuda[cu13]")
+@pytest.mark.parametrize(("name", "tolerance"), [("joint", 0.0), ("arx", 0.0), ("auto", 1e-11)])
+def test_the_code_compiled_for_a_gpu_gives_the_numbers_of_the_processor(name, tolerance, tmp_path):
+    """The assembly, run instruction by instruction: all bits, but for log, exp, lgamma and powers in `Auto`."""
+    from driftwise.kernel import device
+
+    rng, fleet = np.random.default_rng(0), dw.Fleet(CASES[name], range(3), threads=1)
+    crew, samples = fleet.crew, 120
+    code = device.assembly(crew.kinds, crew.sizes, (crew.width, crew.outputs, crew.inputs, 4, crew.numbers, crew.room))
+    assert "mul.f64" not in code and "add.f64" not in code  # without .rn the assembler may fuse them
+    y, u = rng.standard_normal((samples, 1)), rng.standard_normal((samples, crew.inputs))
+    y[rng.random(y.shape) < 0.1], u[rng.random(u.shape) < 0.1] = np.nan, np.nan
+    at, upright, outs = rng.integers(0, 3, samples), np.ascontiguousarray(fleet._rows.T), np.empty((samples, 4))
+    order, starts = np.argsort(at, kind="stable"), np.append(0, np.bincount(at).cumsum())
+    ptx.launch(code, [upright, np.arange(3), starts, order, y, u, outs, fleet._specs, fleet._group[:3]], threads=64)
+    for found, expected in ((outs, fleet.advance(at, y, u)), (upright.T, fleet._rows)):
+        assert np.array_equal(np.isnan(found), np.isnan(expected))
+        size = np.nanmax(abs(expected), axis=0)
+        assert np.nanmax(abs(found - expected) / np.where(size > 0, size, 1)) <= tolerance
+    assemble(code, tmp_path / "code.ptx")
+
+
+def assemble(code, path):
+    """Assemble it for an H100 and print the registers, if there is an assembler for this version of PTX."""
+    path.write_text(code)
+    if shutil.which("ptxas"):
+        done = subprocess.run(
+            ["ptxas", "-arch=sm_90", "-v", "-o", path.with_suffix(".cubin"), path], capture_output=True, text=True
+        )
+        assert done.returncode == 0 or "Unsupported .version" in done.stderr, done.stderr
+        print(*(line for line in done.stderr.splitlines() if "spill" in line or "registers" in line), sep="\n")
 
 
 def test_where_there_is_no_gpu_it_says_what_to_do(monkeypatch):

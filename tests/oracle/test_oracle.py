@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from oracle import dense, exact, golden
+from oracle import dense, exact, golden, ptx
 
 
 def record(st, T, seed):
@@ -128,3 +128,47 @@ def test_output_error_by_simulation(measured):
     mean, covariance = np.average(after, axis=0, weights=weight), np.cov(after.T, aweights=weight)
     assert np.abs((mean - got.s) / standard).max() < 0.01
     assert np.abs((covariance - got.P) / np.outer(standard, standard)).max() < 0.02
+
+
+def test_ptx_runs_as_its_manual_says():
+    code = """
+.visible .entry sum(
+	.param .u64 sum_param_0,
+	.param .u64 sum_param_1
+)
+{
+	.reg .pred 	%p<3>;
+	ld.param.u64 	%rd1, [sum_param_4];
+	ld.param.u64 	%rd2, [sum_param_5];
+	mov.u32 	%r1, %tid.x;
+	mul.wide.s32 	%rd5, %r1, 8;
+	add.s64 	%rd1, %rd1, %rd5;
+	mov.u64 	%rd3, 0;
+	mov.f64 	%fd1, 0d3FB999999999999A;
+
+$L__BB0_1:
+	fma.rn.f64 	%fd1, %fd1, %fd1, 0dBF847AE147AE147B;
+	ld.global.f64 	%fd2, [%rd1];
+	setp.leu.f64 	%p2, %fd2, 0d0000000000000000;
+	selp.f64 	%fd2, 0dBFF0000000000000, %fd2, %p2;
+	max.f64 	%fd2, %fd2, 0d7FF8000000000000;
+	st.global.f64 	[%rd1], %fd2;
+	add.s64 	%rd3, %rd3, 1;
+	setp.lt.s64 	%p1, %rd3, %rd2;
+	@%p1 bra 	$L__BB0_1;
+
+	setp.gt.s32 	%p1, %r1, 1;
+	@!%p1 bra 	$L__BB0_2;
+	st.global.f64 	[%rd1], %fd1;
+
+$L__BB0_2:
+	ret;
+}
+"""
+    numbers = np.array([np.nan, 3.0, 5.0])
+    ptx.launch(code, [numbers], threads=3)
+    once = 0.1  # squared, less 0.01, rounded once: three times
+    for _ in numbers:
+        once = float(Fraction(once) ** 2 - Fraction(0.01))
+    # what is NaN is not above zero, and loses against a number
+    np.testing.assert_array_equal(numbers, [-1.0, 3.0, once])
