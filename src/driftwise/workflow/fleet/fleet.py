@@ -226,7 +226,7 @@ class Fleet:
         fleet = cls(first, threads=threads)
         for other in others:
             fleet._settings(other)
-        fleet._rows, fleet._group = kept.rows, kept.group
+        fleet._own, fleet._group = kept.rows, kept.group
         fleet._index = dict(zip(kept.keys, range(len(kept.keys))))
         return fleet
 
