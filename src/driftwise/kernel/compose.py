@@ -24,10 +24,15 @@ from typing import Annotated, Any, get_type_hints
 
 import numpy as np
 
+from . import views
+from .views import fetch
+
 Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
 Size = Annotated[
     float, "a size"
 ]  # marks a number that decides the length of loops, or a branch: a fleet has it compiled in
+
+AHEAD = 4  # samples between fetching one and taking it, where they stand in any order
 
 _kernels: list[Callable] = []
 _choices: list[Any] = []
@@ -206,9 +211,9 @@ def _make_crew(kinds, sizes, shapes, fingerprint):
     Form, Noise, Memory, Gate, Scale, Detector = kinds
     width, outputs, inputs, columns, numbers, room = shapes
 
-    def advance_members(rows, members, starts, ys, us, outs, specs, group, scratch):
+    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, scratch):
         version = fingerprint
-        if rows.shape[1] != width or scratch.size != room or specs.shape[1] != numbers:
+        if rows.shape[1] != width or scratch.size != room or scratch.shape[0] != room or specs.shape[1] != numbers:
             return -1  # never; but now the compiler knows these as constants too
         if ys.shape[1] != outputs or us.shape[1] != inputs or outs.shape[1] != columns:
             return -1
@@ -222,7 +227,14 @@ def _make_crew(kinds, sizes, shapes, fingerprint):
             detector, at = read(Detector, spec, at)
             work = open_work(form, scratch)
             state = open_row(form, rows[members[i]])
-            for t in range(starts[i], starts[i + 1]):
+            for j in range(starts[i], starts[i + 1]):
+                t = j
+                if order.size:
+                    t = order[j]
+                    ahead = order[min(j + AHEAD, order.size - 1)]
+                    fetch(ys, ahead)
+                    fetch(us, ahead)
+                    fetch(outs, ahead)
                 advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, t)
         return version
 
@@ -367,6 +379,7 @@ def _bind() -> None:
         overload(read_like, jit_options=OPTIONS, strict=False)(
             lambda like, spec, at: _reader(like.instance_class, "like")
         )
+        views.bind()
         _bound.add(read)
 
 
@@ -384,14 +397,15 @@ def driver(*kinds: type) -> Callable:
 
 @functools.cache
 def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> Callable:
-    """Return the compiled ``go(rows, members, starts, ys, us, outs, specs, group, scratch)`` of a fleet.
+    """Return the compiled ``go(rows, members, starts, order, ys, us, outs, specs, group, scratch)`` of a fleet.
 
-    ``members`` (m,) are the indices of the ``rows`` (S, W) to advance in place; the samples of the i-th of them are
-    rows ``starts[i]`` to ``starts[i + 1]`` of ``ys`` (n, p), ``us`` (n, k) and ``outs`` (n, C). The settings of a row
-    are those of ``specs`` (G, Q) that ``group`` (S,) names. ``sizes`` are those of the form, ``shapes`` is
-    (W, p, k, C, Q, size of the scratch). Loops of known length are unrolled: half the time of `driver`, the same bits.
+    ``members`` (m,) are the indices of the ``rows`` (S, W) to advance in place; ``order[starts[i]:starts[i + 1]]`` are
+    those of the samples of the i-th, in ``ys`` (n, p), ``us`` (n, k) and ``outs`` (n, C); an empty ``order`` is
+    0, 1, .. n - 1. The settings of a row are those of ``specs`` (G, Q) that ``group`` (S,) names. ``sizes`` are those
+    of the form, ``shapes`` is (W, p, k, C, Q, size of the scratch). Loops of known length are unrolled: half the time
+    of `driver`, the same bits.
     """
-    dimensions = (2, "index", "index", 2, 2, 2, 2, "index", 1)
+    dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1)
     return _compile(lambda version: _make_crew(kinds, sizes, shapes, version), kinds, dimensions)
 
 

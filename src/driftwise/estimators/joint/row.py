@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel.compose import Size, kernel, open_row, open_work
+from ...kernel.views import matrix
 
 # head of the row: one number each
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
@@ -85,7 +86,7 @@ def open_joint(form, row):
     U = D + N
     h = U + N * (N - 1) // 2
     marks = h + INPUT * k
-    inputs = row[h:marks].reshape(INPUT, k)
+    inputs = matrix(row[h:marks], INPUT, k)
     return Row(
         row[:s], row[s:D], row[D:U], row[U:h],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], row[marks:],
@@ -119,8 +120,8 @@ def _(form, scratch):
     blocks = k + int(form.coloured)
     N = n * (blocks + 2) + int(form.direct)
     at, end = 4 * N, scratch.size - memo_size(form)
-    vectors = scratch[:at].reshape(4, N)
-    wide = scratch[at:end].reshape(rows + 2, (end - at) // (rows + 2))
+    vectors = matrix(scratch[:at], 4, N)
+    wide = matrix(scratch[at:end], rows + 2, (end - at) // (rows + 2))
     return Work(
         n, k, blocks, int(form.direct), rows, form.least,
         vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1], scratch[end:],

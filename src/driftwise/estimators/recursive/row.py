@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel.compose import Size, Vector, choice, kernel, open_row, open_work
+from ...kernel.views import matrix
 
 # head of the row, one number each: COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory; PAST: samples since
 # the first measured y
@@ -95,12 +96,12 @@ def _(form, row):
     r = u + 2 * k * deep
     c = r + int(form.registers)
     m = c + int(form.cells)
-    outputs, inputs = row[y:h].reshape(2, na), row[h:u].reshape(6, k)
-    lags = row[u:r].reshape(2, k, deep)
+    outputs, inputs = matrix(row[y:h], 2, na), matrix(row[h:u], 6, k)
+    lags = matrix(row[u:r], 2 * k, deep)
     return Row(
         row[:s], row[s:D], row[D:U], row[U:y], outputs[0], outputs[1],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
-        lags[0], lags[1], row[r:c], row[c:m], row[m:],
+        lags[:k], lags[k:], row[r:c], row[c:m], row[m:],
     )  # fmt: skip
 
 
@@ -110,7 +111,7 @@ OWN = 0  # scratch of the form itself
 @open_work.on(Lags)
 def _(form, scratch):
     N = int(form.N)
-    v = scratch[: 5 * N].reshape(5, N)
+    v = matrix(scratch[: 5 * N], 5, N)
     return Work(v[0], v[1], v[2], v[3], v[4], scratch[5 * N :])
 
 

@@ -1,4 +1,4 @@
-"""Samples of many series, in any order, through the compiled loop: grouped by row, split over threads."""
+"""Samples of many series, in any order, through the compiled loop: sorted by row, split over threads."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...kernel import compose
+from .grouping import group_samples, place
 
 SMALL = 4096  # samples for which a second thread is not worth waking
 
@@ -36,47 +37,28 @@ class Crew:
     def advance(self, rows, at, ys, us, specs, group, columns: int) -> np.ndarray:
         """Advance ``rows`` in place, sample i belonging to row ``at[i]``; return what each showed, (n, columns).
 
-        Samples of one row are taken in the order they stand in; rows may be mixed in any way.
+        Samples of one row are taken in the order they stand in; rows may be mixed in any way. Each thread takes series
+        that have about as many samples as those of the others, and nothing is copied: the loop finds a sample by its
+        number.
         """
         outs = np.empty((len(at), columns))
         if not len(at):
             return outs
-        order = None if np.all(at[1:] >= at[:-1]) else stable_order(at, len(rows))
-        if order is not None:
-            at, ys, us = at[order], ys[order], us[order]
-        first = np.flatnonzero(np.append(True, at[1:] != at[:-1]))
-        members, starts = np.ascontiguousarray(at[first]), np.append(first, len(at))
-        self._share(rows, members, starts, ys, us, outs, specs, group)
-        if order is None:
-            return outs
-        back = np.empty_like(outs)
-        back[order] = outs
-        return back
-
-    def _share(self, rows, members, starts, ys, us, outs, specs, group) -> None:
-        """Let each thread take members that have about as many samples as those of the others."""
-        loop, samples = self.loop(outs.shape[1]), len(ys)
-        count = 1 if samples < SMALL else min(self.threads, len(members))
-        cuts = np.searchsorted(starts, np.linspace(0, samples, count + 1)).clip(0, len(members))
+        at = np.ascontiguousarray(at, np.int64)
+        members, starts, order, is_open = group_samples(at, len(rows))
+        loop, count = self.loop(columns), 1 if len(at) < SMALL else min(self.threads, len(members))
+        cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
 
         def part(first, last):
-            loop(
-                rows, members[first:last], starts[first : last + 1], ys, us, outs, specs, group, np.empty(self.room)
-            )  # fmt: skip
+            if first < last:
+                own = members[first:last], starts[first : last + 1]
+                if is_open:
+                    place(at, *own, order)
+                loop(rows, *own, order, ys, us, outs, specs, group, np.empty(self.room))
 
         if count == 1:
             part(0, len(members))
-            return
-        self._pool = self._pool or ThreadPoolExecutor(self.threads)
-        list(self._pool.map(part, cuts[:-1], cuts[1:]))
-
-
-def stable_order(at, count: int) -> np.ndarray:
-    """Return the order that sorts row numbers below ``count`` and keeps samples of one row as they stand."""
-    order = np.argsort((at & 0xFFFF).astype(np.uint16), kind="stable")  # by counting: NumPy does so for 16 bits
-    digit = 16
-    while count > 1 << digit:
-        high = ((at[order] >> digit) & 0xFFFF).astype(np.uint16)
-        order = order[np.argsort(high, kind="stable")]
-        digit += 16
-    return order
+        else:
+            self._pool = self._pool or ThreadPoolExecutor(self.threads)
+            list(self._pool.map(part, cuts[:-1], cuts[1:]))
+        return outs
