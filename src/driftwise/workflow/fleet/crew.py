@@ -8,17 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from ...kernel import compose
+from ...estimators.side_by_side import FIT
+from ...kernel import compose, lane_crew
 from .grouping import group_samples, place
 
 SMALL = 4096  # samples for which a second thread is not worth waking
+MANY = 50_000_000  # samples after which the lanes' loop, which takes half a minute to compile once, is worth having
+LONG = 16  # samples of a series at a time for which eight states are worth interleaving
 
 
 class Crew:
     """The compiled loop of one form of estimator, and the threads that share it."""
 
-    def __init__(self, estimator, threads: int | None = None):
+    def __init__(self, estimator, threads: int | None = None, lanes: bool | None = None):
         policies = estimator.policies
+        self.fits_lanes = all(type(policy) in FIT for policy in policies)
+        self.lanes, self.seen = lanes, 0
         self.kinds, self.sizes = tuple(map(type, policies)), compose.sizes(policies[0])
         self.width = estimator.dtype.itemsize // 8
         self.outputs, self.inputs = getattr(estimator.model, "outputs", 1), estimator.model.inputs
@@ -26,10 +31,14 @@ class Crew:
         self.threads = threads or os.cpu_count() or 1
         self._pool: ThreadPoolExecutor | None = None
 
-    def loop(self, columns: int) -> Any:
-        """Return the compiled loop that writes so many columns."""
+    def loop(self, columns: int, is_long: bool = False) -> Any:
+        """Return what advances members: the compiled loop that writes so many columns, with memory of its own."""
         shapes = self.width, self.outputs, self.inputs, columns, self.numbers, self.room
-        return compose.crew(self.kinds, self.sizes, shapes)
+        if is_long and self.fits_lanes and (self.seen > MANY if self.lanes is None else self.lanes):
+            side_by_side = lane_crew.lane_crew(self.kinds, self.sizes, shapes)
+            return lambda *data: side_by_side(*data, np.empty(self.room), lane_crew.room(shapes))
+        one_by_one = compose.crew(self.kinds, self.sizes, shapes)
+        return lambda *data: one_by_one(*data, np.empty(self.room))
 
     def fetch(self, rows) -> None:
         """Bring the rows here: they are."""
@@ -46,7 +55,9 @@ class Crew:
             return outs
         at = np.ascontiguousarray(at, np.int64)
         members, starts, order, is_open = group_samples(at, len(rows))
-        loop, count = self.loop(columns), 1 if len(at) < SMALL else min(self.threads, len(members))
+        self.seen += len(at)
+        loop = self.loop(columns, len(at) >= LONG * len(members))
+        count = 1 if len(at) < SMALL else min(self.threads, len(members))
         cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
 
         def part(first, last):
@@ -54,7 +65,7 @@ class Crew:
                 own = members[first:last], starts[first : last + 1]
                 if is_open:
                     place(at, *own, order)
-                loop(rows, *own, order, ys, us, outs, specs, group, np.empty(self.room))
+                loop(rows, *own, order, ys, us, outs, specs, group)
 
         if count == 1:
             part(0, len(members))

@@ -1,0 +1,12 @@
+"""Which policies eight series can share a processor register with: those whose branches rarely depend on the data."""
+
+from ..detect.gate import Always, Gate
+from ..detect.watch import Silent
+from ..memory.drift import Never
+from ..models.noise import Sensor, White
+from ..models.scale import KnownScale, UnknownScale
+from .joint.row import Form
+from .recursive.methods import LeastSquares
+from .recursive.row import Lags
+
+FIT = {Form, Lags, LeastSquares, White, Sensor, Never, Always, Gate, KnownScale, UnknownScale, Silent}
