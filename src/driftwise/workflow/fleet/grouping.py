@@ -36,6 +36,15 @@ def place(at, members, starts, order) -> None:
     _compiled("spread")(at, members, starts, np.empty(members[-1] - members[0] + 1, np.int64), order)
 
 
+def stable_order(at, count: int) -> np.ndarray:
+    """Return the order that sorts row numbers below ``count`` and keeps samples of one row as they stand."""
+    at = np.ascontiguousarray(at, np.int64)
+    members, starts, order, is_open = group_samples(at, count)
+    if is_open:
+        place(at, members, starts, order)
+    return order if order.size else np.arange(len(at))
+
+
 def runs(at, members, starts):
     """Fill members and starts of samples sorted by row; return the number of members, or -1 where they are not."""
     found, last = 0, -1

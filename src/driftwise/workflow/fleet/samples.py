@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .crew import stable_order
+from .grouping import stable_order
 
 
 class Samples(NamedTuple):
