@@ -10,13 +10,13 @@ import numpy as np
 
 from ...errors import InputError
 from ...estimators import door
+from .clock import LONGEST, Clock
 from .columns import Columns
 from .held import Held
-from .samples import Samples, joined, rank_of, running_max, starts_of
+from .samples import Samples, joined, rank_of, starts_of
 from .tally import Tally
-from .units import levels, sizes
+from .units import Settings, levels, sizes
 
-LONGEST = 10_000  # missing ticks in a row that are taken as samples
 STRETCH = 1 << 18  # samples handed out at once, or little more
 SETTLED, WAITING, NEW = 0.0, 1.0, 2.0  # its units are known; its first rows are held back; nothing was measured yet
 
@@ -93,9 +93,7 @@ class Intake:
 
     def __init__(self, fleet, dt=None, first: int = 32, center: bool = True, longest: int = LONGEST, tally=None):
         self.fleet = fleet
-        self.dt = None if dt is None else door.positive("dt", dt)
-        self.first, self.longest = door.count("first", first), door.count("longest", longest)
-        self.center = door.yes("center", center)
+        self.first, self.center = door.count("first", first), door.yes("center", center)
         self.tally = Tally(fleet) if tally is None else tally
         self.keyless = 0  # rows without a key: not used
         p, k = fleet.crew.outputs, fleet.crew.inputs
@@ -105,10 +103,11 @@ class Intake:
             | dict.fromkeys([*self._y_levels, *self._u_levels], 0.0),
             len(fleet),
         )
+        self.clock = Clock(self.columns, self.tally, dt, longest)
         self._held = Held(first, p, k)
         self._names: list = []
         self._map = np.array([-1])  # row of the fleet by code; the last for -1
-        self._estimators: dict[tuple, object] = {}
+        self._settings = Settings(fleet)
 
     @property
     def levels(self) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +125,7 @@ class Intake:
         its fields.
         """
         samples = self._samples(batch)
-        samples = self._in_time(samples) if batch.time is not None else self._in_order(samples)
+        samples = self.clock.in_time(samples) if batch.time is not None else self.clock.in_order(samples)
         yield from self._released(samples)
 
     def rest(self) -> Iterator[Taken]:
@@ -182,55 +181,6 @@ class Intake:
         self.tally.count(reason, samples.at[~is_kept])
         return samples.pick(is_kept)
 
-    # --- time ----------------------------------------------------------------------------------------------
-
-    def _in_order(self, samples: Samples) -> Samples:
-        """Return samples without a clock with their numbers as time."""
-        starts = starts_of(samples.at)
-        series, number = samples.at[starts[:-1]], self.columns["number"]
-        time = (number[samples.at] + rank_of(starts)) * (self.dt or 1.0)
-        number[series] += np.diff(starts)
-        return samples._replace(time=time)
-
-    def _in_time(self, samples: Samples) -> Samples:
-        """Return the samples that are later than all before them of their series, with the ticks missed before each."""
-        if not len(samples.at):
-            return samples
-        starts = starts_of(samples.at)
-        series, begins = samples.at[starts[:-1]], starts[:-1]
-        origin, last = self.columns["origin"], self.columns["last"]
-        origin[series] = np.where(np.isnan(origin[series]), samples.time[begins], origin[series])
-        tick = self._ticks(samples.time, samples.at)
-        before = _shifted(tick, begins, last[series])
-        if not (tick > before).all():
-            best = running_max(
-                np.maximum(tick, _shifted(np.full(len(tick), -np.inf), begins, last[series])), samples.at
-            )
-            before = _shifted(best, begins, last[series])
-            self.tally.count("late", samples.at[tick < before])
-            self.tally.count("duplicate", samples.at[tick == before])
-            is_next = tick > before
-            samples, tick, before = samples.pick(is_next), tick[is_next], before[is_next]
-            starts = starts_of(samples.at)
-            series = samples.at[starts[:-1]]
-        if self.dt is not None:
-            samples = samples._replace(gap=self._gaps(samples.at, tick - before - 1))
-        last[series] = tick[starts[1:] - 1]
-        self.columns["number"][series] += np.diff(starts)
-        return samples
-
-    def _ticks(self, time, at):
-        """Return the tick nearest to each time; without dt, time itself."""
-        return time if self.dt is None else np.rint((time - self.columns["origin"][at]) / self.dt)
-
-    def _gaps(self, at, missed):
-        """Return how many of the missed ticks become samples; count those that do not."""
-        missed = np.where(np.isfinite(missed), missed, 0.0)  # before the first sample none is missed
-        beyond = missed > self.longest
-        if beyond.any():
-            self.tally.count("jumped", at[beyond], missed[beyond] - self.longest)
-        return np.minimum(missed, self.longest).astype(np.int32)
-
     # --- units ---------------------------------------------------------------------------------------------
 
     def _released(self, samples: Samples) -> Iterator[Taken]:
@@ -273,25 +223,12 @@ class Intake:
         scales = np.concatenate([sizes(ys, y_levels), sizes(us, u_levels)], axis=1)
         kinds, which = np.unique(scales, axis=0, return_inverse=True)
         for i, kind in enumerate(kinds):
-            self.fleet.begin(series[which.ravel() == i], self._scaled(kind))
+            self.fleet.begin(series[which.ravel() == i], self._settings.of(kind))
         counts = np.minimum(columns["number"][series], self.first).astype(np.int64)
         samples = self._held.read(series, slots, counts)
         self._held.empty(slots)
         columns["stage"][series], columns["slot"][series] = SETTLED, -1
         return samples
-
-    def _scaled(self, kind):
-        """Return the fleet's estimator in units of so many outputs and inputs; one object for equal units."""
-        base, p = self.fleet.estimators[0], self.fleet.crew.outputs
-        if not {"y_scale", "u_scale"} <= set(base.options):
-            return base
-        if tuple(kind) not in self._estimators:
-            like = np.tile(kind, (2, 1))  # data of these very sizes
-            y = like[:, :p] if hasattr(base.model, "outputs") else like[:, 0]
-            found = base.scaled_to(y, like[:, p:] if len(kind) > p else None)
-            same = [e for e in self.fleet.estimators if _scales(e) == _scales(found)]
-            self._estimators[tuple(kind)] = same[0] if same else found
-        return self._estimators[tuple(kind)]
 
     # --- what comes out ------------------------------------------------------------------------------------
 
@@ -324,8 +261,7 @@ class Intake:
         back = ends[which] - 1 - np.arange(len(which))  # ticks from here to the sample
         filled = back > 0
         at, time, ys, us, bad, source, _ = samples.pick(which)
-        origin = self.columns["origin"][at[filled]]
-        time[filled] = origin + (self._ticks(time[filled], at[filled]) - back[filled]) * self.dt
+        time[filled] = self.clock.earlier(time[filled], at[filled], back[filled])
         ys[filled], us[filled], bad[filled] = np.nan, np.nan, False
         return Taken(at, ys, us, time, source, filled, bad)
 
@@ -353,15 +289,3 @@ class Intake:
         slots = self._held.slots(len(series))
         self.columns["slot"][series] = slots
         self._held.put(np.repeat(slots, np.diff(starts)), rank_of(starts), held)
-
-
-def _shifted(values, begins, first):
-    """Return the entry before each, ``first`` at the beginning of each group."""
-    before = np.empty(len(values))
-    before[1:] = values[:-1]
-    before[begins] = first
-    return before
-
-
-def _scales(estimator) -> str:
-    return repr([estimator.options[name] for name in ("y_scale", "u_scale")])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 LEAST, LARGEST = 1e-100, 1e100  # sizes of data that have a square
@@ -42,3 +44,28 @@ def _sizes(values):
     rms = np.sqrt(squares / np.maximum(number, 1))
     power = np.round(np.log2(np.where(number > 0, rms, 1.0))).astype(int)
     return np.where(number > 0, np.ldexp(1.0, exponent + power), np.nan)
+
+
+class Settings:
+    """The estimator of a fleet in units of so many outputs and inputs; one object for equal units."""
+
+    def __init__(self, fleet):
+        self.fleet = fleet
+        self._known: dict[tuple, Any] = {}
+
+    def of(self, sizes) -> Any:
+        """Return the one in these sizes (p + k,) of data; the fleet's own where it has no units."""
+        base, p = self.fleet.estimators[0], self.fleet.crew.outputs
+        if not {"y_scale", "u_scale"} <= set(base.options):
+            return base
+        if tuple(sizes) not in self._known:
+            like = np.tile(sizes, (2, 1))  # data of these very sizes
+            y = like[:, :p] if hasattr(base.model, "outputs") else like[:, 0]
+            found = base.scaled_to(y, like[:, p:] if len(sizes) > p else None)
+            same = [one for one in self.fleet.estimators if _scales(one) == _scales(found)]  # one that was loaded
+            self._known[tuple(sizes)] = same[0] if same else found
+        return self._known[tuple(sizes)]
+
+
+def _scales(estimator) -> str:
+    return repr([estimator.options[name] for name in ("y_scale", "u_scale")])
