@@ -7,7 +7,7 @@ import re
 from driftwise.errors import InputError
 from driftwise.files.dialect import MISSING
 
-__all__ = ["numbers", "seconds", "switched"]
+__all__ = ["numbers", "seconds", "switched", "trimmed"]
 
 LARGEST = 1e100  # whose square is a number yet
 ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no", "aus", "nein", "falsch"}
@@ -68,7 +68,7 @@ def switched(column):
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    cells = pc.utf8_lower(_trimmed(column))
+    cells = pc.utf8_lower(trimmed(column))
     on, off = (pc.is_in(cells, value_set=pa.array(sorted(words))).to_numpy(False) for words in (ON, OFF))
     bad = pc.is_valid(cells).to_numpy(False) & ~on & ~off
     return np.where(on, 1.0, np.where(off, 0.0, np.nan)), bad
@@ -78,7 +78,7 @@ def _parse(column, decimal):
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    cells = _trimmed(column)
+    cells = trimmed(column)
     if decimal == ",":
         grouped = pc.fill_null(pc.match_substring_regex(cells, _GROUPED), False)
         if pc.any(grouped).as_py():
@@ -92,7 +92,7 @@ def _parse(column, decimal):
     return values.to_numpy(zero_copy_only=False), bad.to_numpy(zero_copy_only=False)
 
 
-def _trimmed(column):
+def trimmed(column):
     """Return the text cells without blanks around them, markers of a missing value as nulls."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -136,7 +136,7 @@ def _stamps(column, day_first):
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    cells = _trimmed(column)
+    cells = trimmed(column)
     cells = pc.replace_substring_regex(cells, r"(:\d\d),(\d+)", r"\1.\2")
     if pc.any(pc.match_substring_regex(cells, r"^\d+[./]|[AaPp][Mm]$")).as_py():
         cells = _iso(cells, day_first)

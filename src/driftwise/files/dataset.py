@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from driftwise.errors import InputError
+from driftwise.files.cells import trimmed
+from driftwise.files.csvfile import CsvSource
 from driftwise.files.filling import Filling, Piece, instants
 from driftwise.files.keys import Keys
 from driftwise.files.parts import Part, parts_of
@@ -189,6 +191,8 @@ def _read(part: Part, reader, columns: list[str]) -> Iterator[Piece]:
             mask[ragged] = True
             where = pa.array(np.cumsum(~mask) - 1, mask=mask)
             arrays = [array.take(where) for array in arrays]
+        if isinstance(reader, CsvSource) and columns[0] not in told:
+            arrays[0] = trimmed(arrays[0])
         rest = iter(arrays)
         whole = [pa.repeat(_scalar(told[name]), length) if name in told else next(rest) for name in columns]
         yield Piece(part.title, columns, whole, mask, reader.decimal, reader.day_first)

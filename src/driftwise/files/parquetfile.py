@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from driftwise.errors import InputError
+from driftwise.files.cells import is_text
 
 __all__ = ["MemorySource", "ParquetSource"]
 
@@ -15,7 +16,7 @@ BATCH = 1 << 16
 class ParquetSource:
     """Rows of a Parquet file as batches of pyarrow columns; only the columns asked for are read.
 
-    ``words`` are columns of words that come as dictionaries; ``least`` are the rows there must be.
+    ``words`` are columns of text that come as dictionaries; ``least`` are the rows there must be.
     """
 
     decimal = "."
@@ -28,7 +29,8 @@ class ParquetSource:
 
         try:
             self._file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)
-            found = [name for name in words if name in self._file.schema_arrow.names]
+            kinds = {field.name: field.type for field in self._file.schema_arrow}
+            found = [name for name in words if name in kinds and is_text(kinds[name])]
             if found:
                 options: Any = dict(pre_buffer=False, buffer_size=1 << 20, read_dictionary=found)
                 self._file = pq.ParquetFile(path, metadata=self._file.metadata, **options)
