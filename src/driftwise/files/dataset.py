@@ -233,7 +233,7 @@ def open_dataset(source, by: str, output, inputs=(), time: str | None = None) ->
     size of the table. Keys are whole numbers or text; in a CSV file always text, as written. Time stamps are seconds
     since 1970, UTC where they name no zone, to about a quarter of a microsecond.
 
-    Bad at: very many small files (each is opened twice, about a millisecond), and frames of other libraries that are
+    Bad at: very many small files (each is opened twice), and frames of other libraries that are
     not yet in memory, which are collected first.
 
     Examples

@@ -82,7 +82,7 @@ class Tally(Columns):
         is_measured = np.isfinite(outs[:, p : 2 * p]).any(axis=1)
         is_settled = self._settled(is_measured, taken.at, starts)
         for j in range(p):
-            self._output(j, taken, outs[:, j::p], is_settled)
+            self._output(j, taken, outs[:, j::p], is_settled, starts)
 
     def _settled(self, is_measured, at, starts):
         """Return which samples come after the first ``settle`` measured ones; count those measured."""
@@ -95,9 +95,9 @@ class Tally(Columns):
         so_far -= np.repeat(so_far[starts[:-1]] - is_measured[starts[:-1]] - before.astype(np.int64), np.diff(starts))
         return so_far > self.settle
 
-    def _output(self, j, taken, outs, is_settled) -> None:
+    def _output(self, j, taken, outs, is_settled, starts) -> None:
         """Take in one output: its prediction, innovation, variance and status are columns of ``outs``."""
-        at, y, e, variance = taken.at, taken.ys[:, j], outs[:, 1], outs[:, 2]
+        at, y, e, variance = taken.at, taken.ys[:, j], outs[:, 1].copy(), outs[:, 2].copy()
         status = outs[:, 3].astype(np.int64)
         met = int(np.bitwise_or.reduce(status))
         for name, bit in COUNTED.items():
@@ -113,16 +113,16 @@ class Tally(Columns):
         if met & SET_ASIDE:
             compared &= status & int(Status.REJECTED) == 0
             scored &= status & SET_ASIDE == 0
-        self._sums(at, compared, "compared", e2=e * e, dy2=naive * naive, y1=y, y2=y * y)
+        self._sums(at, starts, compared, "compared", e2=e * e, dy2=naive * naive, y1=y, y2=y * y)
         with np.errstate(divide="ignore", invalid="ignore"):
             z2 = e * e / variance
-        self._sums(at, scored, "scored", z2=z2, inside=z2 <= BAND**2)
+        self._sums(at, starts, scored, "scored", z2=z2, inside=z2 <= BAND**2)
 
-    def _sums(self, at, where, count, **columns) -> None:
+    def _sums(self, at, starts, where, count, **columns) -> None:
         """Add up columns where they count, sample by sample, and how many those are."""
         if not where.all():
             at, columns = at[where], {name: column[where] for name, column in columns.items()}
-        starts = starts_of(at)
+            starts = starts_of(at)
         begins, lengths = starts[:-1], np.diff(starts)
         if not len(begins):
             return
