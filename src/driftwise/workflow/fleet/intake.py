@@ -17,7 +17,7 @@ from .samples import Samples, joined, rank_of, starts_of
 from .tally import Tally
 from .units import Settings, levels, sizes
 
-STRETCH = 1 << 18  # samples handed out at once, or little more
+STRETCH = 1 << 16  # samples handed out at once, or little more
 SETTLED, WAITING, NEW = 0.0, 1.0, 2.0  # its units are known; its first rows are held back; nothing was measured yet
 
 
