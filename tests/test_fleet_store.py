@@ -121,7 +121,7 @@ def test_files_and_keys_that_do_not_fit_are_refused_with_a_reason(tmp_path):
     with pytest.raises(dw.InputError, match="no such file"):
         dw.Fleet.load(path)
     pq.write_table(pa.table({"asset": [1]}), path)
-    with pytest.raises(dw.InputError, match="not one that .* wrote"):
+    with pytest.raises(dw.InputError, match=r"not one that .* wrote"):
         dw.Fleet.load(path)
     path.write_text("asset,flow\n")
     with pytest.raises(dw.InputError, match="is it another file"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +94,9 @@ class FleetOut:
     def clear(self) -> None:
         """Delete what a run has written here, and nothing else; the file of the fleet last."""
         self.cut(0)
+        for parts in (self.estimates, self.told):
+            with suppress(OSError):  # not there, or something of somebody else's in it
+                parts.folder.rmdir()
         for name in (FINAL, EVENTS, FLEET):
             (self.folder / name).unlink(missing_ok=True)
 

@@ -57,7 +57,7 @@ def run_fleet(order: FleetOrder) -> FleetResult:
     with _alone(folder):
         sweep(folder)
         kept = _kept(order)
-        fleet = Fleet(order.estimator, threads=order.threads) if kept is None else Fleet._of(kept, order.threads)
+        fleet = Fleet(order.estimator, threads=order.threads) if kept is None else Fleet._of(kept, threads=order.threads)
         run = _run(folder, fleet, {name: getattr(order, name) for name in ("every", *INTAKE)})
         out = run.sinks
         if kept is None:

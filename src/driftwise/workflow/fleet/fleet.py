@@ -202,28 +202,27 @@ class Fleet:
         store.write(self, path)
 
     @classmethod
-    def load(cls, path, estimator=None, *, threads: int | None = None) -> Fleet:
+    def load(cls, path, estimator=None, *, threads: int | None = None, device: str = "cpu") -> Fleet:
         """Return a fleet as it was saved, also by an earlier version.
 
         Parameters
         ----------
         path : file that `save` wrote
         estimator : needed only where a policy is your own: the estimator that the fleet was made with
-        threads : int, optional
-            As many as there are cores if omitted.
+        threads, device : as for a new one
 
         Raises
         ------
         InputError
             Where the file was cut short or altered, or is of a later version than this one.
         """
-        return cls._of(store.read(path, estimator), threads)
+        return cls._of(store.read(path, estimator), threads=threads, device=device)
 
     @classmethod
-    def _of(cls, kept, threads=None) -> Fleet:
+    def _of(cls, kept, **options) -> Fleet:
         """Return the fleet that was kept; its memory is that of ``kept``."""
         first, *others = kept.estimators
-        fleet = cls(first, threads=threads)
+        fleet = cls(first, **options)
         for other in others:
             fleet._settings(other)
         fleet._own, fleet._group = kept.rows, kept.group

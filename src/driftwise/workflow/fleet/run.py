@@ -9,9 +9,13 @@ import numpy as np
 
 from ...estimators import door
 from . import store
+from .crew import stable_order
 from .events import FleetEvents
 from .fleet import Fleet
 from .intake import Intake
+from .samples import rank_of, starts_of
+
+TURNS = 32  # in which the samples that are told are taken apart from the others; more are not worth it
 
 
 class Estimates(NamedTuple):
@@ -48,7 +52,6 @@ class FleetRun:
         self.rows = 0
         est, p = fleet.estimators[0], fleet.crew.outputs
         self._head, self._n, self._N = est.columns * p, est.model.n, est.model.N
-        self._columns = self._head + (2 * self._N if every else 0)
 
     def go(self, source, batch: int, after: Callable[[], None]) -> None:
         """Take what is left of a table, batch by batch; ``after`` is called behind each of them."""
@@ -62,25 +65,52 @@ class FleetRun:
 
     def _take(self, taken) -> None:
         """Advance the fleet by some samples, count them, and hand on what is to be written."""
-        outs = self.fleet.advance(taken.at, taken.ys, taken.us, self._columns)
         self.tally.grow(len(self.fleet))
-        sample = _numbers(taken.at, self.tally["samples"])
-        if self.every:
-            chosen = np.flatnonzero(sample % self.every == 0)
-            self.sinks.take(self._estimates(taken, outs, sample, chosen))
+        starts = starts_of(taken.at)
+        before = self.tally["samples"][taken.at[starts[:-1]]].astype(np.int64)
+        sample = rank_of(starts) + np.repeat(before + 1, np.diff(starts))
+        told = np.flatnonzero(sample % self.every == 0) if self.every else np.zeros(0, np.int64)
+        outs, learnt = self._advance(taken, told, starts)
+        if len(told):
+            self.sinks.take(self._estimates(taken, told, sample, outs, learnt))
         self.sinks.happened(*self.events.take(taken, outs, sample))
         self.tally.add(taken, outs)
 
-    def _estimates(self, taken, outs, sample, chosen) -> Estimates:
-        """Return what was estimated at the chosen samples."""
-        p, first = self.fleet.crew.outputs, self._head
-        at, outs = taken.at[chosen], outs[chosen]
+    def _advance(self, taken, told, starts) -> tuple[np.ndarray, np.ndarray]:
+        """Return what samples showed, and what was learnt (n, 2 N) from those that are told.
+
+        Means and deviations of all samples would take as long as the samples themselves, so those told are taken apart:
+        first all samples before the first of them in each series, then that, and so on. The numbers are the same.
+        """
+        head, wide = self._head, self._head + 2 * self._N
+        if not len(told):
+            return self.fleet.advance(taken.at, taken.ys, taken.us, head), np.empty((0, 2 * self._N))
+        is_told = np.zeros(len(taken.at), bool)
+        is_told[told] = True
+        so_far = np.cumsum(is_told) - is_told
+        turn = 2 * (so_far - np.repeat(so_far[starts[:-1]], np.diff(starts))) + is_told
+        turns = int(turn.max()) + 1
+        if turns > TURNS:
+            outs = self.fleet.advance(taken.at, taken.ys, taken.us, wide)
+            return outs[:, :head], outs[told, head:]
+        outs, learnt = np.empty((len(turn), head)), np.empty((len(turn), 2 * self._N))
+        order = stable_order(turn, turns)
+        for i, part in enumerate(np.split(order, np.searchsorted(turn[order], np.arange(1, turns)))):
+            found = self.fleet.advance(taken.at[part], taken.ys[part], taken.us[part], wide if i % 2 else head)
+            outs[part] = found[:, :head]
+            if i % 2:
+                learnt[part] = found[:, head:]
+        return outs, learnt[told]
+
+    def _estimates(self, taken, told, sample, outs, learnt) -> Estimates:
+        """Return what was estimated at the samples that are told."""
+        p, n = self.fleet.crew.outputs, self._n
+        at = taken.at[told]
         level = self.intake.levels[0][at]
-        prediction, innovation, variance, status = (outs[:, p * i : p * i + p] for i in range(4))
-        theta, std = (outs[:, first + i * self._N + self._n : first + (i + 1) * self._N] for i in range(2))
+        prediction, innovation, variance, status = (outs[told, p * i : p * i + p] for i in range(4))
         return Estimates(
-            at, taken.time[chosen], sample[chosen], taken.source[chosen], taken.ys[chosen] + level, prediction + level,
-            innovation, np.sqrt(variance), status.astype(np.int32), theta, std,
+            at, taken.time[told], sample[told], taken.source[told], taken.ys[told] + level, prediction + level,
+            innovation, np.sqrt(variance), status.astype(np.int32), learnt[:, n : self._N], learnt[:, self._N + n :],
         )  # fmt: skip
 
     # --- keeping -------------------------------------------------------------------------------------------
@@ -100,12 +130,3 @@ class FleetRun:
             self.events.table = kept.arrays["events"]
             marked = {name: values for name, values in kept.arrays.items() if name.startswith("intake.")}
             self.intake.restore({name.removeprefix("intake."): values for name, values in marked.items()})
-
-
-def _numbers(at, before) -> np.ndarray:
-    """Return the number of each sample in its series, from 1, ``at`` ascending, so many having come before."""
-    if not len(at):
-        return np.zeros(0, np.int64)
-    start = np.flatnonzero(np.append(True, at[1:] != at[:-1]))
-    shift = before[at[start]].astype(np.int64) + 1 - start
-    return np.arange(len(at)) + np.repeat(shift, np.diff(np.append(start, len(at))))

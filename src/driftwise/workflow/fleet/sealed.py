@@ -102,8 +102,8 @@ def _columns(file, shapes) -> tuple[Words, Numbers, Numbers]:
             numbers[field.name] = np.empty(size, kind.to_pandas_dtype())
     at, dealt = 0, dict.fromkeys(loose, 0)
     for batch in file.iter_batches(_rows_a_slice(size, numbers | loose), use_threads=False):
-        for name, values in words.items():
-            values += batch.column(name).to_pylist()
+        for name, texts in words.items():
+            texts += batch.column(name).to_pylist()
         for name, column in numbers.items():
             found, part = batch.column(name), column[at : at + len(batch)]
             part[...] = (found.flatten() if column.ndim > 1 else found).to_numpy().reshape(part.shape)
