@@ -57,7 +57,8 @@ def run_fleet(order: FleetOrder) -> FleetResult:
     with _alone(folder):
         sweep(folder)
         kept = _kept(order)
-        fleet = Fleet(order.estimator, threads=order.threads) if kept is None else Fleet._of(kept, threads=order.threads)
+        threads = order.threads
+        fleet = Fleet(order.estimator, threads=threads) if kept is None else Fleet._of(kept, threads=threads)
         run = _run(folder, fleet, {name: getattr(order, name) for name in ("every", *INTAKE)})
         out = run.sinks
         if kept is None:
