@@ -1,4 +1,4 @@
-"""What Spark costs beside one machine: CPU seconds of all its processes for the same samples (the table in docs/spark.md).
+"""What Spark costs beside one machine: CPU seconds of all its processes for the same samples (docs/spark.md).
 
     python scripts/spark_speed.py [MILLIONS]
 
@@ -142,7 +142,8 @@ def follow(spark, est, folder: Path) -> None:
     cpu, _ = timed(lambda: (holder.append(write.trigger(availableNow=True).start()), holder[0].awaitTermination()))
     batches = [p["durationMs"]["triggerExecution"] / 1e3 for p in holder[0].recentProgress if p["numInputRows"]]
     print(
-        f"\nstream, {series} series, {length} samples of each in a file: {cpu / 4:.1f} s CPU a file, of wall time {batches} s"
+        f"\nstream, {series} series, {length} samples of each in a file: {cpu / 4:.1f} s CPU a file; "
+        f"wall time of each {', '.join(f'{seconds:.1f}' for seconds in batches)} s"
     )
 
 

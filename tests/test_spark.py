@@ -366,6 +366,55 @@ def test_a_policy_of_a_notebook_is_refused(monkeypatch):
         ship(est)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["parquet", "csv"])
+def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
+    """Two files with keys in their folders or cells; late, duplicate and keyless rows, gaps, bad cells, a jump."""
+    import pyarrow as pa
+    import pyarrow.csv
+    import pyarrow.parquet as pq
+
+    from driftwise.files.fleet_order import FleetOrder
+    from driftwise.files.fleet_run import run_fleet
+    from driftwise.spark import run_on_spark
+
+    table, rng = plants(length=300), np.random.default_rng(5)
+    table["y"][table["t"] > 1200] *= 30
+    order = np.argsort(table["t"] + 3 * (rng.random(len(table["t"])) < 0.01), kind="stable")
+    table = rows(table, order[rng.random(len(order)) > 0.03])
+    words = [None if i % 97 == 0 else f"plant {key}" for i, key in enumerate(table["asset"])]
+    cells = ["oops" if i % 101 == 0 else "" if np.isnan(y) else repr(float(y) + 50) for i, y in enumerate(table["y"])]
+    whole = pa.table({"asset": words, "t": table["t"], "y": cells, "u": rng.standard_normal(len(words))})
+    write = pq.write_table if kind == "parquet" else pyarrow.csv.write_csv
+    for i in range(2):
+        folder = tmp_path / "data" / f"line={i}"
+        folder.mkdir(parents=True)
+        half = len(words) // 2
+        write(whole.slice(i * half, half), folder / f"part.{kind}")
+    results = []
+    for run, out in ((run_fleet, "here"), (run_on_spark, "there")):
+        given = dict(by="asset", output="y", inputs=["u"], time="t", dt=1.0, every=7, batch=500)
+        found = run(FleetOrder(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / out, **given))
+        results.append(found)
+    here, there = results
+    assert here.keyless == there.keyless > 0 and here.rows == there.rows and here.told == there.told > 0
+    assert_same_states(here.fleet, there.fleet)
+    again = dw.Fleet.load(tmp_path / "there" / "fleet.parquet")
+    assert_same_states(here.fleet, again)
+    assert [again.estimator_of(key).spec.tolist() for key in here.fleet.keys] == [
+        here.fleet.estimator_of(key).spec.tolist() for key in here.fleet.keys
+    ]
+    for name in ("estimates", "final.parquet", "events.parquet"):
+        one, other = (pq.read_table(tmp_path / out / name) for out in ("here", "there"))
+        by = [(column, "ascending") for column in ("key", "sample", "row", "kind") if column in one.column_names]
+        assert len(one) and one.schema == other.schema
+        for column in one.column_names:
+            values, others = (found.sort_by(by)[column].combine_chunks() for found in (one, other))
+            assert repr(values.to_pylist()) == repr(others.to_pylist()), (name, column)
+    with pytest.raises(InputError, match="holds a run already"):
+        run_on_spark(FleetOrder(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / "here", **given))
+
+
 # --- a stream ----------------------------------------------------------------------------------------------
 
 
@@ -389,7 +438,9 @@ def arrivals(folder: Path, table, files=6, seed=0):
 
 
 def seconds(found):
-    return found["t"].cast("int64").to_numpy() / 1e6
+    import pyarrow as pa
+
+    return found["t"].cast(pa.timestamp("us", "UTC")).cast("int64").to_numpy() / 1e6
 
 
 @pytest.mark.slow

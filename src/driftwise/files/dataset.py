@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,7 @@ class Batch(NamedTuple):
     time : (n,) seconds since 1970, or the table's own numbers; NaN where missing; None without a clock
     ys, us : (n, p), (n, k) float64, NaN where missing
     bad : (n,) bool: some cell was text, infinite or beyond 1e100, or the row was ragged
+    source : (n,) int64 rows of the table, where they do not follow each other from ``first`` on
     """
 
     first: int
@@ -37,6 +39,7 @@ class Batch(NamedTuple):
     ys: Any
     us: Any
     bad: Any
+    source: Any = None
 
 
 class Dataset:
@@ -74,6 +77,17 @@ class Dataset:
         reader: Any = self._source
         now = self.parts[self._part].size * reader.position / reader.size if reader is not None and reader.size else 0
         return min((self._done + now) / sum(part.size for part in self.parts), 1.0)
+
+    def only(self, number: int) -> Dataset:
+        """Return the table that one of the ``parts`` is: to be read elsewhere, it can be pickled (cloudpickle)."""
+        one = copy(self)
+        one.parts, one._counts = [self.parts[number]], [self._counts[number]]
+        return one
+
+    @property
+    def counts(self) -> list[int | None]:
+        """Rows of each of the ``parts``, None where only reading to the end can tell."""
+        return list(self._counts)
 
     def batches(self, rows: int = ROWS, skip: int = 0) -> Iterator[Batch]:
         """Yield batches of exactly ``rows`` rows, the last one shorter, from row ``skip`` on.

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from driftwise.errors import InputError
 from driftwise.estimators import door
-from driftwise.files.dataset import open_dataset
+from driftwise.files.dataset import Dataset, open_dataset
 from driftwise.files.fleet_order import FleetOrder, FleetResult, Progress, facts_of, refuse_another
 from driftwise.files.fleet_out import FleetOut
 from driftwise.files.fleet_parts import sweep
@@ -24,10 +24,15 @@ __all__ = ["former_run", "run_fleet"]
 INTAKE = "dt", "first", "center", "longest"
 
 
-def run_fleet(order: FleetOrder) -> FleetResult:
+def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None = None) -> FleetResult:
     """Run a fleet over a long table; return states and counts, the rest is in the folder.
 
     Killed at any moment and gone on with (``resume``), it writes what it would have written without.
+
+    Parameters
+    ----------
+    order : what to run
+    go : takes all of the table through the run in place of this process, without checkpoints; for clusters
 
     Raises
     ------
@@ -68,7 +73,10 @@ def run_fleet(order: FleetOrder) -> FleetResult:
         began = run.rows
         if kept is None or not kept.facts["is_read"]:
             out.cut(run.rows)
-            run.go(table, batch, _after(order, run, table, facts, started))
+            if go is None:
+                run.go(table, batch, _after(order, run, table, facts, started))
+            else:
+                go(run, table)
             out.close(run.rows)
             run.keep(out.saved, facts | {"is_read": True})
         if not out.is_finished:

@@ -2,7 +2,7 @@
 
 import importlib
 
-_HOME = {"scan": "batch", "scan_states": "batch", "fleet_of": "batch", "stream": "streaming"}
+_HOME = {"run_on_spark": "run", "scan": "batch", "scan_states": "batch", "fleet_of": "batch", "stream": "streaming"}
 
 __all__ = list(_HOME)
 

@@ -116,7 +116,7 @@ def _sorted(df, order: Order, state):
     return both.repartition(F.col(KEY)).sortWithinPartitions(by[0], F.col(STATE).asc_nulls_last(), *by[1:])
 
 
-def _gathered(batches):
+def gathered(batches):
     """Yield tables of about `GATHER` rows."""
     import pyarrow as pa
 
@@ -133,7 +133,7 @@ def _gathered(batches):
 def _taken(order: Order, many: Many, batches):
     """Yield (names, samples shown, columns of each) of each stretch of the table."""
     settings = digest(many.estimator)
-    for table in _gathered(batches):
+    for table in gathered(batches):
         if not len(table):
             continue
         codes = table[KEY].combine_chunks().dictionary_encode()

@@ -140,7 +140,8 @@ class Intake:
         n = len(batch.codes)
         at = self._rows_of(batch.names).take(batch.codes, mode="wrap")  # -1 is the last
         time = np.zeros(n) if batch.time is None else batch.time
-        source = np.arange(batch.first, batch.first + n)
+        source = getattr(batch, "source", None)
+        source = np.arange(batch.first, batch.first + n) if source is None else source
         samples = Samples(at, time, batch.ys, batch.us, batch.bad, source, np.zeros(n, np.int32))
         if n and at.min() < 0:
             self.keyless += int(np.count_nonzero(at < 0))

@@ -56,10 +56,18 @@ class FleetRun:
     def go(self, source, batch: int, after: Callable[[], None]) -> None:
         """Take what is left of a table, batch by batch; ``after`` is called behind each of them."""
         for rows in source.batches(batch, self.rows):
-            for taken in self.intake.take(rows):
-                self._take(taken)
-            self.rows = rows.first + len(rows.codes)
+            self.take(rows)
             after()
+        self.end()
+
+    def take(self, rows) -> None:
+        """Take a batch of a table."""
+        for taken in self.intake.take(rows):
+            self._take(taken)
+        self.rows = rows.first + len(rows.codes)
+
+    def end(self) -> None:
+        """Take what the intake has held back."""
         for taken in self.intake.rest():
             self._take(taken)
 
