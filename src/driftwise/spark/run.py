@@ -140,7 +140,7 @@ def _tasks(spark, table: Dataset) -> list[Task]:
 
 
 def _advanced(spark, order: FleetOrder, table: Dataset, tasks: list[Task]):
-    """Return the pieces that executors come to: they read tasks, pass the rows on by key, and take each key's in order."""
+    """Return the pieces that executors come to: they read, pass the rows on by key, and take each key's in order."""
     p, k = len(table.outputs), len(table.inputs)
     values = [f"value{i} double" for i in range(p + k)]
     schema = ", ".join(["number long, word string, row long, time double, bad boolean", *values])

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..models.model_mimo import ModelMIMO
 from .mimo_trace import TraceMIMO
-from .summary import Summary, _finite
+from .summary import Summary, _finite, combination
 from .whiteness import LEAST, Nis, Whiteness
 
 LINKED = 0.2  # correlation of two noises from which error bars across outputs suffer
