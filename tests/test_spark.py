@@ -397,7 +397,8 @@ def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
         found = run(FleetOrder(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / out, **given))
         results.append(found)
     here, there = results
-    assert here.keyless == there.keyless > 0 and here.rows == there.rows and here.told == there.told > 0
+    assert here.rows == there.rows and here.told == there.told > 0
+    assert here.keyless == there.keyless and (here.keyless > 0) == (kind == "parquet")  # CSV has empty words
     assert_same_states(here.fleet, there.fleet)
     again = dw.Fleet.load(tmp_path / "there" / "fleet.parquet")
     assert_same_states(here.fleet, again)
