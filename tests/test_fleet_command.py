@@ -11,7 +11,6 @@ from browser import PROGRAM, Browser
 
 from driftwise.edge import demo_fleet
 from driftwise.edge.fleet import Order, estimator_of
-from driftwise.errors import CommandError
 
 PUMPS = ["--by", "asset", "--output", "flow", "--input", "speed", "--time", "time"]
 QUICK = ["--model", "joint:1", "--every", "0"]  # compiled by other tests as well
@@ -162,5 +161,3 @@ def test_models_are_those_of_run_with_an_offset_besides():
     assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory never, jumps level:1000"
     assert Order("d", "by", "y", "out", checkpoint="20b").pace == {"batches": 20}
     assert Order("d", "by", "y", "out", checkpoint="1.5s").pace == {"seconds": 1.5}
-    with pytest.raises(CommandError, match="resume"):
-        Order(".", "by", "y", "out", spark="local[2]", resume=True).check()

@@ -99,8 +99,6 @@ class Order:
             raise CommandError(
                 "--dt says how far samples lie apart on the clock, but there is no --time; which column?"
             )
-        if self.spark and self.resume:
-            raise CommandError("--resume goes on with a run on one machine; a batch on Spark starts again.")
         try:
             estimator_of(self)
         except InputError as error:

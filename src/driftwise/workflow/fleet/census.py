@@ -55,10 +55,11 @@ def census(fleet: Fleet) -> Census:
     found = Census(
         names, unknown(N), unknown(N), unknown(), unknown(), unknown(), unknown(), unknown(N), np.ones((S, k), bool)
     )
+    states = fleet.states
     for number, est in enumerate(fleet.estimators):
         rows = np.flatnonzero(fleet._group[:S] == number)
         for at in np.split(rows, range(SLICE, len(rows), SLICE)):
-            _fill(found, at, est, fleet.states[at])
+            _fill(found, at, est, states[at])
     return found
 
 
