@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +13,7 @@ import typer
 from . import verdicts as v
 from .groups import PARTS
 from .machine import machine
-from .page import Found, page, terminal
+from .page import page, terminal
 
 LONG = ("lengths", "fleets")  # the parts that --big makes longer
 
@@ -35,24 +36,25 @@ def main(
         if name not in PARTS:
             raise typer.BadParameter(f"no part is called {name!r}; there are {', '.join(PARTS)}")
     console = Console(width=None if Console().is_terminal else 160, highlight=False, markup=False)
-    told, found = machine(), []
-    for part, one in _all(wanted, big):
-        found.append((part, one))
-        console.print(terminal(one))
-    v.write(json, told, [one for _, one in found])
+    told, found, seconds = machine(), [], {}
+    for part in wanted:
+        start = time.perf_counter()
+        for one in _verdicts(part, big):
+            found.append((part, one))
+            console.print(terminal(one))
+        seconds[part] = round(time.perf_counter() - start, 1)
+    v.write(json, told, seconds, [one for _, one in found])
     if docs:
         (docs / "benchmarks.md").write_text(page(found, told))
         if "roofline" in wanted:
             import_module(".figure", __package__).draw(docs / "figures" / "roofline.svg", found)
     missed = sum(isinstance(one, v.Verdict) and not one.kept for _, one in found)
-    console.print(f"\n{missed} missed; in {json}")
+    console.print(f"\n{missed} missed, {sum(seconds.values()):.0f} s; in {json}")
 
 
-def _all(wanted: list[str], big: bool) -> Iterator[Found]:
-    for name in wanted:
-        part = import_module(f".{name}", __package__)
-        for one in part.verdicts(big) if name in LONG else part.verdicts():
-            yield name, one
+def _verdicts(name: str, big: bool) -> Iterator[v.Verdict | v.Table]:
+    part = import_module(f".{name}", __package__)
+    yield from part.verdicts(big) if name in LONG else part.verdicts()
 
 
 if __name__ == "__main__":

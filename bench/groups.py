@@ -20,21 +20,31 @@ GROUPS = (
         ("ways",),
     ),
     Group(
-        "The same job done by others",
-        "Same model, same data; answers are compared before clocks are. The opponent `bench/joint.c` is the same U D "
-        "recursion with run-time sizes; `bench/lanes.c` knows the order and takes one series or eight at a time. The "
-        "other filters get the matrices of every sample, built beforehand.",
-        ("records", "lanes", "rivals", "failures", "recursive"),
-    ),
-    Group(
         "Fleets and streams",
         "Many series, one sample or one batch at a time.",
         ("fleets", "calls"),
     ),
     Group(
+        "The same job done by others",
+        "Same model, same data; answers are compared before clocks are. The opponent `bench/joint.c` is the same U D "
+        "recursion with run-time sizes; `bench/lanes.c` knows the order and takes one series or eight at a time. The "
+        "other filters get the matrices of every sample, built beforehand.",
+        ("records", "lanes", "rivals", "recursive"),
+    ),
+    Group(
+        "What breaks whom",
+        "One missing number, and a prior that says nothing.",
+        ("failures",),
+    ),
+    Group(
         "How cost grows",
         "With the order, the length of the record, the number of series, the batch, and the threads.",
         ("scaling", "lengths"),
+    ),
+    Group(
+        "How far from the machine's limit",
+        "",
+        ("roofline",),
     ),
     Group(
         "Starting, and room",
@@ -43,18 +53,13 @@ GROUPS = (
     ),
     Group(
         "What each choice costs",
-        "A memory, a noise model, a member of the family, beside the plain one.",
+        "A memory, a noise model, a smoother, several outputs, continuous time, tracks, beside the plain filter.",
         ("choices", "memories", "smoothing", "outputs", "continuous", "observers", "tracks", "evidence"),
     ),
     Group(
         "Detecting jumps",
         "Delays at a matched rate of false alarms, and what a detector costs.",
         ("detectors",),
-    ),
-    Group(
-        "How far from the machine's limit",
-        "",
-        ("roofline",),
     ),
 )
 PARTS = tuple(part for group in GROUPS for part in group.parts)

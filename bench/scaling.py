@@ -11,6 +11,7 @@ import numpy as np
 import driftwise as dw
 
 from .clock import alternate
+from .counting import work
 from .fleets import Feed, seconds_of
 from .verdicts import Table, Verdict, at_most
 
@@ -38,13 +39,21 @@ def _orders(what: str, letter: str, kinds: dict[int, object]) -> Table:
     runs = [lambda est=est: est.scan(y, u if est.model.inputs else None, keep="innovations") for est in kinds.values()]
     nanoseconds = np.median(alternate(*runs, rounds=7), axis=0) / SAMPLES * 1e9
     unknowns = np.array([est.model.N for est in kinds.values()])
-    growth = np.polyfit(np.log(unknowns[len(unknowns) // 2 :]), np.log(nanoseconds[len(unknowns) // 2 :]), 1)[0]
-    rows = [(n, int(N), float(t), float(1e3 * t / N**2)) for n, N, t in zip(kinds, unknowns, nanoseconds)]
+    operations = np.array([_operations(est, y[:60], u[:60]) for est in kinds.values()])
+    half = slice(len(unknowns) // 2, None)
+    slope, steep = (np.polyfit(np.log(unknowns[half]), np.log(x[half]), 1)[0] for x in (nanoseconds, operations))
+    rows = [(n, int(N), int(c), float(t)) for n, N, c, t in zip(kinds, unknowns, operations, nanoseconds)]
     text = (
-        f"A record of {SAMPLES} samples, the general loop. Over the larger half the cost grows like N to the "
-        f"{growth:.2f}; a sample costs O(N^2), dense matrices O(N^3)."
+        f"A record of {SAMPLES} samples, the general loop. Over the larger half, time grows like N to the {slope:.2f}, "
+        f"operations like N to the {steep:.2f}: at these sizes much of a sample's time is the same for all."
     )
-    return Table(f"Order: {what}", (letter, "N", "ns a sample", "ps over N^2"), rows, text)
+    return Table(f"Order: {what}", (letter, "N", "operations", "ns a sample"), rows, text)
+
+
+def _operations(est, y, u) -> float:
+    us = u.reshape(-1, 1) if est.model.inputs else np.empty((len(y), 0))
+    state = est.scan(y[:40], us[:40] if est.model.inputs else None).state
+    return work(est, y[40:, None], us[40:], state, {}).operations
 
 
 def _lengths() -> Iterator[Table | Verdict]:

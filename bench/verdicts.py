@@ -64,11 +64,11 @@ def not_measured(name: str, expected: str, source: str, why: str) -> Verdict:
     return Verdict(name, None, expected, False, source, why)
 
 
-def write(path: Path, machine: dict[str, str], found: list[Verdict | Table]) -> None:
-    """Write verdicts and tables as JSON."""
+def write(path: Path, machine: dict[str, str], seconds: dict[str, float], found: list[Verdict | Table]) -> None:
+    """Write verdicts and tables as JSON, and the seconds that each part took."""
     verdicts = [one.as_dict() for one in found if isinstance(one, Verdict)]
     tables = [one._asdict() for one in found if isinstance(one, Table)]
-    told = {"name": "bench", "machine": machine, "verdicts": verdicts, "tables": tables}
+    told = {"name": "bench", "machine": machine, "seconds": seconds, "verdicts": verdicts, "tables": tables}
     path.write_text(json.dumps(told, indent=2) + "\n")
 
 

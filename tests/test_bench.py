@@ -93,7 +93,7 @@ def test_page_without_losses_says_so():
 
 def test_json_has_machine_verdicts_and_tables(tmp_path):
     path = tmp_path / "bench.json"
-    verdicts.write(path, {"processor": "one"}, [one for _, one in findings()])
+    verdicts.write(path, {"processor": "one"}, {"ways": 1.5}, [one for _, one in findings()])
     told = json.loads(path.read_text())
     assert told["machine"] == {"processor": "one"}
     assert [row["pass"] for row in told["verdicts"]] == [True, False, True]
