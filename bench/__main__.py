@@ -15,7 +15,7 @@ from .groups import PARTS
 from .machine import machine
 from .page import page, terminal
 
-LONG = ("lengths", "fleets")  # the parts that --big makes longer
+LONG = ("lengths", "fleets", "fleet_files")  # the parts that --big makes longer
 
 
 def main(

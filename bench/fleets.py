@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import subprocess
 import sys
 import time
@@ -15,6 +14,7 @@ import numpy as np
 
 import driftwise as dw
 
+from .memory import forget_peak, peak
 from .verdicts import Verdict, at_least, at_most, for_information
 
 SOURCE = "bench/fleets.py"
@@ -133,29 +133,12 @@ def _run(name: str) -> None:
     feed, compiled = Feed(est, SERIES, 3), Feed(est, 8, 1)
     seconds_of(compiled.fleet(2), compiled.batches())
     batch = next(feed.batches())
-    before = _forget_peak()
+    before = forget_peak()
     fleet = dw.Fleet(est, range(SERIES), threads=2)
     for _ in range(3):
         outs = fleet.advance(*batch)
     size, states = sum(array.nbytes for array in (*batch, outs)), fleet.states.nbytes
-    print(json.dumps({"peak": (_peak() - before) / 1e6, "states": states / 1e6, "batch": size / 1e6}))
-
-
-def _forget_peak() -> float:
-    """Return the resident memory in bytes, from which `_peak` counts on."""
-    try:
-        Path("/proc/self/clear_refs").write_text("5")
-    except OSError:
-        pass
-    return _peak()
-
-
-def _peak() -> float:
-    try:
-        status = Path("/proc/self/status").read_text()
-        return 1024.0 * int(status.split("VmHWM:")[1].split()[0])
-    except OSError:
-        return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps({"peak": (peak() - before) / 1e6, "states": states / 1e6, "batch": size / 1e6}))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ GROUPS = (
     Group(
         "Fleets and streams",
         "Many series, one sample or one batch at a time.",
-        ("fleets", "calls"),
+        ("fleets", "fleet_files", "calls"),
     ),
     Group(
         "The same job done by others",

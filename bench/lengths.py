@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import resource
 import subprocess
 import sys
 import tempfile
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .memory import resident
 from .plant import joint, record
 from .verdicts import Verdict, at_least, at_most
 
@@ -59,15 +59,6 @@ def _write(path: Path, rows: int) -> None:
         writer.close()
 
 
-def _memory() -> float:
-    """Return the resident memory in MB: now where the system tells, else at its peak."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-        return pages * resource.getpagesize() / 1e6
-    except OSError:
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-
-
 def _run(path: str) -> None:
     """The measured process: through the file in chunks, then a stretch in memory."""
     from driftwise.edge.tables import open_record
@@ -81,7 +72,7 @@ def _run(path: str) -> None:
         state = est.scan(chunk.columns["y"], chunk.columns["u"], state=state, keep="innovations").state
         seen += chunk.rows
         late = int(seen > rows / 4)
-        memory[late] = max(memory[late], _memory())
+        memory[late] = max(memory[late], resident() / 1e6)
     seconds = time.process_time() - start
     y, u = record(min(seen, CHUNK))
     rates = []
