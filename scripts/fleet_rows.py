@@ -125,7 +125,7 @@ def over_nothing(chosen) -> None:
     est = ESTIMATORS[chosen.estimator]()
     fleet = Fleet(est, threads=chosen.threads)
     warm(fleet)
-    run = FleetRun(fleet, Nowhere(), every=chosen.every)
+    run = FleetRun(fleet, Nowhere(), every=chosen.every, first=chosen.first)
     before, course = resident(), Course()
     run.go(MadeUp(chosen.series, chosen.samples, est.model.inputs), BATCH, lambda: course.note(run.rows))
     states, peak = fleet._rows.nbytes / 1e6, max(point[3] for point in course.points) - before
@@ -142,6 +142,7 @@ def main() -> None:
     options.add_argument("--series", type=int, default=1000)
     options.add_argument("--samples", type=int, help="make up so many of each series instead of reading rows")
     options.add_argument("--every", type=int, default=100)
+    options.add_argument("--first", type=int, default=32, help="rows held back, of what is made up")
     options.add_argument("--threads", type=int)
     options.add_argument("--folder", help="where the file is written")
     chosen = options.parse_args()

@@ -51,7 +51,7 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     >>> table = {"pump": np.tile([7, 8], 500), "flow": np.repeat(y, 2) + 20.0}
     >>> order = FleetOrder(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
     >>> found = run_fleet(order)
-    >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in order.out.iterdir())
+    >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in found.out.iterdir())
     (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
     batch, started = door.count("batch", order.batch, least=1), time.monotonic()
