@@ -128,7 +128,7 @@ def test_killed_runs_leave_the_same_files(kills, tmp_path):
     assert f"\n{kills} kills: " in done.stdout and "runs left the very same files" in done.stdout
 
 
-def test_another_order_is_not_gone_on_with(path, tmp_path):
+def test_another_order_is_not_gone_on_with(path, tmp_path, monkeypatch):
     class Stop(Exception):
         pass
 
@@ -147,9 +147,22 @@ def test_another_order_is_not_gone_on_with(path, tmp_path):
     with pytest.raises(dw.InputError, match="data is another"):
         run(data(), out, resume=True)
     (out / "notes.txt").write_text("mine")
+
+    def full(number):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(dw.InputError, match=r"stopped by the system at row 1500 .*Is the disk full\? .*resume=True"):
+        run(path, out, resume=True)
+    monkeypatch.undo()
     found = run(path, out, resume=True, threads=2, batches=None)
     assert (found.began, found.rows, found.is_finished) == (1000, ROWS, True)
     before = contents(out)
+    run(path, tmp_path / "alone")  # with checkpoints, and parts cut, elsewhere
+    for name in "final.parquet", "events.parquet", "fleet.parquet":
+        assert before[name] == (tmp_path / "alone" / name).read_bytes()
+    one, other = (pq.read_table(folder / "estimates") for folder in (out, tmp_path / "alone"))
+    assert one.num_rows and all(np.array_equal(one[c], other[c], equal_nan=c != "key") for c in one.column_names)
     again = run(path, out, resume=True)
     assert (again.began, again.rows, again.told) == (ROWS, ROWS, found.told) and contents(out) == before
     assert np.array_equal(again.tally.table, found.tally.table, equal_nan=True)
@@ -182,6 +195,15 @@ def test_a_table_without_a_clock_and_with_rows_of_nobody(key, tmp_path):
     key = found.fleet.keys[0]
     mine = np.array([name == key for name in names])
     assert found.fleet.state(key) == dw.ARX(1, 1).scan(table["flow"][mine], table["speed"][mine]).state
+
+
+def test_keys_in_two_ways_are_refused(tmp_path):
+    for i, key in enumerate((7, "7a")):
+        pq.write_table(
+            pa.table({"asset": [key] * 40, "flow": np.arange(40.0), "speed": np.ones(40)}), tmp_path / f"{i}.pq"
+        )
+    with pytest.raises(dw.InputError, match="text or whole numbers, not both: there are 7 and '7a'"):
+        run([tmp_path / "0.pq", tmp_path / "1.pq"], tmp_path / "out", time=None)
 
 
 def slowly(status, at):

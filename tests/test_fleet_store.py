@@ -129,6 +129,8 @@ def test_files_and_keys_that_do_not_fit_are_refused_with_a_reason(tmp_path):
     with pytest.raises(dw.InputError, match=r"text or numbers, got \(1, 2\) of tuple"):
         dw.Fleet(dw.AR(1), [(1, 2)]).save(path)
     assert path.read_text() == "asset,flow\n"
+    with pytest.raises(dw.InputError, match=r"there is no folder .*; make it first"):
+        some().save(tmp_path / "nowhere" / "fleet.parquet")
     header = {
         "schema": 2,
         "fields": [["theta", 1]],

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from driftwise.errors import InputError
 from driftwise.files.fleet_parts import Parts
 from driftwise.workflow.atomic import replaced
 from driftwise.workflow.fleet.events import nothing
@@ -116,6 +117,10 @@ def key_column(keys):
     """Return keys as Arrow has them: whole numbers, or text."""
     import pyarrow as pa
 
-    if keys and all(isinstance(key, int) and not isinstance(key, bool) for key in keys):
-        return pa.array(keys, pa.int64())
-    return pa.array([str(key) for key in keys], pa.string())
+    numbers = sum(isinstance(key, int) for key in keys)
+    if 0 < numbers < len(keys):
+        one = next(key for key in keys if isinstance(key, int) != isinstance(keys[0], int))
+        raise InputError(
+            f"keys are text or whole numbers, not both: there are {keys[0]!r} and {one!r}. Write all as text"
+        )
+    return pa.array(keys, pa.int64() if numbers else pa.string())

@@ -71,16 +71,22 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
         else:
             run.restore(kept)
         began = run.rows
-        if kept is None or not kept.facts["is_read"]:
-            out.cut(run.rows)
-            if go is None:
-                run.go(table, batch, _after(order, run, table, facts, started))
-            else:
-                go(run, table)
-            out.close(run.rows)
-            run.keep(out.saved, facts | {"is_read": True})
-        if not out.is_finished:
-            out.finish(final(run.fleet, run.tally, run.intake.levels[0]))
+        try:
+            if kept is None or not kept.facts["is_read"]:
+                out.cut(run.rows)
+                if go is None:
+                    run.go(table, batch, _after(order, run, table, facts, started))
+                else:
+                    go(run, table)
+                out.close(run.rows)
+                run.keep(out.saved, facts | {"is_read": True})
+            if not out.is_finished:
+                out.finish(final(run.fleet, run.tally, run.intake.levels[0]))
+        except OSError as error:
+            raise InputError(
+                f"the run in {folder} was stopped by the system at row {run.rows} ({error}). Is the disk full? Go on "
+                "with it (resume=True) when there is room"
+            ) from None
     return _result(run, began, time.monotonic() - started)
 
 

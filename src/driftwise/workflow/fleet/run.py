@@ -9,9 +9,9 @@ import numpy as np
 
 from ...estimators import door
 from . import store
-from .crew import stable_order
 from .events import FleetEvents
 from .fleet import Fleet
+from .grouping import stable_order
 from .intake import Intake
 from .samples import rank_of, starts_of
 

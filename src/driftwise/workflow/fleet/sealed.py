@@ -154,5 +154,8 @@ def _digest(text: str, words: Words, numbers: Numbers) -> str:
     total = hashlib.sha256(json.dumps([text, words]).encode())
     for name, column in numbers.items():
         total.update(f"{name} {column.dtype.str} {column.shape}".encode())
-        total.update(np.ascontiguousarray(column).data)
+        column = np.atleast_1d(column)
+        step = _rows_a_slice(len(column), {name: column})
+        for first in range(0, len(column), step):
+            total.update(np.ascontiguousarray(column[first : first + step]).data)
     return total.hexdigest()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -34,6 +35,9 @@ def write(fleet, path, arrays: dict[str, np.ndarray] | None = None, facts: dict[
 
     Arrays need a fleet that is not empty.
     """
+    folder = os.path.dirname(os.path.abspath(path))
+    if not os.path.isdir(folder):
+        raise InputError(f"{path} cannot be written: there is no folder {folder}; make it first")
     size, arrays = len(fleet), arrays or {}
     is_column = {name: values.ndim == 2 and len(values) == size and values.size > 0 for name, values in arrays.items()}
     header = {
