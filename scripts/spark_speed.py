@@ -8,6 +8,7 @@ Wall time on a shared machine says little, so CPU time is counted: of the JVM an
 import os
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -24,8 +25,17 @@ ROCKS = "org.apache.spark.sql.execution.streaming.state.RocksDBStateStoreProvide
 TICK = os.sysconf("SC_CLK_TCK")
 
 
-def spent() -> float:
-    """Return the CPU seconds of this process and of all below it, the dead included."""
+SEEN: dict[int, float] = {}  # CPU seconds of each process below this one, those that have ended included
+
+
+def watch() -> None:
+    """Note what all processes below this one have spent, for as long as it lives."""
+    while True:
+        note()
+        time.sleep(0.2)
+
+
+def note() -> None:
     parents, times = {}, {}
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit():
@@ -34,13 +44,19 @@ def spent() -> float:
             except OSError:
                 continue
             pid = int(folder.name)
-            parents[pid], times[pid] = int(fields[1]), sum(map(int, fields[11:15])) / TICK
-    family = {os.getpid()}
-    while True:
-        more = {pid for pid, parent in parents.items() if parent in family} | family
-        if more == family:
-            return sum(times.get(pid, 0.0) for pid in family)
+            parents[pid], times[pid] = int(fields[1]), sum(map(int, fields[11:13])) / TICK
+    family: set[int] = set()
+    more = {os.getpid()}
+    while more != family:
         family = more
+        more = {pid for pid, parent in parents.items() if parent in family} | family
+    SEEN.update({pid: times[pid] for pid in family if pid in times})
+
+
+def spent() -> float:
+    """Return the CPU seconds of this process and of all below it."""
+    note()
+    return sum(SEEN.values())
 
 
 def timed(work) -> tuple[float, float]:
@@ -95,6 +111,7 @@ def nowhere(df) -> None:
 
 
 def main(millions: float) -> None:
+    threading.Thread(target=watch, daemon=True).start()
     est, rows = dw.AR(1), int(1e6 * millions)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.parquet"
