@@ -116,7 +116,7 @@ def advancing(shipped, options, has_clock: bool, outputs: int):
     def work(batches):
         sinks = Gathered()
         run = FleetRun(Fleet(unship(shipped), threads=1), sinks, **options)
-        compiled(run.fleet.crew, run._columns)
+        compiled(run.fleet.crew, run._head)  # where its code is cached goes for all other loops
         told = 0
         for batch in _again(batches, has_clock, outputs):
             run.take(batch)
