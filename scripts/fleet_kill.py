@@ -92,8 +92,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "data.parquet"
         make(data, chosen.rows, chosen.series, chosen.seed)
-        for columns in 9, 13:
-            dw.Fleet(dw.ARX(1, 1)).crew.loop(columns)  # compiled once, for all that are forked
+        run_fleet(order(data, Path(folder) / "first", chosen.rows))  # compiles, for all that are forked
         alone = Path(folder) / "alone"
         began = time.monotonic()
         os.waitpid(begin(order(data, alone, chosen.rows)), 0)
