@@ -24,11 +24,14 @@ def compiler() -> str:
 
 
 def library(source: str, *flags: str) -> ctypes.CDLL:
-    """Return a C file of this folder as a loaded library."""
+    """Return a C file of this folder as a loaded library; raise OSError where it cannot be had."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "library.so"
         path = Path(__file__).with_name(source)
-        subprocess.run([compiler(), *FLAGS, *flags, "-o", str(target), str(path), "-lm"], check=True)
+        try:
+            subprocess.run([compiler(), *FLAGS, *flags, "-o", str(target), str(path), "-lm"], check=True)
+        except subprocess.CalledProcessError as error:
+            raise OSError(f"{compiler()} does not compile {source} on this machine") from error
         return ctypes.CDLL(str(target))  # stays loaded when the file has gone
 
 

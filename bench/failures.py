@@ -57,7 +57,7 @@ def _lost(run, y, h, half: int) -> int | str:
     try:
         with np.errstate(all="ignore"):
             found = run(y, h)
-    except ImportError:
+    except (ImportError, OSError):
         return "not installed"
     except (ValueError, FloatingPointError, np.linalg.LinAlgError) as error:
         return f"{type(error).__name__}: {error}"

@@ -25,7 +25,7 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
     """Yield the budgets of a record of Joint(3) with input and direct term (N = 10)."""
     try:
         in_c, native = InC(), InC("-march=native")
-    except (FileNotFoundError, OSError) as error:
+    except OSError as error:
         yield not_measured("record against C", "<= 2.5 x C", SOURCE, str(error))
     else:
         for case in CASES:

@@ -60,8 +60,8 @@ def for_information(name: str, value: float, unit: str, source: str, note: str =
 
 
 def not_measured(name: str, expected: str, source: str, why: str) -> Verdict:
-    """Return a budget that could not be measured here, which does not keep it."""
-    return Verdict(name, None, expected, False, source, why)
+    """Return what could not be measured here; a budget is not kept by that."""
+    return Verdict(name, None, expected, expected.startswith("no budget"), source, why)
 
 
 def write(path: Path, machine: dict[str, str], seconds: dict[str, float], found: list[Verdict | Table]) -> None:

@@ -99,3 +99,8 @@ def test_json_has_machine_verdicts_and_tables(tmp_path):
     assert [row["pass"] for row in told["verdicts"]] == [True, False, True]
     assert told["verdicts"][1]["rival"] == "C" and told["verdicts"][1]["ahead"] == 3.25
     assert told["tables"][0]["rows"] == [[1, 2.5], [2, None]]
+
+
+def test_a_budget_not_measured_is_missed():
+    assert not verdicts.not_measured("speed", "<= 1 us", "a.py", "no compiler").kept
+    assert verdicts.not_measured("speed", "no budget (x)", "a.py", "no compiler").kept
