@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -53,8 +54,13 @@ def main(
 
 
 def _verdicts(name: str, big: bool) -> Iterator[v.Verdict | v.Table]:
-    part = import_module(f".{name}", __package__)
-    yield from part.verdicts(big) if name in LONG else part.verdicts()
+    """Yield what a part finds; where it breaks, that is told, and the others go on."""
+    try:
+        part = import_module(f".{name}", __package__)
+        yield from part.verdicts(big) if name in LONG else part.verdicts()
+    except Exception as error:
+        traceback.print_exc()
+        yield v.not_measured(f"{name}, to its end", "no error", f"bench/{name}.py", f"{type(error).__name__}: {error}")
 
 
 if __name__ == "__main__":
