@@ -116,6 +116,7 @@ def test_bad_input_is_refused_and_nothing_is_lost():
     fleet = dw.Fleet(dw.AR(1), ["a", "b"])
     fleet.tick(None, [1.0, 2.0])
     before = bits(fleet.states)
+    observer = dw.WindowObserver(dw.Plant([[0.9]], C=[[1.0]]), dt=1.0, window=3.0, noise_std=1.0)
     refused = [
         (lambda: fleet.tick(["a", "c"], [1.0, 2.0]), "no series 'c'"),
         (lambda: fleet.tick(None, [1.0, 2.0, 3.0]), "y must have 2 rows"),
@@ -128,6 +129,9 @@ def test_bad_input_is_refused_and_nothing_is_lost():
         (lambda: fleet.add(["c"], dw.AR(1, memory=dw.Weighted(0.99))), "one kind of estimator"),
         (lambda: dw.Fleet(dw.Joint(1, noise=dw.OutputError(), start="algebraic")), "algebraic"),
         (lambda: dw.Fleet(dw.AR(1), threads=0), "threads"),
+        (lambda: dw.Fleet(observer), "known plant"),
+        (lambda: dw.Fleet(dw.ModelAverage([dw.AR(1), dw.AR(2)])), "needs one of driftwise's estimators"),
+        (lambda: dw.Fleet(dw.TrackEstimator()), "needs one of driftwise's estimators"),
         (lambda: dw.Fleet("AR(1)"), "needs one of driftwise's estimators"),
     ]
     for call, why in refused:

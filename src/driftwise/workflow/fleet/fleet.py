@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...estimators import door
+from ...estimators.observing import Observing
 from ...estimators.reading import Rows, Step
 from . import store
 from .crew import Crew
@@ -49,7 +50,9 @@ class Fleet:
 
     Notes
     -----
-    Bad at: fleets of very different models. Each kind and order needs a fleet of its own.
+    Bad at: fleets of very different models (each kind and order needs a fleet of its own), instants (samples count as
+    ``dt`` apart, also those of a `ContinuousJoint`), and fewer than some ten samples at a time: the call itself takes as
+    long as a few hundred.
 
     Examples
     --------
@@ -65,6 +68,11 @@ class Fleet:
     def __init__(self, estimator, keys: Iterable = (), *, threads: int | None = None, lanes: bool | None = None):
         if not isinstance(estimator, Rows) or len(getattr(estimator, "policies", ())) != 6:
             raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
+        if isinstance(estimator, Observing):
+            raise InputError(
+                "a fleet is for estimators that learn parameters; for many observers of a known plant: "
+                "states, steps = est.tick(est.start(series), y, u)"
+            )
         if estimator.starting is not None:
             raise InputError("a fleet takes each sample as it comes: leave start='algebraic' out")
         if threads is not None:
