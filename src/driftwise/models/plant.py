@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag, expm, matrix_balance
+import scipy  # scipy.linalg loads where it is used, which is not in `estimators.door`
 
 from ..errors import InputError
 
@@ -114,7 +114,7 @@ class Augmented:
         self.A = np.zeros((m, m))
         self.A[:n, :n] = A
         if names:
-            self.A[n:, n:] = block_diag(*shapes)
+            self.A[n:, n:] = scipy.linalg.block_diag(*shapes)
             self.A[:n, n:] = np.hstack(into)
         self.B = np.vstack([B, np.zeros((m - n, k))])
         self.H = np.hstack([C, *seen]) if names else C
@@ -166,7 +166,7 @@ class Augmented:
     @cached_property
     def hidden(self) -> list[complex]:
         """Modes that no output shows (Popov, Belevitch and Hautus): empty where [x; q] is observable."""
-        balanced, (scale, _) = matrix_balance(self.A, permute=False, separate=True)
+        balanced, (scale, _) = scipy.linalg.matrix_balance(self.A, permute=False, separate=True)
         H = self.H * scale
         size = float(np.linalg.norm(balanced, 2)) or 1.0  # a level that stays: A = 0
         H = H / np.maximum(np.linalg.norm(H, axis=1, keepdims=True), 1e-300) * size
@@ -202,7 +202,7 @@ class Augmented:
         M = np.zeros((m + 2 * k, m + 2 * k))
         M[:m, :m], M[:m, m : m + k] = self.A, self.B
         M[m : m + k, m + k :] = np.eye(k) / dt
-        E = expm(M * dt)
+        E = scipy.linalg.expm(M * dt)
         Phi, whole, slope = E[:m, :m], E[:m, m : m + k], E[:m, m + k :]
         return (Phi, whole, np.zeros_like(whole)) if hold == "zoh" else (Phi, whole - slope, slope)
 
@@ -214,7 +214,7 @@ class Augmented:
         unit = 2.0 ** np.frexp(np.max(self.walk**2, initial=0.0))[1]  # in other units the numbers are the same
         M = np.zeros((2 * m, 2 * m))
         M[:m, :m], M[:m, m:], M[m:, m:] = -self.A, np.diag(self.walk**2) / unit, self.A.T
-        E = expm(M * short)
+        E = scipy.linalg.expm(M * short)
         Phi = E[m:, m:].T
         Q = Phi @ E[:m, m:]
         for _ in range(doublings):

@@ -26,6 +26,7 @@ from ..memory.fading import Weighted
 from ..memory.restart import GainReset
 from ..models.noise import EquationError
 from ..models.simulate_mimo import simulate_mimo
+from .fleet.fleet import Fleet
 from .snapshot import is_described, load_state, save_state
 
 
@@ -235,6 +236,24 @@ def law_compiled_equals_plain(est, y, u):
     )
     a, b = np.atleast_1d(fast.state).view(float), rows[0]
     assert np.allclose(a, b, rtol=1e-9, atol=1e-12), "compiled and uncompiled states differ"
+
+
+def law_fleet_of_known_sizes(est, y, u):
+    """Mixed with others in a fleet, whose loop has its sizes compiled in, a series takes the same steps."""
+    if _is_observer(est) or est.starting is not None:
+        return  # no fleet takes them
+    y, u = y[:12], _part(u, slice(12))
+    fleet = Fleet(est, ["own", "other"], threads=1, lanes=False)
+    crew, rows, outs = fleet.crew, est._rows(est.start()), np.empty((1, len(y), 4 * (_outputs(est) or 1)))
+    crew.loop = lambda columns: compose.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))  # type: ignore
+    us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
+    both = np.stack([y, y[::-1]], axis=1).reshape(2 * len(y), *y.shape[1:])
+    with np.errstate(all="ignore"):
+        fleet.scan(["own", "other"] * len(y), both, None if u is None else np.repeat(us[0], 2, axis=0))
+        compose.plain_driver(*map(type, est.policies))(
+            rows, y.reshape(1, len(y), -1), us, outs, est.spec, est.scratch()
+        )
+    assert same(np.atleast_1d(fleet.state("own")).view(float), rows[0]), "its state differs from itself alone"
 
 
 def law_no_wind_up(est, y, u):

@@ -51,8 +51,7 @@ class Fleet:
     Notes
     -----
     Bad at: fleets of very different models (each kind and order needs a fleet of its own), instants (samples count as
-    ``dt`` apart, also those of a `ContinuousJoint`), and fewer than some ten samples at a time: the call itself takes as
-    long as a few hundred.
+    ``dt`` apart, also those of a `ContinuousJoint`), and few samples at a time: a call takes as long as a few hundred.
 
     Examples
     --------
