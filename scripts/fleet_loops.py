@@ -31,9 +31,7 @@ def medians(*calls) -> np.ndarray:
 
 def loops() -> None:
     """Print the three loops of each kind, and what a gap in one sample of a hundred does to the third."""
-    print(
-        "| ns a sample | sizes as data | sizes compiled in | eight side by side | 1 % missing: one by one | side by side |"
-    )
+    print("| ns a sample | sizes as data | compiled in | side by side | 1 % missing: one by one | side by side |")
     print("|---|---|---|---|---|---|")
     draw = np.random.default_rng(0)
     for est in KINDS:

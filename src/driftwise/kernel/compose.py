@@ -24,8 +24,7 @@ from typing import Annotated, Any, get_type_hints
 
 import numpy as np
 
-from . import views
-from .views import fetch
+from .short_loops import short_loops
 
 Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
 Size = Annotated[
@@ -447,13 +446,8 @@ def _compile(make, kinds, dimensions):
         function = numba.njit(cache=True, nogil=True, **OPTIONS)(make(fingerprint(kinds)))
         numbers = {int: numba.int64, float: numba.float64, "index": numba.types.Array(numba.int64, 1, "C")}
         types = tuple(numbers.get(d) or numba.types.Array(numba.float64, d, "C") for d in dimensions)
-        # Loops of a few turns: vector code gains nothing, and takes a sixth of the time to compile.
-        config: Any = numba.config
-        before, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
-        try:
+        with short_loops():
             function.compile(types)
-        finally:
-            config.LOOP_VECTORIZE = before
         return function
 
 

@@ -26,16 +26,39 @@ def multiply(M, x, v):
 
 
 @kernel
+def add_square(M, w, x):
+    """M += w x x' for a packed symmetric M."""
+    start = 0
+    for j in range(x.size):
+        wx = w * x[j]
+        for i in range(j + 1):
+            M[start + i] += x[i] * wx
+        start += j + 1
+
+
+@kernel
+def rescale(M, x):
+    """M <- diag(x) M diag(x) for a packed symmetric M."""
+    start = 0
+    for j in range(x.size):
+        for i in range(j + 1):
+            M[start + i] *= x[i] * x[j]
+        start += j + 1
+
+
+@kernel
 def solve(A, x):
-    """Overwrite x with A^-1 x for a positive definite A (n, n), which is destroyed: Gauss needs no pivots there."""
+    """Overwrite x with A^-1 x for a packed positive definite A, which is destroyed: Gauss needs no pivots there."""
     n = x.size
     for j in range(n):
+        inverse = 1.0 / A[at(j, j)]
         for i in range(j + 1, n):
-            share = A[i, j] / A[j, j]
-            for k in range(j + 1, n):
-                A[i, k] -= share * A[j, k]
+            share = A[at(j, i)] * inverse
+            for k in range(i, n):
+                A[at(i, k)] -= share * A[at(j, k)]
             x[i] -= share * x[j]
+        A[at(j, j)] = inverse
     for j in range(n - 1, -1, -1):
         for k in range(j + 1, n):
-            x[j] -= A[j, k] * x[k]
-        x[j] /= A[j, j]
+            x[j] -= A[at(j, k)] * x[k]
+        x[j] *= A[at(j, j)]

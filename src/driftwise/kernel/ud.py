@@ -10,6 +10,7 @@ from .compose import kernel
 
 EPS = np.finfo(float).eps
 TINY = (64 * EPS) ** 2  # a squared length that has lost all its digits
+NOTHING = 1e-300  # a pivot whose inverse would overflow
 
 
 @kernel
@@ -181,15 +182,32 @@ def factor_within(P, U, D):
     for j in range(N - 1, -1, -1):
         at, column = j * (j - 1) // 2, P[j * (j + 1) // 2 :]
         pivot = column[j]
-        is_live = pivot > 8 * N * EPS * D[j]
-        D[j] = pivot if is_live else 0.0
-        for i in range(j):
-            U[at + i] = column[i] / pivot if is_live else 0.0
+        is_live = pivot > max(8 * N * EPS * D[j], NOTHING)
+        D[j], inverse = (pivot, 1.0 / pivot) if is_live else (0.0, 0.0)
         start = 0
-        for k in range(j if is_live else 0):
+        for k in range(j):
+            g = column[k] * inverse
+            U[at + k] = g
             for i in range(k + 1):
-                P[start + i] -= U[at + i] * column[k]
+                P[start + i] -= g * column[i]
             start += k + 1
+
+
+@kernel
+def expand(U, D, P):
+    """P = U D U', packed (`kernel.dense`)."""
+    below, own = 0, 0
+    for j in range(D.size):
+        start = 0
+        for k in range(j):
+            g = U[below + k] * D[j]
+            for i in range(k + 1):
+                P[start + i] += U[below + i] * g
+            start += k + 1
+            P[own + k] = g
+        P[own + j] = D[j]
+        below += j
+        own += j + 1
 
 
 def unpack(U, D) -> np.ndarray:

@@ -12,10 +12,11 @@ import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..kernel.compose import Vector, kernel, rare
+from ..kernel.dense import at
 from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
-from ..kernel.ud import predicted_variance, widen
+from ..kernel.ud import factor_within, predicted_variance, widen
 from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
-from .bank import FREEDOM_NOW, SIGMA2_NOW, Cells, open_cells, own_cells, reckon_mixture, tell_modes
+from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, Cells, merge_again, open_cells, own_cells, reckon_mixture, tell_modes
 from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
 from .likelihood import own_cells as learner_cells
 from .modes import (
@@ -23,21 +24,23 @@ from .modes import (
     FREEDOM,
     WEIGHT,
     drift_apart,
-    expand,
     interact,
     merge,
     mode,
     open_bank,
     own_sigma2,
     size_of,
+    unfold,
 )
 from .modes import update as update_bank
+from .sensitivity import pass_time
 from .transition import relax
 from .unknown import RESTS, SEEN, Ground, excite, lean, open_ground
 
 ON, AGE, JUMPED, LOUDER, VERDICT, RHO, CLEAN, TRIAL = range(8)  # of a trial: runs it, how long, log odds, what it found
 NOTHING, A_JUMP, A_LEVEL = range(3)
 LEVELS, STAY = (0.0, 0.1), 0.999  # NVRs besides the learnt one; probability that the speed stays
+MODES = len(LEVELS) + 1
 SURPRISE = 9.0  # times the variance of the prediction: a trial starts
 PRIOR = math.log(1 / 200)  # log odds of both explanations then
 WIDE, LOUD = 100.0, 3.0  # what a jump adds to P, in units; by what the noise variance grows
@@ -112,9 +115,9 @@ def auto_cells(N: int, M: int) -> int:
 
 
 @kernel
-def open_parts(memory, cells):
+def open_parts(memory, cells, N):
     """Return the views."""
-    N, M = memory.cap.size, memory.levels.size
+    M = MODES
     size = M * size_of(N)
     ground = open_ground(cells, N)
     own = open_cells(ground.own[TRIAL:], N, M)
@@ -126,7 +129,7 @@ def open_parts(memory, cells):
 
 @begin.on(Contest)
 def _(memory, cells, theta, U, D):
-    parts = open_parts(memory, cells)
+    parts = open_parts(memory, cells, D.size)
     open_bank(memory, parts.own.bank, theta, U, D)
 
 
@@ -136,7 +139,7 @@ def challenge(memory, parts, b):
     bank, trial, N = parts.own.bank, parts.trial, memory.cap.size
     for i in range(bank.size):
         parts.challenger[i] = parts.rival[i] = bank[i]
-    for m in range(memory.levels.size):
+    for m in range(MODES):
         one, rival = mode(parts.challenger, m, N), mode(parts.rival, m, N).own
         for i in range(N):
             widen(one.U, one.D, i, WIDE * parts.ground.unit[i], b)
@@ -150,10 +153,12 @@ def argue(memory, parts, e, R, theta, evidence, work, rests):
     """Let challenger and rival see the sample; return what is decided, NOTHING while the trial goes on."""
     trial, own, is_robust = parts.trial, parts.own, memory.outliers > 0.0
     noise = memory.R if trial[CLEAN] <= theta.size else R  # to both, what looked like an outlier is as it should be
-    first, _ = update_bank(memory, parts.challenger, e, noise, theta, work, own.logs, is_robust, rests)
-    trial[JUMPED] += first - evidence
-    second, _ = update_bank(memory, parts.rival, e, noise, theta, work, own.logs, is_robust, rests)
-    trial[LOUDER] = trial[LOUDER] + second - evidence if memory.learns > 0.0 else IMPOSSIBLE
+    for which in (JUMPED, LOUDER):
+        bank = parts.challenger if which == JUMPED else parts.rival
+        found, _ = update_bank(memory, bank, own.dense, e, noise, theta, work, own.logs, is_robust, rests, True)
+        trial[which] += found - evidence
+    if memory.learns == 0.0:
+        trial[LOUDER] = IMPOSSIBLE
     trial[AGE] += 1.0
     jumped, louder, samples = trial[JUMPED], trial[LOUDER], trial[AGE]
     if jumped > JUMP_ODDS and samples >= memory.ripe and jumped > louder + AHEAD:
@@ -165,19 +170,20 @@ def argue(memory, parts, e, R, theta, evidence, work, rests):
     return NOTHING
 
 
-@kernel
+@rare
 def take_over(own, bank, trial):
     """Let the winner be the incumbent."""
     for i in range(bank.size):
-        own[i] = bank[i]
+        own.bank[i] = bank[i]
+    unfold(own.bank, own.dense, own.q.size // MODES)
     trial[ON] = 0.0
 
 
 @learn.on(Contest)
 def _(memory, cells, e, R, s2, theta, U, D, work):
-    parts = open_parts(memory, cells)
+    parts = open_parts(memory, cells, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, M, T = D.size, memory.levels.size, predicted_variance(work.f, D, R)
+    N, M, T = D.size, MODES, predicted_variance(work.f, D, R)
     rests = excite(memory, ground, work.psi)
     lean(ground, R, T)
     if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
@@ -185,7 +191,12 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
         heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0
         if e * e > SURPRISE * heavy * s2 * T:
             challenge(memory, parts, work.b)
-    evidence, trial[RHO] = update_bank(memory, own.bank, e, R, theta, work, own.logs, memory.outliers > 0.0, rests)
+    evidence, trial[RHO] = update_bank(
+        memory, own.bank, own.dense, e, R, theta, work, own.logs, memory.outliers > 0.0, rests, rests
+    )
+    own.head[WAITS] = 0.0 if rests else 1.0
+    if rests:
+        unfold(own.bank, own.dense, N)
     error, spread, own_s2, part = own.logs[M], own.logs[M + 1], own.logs[M + 2], own.logs[M + 3]
     follow(learner, work.psi, work.b, error, spread, own_s2, part, work.c)
     if ground.head[SEEN] > 2.0 * N and not rests:
@@ -195,12 +206,12 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
     if trial[ON] > 0.0:
         trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
         if trial[VERDICT] == A_JUMP:
-            take_over(own.bank, parts.challenger, trial)
+            take_over(own, parts.challenger, trial)
             for j in range(N):
                 begin_again(learner, j)
         elif trial[VERDICT] == A_LEVEL:
-            take_over(own.bank, parts.rival, trial)
-    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
+            take_over(own, parts.rival, trial)
+    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
     return T
 
 
@@ -229,59 +240,76 @@ def _(memory, cells, marks):
     return 1.0 if is_told else 0.0
 
 
-@kernel
-def mixed_on(memory, own, bank):
-    """Take a bank of a trial one sample on."""
-    size = own.P.size
-    for m in range(memory.levels.size):
-        one = mode(bank, m, memory.cap.size)
-        expand(one.U, one.D, own.dense[m * size : (m + 1) * size])
-    interact(memory, bank, own.dense, memory.A, own.q, own.old, own.P)
+@rare
+def take_on(memory, parts, waits, b):
+    """Take the banks of a trial one sample on."""
+    for bank in (parts.challenger, parts.rival):
+        if waits:
+            unfold(bank, parts.own.dense, memory.cap.size)
+            interact(memory, parts.own, bank, parts.own.q, memory.cap.size)
+        else:
+            drift_apart(memory, bank, parts.own.q, b)
 
 
 @age.on(Contest)
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    parts = open_parts(memory, cells)
+    parts = open_parts(memory, cells, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, M, q, status = D.size, memory.levels.size, own.q, 0
+    N, M, q, status = D.size, MODES, own.q, 0
+    rests, waits = ground.head[RESTS] > 0.0, own.head[WAITS] > 0.0
     for i in range(N):
         for m in range(M - 1):
             q[m * N + i] = memory.levels[m] * ground.unit[i]
         q[(M - 1) * N + i] = ground.q[i] = ratio(memory, learner, i) * ground.unit[i]
-    learnt = mode(own.bank, M - 1, N)
-    carry(learner, memory.phi, ground.q, learnt.U, learnt.D, memory.cap, work.c)
-    rests = ground.head[RESTS] > 0.0
-    if surprise >= 0.0 and not rests:
-        is_capped = interact(memory, own.bank, own.dense, memory.A, q, own.old, own.P)
-        if trial[ON] > 0.0:
-            mixed_on(memory, own, parts.challenger)
-            mixed_on(memory, own, parts.rival)
+    if not waits:
+        unfold(own.bank, own.dense, N)
+    for i in range(N):
+        work.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
+    carry(learner, memory.phi, ground.q, work.c, memory.cap)
+    if waits:
+        is_capped = interact(memory, own, own.bank, q, N)
     else:
         is_capped = drift_apart(memory, own.bank, q, work.b)
-        if trial[ON] > 0.0:
-            drift_apart(memory, parts.challenger, q, work.b)
-            drift_apart(memory, parts.rival, q, work.b)
+    if trial[ON] > 0.0:
+        take_on(memory, parts, waits, work.b)
+    own.head[WAITS] = 0.0
     if surprise >= 0.0:
         status |= AT_REST if rests else 0
         status |= NOISE if trial[VERDICT] == A_LEVEL else 0
         status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
     if is_capped:
-        merge(memory, own.bank, own.dense, theta, U, D, own.P)
+        merge_again(memory, own, theta, U, D)
         return 1.0, status | CAPPED
-    relax(theta, U, D, memory.phi, work.b)  # the mixture of what the modes are now
-    total = 0.0
+    drift_together(memory, own, waits, theta, U, D, work)
+    return 1.0, status
+
+
+@kernel
+def drift_together(memory, own, waits, theta, U, D, work):
+    """Take the mixture on: what its modes are now, told without mixing them again."""
+    N, M, total = D.size, MODES, 0.0
     for m in range(M):
         one = mode(own.bank, m, N).own
         own.logs[m] = one[WEIGHT] * own_sigma2(memory, one)
         total += own.logs[m]
+    inverse = 1.0 / total
     for i in range(N):
-        mean = 0.0
+        work.c[i] = 0.0
         for m in range(M):
-            mean += own.logs[m] * q[m * N + i]
-        widen(U, D, i, mean / total, work.b)
-    return 1.0, status
+            work.c[i] += own.logs[m] * own.q[m * N + i]
+        work.c[i] *= inverse
+    if waits:
+        P = own.dense[M * own.P.size :]
+        pass_time(theta, P, memory.phi)
+        for i in range(N):
+            P[at(i, i)] += work.c[i]
+        factor_within(P, U, D)
+    else:
+        relax(theta, U, D, memory.phi, work.b)
+        for i in range(N):
+            widen(U, D, i, work.c[i], work.b)
 
 
 @tell.on(Contest)
 def _(memory, cells, R, s2, theta, work, out):
-    tell_modes(memory, open_parts(memory, cells).own.bank, R, s2, theta, work, out)
+    tell_modes(memory, open_parts(memory, cells, theta.size).own.bank, R, s2, theta, work, out)

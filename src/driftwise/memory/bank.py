@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.compose import Vector, kernel
+from ..kernel.compose import Vector, kernel, rare
 from ..kernel.status import AT_REST, CAPPED
 from ..kernel.ud import predicted_variance, project
 from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
@@ -21,13 +21,14 @@ from .modes import (
     open_bank,
     own_sigma2,
     size_of,
+    unfold,
     update,
 )
 from .unknown import RESTS, excite, lean, open_ground, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 JUMP, AGAIN = 1.0, 0.1  # NVR of the jump mode, and how likely one jump follows another
-FREEDOM_NOW, SIGMA2_NOW, TOLD, OWN_HEAD = range(4)
+FREEDOM_NOW, SIGMA2_NOW, TOLD, WAITS, OWN_HEAD = range(5)  # WAITS: P of the modes is in ``dense``, to be mixed
 
 
 class Bank(NamedTuple):
@@ -94,7 +95,10 @@ class Mixing(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """Views of what a bank keeps beyond the ground of all policies; q, dense, old, P and logs are scratch."""
+    """Views of what a bank keeps beyond the ground of all policies; q, dense, old, P and logs are scratch.
+
+    ``dense`` has room for the P of every mode and of the mixture, packed.
+    """
 
     head: np.ndarray
     bank: np.ndarray
@@ -107,7 +111,7 @@ class Cells(NamedTuple):
 
 def own_cells(N: int, M: int) -> int:
     """Return how many numbers a bank of M modes keeps."""
-    return OWN_HEAD + 2 * M * size_of(N) + M * N + (M + 1) * N * (N + 1) // 2 + 2 * M + 4
+    return OWN_HEAD + 2 * M * size_of(N) + M * N + (M + 2) * N * (N + 1) // 2 + 2 * M + 4
 
 
 @kernel
@@ -116,7 +120,7 @@ def open_cells(own, N, M):
     size, half = M * size_of(N), N * (N + 1) // 2
     a = OWN_HEAD + size
     b = a + M * N
-    c = b + M * half
+    c = b + (M + 1) * half
     d = c + size
     e = d + half
     return Cells(own[:OWN_HEAD], own[OWN_HEAD:a], own[a:b], own[b:c], own[c:d], own[d:e], own[e : e + 2 * M + 4])
@@ -129,24 +133,36 @@ def cells_of_modes(memory, ground):
 
 
 @kernel
-def learn_in_bank(memory, cells, e, R, s2, theta, U, D, work):
-    """Every mode learns; theta and P become those of the mixture."""
+def learn_in_bank(memory, cells, e, R, theta, U, D, work, is_apart):
+    """Every mode learns; theta and P become those of the mixture. Modes that do not stay apart wait to be mixed."""
     ground = open_ground(cells, D.size)
     own, T = cells_of_modes(memory, ground), predicted_variance(work.f, D, R)
     rests = excite(memory, ground, work.psi)
     lean(ground, R, T)
-    update(memory, own.bank, e, R, theta, work, own.logs, False, rests)
-    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own.bank, own.dense, theta, U, D, own.P)
+    own.head[WAITS] = 0.0 if is_apart else 1.0
+    update(memory, own.bank, own.dense, e, R, theta, work, own.logs, False, rests, is_apart)
+    if is_apart:
+        unfold(own.bank, own.dense, D.size)
+    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
     return T
 
 
-learn.on(Mixing)(learn_in_bank)
+@rare
+def merge_again(memory, own, theta, U, D):
+    """Let theta and P be those of the mixture, after each mode moved alone."""
+    unfold(own.bank, own.dense, D.size)
+    merge(memory, own, theta, U, D)
+
+
+@learn.on(Mixing)
+def _(memory, cells, e, R, s2, theta, U, D, work):
+    return learn_in_bank(memory, cells, e, R, theta, U, D, work, False)
 
 
 @learn.on(Fading)
 def _(memory, cells, e, R, s2, theta, U, D, work):
     """Then the weights fade; P stays what it is, relative to the sigma^2 that is theirs."""
-    T = learn_in_bank(memory, cells, e, R, s2, theta, U, D, work)
+    T = learn_in_bank(memory, cells, e, R, theta, U, D, work, True)
     own = cells_of_modes(memory, open_ground(cells, D.size))
     total, before = 0.0, own.head[SIGMA2_NOW]
     for m in range(memory.levels.size):
@@ -218,7 +234,7 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
     is_capped = drift_apart(memory, own.bank, own.q, work.b)
-    merge(memory, own.bank, own.dense, theta, U, D, own.P)
+    merge_again(memory, own, theta, U, D)
     return 1.0, met(ground, is_capped, surprise)
 
 
@@ -227,11 +243,12 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     ground = open_ground(cells, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
-    if surprise >= 0.0:
-        is_capped = interact(memory, own.bank, own.dense, memory.A, own.q, own.old, own.P)
+    if own.head[WAITS] > 0.0:
+        is_capped = interact(memory, own, own.bank, own.q, D.size)
     else:
         is_capped = drift_apart(memory, own.bank, own.q, work.b)
-    merge(memory, own.bank, own.dense, theta, U, D, own.P)
+    own.head[WAITS] = 0.0
+    merge_again(memory, own, theta, U, D)
     return 1.0, met(ground, is_capped, surprise)
 
 

@@ -127,7 +127,7 @@ def _(policy, own, sample, theta, U, D, q):
 @kernel
 def correlate(policy, design, sample, z, T, counts):
     """Take z = e/sqrt(s2 T) into the sums, and M, V to the next sample."""
-    N, lags, psi, b, phi = sample.psi.size, design.e.size, sample.psi, design.b, policy.phi
+    N, lags, psi, b, K, phi = sample.psi.size, design.e.size, sample.psi, design.b, design.f, policy.phi
     if counts:
         fade(policy, design)
         for l in range(lags):
@@ -141,11 +141,13 @@ def correlate(policy, design, sample, z, T, counts):
         design.e[l], design.T[l] = design.e[l - 1], design.T[l - 1]
         for j in range(N + 1):
             push(design.V[l - 1, j], design.V[l, j], psi, b, T, phi)
+    for i in range(N):
+        K[i] = b[i] / T
     for j in range(N + 1):
-        c = follow_covariance(design.M[j], psi, b, T, sample.R if j == N else 0.0, 1.0, design.v)
+        c = follow_covariance(design.M[j], psi, K, sample.R if j == N else 0.0, 1.0, design.v)
         design.c[j] = c / T
         for i in range(N):
-            design.V[0, j, i] = phi[i] * (design.v[i] - b[i] * (c / T))
+            design.V[0, j, i] = phi[i] * (design.v[i] - K[i] * c)
         at = 0
         for i in range(N):
             for k in range(i + 1):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernel.compose import Vector, kernel
-from ..kernel.dense import solve
+from ..kernel.dense import at, solve
 from ..kernel.ud import variances
 from .adapt import age, by_least_squares, learn
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time
@@ -77,75 +77,87 @@ class Learner(NamedTuple):
     shares: np.ndarray  # information shared with log sigma^2: half their sum
     slope: np.ndarray  # the last de/sqrt(s2 T)
     known: np.ndarray  # information on log sigma^2
-    J: np.ndarray  # information, less the prior's
+    J: np.ndarray  # information, less the prior's; packed, as the next
     A: np.ndarray  # scratch
-    dtheta: np.ndarray
-    dP: np.ndarray
+    dtheta: np.ndarray  # N of each ratio, one behind the other
+    dP: np.ndarray  # packed, of each ratio
 
 
 @kernel
 def own_cells(N, m):
     """Return how many numbers a learner keeps."""
-    return 5 * m + 1 + 2 * m * m + m * N + m * N * (N + 1) // 2
+    return 5 * m + 1 + m * (m + 1) + m * N + m * N * (N + 1) // 2
 
 
 @kernel
 def open_learner(own, N, m):
     """Return the views."""
-    v = own[: 5 * m].reshape(5, m)
     a = 5 * m + 1
-    b = a + 2 * m * m
-    c = b + m * N
-    squares = own[a:b].reshape(2, m, m)
-    dP = own[c : c + m * N * (N + 1) // 2].reshape(m, N * (N + 1) // 2)
+    b = a + m * (m + 1) // 2
+    c = b + m * (m + 1) // 2
+    d = c + m * N
+    e = d + m * N * (N + 1) // 2
     return Learner(
-        v[0], v[1], v[2], v[3], v[4], own[5 * m : a], squares[0], squares[1], own[b:c].reshape(m, N), dP
+        own[:m], own[m : 2 * m], own[2 * m : 3 * m], own[3 * m : 4 * m], own[4 * m : 5 * m], own[5 * m : a],
+        own[a:b], own[b:c], own[c:d], own[d:e],
     )  # fmt: skip
+
+
+@kernel
+def derivatives(learner, j):
+    """Return dtheta and dP of ratio j."""
+    m = learner.eta.size
+    N, size = learner.dtheta.size // m, learner.dP.size // m
+    return learner.dtheta[j * N : (j + 1) * N], learner.dP[j * size : (j + 1) * size]
 
 
 @kernel
 def follow(learner, psi, b, e, T, s2, part, v):
     """Take one sample of a filter into the derivatives: its row, b = P psi, innovation, T; ``v`` is scratch.
 
-    ``part`` is the share of the correction that the filter took (less than 1: the sample may be an outlier).
+    ``part`` is the share of the correction that the filter took (less than 1: the sample may be an outlier). What is
+    left in b is the gain b/T.
     """
+    inverse, steep = 1.0 / T, 1.0 / math.sqrt(s2 * T)
+    for i in range(psi.size):
+        b[i] *= inverse
     for j in range(learner.eta.size):
-        dT = follow_covariance(learner.dP[j], psi, b, T, 0.0, part, v)
-        de = follow_mean(learner.dtheta[j], psi, b, e, T, dT, part, v)
+        dtheta, dP = derivatives(learner, j)
+        dT = follow_covariance(dP, psi, b, 0.0, part, v)
+        de = follow_mean(dtheta, psi, b, e * inverse, dT, part, v)
         if not abs(dT) <= 2.0 * T:  # at most T, all of them together: round-off ate the digits, begin again
             begin_again(learner, j)
             dT = de = 0.0
-        learner.share[j] = dT / T
-        learner.slope[j] = min(max(de / math.sqrt(s2 * T), -STEEP), STEEP)
+        learner.share[j] = dT * inverse
+        learner.slope[j] = min(max(de * steep, -STEEP), STEEP)
 
 
 @kernel
 def begin_again(learner, j):
     """Take what theta and P are now for independent of ratio j."""
-    for i in range(learner.dtheta.shape[1]):
-        learner.dtheta[j, i] = 0.0
-    for i in range(learner.dP.shape[1]):
-        learner.dP[j, i] = 0.0
+    for numbers in derivatives(learner, j):
+        for i in range(numbers.size):
+            numbers[i] = 0.0
 
 
 @kernel
 def climb(policy, learner, z, part):
     """Take one step up the likelihood, z = e/sqrt(s2 T), as far as the sample counts (``part``)."""
     eta, g, r, w, J, A = learner.eta, learner.score, learner.share, learner.slope, learner.J, learner.A
-    m, N, mean = eta.size, policy.samples, 0.0
-    tight, loose = policy.tau**-2.0, policy.prior**-2.0
-    learner.known[0] += 0.5 - learner.known[0] / N
+    m, fade, mean, known = eta.size, 1.0 / policy.samples, 0.0, learner.known
+    tight, loose = 1.0 / (policy.tau * policy.tau), 1.0 / (policy.prior * policy.prior)
+    known[0] += 0.5 - known[0] * fade
+    nuisance = 1.0 / (known[0] + loose) if policy.learns > 0.0 else 0.0  # what log sigma^2 explains as well
     for j in range(m):
-        learner.shares[j] += 0.5 * r[j] - learner.shares[j] / N
+        learner.shares[j] += 0.5 * r[j] - learner.shares[j] * fade
         mean += eta[j] / m
     for j in range(m):
-        g[j] = -0.5 * part * (r[j] * (1.0 - z * z) + 2.0 * z * w[j]) - (eta[j] * loose + (eta[j] - mean) * tight) / N
-        for i in range(m):
-            J[i, j] += part * (0.5 * r[i] * r[j] + w[i] * w[j]) - J[i, j] / N
-            A[i, j] = J[i, j] - tight / m
-            if policy.learns > 0.0:  # what log sigma^2 explains as well
-                A[i, j] -= learner.shares[i] * learner.shares[j] / (learner.known[0] + loose)
-        A[j, j] += tight + loose
+        g[j] = -0.5 * part * (r[j] * (1.0 - z * z) + 2.0 * z * w[j]) - (eta[j] * loose + (eta[j] - mean) * tight) * fade
+        shared = learner.shares[j] * nuisance
+        for i in range(j + 1):
+            J[at(i, j)] += part * (0.5 * r[i] * r[j] + w[i] * w[j]) - J[at(i, j)] * fade
+            A[at(i, j)] = J[at(i, j)] - tight / m - learner.shares[i] * shared
+        A[at(j, j)] += tight + loose
     solve(A, g)
     for j in range(m):
         moved = policy.start + eta[j] + min(max(g[j], -1.0), 1.0)
@@ -159,15 +171,16 @@ def ratio(policy, learner, i):
 
 
 @kernel
-def carry(learner, phi, q, U, D, cap, p):
-    """Take the derivatives to the next sample; a variance at its cap grows no further. ``p`` is scratch."""
-    variances(U, D, p)
+def carry(learner, phi, q, p, cap):
+    """Take the derivatives to the next sample; a variance p of theta at its cap grows no further."""
     m = learner.eta.size
     for j in range(m):
-        pass_time(learner.dtheta[j], learner.dP[j], phi)
+        dtheta, dP = derivatives(learner, j)
+        pass_time(dtheta, dP, phi)
     for i in range(q.size):
         if p[i] < cap[i]:
-            add_variance(learner.dP[i if m > 1 else 0], i, min(q[i], cap[i]))
+            _, dP = derivatives(learner, i if m > 1 else 0)
+            add_variance(dP, i, min(q[i], cap[i]))
 
 
 adaptive(Climb)
@@ -195,5 +208,6 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     lam, status = wander(memory, cells, weight, surprise, share, s2, theta, U, D, work)
     ground = open_ground(cells, D.size)
     learner = open_learner(ground.own, D.size, int(memory.ratios))
-    carry(learner, memory.phi, ground.q, U, D, memory.cap, work.c)
+    variances(U, D, work.c)
+    carry(learner, memory.phi, ground.q, work.c, memory.cap)
     return lam, status

@@ -10,15 +10,18 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel.compose import kernel, rare
-from ..kernel.dense import at
-from ..kernel.ud import correct, covariances, factor_within, predicted_variance, project, widen_along
+from ..kernel.dense import add_square, at
+from ..kernel.ud import correct, covariances, expand, factor_within, predicted_variance, project, widen_along
 from .drift import widen_within
+from .sensitivity import pass_time
 from .transition import relax
 
 WEIGHT, FREEDOM, CHI2, OWN = range(4)  # the numbers of a mode; then theta, D, U
 FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
 OUTLIERS, WIDER = 0.01, 400.0  # share of outliers, and how many times the noise variance theirs is
+LOG_ODDS = math.log(OUTLIERS / (1.0 - OUTLIERS))
+WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
 
 class Mode(NamedTuple):
@@ -88,73 +91,94 @@ def log_density(nu, z, V):
 
 
 @kernel
-def outlier(nu, z, V, St, St2):
-    """Return log p of an error that is an outlier OUTLIERS of the time, and the probability that this one is."""
-    wider = St2 / St
+def outlier(nu, z, V, wider):
+    """Return log p of an error that is an outlier OUTLIERS of the time, and the probability that this one is.
+
+    V is the squared scale of one that is none, ``wider`` how many times as large that of an outlier is.
+    """
     if nu == math.inf:
         ratio = 0.5 * z * (1.0 - 1.0 / wider)
     else:
         ratio = 0.5 * (nu + 1.0) * math.log((nu + z) / (nu + z / wider))
-    odds = ratio - 0.5 * math.log(wider) + math.log(OUTLIERS / (1.0 - OUTLIERS))  # their logarithm
+    odds = ratio - 0.5 * math.log(wider) + LOG_ODDS  # their logarithm
     less = math.exp(-abs(odds))
     rho = 1.0 / (1.0 + less) if odds > 0.0 else less / (1.0 + less)
-    return log_density(nu, z, V) + math.log1p(-OUTLIERS) + max(odds, 0.0) + math.log1p(less), rho
+    both = (1.0 - OUTLIERS) * (1.0 + less)
+    return log_density(nu, z, V / (both * both)) + max(odds, 0.0), rho
 
 
 @kernel
-def take(memory, one, error, R, work, is_robust, rests):
-    """Let one mode learn from its error; return log p of the error, the probability of an outlier, T, sigma^2.
+def take(memory, one, P, error, R, work, is_robust, rests, is_apart):
+    """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
 
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
     WIDER times as large, and P is that of the two outcomes together (moment matching): a rank-one change along P psi.
+    It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has it in U and D.
     """
     D, U, own, f, b = one.D, one.U, one.own, work.f, work.b
-    s2, nu = own_sigma2(memory, own), math.inf
+    s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]
     is_ready = memory.learns == 0.0 or own[FREEDOM] >= 1.0
     if memory.learns > 0.0:
         nu = max(own[FREEDOM], 1.0)
     project(U, work.psi, f)
     p = predicted_variance(f, D, 0.0)
-    St = p + R
-    z, log_p, rho = error * error / (s2 * St), 0.0, 0.0
+    T = p + R
+    k, k2 = 1.0 / T, 1.0 / (T + (WIDER - 1.0) * R)
+    z, V, rho = error * error * k / s2, s2 * (T / memory.R) / (weight * weight), 0.0
     if is_ready and is_robust:
-        log_p, rho = outlier(nu, z, s2 * (St / memory.R), St, St + (WIDER - 1.0) * R)
+        log_p, rho = outlier(nu, z, V, k / k2)
     elif is_ready:
-        log_p = log_density(nu, z, s2 * (St / memory.R))
-    k, k2 = 1.0 / St, 1.0 / (St + (WIDER - 1.0) * R)
+        log_p = log_density(nu, z, V)
+    else:
+        log_p = math.log(weight)
     gain = (1.0 - rho) * k + rho * k2
-    less = gain - rho * (1.0 - rho) * z * St * (k - k2) * (k - k2)
-    if less * St > 1e-12:
+    less = gain - rho * (1.0 - rho) * z * T * (k - k2) * (k - k2)
+    if is_apart or p > WIDE * R:
+        lessen(U, D, f, less, p, T, b, work.c)
+        if not is_apart:
+            expand(U, D, P)
+    else:
+        covariances(U, D, f, b)
+        expand(U, D, P)
+        add_square(P, -less, b)
+    for i in range(D.size):
+        one.theta[i] += b[i] * (gain * error)
+    if memory.learns > 0.0 and not rests:
+        own[FREEDOM] = FADE * own[FREEDOM] + 1.0 - rho
+        own[CHI2] = FADE * own[CHI2] + (1.0 - rho) * error * error * k
+    return log_p, rho, T, s2
+
+
+@kernel
+def lessen(U, D, f, less, p, T, b, c):
+    """P <- P - less b b', b = P psi; f = U' psi, p = psi' P psi; no digit is lost however wide P is."""
+    if less * T > 1e-12:
         correct(U, D, f, 1.0 / less - p, b)
     else:
         covariances(U, D, f, b)
-    for i in range(D.size):
-        one.theta[i] += b[i] * gain * error
     if less < 0.0:
         for i in range(D.size):
-            work.c[i] = b[i]
-        widen_along(U, D, work.c, -less, D.size - 1)
-    if memory.learns > 0.0 and not rests:
-        own[FREEDOM] = FADE * own[FREEDOM] + 1.0 - rho
-        own[CHI2] = FADE * own[CHI2] + (1.0 - rho) * error * error / St
-    return log_p, rho, St, s2
+            c[i] = b[i]
+        widen_along(U, D, c, -less, D.size - 1)
 
 
-@rare
-def update(memory, bank, e, R, theta, work, logs, is_robust, rests):
+@kernel
+def update(memory, bank, dense, e, R, theta, work, logs, is_robust, rests, is_apart):
     """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
 
-    e is the innovation of ``theta``, R the variance of the noise. ``logs`` is scratch of two numbers a mode; between
-    them stays, of the last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
+    e is the innovation of ``theta``, R the variance of the noise. The P of each mode is left in ``dense``, packed one
+    behind the other, or in its U and D where they stay apart. ``logs`` is scratch of two numbers a mode; between them
+    stays, of the last mode, what `likelihood.follow` wants: innovation, T, sigma^2, share that is no outlier.
     """
     N, M, top = theta.size, count_of(bank, theta.size), -math.inf
+    size = N * (N + 1) // 2
     for m in range(M):
         one = mode(bank, m, N)
         error = e
         for i in range(N):
             error += work.psi[i] * (theta[i] - one.theta[i])
-        logs[m], share, T, s2 = take(memory, one, error, R, work, is_robust, rests)
-        logs[m] += math.log(one.own[WEIGHT])
+        P = dense[m * size : (m + 1) * size]
+        logs[m], share, T, s2 = take(memory, one, P, error, R, work, is_robust, rests, is_apart)
         logs[M + 4 + m] = share
         top = max(top, logs[m])
         if m == M - 1:
@@ -180,52 +204,56 @@ def normalise(bank, weights, total, N):
 
 
 @kernel
-def expand(U, D, P):
-    """P = U D U', packed."""
-    start = 0
-    for j in range(D.size):
-        for i in range(j + 1):
-            P[start + i] = 0.0
-        start += j + 1
-    below = 0
-    for j in range(D.size):
-        start = 0
-        for k in range(j):
-            g = U[below + k] * D[j]
-            for i in range(k + 1):
-                P[start + i] += U[below + i] * g
-            start += k + 1
-            P[at(k, j)] = g
-        P[at(j, j)] = D[j]
-        below += j
+def unfold(bank, dense, N):
+    """Fill ``dense`` with the P of every mode."""
+    size = N * (N + 1) // 2
+    for m in range(count_of(bank, N)):
+        one = mode(bank, m, N)
+        expand(one.U, one.D, dense[m * size : (m + 1) * size])
 
 
-@rare
-def merge(memory, bank, dense, theta, U, D, P):
+@kernel
+def merge(memory, cells, theta, U, D):
     """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
 
-    ``dense`` is left with the P of every mode, packed one behind the other; P (packed) is scratch.
+    ``dense`` has the P of every mode, packed one behind the other, and receives that of the mixture behind them.
     """
-    N, s2, freedom, size = D.size, 0.0, 0.0, P.size
+    bank, dense, logs, P = cells.bank, cells.dense, cells.logs, cells.P
+    N, size = D.size, P.size
     M = count_of(bank, N)
+    for m in range(M):
+        one = mode(bank, m, N).own
+        logs[m], logs[M + m] = one[WEIGHT], own_sigma2(memory, one)
+    freedom, _, s2 = amount(bank, logs[:M], logs[M : 2 * M], dense, theta, P)
+    for i in range(size):
+        dense[M * size + i] = P[i]
+    factor_within(P, U, D)
+    return freedom, s2
+
+
+@kernel
+def amount(bank, odds, sigma2, dense, theta, P):
+    """Let theta and P (packed) be mean and covariance of a mode drawn with these odds; return freedom, chi2, sigma^2.
+
+    ``sigma2`` is that of each mode, ``dense`` has their P, which like the result is relative to sigma^2.
+    """
+    N, M, size, freedom, chi2, s2 = theta.size, odds.size, P.size, 0.0, 0.0, 0.0
     for i in range(N):
         theta[i] = 0.0
     for i in range(size):
         P[i] = 0.0
     for m in range(M):
-        one = mode(bank, m, N)
-        w = one.own[WEIGHT]
-        s2 += w * own_sigma2(memory, one.own)
+        one, w = mode(bank, m, N), odds[m]
         freedom += w * one.own[FREEDOM]
+        chi2 += w * one.own[CHI2]
+        s2 += w * sigma2[m]
         for i in range(N):
             theta[i] += w * one.theta[i]
-        expand(one.U, one.D, dense[m * size : (m + 1) * size])
+    inverse = 1.0 / s2
     for m in range(M):
-        one = mode(bank, m, N)
-        w = one.own[WEIGHT] / s2
-        add_spread(P, w * own_sigma2(memory, one.own), dense[m * size : (m + 1) * size], w, one.theta, theta)
-    factor_within(P, U, D)
-    return freedom, s2
+        w = odds[m] * inverse
+        add_spread(P, w * sigma2[m], dense[m * size : (m + 1) * size], w, mode(bank, m, N).theta, theta)
+    return freedom, chi2, s2
 
 
 @kernel
@@ -255,62 +283,51 @@ def drift_apart(memory, bank, q, b):
     return is_capped
 
 
-@rare
-def interact(memory, bank, dense, A, q, old, P):
-    """Take an interacting bank one sample on: mixed by A (M, M), then drifted, each mode with its own q (N of each).
+@kernel
+def interact(memory, cells, bank, q, N):
+    """Take a bank one sample on: mixed by memory.A (M, M), then drifted, each mode with its own q (N of each).
 
     Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
     variance exceeds its cap (D P D keeps P a covariance); say whether one met it. ``dense`` has the P of every mode,
-    packed; ``old`` (a copy of the bank) and P (packed) are scratch.
+    packed.
     """
-    N, size, is_capped = memory.cap.size, P.size, False
-    M = count_of(bank, N)
-    for i in range(bank.size):
-        old[i] = bank[i]
+    old, dense, logs, P, A = cells.old, cells.dense, cells.logs, cells.P, memory.A
+    M, is_capped = count_of(bank, N), False
+    for m in range(M):
+        one, before = mode(bank, m, N), mode(old, m, N)
+        for i in range(OWN):
+            before.own[i] = one.own[i]
+        for i in range(N):
+            before.theta[i] = one.theta[i]
+        logs[M + m] = own_sigma2(memory, one.own)
     for j in range(M):
-        one = mode(bank, j, N)
-        own, theta, weight, s2 = one.own, one.theta, 0.0, 0.0
+        one, weight = mode(bank, j, N), 0.0
         for i in range(M):
-            weight += mode(old, i, N).own[WEIGHT] * A[i * M + j]
-        own[WEIGHT], own[FREEDOM], own[CHI2] = weight, 0.0, 0.0
-        for k in range(N):
-            theta[k] = 0.0
-        for k in range(size):
-            P[k] = 0.0
+            logs[i] = mode(old, i, N).own[WEIGHT] * A[i * M + j]
+            weight += logs[i]
+        inverse = 1.0 / weight
         for i in range(M):
-            other = mode(old, i, N)
-            mu = other.own[WEIGHT] * A[i * M + j] / weight
-            own[FREEDOM] += mu * other.own[FREEDOM]
-            own[CHI2] += mu * other.own[CHI2]
-            s2 += mu * own_sigma2(memory, other.own)
-            for k in range(N):
-                theta[k] += mu * other.theta[k]
-        for i in range(M):
-            other = mode(old, i, N)
-            w = other.own[WEIGHT] * A[i * M + j] / (weight * s2)
-            add_spread(P, w * own_sigma2(memory, other.own), dense[i * size : (i + 1) * size], w, other.theta, theta)
-        if own[FREEDOM] >= 1.0:
-            own[CHI2] = s2 * own[FREEDOM]
-        if move(memory, theta, P, q[j * N : (j + 1) * N]):
+            logs[i] *= inverse
+        freedom, chi2, s2 = amount(old, logs[:M], logs[M : 2 * M], dense, one.theta, P)
+        one.own[WEIGHT], one.own[FREEDOM] = weight, freedom
+        one.own[CHI2] = s2 * freedom if freedom >= 1.0 else chi2
+        pass_time(one.theta, P, memory.phi)
+        for i in range(N):
+            P[at(i, i)] += q[j * N + i]
+        if shrink(P, memory.cap):
             is_capped = True
         factor_within(P, one.U, one.D)
     return is_capped
 
 
 @kernel
-def move(memory, theta, P, q):
-    """theta <- Phi theta, P <- Phi P Phi' + diag(q), packed, no variance beyond its cap; say whether one met it."""
-    phi, cap, start, is_capped = memory.phi, memory.cap, 0, False
-    for j in range(theta.size):
-        theta[j] *= phi[j]
-        for i in range(j + 1):
-            P[start + i] *= phi[i] * phi[j]
-        P[start + j] += q[j]
-        start += j + 1
-    for j in range(theta.size):
+def shrink(P, cap):
+    """Let no variance exceed its cap: P <- D P D (packed) stays a covariance; say whether one met it."""
+    is_capped = False
+    for j in range(cap.size):
         if P[at(j, j)] > cap[j]:
             share = math.sqrt(cap[j] / P[at(j, j)])
-            for i in range(theta.size):
+            for i in range(cap.size):
                 P[at(min(i, j), max(i, j))] *= share
             P[at(j, j)] = cap[j]
             is_capped = True

@@ -11,43 +11,39 @@ Source: Gupta and Mehra (1974), with the measurement update written out.
 """
 
 from ..kernel.compose import kernel
-from ..kernel.dense import at, multiply
+from ..kernel.dense import at, multiply, rescale
 
 
 @kernel
-def follow_covariance(dP, psi, b, T, d, part, v):
-    """Take a ``part`` of the correction P - b b'/T into dP; return dT, and v = dP psi as it was before."""
+def follow_covariance(dP, psi, K, d, part, v):
+    """Take a ``part`` of the correction P - K T K' into dP; return dT, and v = dP psi as it was before."""
     dT = multiply(dP, psi, v) + d
     start = 0
     for j in range(psi.size):
-        Kj = b[j] / T
+        g, h = part * (K[j] * dT - v[j]), part * K[j]
         for i in range(j + 1):
-            dP[start + i] += part * (b[i] / T * (Kj * dT - v[j]) - v[i] * Kj)
+            dP[start + i] += K[i] * g - v[i] * h
         start += j + 1
     return dT
 
 
 @kernel
-def follow_mean(dtheta, psi, b, e, T, dT, part, v):
-    """Take a ``part`` of the correction theta + b e/T into dtheta; return de."""
+def follow_mean(dtheta, psi, K, z, dT, part, v):
+    """Take a ``part`` of the correction theta + K e into dtheta, z = e/T; return de."""
     de = 0.0
     for i in range(psi.size):
         de -= psi[i] * dtheta[i]
     for i in range(psi.size):
-        K = b[i] / T
-        dtheta[i] += part * ((v[i] - K * dT) / T * e + K * de)
+        dtheta[i] += part * ((v[i] - K[i] * dT) * z + K[i] * de)
     return de
 
 
 @kernel
 def pass_time(dtheta, dP, phi):
-    """dtheta <- Phi dtheta, dP <- Phi dP Phi' for a diagonal Phi."""
-    start = 0
+    """dtheta <- Phi dtheta, dP <- Phi dP Phi' for a diagonal Phi; theta and P themselves go the same way."""
     for j in range(phi.size):
         dtheta[j] *= phi[j]
-        for i in range(j + 1):
-            dP[start + i] *= phi[i] * phi[j]
-        start += j + 1
+    rescale(dP, phi)
 
 
 @kernel
