@@ -134,8 +134,8 @@ def test_derivatives_give_the_score():
         T = ud.correct(U, D, f, sigma2, b)
         theta += b * e / T
         for j in range(5):
-            dT = sensitivity.follow_covariance(dP[j], psi, b, T, d[j], 1.0, v)
-            de = sensitivity.follow_mean(dtheta[j], psi, b, e, T, dT, 1.0, v)
+            dT = sensitivity.follow_covariance(dP[j], psi, b / T, d[j], 1.0, v)
+            de = sensitivity.follow_mean(dtheta[j], psi, b / T, e / T, dT, 1.0, v)
             score[j] -= 0.5 * (dT / T * (1 - e * e / T) + 2 * e * de / T)
             sensitivity.pass_time(dtheta[j], dP[j], phi)
         relax(theta, U, D, phi, b)

@@ -19,19 +19,8 @@ from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, u
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, Cells, merge_again, open_cells, own_cells, reckon_mixture, tell_modes
 from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
 from .likelihood import own_cells as learner_cells
-from .modes import (
-    CHI2,
-    FREEDOM,
-    WEIGHT,
-    drift_apart,
-    interact,
-    merge,
-    mode,
-    open_bank,
-    own_sigma2,
-    size_of,
-    unfold,
-)
+from .mixing import drift_apart, interact, merge
+from .modes import CHI2, FREEDOM, WEIGHT, mode, open_bank, own_sigma2, size_of, unfold
 from .modes import update as update_bank
 from .sensitivity import pass_time
 from .transition import relax

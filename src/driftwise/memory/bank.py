@@ -9,21 +9,8 @@ from ..kernel.compose import Vector, kernel, rare
 from ..kernel.status import AT_REST, CAPPED
 from ..kernel.ud import predicted_variance, project
 from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
-from .modes import (
-    FREEDOM,
-    WEIGHT,
-    count_of,
-    drift_apart,
-    interact,
-    merge,
-    mode,
-    normalise,
-    open_bank,
-    own_sigma2,
-    size_of,
-    unfold,
-    update,
-)
+from .mixing import drift_apart, interact, merge
+from .modes import FREEDOM, WEIGHT, count_of, mode, normalise, open_bank, own_sigma2, size_of, unfold, update
 from .unknown import RESTS, excite, lean, open_ground, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)

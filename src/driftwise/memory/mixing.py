@@ -1,0 +1,133 @@
+"""What becomes of a bank between two samples: its modes mixed or apart, drifted, and the mixture that they are."""
+
+import math
+
+from ..kernel.compose import kernel, rare
+from ..kernel.dense import at
+from ..kernel.ud import factor_within
+from .drift import widen_within
+from .modes import CHI2, FREEDOM, OWN, WEIGHT, count_of, mode, own_sigma2
+from .sensitivity import pass_time
+from .transition import relax
+
+
+@kernel
+def merge(memory, cells, theta, U, D):
+    """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
+
+    ``dense`` has the P of every mode, packed one behind the other, and receives that of the mixture behind them.
+    """
+    bank, dense, logs, P = cells.bank, cells.dense, cells.logs, cells.P
+    N, size = D.size, P.size
+    M = count_of(bank, N)
+    for m in range(M):
+        one = mode(bank, m, N).own
+        logs[m], logs[M + m] = one[WEIGHT], own_sigma2(memory, one)
+    freedom, _, s2 = amount(bank, logs[:M], logs[M : 2 * M], dense, theta, P)
+    for i in range(size):
+        dense[M * size + i] = P[i]
+    factor_within(P, U, D)
+    return freedom, s2
+
+
+@kernel
+def amount(bank, odds, sigma2, dense, theta, P):
+    """Let theta and P (packed) be mean and covariance of a mode drawn with these odds; return freedom, chi2, sigma^2.
+
+    ``sigma2`` is that of each mode, ``dense`` has their P, which like the result is relative to sigma^2.
+    """
+    N, M, size, freedom, chi2, s2 = theta.size, odds.size, P.size, 0.0, 0.0, 0.0
+    for i in range(N):
+        theta[i] = 0.0
+    for i in range(size):
+        P[i] = 0.0
+    for m in range(M):
+        one, w = mode(bank, m, N), odds[m]
+        freedom += w * one.own[FREEDOM]
+        chi2 += w * one.own[CHI2]
+        s2 += w * sigma2[m]
+        for i in range(N):
+            theta[i] += w * one.theta[i]
+    inverse = 1.0 / s2
+    for m in range(M):
+        w = odds[m] * inverse
+        add_spread(P, w * sigma2[m], dense[m * size : (m + 1) * size], w, mode(bank, m, N).theta, theta)
+    return freedom, chi2, s2
+
+
+@kernel
+def add_spread(P, v, Q, w, a, b):
+    """P += v Q + w (a - b)(a - b)', packed."""
+    start = 0
+    for j in range(b.size):
+        d = w * (a[j] - b[j])
+        for i in range(j + 1):
+            P[start + i] += v * Q[start + i] + d * (a[i] - b[i])
+        start += j + 1
+
+
+@rare
+def drift_apart(memory, bank, q, b):
+    """theta <- Phi theta, P <- Phi P Phi' + diag(q) of every mode, each with its own q (N of each).
+
+    Say whether a variance met its cap.
+    """
+    N, is_capped = memory.cap.size, False
+    for m in range(count_of(bank, N)):
+        one = mode(bank, m, N)
+        relax(one.theta, one.U, one.D, memory.phi, b)
+        for i in range(N):
+            if not widen_within(one.U, one.D, i, q[m * N + i], memory.cap[i], b):
+                is_capped = True
+    return is_capped
+
+
+@kernel
+def interact(memory, cells, bank, q, N):
+    """Take a bank one sample on: mixed by memory.A (M, M), then drifted, each mode with its own q (N of each).
+
+    Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
+    variance exceeds its cap (D P D keeps P a covariance); say whether one met it. ``dense`` has the P of every mode,
+    packed.
+    """
+    old, dense, logs, P, A = cells.old, cells.dense, cells.logs, cells.P, memory.A
+    M, is_capped = count_of(bank, N), False
+    for m in range(M):
+        one, before = mode(bank, m, N), mode(old, m, N)
+        for i in range(OWN):
+            before.own[i] = one.own[i]
+        for i in range(N):
+            before.theta[i] = one.theta[i]
+        logs[M + m] = own_sigma2(memory, one.own)
+    for j in range(M):
+        one, weight = mode(bank, j, N), 0.0
+        for i in range(M):
+            logs[i] = mode(old, i, N).own[WEIGHT] * A[i * M + j]
+            weight += logs[i]
+        inverse = 1.0 / weight
+        for i in range(M):
+            logs[i] *= inverse
+        freedom, chi2, s2 = amount(old, logs[:M], logs[M : 2 * M], dense, one.theta, P)
+        one.own[WEIGHT], one.own[FREEDOM] = weight, freedom
+        one.own[CHI2] = s2 * freedom if freedom >= 1.0 else chi2
+        pass_time(one.theta, P, memory.phi)
+        for i in range(N):
+            P[at(i, i)] += q[j * N + i]
+        if shrink(P, memory.cap):
+            is_capped = True
+        factor_within(P, one.U, one.D)
+    return is_capped
+
+
+@kernel
+def shrink(P, cap):
+    """Let no variance exceed its cap: P <- D P D (packed) stays a covariance; say whether one met it."""
+    is_capped = False
+    for j in range(cap.size):
+        if P[at(j, j)] > cap[j]:
+            share = math.sqrt(cap[j] / P[at(j, j)])
+            for i in range(cap.size):
+                P[at(min(i, j), max(i, j))] *= share
+            P[at(j, j)] = cap[j]
+            is_capped = True
+    return is_capped
