@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import math
+from typing import Any
+
 import numpy as np
 
+from ...kernel import compose
 from ...kernel.status import Status
 from .columns import Columns
-from .samples import starts_of
 
 COUNTED = {  # status bits that are counted as they are
     "missing": Status.MISSING_OUTPUT,
@@ -20,9 +24,13 @@ UNUSED = ("late", "duplicate", "timeless", "early")  # rows of the table that ar
 SUMS = ("scored", "z2", "inside", "compared", "e2", "dy2", "y1", "y2")
 LAST = ("first_time", "last_time", "last_jump", "last_y")
 COLUMNS = ("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED, *SUMS, *LAST)
-STRETCH = 1 << 15  # samples at once: what is worked on stays in the cache
 BAND = 1.96  # deviations that hold 95 % of a normal variable
-SET_ASIDE = int(Status.REJECTED | Status.OUTLIER)
+REJECTED, SET_ASIDE, JUMP = int(Status.REJECTED), int(Status.REJECTED | Status.OUTLIER), int(Status.JUMP)
+BITS = np.array([int(bit) for bit in COUNTED.values()])
+FIRST_BIT = COLUMNS.index(next(iter(COUNTED)))
+SAMPLES, MEASURED, BAD, FILLED = map(COLUMNS.index, ("samples", "measured", "bad", "filled"))
+SCORED, Z2, INSIDE, COMPARED, E2, DY2, Y1, Y2 = map(COLUMNS.index, SUMS)
+FIRST_TIME, LAST_TIME, LAST_JUMP, LAST_Y = map(COLUMNS.index, LAST)
 
 
 class Tally(Columns):
@@ -55,7 +63,6 @@ class Tally(Columns):
         self.settle = 2 * fleet.estimators[0].model.N + 10 if settle is None else settle
         more = [f"last_y{j}" for j in range(2, self.outputs + 1)]
         super().__init__(dict.fromkeys(COLUMNS, 0.0) | dict.fromkeys([*LAST, *more], np.nan), len(fleet))
-        self._last_y = ["last_y", *more]
 
     def count(self, name: str, at, numbers=1.0) -> None:
         """Add numbers to the series they belong to, one after the other."""
@@ -63,97 +70,56 @@ class Tally(Columns):
 
     def add(self, taken, outs) -> None:
         """Take in what samples (a `Taken`) showed: ``outs`` (n, 4 p or more) of `Fleet.advance`."""
-        for start in range(0, len(outs), STRETCH):
-            stop = start + STRETCH
-            self._add(type(taken)(*(column[start:stop] for column in taken)), outs[start:stop])
+        if len(taken.at):
+            self.grow(int(taken.at.max()) + 1)
+            at, outs = np.ascontiguousarray(taken.at, np.int64), np.ascontiguousarray(outs)
+            columns = (np.ascontiguousarray(column) for column in (taken.ys, taken.time, taken.bad, taken.filled))
+            _compiled()(self._numbers, at, *columns, outs, self.settle)
 
-    def _add(self, taken, outs) -> None:
-        self.grow(int(taken.at[-1]) + 1)
-        starts, p = starts_of(taken.at), self.outputs
-        series, lengths = taken.at[starts[:-1]], np.diff(starts)
-        self["samples"][series] += lengths
-        for name, flags in (("bad", taken.bad), ("filled", taken.filled)):
-            if flags.any():
-                self.count(name, taken.at[flags])
-        first = self["first_time"][series]
-        self["first_time"][series] = np.where(np.isnan(first), taken.time[starts[:-1]], first)
-        self["last_time"][series] = taken.time[starts[1:] - 1]
 
-        is_measured = np.isfinite(outs[:, p : 2 * p]).any(axis=1)
-        is_settled = self._settled(is_measured, taken.at, starts)
+def add_up(numbers, at, ys, time, bad, filled, outs, settle):
+    """Add samples to the columns of their series, one after the other: sums do not depend on how they are cut."""
+    p = ys.shape[1]
+    for i in range(at.size):
+        s, is_measured = at[i], False
+        numbers[SAMPLES, s] += 1
+        numbers[BAD, s] += bad[i]
+        numbers[FILLED, s] += filled[i]
+        if math.isnan(numbers[FIRST_TIME, s]):
+            numbers[FIRST_TIME, s] = time[i]
+        numbers[LAST_TIME, s] = time[i]
         for j in range(p):
-            self._output(j, taken, outs[:, j::p], is_settled, starts)
+            is_measured |= math.isfinite(outs[i, p + j])
+        numbers[MEASURED, s] += is_measured
+        is_settled = numbers[MEASURED, s] > settle
+        for j in range(p):
+            y, e, variance, status = ys[i, j], outs[i, p + j], outs[i, 2 * p + j], int(outs[i, 3 * p + j])
+            if status:
+                for b in range(BITS.size):
+                    numbers[FIRST_BIT + b, s] += (status & BITS[b]) != 0
+                if status & JUMP:
+                    numbers[LAST_JUMP, s] = time[i]
+            step = y - numbers[LAST_Y + j, s]
+            if math.isfinite(y):
+                numbers[LAST_Y + j, s] = y
+            if not (is_settled and math.isfinite(e)):
+                continue
+            if math.isfinite(step) and not status & REJECTED:
+                numbers[COMPARED, s] += 1
+                numbers[E2, s] += e * e
+                numbers[DY2, s] += step * step
+                numbers[Y1, s] += y
+                numbers[Y2, s] += y * y
+            if variance > 0 and not status & SET_ASIDE:
+                z2 = e * e / variance
+                numbers[SCORED, s] += 1
+                numbers[Z2, s] += z2
+                numbers[INSIDE, s] += z2 <= BAND**2
 
-    def _settled(self, is_measured, at, starts):
-        """Return which samples come after the first ``settle`` measured ones; count those measured."""
-        series = at[starts[:-1]]
-        before = self["measured"][series]
-        self["measured"][series] += np.add.reduceat(is_measured, starts[:-1], dtype=np.int64)
-        if before.min() >= self.settle:
-            return np.ones(len(at), bool)
-        so_far = np.cumsum(is_measured)
-        so_far -= np.repeat(so_far[starts[:-1]] - is_measured[starts[:-1]] - before.astype(np.int64), np.diff(starts))
-        return so_far > self.settle
 
-    def _output(self, j, taken, outs, is_settled, starts) -> None:
-        """Take in one output: its prediction, innovation, variance and status are columns of ``outs``."""
-        at, y, e, variance = taken.at, taken.ys[:, j], outs[:, 1].copy(), outs[:, 2].copy()
-        status = outs[:, 3].astype(np.int64)
-        met = int(np.bitwise_or.reduce(status))
-        for name, bit in COUNTED.items():
-            if met & bit:
-                self.count(name, at[status & int(bit) != 0])
-        if met & Status.JUMP:
-            jumped = status & int(Status.JUMP) != 0
-            self["last_jump"][at[jumped]] = taken.time[jumped]  # the last of a series stays
+@functools.cache
+def _compiled() -> Any:
+    """Return the loop above, compiled (and kept on disk)."""
+    import numba
 
-        naive = self._naive(self._last_y[j], at, y)
-        is_there = is_settled & np.isfinite(e)
-        compared, scored = is_there & np.isfinite(naive), is_there & (variance > 0)
-        if met & SET_ASIDE:
-            compared &= status & int(Status.REJECTED) == 0
-            scored &= status & SET_ASIDE == 0
-        self._sums(at, starts, compared, "compared", e2=e * e, dy2=naive * naive, y1=y, y2=y * y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            z2 = e * e / variance
-        self._sums(at, starts, scored, "scored", z2=z2, inside=z2 <= BAND**2)
-
-    def _sums(self, at, starts, where, count, **columns) -> None:
-        """Add up columns where they count, sample by sample, and how many those are."""
-        if not where.all():
-            at, columns = at[where], {name: column[where] for name, column in columns.items()}
-            starts = starts_of(at)
-        begins, lengths = starts[:-1], np.diff(starts)
-        if not len(begins):
-            return
-        series = at[begins]
-        self[count][series] += lengths
-        exact = [name for name, column in columns.items() if column.dtype == bool]
-        for name in exact:
-            self[name][series] += np.add.reduceat(columns.pop(name), begins, dtype=np.int64)
-        which, names = np.repeat(np.arange(len(series)), lengths), list(columns)
-        for pair in (names[i : i + 2] for i in range(0, len(names), 2)):  # two at once, as complex numbers
-            total, more = np.empty(len(series), complex), np.empty(len(at), complex)
-            total.real, total.imag = self[pair[0]][series], self[pair[-1]][series]
-            more.real, more.imag = columns[pair[0]], columns[pair[-1]]
-            np.add.at(total, which, more)
-            self[pair[0]][series], self[pair[-1]][series] = total.real, total.imag
-
-    def _naive(self, name, at, y):
-        """Return each output less the last one measured before it in its series, NaN where there is none."""
-        is_there = np.isfinite(y)
-        everything = is_there.all()
-        where = slice(None) if everything else np.flatnonzero(is_there)
-        at, known = at[where], y[where]
-        if not len(known):
-            return np.full(len(y), np.nan)
-        starts, step = starts_of(at), np.empty(len(known))
-        step[1:] = known[1:] - known[:-1]
-        series = at[starts[:-1]]
-        step[starts[:-1]] = known[starts[:-1]] - self[name][series]
-        self[name][series] = known[starts[1:] - 1]
-        if everything:
-            return step
-        full = np.full(len(y), np.nan)
-        full[where] = step
-        return full
+    return numba.njit(cache=True, nogil=True, **compose.OPTIONS)(add_up)
