@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -129,5 +129,6 @@ def _contents(data) -> Any:
         return [_contents(item) for item in data]
     if hasattr(data, "files"):  # a pyarrow Dataset
         return [_contents(name) for name in data.files]
-    shape = getattr(data, "shape", None)
-    return list(shape) if shape else [len(data), [len(column) for column in getattr(data, "values", list)()]]
+    if isinstance(data, Mapping):
+        return [len(column) for column in data.values()]
+    return list(getattr(data, "shape", ()))
