@@ -2,6 +2,7 @@
 
 import csv
 import json
+import time
 
 import numpy as np
 import pyarrow as pa
@@ -9,8 +10,13 @@ import pyarrow.parquet as pq
 import pytest
 from browser import PROGRAM, Browser
 
+import driftwise as dw
 from driftwise.edge import demo_fleet
 from driftwise.edge.fleet import Order, estimator_of
+from driftwise.edge.fleet_words import Told, lead
+from driftwise.edge.report_fleet import write
+from driftwise.files.fleet_run import former_run
+from driftwise.workflow.fleet.outliers import outliers
 
 PUMPS = ["--by", "asset", "--output", "flow", "--input", "speed", "--time", "time"]
 QUICK = ["--model", "joint:1", "--every", "0"]  # compiled by other tests as well
@@ -161,3 +167,20 @@ def test_models_are_those_of_run_with_an_offset_besides():
     assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory never, jumps level:1000"
     assert Order("d", "by", "y", "out", checkpoint="20b").pace == {"batches": 20}
     assert Order("d", "by", "y", "out", checkpoint="1.5s").pace == {"seconds": 1.5}
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_series_are_judged_in_seconds_on_a_small_page(results, tmp_path):
+    out, _, _ = results
+    former, rng, S = former_run(out), np.random.default_rng(3), 100_000
+    pick = rng.integers(0, len(former.fleet), S)
+    fleet = dw.Fleet(former.fleet.estimators[0], range(S))
+    fleet.states[:] = former.fleet.states[pick]
+    fleet.states["theta"] *= 1 + 0.002 * rng.standard_normal(fleet.states["theta"].shape)
+    tally = {name: former.tally[name][pick] for name in former.tally.names}
+    start = time.process_time()
+    found = outliers(fleet, tally, inputs=("speed",))
+    assert time.process_time() - start < 10
+    told = Told("many", "asset", "flow", ("speed",), fleet, tally, found)
+    assert write(told, tmp_path / "page.html").stat().st_size < 2e6
+    assert len(found.table(3)) <= 21 and "of 100\u202f000 series need a look" in lead(told)
