@@ -146,18 +146,18 @@ class Work(NamedTuple):
 
 def work(est, ys, us, state, latency: dict[str, float], columns: int = 4) -> Work:
     """Return what samples ys (T, p), us (T, k) ask for, beginning at a state; the first quarter only warms up."""
-    policies = est.policies
-    width, room = est.dtype.itemsize // 8, est.scratch_size
-    shapes = width, ys.shape[1], us.shape[1], columns, len(est.spec), room
-    step = compose.plain_crew(tuple(map(type, policies)), compose.sizes(policies[0]), shapes)
-    rows, outs, scratch = counted(est._rows(state)), np.zeros((1, columns), object), counted(np.zeros(room))
-    member, group, starts = np.zeros(1, np.int64), np.zeros(1, np.int64), np.array([0, 1])
+    drive = compose.plain_driver(*map(type, est.policies))
+    rows, outs, scratch = (
+        counted(est._rows(state)),
+        np.zeros((1, 1, columns), object),
+        counted(np.zeros(est.scratch_size)),
+    )
     totals: list[Counter[str]] = []
     moments: list[float] = []
     with counting(latency) as counts:
         for y, u in zip(counted(ys), counted(us)):
             counts.clear()
-            step(rows, member, starts, y[None], u[None], outs, est.spec[None], group, scratch)
+            drive(rows, y[None, None], u[None, None], outs, est.spec, scratch)
             totals.append(Counter(counts))
             moments.append(max(x.ready for x in rows[0] if isinstance(x, Counted)))
     skip = len(totals) // 4

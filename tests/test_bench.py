@@ -37,18 +37,18 @@ def test_the_counted_step_is_the_step(est, monkeypatch):
     before = est.scan(y[:16], us[:16] if est.model.inputs else None)
     seen = []
     compose = work.__globals__["compose"]
-    plain = compose.plain_crew
+    plain = compose.plain_driver
 
-    def listen(*args):
-        step = plain(*args)
+    def listen(*kinds):
+        drive = plain(*kinds)
 
-        def take(rows, members, starts, ys, u, outs, *rest):
-            step(rows, members, starts, ys, u, outs, *rest)
-            seen.append([float(x) for x in outs[0]])
+        def take(rows, ys, us, outs, *rest):
+            drive(rows, ys, us, outs, *rest)
+            seen.append([float(x) for x in outs[0, 0]])
 
         return take
 
-    monkeypatch.setattr(compose, "plain_crew", listen)
+    monkeypatch.setattr(compose, "plain_driver", listen)
     asked = work(est, y[16:, None], us[16:], before.state, LATENCY)
     trace = est.scan(y[16:], us[16:] if est.model.inputs else None, state=before.state)
     assert np.array_equal([row[0] for row in seen], trace.prediction)
