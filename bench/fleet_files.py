@@ -22,8 +22,8 @@ FILE = 2_000_000  # rows of a file
 
 
 def verdicts(big: bool = False) -> Iterator[Verdict]:
-    """Yield memory and rate of 3e6 rows of 10 000 series, or of 1e8 rows of 100 000."""
-    series, ticks = (100_000, 1000) if big else (10_000, 300)
+    """Yield memory and rate of 1e7 rows of 10 000 series, or of 1e8 rows of 100 000."""
+    series, ticks = (100_000, 1000) if big else (10_000, 1000)
     with tempfile.TemporaryDirectory() as folder:
         _write(Path(folder) / "data", series, ticks)
         command = [sys.executable, "-m", "bench.fleet_files", folder]
