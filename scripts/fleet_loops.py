@@ -14,7 +14,7 @@ import numpy as np
 import driftwise as dw
 
 SERIES, SAMPLES, ROUNDS = 2000, 200, 9
-KINDS = (dw.Joint(3), dw.Joint(1, 1), dw.ARX(2, 2), dw.Joint(3, noise=dw.OutputError()))
+KINDS = (dw.Joint(3), dw.Joint(1, 1), dw.ARX(2, 2))
 
 
 def medians(*calls) -> np.ndarray:

@@ -3,10 +3,10 @@
 from ..detect.gate import Always, Gate
 from ..detect.watch import Silent
 from ..memory.drift import Never
-from ..models.noise import Sensor, White
+from ..models.noise import White
 from ..models.scale import KnownScale, UnknownScale
 from .joint.row import Form
 from .recursive.methods import LeastSquares
 from .recursive.row import Lags
 
-FIT = {Form, Lags, LeastSquares, White, Sensor, Never, Always, Gate, KnownScale, UnknownScale, Silent}
+FIT = {Form, Lags, LeastSquares, White, Never, Always, Gate, KnownScale, UnknownScale, Silent}
