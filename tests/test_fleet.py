@@ -132,6 +132,7 @@ def test_bad_input_is_refused_and_nothing_is_lost():
         (lambda: dw.Fleet(observer), "known plant"),
         (lambda: dw.Fleet(dw.ModelAverage([dw.AR(1), dw.AR(2)])), "needs one of driftwise's estimators"),
         (lambda: dw.Fleet(dw.TrackEstimator()), "needs one of driftwise's estimators"),
+        (lambda: fleet.advance(np.zeros(1, int), np.zeros((1, 1)), np.zeros((1, 0)), columns=5), "columns must be 4, or"),
         (lambda: dw.Fleet("AR(1)"), "needs one of driftwise's estimators"),
     ]
     for call, why in refused:

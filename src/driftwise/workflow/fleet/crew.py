@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import InputError
 from ...estimators.side_by_side import FIT
 from ...kernel import compose, lane_crew
 from .grouping import group_samples, place
@@ -28,17 +29,24 @@ class Crew:
         self.width = estimator.dtype.itemsize // 8
         self.outputs, self.inputs = getattr(estimator.model, "outputs", 1), estimator.model.inputs
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
+        self.told = estimator.columns * self.outputs
         self.threads = threads or os.cpu_count() or 1
         self._pool: ThreadPoolExecutor | None = None
 
-    def loop(self, columns: int, is_long: bool = False) -> Any:
-        """Return what advances members: the compiled loop that writes so many columns, with memory of its own."""
-        shapes = self.width, self.outputs, self.inputs, columns, self.numbers, self.room
-        if is_long and self.fits_lanes and (self.seen > MANY if self.lanes is None else self.lanes):
-            side_by_side = lane_crew.lane_crew(self.kinds, self.sizes, shapes)
-            return lambda *data: side_by_side(*data, np.empty(self.room), lane_crew.room(shapes))
-        one_by_one = compose.crew(self.kinds, self.sizes, shapes)
-        return lambda *data: one_by_one(*data, np.empty(self.room))
+    def shapes(self, columns: int) -> tuple[int, ...]:
+        """Return the sizes that a loop is compiled for, where it writes so many columns."""
+        if columns != 4 * self.outputs and columns < self.told:  # the loop would write beyond a row
+            raise InputError(f"columns must be {4 * self.outputs}, or {self.told} and more, got {columns}")
+        return self.width, self.outputs, self.inputs, columns, self.numbers, self.room
+
+    def loop(self, columns: int) -> Any:
+        """Return the compiled loop that writes so many columns."""
+        return compose.crew(self.kinds, self.sizes, self.shapes(columns))
+
+    def is_wide(self, samples: int, members: int) -> bool:
+        """Say whether eight series at a time shall take these samples."""
+        is_worth_it = self.seen > MANY if self.lanes is None else self.lanes
+        return is_worth_it and self.fits_lanes and samples >= LONG * members
 
     def fetch(self, rows) -> None:
         """Bring the rows here: they are."""
