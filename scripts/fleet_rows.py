@@ -111,7 +111,8 @@ def over_a_file(chosen) -> None:
             f"{est!r}: {chosen.rows:.3g} rows of {chosen.series} series, {data.stat().st_size / 1e9:.2f} GB of Parquet"
         )
         inputs = ["u"][: est.model.inputs]
-        columns = dict(by="key", output="y", inputs=inputs, every=chosen.every, threads=chosen.threads)
+        columns = dict(by="key", output="y", inputs=inputs, every=chosen.every)
+        columns |= dict(threads=chosen.threads, seconds=chosen.seconds)
         warm(Fleet(est))
         course = Course()
         found = run_fleet(FleetOrder(data, estimator=est, out=Path(folder) / "out", **columns,
@@ -144,6 +145,7 @@ def main() -> None:
     options.add_argument("--every", type=int, default=100)
     options.add_argument("--first", type=int, default=32, help="rows held back, of what is made up")
     options.add_argument("--threads", type=int)
+    options.add_argument("--seconds", type=float, default=60.0, help="from one checkpoint to the next")
     options.add_argument("--folder", help="where the file is written")
     chosen = options.parse_args()
     over_a_file(chosen) if chosen.samples is None else over_nothing(chosen)
