@@ -68,6 +68,8 @@ class Course:
         for quarter in range(4):
             inside = (points[:, 0] >= rows * quarter / 4) & (points[:, 0] <= rows * (quarter + 1) / 4)
             part = points[inside]
+            if len(part) < 2:  # too few batches to tell
+                continue
             done, wall, cpu = part[-1, :3] - part[0, :3]
             print(f"quarter {quarter + 1}: {done / wall / 1e6:.2f} M rows/s, {done / cpu / 1e6:.2f} M rows/s of CPU, "
                   f"at most {part[:, 3].max():.0f} MB")  # fmt: skip
