@@ -123,6 +123,13 @@ def test_kinds_of_keys(kind, tmp_path):
         assert found[0] == expected and [type(a) for a in found[0]] == [type(a) for a in expected]
 
 
+def test_an_empty_cell_is_no_key(tmp_path):
+    (tmp_path / "a.csv").write_text("asset,y\nb,1\n,2\nc,3\n,4\n")
+    words = pa.table({"asset": pa.array(["b", "", "c", ""]).dictionary_encode(), "y": np.arange(4.0)})
+    for source in (tmp_path / "a.csv", words):
+        assert read(source, 3, inputs=[], time=None)[0] == ["b", None, "c", None]
+
+
 def test_keys_may_change_their_kind_between_files(tmp_path):
     columns = [
         pa.array([1, 2], pa.int32()), pa.array([2.0, np.nan, 0.5]), pa.array(["2", "1"]),

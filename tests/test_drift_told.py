@@ -170,3 +170,8 @@ def test_states_that_cannot_be_kept_or_read_say_why(tmp_path):
     (tmp_path / "other.json").write_text("import nothing")
     with pytest.raises(dw.InputError, match="no file that save_state wrote"):
         dw.load_state(tmp_path / "other.json")
+    dw.save_state(est, est.start(), tmp_path / "state.json")
+    text = (tmp_path / "state.json").read_text()
+    (tmp_path / "older.json").write_text(text.replace('"0x0.0p+0", ', "", 1))
+    with pytest.raises(dw.InputError, match="an earlier version and cannot be continued"):
+        dw.load_state(tmp_path / "older.json")

@@ -73,6 +73,8 @@ class Keys:
         return found
 
     def _code(self, name) -> int:
+        if name == "":  # an empty cell of a CSV file
+            return -1
         if name not in self._codes:
             self._codes[name] = len(self.names)
             self.names.append(name)

@@ -188,4 +188,9 @@ def load_state(path):
         raise InputError(f"{path} is no file that save_state wrote. A trace is read by Trace.load") from None
     est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
     rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
+    if rows.size and 8 * rows.shape[1] != est.dtype.itemsize:
+        raise InputError(
+            f"the states in {path} have {rows.shape[1]} numbers, those of {est!r} have {est.dtype.itemsize // 8}: they "
+            "were written by an earlier version and cannot be continued; start afresh"
+        )
     return est, rows.view(est.dtype).reshape(data["shape"])
