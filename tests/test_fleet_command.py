@@ -59,11 +59,23 @@ def test_simulated_pumps_are_a_long_table_and_their_faults_are_told(call, tmp_pa
     assert code == 1 and "--series must be at least 18" in complaint
 
 
+def test_a_simulated_fleet_replaces_the_one_before_and_nothing_of_yours(call, monkeypatch, tmp_path):
+    monkeypatch.setattr(demo_fleet, "ROWS", 500)
+    for series in (40, 20):
+        assert call("fleet", "simulate", tmp_path / "pumps", "--series", series, "--samples", 50)[0] == 0
+    assert pq.read_table(tmp_path / "pumps", columns=["asset"]).num_rows < 1200
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "part-0000.parquet").write_bytes(b"mine")
+    code, _, complaint = call("fleet", "simulate", tmp_path / "mine", "--series", 20, "--samples", 50)
+    assert code == 1 and "holds data already (part-0000.parquet)" in complaint
+    assert (tmp_path / "mine" / "part-0000.parquet").read_bytes() == b"mine"
+
+
 def test_what_is_wrong_is_found_and_told(pumps, results):
     out, printed, found = results
     faults = pumps[1]
     with open(out / "outliers.csv") as file:
-        named = [(row["asset"], row["kind"]) for row in csv.DictReader(file)]
+        named = [(row["key"], row["kind"]) for row in csv.DictReader(file)]
     for fault, kind in (("stuck", "untaught"), ("bad data", "data"), ("other make", "differs")):
         for name in (name for name, what in faults.items() if what == fault):
             assert (name, kind) in named, f"{name}: {fault}"
@@ -85,6 +97,7 @@ def test_the_summary_can_be_told_again(call, pumps, results):
     assert (code, complaint) == (0, "")
     start = printed.index("what  ")
     assert again[again.index("what  ") :] == printed[start:]
+    assert again.split()[0] == printed.split()[0] == "pumps"
     assert (out / "summary.html").exists()
     code, _, complaint = call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out)
     assert code == 1 and "--resume" in complaint and "--replace" in complaint
@@ -131,6 +144,20 @@ def test_keys_and_names_are_shown_as_they_are_and_no_markup(call, tmp_path):
     assert "&lt;b&gt;x&lt;/b&gt;" in text and "<b>x</b>" not in text.split("</main>")[0]
 
 
+def test_a_table_whose_newest_row_comes_first_is_told_and_so_is_an_empty_column(call, tmp_path):
+    T, out = 60, tmp_path / "r"
+    table = {"who": ["a", "b"] * T, "t": np.repeat(np.arange(T), 2)[::-1], "y": np.full(2 * T, np.nan)}
+    csv_file = tmp_path / "t.csv"
+    for y in (np.random.default_rng(3).standard_normal(2 * T), table["y"]):
+        lines = [f"{who},{t},{'' if np.isnan(v) else v}\n" for who, t, v in zip(table["who"], table["t"], y)]
+        csv_file.write_text("".join(["who,t,y\n", *lines]))
+        args = ["--by", "who", "-o", "y", "-t", "t", *QUICK, "--out", out, "--replace"]
+        code, printed, _ = call("fleet", "run", csv_file, *args)
+        flat = " ".join(printed.split())
+        assert code == 0 and "e+0" not in flat and "2 of 2 series need a look. 2 have poor data." in flat
+        assert ("Most rows are late: is the newest row first?" in flat) == bool(np.isfinite(y).all())
+
+
 @pytest.mark.parametrize(
     "args, words",
     [
@@ -139,6 +166,9 @@ def test_keys_and_names_are_shown_as_they_are_and_no_markup(call, tmp_path):
         ([".", *PUMPS, "--out", "r", "--checkpoint", "often"], "--checkpoint takes seconds"),
         ([".", *PUMPS, "--out", "r", "--checkpoint", "0b"], "--checkpoint takes seconds"),
         ([".", *PUMPS, "--out", "r", "--model", "arx:2"], "--model is written arx:na,nb,nk"),
+        ([".", *PUMPS, "--out", "r", "--model", "axr:2,2"], "as in arx:2,2,1, or joint, as in joint:2; got 'axr:2,2'"),
+        ([".", *PUMPS, "-o", "head", "--out", "r"], "--output names 2 columns, flow, head, and a series has one"),
+        ([".", *PUMPS, "--out", "r", "--resume", "--replace"], "give one of them"),
         ([".", *PUMPS, "--out", "r", "--memory", "forever"], "--memory must be"),
         ([".", *PUMPS, "--out", "r", "--dt", "-1"], "--dt must be a positive step"),
         ([".", "--by", "a", "-o", "y", "--out", "r", "--dt", "1"], "there is no --time"),

@@ -8,7 +8,10 @@ from driftwise.workflow.fleet.census import census
 from driftwise.workflow.fleet.outliers import KINDS, STILL, outliers
 from driftwise.workflow.fleet.robust import bursts, discoveries, unlike
 
-NAMES = ("samples", "measured", "missing", "bad", "late", "duplicate", "jumps", "noise", "scored", "z2", "inside")
+NAMES = (
+    "samples", "measured", "missing", "bad", "late", "duplicate", "jumps", "noise", "scored", "z2", "inside",
+    "compared", "dy2",
+)  # fmt: skip
 
 
 def counts(S, T, **more):
@@ -33,10 +36,11 @@ def run(y, u, est=None):
     fleet = dw.Fleet(est or dw.ARX(1, 1), range(S), threads=1)
     step = fleet.scan(np.tile(np.arange(S), T), y.ravel(), u.ravel())
     e, V = (column.reshape(T, S)[30:] for column in (step.innovation, step.variance))
-    z2 = np.where(np.isfinite(e), e * e / V, np.nan)
+    z2, steps = np.where(np.isfinite(e), e * e / V, np.nan), np.diff(y, axis=0)[29:]
     measured = np.isfinite(y)
     return fleet, counts(
         S, T, measured=measured.sum(0).astype(float), missing=(~measured).sum(0).astype(float), z2=np.nansum(z2, 0),
+        compared=np.isfinite(steps).sum(0).astype(float), dy2=np.nansum(steps**2, 0),
         scored=np.isfinite(z2).sum(0).astype(float), inside=(z2 < 1.96**2).sum(0).astype(float),
     )  # fmt: skip
 
@@ -74,6 +78,10 @@ def test_drift_is_read_as_from_one_state():
         speeds = est.drift_of(fleet.state(k))
         assert found.still[k] == speeds.weights["still"]
         np.testing.assert_allclose(found.memory[k], speeds.memory, rtol=1e-12)
+    fleet.add(["silent"])
+    tally = counts(4, 200, measured=np.array([200.0, 200, 200, 0]), compared=np.full(4, 170.0), dy2=np.ones(4))
+    drifting = set(outliers(fleet, tally).found["drifts"].rows.tolist())
+    assert found.still[1] < STILL and 1 in drifting and 3 not in drifting, "who was never measured drifts nowhere"
 
 
 def test_false_discoveries_by_hand():
@@ -154,6 +162,17 @@ def test_the_worst_come_first_and_say_why(planted):
     assert words[0, "differs"] == "a1 is -0.513, that of the rest -0.798 \u00b1 0.022 (10.9 deviations)"
     assert words[8, "noise"].startswith("noise of 0.") and "times that of the rest" in words[8, "noise"]
     assert "(1 is right)" in words[14, "bars"]
+
+
+def test_a_sensor_that_is_stuck_is_said_to_be_and_nothing_else():
+    y, u = plants(20, 200, np.random.default_rng(8))
+    y[:, 4], y[50:, 5] = 0.0, y[50, 5]  # from the beginning; later on, which is told by other means
+    found = outliers(*run(y, u))
+    kinds = {kind: text for key, kind, _, text in found.table() if key == 4}
+    assert set(kinds) <= {"data", "differs"} and kinds["data"].startswith(
+        "the output never moved: is its sensor stuck?"
+    )
+    assert not [text for key, kind, _, text in found.table() if key != 4 and "stuck" in text]
 
 
 def test_many_jumps_at_one_time_have_a_cause(planted):

@@ -20,7 +20,9 @@ app = typer.Typer(
 def run(
     data: Annotated[str, typer.Argument(help="Parquet or CSV file, or a folder of them (partitioned or not).")],
     by: Annotated[str, typer.Option("--by", "-b", metavar="COLUMN", help="Column that says whose row it is.")],
-    output: Annotated[str, typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")],
+    output: Annotated[
+        list[str], typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")
+    ],
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder for the results; made if need be.")],
     input: Annotated[
         list[str] | None,
@@ -64,6 +66,12 @@ def run(
             "spaced.",
         ),
     ] = None,
+    first: Annotated[
+        int,
+        typer.Option(
+            metavar="ROWS", min=1, help="Rows of each series that tell its level and its units; more for slow plants."
+        ),
+    ] = 32,
     every: Annotated[
         int, typer.Option(metavar="N", min=0, help="Write an estimate for every N samples of a series; 0: none.")
     ] = 100,
@@ -95,12 +103,12 @@ def run(
 
     Example: driftwise fleet run pumps --by asset --output flow --input speed --time time --out results
     """
-    from driftwise.edge.fleet import Order, execute
+    from driftwise.edge.fleet import Order, execute, one
 
     execute(
         Order(
-            data, by, output, out, tuple(input or ()), time, model, memory, jumps, dt, every, batch, threads,
-            checkpoint, resume, replace, spark, json, quiet,
+            data, by, one(output), out, tuple(input or ()), time, model, memory, jumps, dt, first, every, batch,
+            threads, checkpoint, resume, replace, spark, json, quiet,
         )
     )  # fmt: skip
 

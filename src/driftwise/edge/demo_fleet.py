@@ -68,6 +68,7 @@ def write_fleet(folder, series: int = 1000, samples: int = 500, seed: int = 0) -
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        _clear(folder)
         for k, first in enumerate(range(0, len(table), ROWS)):
             parquet.write_table(table.slice(first, ROWS), folder / f"part-{k:04d}.parquet", row_group_size=65_536)
         lines = [f"{p.name},{p.fault},{p.sample}\n" for p in found if p.fault]
@@ -75,6 +76,15 @@ def write_fleet(folder, series: int = 1000, samples: int = 500, seed: int = 0) -
     except OSError as error:
         raise InputError(f"{folder} cannot be written to: {error.strerror or error}.") from None
     return found
+
+
+def _clear(folder: Path) -> None:
+    """Delete the fleet that was simulated here before; refuse data that are somebody's."""
+    there = [path for path in folder.iterdir() if path.suffix in (".parquet", ".csv") and path.name != TRUTH]
+    if there and not (folder / TRUTH).exists():
+        raise InputError(f"{folder} holds data already ({there[0].name}): give another folder.")
+    for path in folder.glob("part-[0-9][0-9][0-9][0-9].parquet"):
+        path.unlink()
 
 
 def _table(pump: Pump, number: int, samples: int, seed: int):

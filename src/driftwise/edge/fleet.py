@@ -11,7 +11,7 @@ from typing import Any
 from driftwise.edge import specs
 from driftwise.errors import CommandError, InputError
 
-__all__ = ["Order", "estimator_of", "execute", "show_again"]
+__all__ = ["Order", "estimator_of", "execute", "one", "show_again"]
 
 PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
 
@@ -38,6 +38,7 @@ class Order:
     memory: str | None = None
     jumps: str | None = None
     dt: float | None = None
+    first: int = 32
     every: int = 100
     batch: int = 1 << 18
     threads: int | None = None
@@ -84,8 +85,15 @@ class Order:
     def check(self) -> None:
         """Refuse what cannot be, before anything is read."""
         self.pace  # noqa: B018  (it raises)
+        if self.chosen.partition(":")[0] not in (*specs.MODELS, "joint"):
+            known = ", ".join(specs.MODELS)
+            raise CommandError(
+                f"--model must be {known}, as in arx:2,2,1, or joint, as in joint:2; got {self.model!r}."
+            )
         if "://" not in self.data and not os.path.exists(self.data):
             raise CommandError(f"no such file or folder: {self.data}")
+        if self.resume and self.replace:
+            raise CommandError("--resume goes on with a run, --replace deletes it: give one of them.")
         if os.path.exists(self.out) and not os.path.isdir(self.out):
             raise CommandError(f"--out {self.out}: this is a file, and a folder is wanted.")
         if os.path.isdir(self.out) and os.path.isdir(self.data) and os.path.samefile(self.out, self.data):
@@ -103,6 +111,16 @@ class Order:
             estimator_of(self)
         except InputError as error:
             raise CommandError(str(error)) from None
+
+
+def one(columns: list[str]) -> str:
+    """Return the only output; a series has one here."""
+    if len(columns) > 1:
+        raise CommandError(
+            f"--output names {len(columns)} columns, {', '.join(columns)}, and a series has one: run the fleet once "
+            "for each, into folders of their own."
+        )
+    return columns[0]
 
 
 def estimator_of(order: Order) -> Any:
@@ -152,8 +170,9 @@ def _run(order: Order):
     with bar(f"fleet of {os.path.basename(os.path.abspath(order.data))}", order.quiet) as advance:
         asked = FleetOrder(
             order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
-            dt=order.dt, every=order.every, batch=order.batch, threads=order.threads, resume=order.resume,
-            replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"), **order.pace,
+            dt=order.dt, first=order.first, every=order.every, batch=order.batch, threads=order.threads,
+            resume=order.resume, replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"),
+            **order.pace,
         )  # fmt: skip
         if order.spark:
             from driftwise.spark import run_on_spark
@@ -172,11 +191,18 @@ def show_again(folder: str) -> None:
 
     result = former_run(folder)
     facts = store.read(Path(folder) / FLEET).facts
-    asked, title = facts["order"], os.path.basename(os.path.abspath(folder))
+    asked = facts["order"]
+    title = _title(asked["data"], result.out)
     told = _told(result, title, asked["by"], asked["output"], tuple(asked["inputs"]), repr(result.fleet.estimators[0]))
     unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
     told = replace(told, notes=() if facts["is_read"] else (unfinished,))
     _show(_written(told, result.out), False)
+
+
+def _title(data, out: Path) -> str:
+    """Return the name of the data that a run knows; of its folder, where they were no file."""
+    is_file = bool(data) and isinstance(data[0], list) and isinstance(data[0][0], str)
+    return Path(data[0][0]).parts[0] if is_file else out.resolve().name
 
 
 def _told(result, title: str, by: str, output, inputs: tuple[str, ...], model: str) -> Any:
@@ -240,7 +266,7 @@ def _write_names(told, path: Path) -> Path:
 
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow([told.by, "kind", "rank", "score", "words"])
+        writer.writerow(["key", "kind", "rank", "score", "words"])
         found = told.outliers
         for kind, (rows, scores) in found.found.items():
             for rank, (row, score) in enumerate(zip(rows.tolist(), scores.tolist()), 1):

@@ -19,6 +19,7 @@ COUNTED = {  # of each kind, for one and for several
     "bars": ("of {} the error bars cannot be believed", "of {} the error bars cannot be believed"),
     "data": ("{} has poor data", "{} have poor data"),
 }
+MOST_LATE = 0.5  # share of late rows beyond which the table stands in another order
 MIXED = 0.1  # share of the fleet that differs, beyond which it is not of one kind
 QUALITY = {
     "missing": "missing outputs", "bad": "rows with cells that cannot be read", "late": "late rows",
@@ -91,11 +92,9 @@ class Told:
         """What it took."""
         found = [f"{number(self.fleet.states.nbytes / 1e6, 3)} MB of states"]
         if self.took:
-            found = [
-                f"took {lasting(self.took)}",
-                f"{number(self.samples / self.took / 1e6, 3)} million samples/s",
-                *found,
-            ]
+            rate = self.samples / self.took
+            speed = f"{number(rate / 1e6, 3)} million" if rate >= 1e5 else shown(rate)
+            found = [f"took {lasting(self.took)}", f"{speed} samples/s", *found]
         return found + ([f"{number(self.peak / 1e6, 3)} MB of memory at most"] if self.peak else [])
 
 
@@ -156,6 +155,8 @@ def needs_words(told: Told) -> list[str]:
     alarms = ALARMS * told.samples
     if len(found["jumped"].rows) and alarms >= 1 and hasattr(told.fleet.estimators[0].policies[2], "trials"):
         said.append(f"Up to {shown(alarms)} jumps may be false alarms (1 in 100\u202f000 samples).")
+    if told.tally["late"].sum() > MOST_LATE * _rows(told):
+        said.append("Most rows are late: is the newest row first? Sort the table by time.")
     differ = len(found["differs"].rows)
     if differ > MIXED * len(told.fleet):
         said.append(
@@ -164,12 +165,18 @@ def needs_words(told: Told) -> list[str]:
     return said
 
 
+def _rows(told: Told) -> float:
+    """Return the number of rows of all series, those that were filled in included."""
+    from driftwise.workflow.fleet.tally import UNUSED
+
+    return max(sum(float(told.tally[name].sum()) for name in ("samples", *UNUSED)), 1.0)
+
+
 def quality(told: Told) -> list[tuple[str, int, float, int]]:
     """Return (what, how many, share of the rows, in how many series) of everything that was wrong with the rows."""
     import numpy as np
 
-    total = max(sum(float(told.tally[name].sum()) for name in ("samples", "late", "duplicate")), 1.0)
-    found = []
+    total, found = _rows(told), []
     for name, text in QUALITY.items():
         column = told.tally[name]
         if column.any():

@@ -14,6 +14,8 @@ def show(told, out) -> None:
     """Print a fleet."""
     from rich.text import Text
 
+    from driftwise.workflow.fleet.wording import percent
+
     out.print()
     out.print(Text(told.title, style="bold"))
     out.print(Text(" \u00b7 ".join(told.facts), style="dim"))
@@ -24,8 +26,8 @@ def show(told, out) -> None:
         out.print()
     out.print(Text(fleet_words.lead(told)))
     for what, count, share, series in fleet_words.quality(told):
-        of = f"{fleet_words.shown(count)} {what} ({100 * share:.2g} %) in {fleet_words.shown(series)} series"
-        out.print(Text("rows: ", style="dim") + Text(of, style="dim"))
+        of = f"{what}: {fleet_words.shown(count)} ({percent(share)}) in {fleet_words.shown(series)} series"
+        out.print(Text(of, style="dim"))
     for note in told.notes:
         out.print(Text("note: ", style="yellow") + Text(note))
     for line in told.files:

@@ -107,14 +107,14 @@ def outliers(fleet, tally, *, inputs=(), when: Callable[[float], str] = "{:.6g}"
     from .wording import sentence
 
     columns, N = census(fleet), len(fleet.estimators[0].names)
-    rest = rest_of(columns, UNTAUGHT)
+    rest, moves = rest_of(columns, UNTAUGHT), ~never_moved(tally)
     spoken = {
         "jumped": _ranked(tally["jumps"] > 0, tally["jumps"]),
-        "drifts": _ranked(columns.still < STILL, 1 - columns.still),
+        "drifts": _ranked((columns.still < STILL) & (tally["measured"] > 0), 1 - columns.still),
         "differs": _differs(rest),
-        "noise": _ranked(_unlike(rest.noise_z[:, None]), abs(rest.noise_z)),
-        "untaught": _untaught(columns, tally, N),
-        "bars": _bars(tally),
+        "noise": _ranked(moves & _unlike(rest.noise_z[:, None]), abs(rest.noise_z)),
+        "untaught": _untaught(columns, tally, N, moves),
+        "bars": _bars(tally, moves),
         "data": _data(tally, N),
     }
     return Outliers(
@@ -147,14 +147,19 @@ def _differs(rest: Rest) -> Found:
     return _ranked(_unlike(rest.z), score)
 
 
-def _untaught(columns: Census, tally, N: int) -> Found:
-    """Return who was taught nothing of some combination, although there were samples enough."""
-    is_long = tally["measured"] >= SHORT * N
+def never_moved(tally) -> np.ndarray:
+    """Say whose output is one and the same number after its first samples, (S,): a sensor that is stuck."""
+    return (tally["compared"] >= FEW) & (tally["dy2"] == 0)
+
+
+def _untaught(columns: Census, tally, N: int, moves) -> Found:
+    """Return who was taught nothing of some combination, although there were samples enough that moved."""
+    is_long = moves & (tally["measured"] >= SHORT * N)
     score = np.where(columns.moves.all(axis=1), np.nan_to_num(columns.untaught), 1.0)
     return _ranked(is_long & (score > UNTAUGHT), score)
 
 
-def _bars(tally) -> Found:
+def _bars(tally, moves) -> Found:
     """Return whose innovations are not as large as they were said to be."""
     from scipy.special import ndtr
 
@@ -164,7 +169,7 @@ def _bars(tally) -> Found:
     matters = np.column_stack([_beyond(nis, NIS), _beyond(held, HELD)]) & (tally["scored"] >= FEW)[:, None]
     size = np.max(np.where(matters, np.abs(z), 0.0), axis=1)
     p = np.where(tally["scored"] >= FEW, np.minimum(4 * ndtr(-size), 1.0), np.nan)
-    return _ranked(discoveries(p, FALSE) & (size > 0), size)
+    return _ranked(moves & discoveries(p, FALSE) & (size > 0), size)
 
 
 def _beyond(value, bounds) -> np.ndarray:
@@ -172,10 +177,10 @@ def _beyond(value, bounds) -> np.ndarray:
 
 
 def _data(tally, N: int) -> Found:
-    """Return whose rows are missing, broken, late or too few."""
+    """Return whose rows are missing, broken, late, too few, or all the same."""
     rows = np.maximum(tally["samples"] + tally["late"] + tally["duplicate"], 1.0)
     missing, bad = tally["missing"] / rows, tally["bad"] / rows
     disorder = (tally["late"] + tally["duplicate"]) / rows
-    is_short = tally["measured"] < SHORT * N
-    is_poor = (missing > MISSING) | (bad > BAD) | (disorder > BAD) | is_short
-    return _ranked(is_poor, np.where(is_short, 1.0, missing + bad + disorder))
+    is_nothing = (tally["measured"] < SHORT * N) | never_moved(tally)
+    is_poor = (missing > MISSING) | (bad > BAD) | (disorder > BAD) | is_nothing
+    return _ranked(is_poor, np.where(is_nothing, 1.0, missing + bad + disorder))

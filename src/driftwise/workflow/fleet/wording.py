@@ -5,8 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from ..summary import combination
+from .outliers import never_moved
 
-__all__ = ["sentence"]
+__all__ = ["percent", "sentence"]
+
+
+def percent(share: float) -> str:
+    """Return a share in percent, two digits where that is less than all.
+
+    >>> percent(0.333), percent(0.0012), percent(0.997)
+    ('33 %', '0.12 %', '100 %')
+    """
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -> str:
@@ -58,5 +68,6 @@ def _data(row: int, tally) -> str:
         "missing": tally["missing"][row], "bad cells": tally["bad"][row],
         "late or twice": tally["late"][row] + tally["duplicate"][row],
     }  # fmt: skip
-    parts = [f"{100 * count / rows:.2g} % {what}" for what, count in shares.items() if count]
-    return ", ".join([*parts, f"{int(tally['measured'][row])} measured samples"])
+    parts = [f"{percent(count / rows)} {what}" for what, count in shares.items() if count]
+    stuck = "the output never moved: is its sensor stuck? " if never_moved(tally)[row] else ""
+    return stuck + ", ".join([*parts, f"{int(tally['measured'][row])} measured samples"])
