@@ -73,7 +73,7 @@ def test_alone_or_together_any_order_any_stretch_any_threads(name, monkeypatch):
 def test_ticks_are_the_same_as_a_scan():
     estimator = CASES["joint"]
     y = np.random.default_rng(2).standard_normal((SAMPLES, SERIES))
-    one, other = dw.Fleet(estimator, "abcdefg"), dw.Fleet(estimator, "abcdefg")
+    one, other = (dw.Fleet(estimator, list("abcdefg")) for _ in range(2))
     for t, row in enumerate(y):
         if t % 2:
             one.tick(None, row)
@@ -122,8 +122,10 @@ def test_bad_input_is_refused_and_nothing_is_lost():
         (lambda: fleet.tick(None, [1.0, 2.0, 3.0]), "y must have 2 rows"),
         (lambda: fleet.tick(None, [1.0, np.inf]), "infinite"),
         (lambda: fleet.tick(None, [1.0, 2.0], [1.0, 2.0]), "no input"),
-        (lambda: fleet.add(["a"]), "twice"),
-        (lambda: fleet.add(["c", "c"]), "twice"),
+        (lambda: fleet.tick("a", 1.0), r"keys must be several, as in \['a'\]"),
+        (lambda: dw.Fleet(dw.AR(1), [1]).mean("1"), "there is 1, and numbers are not text"),
+        (lambda: fleet.add(["a"]), "'a' is there twice"),
+        (lambda: fleet.add(["d", "c", "c"]), "'c' is there twice"),
         (lambda: fleet.drop(["c"]), "no series"),
         (lambda: fleet.add(["c"], dw.AR(2)), "one kind of estimator"),
         (lambda: fleet.add(["c"], dw.AR(1, memory=dw.Weighted(0.99))), "one kind of estimator"),
@@ -132,7 +134,10 @@ def test_bad_input_is_refused_and_nothing_is_lost():
         (lambda: dw.Fleet(observer), "known plant"),
         (lambda: dw.Fleet(dw.ModelAverage([dw.AR(1), dw.AR(2)])), "needs one of driftwise's estimators"),
         (lambda: dw.Fleet(dw.TrackEstimator()), "needs one of driftwise's estimators"),
-        (lambda: fleet.advance(np.zeros(1, int), np.zeros((1, 1)), np.zeros((1, 0)), columns=5), "columns must be 4, or"),
+        (
+            lambda: fleet.advance(np.zeros(1, int), np.zeros((1, 1)), np.zeros((1, 0)), columns=5),
+            "columns must be 4, or",
+        ),
         (lambda: dw.Fleet("AR(1)"), "needs one of driftwise's estimators"),
     ]
     for call, why in refused:

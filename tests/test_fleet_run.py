@@ -37,8 +37,8 @@ def path(tmp_path):
 
 
 def run(path, out, **more):
-    options = dict(every=7, batch=250, batches=2, threads=1, time="time") | more
-    columns = dict(by="asset", output="flow", inputs=["speed"])
+    options = dict(every=7, batch=250, batches=2, threads=1, time="time", inputs=["speed"]) | more
+    columns = dict(by="asset", output="flow")
     return run_fleet(FleetOrder(path, estimator=dw.ARX(1, 1), out=out, **columns, **options))
 
 
@@ -142,6 +142,10 @@ def test_another_order_is_not_gone_on_with(path, tmp_path, monkeypatch):
     assert former_run(out).rows == 1000 and not former_run(out).is_finished
     with pytest.raises(dw.InputError, match=r"holds a run already.*resume=True.*replace=True"):
         run(path, out)
+    with pytest.raises(dw.InputError, match=r"inputs must be 1 for ARX\(.*\), got 0"):
+        run(path, out, inputs=[])
+    with pytest.raises(dw.InputError, match="replace=True deletes it: give one of them"):
+        run(path, out, resume=True, replace=True)
     with pytest.raises(dw.InputError, match="first was 32, is 16; every was 7, is 8"):
         run(path, out, resume=True, every=8, first=16)
     with pytest.raises(dw.InputError, match="data is another"):

@@ -57,6 +57,7 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     batch, started = door.count("batch", order.batch, least=1), time.monotonic()
     table = open_dataset(order.data, order.by, order.output, order.inputs, order.time)
     facts, folder = {"order": facts_of(order), "is_read": False}, Path(order.out)
+    _fit(order)
     _apart(order.data, folder)
     folder.mkdir(parents=True, exist_ok=True)
     with _alone(folder):
@@ -152,6 +153,20 @@ def _after(order: FleetOrder, run: FleetRun, table, facts, started: float) -> Ca
             order.progress(Progress(run.rows, table.fraction, len(run.fleet), time.monotonic() - started))
 
     return after
+
+
+def _fit(order: FleetOrder) -> None:
+    """Refuse columns that the estimator has no place for, and a run that is to go on and to begin anew."""
+    model = order.estimator.model
+    for what, names, takes in (
+        ("outputs", order.output, getattr(model, "outputs", 1)),
+        ("inputs", order.inputs, model.inputs),
+    ):
+        count = 1 if isinstance(names, str) else len(names)
+        if count != takes:
+            raise InputError(f"{what} must be {takes} for {order.estimator!r}, got {count}: {names!r}")
+    if order.resume and order.replace:
+        raise InputError("resume=True goes on with a run, replace=True deletes it: give one of them")
 
 
 def _apart(data, folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
@@ -22,6 +23,13 @@ def _on_gpu(estimator, threads) -> Crew:
     if threads is not None:
         raise InputError("threads are the processor's: leave them out with device='cuda'")
     return CudaCrew(estimator)
+
+
+def _listed(keys: Iterable) -> Iterable:
+    """Return keys, and refuse a text, whose letters are hardly meant to be keys."""
+    if isinstance(keys, str | bytes):
+        raise InputError(f"keys must be several, as in [{keys!r}], got {keys!r}")
+    return keys
 
 
 class Fleet:
@@ -116,10 +124,10 @@ class Fleet:
 
     def add(self, keys: Iterable, estimator=None) -> None:
         """Add series that begin afresh, with an estimator of their own if given (same kind, same orders)."""
-        keys = list(keys)
-        twice = next((key for key in keys if key in self._index), None)
-        if twice is not None or len(set(keys)) < len(keys):
-            raise InputError(f"every key names one series: {twice if twice is not None else 'one'!r} is there twice")
+        keys = list(_listed(keys))
+        if len(set(keys)) < len(keys) or not self._index.keys().isdisjoint(keys):
+            twice = next(key for key, count in Counter([*self._index, *keys]).items() if count > 1)
+            raise InputError(f"every key names one series: {twice!r} is there twice")
         number = 0 if estimator is None else self._settings(estimator)
         before, after = len(self), len(self) + len(keys)
         if not keys:
@@ -157,7 +165,7 @@ class Fleet:
 
     def drop(self, keys: Iterable) -> None:
         """Forget series; the others stay in order."""
-        gone = [self._row(key) for key in keys]
+        gone = [self._row(key) for key in _listed(keys)]
         stay = np.ones(len(self), bool)
         stay[gone] = False
         names = [key for key, is_left in zip(self._index, stay) if is_left]
@@ -168,11 +176,13 @@ class Fleet:
         try:
             return self._index[key]
         except (KeyError, TypeError):
-            raise InputError(f"there is no series {key!r} in this fleet of {len(self)}; add it first") from None
+            like = next((k for k in self._index if str(k) == str(key)), None)
+            cause = "add it first" if like is None else f"there is {like!r}, and numbers are not text"
+            raise InputError(f"there is no series {key!r} in this fleet of {len(self)}; {cause}") from None
 
     def rows_of(self, keys) -> np.ndarray:
         """Return the row number of each key, (n,)."""
-        return np.fromiter(map(self._row, keys.tolist() if isinstance(keys, np.ndarray) else keys), np.int64)
+        return np.fromiter(map(self._row, keys.tolist() if isinstance(keys, np.ndarray) else _listed(keys)), np.int64)
 
     def estimator_of(self, key):
         """Return the estimator with the settings of one series."""
