@@ -93,6 +93,10 @@ def test_what_is_wrong_is_found_and_told(pumps, results):
 def test_the_summary_can_be_told_again(call, pumps, results):
     out, printed, _ = results
     (out / "summary.html").unlink()
+    (out / "summary.html").mkdir()
+    code, _, complaint = call("fleet", "show", out)
+    assert code == 1 and "page and names cannot be written into" in " ".join(complaint.split())
+    (out / "summary.html").rmdir()
     code, again, complaint = call("fleet", "show", out)
     assert (code, complaint) == (0, "")
     start = printed.index("what  ")
@@ -184,6 +188,10 @@ def test_wrong_commands_say_what_is_wrong(call, tmp_path, monkeypatch, args, wor
 def test_wrong_columns_are_refused_before_anything_is_written(call, pumps, tmp_path):
     code, _, complaint = call("fleet", "run", pumps[0], "--by", "asset", "-o", "flw", *QUICK, "--out", tmp_path / "r")
     assert code in (1, 2) and "flow" in complaint
+    out = tmp_path / "a file" / "r"
+    out.parent.write_text("in the way")
+    code, _, complaint = call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out)
+    assert code == 1 and "cannot be made: Not a directory" in " ".join(complaint.split())
     code, _, complaint = call("fleet", "show", tmp_path)
     assert code == 1 and "no run in" in complaint
 

@@ -243,8 +243,11 @@ def _written(told, folder: Path) -> Any:
     from driftwise.edge.report_fleet import write
     from driftwise.files.fleet_out import ESTIMATES, EVENTS, FINAL, FLEET
 
-    write(told, folder / PAGE)
-    _write_names(told, folder / NAMES)
+    try:
+        write(told, folder / PAGE)
+        _write_names(told, folder / NAMES)
+    except OSError as error:
+        raise InputError(f"page and names cannot be written into {folder}: {error.strerror or error}") from None
     files = {
         PAGE: "page", NAMES: "who needs a look", FINAL: "a row for each series", ESTIMATES: "estimates",
         EVENTS: "events", FLEET: "to go on with",

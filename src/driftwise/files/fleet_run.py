@@ -59,7 +59,10 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     facts, folder = {"order": facts_of(order), "is_read": False}, Path(order.out)
     _fit(order)
     _apart(order.data, folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made: {error.strerror or error}") from None
     with _alone(folder):
         sweep(folder)
         kept = _kept(order)
