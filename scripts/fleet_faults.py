@@ -32,7 +32,7 @@ def main(seeds: int):
             with open(out / "outliers.csv") as file:
                 kinds = defaultdict(set)
                 for row in csv.DictReader(file):
-                    kinds[row["asset"]].add(row["kind"])
+                    kinds[row["key"]].add(row["kind"])
             for pump in pumps(SERIES, SAMPLES, seed):
                 there[pump.fault] += 1
                 named[pump.fault].update(kinds[pump.name] | ({"anything"} if kinds[pump.name] else set()))
