@@ -19,9 +19,9 @@ header .facts { color:var(--quiet); margin:0; }
         border:1px solid var(--line); border-left:5px solid var(--blue); max-width:none; }
 .lead strong { display:block; font-size:19px; line-height:1.4; font-weight:600; margin-bottom:3px; }
 .cards { display:flex; flex-wrap:wrap; gap:14px; margin-bottom:18px; }
-.group { display:flex; flex-direction:column; min-width:0; }
+.group { display:flex; flex-direction:column; min-width:min-content; }
 .group h2 { font-size:13px; color:var(--quiet); font-weight:600; margin:0 0 5px 2px; }
-.group .row, .cards .row { display:flex; gap:10px; flex:1; }
+.group .row, .cards .row { display:flex; flex-wrap:wrap; gap:10px; flex:1; }
 .card { background:var(--card); border:1px solid var(--line); border-radius:10px; padding:10px 12px 11px;
         min-width:126px; flex:1; }
 .card .name { color:var(--quiet); font-size:13px; }
@@ -73,7 +73,7 @@ tr:last-child td { border-bottom:none; }
 footer { color:var(--quiet); font-size:13px; padding:4px 2px; }
 @media (max-width:640px) { main { padding:14px 10px; } section, details { padding:12px 10px; }
   .pair, .many { grid-template-columns:minmax(0,1fr); } td, th { padding:4px 5px; }
-  .group { flex:1 1 100% !important; } .group .row { flex-wrap:wrap; } }
+  .group { flex:1 1 100% !important; } }
 @page { size:A4 portrait; margin:12mm 11mm; }
 @media print {
   html { zoom:.602; } /* 188 mm hold the 1180 pixels that the figures were drawn for */
