@@ -118,6 +118,8 @@ _HOME = {
     "advise": "workflow.advisor",
     "scan_frequency": "workflow.lines",
     "Fleet": "workflow.fleet.fleet",
+    "FleetOrder": "files.fleet_order",
+    "run_fleet": "files.fleet_run",
     "track": "tracking.tracker",
     "Tracker": "tracking.tracker",
     "Tracks": "tracking.tracks",

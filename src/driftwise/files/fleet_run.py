@@ -49,8 +49,8 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     >>> import tempfile, numpy as np, driftwise as dw
     >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
     >>> table = {"pump": np.tile([7, 8], 500), "flow": np.repeat(y, 2) + 20.0}
-    >>> order = FleetOrder(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
-    >>> found = run_fleet(order)
+    >>> order = dw.FleetOrder(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
+    >>> found = dw.run_fleet(order)
     >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in found.out.iterdir())
     (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
