@@ -78,6 +78,9 @@ class Crew:
         if count == 1:
             part(0, len(members))
         else:
-            self._pool = self._pool or ThreadPoolExecutor(self.threads)
-            list(self._pool.map(part, cuts[:-1], cuts[1:]))
+            self._pool = self._pool or ThreadPoolExecutor(self.threads - 1)
+            others = [self._pool.submit(part, *cut) for cut in zip(cuts[1:-1], cuts[2:])]
+            part(cuts[0], cuts[1])  # this thread takes its share
+            for other in others:
+                other.result()
         return outs
