@@ -25,9 +25,7 @@ SERIES, SAMPLES = 5, 60
 def uncompiled(fleet):
     """Let a fleet of the processor run as Python."""
     crew = fleet.crew
-    policies = crew.kinds, crew.sizes
-    shapes = (crew.width, crew.outputs, crew.inputs, 4 * crew.outputs, crew.numbers, crew.room)
-    crew.loop = lambda columns: compose.plain_crew(*policies, shapes)
+    crew.loop = lambda columns: compose.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))
     return fleet
 
 
@@ -113,7 +111,7 @@ def test_the_code_compiled_for_a_gpu_gives_the_numbers_of_the_processor(name, to
 
     rng, fleet = np.random.default_rng(0), dw.Fleet(CASES[name], range(3), threads=1)
     crew, samples = fleet.crew, 120
-    code = device.assembly(crew.kinds, crew.sizes, (crew.width, crew.outputs, crew.inputs, 4, crew.numbers, crew.room))
+    code = device.assembly(crew.kinds, crew.sizes, crew.shapes(4))
     assert "mul.f64" not in code and "add.f64" not in code  # without .rn the assembler may fuse them
     y, u = rng.standard_normal((samples, 1)), rng.standard_normal((samples, crew.inputs))
     y[rng.random(y.shape) < 0.1], u[rng.random(u.shape) < 0.1] = np.nan, np.nan

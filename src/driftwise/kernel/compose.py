@@ -24,7 +24,9 @@ from typing import Annotated, Any, get_type_hints
 
 import numpy as np
 
+from . import views
 from .short_loops import short_loops
+from .views import fetch
 
 Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
 Size = Annotated[

@@ -15,6 +15,7 @@ from numba import float64
 
 from . import compose
 from .compose import advance, open_row, open_work, read, read_sized
+from .views import matrix
 
 cuda: Any = numba.cuda  # the simulator puts its own in this place
 THREADS = 64  # of a block: a step takes all 255 registers that a thread can have
@@ -139,8 +140,10 @@ def _bind_views() -> None:
     from numba import types
     from numba.cuda.core import imputils
     from numba.cuda.descriptor import cuda_target
+    from numba.cuda.extending import type_callable  # type: ignore[attr-defined]  # numba-cuda has it
     from numba.cuda.np import arrayobj
 
+    type_callable(matrix)(lambda context: lambda flat, rows, columns: types.Array(flat.dtype, 2, "C"))
     registry = imputils.Registry("driftwise")
 
     def fold(context, builder, signature, values):
@@ -158,6 +161,7 @@ def _bind_views() -> None:
         arrayobj.populate_array(new, old.data, shape, strides, old.itemsize, old.meminfo, old.parent)
         return imputils.impl_ret_borrowed(context, builder, kind, new._getvalue())
 
+    registry.lower(matrix, types.Array, types.Integer, types.Integer)(fold)
     for dimensions in (2, 3):
         registry.lower("array.reshape", types.Array, *[types.Integer] * dimensions)(fold)
     cuda_target.target_context.refresh()  # what is its own first

@@ -64,7 +64,8 @@ class Crew:
         at = np.ascontiguousarray(at, np.int64)
         members, starts, order, is_open = group_samples(at, len(rows))
         self.seen += len(at)
-        loop = self.loop(columns, len(at) >= LONG * len(members))
+        is_wide, shapes = self.is_wide(len(at), len(members)), self.shapes(columns)
+        loop = lane_crew.lane_crew(self.kinds, self.sizes, shapes) if is_wide else self.loop(columns)
         count = 1 if len(at) < SMALL else min(self.threads, len(members))
         cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
 
@@ -73,7 +74,8 @@ class Crew:
                 own = members[first:last], starts[first : last + 1]
                 if is_open:
                     place(at, *own, order)
-                loop(rows, *own, order, ys, us, outs, specs, group)
+                space = [lane_crew.room(shapes)] if is_wide else []
+                loop(rows, *own, order, ys, us, outs, specs, group, np.empty(self.room), *space)
 
         if count == 1:
             part(0, len(members))

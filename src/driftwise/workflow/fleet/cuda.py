@@ -29,8 +29,7 @@ class CudaCrew(Crew):
         """Return the compiled grid that writes so many columns."""
         from ...kernel import device
 
-        shapes = self.width, self.outputs, self.inputs, columns, self.numbers, self.room
-        return device.grid(self.kinds, self.sizes, shapes)
+        return device.grid(self.kinds, self.sizes, self.shapes(columns))
 
     def fetch(self, rows) -> None:
         """Bring the rows back, if they are there: from now on they are here."""

@@ -16,12 +16,12 @@ from . import store
 from .crew import Crew
 
 
-def _on_gpu(estimator, threads) -> Crew:
+def _on_gpu(estimator, threads, lanes) -> Crew:
     """Return the crew of a GPU."""
     from .cuda import CudaCrew
 
-    if threads is not None:
-        raise InputError("threads are the processor's: leave them out with device='cuda'")
+    if threads is not None or lanes is not None:
+        raise InputError("threads and lanes are the processor's: leave them out with device='cuda'")
     return CudaCrew(estimator)
 
 
@@ -50,6 +50,8 @@ class Fleet:
         Whether long stretches of eight series at a time may share a processor register: about twice the speed on clean
         samples, the same bits, one more loop to compile (half a minute, once). If omitted, from the fifty millionth
         sample on.
+    device : "cpu" or "cuda"
+        Where the series live: "cuda" is an NVIDIA GPU, and they stay there until ``states`` and the like ask for them.
 
     Raises
     ------
@@ -72,7 +74,15 @@ class Fleet:
     (array([-0.8]), True)
     """
 
-    def __init__(self, estimator, keys: Iterable = (), *, threads: int | None = None, lanes: bool | None = None):
+    def __init__(
+        self,
+        estimator,
+        keys: Iterable = (),
+        *,
+        threads: int | None = None,
+        lanes: bool | None = None,
+        device: str = "cpu",
+    ):
         if not isinstance(estimator, Rows) or len(getattr(estimator, "policies", ())) != 6:
             raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
         if isinstance(estimator, Observing):
@@ -84,7 +94,9 @@ class Fleet:
             raise InputError("a fleet takes each sample as it comes: leave start='algebraic' out")
         if threads is not None:
             door.count("threads", threads, least=1)
-        self.crew = Crew(estimator, threads, lanes)
+        if device not in ("cpu", "cuda"):
+            raise InputError(f"device must be 'cpu' or 'cuda', got {device!r}")
+        self.crew = Crew(estimator, threads, lanes) if device == "cpu" else _on_gpu(estimator, threads, lanes)
         self.estimators = [estimator]
         self._specs = estimator.spec[None].copy()
         self._index: dict[Any, int] = {}
