@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -81,7 +82,7 @@ class Crew:
             part(0, len(members))
         else:
             self._pool = self._pool or ThreadPoolExecutor(self.threads - 1)
-            others = [self._pool.submit(part, *cut) for cut in zip(cuts[1:-1], cuts[2:])]
+            others = [self._pool.submit(part, *cut) for cut in pairwise(cuts[1:])]
             part(cuts[0], cuts[1])  # this thread takes its share
             for other in others:
                 other.result()
