@@ -126,7 +126,7 @@ def test_samples_are_taken_once_in_order_of_time_however_they_are_cut():
     several = []
     for cuts in ([], [20], [7, 31, 33], range(1, 60)):
         many = Many(shipped)
-        at, shown = many.rows_of("abc"), []
+        at, shown = many.rows_of(list("abc")), []
         for part in np.split(np.arange(60), cuts):
             one = [np.repeat(at, len(part)), seconds[:, part].ravel(), np.zeros(3 * len(part), bool)]
             taken, outs = many.take(Samples(*one, ys[:, part].reshape(-1, 1), np.empty((3 * len(part), 0))))
