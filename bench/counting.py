@@ -93,7 +93,7 @@ class Counted:
     def __ne__(self, other):
         return self._compare(other, operator.ne)
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None
 
     def __float__(self):
         return self.value

@@ -27,7 +27,8 @@ class Timeline:
 
     def __init__(self, time, label: str = "time (s)", origin: str | None = None, rows=None):
         import numpy as np
-        from bokeh.models import Range1d, Span  # type: ignore[attr-defined]
+        from bokeh.models.annotations.geometry import Span
+        from bokeh.models.ranges import Range1d
 
         self.stamp = origin
         self.origin = None if origin is None else float(np.datetime64(origin, "ms").astype(float))

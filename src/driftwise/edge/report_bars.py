@@ -10,7 +10,7 @@ __all__ = ["autocorrelations", "excitation", "orders", "shade"]
 
 def shade(low: float, high: float):
     """Return a horizontal band to shade."""
-    from bokeh.models import BoxAnnotation  # type: ignore[attr-defined]
+    from bokeh.models.annotations.geometry import BoxAnnotation
 
     return BoxAnnotation(
         bottom=low,
@@ -31,7 +31,7 @@ def _blank(height: int, x_label: str, y_label: str, **more):
 def autocorrelations(values, count: float):
     """Autocorrelation of the innovations from lag 1 with the 95 % bounds of white noise."""
     import numpy as np
-    from bokeh.models import Span  # type: ignore[attr-defined]
+    from bokeh.models.annotations.geometry import Span
 
     values = np.asarray(values, float)
     bound = 1.96 / np.sqrt(max(count, 1.0))
@@ -52,7 +52,8 @@ def excitation(directions, threshold: float):
     """Bars of posterior over prior variance per direction, on a log scale; long bars were not learned."""
     from math import log10
 
-    from bokeh.models import FactorRange, Span  # type: ignore[attr-defined]
+    from bokeh.models.annotations.geometry import Span
+    from bokeh.models.ranges import FactorRange
 
     names: list[str] = []
     seen: dict[str, int] = {}
@@ -88,7 +89,7 @@ def _short(text: str, most: int = 28) -> str:
 def orders(names: list[int], probability):
     """Bars of the posterior probability of each order."""
     import numpy as np
-    from bokeh.models import FactorRange  # type: ignore[attr-defined]
+    from bokeh.models.ranges import FactorRange
 
     factors = [str(name) for name in names]
     p = np.asarray(probability, float)

@@ -77,7 +77,7 @@ def spread(values, label: str, keys, odd, *, worth=None, ideal: tuple[float, flo
 
 
 def _shade(fig, low: float, high: float) -> None:
-    from bokeh.models import BoxAnnotation  # type: ignore[attr-defined]
+    from bokeh.models.annotations.geometry import BoxAnnotation
 
     look: Any = {"fill_color": PALETTE["good"], "fill_alpha": 0.1, "line_color": None, "level": "underlay"}
     fig.add_layout(BoxAnnotation(left=low, right=high, **look))
@@ -85,7 +85,8 @@ def _shade(fig, low: float, high: float) -> None:
 
 def _name(fig, x, y, names, ends) -> None:
     """Write the names of the first few marks that stand apart, within the frame."""
-    from bokeh.models import ColumnDataSource, LabelSet  # type: ignore[attr-defined]
+    from bokeh.models.annotations.labels import LabelSet
+    from bokeh.models.sources import ColumnDataSource
 
     chosen: list[int] = []
     for k in range(len(x)):

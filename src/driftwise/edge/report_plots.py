@@ -129,7 +129,7 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
 def innovations(line, z, *, outlier=None, marks=()) -> Any:
     """Innovations over their predicted standard deviation; what leaves the figure is drawn at its edge."""
     import numpy as np
-    from bokeh.models import Span  # type: ignore[attr-defined]
+    from bokeh.models.annotations.geometry import Span
 
     z = np.asarray(z, float)
     outlier = np.zeros(len(z), bool) if outlier is None else np.asarray(outlier)
@@ -178,7 +178,7 @@ def weight(line, values, marks=()) -> Any:
 
 def statistic(line, values, marks=()) -> Any:
     """A detector's statistic against its threshold."""
-    from bokeh.models import Span  # type: ignore[attr-defined]
+    from bokeh.models.annotations.geometry import Span
 
     fig = _from_zero(line, "statistic / threshold", values, LINES[0], marks)
     fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))

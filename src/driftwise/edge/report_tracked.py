@@ -82,7 +82,7 @@ class Panels:
     spanned = (ALTITUDE, SPEED, TURN, EAST, NORTH, NIS)
 
     def _draw(self):
-        from bokeh.models import Span  # type: ignore[attr-defined]
+        from bokeh.models.annotations.geometry import Span
 
         first = dict(zip(self.spanned, self.spans[0][1:]))
         self._range = {name: _range(first[name]) for name in self.spanned}
@@ -135,7 +135,7 @@ class Panels:
         return fig
 
     def _nis(self):
-        from bokeh.models import Span  # type: ignore[attr-defined]
+        from bokeh.models.annotations.geometry import Span
 
         fig = self._panel("NIS", self._range[NIS], is_named=True)
         fig.add_layout(shade(*LIMITS))
