@@ -93,7 +93,7 @@ class Told:
         found = [f"{number(self.fleet.states.nbytes / 1e6, 3)} MB of states"]
         if self.took:
             rate = self.samples / self.took
-            speed = f"{number(rate / 1e6, 3)} million" if rate >= 1e5 else number(round(rate))
+            speed = f"{number(rate / 1e6, 3)} million" if rate >= 1e5 else number(rate, 3)
             found = [f"took {lasting(self.took)}", f"{speed} samples/s", *found]
         return found + ([f"{number(self.peak / 1e6, 3)} MB of memory at most"] if self.peak else [])
 

@@ -8,8 +8,13 @@ __all__ = ["fixed", "interval", "near_one", "number", "plus_minus", "probable", 
 
 
 def number(value: float, digits: int = 6) -> str:
-    """Return `value` with at most `digits` significant digits and no needless zeros."""
-    return _minus(f"{float(value):z.{digits}g}")
+    """Return `value` with at most `digits` significant digits, no needless zeros, and no power of ten below a million.
+
+    >>> number(1559.6, 3), number(0.12345, 2)
+    ('1560', '0.12')
+    """
+    text = f"{float(value):z.{digits}g}"
+    return _minus(f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text)
 
 
 def fixed(value: float, places: int) -> str:
