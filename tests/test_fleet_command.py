@@ -86,8 +86,12 @@ def test_what_is_wrong_is_found_and_told(pumps, results):
     assert {worst["key"] for worst in found["worst"]} <= set(faults)
     assert found["kinds"]["untaught"] == 1 and found["rows"] == pq.read_table(pumps[0]).num_rows
     assert {q["what"] for q in found["quality"]} >= {"late rows", "rows that came twice", "missing outputs"}
-    final = pq.read_table(out / "final.parquet")
+    final, events = pq.read_table(out / "final.parquet"), pq.read_table(out / "events.parquet")
     assert final.num_rows == 60
+    first, last = (str(final[name].to_pandas()[0]) for name in ("first_time", "last_time"))
+    assert (first, last) == ("2026-01-01 00:00:00+00:00", "2026-01-01 03:19:00+00:00")
+    assert final["last_jump"].null_count == 60 - np.count_nonzero(final["jumps"].to_numpy())
+    assert str(events["time"].type) == "timestamp[us, tz=UTC]"
 
 
 def test_the_summary_can_be_told_again(call, pumps, results):
@@ -101,7 +105,7 @@ def test_the_summary_can_be_told_again(call, pumps, results):
     assert (code, complaint) == (0, "")
     start = printed.index("what  ")
     assert again[again.index("what  ") :] == printed[start:]
-    assert again.split()[0] == printed.split()[0] == "pumps"
+    assert again.split()[:16] == printed.split()[:16], "name, size, times and model"
     assert (out / "summary.html").exists()
     code, _, complaint = call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out)
     assert code == 1 and "--resume" in complaint and "--replace" in complaint
@@ -146,6 +150,39 @@ def test_keys_and_names_are_shown_as_they_are_and_no_markup(call, tmp_path):
     assert (code, complaint) == (0, "")
     text = (tmp_path / "r" / "summary.html").read_text()
     assert "&lt;b&gt;x&lt;/b&gt;" in text and "<b>x</b>" not in text.split("</main>")[0]
+
+
+@pytest.mark.parametrize("dt", [None, 60])
+def test_gaps_in_the_clock_are_told_with_the_step_that_fills_them(call, tmp_path, dt):
+    T = 80
+    minutes = np.delete(np.arange(T), [40, 41, 42, 60])
+    stamps = np.repeat(np.datetime64("2026-03-01") + minutes.astype("timedelta64[m]"), 2)
+    y = np.random.default_rng(4).standard_normal(len(stamps))
+    table = pa.table({"who": ["a", "b"] * len(minutes), "t": stamps.astype("datetime64[ms]"), "y": y})
+    pq.write_table(table, tmp_path / "t.parquet")
+    fills = ["--every", 1, *([] if dt is None else ["--dt", dt])]
+    args = [
+        tmp_path / "t.parquet",
+        "--by",
+        "who",
+        "-o",
+        "y",
+        "-t",
+        "t",
+        "--memory",
+        "never",
+        *fills,
+        "--out",
+        tmp_path / "r",
+    ]
+    code, printed, _ = call("fleet", "run", *args)
+    flat, code_again, again = " ".join(printed.split()), *call("fleet", "show", tmp_path / "r")[:2]
+    assert code == code_again == 0
+    is_told = "gaps in the clock: 4 (" in flat and "--dt 60, the usual step, makes missing samples" in flat
+    assert is_told == (dt is None) == ("--dt 60" in " ".join(again.split()))
+    assert ("missing ticks filled: 8 (" in flat) == (dt is not None)
+    estimates = pq.read_table(tmp_path / "r" / "estimates")
+    assert [str(t)[11:] for t in estimates["time"].to_pylist()[:2]] == ["00:00:00+00:00", "00:01:00+00:00"]
 
 
 def test_a_table_whose_newest_row_comes_first_is_told_and_so_is_an_empty_column(call, tmp_path):

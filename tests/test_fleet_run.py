@@ -56,8 +56,10 @@ def test_what_is_written_is_what_each_series_says_on_its_own(path, tmp_path):
         mine = np.flatnonzero(table["asset"] == key)
         mine = mine[np.isfinite(table["flow"][mine]).argmax() :]
         y, u = table["flow"][mine], table["speed"][mine]
-        level, shift = np.cumsum(np.nan_to_num(y[:32]))[-1] / np.isfinite(y[:32]).sum(), np.cumsum(u[:32])[-1] / 32
-        est = dw.ARX(1, 1).scaled_to((y - level)[:32], (u - shift)[:32])
+        held = np.flatnonzero(np.isfinite(y))[31] + 1  # 32 of them measured
+        level = np.cumsum(np.nan_to_num(y[:held]))[-1] / np.isfinite(y[:held]).sum()
+        shift = np.cumsum(u[:held])[-1] / held
+        est = dw.ARX(1, 1).scaled_to((y - level)[:held], (u - shift)[:held])
         trace = est.scan(y - level, u - shift)
         told, rows = slice(6, None, 7), [k for k, name in enumerate(estimates["key"]) if name == key]
         expected = {

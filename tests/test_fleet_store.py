@@ -10,10 +10,14 @@ import pytest
 
 import driftwise as dw
 from driftwise.detect.watch import OWN
+from driftwise.files.dataset import open_dataset
 from driftwise.kernel.compose import watch
 from driftwise.workflow import atomic
 from driftwise.workflow.fleet import sealed, store
+from driftwise.workflow.fleet.run import FleetRun
+from driftwise.workflow.fleet.tally import CLOCK
 
+RUN = os.path.join(os.path.dirname(__file__), "saved", "run-2.parquet")  # by the second: stopped, one series held back
 OLD = os.path.join(os.path.dirname(__file__), "saved", "fleet-1.parquet")  # written by the first version of the format
 KEYS = ["pump 1", 1, "1", 2.5, float("inf"), False, "", "Füllstand\n\0", 10**30]
 
@@ -80,9 +84,37 @@ def test_a_fleet_of_the_first_version_is_read_and_kept_as_the_newest(tmp_path):
     assert float(fleet.state(2)["samples"]) == 55 and store.read(OLD).arrays == {}
     fleet.save(tmp_path / "new.parquet")
     header, *_ = sealed.read(tmp_path / "new.parquet", store.SCHEMA)
-    assert header["schema"] == store.SCHEMA == 2
-    with pytest.raises(dw.InputError, match="written with schema 2, this version reads up to 1: update driftwise"):
+    assert header["schema"] == store.SCHEMA == 3
+    with pytest.raises(dw.InputError, match="written with schema 3, this version reads up to 1: update driftwise"):
         sealed.read(tmp_path / "new.parquet", 1)
+
+
+class Nowhere:
+    """Takes what is to be written."""
+
+    def take(self, found): ...
+    def happened(self, at, seen): ...
+
+
+def test_a_run_of_the_second_version_is_gone_on_with():
+    y, _ = dw.simulate([-0.8], [0.0], samples=60, noise_std=1.0, seed=1)
+    here = np.ones((60, 2), bool)
+    here[:50, 1] = False  # the second begins later
+    table = {
+        "who": np.tile(["a", "b"], 60)[here.ravel()], "t": np.repeat(np.arange(60) * 10.0, 2)[here.ravel()],
+        "y": np.stack([5 + y, 3 - 2 * y], axis=1)[here],
+    }  # fmt: skip
+    dataset = open_dataset(table, by="who", output="y", time="t")
+    runs = [FleetRun(dw.Fleet(dw.AR(1)), Nowhere(), every=0, first=8) for _ in range(2)]
+    kept = store.read(RUN)
+    runs[1] = FleetRun(dw.Fleet._of(kept), Nowhere(), every=0, first=8)
+    runs[1].restore(kept)
+    assert runs[1].rows == 64 and len(runs[1].intake.snapshot()["held_at"]) == 7
+    for run in runs:
+        run.go(dataset, 64, lambda: None)
+    assert np.array_equal(bits(runs[0].fleet.states), bits(runs[1].fleet.states))
+    now, then = (run.tally.table[:, : -len(CLOCK)] for run in runs)
+    assert np.array_equal(bits(now), bits(then)) and runs[1].tally["step"].tolist() == [10.0, 10.0]
 
 
 def test_what_is_not_whole_is_refused(tmp_path):

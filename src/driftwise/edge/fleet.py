@@ -151,8 +151,9 @@ def execute(order: Order) -> None:
             f"stopped; what was done until the last checkpoint is in {order.out}: go on with it (--resume)"
         ) from None
     title = os.path.basename(os.path.abspath(order.data))
-    told = _told(result, title, order.by, order.output, order.inputs, order.words)
-    told = replace(told, took=result.seconds if result.began < result.rows else None, peak=_peak())
+    told = _told(result, title)
+    took = result.seconds if result.began < result.rows else None
+    told = replace(told, took=took, peak=_peak(), notes=(*told.notes, *_notes(result)))
     told = _written(told, result.out)
     if order.json:
         from driftwise.edge.results import write as write_json
@@ -172,7 +173,7 @@ def _run(order: Order):
             order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
             dt=order.dt, first=order.first, every=order.every, batch=order.batch, threads=order.threads,
             resume=order.resume, replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"),
-            **order.pace,
+            words=order.words, **order.pace,
         )  # fmt: skip
         if order.spark:
             from driftwise.spark import run_on_spark
@@ -185,17 +186,13 @@ def _run(order: Order):
 
 def show_again(folder: str) -> None:
     """Print the summary of a run again, as far as it has come, and write its page."""
-    from driftwise.files.fleet_out import FLEET
     from driftwise.files.fleet_run import former_run
-    from driftwise.workflow.fleet import store
 
     result = former_run(folder)
-    facts = store.read(Path(folder) / FLEET).facts
-    asked = facts["order"]
-    title = _title(asked["data"], result.out)
-    told = _told(result, title, asked["by"], asked["output"], tuple(asked["inputs"]), repr(result.fleet.estimators[0]))
+    told = _told(result, _title(result.facts["order"]["data"], result.out))
     unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
-    told = replace(told, notes=() if facts["is_read"] else (unfinished,))
+    if not result.facts["is_read"]:
+        told = replace(told, notes=(*told.notes, unfinished))
     _show(_written(told, result.out), False)
 
 
@@ -205,15 +202,20 @@ def _title(data, out: Path) -> str:
     return Path(data[0][0]).parts[0] if is_file else out.resolve().name
 
 
-def _told(result, title: str, by: str, output, inputs: tuple[str, ...], model: str) -> Any:
+def _told(result, title: str) -> Any:
     """Return what is to be told of a run."""
-    from driftwise.edge.fleet_words import Told
+    from driftwise.edge.fleet_words import Told, gaps_told
     from driftwise.workflow.fleet.outliers import outliers
 
-    output = output if isinstance(output, str) else ", ".join(output)
-    told = Told(title, by, output, inputs, result.fleet, result.tally, None, model, rows=result.rows)
+    asked, words = result.facts["order"], result.facts.get("words") or repr(result.fleet.estimators[0])
+    output = asked["output"] if isinstance(asked["output"], str) else ", ".join(asked["output"])
+    inputs = (asked["inputs"],) if isinstance(asked["inputs"], str) else tuple(asked["inputs"])
+    told = Told(
+        title, asked["by"], output, inputs, result.fleet, result.tally, None, words, rows=result.rows, dt=asked["dt"],
+        is_dated=result.facts.get("is_dated", False),
+    )  # fmt: skip
     found = outliers(result.fleet, result.tally, inputs=inputs, when=told.when)
-    return replace(told, outliers=found, notes=tuple(_notes(result)))
+    return replace(told, outliers=found, notes=tuple(gaps_told(told)))
 
 
 def _notes(result) -> list[str]:

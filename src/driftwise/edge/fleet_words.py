@@ -8,7 +8,7 @@ from typing import Any
 from driftwise.edge.wording import number
 from driftwise.workflow.clock_words import instant, lasting
 
-__all__ = ["Told", "bursts_told", "counted", "lead", "needs_words", "quality", "shown"]
+__all__ = ["Told", "bursts_told", "counted", "gaps_told", "lead", "needs_words", "quality", "shown"]
 
 COUNTED = {  # of each kind, for one and for several
     "jumped": ("{} jumped", "{} jumped"),
@@ -20,11 +20,13 @@ COUNTED = {  # of each kind, for one and for several
     "data": ("{} has poor data", "{} have poor data"),
 }
 MOST_LATE = 0.5  # share of late rows beyond which the table stands in another order
+COMMON = 0.9  # share of the series that has a step, from which on it is that of the fleet
 MIXED = 0.1  # share of the fleet that differs, beyond which it is not of one kind
 QUALITY = {
     "missing": "missing outputs", "bad": "rows with cells that cannot be read", "late": "late rows",
     "duplicate": "rows that came twice", "timeless": "rows without a time", "early": "rows before the first output",
-    "filled": "gaps filled", "rejected": "outliers set aside by the gate", "outliers": "outliers that hardly counted",
+    "gaps": "gaps in the clock", "filled": "missing ticks filled",
+    "rejected": "outliers set aside by the gate", "outliers": "outliers that hardly counted",
     "lost": "states lost and restarted",
 }  # fmt: skip
 
@@ -38,6 +40,8 @@ class Told:
     title, output, inputs, by : the table and its columns
     fleet, tally, outliers : what came of it
     model : the estimator in words
+    is_dated : whether times are seconds since 1970
+    dt : step of the clock, if one was given
     took : s of the run, None where that is not known
     files, notes : what was written, what to beware of
     """
@@ -53,17 +57,14 @@ class Told:
     took: float | None = None
     peak: float | None = None  # bytes of memory, at most
     rows: int | None = None
+    dt: float | None = None
+    is_dated: bool = False
     files: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=())
 
-    @property
-    def dated(self) -> bool:
-        """Whether times are seconds since 1970: they lie between 1973 and 2286."""
-        return self.span is not None and 1e8 < self.span[0] <= self.span[1] < 1e10
-
     def when(self, time: float) -> str:
         """Return a time as it is written."""
-        return instant(time, "1970-01-01") if self.dated else number(time)
+        return instant(time, "1970-01-01") if self.is_dated else number(time)
 
     @property
     def span(self) -> tuple[float, float] | None:
@@ -165,6 +166,20 @@ def needs_words(told: Told) -> list[str]:
     return said
 
 
+def gaps_told(told: Told) -> list[str]:
+    """Return a sentence about gaps in the clock that nobody has asked to fill, with the step that most series have."""
+    import numpy as np
+
+    if told.dt is not None or not told.tally["gaps"].any():
+        return []
+    steps = told.tally["step"][np.isfinite(told.tally["step"])]
+    usual = float(np.median(steps))
+    said = "samples on both sides of a gap in the clock were taken as neighbours"
+    if np.mean(np.abs(steps - usual) < 0.1 * usual) < COMMON:
+        return [f"{said}, and series differ in their step: run those of one step apart, each with its --dt."]
+    return [f"{said}: --dt {number(usual)}, the usual step, makes missing samples of what lies between."]
+
+
 def _rows(told: Told) -> float:
     """Return the number of rows of all series, those that were filled in included."""
     from driftwise.workflow.fleet.tally import UNUSED
@@ -178,6 +193,8 @@ def quality(told: Told) -> list[tuple[str, int, float, int]]:
 
     total, found = _rows(told), []
     for name, text in QUALITY.items():
+        if name == "gaps" and told.dt is not None:
+            continue  # they are filled
         column = told.tally[name]
         if column.any():
             found.append((text, int(column.sum()), float(column.sum() / total), int(np.count_nonzero(column))))

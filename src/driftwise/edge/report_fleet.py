@@ -92,7 +92,7 @@ def _jumped(told):
     if not len(time) or told.span is None or not told.span[1] > told.span[0]:
         return None
     span, origin = told.span, None
-    if told.dated:
+    if told.is_dated:
         origin, span, time = "1970-01-01", (span[0], span[1]), time
     return report_fleet_plots.jumps(time, span, told.outliers.together, origin, "time")
 

@@ -51,6 +51,7 @@ class Dataset:
     by, outputs, inputs, time : names of the columns
     rows : how many, None where only reading to the end can tell
     units : unit per column name, where the table gives one
+    are_stamps : whether its times are time stamps, None without a clock
     passed_over : files of its folder that are no tables
     """
 
@@ -65,7 +66,7 @@ class Dataset:
             opened, _ = self._opened(part)
             self._counts.append(opened.rows)
             self.units = self.units or opened.units
-        self._are_stamps = self._look()
+        self.are_stamps = self._look()
 
     @property
     def rows(self) -> int | None:
@@ -101,7 +102,7 @@ class Dataset:
             at = 0
             while at < len(piece.ragged):
                 part = min(len(piece.ragged) - at, filling.room)
-                filling.add(piece.slice(at, part), self._are_stamps)
+                filling.add(piece.slice(at, part), self.are_stamps)
                 at += part
                 if not filling.room:
                     yield self._batch(first, filling, keys)

@@ -37,6 +37,7 @@ class FleetOrder:
     resume : go on where a run of this order was stopped
     replace : delete what a former run left in the folder, and nothing else
     progress : called after each batch
+    words : what summaries call the estimator; how it prints, if omitted
     """
 
     data: Any
@@ -58,6 +59,7 @@ class FleetOrder:
     resume: bool = False
     replace: bool = False
     progress: Callable[[Progress], None] | None = None
+    words: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,8 @@ class FleetResult:
     out : folder
     told : events
     is_finished : whether all of the table was read and all files are there
+    facts : of the run: ``order``; ``words`` for the estimator; ``is_dated``: times are seconds since 1970 (in the files
+        they are time stamps); ``is_read``: to the end
     """
 
     fleet: Any
@@ -95,6 +99,7 @@ class FleetResult:
     out: Path
     told: int
     is_finished: bool
+    facts: dict[str, Any]
 
 
 def facts_of(order: FleetOrder) -> dict[str, Any]:

@@ -17,13 +17,17 @@ __all__ = ["FleetOut"]
 
 FLEET, FINAL, EVENTS, ESTIMATES, TOLD = "fleet.parquet", "final.parquet", "events.parquet", "estimates", ".events"
 WORDS = "kind", "text", "parameter"  # of an event
+INSTANTS = "time", "first_time", "last_time", "last_jump"
 
 
 class FleetOut:
-    """The folder of a run: ``fleet.parquet``, ``estimates/part-*.parquet``, ``events.parquet``, ``final.parquet``."""
+    """The folder of a run: ``fleet.parquet``, ``estimates/part-*.parquet``, ``events.parquet``, ``final.parquet``.
 
-    def __init__(self, folder, fleet):
-        self.folder, self.fleet = Path(folder), fleet
+    Where times are dates (``is_dated``: seconds since 1970), they are written as time stamps, in microseconds.
+    """
+
+    def __init__(self, folder, fleet, is_dated: bool = False):
+        self.folder, self.fleet, self.is_dated = Path(folder), fleet, is_dated
         self.estimates, self.told = Parts(self.folder / ESTIMATES), Parts(self.folder / TOLD)
         self._keys: Any = None
 
@@ -71,6 +75,8 @@ class FleetOut:
 
         if self._keys is None or len(self._keys) < len(self.fleet):
             self._keys = key_column(self.fleet.keys)
+        if self.is_dated:
+            columns = columns | {name: _stamps(columns[name]) for name in INSTANTS if name in columns}
         return pa.table({"key": self._keys.take(pa.array(at)), **columns})
 
     # --- at the end, and before the beginning ----------------------------------------------------------------
@@ -100,6 +106,16 @@ class FleetOut:
                 parts.folder.rmdir()
         for name in (FINAL, EVENTS, FLEET):
             (self.folder / name).unlink(missing_ok=True)
+
+
+def _stamps(seconds):
+    """Return seconds since 1970 as Arrow's time stamps, null where there is none."""
+    import numpy as np
+    import pyarrow as pa
+
+    mask = ~np.isfinite(seconds)
+    ticks = np.rint(np.where(mask, 0.0, seconds) * 1e6).astype(np.int64)
+    return pa.array(ticks, mask=mask).cast(pa.timestamp("us", "UTC"))
 
 
 def _gather(path, tables: Iterable) -> None:

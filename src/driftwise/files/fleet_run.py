@@ -56,7 +56,8 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     """
     batch, started = door.count("batch", order.batch, least=1), time.monotonic()
     table = open_dataset(order.data, order.by, order.output, order.inputs, order.time)
-    facts, folder = {"order": facts_of(order), "is_read": False}, Path(order.out)
+    words, folder = order.words or repr(order.estimator), Path(order.out)
+    facts = {"order": facts_of(order), "words": words, "is_dated": bool(table.are_stamps), "is_read": False}
     _fit(order)
     _apart(order.data, folder)
     try:
@@ -68,7 +69,7 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
         kept = _kept(order)
         threads = order.threads
         fleet = Fleet(order.estimator, threads=threads) if kept is None else Fleet._of(kept, threads=threads)
-        run = _run(folder, fleet, {name: getattr(order, name) for name in ("every", *INTAKE)})
+        run = _run(folder, fleet, facts)
         out = run.sinks
         if kept is None:
             run.keep(out.saved, facts)  # the first file: what comes after it is ours
@@ -91,7 +92,7 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
                 f"the run in {folder} was stopped by the system at row {run.rows} ({error}). Is the disk full? Go on "
                 "with it (resume=True) when there is room"
             ) from None
-    return _result(run, began, time.monotonic() - started)
+    return _result(run, began, time.monotonic() - started, facts | {"is_read": True})
 
 
 def former_run(out, estimator=None) -> FleetResult:
@@ -100,22 +101,23 @@ def former_run(out, estimator=None) -> FleetResult:
     if not saved.exists():
         raise InputError(f"there is no run in {out}: no {saved.name}. Is it the folder of the data?")
     kept = store.read(saved, estimator)
-    options = {name: kept.facts["order"][name] for name in ("every", *INTAKE)}
-    run = _run(out, Fleet._of(kept), options)
+    run = _run(out, Fleet._of(kept), kept.facts)
     run.restore(kept)
-    return _result(run, run.rows, 0.0)
+    return _result(run, run.rows, 0.0, kept.facts)
 
 
-def _result(run: FleetRun, began: int, seconds: float) -> FleetResult:
+def _result(run: FleetRun, began: int, seconds: float, facts) -> FleetResult:
     out = run.sinks
     return FleetResult(
-        run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, out.folder, run.events.told, out.is_finished
-    )
+        run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, out.folder, run.events.told,
+        out.is_finished, facts,
+    )  # fmt: skip
 
 
-def _run(out, fleet: Fleet, options) -> FleetRun:
+def _run(out, fleet: Fleet, facts) -> FleetRun:
     """Return a run at its beginning."""
-    return FleetRun(fleet, FleetOut(out, fleet), **options)
+    options = {name: facts["order"][name] for name in ("every", *INTAKE)}
+    return FleetRun(fleet, FleetOut(out, fleet, facts.get("is_dated", False)), **options)
 
 
 def _kept(order: FleetOrder):

@@ -35,10 +35,10 @@ class Columns:
         return self._numbers[:, : self._size].T
 
     def restore(self, table) -> None:
-        """Go on from a ``table`` that was kept."""
+        """Go on from a ``table`` that was kept; columns that it does not have yet, the last ones, begin."""
         self._size = 0
         self.grow(len(table))
-        self._numbers[:, : self._size] = np.asarray(table).T
+        self._numbers[: np.shape(table)[1], : self._size] = np.asarray(table).T
 
     def grow(self, size: int) -> None:
         """Make room for so many series."""

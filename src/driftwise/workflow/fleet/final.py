@@ -10,7 +10,7 @@ from .census import census
 from .tally import COLUMNS
 
 SLICE = 1 << 14  # series at a time
-COUNTS = COLUMNS[: COLUMNS.index("scored")]  # of the tally
+COUNTS = (*COLUMNS[: COLUMNS.index("scored")], "gaps")  # of the tally
 INSTANTS = ("first_time", "last_time", "last_jump")
 
 
@@ -24,10 +24,10 @@ def final(fleet, tally, level) -> Iterator[tuple[np.ndarray, dict[str, np.ndarra
     known, p = census(fleet), level.shape[1]
     for first in range(0, max(len(fleet), 1), SLICE):
         at = np.arange(first, min(first + SLICE, len(fleet)))
-        some = {
-            name: tally[name][at] for name in (*COUNTS, *INSTANTS, "scored", "z2", "inside", "compared", "e2", "dy2")
-        }
-        columns = {name: some[name].astype(np.int64) for name in COUNTS} | {name: some[name] for name in INSTANTS}
+        sums = "scored", "z2", "inside", "compared", "e2", "dy2"
+        some = {name: tally[name][at] for name in (*COUNTS, *INSTANTS, "step", *sums)}
+        columns = {name: some[name].astype(np.int64) for name in COUNTS}
+        columns |= {name: some[name] for name in (*INSTANTS, "step")}
         columns |= {f"level.{j + 1}" if p > 1 else "level": level[at, j] for j in range(p)}
         columns |= dict(zip(known.names, known.theta[at].T))
         columns |= {f"{name}_std": values for name, values in zip(known.names, known.std[at].T)}

@@ -8,44 +8,61 @@ from .samples import Samples, rank_of
 
 
 class Held:
-    """Room for so many samples of each series that waits, by slot; slots are used again."""
+    """Samples of each series that waits, in blocks of so many: a chain of them per series, known by its first.
 
-    def __init__(self, first: int, outputs: int, inputs: int):
+    Blocks are used again.
+    """
+
+    def __init__(self, size: int, outputs: int, inputs: int):
         shapes: dict[str, tuple] = dict(time=((), float), ys=((outputs,), float), us=((inputs,), float))
         shapes |= dict(bad=((), bool), source=((), np.int64), gap=((), np.int32))
-        self.columns = {name: np.empty((0, first, *shape), kind) for name, (shape, kind) in shapes.items()}
+        self.size = size
+        self.columns = {name: np.empty((0, size, *shape), kind) for name, (shape, kind) in shapes.items()}
+        self._next = np.empty(0, np.int64)  # block after each, -1 where there is none
         self._free: list[int] = []
-        self._room = 0
 
-    def slots(self, count: int) -> np.ndarray:
-        """Return so many empty slots."""
-        short = count - len(self._free)
+    def blocks(self, count: int) -> np.ndarray:
+        """Return so many free blocks, each the only one of its chain."""
+        short, room = count - len(self._free), len(self._next)
         if short > 0:
-            room = self._room + max(short, self._room // 4)
-            for column in self.columns.values():
-                column.resize((room, *column.shape[1:]), refcheck=False)  # in place where the system can
-            self._free += range(room - 1, self._room - 1, -1)
-            self._room = room
+            wider = room + max(short, room // 4)
+            for column in (*self.columns.values(), self._next):
+                column.resize((wider, *column.shape[1:]), refcheck=False)  # in place where the system can
+            self._free += range(wider - 1, room - 1, -1)
         found = np.array([self._free.pop() for _ in range(count)], np.int64)
-        for name in ("ys", "us"):
-            self.columns[name][found] = np.nan
+        self._next[found] = -1
         return found
 
-    def put(self, slots, places, samples: Samples) -> None:
-        """Keep samples, each in a place of a slot."""
+    def put(self, chains, places, samples: Samples) -> None:
+        """Keep samples, each in a place of a chain."""
+        blocks = self._blocks(chains, places // self.size)
         for name, column in self.columns.items():
-            column[slots, places] = getattr(samples, name)
+            column[blocks, places % self.size] = getattr(samples, name)
 
-    def read(self, at, slots, counts) -> Samples:
-        """Return the first ``counts`` samples of each slot, under the rows ``at`` of the fleet."""
+    def read(self, at, chains, counts) -> Samples:
+        """Return the first ``counts`` samples of each chain, under the rows ``at`` of the fleet."""
         places = rank_of(np.append(0, np.cumsum(counts)))
-        slots = np.repeat(slots, counts)
-        return Samples(np.repeat(at, counts), **{name: column[slots, places] for name, column in self.columns.items()})
+        blocks, places = self._blocks(np.repeat(chains, counts), places // self.size), places % self.size
+        found = {name: column[blocks, places] for name, column in self.columns.items()}
+        return Samples(np.repeat(at, counts), **found)
 
-    def empty(self, slots) -> None:
-        """Give slots back; with the last of them, the memory."""
-        self._free += slots.tolist()
-        if len(self._free) == self._room:
-            for column in self.columns.values():
+    def _blocks(self, chains, which) -> np.ndarray:
+        """Return the blocks that are so far down their chains, which grow where they are too short."""
+        blocks = chains.copy()
+        for depth in range(1, which.max(initial=0) + 1):
+            deeper = which >= depth
+            ends = np.unique(blocks[deeper & (self._next[blocks] < 0)])
+            self._next[ends] = self.blocks(len(ends))
+            blocks[deeper] = self._next[blocks[deeper]]
+        return blocks
+
+    def empty(self, chains) -> None:
+        """Give chains back; with the last of them, the memory."""
+        while len(chains):
+            self._free += chains.tolist()
+            chains = self._next[chains]
+            chains = chains[chains >= 0]
+        if len(self._free) == len(self._next):
+            for column in (*self.columns.values(), self._next):
                 column.resize((0, *column.shape[1:]), refcheck=False)
-            self._free, self._room = [], 0
+            self._free = []

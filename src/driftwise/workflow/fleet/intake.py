@@ -18,6 +18,7 @@ from .tally import Tally
 from .units import Settings, levels, sizes
 
 STRETCH = 1 << 16  # samples handed out at once, or little more
+PATIENCE = 8  # times ``first`` rows are held back at most, however few of them are complete
 SETTLED, WAITING, NEW = 0.0, 1.0, 2.0  # its units are known; its first rows are held back; nothing was measured yet
 
 
@@ -57,7 +58,9 @@ class Intake:
         first of its series; ticks without a row become samples without values. If omitted, samples are taken one after
         the other whatever time lies between.
     first : int
-        Rows of a series held back until they tell its units; 0: the estimator's own units, nothing is subtracted.
+        Complete rows of a series (all outputs and inputs measured) that tell its units: its rows are held back until
+        there are so many, or until there are eight times as many with those that are not complete. 0: the estimator's
+        own units, nothing is subtracted.
     center : bool
         Subtract the mean of the first rows.
     longest : int
@@ -100,7 +103,7 @@ class Intake:
         self._y_levels, self._u_levels = [f"y{j}" for j in range(p)], [f"u{j}" for j in range(k)]
         self.columns = Columns(
             dict(stage=SETTLED, number=0.0, origin=np.nan, last=-np.inf, slot=-1.0)
-            | dict.fromkeys([*self._y_levels, *self._u_levels], 0.0),
+            | dict.fromkeys([*self._y_levels, *self._u_levels, "complete"], 0.0),
             len(fleet),
         )
         self.clock = Clock(self.columns, self.tally, dt, longest)
@@ -112,9 +115,9 @@ class Intake:
     @property
     def levels(self) -> tuple[np.ndarray, np.ndarray]:
         """What is subtracted from outputs (S, p) and inputs (S, k) of each series of the fleet: views."""
-        table, p = self.columns.table, len(self._y_levels)
-        at = len(self.columns.names) - p - len(self._u_levels)
-        return table[:, at : at + p], table[:, at + p :]
+        table, (p, k) = self.columns.table, (len(self._y_levels), len(self._u_levels))
+        at = self.columns.names.index(self._y_levels[0])
+        return table[:, at : at + p], table[:, at + p : at + p + k]
 
     # --- a batch -------------------------------------------------------------------------------------------
 
@@ -131,9 +134,10 @@ class Intake:
     def rest(self) -> Iterator[Taken]:
         """Yield the samples still held back, of series shorter than ``first``: all of them tell their units."""
         waiting = np.flatnonzero(self.columns["stage"] == WAITING)
-        size = max(STRETCH // max(self.first, 1), 1)
+        size = max(STRETCH // max(PATIENCE * self.first, 1), 1)
         for start in range(0, len(waiting), size):
-            yield from self._told(self._settled(waiting[start : start + size]))
+            some = waiting[start : start + size]
+            yield from self._told(self._settled(some, self.columns["number"][some].astype(np.int64)))
 
     def _samples(self, batch) -> Samples:
         """Return the rows of a batch that have a key, a time and a beginning, grouped by series."""
@@ -204,19 +208,30 @@ class Intake:
         columns, starts = self.columns, starts_of(samples.at)
         series, lengths = samples.at[starts[:-1]], np.diff(starts)
         new = series[columns["stage"][series] == NEW]
-        columns["slot"][new], columns["stage"][new] = self._held.slots(len(new)), WAITING
+        columns["slot"][new], columns["stage"][new] = self._held.blocks(len(new)), WAITING
         held_before = columns["number"][series].astype(np.int64) - lengths
         place = rank_of(starts) + np.repeat(held_before, lengths)
-        is_held = (columns["stage"][samples.at] == WAITING) & (place < self.first)
+        is_complete = _are_complete(samples)
+        seen = np.cumsum(is_complete)  # among these samples; of a series, with those held already:
+        complete = seen + np.repeat(columns["complete"][series] - seen[starts[:-1]] + is_complete[starts[:-1]], lengths)
+        is_waiting = columns["stage"][samples.at] == WAITING
+        is_held = is_waiting & (complete - is_complete < self.first) & (place < PATIENCE * self.first)
         self._held.put(columns["slot"][samples.at[is_held]].astype(int), place[is_held], samples.pick(is_held))
-        full = series[(columns["stage"][series] == WAITING) & (columns["number"][series] >= self.first)]
+        number = held_before + np.add.reduceat(is_held, starts[:-1])
+        columns["complete"][series] = complete[starts[1:] - 1]
+        is_full = (columns["complete"][series] >= self.first) | (columns["number"][series] >= PATIENCE * self.first)
+        is_full &= columns["stage"][series] == WAITING
         rest = samples.pick(~is_held)
-        return joined([self._settled(full), rest]).grouped(len(self.fleet)) if len(full) else rest
+        if not is_full.any():
+            return rest
+        return joined([self._settled(series[is_full], number[is_full]), rest]).grouped(len(self.fleet))
 
-    def _settled(self, series) -> Samples:
-        """Give series (ascending) the units of their held rows, and return those."""
+    def _settled(self, series, counts) -> Samples:
+        """Give series (ascending) the units of their held rows, so many of each, and return those."""
         columns, slots = self.columns, self.columns["slot"][series].astype(int)
-        ys, us = self._held.columns["ys"][slots], self._held.columns["us"][slots]
+        samples = self._held.read(series, slots, counts)
+        starts = np.append(0, np.cumsum(counts))
+        ys, us = _side_by_side(samples.ys, starts), _side_by_side(samples.us, starts)
         y_levels, u_levels = levels(ys, self.center), levels(us, self.center)
         for names, found in ((self._y_levels, y_levels), (self._u_levels, u_levels)):
             for name, level in zip(names, found.T):
@@ -225,8 +240,6 @@ class Intake:
         kinds, which = np.unique(scales, axis=0, return_inverse=True)
         for i, kind in enumerate(kinds):
             self.fleet.begin(series[which.ravel() == i], self._settings.of(kind))
-        counts = np.minimum(columns["number"][series], self.first).astype(np.int64)
-        samples = self._held.read(series, slots, counts)
         self._held.empty(slots)
         columns["stage"][series], columns["slot"][series] = SETTLED, -1
         return samples
@@ -287,6 +300,21 @@ class Intake:
         held = Samples(*(np.asarray(found[f"held_{name}"]) for name in Samples._fields))
         starts = starts_of(held.at)
         series = held.at[starts[:-1]]
-        slots = self._held.slots(len(series))
+        is_complete = _are_complete(held)
+        self.columns["complete"][series] = [is_complete[a:b].sum() for a, b in pairwise(starts)]
+        slots = self._held.blocks(len(series))
         self.columns["slot"][series] = slots
         self._held.put(np.repeat(slots, np.diff(starts)), rank_of(starts), held)
+
+
+def _are_complete(samples) -> np.ndarray:
+    """Say which samples have all outputs and inputs."""
+    return np.isfinite(samples.ys).all(axis=1) & np.isfinite(samples.us).all(axis=1)
+
+
+def _side_by_side(values, starts) -> np.ndarray:
+    """Return the entries (n, c) of R groups as (R, longest, c), NaN behind the shorter ones."""
+    counts = np.diff(starts)
+    found = np.full((len(counts), counts.max(initial=0), values.shape[1]), np.nan)
+    found[np.repeat(np.arange(len(counts)), counts), rank_of(starts)] = values
+    return found

@@ -14,7 +14,7 @@ from ...estimators.reading import Rows
 from ..snapshot import describe, is_described, rebuild
 from . import sealed
 
-SCHEMA = 2  # 2: what a run has to remember besides, so that it can be gone on with
+SCHEMA = 3  # 2: what a run has to remember besides, so that it can be gone on with; 3: with more columns
 READ: dict[str, Any] = {"text": str, "int": int, "float": float.fromhex, "bool": "True".__eq__}  # a key of each kind
 SCALES = "y_scale", "u_scale"  # in which series of one fleet differ: kept also where policies are a user's own
 
@@ -75,7 +75,12 @@ def _with_facts(header: dict) -> dict:
     return header | {"schema": 2, "facts": {}, "arrays": []}
 
 
-UPGRADES: dict[int, Callable[[dict], dict]] = {1: _with_facts}  # from each schema to the next
+def _with_columns(header: dict) -> dict:
+    """Return a header of schema 2 as schema 3 has it: columns that are missing at the end begin afresh."""
+    return header | {"schema": 3}
+
+
+UPGRADES: dict[int, Callable[[dict], dict]] = {1: _with_facts, 2: _with_columns}  # from each schema to the next
 
 
 def _words(keys) -> dict[str, list[str]]:

@@ -23,8 +23,10 @@ COUNTED = {  # status bits that are counted as they are
 UNUSED = ("late", "duplicate", "timeless", "early")  # rows of the table that are no samples, by the reason why
 SUMS = ("scored", "z2", "inside", "compared", "e2", "dy2", "y1", "y2")
 LAST = ("first_time", "last_time", "last_jump", "last_y")
+CLOCK = ("gaps", "step", "votes")  # they stand behind all others
 COLUMNS = ("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED, *SUMS, *LAST)
 BAND = 1.96  # deviations that hold 95 % of a normal variable
+GAP = 1.5  # usual steps of the clock from which on one is a gap
 REJECTED, SET_ASIDE, JUMP = int(Status.REJECTED), int(Status.REJECTED | Status.OUTLIER), int(Status.JUMP)
 BITS = np.array([int(bit) for bit in COUNTED.values()])
 FIRST_BIT = COLUMNS.index(next(iter(COUNTED)))
@@ -50,6 +52,9 @@ class Tally(Columns):
     | y1, y2 | sum of those compared (less the level of the series), and of their squares |
     | first_time, last_time, last_jump | instants, NaN where there is none |
     | last_y | the last measured output less its level (those of further outputs: last_y2, ...) |
+    | gaps | steps of the clock longer than 1.5 usual ones |
+    | step | the usual step of the clock: that of most samples (Boyer and Moore's majority vote, within a half of it) |
+    | votes | by how many samples it leads |
 
     The first ``settle`` measured samples of a series (2 N + 10 if omitted) are neither scored nor compared: there the
     prior speaks. The numbers do not depend, bit for bit, on how samples were cut into stretches.
@@ -62,7 +67,8 @@ class Tally(Columns):
         self.outputs = fleet.crew.outputs
         self.settle = 2 * fleet.estimators[0].model.N + 10 if settle is None else settle
         more = [f"last_y{j}" for j in range(2, self.outputs + 1)]
-        super().__init__(dict.fromkeys(COLUMNS, 0.0) | dict.fromkeys([*LAST, *more], np.nan), len(fleet))
+        fresh = dict.fromkeys(COLUMNS, 0.0) | dict.fromkeys([*LAST, *more], np.nan)
+        super().__init__(fresh | dict(zip(CLOCK, (0.0, np.nan, 0.0))), len(fleet))
 
     def count(self, name: str, at, numbers=1.0) -> None:
         """Add numbers to the series they belong to, one after the other."""
@@ -80,6 +86,7 @@ class Tally(Columns):
 def add_up(numbers, at, ys, time, bad, filled, outs, settle):
     """Add samples to the columns of their series, one after the other: sums do not depend on how they are cut."""
     p = ys.shape[1]
+    GAPS, STEP, VOTES = LAST_Y + p, LAST_Y + p + 1, LAST_Y + p + 2
     for i in range(at.size):
         s, is_measured = at[i], False
         numbers[SAMPLES, s] += 1
@@ -87,6 +94,12 @@ def add_up(numbers, at, ys, time, bad, filled, outs, settle):
         numbers[FILLED, s] += filled[i]
         if math.isnan(numbers[FIRST_TIME, s]):
             numbers[FIRST_TIME, s] = time[i]
+        step, usual = time[i] - numbers[LAST_TIME, s], numbers[STEP, s]
+        if step > 0:
+            numbers[GAPS, s] += step > GAP * usual
+            numbers[VOTES, s] += 1.0 if abs(step - usual) <= 0.5 * usual else -1.0
+            if numbers[VOTES, s] <= 0:  # it has lost its majority
+                numbers[STEP, s], numbers[VOTES, s] = step, 1.0
         numbers[LAST_TIME, s] = time[i]
         for j in range(p):
             is_measured |= math.isfinite(outs[i, p + j])
@@ -99,15 +112,15 @@ def add_up(numbers, at, ys, time, bad, filled, outs, settle):
                     numbers[FIRST_BIT + b, s] += (status & BITS[b]) != 0
                 if status & JUMP:
                     numbers[LAST_JUMP, s] = time[i]
-            step = y - numbers[LAST_Y + j, s]
+            change = y - numbers[LAST_Y + j, s]
             if math.isfinite(y):
                 numbers[LAST_Y + j, s] = y
             if not (is_settled and math.isfinite(e)):
                 continue
-            if math.isfinite(step) and not status & REJECTED:
+            if math.isfinite(change) and not status & REJECTED:
                 numbers[COMPARED, s] += 1
                 numbers[E2, s] += e * e
-                numbers[DY2, s] += step * step
+                numbers[DY2, s] += change * change
                 numbers[Y1, s] += y
                 numbers[Y2, s] += y * y
             if variance > 0 and not status & SET_ASIDE:
