@@ -9,8 +9,8 @@ be predicted.
 from typing import NamedTuple
 
 from ...kernel.compose import Vector, advance, kernel, open_row, open_work
-from ...kernel.ud import entry
 from ..recursive import step as _step  # noqa: F401  (registers the step)
+from ..recursive.gaps import shift, spread
 from ..recursive.row import Lags, push, regress, renew
 
 FADED = 1e-6  # errors of past predictions that add less than this fraction of the noise are forgotten
@@ -38,21 +38,6 @@ class Filtered(NamedTuple):
 open_row.on(Filtered)(open_row.table[Lags])
 open_work.on(Filtered)(open_work.table[Lags])
 advance.on(Filtered)(advance.table[Lags])
-
-
-@kernel
-def spread(P, c, U, D, first, s2):
-    """Return E (c' d)^2: errors d have covariance P, coefficients c that of s2 U D U' from index ``first`` on."""
-    n, total = c.size, 0.0
-    for i in range(n):
-        for j in range(n):
-            if P[i * n + j] != 0.0:
-                low, high = first + min(i, j), first + max(i, j)
-                both = 0.0
-                for k in range(high, D.size):
-                    both += entry(U, low, k) * entry(U, high, k) * D[k]
-                total += P[i * n + j] * (c[i] * c[j] + s2 * both)
-    return total
 
 
 @regress.on(Filtered)
@@ -93,16 +78,11 @@ def filter_into(w, P, lam, value, doubt, scratch):
             scratch[i] -= lam[j] * P[j * n + i]
     for i in range(n):
         top -= lam[i] * scratch[i]
-    for i in range(n - 1, 0, -1):
-        for j in range(n - 1, 0, -1):
-            P[i * n + j] = P[(i - 1) * n + j - 1]
-    for i in range(1, n):
-        P[i] = P[i * n] = scratch[i - 1]
-    P[0] = max(top, 0.0)
+    shift(P, n, max(top, 0.0), scratch)
 
 
 @renew.on(Filtered)
-def _(form, state, work, y, doubt):
+def _(form, state, work, y, doubt, e, T):
     registers, n, k = state.registers, form.lam.size, state.held.size
     push(state.ys, y)
     push(state.ydoubt, doubt)

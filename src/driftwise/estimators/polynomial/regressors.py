@@ -145,7 +145,7 @@ def add_derivatives(psi, theta, dr, free, first, end):
 
 
 @renew.on(Polynomials)
-def _(form, state, work, y, doubt):
+def _(form, state, work, y, doubt, innovation, T):
     kept, room, theta = open_kept(form, state), open_room(form, work), state.theta
     phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
     N, M = theta.size, kept.r.size

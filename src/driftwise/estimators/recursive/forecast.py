@@ -60,7 +60,8 @@ class Past:
         size, first = len(self.z), na + wide
         self.slope, self.pulse = np.zeros((size, N)), np.zeros(size)
         self.pulse[:na][:1] = 1.0
-        self.doubt = np.diag(np.concatenate([view.ydoubt, view.udoubt.ravel(), np.zeros(len(r))]))
+        self.doubt = np.diag(np.concatenate([np.zeros(na), view.udoubt.ravel(), np.zeros(len(r))]))
+        self.doubt[:na, :na] = view.ydoubt.reshape(na, na)
         if not is_rational:
             return
         kept, nc, nd = open_kept(form, view), int(form.nc), int(form.nd)

@@ -41,14 +41,15 @@ def _(form, row):
     N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
     s = len(HEAD)
     y = s + N
-    h = y + 2 * na
+    S = y + na
+    h = S + na * na
     u = h + 6 * k
     c = u + 2 * k * deep
     m = c + int(form.cells)
     nothing = row[:0]
-    outputs, inputs, lags = row[y:h].reshape(2, na), row[h:u].reshape(6, k), row[u:c].reshape(2, k, deep)
+    inputs, lags = row[h:u].reshape(6, k), row[u:c].reshape(2, k, deep)
     return Row(
-        row[:s], row[s:y], nothing, nothing, outputs[0], outputs[1],
+        row[:s], row[s:y], nothing, nothing, row[y:S], row[S:h],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
         lags[0], lags[1], nothing, row[c:m], row[m:],
     )  # fmt: skip
@@ -56,8 +57,8 @@ def _(form, row):
 
 @open_work.on(LagsAlone)
 def _(form, scratch):
-    nothing = scratch[:0]  # the row of a covariance that is not there
-    return Work(nothing, nothing, nothing, nothing, nothing, scratch[: int(form.N)])
+    N, nothing = int(form.N), scratch[:0]  # the row of a covariance that is not there
+    return Work(nothing, nothing, scratch[N : 2 * N], nothing, nothing, scratch[:N])
 
 
 advance.on(LagsAlone)(advance.table[Lags])

@@ -20,7 +20,7 @@ from ...memory.restart import GainReset
 from ...models.stability import is_inside
 from .methods import correct_by
 from .row import OBSERVED, TOP, WEIGHT, Lags, push, regress, renew
-from .step import fill_lags
+from .step import fill_lags, take_output
 
 LEAST = 0.01  # below this fraction of R, 1 + phi' P zeta counts as zero
 NEAR = 10.0  # the auxiliary model starts afresh from y beyond so many times the largest |y|
@@ -57,7 +57,7 @@ def _(form, state, work, s2):
 
 
 @renew.on(InstrumentalLags)
-def _(form, state, work, y, doubt):
+def _(form, state, work, y, doubt, e, T):
     # the auxiliary model: the same regressors, past outputs replaced by its own, with the new theta
     na, value = state.ys.size, 0.0
     xs = state.registers[state.registers.size - na :]
@@ -65,8 +65,7 @@ def _(form, state, work, y, doubt):
         value += state.theta[i] * (-xs[i] if i < na else work.psi[i])
     is_sound = abs(value) <= NEAR * state.head[TOP] and is_inside(state.theta[:na], STEADY, work.f, work.b)
     push(xs, value if is_sound else y)
-    push(state.ys, y)
-    push(state.ydoubt, doubt)
+    take_output(state, work, y, doubt, e, T)
     return 0
 
 

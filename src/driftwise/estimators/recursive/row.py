@@ -43,8 +43,8 @@ class Row(NamedTuple):
     theta: np.ndarray
     D: np.ndarray
     U: np.ndarray
-    ys: np.ndarray  # past outputs, newest first, and the variance of those that were predicted
-    ydoubt: np.ndarray
+    ys: np.ndarray  # past outputs (na,), newest first
+    ydoubt: np.ndarray  # covariance (na na,) of their errors, where some were predicted
     held: np.ndarray  # each input: its value, predicted while missing
     unsure: np.ndarray
     known: np.ndarray
@@ -76,7 +76,7 @@ def fields(form) -> list[tuple]:
     return [
         *((name, "f8") for name in HEAD),
         ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (M,)), ("U", "f8", (M * (M - 1) // 2,)),
-        ("ys", "f8", (na,)), ("ydoubt", "f8", (na,)),
+        ("ys", "f8", (na,)), ("ydoubt", "f8", (na * na,)),
         *((name, "f8", (k,)) for name in INPUT),
         ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),
         ("registers", "f8", (int(form.registers),)), ("cells", "f8", (int(form.cells),)),
@@ -91,15 +91,15 @@ def _(form, row):
     D = s + N
     U = D + N
     y = U + N * (N - 1) // 2
-    h = y + 2 * na
+    S = y + na
+    h = S + na * na
     u = h + 6 * k
     r = u + 2 * k * deep
     c = r + int(form.registers)
     m = c + int(form.cells)
-    outputs, inputs = matrix(row[y:h], 2, na), matrix(row[h:u], 6, k)
-    lags = matrix(row[u:r], 2 * k, deep)
+    inputs, lags = matrix(row[h:u], 6, k), matrix(row[u:r], 2 * k, deep)
     return Row(
-        row[:s], row[s:D], row[D:U], row[U:y], outputs[0], outputs[1],
+        row[:s], row[s:D], row[D:U], row[U:y], row[y:S], row[S:h],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
         lags[:k], lags[k:], row[r:c], row[c:m], row[m:],
     )  # fmt: skip
@@ -121,8 +121,11 @@ def regress(form, state, work, s2):
 
 
 @choice
-def renew(form, state, work, y, doubt):
-    """Take y (of variance ``doubt``, where it was predicted) into the registers, with the new theta; return status."""
+def renew(form, state, work, y, doubt, e, T):
+    """Take y (of variance ``doubt``, where it was predicted) into the registers, with the new theta; return status.
+
+    e is the innovation, NaN where y was predicted, T its variance.
+    """
 
 
 @kernel

@@ -12,6 +12,7 @@ from ...kernel.ud import entry, predicted_variance, project, variance, variances
 from ...memory.adapt import age, begin, distrust, notice, reckon, respond, tell
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
+from .gaps import is_clear, pass_gap, spread
 from .methods import correct_by
 from .row import (
     CHI2,
@@ -73,7 +74,8 @@ def fill_lags(form, state, psi, s2):
     added, at = 0.0, state.ys.size
     for i in range(at):
         psi[i] = -state.ys[i]
-        added += uncertain(state.ydoubt[i], state, i, s2)
+    if not is_clear(state.ydoubt, at):
+        added = max(spread(state.ydoubt, state.theta[:at], state.U, state.D, 0, s2), TINY)
     for l in range(state.held.size):
         first = int(form.nk[l])
         for lag in range(first, first + int(form.nb[l])):
@@ -94,10 +96,18 @@ def _(form, state, work, s2):
     return fill_lags(form, state, work.psi, s2)
 
 
-@renew.on(Lags)
-def _(form, state, work, y, doubt):
+@kernel
+def take_output(state, work, y, doubt, e, T):
+    """Take y into the past outputs."""
+    na = state.ys.size
+    if doubt != 0.0 or not is_clear(state.ydoubt, na):
+        pass_gap(state.ydoubt, state.ys, state.theta, work.b, y, doubt, e, T)
     push(state.ys, y)
-    push(state.ydoubt, doubt)
+
+
+@renew.on(Lags)
+def _(form, state, work, y, doubt, e, T):
+    take_output(state, work, y, doubt, e, T)
     return 0
 
 
@@ -194,9 +204,9 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         else:
             status |= EXACT if T == 0.0 else SKIPPED
             T = -T
-    doubt = 0.0
+    doubt, seen = 0.0, e
     if status & (MISSING_OUTPUT | REJECTED):
-        z = yhat
+        z, seen = yhat, np.nan
         doubt = max(s2 * T, TINY)
         if form.missing == HOLD:
             z, doubt = state.ys[0] if state.ys.size else yhat, 0.0
@@ -207,7 +217,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         head[TOP] = max(head[TOP], abs(z))
         if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.cells) > 0.5:
             doubt = GLITCH * e * e
-    status |= renew(form, state, work, z, doubt)
+    status |= renew(form, state, work, z, doubt, seen, s2 * T)
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
     if out.shape[1] >= COLUMNS:

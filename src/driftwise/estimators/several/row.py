@@ -187,6 +187,6 @@ def open_channel(form, state, work, i):
 
 
 @renew.on(Channel)
-def _(form, state, work, y, doubt):
+def _(form, state, work, y, doubt, e, T):
     state.fresh[0], state.fresh[1] = y, doubt
     return 0
