@@ -46,6 +46,27 @@ def test_known_parameters_give_the_conditional_gaussian(method):
     np.testing.assert_allclose(trace.variance, variance, rtol=1e-9)
 
 
+def test_several_outputs_give_the_conditional_gaussian():
+    """Two outputs, the first of which needs two lags of both, each missing on its own and both at once."""
+    T, noise, rng = 120, np.array([0.1, 0.3]), np.random.default_rng(4)
+    lags = [np.array([[-1.5, 0.2], [0.1, -0.8]]), np.array([[0.7, -0.1], [0.0, 0.0]])]
+    L = np.linalg.inv(sum((np.kron(np.eye(T, k=-i - 1), a) for i, a in enumerate(lags)), np.eye(2 * T)))
+    e = noise * rng.standard_normal((T, 2))
+    y, V = (L @ e.ravel()).reshape(T, 2), L @ np.diag(np.tile(noise**2, T)) @ L.T
+    y[1:][rng.random((T - 1, 2)) < 0.25] = np.nan
+    y[40:60, 0] = y[50:70, 1] = np.nan
+    theta = np.array([-1.5, 0.7, 0.2, -0.1, 0.1, -0.8])
+    known = dict(theta0=theta, P0=np.full(6, 1e-18), variance=noise**2, at_rest=True)
+    trace, flat = dw.ARXMIMO(2, 0, na=[[2, 2], [1, 1]], nb=0, **known).scan(y), y.ravel()
+    for t in range(T):
+        seen = np.flatnonzero(np.isfinite(flat[: 2 * t]))
+        here = [2 * t, 2 * t + 1]
+        gain = np.linalg.solve(V[np.ix_(seen, seen)], V[np.ix_(seen, here)]) if len(seen) else np.zeros((0, 2))
+        np.testing.assert_allclose(trace.prediction[t], flat[seen] @ gain, atol=1e-9)
+        variance = np.diag(V[np.ix_(here, here)] - V[np.ix_(here, seen)] @ gain)
+        np.testing.assert_allclose(trace.variance[t], variance, rtol=1e-9)
+
+
 def test_a_forecast_from_within_a_gap_knows_what_is_unknown():
     T, noise = 80, 0.1
     u, y = simulated(T, 3, noise=noise)

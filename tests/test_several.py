@@ -52,34 +52,59 @@ def regressors(y, u, i, na, nb, nk, offset=False):
 
 
 def plain(y, u, na, nb, nk, P0=1e4):
-    """Equation after equation in full matrices, a missing output predicted with the variance of its prediction."""
-    y, p = y.copy(), y.shape[1]
-    doubt, past, names = np.zeros_like(y), np.zeros_like(y), range(p)
+    """Equation after equation in full matrices; what is not known of all outputs so far has one covariance E."""
+    p, seen = y.shape[1], []
+    filled, E, names = np.nan_to_num(y), np.zeros((y.size, y.size)), range(y.shape[1])
     sizes = [sum(na[i]) + sum(nb[i]) for i in names]
     theta, P = [np.zeros(n) for n in sizes], [P0 * np.eye(n) for n in sizes]
-    count, chi2, seen = [1.0 - n for n in sizes], [2e-20 for _ in names], []
+    count, chi2 = [1.0 - n for n in sizes], [2e-20 for _ in names]
     for t in range(len(y)):
-        filled = np.where(np.isnan(y), past, y)
-        line = []
+        filled[t] = 0.0
+        line, told = [], []
         for i in names:
             psi = regressors(filled[: t + 1], u[: t + 1], i, na, nb, nk)[t]
-            errors = regressors(-doubt[: t + 1], 0 * u[: t + 1], i, na, nb, nk)[t]
+            lags = [((t - lag) * p + j, lag <= t) for j, n in enumerate(na[i]) for lag in range(1, n + 1)]
+            at, own = [m for m, is_there in lags if is_there], [k for k, (_, is_there) in enumerate(lags) if is_there]
+            S, a = E[np.ix_(at, at)], theta[i][own]
             s2 = chi2[i] / 2 / max(count[i] / 2, 0.5)
             s2 = max(s2, 1.0) if count[i] < 1 else s2  # not known yet
-            R = 1 + sum(errors * (theta[i] ** 2 + s2 * np.diag(P[i]))) / s2
+            R = 1 + (a @ S @ a + s2 * np.sum(P[i][np.ix_(own, own)] * S)) / s2
             T = psi @ P[i] @ psi + R
-            line += [psi @ theta[i], s2 * T]
-            if np.isnan(y[t, i]):
-                past[t, i], doubt[t, i] = psi @ theta[i], s2 * T
+            yhat, variance, e = psi @ theta[i], s2 * T, y[t, i] - psi @ theta[i]
+            line += [yhat, variance]
+            if np.isnan(e):
                 top = 100 * np.nanmax(np.append(abs(y[:t, i]), 0)) ** 2
-                if doubt[t, i] > max(top, 100 * s2) or count[i] == 1 - sizes[i]:  # absurd, or nothing learnt yet
-                    past[t, i], doubt[t, i] = 0.0, max(top, 1e-300)
-                continue
-            e = y[t, i] - psi @ theta[i]
-            gain = P[i] @ psi / T
-            theta[i], P[i] = theta[i] + gain * e, P[i] - np.outer(gain, psi @ P[i])
-            count[i], chi2[i] = count[i] + 1, chi2[i] + e * e / T
+                if variance > max(top, 100 * s2) or count[i] == 1 - sizes[i]:  # absurd, or nothing learnt yet
+                    yhat, variance = 0.0, max(top, 1e-300)
+            else:
+                gain = P[i] @ psi / T
+                theta[i], P[i] = theta[i] + gain * e, P[i] - np.outer(gain, psi @ P[i])
+                count[i], chi2[i] = count[i] + 1, chi2[i] + e * e / T
+            c = np.zeros(y.size)
+            c[at] = -theta[i][own]
+            told.append((yhat, variance, e, c, c @ E @ c))
         seen.append(line)
+        moved = np.zeros(y.size)
+        for _, variance, e, c, share in told:
+            if not np.isnan(e):
+                g = E @ c
+                T = variance - share + c @ g
+                E, moved = E - np.outer(g, g) / T, moved + g * (e - c @ moved) / T
+        filled += moved.reshape(y.shape)
+        errors = np.zeros((p, y.size))
+        for i, (yhat, _, e, c, _) in enumerate(told):
+            filled[t, i] = y[t, i]
+            if np.isnan(e):
+                filled[t, i] = yhat
+                if yhat != 0.0:
+                    filled[t, i], errors[i] = yhat + c @ moved, c
+        here = slice(t * p, t * p + p)
+        E[here] = errors @ E
+        E[:, here] = E[here].T
+        E[here, here] = errors @ E @ errors.T
+        for i, (_, variance, e, c, share) in enumerate(told):
+            if np.isnan(e):
+                E[t * p + i, t * p + i] = variance - share + c @ E @ c if errors[i].any() else variance
     return np.array(seen), np.concatenate(theta), P
 
 
@@ -122,7 +147,7 @@ def test_one_output_is_arx_bit_for_bit(options):
         assert got.names == one.names
         assert same(got.outs, one.outs)
         assert same(got.dof[:, 0], one.dof)
-    for name in ("theta", "D", "U", "us", "udoubt", "steps"):
+    for name in ("theta", "D", "U", "ys", "ydoubt", "us", "udoubt", "steps"):
         assert same(got.state[name].ravel(), one.state[name].ravel()), name
 
 

@@ -212,7 +212,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
             z, doubt = state.ys[0] if state.ys.size else yhat, 0.0
         elif head[OBSERVED] == 0.0 or doubt > RANGE * max(head[TOP] * head[TOP], s2 * method.R):
             z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)  # nothing like the data so far, or no model yet
-            status |= LOST if head[OBSERVED] > 0.0 else 0
+            status |= LOST if head[OBSERVED] > theta.size else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
         if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.cells) > 0.5:

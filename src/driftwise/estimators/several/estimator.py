@@ -55,7 +55,8 @@ class ARXMIMO(ReadingMIMO):
 
     Each equation has parameters of its own and sees the past only, so least squares falls apart into one recursion for
     each (Soderstrom and Stoica 1989, chapter 7), with its own variance, memory, detector and gate; the lags are shared.
-    A missing output skips its own equation, and is predicted where others regress on it. A sample costs O(sum N_i^2).
+    A missing output skips its own equation, and is predicted where others regress on it; the errors of what was
+    predicted are carried, and corrected by what is measured next, as a Kalman filter does. A sample costs O(sum N_i^2).
 
     Parameters
     ----------
@@ -83,8 +84,8 @@ class ARXMIMO(ReadingMIMO):
     Notes
     -----
     Bad at: outputs that act on others within a sample (`JointMIMO` has a0; here they end in the correlation of e),
-    noise on the measurements (biased, as `ARX`), many missing samples (a predicted lag is taken for independent of
-    the others), and linked e_i where regressors differ: the bars hold but could be shorter (Zellner 1962).
+    noise on the measurements (biased, as `ARX`), and linked e_i where regressors differ: the bars hold but could be
+    shorter (Zellner 1962).
 
     Examples
     --------

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel.compose import Vector, kernel, open_row, open_work
-from ..recursive.row import HEAD, INPUT, Lags, renew
+from ..recursive.row import HEAD, INPUT, Lags
+
+FRESH = 5  # numbers that `renew` is given of an output, and one more
 
 
 class Several(NamedTuple):
@@ -56,8 +58,8 @@ class Row(NamedTuple):
     theta: np.ndarray
     D: np.ndarray
     U: np.ndarray
-    ys: np.ndarray  # past outputs (p, past), newest first, and the variance of those that were predicted
-    ydoubt: np.ndarray
+    ys: np.ndarray  # past outputs (p, past), newest first
+    ydoubt: np.ndarray  # covariance (M M,) of their errors, M = p past, where some were predicted
     held: np.ndarray
     unsure: np.ndarray
     known: np.ndarray
@@ -90,7 +92,7 @@ class ChannelRow(NamedTuple):
     steps: np.ndarray
     us: np.ndarray
     udoubt: np.ndarray
-    fresh: np.ndarray  # the output of this sample, and its variance where it was predicted
+    fresh: np.ndarray  # what the output of this sample was: `Work`
     cells: np.ndarray
     marks: np.ndarray
 
@@ -100,7 +102,8 @@ class Work(NamedTuple):
 
     y: np.ndarray  # one sample of one output
     u: np.ndarray
-    fresh: np.ndarray  # (p, 2) outputs of this sample as the registers get them
+    fresh: np.ndarray  # (p, FRESH + 2 M) each output of this sample, as `renew` got it; then c and g of `gaps`
+    moved: np.ndarray  # (M,) what it corrects in the past ones
     e: np.ndarray  # innovations of this sample relative to their scale, NaN where there is none
     T: np.ndarray  # their variances
     lam: np.ndarray  # the forgetting
@@ -115,7 +118,7 @@ def fields(form) -> list[tuple]:
     return [
         ("samples", "f8"), ("clock", "f8", (p,)), *((name, "f8", (p,)) for name in HEAD[1:]),
         ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (N,)), ("U", "f8", (U,)),
-        ("ys", "f8", (p, past)), ("ydoubt", "f8", (p, past)),
+        ("ys", "f8", (p, past)), ("ydoubt", "f8", ((p * past) ** 2,)),
         *((name, "f8", (k,)) for name in INPUT),
         ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),
         ("products", "f8", (p, p)), ("weights", "f8", (p, p)), ("cells", "f8", (cells,)), ("marks", "f8", (marks,)),
@@ -130,14 +133,15 @@ def _(form, row):
     D = s + N
     U = D + N
     y = U + int(form.U_at[p])
-    h = y + 2 * p * past
+    S = y + p * past
+    h = S + (p * past) ** 2
     u = h + 6 * k
     z = u + 2 * k * deep
     c = z + 2 * p * p
-    outputs, inputs, lags = row[y:h].reshape(2, p, past), row[h:u].reshape(6, k), row[u:z].reshape(2, k, deep)
+    inputs, lags = row[h:u].reshape(6, k), row[u:z].reshape(2, k, deep)
     pairs = row[z:c].reshape(2, p, p)
     return Row(
-        row[:1], row[1:s].reshape(len(HEAD), p), row[s:D], row[D:U], row[U:y], outputs[0], outputs[1],
+        row[:1], row[1:s].reshape(len(HEAD), p), row[s:D], row[D:U], row[U:y], row[y:S].reshape(p, past), row[S:h],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], lags[0], lags[1], pairs[0], pairs[1],
         row[c : c + cells], row[c + cells :],
     )  # fmt: skip
@@ -145,8 +149,15 @@ def _(form, row):
 
 def scratch_size(form, longest: int) -> int:
     """Return how many numbers of scratch a run needs, of which an equation ``longest``."""
-    p, N = int(form.outputs), int(np.diff(form.theta_at).max())
-    return 1 + 5 * p + line_size(N) + longest
+    N = int(np.diff(form.theta_at).max())
+    return fixed_size(form) + line_size(N) + longest
+
+
+@kernel
+def fixed_size(form):
+    """Return how many numbers of scratch come before the trace of an equation."""
+    p, M = int(form.outputs), int(form.outputs * form.past)
+    return 1 + p * (FRESH + 2 * M) + M + 3 * p
 
 
 @kernel
@@ -157,15 +168,15 @@ def line_size(N):
 
 @open_work.on(Several)
 def _(form, scratch):
-    p, N = int(form.outputs), 0
+    p, M, N = int(form.outputs), int(form.outputs * form.past), 0
     for i in range(p):
         N = max(N, int(form.theta_at[i + 1] - form.theta_at[i]))
-    at = 1 + 5 * p
-    end = at + line_size(N)
+    wide, at = FRESH + 2 * M, fixed_size(form)
+    m = 1 + p * wide
+    e, end = m + M, at + line_size(N)
     return Work(
-        scratch[:1].reshape(1, 1), scratch[:0].reshape(1, 0), scratch[1 : 1 + 2 * p].reshape(p, 2),
-        scratch[1 + 2 * p : 1 + 3 * p], scratch[1 + 3 * p : 1 + 4 * p], scratch[1 + 4 * p : at],
-        scratch[at:end], scratch[end:],
+        scratch[:1].reshape(1, 1), scratch[:0].reshape(1, 0), scratch[1:m].reshape(p, wide), scratch[m:e],
+        scratch[e : e + p], scratch[e + p : e + 2 * p], scratch[e + 2 * p : at], scratch[at:end], scratch[end:],
     )  # fmt: skip
 
 
@@ -184,9 +195,3 @@ def open_channel(form, state, work, i):
         state.cells[int(form.cells_at[i]) : int(form.cells_at[i + 1])],
         state.marks[int(form.marks_at[i]) : int(form.marks_at[i + 1])],
     )  # fmt: skip
-
-
-@renew.on(Channel)
-def _(form, state, work, y, doubt, e, T):
-    state.fresh[0], state.fresh[1] = y, doubt
-    return 0

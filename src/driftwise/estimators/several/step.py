@@ -6,8 +6,10 @@ import numpy as np
 
 from ...kernel.compose import advance, kernel, open_work, read, read_like
 from ...models.scale import sigma2
+from ..recursive.gaps import is_clear
 from ..recursive.row import CHI2, COLUMNS, COUNT, OBSERVED, STATUS, Lags, push, regress
-from ..recursive.step import take_inputs, uncertain
+from ..recursive.step import TINY, take_inputs, uncertain
+from .gaps import DOUBT, Y, pass_gap, spread_over
 from .row import Channel, Several, open_channel
 
 advance.on(Channel)(advance.table[Lags])
@@ -19,8 +21,9 @@ def _(form, state, work, s2):
     for j in range(state.all_ys.shape[0]):
         for lag in range(int(form.past[j])):
             psi[at] = -state.all_ys[j, lag]
-            added += uncertain(state.all_doubt[j, lag], state, at, s2)
             at += 1
+    if not is_clear(state.all_doubt, state.all_ys.size):
+        added = max(spread_over(form, state, s2), TINY)
     for l in range(state.us.shape[0]):
         first = int(form.nk[l])
         for lag in range(first, first + int(form.nb[l])):
@@ -114,7 +117,11 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         lam = head[COUNT] / (count + 1.0) if is_used and count + 1.0 != 0.0 else 1.0
         work.lam[i] = min(max(lam, 0.0), 1.0)
     link(state.products, state.weights, work.e, work.T, work.lam)
+    doubt = 0.0
     for i in range(p):
-        push(state.ys[i], work.fresh[i, 0])
-        push(state.ydoubt[i], work.fresh[i, 1])
+        doubt += work.fresh[i, DOUBT]
+    if doubt != 0.0 or not is_clear(state.ydoubt, state.ys.size):
+        pass_gap(state.ydoubt, state.ys, work.fresh, work.moved)
+    for i in range(p):
+        push(state.ys[i], work.fresh[i, Y])
     state.samples[0] += 1.0
