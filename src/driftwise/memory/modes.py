@@ -109,7 +109,8 @@ def take(memory, one, P, error, R, work, is_robust, rests, is_apart):
     """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
 
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
-    WIDER times as large, and P is that of the two outcomes together (moment matching): a rank-one change along P psi.
+    WIDER times as large, or as large as the error itself where that is more: however wrong one number is, it says no
+    more against the model than a few deviations do. P is that of the two outcomes together (moment matching): a rank-one change along P psi.
     It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has it in U and D.
     """
     D, U, own, f, b = one.D, one.U, one.own, work.f, work.b
@@ -120,7 +121,7 @@ def take(memory, one, P, error, R, work, is_robust, rests, is_apart):
     project(U, work.psi, f)
     p = predicted_variance(f, D, 0.0)
     T = p + R
-    k, k2 = 1.0 / T, 1.0 / (T + (WIDER - 1.0) * R)
+    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / s2 - R))
     z, V, rho = error * error * k / s2, s2 * (T / memory.R) / (weight * weight), 0.0
     if is_ready and is_robust:
         log_p, rho = outlier(nu, z, V, k / k2)

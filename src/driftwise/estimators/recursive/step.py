@@ -100,7 +100,7 @@ def _(form, state, work, s2):
 def take_output(state, work, y, doubt, e, T):
     """Take y into the past outputs."""
     na = state.ys.size
-    if doubt != 0.0 or not is_clear(state.ydoubt, na):
+    if na > 0 and (doubt != 0.0 or not is_clear(state.ydoubt, na)):
         pass_gap(state.ydoubt, state.ys, state.theta, work.b, y, doubt, e, T)
     push(state.ys, y)
 
