@@ -12,7 +12,7 @@ from numba import types
 
 import driftwise as dw
 from driftwise.kernel import compose, ud
-from driftwise.kernel.compose import advance, open_row, open_work, read, read_sized
+from driftwise.kernel.parts import advance, open_row, open_work, read_all
 from driftwise.workflow.fleet.crew import Crew
 
 WAYS = {"64 bits": ("float64", "float64"), "stored in 32": ("float32", "float64"), "all in 32": ("float32", "float32")}
@@ -21,7 +21,6 @@ SERIES, SAMPLES = 10, 100_000
 
 def make(kinds, sizes, shapes):
     """Return `compose.crew`'s loop over rows that are copied before and after."""
-    Form, Noise, Memory, Gate, Scale, Detector = kinds
     width, outputs, inputs, columns, _, room = shapes
 
     def go(rows, starts, ys, us, outs, spec, scratch, row):
@@ -32,12 +31,7 @@ def make(kinds, sizes, shapes):
         for i in range(rows.shape[0]):
             for j in range(width):
                 row[j] = rows[i, j]
-            form, at = read_sized(Form, sizes, spec, 0)
-            noise, at = read(Noise, spec, at)
-            memory, at = read(Memory, spec, at)
-            gate, at = read(Gate, spec, at)
-            scale, at = read(Scale, spec, at)
-            detector, at = read(Detector, spec, at)
+            form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
             work, state = open_work(form, scratch), open_row(form, row)
             for t in range(starts[i], starts[i + 1]):
                 advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, t)

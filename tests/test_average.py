@@ -8,6 +8,7 @@ import pytest
 import driftwise as dw
 from driftwise.estimators.average import step
 from driftwise.kernel import compose
+from driftwise.kernel.parts import flatten
 from driftwise.workflow.laws import example
 
 MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.Weighted(0.98)), dw.AR(1)]
@@ -78,9 +79,7 @@ def test_compiled_equals_plain(average, record):
         means[:, i], variances[:, i] = own.prediction, own.variance
     outs, numbers = np.empty_like(trace.outs), np.concatenate([step.fresh(average.task), np.empty(means.shape[1])])
     with np.errstate(all="ignore"):
-        compose.plain_passage(step.Averaging)(
-            y[:60, None], means, variances, outs, numbers, compose.flatten([average.task])
-        )
+        compose.plain_passage(step.Averaging)(y[:60, None], means, variances, outs, numbers, flatten([average.task]))
     np.testing.assert_allclose(outs, trace.outs, rtol=1e-9, atol=1e-12)
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.kernel import compose, ud
-from driftwise.kernel.compose import Vector
+from driftwise.kernel.parts import Size, Vector, flatten, read, read_all
 from driftwise.memory.drift import drift
 
 PACKAGE = Path(dw.__file__).parent
@@ -124,9 +124,30 @@ def test_policies_survive_the_trip_through_a_row(numbers):
     names = [f"p{i}" for i in range(len(numbers))]
     kinds = [Vector if np.ndim(v) else float for v in numbers]
     kind = NamedTuple("kind", list(zip(names, kinds)))
-    back, at = compose.read(kind, compose.flatten([kind(*numbers), kind(*numbers)]), 0)
+    back, at = read(kind, flatten([kind(*numbers), kind(*numbers)]), 0)
     assert all(np.array_equal(a, b) for a, b in zip(back, numbers))
-    assert at == len(compose.flatten([kind(*numbers)]))
+    assert at == len(flatten([kind(*numbers)]))
+
+
+class Shape(NamedTuple):
+    n: Size
+    b: Vector
+    scale: float
+    m: Size
+
+
+@pytest.mark.parametrize("sizes", [(), (3.0, 5.0)])
+def test_all_policies_of_a_row_are_read_at_once_and_the_sizes_of_the_first_where_they_are_given(sizes):
+    policies = (
+        Shape(2.0, np.array([7.0, 8.0]), 0.5, 4.0),
+        Breathing(7.0, np.array([])),
+        Shape(1.0, np.ones(3), 2.0, 9.0),
+    )
+    assert compose.sizes(policies[0]) == (2.0, 4.0)
+    form, *others = read_all(tuple(map(type, policies)), sizes, flatten(policies))
+    assert (form.n, form.m) == (sizes or (2.0, 4.0)) and form.scale == 0.5 and form.b.tolist() == [7.0, 8.0]
+    assert [type(policy) for policy in others] == [Breathing, Shape]
+    assert flatten(others).tolist() == flatten(policies[1:]).tolist()
 
 
 def test_history_does_not_grow():

@@ -12,6 +12,7 @@ from driftwise.estimators.hindsight.fit import BOUNDS, most_likely
 from driftwise.estimators.hindsight.likelihood import Likelihood
 from driftwise.estimators.hindsight.record import Record
 from driftwise.kernel import compose
+from driftwise.kernel.parts import flatten
 from driftwise.reproduce.abid.systems import system
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parent / "golden" / "abid.json").read_text())["cases"]}
@@ -178,7 +179,7 @@ def test_compiled_passes_are_the_plain_ones():
         both = []
         for run in (compose.passage(kind), compose.plain_passage(kind)):
             arrays = notes.copy(), result.copy(), numbers.copy()
-            run(found.rows, q, *arrays, compose.flatten((task,)))
+            run(found.rows, q, *arrays, flatten((task,)))
             both.append(arrays)
         for one, other in zip(*both):
             np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-13)

@@ -9,6 +9,7 @@ from test_joint_vs_dense import covariance, noise_of
 import driftwise as dw
 from driftwise.estimators.joint import smoother
 from driftwise.kernel import compose
+from driftwise.kernel.parts import flatten
 from driftwise.workflow.laws import same
 
 
@@ -221,7 +222,7 @@ def test_error_bars_of_drifting_parameters():
     est = dw.Joint(1, 1, noise=dw.EquationError(R), memory=dw.Walk(walk**2), s0=[0, -0.5, 1.0], P0=[1, 0.01, 0.01])
     uncapped = est.policies[2]._replace(cap=np.full(2, 1e9))
     est.policies = (*est.policies[:2], uncapped, *est.policies[3:])
-    est.spec = compose.flatten(est.policies)
+    est.spec = flatten(est.policies)
     nees, error, filtered = [], [], []
     for _ in range(200):
         y, u, truth = drifting(rng, T, walk, R)

@@ -12,6 +12,7 @@ from oracle import drifting_matching as matched
 import driftwise as dw
 from driftwise.edge import specs
 from driftwise.kernel import compose, ud
+from driftwise.kernel.parts import flatten
 from driftwise.memory import auxiliary, correlation, fuzzy, matching, sensitivity
 from driftwise.memory.transition import relax
 from driftwise.memory.unknown import Sample, open_ground, revise
@@ -34,7 +35,7 @@ def like_the_theory(est, **more):
     policies = list(est.policies)
     memory = policies[2]._replace(floor=1e-8, cap=np.full(4, 1e300), **more)
     policies[2] = memory._replace(learns=0.0) if hasattr(memory, "learns") else memory
-    est.policies, est.spec = tuple(policies), compose.flatten(policies)
+    est.policies, est.spec = tuple(policies), flatten(policies)
     return est
 
 
@@ -196,7 +197,7 @@ def test_fuzzy_covariance_lies_between_those_of_its_extreme_levels(records):
     for level in (None, rule.small, rule.large):
         one = {} if level is None else dict(small=level, medium=level, large=level)
         policies = (*est.policies[:2], rule._replace(**one), *est.policies[3:])
-        est.spec = compose.flatten(policies)
+        est.spec = flatten(policies)
         row, found = est.start(), []
         for y, u in zip(s.y[0, :200], s.u[0, :200]):
             row, _ = est.update(row, y, u)

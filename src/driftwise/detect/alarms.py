@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernel import compose
+from ..kernel.parts import flatten
 from .brownian import positive
 from .watch import OWN
 
@@ -62,7 +63,7 @@ def scan(detector: Any, signal, mean=0.0, std=1.0, state=None, slopes=None) -> A
     there = np.flatnonzero(np.isfinite(z) & np.isfinite(slopes).all(axis=1))
     marks = np.zeros((1, detector.marks(slopes.shape[1]))) if state is None else _marks(detector, slopes, state)
     outs = np.empty((1, len(there), 1 + OWN))
-    numbers = compose.flatten((detector,))
+    numbers = flatten((detector,))
     look: Any = compose.watcher(_kind(detector))
     look(marks, z[None, there], np.ascontiguousarray(slopes[None, there]), outs, numbers)
     alarm, level, since, which = outs[0].T
@@ -94,7 +95,7 @@ def simulated_delay(
 
     Runs that alarm in the ``before`` samples start afresh, as they would in use. For detectors without a formula.
     """
-    rng, spec = np.random.default_rng(seed), compose.flatten((detector,))
+    rng, spec = np.random.default_rng(seed), flatten((detector,))
     look: Any = compose.watcher(_kind(detector))
     marks, delay, first = np.zeros((runs, detector.marks(0))), np.zeros(runs), 0
     block = before

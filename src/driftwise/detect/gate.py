@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..kernel.compose import choice
+from ..kernel.parts import choice
 from ..kernel.ud import predicted_variance
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.compose import kernel
+from ..kernel.parts import kernel
 from .alarms import Alarms, scan, simulated_delay
 from .run_length import rate
 from .settings import delay_words, rate_words, reachable

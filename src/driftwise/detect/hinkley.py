@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.compose import Vector
+from ..kernel.parts import Vector
 from .alarms import Alarms, scan
 from .run_length import growth, rate, run_length, threshold_for
 from .settings import delay_words, each, rate_words, reachable, together, watched

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError, refuse_class
 from ..kernel import compose
+from ..kernel.parts import flatten
 from .brownian import positive
 from .watch import OWN, watch
 
@@ -56,7 +57,7 @@ class Monitor:
             raise InputError(f"detector must be Hinkley(), VarianceChange(), GLR() or Score(), got {detector!r}")
         self.mean, self.std = float(mean), positive("std", std)
         self._size, self._parameters = found.marks(parameters), parameters
-        self._spec = compose.flatten((found,))
+        self._spec = flatten((found,))
         self._look: Any = compose.watcher(kind)
 
     def start(self) -> np.ndarray:

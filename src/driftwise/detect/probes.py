@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.compose import Vector, kernel
+from ..kernel.parts import Vector, kernel
 from .alarms import scan
 from .run_length import rate
 from .settings import reachable

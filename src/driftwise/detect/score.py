@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.compose import Vector
+from ..kernel.parts import Vector
 from .alarms import Alarms, scan
 from .run_length import rate, run_length
 from .settings import each, rate_words, reachable

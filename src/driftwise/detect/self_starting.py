@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.compose import Vector, kernel
 from ..kernel.normal import deviate, tail
+from ..kernel.parts import Vector, kernel
 from .alarms import Alarms, scan
 from .brownian import positive
 from .hinkley import Hinkley

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernel.compose import Vector
+from ..kernel.parts import Vector
 from .alarms import Alarms, scan
 from .brownian import positive
 from .run_length import rate, run_length_of, threshold_of

@@ -1,6 +1,6 @@
 """Small dense and packed symmetric matrices: entry (i, j), i <= j, of a packed one lies at ``j (j + 1) / 2 + i``."""
 
-from .compose import kernel
+from .parts import kernel
 
 
 @kernel

@@ -13,8 +13,8 @@ from typing import Any
 import numba.cuda
 from numba import float64
 
-from . import compose
-from .compose import advance, open_row, open_work, read, read_sized
+from . import compose, parts
+from .parts import advance, open_row, open_work, read_all
 from .views import matrix
 
 cuda: Any = numba.cuda  # the simulator puts its own in this place
@@ -24,7 +24,6 @@ _bound: set[Any] = set()
 
 def _make_grid(kinds, sizes, shapes):
     """Return what one thread does. It works on a copy of the row, so that neighbours read neighbouring memory."""
-    Form, Noise, Memory, Gate, Scale, Detector = kinds
     width, room = shapes[0], shapes[-1]
 
     def advance_member(rows, members, starts, order, ys, us, outs, specs, group):
@@ -35,12 +34,7 @@ def _make_grid(kinds, sizes, shapes):
             for j in range(width):
                 row[j] = rows[j, r]
             spec = specs[group[r]]
-            form, at = read_sized(Form, sizes, spec, 0)
-            noise, at = read(Noise, spec, at)
-            memory, at = read(Memory, spec, at)
-            gate, at = read(Gate, spec, at)
-            scale, at = read(Scale, spec, at)
-            detector, at = read(Detector, spec, at)
+            form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
             work = open_work(form, scratch)
             state = open_row(form, row)
             for t in range(starts[i], starts[i + 1]):
@@ -116,20 +110,10 @@ def bind() -> None:
     """Teach numba's CUDA target every marked function, as `compose` does for the CPU."""
     from numba.extending import overload
 
-    def teach(function, resolve):
+    for function, resolve in parts.resolvers():
         if function not in _bound:
             overload(function, target="cuda", strict=False)(resolve)
             _bound.add(function)
-
-    for function in compose._kernels:
-        teach(function, lambda *args, function=function: function)
-    for function in compose._choices:
-        table = function.table
-        teach(function, lambda policy, *args, table=table: table.get(getattr(policy, "instance_class", None)))
-    reader = compose._reader
-    teach(read, lambda kind, spec, at: reader(kind.instance_class))
-    teach(read_sized, lambda kind, sizes, spec, at: reader(kind.instance_class, "kind, sizes"))
-    teach(compose.read_like, lambda like, spec, at: reader(like.instance_class, "like"))
     if "views" not in _bound:
         _bind_views()
         _bound.add("views")

@@ -7,7 +7,7 @@ series over t / 2^i, grouped as Paterson and Stockmeyer (1973) do, and i doublin
 digits would be lost against those of I.
 """
 
-from .compose import kernel, rare
+from .parts import kernel, rare
 
 GROUP = 4  # powers of A in one group
 REACH = (0.016, 0.17, 0.55)  # |A| t up to which two, three, four groups are exact to 1e-17

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from . import compose, lanes
-from .compose import advance, open_row, open_work, read, read_sized
 from .lanes import LANES, disagreements, finite, interleave
+from .parts import advance, open_row, open_work, read_all
 from .views import matrix
 
 STRETCH = 64  # samples of each series between two looks at whether the lanes have agreed
@@ -19,7 +19,6 @@ LEAST = 8  # fewer clean samples in a row are not worth interleaving eight state
 
 def _make(kinds, sizes, shapes, fingerprint):
     """Return the loop of `compose.crew` with room to interleave in, ``space`` (see `room`)."""
-    Form, Noise, Memory, Gate, Scale, Detector = kinds
     width, outputs, inputs, columns, numbers, own = shapes
     Y = width + own  # where the samples of a stretch begin in ``space``, in lanes: outputs, inputs, results
     U = Y + outputs
@@ -39,12 +38,7 @@ def _make(kinds, sizes, shapes, fingerprint):
         i = 0
         while i < members.size:
             spec = specs[group[members[i]]]
-            form, at = read_sized(Form, sizes, spec, 0)
-            noise, at = read(Noise, spec, at)
-            memory, at = read(Memory, spec, at)
-            gate, at = read(Gate, spec, at)
-            scale, at = read(Scale, spec, at)
-            detector, at = read(Detector, spec, at)
+            form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
             # eight neighbours of the same settings, as far as each has samples
             count, common, longest = 1, 0, starts[i + 1] - starts[i]
             if i + LANES <= members.size:

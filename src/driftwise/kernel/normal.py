@@ -2,7 +2,7 @@
 
 import math
 
-from .compose import kernel
+from .parts import kernel
 
 RAREST = 1e-300  # smallest tail area that is told from none; 37 standard deviations
 

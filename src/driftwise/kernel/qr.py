@@ -6,7 +6,7 @@ column n.
 
 import math
 
-from .compose import kernel, rare
+from .parts import kernel, rare
 
 
 @rare

@@ -6,7 +6,7 @@
 
 import numpy as np
 
-from .compose import kernel
+from .parts import kernel
 
 EPS = np.finfo(float).eps
 TINY = (64 * EPS) ** 2  # a squared length that has lost all its digits

@@ -4,6 +4,8 @@ numba's own ``reshape`` is a call that the compiler cannot see through: for the 
 a short step, and hides from the compiler how long rows are.
 """
 
+import functools
+
 
 def matrix(flat, rows, columns):
     """Return the view (rows, columns) of so many numbers; compiled, its sizes stay known to the compiler."""
@@ -14,7 +16,8 @@ def fetch(table, row):
     """Let the processor fetch a row of a table into its cache, while it computes on others; changes nothing."""
 
 
-def bind():
+@functools.cache
+def bind() -> None:
     """Teach numba both."""
     from llvmlite import ir
     from numba import types

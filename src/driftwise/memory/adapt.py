@@ -3,7 +3,7 @@
 P = U D U' is relative to s2 and belongs to the next sample, as in every state of the package.
 """
 
-from ..kernel.compose import choice, kernel
+from ..kernel.parts import choice, kernel
 from ..kernel.status import CAPPED, JUMP
 from ..kernel.ud import correct
 from .drift import Matched, Never, Walk, widen_within

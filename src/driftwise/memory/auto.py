@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.compose import Vector, kernel, rare
 from ..kernel.dense import at
+from ..kernel.parts import Vector, kernel, rare
 from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..kernel.ud import factor_within, predicted_variance, widen
 from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved

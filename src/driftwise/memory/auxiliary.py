@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import Vector, kernel
+from ..kernel.parts import Vector, kernel
 from ..kernel.ud import correct, project
 from .hold import hold_within
 from .transition import relax

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.compose import Vector, kernel, rare
+from ..kernel.parts import Vector, kernel, rare
 from ..kernel.status import AT_REST, CAPPED
 from ..kernel.ud import predicted_variance, project
 from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import Vector, kernel
+from ..kernel.parts import Vector, kernel
 from ..kernel.ud import correct, project
 from .hold import hold_within
 from .sensitivity import add_variance, follow_covariance

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ..kernel.compose import Vector
+from ..kernel.parts import Vector
 from ..kernel.ud import covariances, predicted_variance, project, widen_along
 from .adapt import age, by_least_squares, learn, plain
 from .hold import shrink

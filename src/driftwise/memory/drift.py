@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from ..detect.variance import VarianceChange
-from ..kernel.compose import Vector, choice, kernel
+from ..kernel.parts import Vector, choice, kernel
 from ..kernel.status import CAPPED, JUMP
 from ..kernel.ud import variance, widen
 

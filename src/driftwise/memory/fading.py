@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..kernel.compose import Vector
+from ..kernel.parts import Vector
 from .adapt import age, plain
 from .hold import shrink
 

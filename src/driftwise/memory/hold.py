@@ -2,7 +2,7 @@
 
 import math
 
-from ..kernel.compose import kernel
+from ..kernel.parts import kernel
 from ..kernel.status import CAPPED
 from ..kernel.ud import correct, entry, variance, variances
 

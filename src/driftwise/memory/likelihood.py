@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import Vector, kernel
 from ..kernel.dense import at, solve
+from ..kernel.parts import Vector, kernel
 from ..kernel.ud import variances
 from .adapt import age, by_least_squares, learn
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time

@@ -2,8 +2,8 @@
 
 import math
 
-from ..kernel.compose import kernel, rare
 from ..kernel.dense import at
+from ..kernel.parts import kernel, rare
 from ..kernel.ud import factor_within
 from .drift import widen_within
 from .modes import CHI2, FREEDOM, OWN, WEIGHT, count_of, mode, own_sigma2

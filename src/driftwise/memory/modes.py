@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import kernel
 from ..kernel.dense import add_square
+from ..kernel.parts import kernel
 from ..kernel.ud import correct, covariances, expand, predicted_variance, project, widen_along
 
 WEIGHT, FREEDOM, CHI2, OWN = range(4)  # the numbers of a mode; then theta, D, U

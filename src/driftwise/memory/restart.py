@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ..kernel.compose import Vector, kernel
+from ..kernel.parts import Vector, kernel
 from ..kernel.status import JUMP
 from .adapt import age, plain, respond, stay
 from .drift import widen_within

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.compose import Vector, kernel, rare
+from ..kernel.parts import Vector, kernel, rare
 from ..kernel.status import CAPPED
 from ..kernel.ud import correct, predicted_variance, project, widen_along
 from .adapt import age, learn, notice, plain, reckon

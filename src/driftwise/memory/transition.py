@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ..kernel.compose import Vector, kernel
+from ..kernel.parts import Vector, kernel
 from ..kernel.status import CAPPED
 from ..kernel.ud import entry, orthogonalise, widen_along
 from .adapt import age, plain

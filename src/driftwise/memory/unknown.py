@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel.compose import Vector, choice, kernel
+from ..kernel.parts import Vector, choice, kernel
 from ..kernel.status import AT_REST, CAPPED
 from .adapt import age, by_least_squares, learn, plain, reckon
 from .drift import widen_within

@@ -9,7 +9,7 @@ factor of rows [psi' | y] in coordinates in which the prior is a unit covariance
 import math
 from typing import NamedTuple
 
-from ..kernel.compose import Vector, kernel, rare
+from ..kernel.parts import Vector, kernel, rare
 from ..kernel.ud import predicted_variance, project
 from .adapt import age, learn, plain, reckon, stay
 

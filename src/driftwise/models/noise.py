@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernel import ud
-from ..kernel.compose import Vector, choice
+from ..kernel.parts import Vector, choice
 
 
 class EquationError(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernel import ud
-from ..kernel.compose import Vector
+from ..kernel.parts import Vector
 from .noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError
 
 

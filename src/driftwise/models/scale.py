@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ..kernel.compose import choice
+from ..kernel.parts import choice
 
 
 class KnownScale(NamedTuple):

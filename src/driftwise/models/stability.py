@@ -1,6 +1,6 @@
 """Polynomials that must keep their zeros inside a circle."""
 
-from ..kernel.compose import kernel
+from ..kernel.parts import kernel
 
 
 @kernel

@@ -11,7 +11,7 @@ import numpy as np
 from ...detect.gate import Always
 from ...detect.watch import Silent
 from ...errors import InputError
-from ...kernel import compose
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models.scale import KnownScale, UnknownScale
 from .. import door
@@ -125,7 +125,7 @@ class AlgebraicObserver(Observing):
         form = self._form_of(rows, feeds, slopes, limits, wait)
         self.scale = UnknownScale(0.5, 1e-20) if noise_std is None else KnownScale()
         self.policies = (form, KnownScale(), Never(), Always(), self.scale, Silent())
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.dtype, self.scratch_size, self.columns = np.dtype(fields(form)), scratch_size(form), COLUMNS
 
     @classmethod

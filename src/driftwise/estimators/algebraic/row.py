@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, open_row, open_work
+from ...kernel.parts import Vector, open_row, open_work
 from ..window.row import HEAD
 
 COLUMNS = 5  # prediction, innovation, variance, status, statistic (0: nothing watches)

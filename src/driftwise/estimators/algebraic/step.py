@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from ...kernel.compose import advance, kernel
+from ...kernel.parts import advance, kernel
 from ...kernel.status import BAD_VALUE, FILLED, MISSING_INPUT, MISSING_OUTPUT, NOT_READY
 from ..recursive.row import HUGE
 from ..window.row import CHI2, DETERMINED, OBSERVED, READY, SAMPLES, STATUS, along, elapse, unit

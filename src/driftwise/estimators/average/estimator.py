@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...kernel import compose
+from ...kernel.parts import flatten
 from ...models.canonical import power_of_two
 from .. import door
 from ..reading import Rows, Step
@@ -170,7 +171,7 @@ class ModelAverage:
 
     @cached_property
     def _drive(self):
-        return compose.passage(Averaging), compose.flatten([self.task])
+        return compose.passage(Averaging), flatten([self.task])
 
     def _advance(self, rows, ys, us) -> np.ndarray:
         """Advance states of S series by T samples in place; return what the trace tells, (S, T, columns)."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import kernel, pass_over
+from ...kernel.parts import kernel, pass_over
 from ...kernel.status import BAD_VALUE, MISSING_OUTPUT
 
 NAIVE = ("last value", "straight line", "mean")

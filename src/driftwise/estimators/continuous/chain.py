@@ -13,7 +13,7 @@ above from sums that stay near one.
 
 import math
 
-from ...kernel.compose import kernel
+from ...kernel.parts import kernel
 
 
 @kernel

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...detect.gate import Gate
 from ...errors import InputError, refuse_class
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Never, UntilJump, Walk
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
@@ -146,7 +147,7 @@ class ContinuousJoint(Reading):
             self.scale,
             detector,
         )
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(n, inputs)
         self.dtype = np.dtype(
             [(name, "f8") for name in HEAD]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...kernel.compose import Vector, advance, choice, kernel, open_row, open_work, rare, watch
+from ...kernel.parts import Vector, advance, choice, kernel, open_row, open_work, rare, watch
 from ...kernel.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...kernel.ud import correct, entry, predicted_variance, variance, widen
 from ...memory.drift import Never, Restart, Walk, drift

@@ -9,7 +9,8 @@ import numpy as np
 from ...detect.gain import GainProbes, PullTest
 from ...detect.watch import Silent
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Matched, UntilJump, Walk
 from ...models.canonical import power_of_two
 from ...models.convert import Model
@@ -170,7 +171,7 @@ class AdaptiveGain(Reading):
             reopen=_restart(restart, is_walk), probes=probes.ravel(),
         )  # fmt: skip
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.dtype = np.dtype(fields(form))
         self.scratch_size = scratch_size(form)
 

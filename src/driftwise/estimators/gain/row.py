@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, open_row, open_work
+from ...kernel.parts import Vector, open_row, open_work
 from ..recursive.row import HEAD
 
 COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...kernel.compose import advance, choice, kernel
+from ...kernel.parts import advance, choice, kernel
 from ...kernel.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...kernel.ud import entry, predicted_variance, variance
 from ...memory.adapt import age, learn

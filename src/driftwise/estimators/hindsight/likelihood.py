@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel import compose
+from ...kernel.parts import flatten
 from . import moments, passes
 from .record import Record, factors
 
@@ -62,7 +63,7 @@ class Likelihood:
     @cached_property
     def spec(self) -> np.ndarray:
         """The transition, as the compiled passes read it."""
-        return compose.flatten((passes.Forward(*self.motion),))
+        return flatten((passes.Forward(*self.motion),))
 
     def variances(self, nvr) -> np.ndarray:
         """Return Q (T, m) over sigma^2: row k acts between samples k and k + 1."""
@@ -106,7 +107,7 @@ class Likelihood:
         self.filter(q, self.kept)
         out, numbers = np.zeros((n + 1, n + 1)), np.zeros(passes.information_size(n, m))
         task = passes.Information(*self.motion, nvr * self.unit, s2, float(self.head))
-        compose.passage(passes.Information)(self.rows, q, self.kept, out, numbers, compose.flatten((task,)))
+        compose.passage(passes.Information)(self.rows, q, self.kept, out, numbers, flatten((task,)))
         return out
 
     def moments(self, nvr, lag=None) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +117,7 @@ class Likelihood:
         self.filter(q, kept)
         task = moments.Backward(*self.motion, -1.0 if lag is None else float(lag))
         scratch = np.empty(moments.moments_size(m))
-        compose.passage(moments.Backward)(self.rows, q, kept, out, scratch, compose.flatten((task,)))
+        compose.passage(moments.Backward)(self.rows, q, kept, out, scratch, flatten((task,)))
         return kept, out
 
     def disturbances(self, nvr) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ prior.
 import math
 from typing import NamedTuple
 
-from ...kernel.compose import Vector, kernel, pass_over
+from ...kernel.parts import Vector, kernel, pass_over
 from ...kernel.ud import entry, project
 from ..joint.smooth import before_correction, before_prediction, in_coordinates
 from .passes import EPS, GAIN, VARIANCE, between_samples

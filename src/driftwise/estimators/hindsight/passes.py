@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, kernel, pass_over
+from ...kernel.parts import Vector, kernel, pass_over
 from ...kernel.ud import correct, entry, project, widen
 from ...memory.transition import relax
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from ...detect.gate import Gate
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
@@ -149,7 +150,7 @@ class Joint(Reading):
         cap = np.diag(self.prior_covariance)[n:]
         memory = resolve_memory(memory, self._theta_units(), cap)
         self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.starting = prepare(self, start, kernel_noise, model, range(N - n), n)
         self.dtype = np.dtype(

@@ -4,7 +4,7 @@ With w = kappa w_n + G xi the measured y tells about w: s+ = (F - kappa H) s + k
 change; they shift, and the state block is re-triangularised where its noise needs it.
 """
 
-from ...kernel.compose import choice, kernel, rare
+from ...kernel.parts import choice, kernel, rare
 from ...kernel.ud import entry, orthogonalise, predicted_variance, variance, widen
 from ...models.noise import Coloured, Sensor, Unknown, White, correlate, held_back
 from .row import HAS_KAPPA, OBSERVED, USED_Y, predict_output, project

@@ -1,6 +1,6 @@
 """An unknown noise polynomial must stay invertible: its zeros are drawn back inside, and all else moves with them."""
 
-from ...kernel.compose import choice, rare
+from ...kernel.parts import choice, rare
 from ...kernel.ud import entry
 from ...models.noise import Coloured, Sensor, Unknown, White
 from ...models.stability import is_inside, shrink_inside

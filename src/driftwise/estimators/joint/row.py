@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Size, kernel, open_row, open_work
+from ...kernel.parts import Size, kernel, open_row, open_work
 from ...kernel.views import matrix
 
 # head of the row: one number each

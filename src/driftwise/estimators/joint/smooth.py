@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from ...kernel.compose import kernel, look_back, open_row, remember, retreat
+from ...kernel.parts import kernel, look_back, open_row, remember, retreat
 from ...kernel.status import LOST
 from ...kernel.ud import correct, entry
 from ...models.scale import sigma2

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...kernel.compose import advance, kernel, rare, watch
+from ...kernel.parts import advance, kernel, rare, watch
 from ...kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...kernel.ud import correct, entry, predicted_variance, variance, variances
 from ...memory.drift import drift

@@ -11,7 +11,8 @@ from scipy.special import stdtrit
 from ...detect.gate import Gate
 from ...detect.watch import Silent
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
@@ -130,7 +131,7 @@ class Manoeuvre(Reading):
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),
             noise, Never(), resolve_gate(gate, model.N), self.scale, Silent(),
         )  # fmt: skip
-        self.spec, self.scratch_size = compose.flatten(self.policies), scratch_size(form)
+        self.spec, self.scratch_size = flatten(self.policies), scratch_size(form)
         head = ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")
         marks = Silent().marks(0)
         self.dtype = np.dtype(

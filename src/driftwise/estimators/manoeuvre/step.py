@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ...kernel.compose import advance, kernel
+from ...kernel.parts import advance, kernel
 from ...kernel.status import BAD_VALUE, CAPPED, LOST, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...kernel.ud import variance, widen_along
 from ...models.scale import sigma2

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...detect.gate import Gate
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models import noise as noises
 from ...models import noise_many
@@ -149,7 +150,7 @@ class JointMIMO(ReadingMIMO):
         if type(found) not in share.table:
             raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
         self.policies = (shape, kernel_noise, found, resolve_gate(gate, longest), self.scale, detector)
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
         each: dict[str, Any] = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)
         each |= dict.fromkeys(("chi2", "logdet"), len(self.groups))

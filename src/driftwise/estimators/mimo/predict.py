@@ -6,7 +6,7 @@ for a product r z of an uncertain parameter and an uncertain datum (moments of j
     E r z = r z + cov(r, z),    cov(r z, r' z') - its linear part = cov(r, r') cov(z, z') + cov(r, z') cov(r', z)
 """
 
-from ...kernel.compose import kernel, rare
+from ...kernel.parts import kernel, rare
 from ...kernel.ud import entry, orthogonalise
 from ..joint.predict import drop_measured
 from .row import covariance, place

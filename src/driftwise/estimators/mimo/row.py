@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, kernel, open_row, open_work, rare
+from ...kernel.parts import Vector, kernel, open_row, open_work, rare
 from ...kernel.ud import entry
 
 INPUT = 6  # numbers kept for each input

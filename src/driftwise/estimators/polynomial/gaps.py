@@ -3,7 +3,7 @@
 For known parameters this is the Kalman filter of the noise C/(A D) e.
 """
 
-from ...kernel.compose import kernel, rare
+from ...kernel.parts import kernel, rare
 from ...kernel.ud import variance
 from ..recursive.row import HOLD, SKIP
 

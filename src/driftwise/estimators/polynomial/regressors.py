@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Size, Vector, advance, kernel, open_row, open_work
+from ...kernel.parts import Size, Vector, advance, kernel, open_row, open_work
 from ...kernel.status import PROJECTED
 from ...memory.drift import widen_within
 from ...memory.hold import hold_within

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...detect.gate import Gate
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models.canonical import power_of_two
 from ...models.convert import Model
@@ -71,7 +72,7 @@ class Recursive(Reading):
         if hasattr(form, "R"):
             form = form._replace(R=R, cap=np.diag(self.prior_covariance))
         self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.dtype = np.dtype(fields(form))
         self.scratch_size = 5 * N + own
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import InputError
-from ...kernel.compose import open_row
+from ...kernel.parts import open_row
 from .. import door
 from ..polynomial.regressors import Polynomials, open_kept
 

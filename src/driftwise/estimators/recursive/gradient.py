@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...kernel.compose import Vector, advance, open_row, open_work
+from ...kernel.parts import Vector, advance, open_row, open_work
 from ...memory.drift import Never
 from ...memory.fading import LimitedGain, Weighted
 from .methods import correct_by

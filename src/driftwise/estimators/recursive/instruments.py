@@ -12,7 +12,7 @@ P is not symmetric. C, the covariance of theta, is P (sum zeta zeta') P' written
 from typing import NamedTuple
 
 from ...errors import InputError
-from ...kernel.compose import Vector, advance, kernel, open_row, open_work
+from ...kernel.parts import Vector, advance, kernel, open_row, open_work
 from ...kernel.ud import correct, predicted_variance, widen_along
 from ...memory.drift import Never, UntilJump
 from ...memory.fading import LimitedGain, VariableForgetting, Weighted

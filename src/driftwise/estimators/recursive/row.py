@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Size, Vector, choice, kernel, open_row, open_work
+from ...kernel.parts import Size, Vector, choice, kernel, open_row, open_work
 from ...kernel.views import matrix
 
 # head of the row, one number each: COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory; PAST: samples since

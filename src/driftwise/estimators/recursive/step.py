@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...kernel.compose import advance, kernel
+from ...kernel.parts import advance, kernel
 from ...kernel.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...kernel.ud import entry, predicted_variance, project, variance, variances
 from ...memory.adapt import age, begin, distrust, notice, reckon, respond, tell

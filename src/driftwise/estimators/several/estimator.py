@@ -9,7 +9,8 @@ import numpy as np
 
 from ...detect.gate import Gate
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models.canonical import power_of_two
 from ...models.equations import Equations
@@ -148,7 +149,7 @@ class ARXMIMO(ReadingMIMO):
         self.prior_covariance = _blocks([part.prior_covariance for part in self.parts])
         shape = self._several()
         self.policies = (shape, *first.policies[1:])
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.dtype = np.dtype(fields(shape))
         self.scratch_size = scratch_size(shape, max(part.scratch_size for part in self.parts))
 

@@ -8,10 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, kernel, open_row, open_work
-from ..recursive.row import HEAD, INPUT, Lags
-
-FRESH = 5  # numbers that `renew` is given of an output, and one more
+from ...kernel.parts import Vector, kernel, open_row, open_work
+from ..recursive.row import HEAD, INPUT, Lags, renew
 
 
 class Several(NamedTuple):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...kernel.compose import advance, kernel, open_work, read, read_like
+from ...kernel.parts import advance, kernel, open_work, read, read_like
 from ...models.scale import sigma2
 from ..recursive.gaps import is_clear
 from ..recursive.row import CHI2, COLUMNS, COUNT, OBSERVED, STATUS, Lags, push, regress

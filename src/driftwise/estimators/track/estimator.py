@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...kernel import compose
+from ...kernel.parts import flatten
 from .. import door
 from . import bank, step
 from .motion import unpacked
@@ -203,7 +204,7 @@ class TrackEstimator:
     @cached_property
     def _drive(self):
         kept = np.empty(step.room(self.coordinates))
-        return compose.passage(Tracking), kept, compose.flatten([self.task])
+        return compose.passage(Tracking), kept, flatten([self.task])
 
     def run(self, row, time, position, R) -> np.ndarray:
         """Advance a state's numbers in place, unchecked; return the columns of the trace (T, columns)."""

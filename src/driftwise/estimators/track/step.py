@@ -14,7 +14,7 @@ A missing plot changes nothing but the columns: they tell where the target is by
 import math
 from typing import NamedTuple
 
-from ...kernel.compose import kernel, pass_over
+from ...kernel.parts import kernel, pass_over
 from ...kernel.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
 from . import bank, circle, linear, pole, told
 

@@ -2,7 +2,7 @@
 
 import math
 
-from ...kernel.compose import kernel
+from ...kernel.parts import kernel
 from ...kernel.status import NOT_READY
 from . import bank, circle, linear, pole
 

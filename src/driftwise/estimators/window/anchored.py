@@ -14,7 +14,7 @@ X and leaves R as it is, while the state at the end would be known worse and wor
 
 import math
 
-from ...kernel.compose import rare
+from ...kernel.parts import rare
 from ...kernel.qr import invert, solve_triangular
 from ...kernel.ud import entry, orthogonalise
 

@@ -11,7 +11,7 @@ from ...detect.gate import Always
 from ...detect.parity import Parity
 from ...detect.watch import Silent
 from ...errors import InputError
-from ...kernel import compose
+from ...kernel.parts import flatten
 from ...memory.drift import Never
 from ...models.plant import Augmented
 from ...models.scale import KnownScale, UnknownScale
@@ -160,7 +160,7 @@ class WindowObserver(Observing):
         )  # fmt: skip
         self._form, form = self._build()
         self.policies = (form, KnownScale(), Never(), Always(), self.scale, kernel_detector)
-        self.spec = compose.flatten(self.policies)
+        self.spec = flatten(self.policies)
         self.dtype = np.dtype(common_fields(form) + self._form.fields(form))
         self.scratch_size = self._form.scratch_size(form)
         self.columns = 4 * p + 1

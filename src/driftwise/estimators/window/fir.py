@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from ...kernel.compose import Vector, advance, kernel, open_row, open_work
+from ...kernel.parts import Vector, advance, kernel, open_row, open_work
 from ..gain.step import take_inputs
 from .gains import Design, require_usable
 from .parity import contradiction, tables

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel import ud
-from ...kernel.compose import Vector, advance, kernel, open_row, open_work, rare
+from ...kernel.parts import Vector, advance, kernel, open_row, open_work, rare
 from ...kernel.status import LOST
 from ...kernel.ud import correct, predicted_variance, project
 from ..gain.step import take_inputs

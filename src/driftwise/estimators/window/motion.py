@@ -2,9 +2,9 @@
 
 import math
 
-from ...kernel.compose import kernel, rare
 from ...kernel.dense import at
 from ...kernel.expm import exponential, largest_row_sum, product
+from ...kernel.parts import kernel, rare
 from ...kernel.ud import entry, factor_within
 from .anchored import ANCHORED, refactor
 from .row import along

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.parity import covariance_root, whitening
 from ...errors import InputError
-from ...kernel.compose import rare
+from ...kernel.parts import rare
 from .gains import powers
 from .horizon import Horizon
 from .partial import AT, FORESEEN

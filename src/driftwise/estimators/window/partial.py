@@ -6,7 +6,7 @@ at its last. What the inputs do is taken off in the same two directions, so noth
 
 import math
 
-from ...kernel.compose import kernel, rare
+from ...kernel.parts import kernel, rare
 from ...kernel.qr import invert, solve_triangular, triangularise
 from .gains import WORST
 from .row import along

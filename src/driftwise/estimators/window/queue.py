@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...kernel.compose import Vector, advance, kernel, open_row, open_work, rare
+from ...kernel.parts import Vector, advance, kernel, open_row, open_work, rare
 from ...kernel.qr import invert, solve_triangular, triangularise
 from ..gain.step import take_inputs
 from .gains import WORST, Coordinates, Design, require_usable

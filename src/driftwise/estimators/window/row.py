@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import Vector, choice, kernel, watch
+from ...kernel.parts import Vector, choice, kernel, watch
 from ...kernel.status import BAD_VALUE, JUMP, MISSING_OUTPUT, NOT_READY
 from ...models.scale import KnownScale, UnknownScale
 from ..recursive.row import HUGE

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import matrix_balance, null_space
 
-from ...kernel.compose import kernel, rare
 from ...kernel.expm import exponential, product
+from ...kernel.parts import kernel, rare
 from ...kernel.qr import triangularise
 from ..recursive.row import HUGE
 

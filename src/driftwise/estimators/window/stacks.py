@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.compose import kernel, rare
+from ...kernel.parts import kernel, rare
 from ..recursive.row import HUGE
 from .segment import combine, copy, find_moves, measure, stand, travel
 

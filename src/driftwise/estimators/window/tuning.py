@@ -9,7 +9,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ...errors import InputError
-from ...kernel import compose, ud
+from ...kernel import ud
+from ...kernel.parts import flatten
 from ..mimo import door as mimo_door
 from . import growing
 
@@ -72,7 +73,7 @@ class Record:
             U, D = ud.factor(np.tensordot(walks**2, self.units, 1))
             form = form._replace(Uq=U[ud.packed_indices(len(D))], Dq=D, walk=walks @ self.walks)
         rows = est._rows(est.start())
-        spec = compose.flatten((form, *est.policies[1:]))
+        spec = flatten((form, *est.policies[1:]))
         est.drive(rows, self.ys[None], self.us[None], self.outs, spec, est.scratch())
         return growing.loglik(est, rows.view(est.dtype).reshape(()))
 
