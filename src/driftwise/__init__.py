@@ -1,6 +1,6 @@
 """driftwise: state and parameters of a drifting linear stochastic system, sample by sample, with honest error bars."""
 
-import importlib
+from .lazy import lazily
 
 __version__ = "0.1.0"
 
@@ -127,15 +127,4 @@ _HOME = {
 }
 
 __all__ = list(_HOME)
-
-
-def __getattr__(name: str):
-    if name not in _HOME:
-        raise AttributeError(f"module 'driftwise' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"driftwise.{_HOME[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__():
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__ = lazily(__name__, _HOME)
