@@ -31,3 +31,16 @@ def call(monkeypatch, capsys):
         return code, captured.out, captured.err
 
     return run
+
+
+@pytest.fixture(scope="module")
+def spark():
+    """One Spark on this machine, two workers."""
+    from spark_tables import JAVA, local_session
+
+    pyspark = pytest.importorskip("pyspark", reason='pip install "driftwise[spark]": SPARK WAS NOT TESTED')
+    if JAVA is None:
+        pytest.skip("no Java on the PATH: SPARK WAS NOT TESTED")
+    session = local_session(pyspark)
+    yield session
+    session.stop()

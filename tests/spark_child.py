@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import pyspark
-from test_spark import COLUMNS, PROVIDER, ROCKS, local_session
+from spark_tables import COLUMNS, PROVIDER, ROCKS, local_session
 
 import driftwise as dw
 import driftwise.spark
