@@ -140,7 +140,7 @@ def test_jumps_alone_are_followed_faster():
 @pytest.mark.parametrize("missing", ["predict", "skip"])
 def test_gaps(missing):
     """A tenth of the outputs is missing, each of them a regressor twice: little is lost, and bars say how much."""
-    s, whole = system("missing", 100), system("missing", 100, share=0.0)
+    s, whole = system("missing", 300), system("missing", 300, share=0.0)
     for memory, low in ((dw.Never(), 0.8), (dw.Auto(), 0.4)):  # which allows for drift, and there is none
         r, complete = follow(s, memory=memory, missing=missing), follow(whole, memory=memory)
         error = r.theta[:, -1] - s.theta[:, -1]

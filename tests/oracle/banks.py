@@ -111,7 +111,8 @@ def forecast(b, psi, learnt, heavy=True):
 def update(b, psi, y, learnt=True, pi=0.0, kappa=400.0, discount=0.995, floor=1e-6, rest=False):
     """Correct every mode with one sample; until all of them know a sigma^2, the weights stay."""
     yhat, Pp, St = project(b, psi)
-    e, St2, s2 = y[:, None] - yhat, St + kappa - 1, b.s2
+    e, s2 = y[:, None] - yhat, b.s2
+    St2 = St + np.maximum(kappa - 1, e**2 / s2 - 1)  # as large as the error itself, where that is more
     ready, nu = b.nu >= 1, np.maximum(b.nu, 1.0)
     with np.errstate(divide="ignore"):
         l1 = np.log1p(-pi) + log_density(e, St * s2, nu, learnt)

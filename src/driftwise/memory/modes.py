@@ -109,9 +109,9 @@ def take(memory, one, P, error, R, work, is_robust, rests, is_apart):
     """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
 
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
-    WIDER times as large, or as large as the error itself where that is more: however wrong one number is, it says no
-    more against the model than a few deviations do. P is that of the two outcomes together (moment matching): a rank-one change along P psi.
-    It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has it in U and D.
+    WIDER times as large, or as the error itself where that is more: however wrong one number is, it says no more
+    against the model than a few deviations do. P is that of the two outcomes together (moment matching): a rank-one
+    change along P psi. It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has it in U, D.
     """
     D, U, own, f, b = one.D, one.U, one.own, work.f, work.b
     s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]

@@ -62,6 +62,7 @@ class Past:
         self.pulse[:na][:1] = 1.0
         self.doubt = np.diag(np.concatenate([np.zeros(na), view.udoubt.ravel(), np.zeros(len(r))]))
         self.doubt[:na, :na] = view.ydoubt.reshape(na, na)
+        self.doubt[range(na), range(na)] = np.abs(np.diag(self.doubt)[:na])
         if not is_rational:
             return
         kept, nc, nd = open_kept(form, view), int(form.nc), int(form.nd)

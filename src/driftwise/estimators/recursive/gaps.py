@@ -1,7 +1,8 @@
 """What a gap leaves unknown in the past outputs: the covariance S of their errors, carried and corrected.
 
 For known parameters this is the Kalman filter of A(q) y = B(q) u + e. Where nothing is missing S is zero, and costs
-nothing.
+nothing. A negative variance is that of a measured y that may be a glitch of the sensor, or a jump of the plant: it is
+in doubt, but what comes next does not tell which, and does not correct it.
 """
 
 from ...kernel.compose import kernel, rare
@@ -28,7 +29,7 @@ def spread(S, c, U, D, first, s2):
                 both = 0.0
                 for k in range(high, D.size):
                     both += entry(U, low, k) * entry(U, high, k) * D[k]
-                total += S[i * n + j] * (c[i] * c[j] + s2 * both)
+                total += (S[i * n + j] if i != j else abs(S[i * n + i])) * (c[i] * c[j] + s2 * both)
     return total
 
 
@@ -52,8 +53,9 @@ def pass_gap(S, ys, theta, g, y, doubt, e, T):
     n, s = ys.size, 0.0
     for i in range(n):  # e = -a' errors + ...
         g[i] = 0.0
-        for j in range(n):
-            g[i] -= S[i * n + j] * theta[j]
+        if S[i * n + i] > 0.0:
+            for j in range(n):
+                g[i] -= S[i * n + j] * theta[j]
         s -= theta[i] * g[i]
     if e == e:
         T = max(T + doubt, s)
@@ -65,4 +67,4 @@ def pass_gap(S, ys, theta, g, y, doubt, e, T):
     if e == e or y == 0.0:
         for i in range(n):
             g[i] = 0.0
-    shift(S, n, doubt, g)
+    shift(S, n, -doubt if e == e else doubt, g)

@@ -1,7 +1,7 @@
 """What a gap leaves unknown in the past outputs of all equations: one covariance S of their errors, (M, M), M = p past.
 
 Equation i predicts with an error e_i = c_i' errors + its own; errors of its own are taken for independent of those of
-the others. With one output this is `recursive.gaps`, bit for bit.
+the others. With one output this is `recursive.gaps`, bit for bit; negative variances are as there.
 """
 
 from ...kernel.compose import kernel, rare
@@ -40,6 +40,7 @@ def spread_over(form, state, s2):
             for j in range(form.past.size):
                 for other in range(int(form.past[j])):
                     s = S[(i * past + lag) * M + j * past + other]
+                    s = abs(s) if a == b else s
                     if s != 0.0:
                         both = 0.0
                         for k in range(max(a, b), D.size):
@@ -56,8 +57,9 @@ def times(S, c, g):
     M, s = c.size, 0.0
     for i in range(M):
         g[i] = 0.0
-        for j in range(M):
-            g[i] += S[i * M + j] * c[j]
+        if S[i * M + i] > 0.0:
+            for j in range(M):
+                g[i] += S[i * M + j] * c[j]
         s += c[i] * g[i]
     return s
 
@@ -96,6 +98,8 @@ def pass_gap(S, ys, fresh, moved):
             for m in range(M):
                 g[m] = 0.0
                 c[m] = 0.0
+            if not is_predicted:
+                fresh[i, DOUBT] = -fresh[i, DOUBT]
         else:
             fresh[i, DOUBT] -= fresh[i, SHARE] - times(S, c, g)
             for m in range(M):
