@@ -137,6 +137,18 @@ def test_jumps_alone_are_followed_faster():
     assert not r.OUTLIER.any() and not follow(s, "outliers").JUMP.any()
 
 
+@pytest.mark.parametrize("size", [30.0, 1e3, 1e6, 1e9])
+def test_one_wrong_number_does_no_harm_however_wrong(size):
+    """Eighty plants, one output off by 30 to a billion deviations of the noise: no jump, no louder noise, no worse."""
+    s = system("e", 80)
+    hurt = s.y.copy()
+    hurt[:, 300] += size * np.sqrt(SIGMA2)
+    clean, r = follow(s), follow(SimpleNamespace(y=hurt, psi=s.psi, u=s.u, phi=s.phi))
+    assert rms((r.theta - s.theta)[:, 330:]) <= 1.1 * rms((clean.theta - s.theta)[:, 330:])
+    assert np.mean(r.JUMP[:, 300:] | r.NOISE[:, 300:]) == 0
+    np.testing.assert_allclose(np.median(r.sigma2), SIGMA2, rtol=0.1)
+
+
 @pytest.mark.parametrize("missing", ["predict", "skip"])
 def test_gaps(missing):
     """A tenth of the outputs is missing, each of them a regressor twice: little is lost, and bars say how much."""

@@ -63,7 +63,7 @@ def prune() -> None:
     """Delete cached code older than the newest engine source: no fingerprint asks for it any more."""
     root = Path(compose.__file__).parent
     newest = max(path.stat().st_mtime for path in root.parent.rglob("*.py"))
-    for path in (root / "__pycache__").glob("compose.*.nbc"):
+    for path in (root / "__pycache__").glob("*.nbc"):
         if path.stat().st_mtime < newest:
             path.unlink(missing_ok=True)
 
