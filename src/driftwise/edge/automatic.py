@@ -7,8 +7,8 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from driftwise.edge.keep import Keeper, Offsets
-from driftwise.edge.options import check_targets
 from driftwise.edge.runner import progress
+from driftwise.edge.targets import check_targets
 from driftwise.errors import CommandError, InputError
 
 __all__ = ["Automatic", "execute", "identify_file"]
@@ -63,10 +63,7 @@ def execute(plan: Automatic) -> None:
     from driftwise.edge.terminal_identified import show
 
     start = perf_counter()
-    try:
-        check_targets(plan)
-    except InputError as error:
-        raise CommandError(str(error)) from None
+    check_targets(plan)
     saver = Saver(plan.save) if plan.save else None
     try:
         found, keeper, stopped, losses = identify_file(plan, saver)

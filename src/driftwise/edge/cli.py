@@ -483,6 +483,10 @@ def main() -> None:
     except InputError as error:
         print(f"driftwise: {error}", file=sys.stderr)
         sys.exit(2 if isinstance(error, CommandError) else 1)
+    except OSError as error:  # what no door can know: a disk that fills up, a folder taken away meanwhile
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"driftwise: stopped by the system: {where}{error.strerror or error}", file=sys.stderr)
+        sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from driftwise.edge import specs
 from driftwise.edge.options import Plan
 from driftwise.edge.runner import NO_ROW, progress, time_of, window
 from driftwise.edge.tables import Record, open_record
+from driftwise.edge.targets import check_targets
 from driftwise.edge.wording import number
 from driftwise.errors import CommandError, InputError
 
@@ -19,8 +20,8 @@ HEAD = ("estimator", "fit %", "rmse", "-log p", "behind best", "NIS", "in 95 %",
 
 def execute(plan: Plan, texts: list[str]) -> None:
     """Compare the estimators that the SPECs name on the table of the plan; save, report, print."""
+    check_targets(plan)
     try:
-        plan.check_targets()
         specs.estimators(texts, plan.inputs, 1.0)
     except InputError as error:
         raise CommandError(str(error)) from None

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from driftwise.edge import specs
+from driftwise.edge.targets import refuse_file, refuse_folder
 from driftwise.errors import CommandError, InputError
 
 __all__ = ["Order", "estimator_of", "execute", "one", "show_again"]
@@ -94,13 +95,11 @@ class Order:
             raise CommandError(f"no such file or folder: {self.data}")
         if self.resume and self.replace:
             raise CommandError("--resume goes on with a run, --replace deletes it: give one of them.")
-        if os.path.exists(self.out) and not os.path.isdir(self.out):
-            raise CommandError(f"--out {self.out}: this is a file, and a folder is wanted.")
+        refuse_folder("--out", self.out)
         if os.path.isdir(self.out) and os.path.isdir(self.data) and os.path.samefile(self.out, self.data):
             raise CommandError("--out is the folder of the data: results would be taken for data; give another one.")
-        folder = os.path.dirname(self.json or "")
-        if folder and not os.path.isdir(folder):
-            raise CommandError(f"--json {self.json}: there is no folder {folder!r}.")
+        if self.json and self.json != "-":
+            refuse_file("--json", self.json)
         if self.dt is not None and not self.dt > 0:
             raise CommandError(f"--dt must be a positive step of the clock, got {self.dt:g}.")
         if self.dt is not None and self.time is None:

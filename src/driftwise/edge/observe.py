@@ -10,6 +10,7 @@ from driftwise.edge import plantfile
 from driftwise.edge.options import Plan
 from driftwise.edge.saving import Saver
 from driftwise.edge.tables import open_record
+from driftwise.edge.targets import check_targets
 from driftwise.edge.wording import number, plus_minus
 from driftwise.errors import CommandError, InputError
 
@@ -46,10 +47,7 @@ def execute(asked: Observation) -> None:
     columns = (*asked.outputs[1:], *asked.inputs)
     plan = Plan(asked.file, asked.outputs[0], columns, asked.time, start=asked.start, stop=asked.stop, dt=asked.dt,
                 save=asked.save, report=asked.report, json=asked.json)  # fmt: skip
-    try:
-        plan.check_targets()
-    except InputError as error:
-        raise CommandError(str(error)) from None
+    check_targets(plan)
     begun = perf_counter()
     record = open_record(plan.file, plan.output, plan.inputs, plan.time, asked.chunk)
     estimator, state, said = None, None, []

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any, NamedTuple
 
 from driftwise.edge import specs
+from driftwise.edge.targets import check_targets
 from driftwise.errors import InputError
 
-__all__ = ["Plan", "check_targets", "orders"]
+__all__ = ["Plan", "orders"]
 
 AUTO = "1-5"  # what --order auto compares unless told otherwise
 LARGEST = 30
@@ -77,7 +77,7 @@ class Plan(NamedTuple):
 
     def check(self) -> None:
         """Refuse wrong options before the table is read."""
-        self.check_targets()
+        check_targets(self)
         if self.model is not None:
             self._check_model()
         _ = self.lag
@@ -160,33 +160,6 @@ class Plan(NamedTuple):
     def _recursive(self, gate, dt: float) -> Any:
         """Return the recursive estimator that --model names."""
         return specs.recursive(str(self.model), self.inputs, memory=self.policy, gate=gate, dt=dt)
-
-    def check_targets(self) -> None:
-        """Refuse a place that cannot be written to before the work, not after it."""
-        check_targets(self)
-
-
-def check_targets(plan) -> None:
-    """Refuse a place that cannot be written to before the work, not after it."""
-    for option, path in (("--save", plan.save), ("--report", plan.report), ("--json", plan.json)):
-        if path is None or (path == "-" and option == "--json"):
-            continue
-        folder = os.path.dirname(path) or "."
-        if not os.path.isdir(folder):
-            raise InputError(
-                f"{option}: there is no folder {folder} to write {os.path.basename(path)} into; make it first."
-            )
-        if os.path.isdir(path):
-            raise InputError(f"{option}: {path} is a folder; give the name of a file in it.")
-        if (
-            os.path.exists(path)
-            and plan.file != "-"
-            and os.path.exists(plan.file)
-            and os.path.samefile(path, plan.file)
-        ):
-            raise InputError(f"{option} would overwrite the table that is being read, {path}; give another name.")
-    if plan.save and not plan.save.lower().endswith((".parquet", ".csv")):
-        raise InputError(f"--save writes .parquet or .csv, got {plan.save}; the ending says which.")
 
 
 def orders(text: str) -> list[int]:

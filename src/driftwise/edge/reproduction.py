@@ -6,6 +6,7 @@ import json as text
 import sys
 from pathlib import Path
 
+from driftwise.edge.targets import refuse_file, refuse_folder
 from driftwise.edge.terminal import console
 from driftwise.errors import InputError
 
@@ -18,6 +19,10 @@ def execute(name: str, seeds: int, json: str | None, figures: str | None) -> boo
     """Run one reproduction and return whether no finding fails."""
     from driftwise.reproduce import reproduce
 
+    if json not in (None, "-"):
+        refuse_file("--json", str(json))
+    if figures is not None:
+        refuse_folder("--figures", figures)
     err = console(stderr=True)
 
     def say(title):

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from driftwise.edge.progress import bar
+from driftwise.edge.targets import refuse_file, refuse_folder
 from driftwise.errors import CommandError, InputError
 
 __all__ = ["Order", "deliver", "execute"]
@@ -104,11 +105,10 @@ class Order:
                 f"--format takes {', '.join(FORMATS)}, with commas between several; got {self.formats!r}"
             )
         for option, path in (("--report", self.report), ("--json", self.json)):
-            folder = os.path.dirname(path or "")
-            if path and path != "-" and folder and not os.path.isdir(folder):
-                raise CommandError(f"{option} {path}: there is no folder {folder!r}")
-        if self.out and os.path.exists(self.out) and not os.path.isdir(self.out):
-            raise CommandError(f"--out {self.out}: this is a file, and a folder is wanted")
+            if path and (path != "-" or option == "--report"):
+                refuse_file(option, path)
+        if self.out:
+            refuse_folder("--out", self.out)
         if "-" in self.files and not self.follow:
             raise CommandError("standard input is read with --follow: driftwise track - --follow")
         if self.follow and len(self.files) != 1:
