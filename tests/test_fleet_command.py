@@ -228,7 +228,7 @@ def test_wrong_columns_are_refused_before_anything_is_written(call, pumps, tmp_p
     out = tmp_path / "a file" / "r"
     out.parent.write_text("in the way")
     code, _, complaint = call("fleet", "run", pumps[0], *PUMPS, *QUICK, "--out", out)
-    assert code == 1 and "cannot be made: Not a directory" in " ".join(complaint.split())
+    assert code == 2 and "is a file, and a folder is wanted" in " ".join(complaint.split())
     code, _, complaint = call("fleet", "show", tmp_path)
     assert code == 1 and "no run in" in complaint
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from time import perf_counter
 from typing import Any, NamedTuple
 
 from driftwise.edge.keep import Keeper, Offsets
 from driftwise.edge.runner import progress
+from driftwise.edge.spoken import spoken_verdicts
 from driftwise.edge.targets import check_targets
 from driftwise.errors import CommandError, InputError
 
@@ -118,7 +120,8 @@ def identify_file(plan: Automatic, saver=None):
             stopped = True
     if keeper is None:
         raise InputError(f"{plan.file}: no row can be read.")
-    return finder.found(*keeper.traces()), keeper, stopped, stretches.losses()
+    found = finder.found(*keeper.traces())
+    return replace(found, diagnosis=spoken_verdicts(found.diagnosis)), keeper, stopped, stretches.losses()
 
 
 def content(found, notes) -> dict[str, Any]:

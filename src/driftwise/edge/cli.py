@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from driftwise.edge import cli_fleet
+from driftwise.edge.spoken import spoken
 from driftwise.errors import CommandError, InputError
 
 __all__ = ["app", "main"]
@@ -154,7 +155,9 @@ def run(
         float | None,
         typer.Option(metavar="SIGMAS", help="Set aside outputs this many standard deviations off, e.g. 5."),
     ] = None,
-    direct: Annotated[bool, typer.Option("--direct", help="The input acts on the output at once (term b0).")] = False,
+    direct: Annotated[
+        bool, typer.Option("--direct", metavar="", help="The input acts on the output at once (term b0).")
+    ] = False,
     center: Annotated[
         str,
         typer.Option(
@@ -327,7 +330,7 @@ def track(
         typer.Option(metavar="CLASS", help="aircraft, helicopter, glider, uav, boat, or a typical speed in m/s."),
     ] = "aircraft",
     single: Annotated[
-        bool, typer.Option("--single", help="Plots that do not say whose they are belong to one object.")
+        bool, typer.Option("--single", metavar="", help="Plots that do not say whose they are belong to one object.")
     ] = False,
     out: Annotated[str | None, typer.Option(metavar="DIR", help="Write the tracks into this folder.")] = None,
     format: Annotated[
@@ -339,6 +342,7 @@ def track(
         bool,
         typer.Option(
             "--follow",
+            metavar="",
             help="Wait for more: a file that grows, or standard input. Ctrl-C ends it. On a terminal a table is kept "
             "up to date; elsewhere each event and estimate is a line of JSON.",
         ),
@@ -352,7 +356,7 @@ def track(
             help="With --follow: hold plots back so long, to put them in order of time.",
         ),
     ] = 0.0,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", metavar="", help="Print nothing but errors.")] = False,
 ) -> None:
     """Track what radars or receivers saw: position, velocity and turns of every object, with honest error bars.
 
@@ -448,7 +452,7 @@ def score(
     ] = None,
     only: Annotated[str, typer.Option(metavar="NAME", help="Only what has NAME in its name.")] = "",
     processes: Annotated[int | None, typer.Option(min=1, help="How many at a time; all cores if omitted.")] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit code 1 when a target is missed.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", metavar="", help="Exit code 1 when a target is missed.")] = False,
 ) -> None:
     """Measure driftwise on recordings, nothing tuned, beside opponents tuned in hindsight; say what is lost and won.
 
@@ -481,7 +485,7 @@ def main() -> None:
     try:
         app()
     except InputError as error:
-        print(f"driftwise: {error}", file=sys.stderr)
+        print(f"driftwise: {spoken(str(error))}", file=sys.stderr)
         sys.exit(2 if isinstance(error, CommandError) else 1)
     except OSError as error:  # what no door can know: a disk that fills up, a folder taken away meanwhile
         where = f"{error.filename}: " if error.filename else ""

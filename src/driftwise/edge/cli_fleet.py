@@ -82,10 +82,13 @@ def run(
         typer.Option(metavar="SECONDS|BATCHESb", help="Between two checkpoints: 60 (seconds), 20b (batches)."),
     ] = "60",
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on from the last checkpoint in DIR, bit for bit as if never stopped.")
+        bool,
+        typer.Option(
+            "--resume", metavar="", help="Go on from the last checkpoint in DIR, bit for bit as if never stopped."
+        ),
     ] = False,
     replace: Annotated[
-        bool, typer.Option("--replace", help="Delete what a former run wrote into DIR, and nothing else.")
+        bool, typer.Option("--replace", metavar="", help="Delete what a former run wrote into DIR, and nothing else.")
     ] = False,
     spark: Annotated[
         str | None, typer.Option(metavar="URL", help="Run on Apache Spark, e.g. local[4] or spark://host:7077.")
@@ -93,7 +96,7 @@ def run(
     json: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write the summary as JSON; - for standard output.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", metavar="", help="Print nothing but errors.")] = False,
 ) -> None:
     """Estimate every series of a long table, in memory that does not grow with it.
 

@@ -109,7 +109,7 @@ class Order:
         try:
             estimator_of(self)
         except InputError as error:
-            raise CommandError(str(error)) from None
+            raise specs.refusal(error, model=self.model, memory=self.memory, jumps=self.jumps) from None
 
 
 def one(columns: list[str]) -> str:
@@ -143,8 +143,6 @@ def execute(order: Order) -> None:
     order.check()
     try:
         result = _run(order)
-    except InputError as error:
-        raise InputError(str(error).replace("resume=True", "--resume").replace("replace=True", "--replace")) from None
     except KeyboardInterrupt:
         raise InputError(
             f"stopped; what was done until the last checkpoint is in {order.out}: go on with it (--resume)"

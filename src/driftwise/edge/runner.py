@@ -12,8 +12,10 @@ from typing import Any
 from driftwise.edge.notes import described, labels, notes, verdicts
 from driftwise.edge.options import AUTO, Plan
 from driftwise.edge.saving import Saver, smoothed_columns, widen
+from driftwise.edge.specs import refusal
+from driftwise.edge.spoken import spoken_verdicts
 from driftwise.edge.tables import Chunk, Record, open_record
-from driftwise.errors import CommandError, InputError
+from driftwise.errors import InputError
 
 __all__ = ["NO_ROW", "Run", "execute", "progress", "time_of", "window"]
 
@@ -42,7 +44,9 @@ def execute(plan: Plan) -> None:
     try:
         plan.check()
     except InputError as error:
-        raise CommandError(str(error)) from None
+        order = None if plan.order == Plan._field_defaults["order"] else plan.order
+        given = dict(model=plan.model, order=order, memory=plan.memory, jumps=plan.jumps, dt=plan.dt)
+        raise refusal(error, **given) from None
     start = perf_counter()
     evidence = _choose(plan) if plan.is_auto else None
     if evidence is not None:
@@ -177,7 +181,8 @@ def _look_again(plan: Plan, run: Run) -> None:
     run.study = study(run.estimator, run.summary.state, y, u, center)
     run.kept = run.keeper.trace()
     record = (y, u) if run.held.rows == len(y) else None
-    run.kept.diagnosis = diagnose(run.kept, run.summary, record=record, identifiable=run.study.identifiability)
+    found = diagnose(run.kept, run.summary, record=record, identifiable=run.study.identifiability)
+    run.kept.diagnosis = spoken_verdicts(found)
     if not plan.smooth:
         return
     most = smoothing_rows(run.estimator)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from driftwise.errors import InputError
+from driftwise.errors import CommandError, InputError
 
 __all__ = [
     "DETECTORS", "MEMORIES", "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
-    "recursive",
+    "recursive", "refusal",
 ]  # fmt: skip
 
 # the numbers of each model, in order; those in PER_INPUT may differ by input: 2/1 is 2 for the first, 1 for the second
@@ -46,6 +46,13 @@ DETECTORS = {
     "noise": ("innovations that widen", "their variance after over before, above 1"),
     "glr": ("shifts of the innovations, of any size", "how many samples to look back"),
 }
+
+
+def refusal(error: InputError, **given: Any) -> CommandError:
+    """Return the error with the options it is about, where it names none itself; what was not given is None."""
+    text = str(error)
+    said = " ".join(f"--{name} {value}" for name, value in given.items() if value is not None)
+    return CommandError(text if not said or "--" in text or text.startswith("SPEC ") else f"{said}: {text}")
 
 
 def floats(option: str, text: str) -> list[float]:

@@ -10,6 +10,7 @@ from .calibration import LEVEL, calibration, of_summary
 from .change import constancy, odds
 from .identifiability import ROWS, WEAK, Identifiability, taught
 from .news import last_news
+from .remedies import memories
 from .stable import stability
 from .verdicts import Diagnosis, Verdict
 
@@ -132,7 +133,7 @@ def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
     if isinstance(memory, Never):
         is_short = y is not None and len(y) <= ROWS
         against = odds(s.estimator, y, u) if is_short else None
-        return _constant(trace, name) if against is None else _by_odds(against, name, is_white)
+        return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
     jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (f", the last at {s.last_jump:.6g} s" if s.jumps else "")
     if isinstance(memory, Auto) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
@@ -142,13 +143,13 @@ def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
         return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}); {jumped}")
     if getattr(s.estimator, "holds_poles", False):
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
-    if s.jumps or trace.watches:
+    if s.jumps or trace.watches or isinstance(memory, Auto):
         return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
-    advice = "this memory forgets without asking why: memory=Auto() tells drift from jumps, with odds"
+    advice = f"this memory forgets without asking why: {memories(s.estimator)} tells drift from jumps, with odds"
     return Verdict(name, math.nan, ANY, True, advice)
 
 
-def _by_odds(found, name, is_white) -> Verdict:
+def _by_odds(found, name, est, is_white) -> Verdict:
     value = math.exp(min(found.most, math.log(MOST)))
     if value <= SURE:
         advice = "the record is as likely with parameters that stay as they are"
@@ -156,9 +157,9 @@ def _by_odds(found, name, is_white) -> Verdict:
     if found.jump >= found.drift:
         than = _than(found.jump - found.drift, "drift")
         return Verdict(name, value, (0.0, SURE), False, f"the parameters jumped, {found.jumped} ({than}): try "
-                       "memory=UntilJump() or Auto()")  # fmt: skip
+                       f"{memories(est, 'memory=UntilJump()')}")  # fmt: skip
     than = _than(found.drift - found.jump, "jumps")
-    advice = f"the parameters drift, most of all {found.drifted} ({than}): try memory=Auto()"
+    advice = f"the parameters drift, most of all {found.drifted} ({than}): try {memories(est)}"
     more = ", unless it is the colour of the noise that looks like it: see whiteness"
     return Verdict(name, value, (0.0, SURE), False, advice + more * (not is_white))
 
@@ -182,7 +183,7 @@ def _constant(trace, name) -> Verdict:
         return Verdict(name, moved.deviations, (0.0, most), True, advice)
     advice = (
         f"{moved.name} moved by {moved.deviations:.1f} deviations since sample {moved.sample}: let the parameters walk "
-        "or jump (memory=Walk() or UntilJump()), or the noise has another colour than the model says"
+        "or jump (memory=Walk(q) or UntilJump()), or the noise has another colour than the model says"
     )
     return Verdict(name, moved.deviations, (0.0, most), False, advice)
 

@@ -6,12 +6,13 @@ from ..estimators.joint.estimator import Joint
 from ..estimators.polynomial.estimator import ARMA, ARMAX, BJ, OE
 from ..estimators.recursive.estimator import AR, ARX
 from ..estimators.recursive.regression import Regression
+from ..memory.auto import Auto
 from ..memory.drift import Never
 from ..models.noise import UnknownPolynomial
 from ..models.scale import KnownScale
 from .whiteness import LAGS
 
-__all__ = ["for_bars", "for_colour"]
+__all__ = ["for_bars", "for_colour", "memories"]
 
 ORDERS = {AR: "ARMA", ARX: "ARMAX", OE: "BJ", ARMAX: "BJ"}
 
@@ -55,12 +56,25 @@ def for_bars(value: float, s=None) -> str:
         return f"the noise is {way} than the variance that was given, so give another, or none: then it is learnt"
     if s is not None and hasattr(s.estimator, "remedy"):
         return f"the noise changed along the track, or C does not fit: try {s.estimator.remedy}"
+    est = None if s is None else s.estimator
     if value < 1:
-        return "the noise has become quieter, or the drift allowed for is too fast: try memory=Auto()"
-    constant = s is None or isinstance(_memory(s.estimator), Never)
-    if constant:
-        return "let the parameters drift or jump, or the variance of the noise: try memory=Auto()"
-    return "the plant changes faster than the memory forgets, or the noise became louder: try memory=Auto()"
+        why = "the noise has become quieter, or the drift allowed for is too fast"
+    elif est is None or isinstance(_memory(est), Never):
+        why = "let the parameters drift or jump, or the variance of the noise"
+    else:
+        why = "the plant changes faster than the memory forgets, or the noise became louder"
+    return f"{why}: try {memories(est)}"
+
+
+def memories(est=None, plain: str = "") -> str:
+    """Return the memory to try, ``plain`` or `Auto`: never the one in use, nor one that the estimator cannot have."""
+    if isinstance(_memory(est), Auto):
+        return "a higher order, or another noise model"
+    auto = "memory=Auto()"
+    if isinstance(est, Joint):
+        n = est.options["order"]
+        auto = f"ARX({n}, {n}, memory=Auto())" if est.options["inputs"] else f"AR({n}, memory=Auto())"
+    return f"{plain} or {auto.removeprefix('memory=')}" if plain else auto
 
 
 def _memory(est):
