@@ -27,8 +27,21 @@ app.add_typer(cli_fleet.app)
 Inputs = Annotated[
     list[str] | None, typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several.")
 ]
-From = Annotated[float | None, typer.Option("--from", metavar="TIME", help="Leave out rows before this time.")]
-To = Annotated[float | None, typer.Option("--to", metavar="TIME", help="Leave out rows after this time.")]
+From = Annotated[
+    str | None,
+    typer.Option(
+        "--from",
+        metavar="TIME",
+        help="Leave out rows before this time: a number (of time stamps: seconds since the first), or a date such as "
+        "2024-03-30 or 2024-03-30T12:00.",
+    ),
+]
+To = Annotated[
+    str | None,
+    typer.Option(
+        "--to", metavar="TIME", help="Leave out rows after this time; a date without a time is the whole day."
+    ),
+]
 Json = Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JSON; - for standard output.")]
 Chunk = Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1, hidden=True)]
 

@@ -33,6 +33,11 @@ class Clock:
     _zero: int | None = None
     _last: float | None = None
 
+    @property
+    def end(self) -> str | None:
+        """The last time stamp so far, None where the clock has none."""
+        return None if self._zero is None else _text(self._zero + round(1e9 * (self._last or 0.0)))
+
     def stamps(self, nanoseconds):
         """Return seconds since the first valid stamp; NaN where the stamp is missing."""
         import numpy as np
@@ -40,7 +45,7 @@ class Clock:
         valid = nanoseconds != _NAT
         if self._zero is None and valid.any():
             self._zero = int(nanoseconds[valid][0])
-            self.origin = str(np.datetime64(self._zero, "ns")).rstrip("0").rstrip(".")
+            self.origin = _text(self._zero)
         seconds = (nanoseconds - (self._zero or 0)) / 1e9
         return np.where(valid, seconds, np.nan)
 
@@ -121,6 +126,12 @@ class Clock:
         if self.missing:
             found.append(f"{self.missing} time stamps of {name} are missing or unreadable and were filled in.")
         return found
+
+
+def _text(nanoseconds: int) -> str:
+    import numpy as np
+
+    return str(np.datetime64(nanoseconds, "ns")).rstrip("0").rstrip(".")
 
 
 def _step(time):

@@ -7,7 +7,7 @@ from typing import Any
 
 from driftwise.edge import specs
 from driftwise.edge.options import Plan
-from driftwise.edge.runner import NO_ROW, progress, time_of, window
+from driftwise.edge.runner import no_row, progress, time_of, window
 from driftwise.edge.tables import Record, open_record
 from driftwise.edge.targets import check_targets
 from driftwise.edge.wording import number
@@ -68,7 +68,7 @@ def _compared(plan: Plan, texts: list[str], record: Record) -> tuple[Any, Any]:
             found.add(y, u, time_of(chunk, record, dt))
             advance()
     if found is None:
-        raise InputError(NO_ROW.format(record.path))
+        raise no_row(record)
     return found, offsets
 
 

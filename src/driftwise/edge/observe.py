@@ -33,14 +33,14 @@ class Observation(NamedTuple):
     report: str | None
     json: str | None
     chunk: int
-    start: float | None
-    stop: float | None
+    start: float | str | None
+    stop: float | str | None
 
 
 def execute(asked: Observation) -> None:
     """Run the observer over the table: estimate, save, report, print."""
     from driftwise.edge.keep import ObserverKeeper
-    from driftwise.edge.runner import NO_ROW, progress, window
+    from driftwise.edge.runner import no_row, progress, window
     from driftwise.workflow.observer_summary import ObserverSummary
 
     options, tuned = plantfile.read(asked.plant, list(asked.outputs), list(asked.inputs))
@@ -77,7 +77,7 @@ def execute(asked: Observation) -> None:
             if saver:
                 saver.close()
     if estimator is None:
-        raise InputError(NO_ROW.format(record.path))
+        raise no_row(record)
     said += [note for note in record.clock.notes() if not (estimator.irregular and "irregular" in note)]
     title = "standard input" if asked.file == "-" else os.path.basename(asked.file)
     if asked.report:

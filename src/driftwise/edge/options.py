@@ -33,8 +33,8 @@ class Plan(NamedTuple):
     report: str | None = None
     json: str | None = None
     chunk: int = 65_536
-    start: float | None = None
-    stop: float | None = None
+    start: float | str | None = None  # a number, or a date
+    stop: float | str | None = None
     orders: str | None = None
     smooth: str | None = None
     model: str | None = None

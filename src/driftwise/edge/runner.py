@@ -17,9 +17,7 @@ from driftwise.edge.spoken import spoken_verdicts
 from driftwise.edge.tables import Chunk, Record, open_record
 from driftwise.errors import InputError
 
-__all__ = ["NO_ROW", "Run", "execute", "progress", "time_of", "window"]
-
-NO_ROW = "{}: no row lies between --from and --to; what are the units of the time?"
+__all__ = ["Run", "execute", "no_row", "progress", "time_of", "window"]
 
 
 @dataclass
@@ -105,7 +103,7 @@ def _choose(plan: Plan):
             evidence.add(*offsets.taken_from(chunk))
             advance()
     if evidence is None:
-        raise InputError(NO_ROW.format(record.path))
+        raise no_row(record)
     largest = evidence.summaries[max(evidence.orders)]
     if not largest.rmse >= 0:  # not one sample after those that the summaries leave to the prior
         raise InputError(
@@ -165,7 +163,7 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
             if saver:
                 saver.close()
     if run.estimator is None:
-        raise InputError(NO_ROW.format(record.path))
+        raise no_row(record)
     run.summary.origin = record.clock.origin if record.time else None
     return run
 
@@ -209,13 +207,24 @@ def window(chunk: Chunk, record: Record, plan: Plan) -> Chunk:
     import numpy as np
 
     time = time_of(chunk, record, plan.dt or 1.0)
-    low = -np.inf if plan.start is None else plan.start
-    high = np.inf if plan.stop is None else plan.stop
+    low = -np.inf if plan.start is None else record.moment("--from", plan.start)
+    high = np.inf if plan.stop is None else record.moment("--to", plan.stop, is_end=True)
     inside = (time >= low) & (time <= high)
     columns = {name: values[inside] for name, values in chunk.columns.items()}
     bad_cells = {name: cells[inside] for name, cells in chunk.bad_cells.items()}
     first = chunk.first_row + int(np.argmax(inside)) if inside.any() else chunk.first_row
     return Chunk(columns, bad_cells, first, int(sum(c.sum() for c in bad_cells.values())))
+
+
+def no_row(record: Record) -> InputError:
+    """Return the error for a record of which nothing is left between --from and --to."""
+    clock = record.clock
+    why = (
+        "what are the units of the time?"
+        if clock.origin is None
+        else f"its stamps run from {clock.origin} to {clock.end}."
+    )
+    return InputError(f"{record.path}: no row lies between --from and --to; {why}")
 
 
 def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:

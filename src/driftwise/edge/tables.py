@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 
 from driftwise.edge.checks import first_chunks
 from driftwise.edge.clock import Clock
-from driftwise.errors import InputError
+from driftwise.errors import CommandError, InputError
 from driftwise.files.source import resolve, source_of, title
 
 __all__ = ["Chunk", "Record", "open_record"]
 
 CHUNK_ROWS = 65_536
+DAY = 86_400.0  # seconds
 
 
 class Chunk(NamedTuple):
@@ -83,6 +84,31 @@ class Record:
     @property
     def columns(self) -> list[str]:
         return [self.output, *self.inputs, *([self.time] if self.time else [])]
+
+    def moment(self, option: str, said: float | str, is_end: bool = False) -> float:
+        """Return the time that an option says: a number as it is, a date since the first stamp, written as the file's.
+
+        ``is_end``: a date without a time of day is the end of its day.
+        """
+        import pyarrow as pa
+
+        from driftwise.files.cells import seconds
+
+        try:
+            return float(said)
+        except ValueError:
+            values, bad, is_stamp = seconds(pa.array([said]), self.source.decimal, self.source.day_first)
+        if bad[0] or not is_stamp:
+            raise CommandError(
+                f"{option} takes a number, or a date such as 2024-03-30 or 2024-03-30T12:00; got {said!r}."
+            )
+        if self.time is None:
+            raise CommandError(f"{option} {said} is a date; which column holds the time stamps (--time)?")
+        if self.clock.origin is None:
+            raise CommandError(
+                f"{option} {said} is a date, and column {self.time!r} holds numbers: give a number in their unit."
+            )
+        return float(self.clock.stamps(values)[0]) + (DAY - 1e-9) * (is_end and ":" not in str(said))
 
     def __iter__(self) -> Iterator[Chunk]:
         chunks = self._chunks()
