@@ -78,7 +78,7 @@ def test_jumps_are_told_with_their_time(call, record, tmp_path):
     found = [jump["sample"] for jump in data["jumps"]]
     assert len(found) == data["summary"]["jumps"] >= 1
     assert all(JUMP <= k < JUMP + 30 for k in found)
-    assert f"jumps noticed at: {found[0]} s" in out
+    assert f"jumps noticed at: sample {found[0]}" in out
     assert "The parameters jumped" in flat(out)
     text = page.read_text()
     assert "parameters jumped, freed again" in text

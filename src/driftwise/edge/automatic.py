@@ -99,6 +99,7 @@ def identify_file(plan: Automatic, saver=None):
     import pyarrow as pa
 
     from driftwise.edge.newcomer import gathered, read
+    from driftwise.workflow.clock_words import SAMPLES
     from driftwise.workflow.identification import Finder, told
 
     table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, dt=plan.dt)
@@ -121,6 +122,8 @@ def identify_file(plan: Automatic, saver=None):
     if keeper is None:
         raise InputError(f"{plan.file}: no row can be read.")
     found = finder.found(*keeper.traces())
+    if found.table.time is None and not found.table.timed:
+        found.summary.unit = SAMPLES
     return replace(found, diagnosis=spoken_verdicts(found.diagnosis)), keeper, stopped, stretches.losses()
 
 

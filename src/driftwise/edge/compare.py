@@ -6,6 +6,7 @@ import os
 from typing import Any
 
 from driftwise.edge import specs
+from driftwise.edge.notes import clock_notes, labels
 from driftwise.edge.options import Plan
 from driftwise.edge.runner import no_row, progress, time_of, window
 from driftwise.edge.tables import Record, open_record
@@ -31,9 +32,7 @@ def execute(plan: Plan, texts: list[str]) -> None:
     title = "standard input" if plan.file == "-" else plan.file
     facts = [f"{found.samples} samples", f"output {plan.output}", *(f"input {name}" for name in plan.inputs)]
     if plan.report:
-        from driftwise.edge.notes import labels
-
-        write(found, plan.report, f"{os.path.basename(title)}: {record.output}", facts, labels(record))
+        write(found, plan.report, f"{os.path.basename(title)}: {record.output}", facts, labels(record, plan))
     if plan.json:
         import driftwise
         from driftwise.edge.results import write as write_json
@@ -86,7 +85,7 @@ def _notes(plan: Plan, record: Record, offsets) -> list[str]:
     if offsets.values:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
         said.append(f"means of the first chunk were subtracted, for all alike: {values}.")
-    return [*said, *record.clock.notes()]
+    return [*clock_notes(plan), *said, *record.clock.notes()]
 
 
 def cells(found) -> list[list[str]]:

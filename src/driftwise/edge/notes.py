@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+from shlex import quote
+
 from driftwise.edge.specs import DETECTORS
 from driftwise.edge.wording import number
+from driftwise.errors import InputError
+from driftwise.workflow.clock_words import SAMPLES, SECONDS
 
-__all__ = ["described", "labels", "notes", "verdicts"]
+__all__ = ["clock_notes", "counted_in", "described", "labels", "notes", "verdicts"]
 
+LOOK = 1000  # rows by which a clock is known
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
+
+
+def counted_in(plan) -> str:
+    """Return the unit of time: samples where neither a clock nor a step was named."""
+    return SAMPLES if plan.time is None and plan.dt is None else SECONDS
+
+
+def clock_notes(plan) -> list[str]:
+    """Return a sentence about the column that looks like the clock, where none was named."""
+    from driftwise.edge.newcomer import read
+
+    if counted_in(plan) != SAMPLES or plan.file == "-":
+        return []
+    try:
+        table, _ = read(plan.file, plan.output, plan.inputs, head_rows=LOOK)
+    except InputError:  # a table that is not understood as a whole
+        return []
+    if table.time is None:
+        return []
+    step = f" (a row {table.step})" if table.timed else ""
+    return [
+        f"column {table.time!r} looks like the clock{step}: --time {quote(table.time)}; without it, times are in "
+        "samples."
+    ]
 
 
 def described(plan, dt: float) -> list[str]:
@@ -33,10 +62,14 @@ def described(plan, dt: float) -> list[str]:
     if not plan.model:
         found.append("unknown noise colour" if plan.noise == "unknown" else plan.noise)
     found += [memories.get(plan.kept, plan.kept), *(restart if plan.jumps else [])]
-    return [*found, *([f"gate {plan.gate:g}"] if plan.gate else []), f"dt {number(dt, 4)} s"]
+    return [
+        *found,
+        *([f"gate {plan.gate:g}"] if plan.gate else []),
+        "no clock" if counted_in(plan) == SAMPLES else f"dt {number(dt, 4)} s",
+    ]
 
 
-def labels(record) -> dict:
+def labels(record, plan) -> dict:
     """Return names with units for the axes."""
 
     def named(name):
@@ -44,7 +77,7 @@ def labels(record) -> dict:
         return f"{name} ({unit})" if unit else name
 
     if record.time is None:
-        time = "time (s)"
+        time = "sample" if counted_in(plan) == SAMPLES else "time (s)"
     else:
         time = f"time since {record.clock.origin} (s)" if record.clock.origin else named(record.time)
     found = {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
@@ -55,6 +88,7 @@ def notes(plan, record, found) -> list[str]:
     """Return a sentence for each thing to beware of; ``found`` is what the run brought."""
     summary, offsets = found.summary, found.offsets
     said = ["stopped early; the results are those of the rows read so far."] if found.stopped else []
+    said += clock_notes(plan)
     if record.ragged:
         said.append(f"{record.ragged} rows have too many or too few cells; each was counted as a missing sample.")
     cells = record.bad - record.ragged * len(record.columns)

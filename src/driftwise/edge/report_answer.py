@@ -7,7 +7,7 @@ from math import atan2, isfinite, log, nan, pi
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.wording import number, plus_minus
-from driftwise.workflow.clock_words import lasting
+from driftwise.workflow.clock_words import SAMPLES, lasting
 from driftwise.workflow.wording import is_integrator
 
 __all__ = ["cards", "facts", "plant"]
@@ -23,7 +23,11 @@ def facts(trace, summary, step: str = "") -> str:
         "outliers": summary.rejected + summary.happened["outliers"][0],
         "unreadable": summary.bad_values,
     }
-    told = [f"{summary.samples:,} samples".replace(",", "\u2009"), step or f"every {lasting(trace.dt)}", known]
+    told = [
+        f"{summary.samples:,} samples".replace(",", "\u2009"),
+        step or ("no clock" if summary.unit == SAMPLES else f"every {lasting(trace.dt)}"),
+        known,
+    ]
     told += [f"{len(trace.names)} parameters", *(f"{count} {what}" for what, count in lost.items() if count)]
     return " \u00b7 ".join(told)
 
@@ -31,7 +35,7 @@ def facts(trace, summary, step: str = "") -> str:
 def cards(trace, summary, line) -> list[str]:
     """Return the numbers that an engineer looks for first, in three groups; ``line`` is the `Timeline`."""
     return [
-        html.group("The plant", plant(summary, trace.dt)),
+        html.group("The plant", plant(summary, trace.dt, lambda span: lasting(span, summary.unit))),
         html.group("Changes", [_changes(trace, summary, line)]),
         html.group("How sure", [*common.fit_cards(summary), _white(summary.whiteness)]),
     ]

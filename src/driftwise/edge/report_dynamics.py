@@ -40,7 +40,7 @@ def roots(summary, dt: float, figure: str) -> str:
     rows = [[_complex(p), f"{abs(p):.4f}", _std(s), _time_constant(p, s, dt)] for p, s in found if p.imag >= -1e-12]
     body = [
         f'<div class="center">{figure}</div>',
-        html.table(["pole", "size", "standard error", "time constant (s)"], rows),
+        html.table(["pole", "size", "standard error", f"time constant ({summary.unit})"], rows),
         _zeros(model),
         _gains(model),
         *[html.say(f"{note}.") for note in summary.notes],

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
-from driftwise.edge.notes import described, labels, notes, verdicts
+from driftwise.edge.notes import counted_in, described, labels, notes, verdicts
 from driftwise.edge.options import AUTO, Plan
 from driftwise.edge.saving import Saver, smoothed_columns, widen
 from driftwise.edge.specs import refusal
@@ -63,7 +63,7 @@ def execute(plan: Plan) -> None:
             plan.report,
             run.summary,
             f"{os.path.basename(title)}: {record.output}",
-            labels(record),
+            labels(record, plan),
             run.keeper.events,
             smoothed=None if run.smoothed is None else run.keeper.thinned(run.smoothed),
             orders=run.evidence,
@@ -137,6 +137,7 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
                     y, u = run.offsets.taken_from(chunk)
                     run.estimator = plan.estimator(_dt(plan, record)).scaled_to(y, u)
                     run.summary, run.keeper = Summary(run.estimator), Keeper(run.estimator, run.offsets)
+                    run.summary.unit = counted_in(plan)
                     run.held = Held(max(study.ROWS, smoothing_rows(run.estimator) if plan.smooth else 0))
                     if plan.candidates and evidence is None:
                         run.evidence = plan.evidence(run.estimator.dt)

@@ -15,6 +15,7 @@ WORDS = {
 # advice that no option follows
 PHRASES = {
     "estimate it (offset=True)": "try another --center",
+    "take another operating point off y and u": "try another --center",
     " Is the variance known? Then say variance=...": "",
     "Name them: columns={'latitude': ..., 'longitude': ...}": "Call them so in the header of the table",
     "Give columns={'east': ..., 'north': ...} for metres": "Call them east and north in the header, if they are metres",

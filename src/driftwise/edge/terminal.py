@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, isfinite
 
 from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable, zeros_told
+from driftwise.workflow.clock_words import SAMPLES
 from driftwise.workflow.events import SOMETHING
 
 __all__ = ["console", "parameters", "roots", "shelves", "show", "table"]
@@ -50,7 +51,7 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     out.print()
     out.print(Text(summary.words))
     if run.keeper.jumps:
-        out.print(Text("jumps noticed at: ", style="yellow") + Text(_times(run.keeper.jumps)))
+        out.print(Text("jumps noticed at: ", style="yellow") + Text(_times(run.keeper.jumps, summary.unit)))
     if run.smoothed is not None and not run.estimator.model.n:
         out.print(Text(run.smoothed.words))
     for note in notes:
@@ -120,9 +121,10 @@ def _orders(evidence):
     return shown
 
 
-def _times(jumps) -> str:
+def _times(jumps, unit: str) -> str:
+    form = "sample {}" if unit == SAMPLES else "{} s"
     told = [event.moved if event.moved != SOMETHING else "" for event in jumps[:JUMPS]]
-    shown = ", ".join(f"{number(event.time)} s{f' ({text})' if text else ''}" for event, text in zip(jumps, told))
+    shown = ", ".join(form.format(number(event.time)) + f" ({text})" * bool(text) for event, text in zip(jumps, told))
     return shown + (f" and {len(jumps) - JUMPS} more" if len(jumps) > JUMPS else "")
 
 

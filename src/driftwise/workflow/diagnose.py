@@ -8,6 +8,7 @@ import numpy as np
 
 from .calibration import LEVEL, calibration, of_summary
 from .change import constancy, odds
+from .clock_words import instant
 from .identifiability import ROWS, WEAK, Identifiability, taught
 from .news import last_news
 from .remedies import memories
@@ -134,7 +135,9 @@ def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
         is_short = y is not None and len(y) <= ROWS
         against = odds(s.estimator, y, u) if is_short else None
         return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
-    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (f", the last at {s.last_jump:.6g} s" if s.jumps else "")
+    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (
+        f", the last at {instant(s.last_jump, None, s.unit)}" if s.jumps else ""
+    )
     if isinstance(memory, Auto) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
         value = min((1 - still) / max(still, 1 / MOST), MOST)

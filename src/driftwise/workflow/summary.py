@@ -9,6 +9,7 @@ import numpy as np
 
 from ..kernel.status import Status
 from ..models.convert import Model
+from .clock_words import SECONDS
 from .events import runs, weighed_words
 from .mixture import share_within
 from .trace import Trace, quantile
@@ -31,6 +32,7 @@ class Summary:
         self.settle = 2 * estimator.model.N if settle is None else settle
         self.state = estimator.start()
         self.origin: str | None = None  # the time stamp of second 0, if it is known
+        self.unit = SECONDS  # of dt and time
         self._model: Model | None = None
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = self.jumps = 0

@@ -6,7 +6,7 @@ import cmath
 import math
 
 from ..models.polynomial import PolynomialModel
-from .clock_words import instant
+from .clock_words import SECONDS, instant
 from .whiteness import Nis
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
@@ -17,7 +17,7 @@ def is_integrator(p: complex, std: float) -> bool:
     return abs(p - 1) < max(2 * std, 1e-6) if math.isfinite(std) else False
 
 
-def pole_words(p: complex, std: float, dt: float) -> str:
+def pole_words(p: complex, std: float, dt: float, unit: str = SECONDS) -> str:
     """Return what a discrete pole means in time."""
     r = abs(p)
     if abs(p - 1) < 0.05 and is_integrator(p, std):
@@ -29,10 +29,10 @@ def pole_words(p: complex, std: float, dt: float) -> str:
     tau = -dt / math.log(r)
     if abs(p.imag) > 1e-9:
         period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real))
-        return f"an oscillation of period {period:.3g} s that decays with time constant {tau:.3g} s"
+        return f"an oscillation of period {period:.3g} {unit} that decays with time constant {tau:.3g} {unit}"
     if p.real < 0:
         return f"an alternating mode (pole {p.real:.2f})"
-    return f"time constant {tau:.3g} s"
+    return f"time constant {tau:.3g} {unit}"
 
 
 def gain_words(model) -> list[str]:
@@ -89,10 +89,10 @@ def fit_words(s) -> str:
     return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
 
 
-def times(count: int, last: float, origin: str | None = None) -> str:
+def times(count: int, last: float, origin: str | None = None, unit: str = SECONDS) -> str:
     """Return how often something happened, and when."""
     many = "once" if count == 1 else "twice" if count == 2 else f"{count} times"
-    return f"{many}, {'at' if count == 1 else 'the last time at'} {instant(last, origin)}"
+    return f"{many}, {'at' if count == 1 else 'the last time at'} {instant(last, origin, unit)}"
 
 
 def lost_words(s, origin: str | None = None) -> list[str]:
@@ -100,11 +100,11 @@ def lost_words(s, origin: str | None = None) -> list[str]:
     outliers, when = s.happened["outliers"]
     count, found = s.rejected + outliers, []
     if count:
-        last = f" (the last at {instant(when, origin)})" if outliers and not s.rejected else ""
+        last = f" (the last at {instant(when, origin, s.unit)})" if outliers and not s.rejected else ""
         found.append(f"{count} outlier{'s' * (count > 1)} ignored{last}")
     rests, when = s.happened["at_rest"]
     if rests:
-        found.append(f"{rests} at rest (the last at {instant(when, origin)})")
+        found.append(f"{rests} at rest (the last at {instant(when, origin, s.unit)})")
     return found
 
 
@@ -118,7 +118,7 @@ def paragraph(s) -> str:
     poles = s.poles
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), abs(cmath.exp(p * est.dt)) * est.dt * std) for p, std in poles]
-    modes = dict.fromkeys(pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0)  # delays are said once
+    modes = dict.fromkeys(pole_words(p, std, est.dt, s.unit) for p, std in poles if p.imag >= 0)  # delays are said once
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     text = f"{kind} "
     if math.isfinite(s.rmse):
@@ -156,10 +156,11 @@ def paragraph(s) -> str:
         text += f" Drift: {s.drift.words}."
     if s.jumps:
         moved = f" ({s.last_moved})" if s.last_moved else ""
-        text += f" The parameters jumped {times(s.jumps, s.last_jump, s.origin)}{moved}; their values are those since."
+        when = times(s.jumps, s.last_jump, s.origin, s.unit)
+        text += f" The parameters jumped {when}{moved}; their values are those since."
     rises, when = s.happened["noise_rises"]
     if rises:
-        text += f" The noise level rose {times(rises, when, s.origin)}."
+        text += f" The noise level rose {times(rises, when, s.origin, s.unit)}."
     if s.unlearned:
         text += f" The data did not teach {'; '.join(d for d, _ in s.unlearned)}: the inputs do not excite them."
     lost = [
