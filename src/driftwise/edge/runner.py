@@ -19,6 +19,8 @@ from driftwise.errors import InputError
 
 __all__ = ["Run", "execute", "no_row", "progress", "time_of", "window"]
 
+MANY = 60  # unknowns; beyond it roots and their bars take longer than the filter
+
 
 @dataclass
 class Run:
@@ -238,6 +240,12 @@ def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:
         raise InputError(
             f"{record.path}: {seen} measured outputs are too few for {unknowns} unknowns ({what}, "
             f"{len(record.inputs)} inputs). Take a smaller one, or is this the right column?"
+        )
+    if unknowns > MANY:
+        print(
+            f"driftwise: {what} has {unknowns} unknowns, which takes long, and "
+            f"{record.rows or seen} rows may be too few for so many: was a smaller one meant?",
+            file=sys.stderr,
         )
 
 

@@ -25,6 +25,7 @@ OLD = 0.1  # of the record
 ANY = (-math.inf, math.inf)
 LOST, SET_ASIDE, STUCK = 0.1, 0.01, 0.01  # shares of the samples
 FEW = 5
+WORK = 4e9  # rows times unknowns to the fourth power that the odds may cost: some 15 s
 
 
 def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability | None = None) -> Diagnosis:
@@ -132,7 +133,7 @@ def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
     memory = s.estimator.options.get("memory")
     name, speeds = "drift or jump", s.drift
     if isinstance(memory, Never):
-        is_short = y is not None and len(y) <= ROWS
+        is_short = y is not None and len(y) <= ROWS and len(y) * s.estimator.model.N**4 <= WORK
         against = odds(s.estimator, y, u) if is_short else None
         return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
     jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (

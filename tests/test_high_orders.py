@@ -1,0 +1,38 @@
+"""A model with very many unknowns is told before the work, and is not judged by what takes minutes."""
+
+import pytest
+
+import driftwise as dw
+from driftwise.edge import runner
+from driftwise.workflow import diagnose
+
+
+@pytest.fixture(scope="module")
+def record():
+    return dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=100, noise_std=0.1, seed=2)
+
+
+def test_many_unknowns_are_told_before_the_work_and_too_many_refused(call, record, tmp_path, monkeypatch):
+    file = tmp_path / "table.csv"
+    file.write_text("u,y\n" + "".join(f"{u},{y}\n" for y, u in zip(*record)))
+    run = ("run", file, "-o", "y", "-i", "u", "--memory", "never", "--model")
+    assert runner.MANY > 30
+    monkeypatch.setattr(runner, "MANY", 5)
+    code, _, err = call(*run, "arx:3,3,1")
+    assert code == 0
+    assert err == (
+        "driftwise: --model arx:3,3,1 has 6 unknowns, which takes long, and 100 rows may be too few for so many: "
+        "was a smaller one meant?\n"
+    )
+    assert call(*run, "arx:2,2,1")[2] == ""
+    code, out, err = call(*run, "arx:60,60,1")
+    assert (code, out) == (1, "") and "100 measured outputs are too few for 120 unknowns (--model arx:60,60,1" in err
+
+
+def test_odds_that_would_take_minutes_are_not_asked_for(record, monkeypatch):
+    trace = dw.ARX(2, 2, memory=dw.Never()).scan(*record)
+    assert "odds" in trace.diagnose().find("drift or jump").advice
+    monkeypatch.setattr(diagnose, "WORK", 100 * 4**4 - 1)
+    monkeypatch.setattr(diagnose, "odds", None)  # not to be called
+    found = trace.diagnose().find("drift or jump")
+    assert "odds" not in found.advice
