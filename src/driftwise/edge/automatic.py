@@ -131,7 +131,7 @@ def content(found, notes) -> dict[str, Any]:
     """Return the answer as plain data."""
     import driftwise
 
-    table, f = found.table, found.forecast_summary
+    table, f, own = found.table, found.forecast_summary, found.own_summary
     return {
         "driftwise": driftwise.__version__,
         "columns": {"output": table.output, "inputs": list(table.inputs), "time": table.time},
@@ -145,6 +145,10 @@ def content(found, notes) -> dict[str, Any]:
             "samples": f.count, "fit": f.fit, "rmse": f.rmse, "nis": f.nis, "coverage": f.coverage,
             "log_score": f.log_score,
         },
+        "own_forecast": {
+            "samples": own.count, "fit": own.fit, "rmse": own.rmse, "nis": own.nis, "coverage": own.coverage,
+        },
+        "quoted": "own_forecast" if found.is_alone else "forecast",
         "changes": [
             {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": found.told(c)}
             for c in found.changes

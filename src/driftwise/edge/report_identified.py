@@ -10,8 +10,10 @@ from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.report_axes import Timeline
 from driftwise.edge.report_marks import Mark
+from driftwise.edge.terminal_identified import SO_FAR
 from driftwise.edge.wording import fixed, number
 from driftwise.workflow.changes import MISFIT
+from driftwise.workflow.forecast_summary import Own
 
 __all__ = ["write"]
 
@@ -29,6 +31,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     notes : sentences about the table
     """
     trace, forecast, table, summary = found.trace, found.forecast, found.table, found.summary
+    quoted = Own(trace) if found.is_alone else forecast
     trace.diagnosis = found.diagnosis
     events = list(trace.events() if events is None else events)
     clock = "time (s)" if table.timed else "sample" if table.sampling.kind == "none" else table.time
@@ -37,20 +40,21 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     labels = {"inputs": [_named(table[name]) for name in table.inputs]}
     below = report_figures.inputs(line, trace, labels) if table.inputs else []
     shares, names = by_structure(forecast)
-    columns = forecast.y, forecast.prediction, forecast.band(0.95)
+    columns = trace.y, (shown := trace if found.is_alone else forecast).prediction, shown.band(0.95)
     figures = {
         "output": report_plots.output(line, *columns, _named(table[table.output]), marks=marks, is_named=not below),
         **common.named("input", below),
         **common.named("parameter", report_figures.parameters(line, trace, None, marks)),
         "weights": report_plots.weights(line, shares, names, marks),
-        "innovations": report_plots.innovations(line, forecast.normal_score, marks=marks),
+        "innovations": report_plots.innovations(line, quoted.normal_score, marks=marks),
     }
     script, parts = common.components(figures)
+    by = found.chosen.name if found.is_alone else "all models together"
     sections = [
         html.section(
             "prediction",
             "Measured and forecast",
-            "Each sample is forecast from the ones before it, by all models together; the band should hold 95 %.",
+            f"Each sample is forecast from the ones before it, by {by}; the band should hold 95 %.",
             common.plot(parts["output"]),
             *map(common.plot, common.of(parts, "input")),
             common.zoom_words(line),
@@ -104,8 +108,7 @@ def by_structure(forecast):
 
 
 def _cards(found, line) -> list[str]:
-    f, changes = found.forecast_summary, found.changes
-    last = changes[-1] if changes else None
+    f, last = found.quoted, found.last
     what = f"last {line.words(last.time)}: {' and '.join(last.moved) or MISFIT}" if last else "nothing jumped"
     sure = [
         html.card("One-step fit", fixed(f.fit, 1), f"last value: {number(found.naive['last value'], 3)} rms", "", "%"),
@@ -114,16 +117,15 @@ def _cards(found, line) -> list[str]:
     ]  # fmt: skip
     return [
         html.group("The plant", answer.plant(found.summary, found.trace.dt, found.table.lasting)),
-        html.group(
-            "Changes", [html.card("Changes", str(max(found.alarms, len(changes))) if changes else "none", what)]
-        ),
+        html.group("Changes", [html.card("Changes", str(found.alarms or "none"), what)]),
         html.group("How sure", sure),
     ]
 
 
 def _changes(found, line) -> str:
     rows = [[line.words(c.time), " and ".join(c.moved) or MISFIT, f"{c.delay}"] for c in found.changes]
-    return html.table([line.label, "what changed", "samples until noticed"], rows, text=(0, 1)) if rows else ""
+    what = f"what changed: the surest {len(rows)} of {found.alarms}" if found.alarms > len(rows) else "what changed"
+    return html.table([line.label, what, "samples until noticed"], rows, text=(0, 1)) if rows else ""
 
 
 def _models(found) -> str:
@@ -131,7 +133,7 @@ def _models(found) -> str:
         [r.name, r.unknowns, fixed(r.evidence, 1), number(r.rmse, 3), html.tag("shown", "good") * (r is found.chosen)]
         for r in found.rivals
     ]
-    rows += [[name, 0, "", number(error, 3), ""] for name, error in found.naive.items()]
+    rows += [[SO_FAR.get(name, name), 0, "", number(error, 3), ""] for name, error in found.judged.items()]
     return html.table(["model", "unknowns", "log odds", "error (rms)", ""], rows, text=(0,))
 
 

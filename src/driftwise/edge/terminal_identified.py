@@ -8,6 +8,7 @@ from driftwise.workflow.identification_words import brief
 
 __all__ = ["show"]
 
+SO_FAR = {"mean": "mean so far"}  # a forecast knows no other
 CANDIDATES = 6  # that are listed
 
 
@@ -41,11 +42,14 @@ def show(found, *, title: str, taken: float, notes: list[str], stderr: bool = Fa
 
 
 def _quality(found):
-    f, shown = found.forecast_summary, table(("forecast", "left"), ("", "right"))
+    f, shown = (
+        found.quoted,
+        table((f"forecast of {found.chosen.name}" * found.is_alone or "forecast", "left"), ("", "right")),
+    )
     shown.add_row("one-step fit", f"{fixed(f.fit, 1)} %")
     shown.add_row("error (rms)", number(f.rmse, 3))
     for name, error in found.naive.items() if found.is_judged else ():
-        shown.add_row(f"that of the {name}", number(error, 3))
+        shown.add_row(f"that of the {SO_FAR.get(name, name)}", number(error, 3))
     shown.add_row("NIS", fixed(f.nis, 2))
     shown.add_row("95 % bands hold", f"{fixed(100 * f.coverage, 1)} %")
     return shown

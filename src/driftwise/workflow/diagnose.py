@@ -28,7 +28,9 @@ FEW = 5
 WORK = 4e9  # rows times unknowns to the fourth power that the odds may cost: some 15 s
 
 
-def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability | None = None) -> Diagnosis:
+def diagnose(
+    trace, summary=None, *, record=None, identifiable: Identifiability | None = None, are_told: bool = False
+) -> Diagnosis:
     """Return the verdicts on a run of an estimator with one output: see `Trace.diagnose`.
 
     Parameters
@@ -39,6 +41,8 @@ def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability 
     record : (y, u), optional
         The samples as they were estimated, or None where they are too many to be held.
     identifiable : Identifiability, optional
+    are_told : bool
+        Jumps are told beside the verdicts, by who watched for them: those of the memory are left out.
     """
     s = trace.summary() if summary is None else summary
     y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
@@ -49,7 +53,7 @@ def diagnose(trace, summary=None, *, record=None, identifiable: Identifiability 
     found += [excitation(s)]
     found += [] if identifiable is None else [identifiability_verdict(identifiable)]
     found += [] if s.is_static or holds_poles else [stability(s, LEVEL)]
-    found += [changes(trace, s, y, u, is_white=found[2].is_fine)]
+    found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_told=are_told)]
     if y is not None:
         found += news(trace, y, u)
     return Diagnosis([*found, *shares(s), *saturation(trace.y)])
@@ -125,7 +129,7 @@ def identifiability_verdict(found: Identifiability) -> Verdict:
 # --- what moved ----------------------------------------------------------------------------------------------
 
 
-def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
+def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Verdict:
     """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
     from ..memory.auto import Auto
     from ..memory.drift import Never
@@ -135,19 +139,21 @@ def changes(trace, s, y, u, is_white: bool = True) -> Verdict:
     if isinstance(memory, Never):
         is_short = y is not None and len(y) <= ROWS and len(y) * s.estimator.model.N**4 <= WORK
         against = odds(s.estimator, y, u) if is_short else None
-        return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
-    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}" + (
-        f", the last at {instant(s.last_jump, None, s.unit)}" if s.jumps else ""
-    )
+        return _constant(trace, name) if against is None else _by_odds(against, name, is_white)
+    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}"
+    jumped += f", the last at {instant(s.last_jump, s.origin)}" if s.jumps else ""
+    also = "" if are_told else f"; {jumped}"
     if isinstance(memory, Auto) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
         value = min((1 - still) / max(still, 1 / MOST), MOST)
-        return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}; {jumped}; both are followed")
+        return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}{also}; both are followed")
     if speeds is not None:
-        return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}); {jumped}")
+        return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}){also}")
     if getattr(s.estimator, "holds_poles", False):
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
-    if s.jumps or trace.watches or isinstance(memory, Auto):
+    if are_told and (s.jumps or trace.watches):
+        return Verdict(name, math.nan, ANY, True, "jumps are followed; between them the parameters stay")
+    if s.jumps or trace.watches:
         return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
     advice = f"this memory forgets without asking why: {memories(s.estimator)} tells drift from jumps, with odds"
     return Verdict(name, math.nan, ANY, True, advice)

@@ -3,13 +3,43 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from .average_trace import AverageTrace
 from .calibration import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
+from .mixture import normal_score
+from .trace import Trace
 from .verdicts import Diagnosis
 from .whiteness import Correlations, score, verdict
+
+
+class Own:
+    """The forecast that one estimator makes, as that of a model average is told: deviates of its density."""
+
+    def __init__(self, trace: Trace):
+        self.y, self.innovation, self.variance = trace.y, trace.innovation, trace.variance
+        self.is_used = np.isfinite(trace.innovation)
+        self.normal_score = np.full(len(trace), math.nan)
+        self.normal_score[self.is_used] = normal_score(*_sides(trace, self.is_used))
+        self.log_score = np.full(len(trace), math.nan)
+
+    def __len__(self):
+        return len(self.y)
+
+
+def _sides(trace: Trace, use) -> list[np.ndarray]:
+    """Return the probability below and above the outputs ``use``, (2, T)."""
+    from scipy.special import stdtr
+
+    e = trace.innovation[use, None]
+    nu = np.minimum(trace.dof[use], 1e8)[:, None]
+    if not trace.is_mixture:
+        z = e / np.sqrt(trace.variance[use, None])
+        return [stdtr(nu, side * z)[:, 0] for side in (1, -1)]
+    weight, offset, scale, _ = (part[use] for part in trace.mixture())
+    z = (e - offset) / scale
+    return [(weight * stdtr(nu, side * z)).sum(axis=1) for side in (1, -1)]
 
 
 class ForecastSummary:
@@ -17,12 +47,12 @@ class ForecastSummary:
 
     def __init__(self, settle: int = 0):
         self.settle, self.samples, self.count = settle, 0, 0
-        self._mean = self._m2 = self._squares = self._ratio = self._log = 0.0
+        self._mean = self._m2 = self._squares = self._log = 0.0
         self._nis, self._spread, self._held = 0.0, 0.0, 0
         self._lags = Correlations()
 
-    def add(self, trace: AverageTrace) -> ForecastSummary:
-        """Take in one more piece."""
+    def add(self, trace: Any) -> ForecastSummary:
+        """Take in one more piece, an `AverageTrace` or an `Own`."""
         late = self.samples + np.arange(len(trace)) >= self.settle
         self.samples += len(trace)
         used = trace.is_used & late
@@ -34,7 +64,6 @@ class ForecastSummary:
         self._mean += delta * len(y) / total
         self.count = total
         self._squares += float(e @ e)
-        self._ratio += float((e * e / trace.variance[used]).sum())
         self._log += float(trace.log_score[used].sum())
         more, spread, _ = score(z, np.ones(len(z)), np.full(len(z), math.inf))
         self._nis, self._spread = self._nis + more, self._spread + spread
@@ -48,14 +77,19 @@ class ForecastSummary:
         return math.sqrt(self._squares / self.count) if self.count else math.nan
 
     @property
+    def spread(self) -> float:
+        """Standard deviation of the outputs: root mean square distance from their mean."""
+        return math.sqrt(self._m2 / self.count) if self.count else math.nan
+
+    @property
     def fit(self) -> float:
         """100 (1 - |e|/|y - mean y|), per cent."""
         return 100 * (1 - math.sqrt(self._squares / self._m2)) if self._m2 > 0 else math.nan
 
     @property
     def nis(self) -> float:
-        """Mean of e^2 over its variance."""
-        return self._ratio / self.count if self.count else math.nan
+        """Mean square of the normal scores, 1 where the bars are right: that which the verdict is on."""
+        return self._nis / self.count if self.count else math.nan
 
     @property
     def coverage(self) -> float:

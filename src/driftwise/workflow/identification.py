@@ -11,9 +11,9 @@ import numpy as np
 
 from ..memory.drift import UntilJump
 from .average_trace import AverageTrace
-from .changes import MOST, Change, changes_of
+from .changes import LOOKED, Change, changes_of, surest
 from .diagnose import diagnose
-from .forecast_summary import ForecastSummary
+from .forecast_summary import ForecastSummary, Own
 from .frames import as_frame
 from .identifier import Identifier, Rival
 from .recognise import Table
@@ -37,22 +37,28 @@ class Identification:
         One step ahead, made from all candidates and from the samples before only.
     summary, forecast_summary : Summary, ForecastSummary
         Both runs in numbers.
+    own_summary : ForecastSummary
+        The chosen model's own forecast, in the same numbers; ``quoted`` is the one of the two that the words are about.
     changes : list of Change
-        What jumped in the plant, and when.
+        What jumped in the plant, and when: the surest.
     diagnosis : Diagnosis
-        Verdicts: those on calibration are the forecast's, the others the chosen model's.
+        Verdicts: those on calibration are those of the forecast that is quoted, the others the chosen model's.
     rivals : list of Rival
         How well each candidate predicted, best first: ``evidence()`` is the table.
     chosen : Rival
         The one with the fewest parameters among the best.
     naive : dict
-        Root mean square errors of last value and mean.
+        Root mean square errors of last value and mean so far, in all samples.
+    judged : dict
+        The same in the samples by which models were compared, the first piece of a long file.
     center : (1 + k,)
         What was subtracted from y and from each input before the model saw them: its offset is about there.
     origin : str
         Time stamp (ISO 8601) of second 0, None where the clock has none.
     alarms : int
-        Changes that were noticed; the first ones of them are ``changes``.
+        Changes that were noticed; the surest of them are ``changes``.
+    last : Change
+        The last that was noticed; None where there was none.
     """
 
     table: Table
@@ -60,14 +66,17 @@ class Identification:
     forecast: AverageTrace
     summary: Summary
     forecast_summary: ForecastSummary
+    own_summary: ForecastSummary
     changes: list[Change]
     diagnosis: Diagnosis
     rivals: list[Rival]
     chosen: Rival
     naive: dict[str, float]
+    judged: dict[str, float]
     center: np.ndarray
     origin: str | None = None
     alarms: int = 0
+    last: Change | None = None
 
     @property
     def estimator(self) -> Any:
@@ -94,12 +103,22 @@ class Identification:
     @property
     def is_judged(self) -> bool:
         """Whether there were samples enough to compare models by."""
-        return all(map(math.isfinite, self.naive.values()))
+        return all(map(math.isfinite, self.judged.values()))
 
     @property
     def is_useful(self) -> bool:
-        """Whether the chosen model predicts better than last value and mean."""
-        return self.chosen.rmse < min(self.naive.values())
+        """Whether the chosen model, and the forecast that is quoted, predict better than last value and mean."""
+        return self.chosen.rmse < min(self.judged.values()) and self.quoted.rmse < min(self.naive.values())
+
+    @property
+    def quoted(self) -> ForecastSummary:
+        """The forecast that the words are about: of all models, or of the chosen one where only that is any good."""
+        return quoted(self.forecast_summary, self.own_summary, self.naive)
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether that is the chosen model's own."""
+        return self.quoted is self.own_summary
 
     @cached_property
     def words(self) -> str:
@@ -144,6 +163,11 @@ class Identification:
         return as_frame(told(self.forecast, self.trace), backend)
 
 
+def quoted(forecast: ForecastSummary, own: ForecastSummary, naive: dict[str, float]) -> ForecastSummary:
+    """Return the forecast; where it is worse than last value or mean, and the chosen model's own is better, that."""
+    return own if forecast.rmse > min(naive.values()) and own.rmse < forecast.rmse else forecast
+
+
 def told(forecast: AverageTrace, trace: Trace) -> dict[str, np.ndarray]:
     """Return the columns of a forecast and, beside them, the parameters of the model with their deviations."""
     own = trace.columns()
@@ -166,8 +190,10 @@ class Finder:
         self.identifier = Identifier(len(table.inputs), table.dt)
         self.summary: Any = None
         self.forecast_summary: Any = None
+        self.own_summary: Any = None
         self.watching = Watching()
         self.changes: list[Change] = []
+        self.last: Change | None = None
         self.alarms = 0
 
     def add(self, time, y, u) -> tuple[AverageTrace, Trace]:
@@ -179,7 +205,8 @@ class Finder:
             self.estimator = self.identifier.estimator
             most = max(rival.unknowns for rival in self.identifier.rivals)
             self.summary = Summary(self.estimator)
-            self.forecast_summary = ForecastSummary(min(2 * most, len(y) // 4))
+            settle = min(2 * most, len(y) // 4)
+            self.forecast_summary, self.own_summary = ForecastSummary(settle), ForecastSummary(settle)
         center = self.identifier.center
         trace = self.estimator.scan(
             y - center[0], None if u is None else u - center[1:],
@@ -187,14 +214,18 @@ class Finder:
         )  # fmt: skip
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
+        self.own_summary.add(Own(trace))
         if isinstance(self.estimator.options["memory"], UntilJump):  # it is watched itself, at the same rate
             alarms = trace.jumps()
         else:
             alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)
-        self.alarms += len(alarms)
-        room = max(MOST - len(self.changes), 0)
-        found = changes_of(trace, self.table.inputs, alarms[:room])
-        self.changes += [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
+        begun = 2 * len(trace.names) - samples  # before, a model is only being met
+        alarms = [alarm for alarm in alarms if alarm.sample >= begun]
+        found = changes_of(trace, self.table.inputs, alarms)
+        found = [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
+        self.alarms += len(found) + max(len(alarms) - LOOKED, 0)
+        self.changes = surest([*self.changes, *found])
+        self.last = found[-1] if found else self.last
         trace.y += center[0]
         trace.u += center[1:]
         trace.outs[:, 0] += center[0]
@@ -202,13 +233,14 @@ class Finder:
 
     def found(self, trace: Trace, forecast: AverageTrace) -> Identification:
         """Return the answer; trace and forecast are those of the record, perhaps thinned out."""
-        own = self.forecast_summary.verdicts
+        naive = self.identifier.baselines
+        own = quoted(self.forecast_summary, self.own_summary, naive).verdicts
         names = {verdict.name for verdict in own}
-        rest = [v for v in diagnose(trace, self.summary) if v.name not in names]
+        rest = [v for v in diagnose(trace, self.summary, are_told=True) if v.name not in names]
         if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
             rest = [v for v in rest if v.name != "missing"]
         return Identification(
-            self.table, trace, forecast, self.summary, self.forecast_summary, self.changes, Diagnosis([*own, *rest]),
-            self.identifier.rivals, self.identifier.chosen, self.identifier.naive, self.identifier.center,
-            self.origin, self.alarms,
+            self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.changes,
+            Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
+            self.identifier.center, self.origin, self.alarms, self.last,
         )  # fmt: skip

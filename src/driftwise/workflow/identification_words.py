@@ -5,12 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 
+from .changes import surest
 from .watching import FALSE
 from .wording import gain_words, is_integrator, pole_words
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
 NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
-SHOWN = 3  # changes that are named, those with odds first, then those of which is known what moved
+SHOWN = 3  # changes that are named, the surest
 ORDINAL = {1: "First", 2: "Second", 3: "Third"}
 
 
@@ -40,13 +41,20 @@ def _plant(found) -> str:
     if not found.is_judged:
         return f"{s.observed} measured outputs are too few to compare models: the numbers are first guesses."
     if not found.is_useful:
-        name, error = min(found.naive.items(), key=lambda pair: pair[1])
+        chosen, quoted = found.chosen, found.quoted
+        name, error = min(found.judged.items(), key=lambda pair: pair[1])
         if error <= min(rival.rmse for rival in found.rivals):
             return f"{table.output} is best predicted by its {name}: no model of it does better."
-        chosen = found.chosen
+        if error <= chosen.rmse:
+            return (
+                f"No model of {table.output} can be relied on: the most likely, {chosen.name}, is "
+                f"{chosen.rmse:.3g} off (rms), the {name} {error:.3g}."
+            )
+        name, error = min(found.naive.items(), key=lambda pair: pair[1])
+        who = f"{chosen.name} alone is" if found.is_alone else "all models together are"
         return (
-            f"No model of {table.output} can be relied on: the most likely, {chosen.name}, is {chosen.rmse:.3g} off "
-            f"(rms), the {name} {error:.3g}."
+            f"No forecast of {table.output} can be relied on: one step ahead {who} {quoted.rmse:.3g} off (rms), "
+            f"the {name} {error:.3g}."
         )
     poles = [(p, std) for p, std in s.poles if abs(p) > FAST]
     modes = list(dict.fromkeys(_mode(p, std, table) for p, std in poles if p.imag >= 0))[:MODES]
@@ -54,7 +62,18 @@ def _plant(found) -> str:
     text = f"{ORDINAL.get(n, f'{n}th')} order: {', '.join(modes)}." if n else "No memory of its own."
     gains = gain_words(found.model) if table.inputs and all(abs(p) < 1 for p, _ in s.poles) else []
     told = [f"{gain} from {name}" for gain, name in zip(gains, table.inputs) if gain]
-    return text + (f" Gain {', '.join(told)}." if told else "")
+    return _warning(found) + text + (f" Gain {', '.join(told)}." if told else "")
+
+
+def _warning(found) -> str:
+    """Say that the forecast of all models is worse than a naive one, where it is."""
+    if not found.is_alone:
+        return ""
+    name, error = min(found.naive.items(), key=lambda pair: pair[1])
+    return (
+        f"All models together forecast worse than the {name}, {found.forecast_summary.rmse:.3g} off "
+        f"against {error:.3g} (rms); {found.chosen.name} alone is {found.quoted.rmse:.3g} off and is what is told here. "
+    )
 
 
 def _mode(p: complex, std: float, table) -> str:
@@ -81,12 +100,13 @@ def _choice(found) -> str:
 
 
 def _trust(found) -> str:
-    f = found.forecast_summary
+    f = found.quoted
     if not f.count:
         return ""
     held = f"{100 * f.coverage:.0f} % of the samples lie in their 95 % band."
     if not f.fit > 0:  # NaN too
-        return f"One step ahead it is predicted no better than by the mean of the record; {held}"
+        mean = f" ({f.rmse:.3g} off against {f.spread:.3g}, rms, but nobody knew that mean before)" if f.spread else ""
+        return f"One step ahead it is predicted no better than by the mean of the record{mean}; {held}"
     return f"One step ahead, {f.fit:.1f} % of the movement is predicted and {held}"
 
 
@@ -100,10 +120,21 @@ def _changes(found) -> str:
         return ""
     if not found.changes:
         return "Nothing jumped."
-    best = sorted(found.changes, key=lambda c: (c.odds is None, not c.moved))[:SHOWN]
-    shown = sorted(best, key=lambda c: c.since)
-    rest = max(found.alarms, len(found.changes)) - len(shown)
+    sure = [change for change in found.changes if change.is_sure]
+    chance = math.ceil(found.summary.samples / FALSE)
+    if not sure and found.alarms <= chance:
+        return _doubtful(found, chance)
+    shown = surest(sure or found.changes, SHOWN)
+    rest = found.alarms - len(shown)
     more = f"; and {rest} more change{'s' * (rest > 1)}" if rest else ""
     text = "; ".join(map(found.told, shown))
-    chance = math.ceil(found.summary.samples / FALSE)
     return f"{text[0].upper()}{text[1:]}{more}. One false alarm in {FALSE} samples is allowed, here up to {chance}."
+
+
+def _doubtful(found, chance: int) -> str:
+    """Say that no more was noticed than what the promised rate of false alarms lets through."""
+    (best,) = surest(found.changes, 1)
+    allowed = f"no more than the false alarms allowed in so many samples ({chance}): nothing need have changed"
+    if found.alarms == 1:
+        return f"Perhaps, {found.told(best)}; but that is {allowed}."
+    return f"{found.alarms} changes were noticed, {allowed}. The surest: {found.told(best)}."

@@ -18,6 +18,7 @@ from .candidates import Candidate, candidates
 PILOT = 200  # samples that set the units, or half of a record that is shorter
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
 SIMPLE, STEADY = 2, 200.0  # past outputs and inputs of the models that never forget, at most; memory of their noise
+BASELINES = "last value", "mean"  # so far: what a model has to beat
 CLOSE = 3.0  # log odds below which the simpler model is taken
 
 
@@ -124,12 +125,20 @@ class Identifier:
         count = float(last["own"][SEEN]) - average.task.settle
         count = count if count > 0 else math.nan  # too short a record to compare models by
         naive = dict(zip(NAIVE, np.sqrt(average.squares(last)[len(others) :] / count).tolist()))
-        self.naive = {name: naive[name] for name in ("last value", "mean")}
+        self.naive = {name: naive[name] for name in BASELINES}
         found: dict[str, Rival] = {}
         for (c, memory), log, square in zip(entrants, evidence, squares):
             rival = Rival(c, memory, float(log - evidence.max()), math.sqrt(square / count), c.unknowns)
             found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: r.evidence)
         self.rivals = sorted(found.values(), key=lambda r: -r.evidence)
+
+    @property
+    def baselines(self) -> dict[str, float]:
+        """Errors of last value and mean in all samples so far, as ``naive`` has them of the first piece."""
+        count = float(self._state["own"][SEEN]) - self._average.task.settle
+        squares = self._average.squares(self._state)[-len(NAIVE) :]
+        found = dict(zip(NAIVE, np.sqrt(squares / (count if count > 0 else math.nan)).tolist()))
+        return {name: found[name] for name in BASELINES}
 
     @property
     def chosen(self) -> Rival:

@@ -1,0 +1,118 @@
+"""What an identification says of its own numbers: which forecast is quoted, which changes are told."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.workflow.changes import Change, surest
+from driftwise.workflow.forecast_summary import ForecastSummary, Own
+
+
+def plant(samples=800, noise=0.05, rest=0, seed=1):
+    """Return input and output of a first-order plant, at rest for so many samples."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([0.0, 1.0, 2.0], samples // 4), 4)
+    u[:rest] = 0.0
+    y = np.zeros(samples)
+    for t in range(1, samples):
+        y[t] = 0.8 * y[t - 1] + 0.2 * u[t - 1] + noise * rng.standard_normal()
+    return u, y
+
+
+@pytest.fixture(scope="module")
+def found():
+    u, y = plant()
+    return dw.identify({"valve": u, "level": y})
+
+
+def summary(like, errors: float) -> ForecastSummary:
+    """Return a summary of forecasts whose errors are so many times as large."""
+    own = Own(like)
+    own.innovation = errors * own.innovation
+    return ForecastSummary(30).add(own)
+
+
+# --- the forecast that is quoted -------------------------------------------------------------------------------
+
+
+def test_a_forecast_worse_than_the_last_value_is_not_the_one_that_is_quoted(found):
+    worse = summary(found.trace, 10.0)
+    told = dataclasses.replace(found, forecast_summary=worse)
+    assert min(found.naive.values()) < worse.rmse and found.own_summary.rmse < min(found.naive.values())
+    assert told.quoted is told.own_summary and told.is_useful
+    assert told.answer.startswith("All models together forecast worse than the last value")
+    assert f"{told.own_summary.fit:.1f} % of the movement" in told.words
+    assert f"{worse.fit:.1f} % of the movement" not in told.words
+    assert found.quoted is found.forecast_summary and "worse than" not in found.words
+
+
+def test_where_no_forecast_beats_the_last_value_no_model_is_offered(found):
+    worse = summary(found.trace, 10.0)
+    told = dataclasses.replace(found, forecast_summary=worse, own_summary=summary(found.trace, 9.0))
+    assert not told.is_useful and told.answer.startswith("No forecast of level can be relied on")
+    assert f"{told.own_summary.rmse:.3g} off" in told.answer and "Gain" not in told.answer
+
+
+def test_the_page_and_the_terminal_show_the_numbers_of_the_words(found, tmp_path, capsys):
+    from driftwise.edge.terminal_identified import show
+
+    told = dataclasses.replace(found, forecast_summary=summary(found.trace, 10.0))
+    told.report(tmp_path / "page.html")
+    show(told, title="plant", taken=0.1, notes=[])
+    fit = f"{told.own_summary.fit:.1f}"
+    page, said = (tmp_path / "page.html").read_text(), capsys.readouterr().out
+    assert f">{fit} <small>" in page and f"{fit} %" in said and f"{told.forecast_summary.fit:.1f} %" not in said
+
+
+def test_the_size_that_is_printed_is_the_one_that_is_judged(found):
+    for one in (found.forecast_summary, found.own_summary):
+        assert one.verdicts.find("NIS").value == pytest.approx(one.nis)
+
+
+def test_the_deviates_of_a_single_model_are_standard_normal(found):
+    z = Own(found.trace).normal_score[50:]
+    assert abs(z.mean()) < 0.15 and 0.85 < z.std() < 1.1
+    assert np.corrcoef(z, found.trace.innovation[50:])[0, 1] > 0.95
+
+
+# --- changes ---------------------------------------------------------------------------------------------------
+
+
+def change(since: int, odds=None, deviations=0.0, moved=()) -> Change:
+    return Change(since, float(since), since + 3, odds, moved, deviations)
+
+
+MANY = [change(10 * k, odds=5.0, deviations=1.0) for k in range(30)]
+MANY[25], MANY[27] = change(250, odds=11149.0), change(270, deviations=9.0, moved=("the level rose by 2.5",))
+
+
+def test_the_surest_changes_are_kept_in_order_of_time():
+    kept = surest(MANY)
+    assert len(kept) == 20 and {MANY[25], MANY[27]} < set(kept)
+    assert [c.since for c in kept] == sorted(c.since for c in kept)
+    assert [c.since for c in surest(MANY, 2)] == [250, 270]
+
+
+def test_the_surest_changes_are_told_and_the_last_is_the_last(found, tmp_path):
+    told = dataclasses.replace(found, changes=surest(MANY), alarms=30, last=MANY[-1])
+    assert "At sample 250" in told.answer and "at sample 270 the level rose by 2.5" in told.answer
+    assert "and 28 more changes" in told.answer
+    page = Path(told.report(tmp_path / "page.html")).read_text()
+    assert "last 290" in page and "the surest 20 of 30" in page and ">30</div>" in page
+
+
+def test_no_more_changes_than_false_alarms_are_no_facts(found):
+    told = dataclasses.replace(found, changes=[change(100)], alarms=1)
+    assert "nothing need have changed" in told.answer
+    sure = dataclasses.replace(found, changes=[change(100, deviations=9.0, moved=("the level rose by 2",))], alarms=1)
+    assert "At sample 100 the level rose by 2" in sure.answer and "need" not in sure.answer
+
+
+def test_the_first_movement_of_a_plant_is_no_change_of_it():
+    """Before it nothing is known but the level: what the parameters have there is the prior."""
+    u, y = plant(600, noise=0.0, rest=200)
+    found = dw.identify({"valve": u, "level": np.round(y, 3)}, output="level", input="valve")
+    assert all(abs(change.since - 200) > 10 for change in found.changes) and "from 0 to" not in found.answer
