@@ -162,8 +162,7 @@ class _Summary:
     """What the section about roots reads of a summary."""
 
     def __init__(self, model):
-        self.model, self.notes, self.poles = model, model.notes, list(zip(model.poles, model.poles_std))
-        self.unit = "s"
+        self.model, self.notes, self.moduli = model, model.notes, list(zip(model.poles, model.poles_std))
 
 
 def test_plot_keeps_spikes_and_labels(trace):

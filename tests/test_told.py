@@ -78,6 +78,30 @@ def test_the_deviates_of_a_single_model_are_standard_normal(found):
     assert np.corrcoef(z, found.trace.innovation[50:])[0, 1] > 0.95
 
 
+# --- modes -----------------------------------------------------------------------------------------------------
+
+
+def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
+    from driftwise.workflow.identification_words import _mode
+    from driftwise.workflow.wording import is_integrator, swings
+
+    fast = 0.66 + 0.06j  # half a swing takes 35 samples, after 8 a twentieth is left
+    assert not swings(fast) and _mode(fast, 0.06, found.table) == "time constant 2.43 samples (a pair of poles)"
+    slow = 0.9 + 0.2j
+    assert swings(slow) and "dies out with time constant 12.3 samples" in _mode(slow, 0.001, found.table)
+    assert not is_integrator(0.7173, 0.2) and is_integrator(0.98, 0.02)
+    assert "hardly" not in _mode(0.7 + 0.2j, 0.2, found.table), "uncertain, but it is gone in three samples"
+
+
+def test_the_bar_of_a_modulus_is_the_same_everywhere():
+    from driftwise.workflow.stable import moduli
+
+    y, u = dw.simulate([-1.6, 0.68], [1.0, 0.5], samples=300, noise_std=0.3, seed=1)
+    s = dw.ARX(2, 2).scan(y, u).summary()
+    (_, spread), _ = s.moduli
+    assert spread == pytest.approx(moduli(s.model, 1.0)[1][0]) and spread < s.poles[0][1]
+
+
 # --- changes ---------------------------------------------------------------------------------------------------
 
 

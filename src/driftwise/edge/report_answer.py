@@ -7,8 +7,8 @@ from math import atan2, isfinite, log, nan, pi
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.wording import number, plus_minus
-from driftwise.workflow.clock_words import SAMPLES, lasting
-from driftwise.workflow.wording import is_integrator
+from driftwise.workflow.clock_words import lasting
+from driftwise.workflow.wording import is_integrator, swings
 
 __all__ = ["cards", "facts", "plant"]
 
@@ -55,7 +55,7 @@ def plant(summary, dt: float, lasting=lasting) -> list[str]:
 
 def _slowest(summary, dt: float, lasting) -> str:
     """Return the card of the slowest mode."""
-    pole, std = summary.poles[0] if summary.poles else (0j, nan)
+    pole, std = summary.moduli[0] if summary.poles else (0j, nan)
     size, bar = abs(pole), f"pole {number(abs(pole), 4)} \u00b1 {number(std, 2)}" if isfinite(std) else ""
     if is_integrator(pole, std):
         return html.card("Slowest mode", "integrator", bar)
@@ -63,8 +63,9 @@ def _slowest(summary, dt: float, lasting) -> str:
         return html.card("Slowest mode", "unstable", bar, "bad")
     if size < 1e-6:
         return html.card("Slowest mode", "pure delay")
-    tau, period = -dt / log(size), 2 * pi * dt / abs(atan2(pole.imag, pole.real)) if abs(pole.imag) > 1e-9 else 0.0
-    note = f"swings with period {lasting(period)}" if period else "alternates" if pole.real < 0 else bar
+    tau, period = -dt / log(size), 2 * pi * dt / abs(atan2(pole.imag, pole.real)) if swings(pole) else 0.0
+    alternates = pole.real < 0 and abs(pole.imag) <= 1e-9
+    note = f"swings with period {lasting(period)}" if period else "alternates" if alternates else bar
     value, _, unit = lasting(tau).partition(" ")
     return html.card("Time constant", value, note, unit=unit)
 

@@ -25,7 +25,7 @@ UNLEARNED = 0.5  # a direction that keeps more than this share of its prior vari
 
 def roots(summary, dt: float, figure: str) -> str:
     """Return the section about poles, zeros and steady-state gains; ``figure`` is trusted markup."""
-    found = summary.poles
+    found = summary.moduli
     model = summary.model
     outside = sum(abs(p) >= 1 for p, _ in found)
     near = sum(abs(p) < 1 <= abs(p) + 2 * s for p, s in found)

@@ -36,7 +36,7 @@ def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> No
     tables = [parameters(summary)]
     if not summary.is_static:
         zeros = [pair for i in range(summary.model.form.inputs) for pair in zeros_told(summary.model, i)]
-        tables += [roots("pole", summary.poles, 1.0)]
+        tables += [roots("pole", summary.moduli, 1.0)]
         tables += [roots("zero", zeros)] if zeros and summary.is_enough else []
     for k, shelf in enumerate(shelves([*tables, _quality(summary)], out)):
         if k:

@@ -30,7 +30,7 @@ def show(found, *, title: str, taken: float, notes: list[str], stderr: bool = Fa
         out.print(Text("beware: ", style="yellow") + Text(f"{verdict.advice}."))
     if not found.diagnosis.is_fine and s.is_enough:
         out.print()
-    tables = [parameters(s), roots("pole", s.poles, 1.0), _quality(found)] if s.is_enough else []
+    tables = [parameters(s), roots("pole", s.moduli, 1.0), _quality(found)] if s.is_enough else []
     for shelf in shelves([*tables, _candidates(found)] if found.is_judged else tables, out):
         out.print(shelf)
         out.print()

@@ -7,10 +7,10 @@ import math
 
 from .changes import surest
 from .watching import FALSE
-from .wording import gain_words, is_integrator, pole_words
+from .stable import NEAR
+from .wording import gain_words, is_integrator, pole_words, swings
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
-NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
 SHOWN = 3  # changes that are named, the surest
 ORDINAL = {1: "First", 2: "Second", 3: "Third"}
 
@@ -56,7 +56,7 @@ def _plant(found) -> str:
             f"No forecast of {table.output} can be relied on: one step ahead {who} {quoted.rmse:.3g} off (rms), "
             f"the {name} {error:.3g}."
         )
-    poles = [(p, std) for p, std in s.poles if abs(p) > FAST]
+    poles = [(p, std) for p, std in s.moduli if abs(p) > FAST]
     modes = list(dict.fromkeys(_mode(p, std, table) for p, std in poles if p.imag >= 0))[:MODES]
     n = len(poles)
     text = f"{ORDINAL.get(n, f'{n}th')} order: {', '.join(modes)}." if n else "No memory of its own."
@@ -79,13 +79,13 @@ def _warning(found) -> str:
 def _mode(p: complex, std: float, table) -> str:
     """Say what a pole means in time."""
     r, dt = abs(p), table.dt
-    if not 0 < r < 1 or (p.real < 0 and not p.imag) or (abs(p - 1) < NEAR and is_integrator(p, std)):
+    if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std):
         return pole_words(p, std, dt)
     tau = table.lasting(-dt / math.log(r))
-    if not p.imag:
-        return f"time constant {tau}"
+    if not swings(p):
+        return f"time constant {tau}" + " (a pair of poles)" * bool(p.imag)
     period = table.lasting(2 * math.pi * dt / abs(cmath.phase(p)))
-    dies = f"that dies out with time constant {tau}" if 1 - r > 2 * std else "that hardly dies out"
+    dies = f"that dies out with time constant {tau}" if 1 - r > min(2 * std, NEAR) else "that hardly dies out"
     return f"oscillation of period {period} {dies}"
 
 

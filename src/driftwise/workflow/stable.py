@@ -8,7 +8,9 @@ import numpy as np
 
 from .verdicts import Verdict
 
-__all__ = ["moduli", "stability"]
+__all__ = ["NEAR", "moduli", "stability"]
+
+NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
 
 
 def moduli(model, dt) -> tuple[np.ndarray, np.ndarray]:
@@ -46,7 +48,8 @@ def stability(s, level: float) -> Verdict:
         return Verdict("stability", p, limits, False, advice)
     at, model = complex(s.model.poles[worst]), s.model
     what = "an oscillation that never dies out" if at.imag or at.real < 0 else "an integrator"
-    advice = f"the largest pole modulus, {said}, cannot be told from 1 ({what}): where the plant settles, record longer"
+    what = f" ({what})" if 1 - p < NEAR else ", so little is known of it"
+    advice = f"the largest pole modulus, {said}, cannot be told from 1{what}: where the plant settles, record longer"
     gains = np.atleast_1d(getattr(model, "dc_gain_std", ())) if s.estimator.model.inputs else np.empty(0)
     if gains.size and not np.isfinite(gains).all():
         advice += " or take the offset off; the steady-state gain has no bound"

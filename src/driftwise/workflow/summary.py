@@ -12,6 +12,7 @@ from ..models.convert import Model
 from .clock_words import SECONDS
 from .events import runs, weighed_words
 from .mixture import share_within
+from .stable import moduli
 from .trace import Trace, quantile
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 
@@ -177,6 +178,14 @@ class Summary:
         model = self.model
         std = model.poles_std if self.is_enough else np.full(len(model.poles), math.inf)
         return [(complex(p), float(s)) for p, s in zip(model.poles, std)]
+
+    @property
+    def moduli(self) -> list[tuple[complex, float]]:
+        """(pole, standard deviation of its modulus in discrete time) of each pole, largest first: what ``|p|`` is ±."""
+        if self.is_static:
+            return []
+        spreads = moduli(self.model, self.estimator.dt)[1] if self.is_enough else (math.inf for _ in self.poles)
+        return [(p, float(spread)) for (p, _), spread in zip(self.poles, spreads)]
 
     @property
     def is_static(self) -> bool:

@@ -6,33 +6,39 @@ import cmath
 import math
 
 from ..models.polynomial import PolynomialModel
-from .clock_words import SECONDS, instant
+from .clock_words import instant
+from .stable import NEAR
 from .whiteness import Nis
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
 
 
 def is_integrator(p: complex, std: float) -> bool:
-    """Say whether a pole cannot be told from one."""
-    return abs(p - 1) < max(2 * std, 1e-6) if math.isfinite(std) else False
+    """Say whether a pole cannot be told from one, and is near it: far away that only says how little is known."""
+    return abs(p - 1) < min(max(2 * std, 1e-6), NEAR) if math.isfinite(std) else False
+
+
+def swings(p: complex) -> bool:
+    """Say whether a mode is seen to swing: a twentieth is left of it, at least, half a period later."""
+    return abs(p.imag) > 1e-9 and abs(p) ** (math.pi / abs(math.atan2(p.imag, p.real))) > 0.05
 
 
 def pole_words(p: complex, std: float, dt: float, unit: str = SECONDS) -> str:
     """Return what a discrete pole means in time."""
     r = abs(p)
-    if abs(p - 1) < 0.05 and is_integrator(p, std):
+    if is_integrator(p, std):
         return f"an integrator (pole {p.real:.4f} ± {std:.2g})"
     if r < 1e-6:
         return "a pure delay"
     if r >= 1:
         return f"an unstable mode (|p| = {r:.4f} ± {std:.2g})"
     tau = -dt / math.log(r)
-    if abs(p.imag) > 1e-9:
+    if swings(p):
         period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real))
-        return f"an oscillation of period {period:.3g} {unit} that decays with time constant {tau:.3g} {unit}"
-    if p.real < 0:
+        return f"an oscillation of period {period:.3g} s that decays with time constant {tau:.3g} s"
+    if p.real < 0 and abs(p.imag) <= 1e-9:
         return f"an alternating mode (pole {p.real:.2f})"
-    return f"time constant {tau:.3g} {unit}"
+    return f"time constant {tau:.3g} s" + " (a pair of poles)" * (abs(p.imag) > 1e-9)
 
 
 def gain_words(model) -> list[str]:
@@ -115,10 +121,10 @@ def paragraph(s) -> str:
         return f"{s.observed} measured outputs are too few for {est.model.N} unknowns: nothing can be said yet."
     n = getattr(est.model, "order", est.model.n)
     order = {1: "first", 2: "second", 3: "third"}.get(n, f"{n}th")
-    poles = s.poles
+    poles = s.moduli
     if getattr(model, "is_continuous", False):  # as seen at the usual step
-        poles = [(cmath.exp(p * est.dt), abs(cmath.exp(p * est.dt)) * est.dt * std) for p, std in poles]
-    modes = dict.fromkeys(pole_words(p, std, est.dt, s.unit) for p, std in poles if p.imag >= 0)  # delays are said once
+        poles = [(cmath.exp(p * est.dt), std) for p, std in poles]
+    modes = dict.fromkeys(pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0)  # delays are said once
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     text = f"{kind} "
     if math.isfinite(s.rmse):
