@@ -15,20 +15,19 @@ INK, BLUE, ORANGE, GREY = "#1f2937", "#2563eb", "#d97706", "#9ca3af"
 
 
 def flight():
-    """The gain from roll to track of the shipped flight, found without knowing the speed, beside physics."""
+    """The gain from roll to track of the shipped flight as `driftwise demo` finds it, beside physics."""
     record = dw.sample_data("flight")
+    columns = {name: record[name] for name in ("time_s", "track_deg", "roll_deg")}
+    trace = dw.identify(columns, output="track_deg", input="roll_deg").trace
     part = slice(90, 401)
-    time, track, roll = (record[k][part] for k in ("time_s", "track_deg", "roll_deg"))
-    y, u = track - np.nanmedian(track), roll - np.nanmedian(roll)
-    est = dw.Joint(1, inputs=1, noise=dw.EquationError(), memory=dw.Walk(0.01), dt=2.0).scaled_to(y, u)
-    trace = est.scan(y, u, time=time)
+    time, track, roll = (column[part] for column in columns.values())
     physics = 2 * 9.80665 / record["ground_speed_mps"][part]
 
     fig, (top, bottom) = plt.subplots(2, 1, figsize=(9, 5), sharex=True, height_ratios=(2, 3), layout="constrained")
     top.plot(time, track, color=INK, lw=1.5, label="track (deg)")
     top.plot(time, 200 + 2 * roll, color=GREY, lw=1, marker=".", ms=3, label="roll, when it was heard (not to scale)")
     top.legend(frameon=False, fontsize=9)
-    b1, std = trace.parameters[:, 1], trace.parameters_std[:, 1]
+    b1, std = trace.parameters[part, 1], trace.parameters_std[part, 1]
     bottom.fill_between(time, b1 - 2 * std, b1 + 2 * std, color=BLUE, alpha=0.18, lw=0, label="two standard errors")
     bottom.plot(time, b1, color=BLUE, lw=1.8, label="gain b1, estimated sample by sample")
     bottom.plot(time, physics, color=ORANGE, lw=1.5, ls="--", label="what physics says: 2 s · g / speed")

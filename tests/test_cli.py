@@ -189,8 +189,8 @@ def test_demo_ends_with_what_to_type_next(call, tmp_path):
     code, out, err = call("demo", "--report", tmp_path / "flight.html")
     assert (code, err) == (0, "")
     assert "one-step fit" in out
-    assert "the zeros are" not in out, "a first-order model without a direct term has none"
-    assert out.rstrip().endswith("driftwise run FILE --output COLUMN --input COLUMN --report report.html")
+    assert "beware" not in out and "NIS                         0.9" in out, "the first impression is calibrated"
+    assert out.rstrip().endswith("driftwise run FILE --report report.html")
     assert (tmp_path / "flight.html").stat().st_size > 1e6
 
 

@@ -10,34 +10,26 @@ from driftwise.errors import InputError
 __all__ = ["fly", "random_plant", "write_table"]
 
 
-OPTIONS = (
-    "--output track_deg --input roll_deg --time time_s --from 180 --to 800",
-    "--order 1 --noise equation-error --memory walk:0.01 --center median",
-)
+OPTIONS = "--output track_deg --input roll_deg --time time_s --model auto"
 
 
 def fly(report: str | None) -> None:
-    """Estimate the flight that comes with the package and say what to type for another table."""
+    """Identify the flight that comes with the package and say what to type for another table."""
     from pathlib import Path
 
     import driftwise
-    from driftwise.edge.options import Plan
-    from driftwise.edge.runner import execute
+    from driftwise.edge.automatic import Automatic, execute
 
     file = str(Path(driftwise.__file__).parent / "data" / "flight.csv")
-    print("An airliner turns three times while it climbs and gathers speed:")
-    print("its track and its roll, every 2 s, from its own radio messages.")
-    plan = Plan(
-        file, "track_deg", ("roll_deg",), "time_s", 1, "equation-error", "walk:0.01", center="median", report=report
-    )
-    execute(plan._replace(start=180.0, stop=800.0))
-    print("What physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
-    print("that falls from 0.158 at 124 m/s to 0.092 at 213 m/s. Nobody told the filter; the report shows b1 falling.")
+    print("An airliner takes off, climbs and gathers speed, and turns a few times:")
+    print("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
+    execute(Automatic(file, "track_deg", ("roll_deg",), "time_s", report=report))
+    print("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
+    print("that falls from 0.158 at 124 m/s to 0.086 at 227 m/s. Nobody told the filter; the report shows b1 falling.")
     print(f"\nThis was:  driftwise run {file} \\")
-    for line in OPTIONS:
-        print(f"               {line} \\")
+    print(f"               {OPTIONS} \\")
     print(f"               --report {report or 'report.html'}")
-    print("Your own:  driftwise run FILE --output COLUMN --input COLUMN --report report.html")
+    print("Your own:  driftwise run FILE --report report.html")
 
 
 def random_plant(order: int, seed: int):

@@ -66,6 +66,7 @@ th:first-child, td:first-child { text-align:left; font-weight:600; }
 td.text, th.text { text-align:left; font-weight:400; }
 tr:last-child td { border-bottom:none; }
 .scroll { max-height:330px; overflow:auto; } #look .scroll { max-height:560px; }
+#verdicts .scroll { max-height:none; }
 .tag { display:inline-block; font-size:13px; border-radius:99px; padding:0 9px; font-weight:600; white-space:nowrap; }
 .tag.good { color:var(--good); background:#e3f4ee; } .tag.good::before { content:"\\2713\\00a0"; }
 .tag.warn { color:var(--warn); background:#fdf1d9; } .tag.warn::before { content:"!\\00a0"; }
