@@ -416,4 +416,4 @@ def test_run_notes_the_verdicts_that_are_not_fine(call, plant, tmp_path):
     (tmp_path / "jump.csv").write_text("\n".join([*lines[:750], *late]) + "\n")
     code, out, _ = call("run", tmp_path / "jump.csv", "-o", "y", "-i", "u", "-t", "t", "--center", "none")
     assert code == 0
-    assert "drift or jump 1e+06 (fine: 0 to 100): the parameters " in " ".join(out.split())
+    assert "drift or jump > 1 million (fine: 0 to 100): the parameters " in " ".join(out.split())

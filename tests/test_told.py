@@ -140,3 +140,17 @@ def test_the_first_movement_of_a_plant_is_no_change_of_it():
     u, y = plant(600, noise=0.0, rest=200)
     found = dw.identify({"valve": u, "level": np.round(y, 3)}, output="level", input="valve")
     assert all(abs(change.since - 200) > 10 for change in found.changes) and "from 0 to" not in found.answer
+
+
+# --- numbers ---------------------------------------------------------------------------------------------------
+
+
+def test_numbers_that_nobody_reads_are_words():
+    from driftwise.workflow.calibration import off
+    from driftwise.workflow.events import odds_words
+    from driftwise.workflow.verdicts import Verdict
+
+    assert off(1.0404) == "2 % too narrow" and off(0.25) == "50 % too wide"
+    assert off(1e4) == "too narrow by a factor of 100" and "e+" not in off(1e20)
+    assert odds_words(53.2) == "53:1" and odds_words(1e9) == "beyond a million to one"
+    assert Verdict("NIS", 3.1e6, (0.8, 1.25), False, "").shown == "> 1 million"

@@ -10,6 +10,7 @@ from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.wording import interval, plus_minus
 from driftwise.errors import InputError
+from driftwise.workflow.whiteness import chance
 
 __all__ = ["write"]
 
@@ -187,4 +188,4 @@ def _white_words(summary) -> str:
     )
     if summary.jumps and not is_white:
         verdict = "Yes: the innovations are not white; right after jumps they never are"
-    return f"{verdict} (Ljung-Box {statistic:.1f} over {lags} lags, p = {p_value:.2g}). {bounds}"
+    return f"{verdict} (Ljung-Box {statistic:.1f} over {lags} lags, {chance(p_value, 2)}). {bounds}"

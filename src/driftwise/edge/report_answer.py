@@ -8,6 +8,7 @@ from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.wording import number, plus_minus
 from driftwise.workflow.clock_words import lasting
+from driftwise.workflow.whiteness import chance
 from driftwise.workflow.wording import is_integrator, swings
 
 __all__ = ["cards", "facts", "plant"]
@@ -105,6 +106,6 @@ def _changes(trace, summary, line) -> str:
 def _white(white) -> str:
     if white.p_value != white.p_value:
         return html.card("Innovations", "?", "too short to tell")
-    note = f"Ljung-Box p = {white.p_value:.2g}"
+    note = f"Ljung-Box {chance(white.p_value, 2)}"
     value = "white" if white.is_white else "not white"
     return html.card("Innovations", value, note, common.grade(white.is_white, True))

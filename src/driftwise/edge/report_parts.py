@@ -23,7 +23,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from driftwise.edge import report_page as html
-from driftwise.edge.wording import fixed, near_one, number
+from driftwise.edge.wording import fixed, near_one
+from driftwise.workflow.calibration import off
 
 __all__ = [
     "EVENTS_SHOWN",
@@ -138,8 +139,7 @@ def nis_words(nis) -> str:
     found += "in 95 of 100 records"
     if nis.is_consistent:
         return found + ", and so it does."
-    size = 100 * abs(nis.value**0.5 - 1)
-    return f"{found}. The error bars are {number(size, 2)} % too {'narrow' if nis.value > 1 else 'wide'}."
+    return f"{found}. The error bars are {off(nis.value)}."
 
 
 def chosen(events) -> list:

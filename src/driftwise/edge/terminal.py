@@ -7,6 +7,7 @@ from math import inf, isfinite
 from driftwise.edge.wording import fixed, near_one, number, plus_minus, probable, zeros_told
 from driftwise.workflow.clock_words import SAMPLES
 from driftwise.workflow.events import SOMETHING
+from driftwise.workflow.whiteness import chance
 
 __all__ = ["console", "parameters", "roots", "shelves", "show", "table"]
 
@@ -165,4 +166,4 @@ def _whiteness(white) -> tuple[str, str]:
     _, _, p_value, is_white = white
     if p_value != p_value:
         return "too few", "to judge"
-    return "white" if is_white else "not white", f"p = {p_value:.2g}"
+    return "white" if is_white else "not white", chance(p_value, 2)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import floor, isfinite, log10
 
+from driftwise.workflow.verdicts import plain
+
 __all__ = ["fixed", "interval", "near_one", "number", "plus_minus", "probable", "zeros_told"]
 
 
@@ -18,10 +20,8 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def fixed(value: float, places: int) -> str:
-    """Return `value` with so many decimals, or in powers of ten where that would be long."""
-    if value != value:
-        return "\u2013"
-    return _minus(f"{value:z.{places}f}" if abs(value) < 10_000 else f"{value:.2g}")
+    """Return `value` with so many decimals as far as that is read; a dash where it is not known."""
+    return "\u2013" if value != value else _minus(plain(value, places))
 
 
 def plus_minus(value: float, std: float) -> str:

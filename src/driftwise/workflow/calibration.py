@@ -8,7 +8,7 @@ import numpy as np
 
 from .remedies import for_bars, for_colour
 from .verdicts import Diagnosis, Verdict
-from .whiteness import LEAST, Correlations, Nis, Whiteness, nis
+from .whiteness import LEAST, Correlations, Nis, Whiteness, chance, nis
 
 LEVEL = 0.99  # of each threshold that a chance can cross
 RIGHT, HELD = (0.8, 1.25), (0.92, 0.975)  # so far off, NIS and coverage are right for all practical purposes
@@ -73,10 +73,17 @@ def nis_verdict(found: Nis, s=None, is_tunable: bool = True) -> Verdict:
         return Verdict("NIS", math.nan, RIGHT, True, "too few samples to tell whether the error bars are right")
     if limits[0] <= found.value <= limits[1]:
         return Verdict("NIS", found.value, limits, True, "the error bars have the right size")
-    size = 100 * abs(math.sqrt(found.value) - 1)
-    advice = f"the error bars are {size:.0f} % too {'narrow' if found.value > 1 else 'wide'}"
+    advice = f"the error bars are {off(found.value)}"
     advice += f": {for_bars(found.value, s)}" if is_tunable else ", on average"
     return Verdict("NIS", found.value, limits, False, advice)
+
+
+def off(nis: float) -> str:
+    """Say how far off error bars are, by their mean normalised square."""
+    size, way = math.sqrt(nis), "narrow" if nis > 1 else "wide"
+    if size < 10:
+        return f"{100 * abs(size - 1):.0f} % too {way}"
+    return f"too {way} by a factor {f'of {size:.0f}' if size < 1e6 else 'beyond a million'}"
 
 
 def coverage_verdict(share: float, samples: int) -> Verdict:
@@ -111,5 +118,5 @@ def whiteness_verdict(white: Whiteness, samples: int, s=None) -> Verdict:
     limits = 0.0, max((2 * float(gammaincinv(white.lags / 2, LEVEL)) - white.lags) / (samples + 2), FAINT)
     if share <= limits[1]:
         return Verdict("whiteness", share, limits, True, "nothing is left to predict that would matter")
-    advice = f"the noise is not white (p = {white.p_value:.1g}): {for_colour(s, share)}"
+    advice = f"the noise is not white ({chance(white.p_value)}): {for_colour(s, share)}"
     return Verdict("whiteness", share, limits, False, advice)

@@ -9,6 +9,7 @@ import numpy as np
 from .calibration import LEVEL, calibration, of_summary
 from .change import constancy, odds
 from .clock_words import instant
+from .events import odds_words
 from .identifiability import ROWS, WEAK, Identifiability, taught
 from .news import last_news
 from .remedies import memories
@@ -176,8 +177,7 @@ def _by_odds(found, name, est, is_white) -> Verdict:
 
 def _than(lead: float, other: str) -> str:
     """Return by what odds one explanation beat the other."""
-    shown = "beyond 1e6" if lead > math.log(MOST) else f"{math.exp(lead):.0f}"
-    return f"odds {shown}:1 against {other}"
+    return f"odds {odds_words(math.exp(min(lead, 700.0)))} against {other}"
 
 
 def _constant(trace, name) -> Verdict:

@@ -127,4 +127,4 @@ def weighed_words(event: Event) -> str:
 
 def odds_words(odds: float) -> str:
     """Return odds as one writes them."""
-    return f"beyond {MOST_ODDS:.0e}:1".replace("e+0", "e") if odds > MOST_ODDS else f"{odds:.0f}:1"
+    return "beyond a million to one" if odds > MOST_ODDS else f"{odds:.0f}:1"

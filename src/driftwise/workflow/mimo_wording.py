@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from .verdicts import plain
+from .whiteness import chance
 from .wording import fit_words, lost_words, pole_words, size_words, times
 
 
@@ -38,13 +40,13 @@ def _output(name, one, samples) -> str:
         white = one.whiteness.is_white or not math.isfinite(one.whiteness.p_value)
         good = "the error bars can be believed" if white else "the bands of the predictions hold"
         bars = f"the error bars are {size}" if size else good
-        text += f"; {bars} (NIS {one.nis:.2f}, {100 * one.coverage:.0f} % inside the 95 % band)"
+        text += f"; {bars} (NIS {plain(one.nis, 2)}, {100 * one.coverage:.0f} % inside the 95 % band)"
     w = one.whiteness
     if math.isfinite(w.p_value):
         text += (
             "; the innovations are white"
             if w.is_white
-            else f"; the innovations are not white (p = {w.p_value:.1g}): try a larger index, another noise, or "
+            else f"; the innovations are not white ({chance(w.p_value)}): try a larger index, another noise, or "
             "walking parameters"
         )
     if one.drift:

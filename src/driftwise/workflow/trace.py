@@ -235,8 +235,8 @@ class Trace:
         >>> [verdict.name for verdict in found.not_fine]
         ['NIS', 'coverage', 'whiteness', 'drift or jump']
         >>> print(found.find("drift or jump").advice)
-        the parameters jumped, b1 by +1 at sample 401 (odds beyond 1e6:1 against drift): try memory=UntilJump() or
-        Auto()
+        the parameters jumped, b1 by +1 at sample 401 (odds beyond a million to one against drift): try
+        memory=UntilJump() or Auto()
         """
         from .diagnose import diagnose
 

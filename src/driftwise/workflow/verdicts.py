@@ -105,9 +105,22 @@ class Diagnosis(list[Verdict]):
     __repr__ = __str__
 
 
+def plain(value: float, places: int) -> str:
+    """Return `value` with so many decimals, with three digits where it is large, and in words where nobody reads it.
+
+    >>> plain(0.928, 2), plain(26_843.7, 2), plain(-218606731.3, 1), plain(3.1e6, 2)
+    ('0.93', '26800', 'far below 0', '> 1 million')
+    """
+    if abs(value) >= 999_999.5:
+        return "> 1 million" if value > 0 else "far below 0"
+    return f"{value:z.{places}f}" if abs(value) < 10_000 else f"{float(f'{value:.3g}'):.0f}"
+
+
 def _number(value: float) -> str:
-    """Return a number with three digits, counts with all of them."""
-    return f"{value:.0f}" if 1000 <= abs(value) < 5e5 else f"{value:.3g}"
+    """Return a number with three digits, counts with all of them, and in words where nobody reads it."""
+    if abs(value) >= 999_999.5:
+        return plain(value, 0)
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
 
 def sentence(text: str) -> str:

@@ -8,7 +8,8 @@ import math
 from ..models.polynomial import PolynomialModel
 from .clock_words import instant
 from .stable import NEAR
-from .whiteness import Nis
+from .verdicts import plain
+from .whiteness import Nis, chance
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
 
@@ -92,7 +93,7 @@ def fit_words(s) -> str:
     if not math.isfinite(s.fit):
         return f"an error of {s.rmse:.3g} (y stood still, so a fit means nothing)"
     worse = "" if s.fit > 0 else ", no better than the mean of the output"
-    return f"a fit of {s.fit:.1f} % (error {s.rmse:.3g}{worse})"
+    return f"a fit of {plain(s.fit, 1)} % (error {s.rmse:.3g}{worse})"
 
 
 def times(count: int, last: float, origin: str | None = None, unit: str = SECONDS) -> str:
@@ -137,7 +138,7 @@ def paragraph(s) -> str:
         if settles and all(gains) and not s.unlearned:
             text += f" Steady-state gain {', '.join(gains)}."
     if math.isfinite(s.nis):
-        text += f" {bars_words(s, model)} (NIS {s.nis:.2f}, {100 * s.coverage:.0f} % inside the 95 % band)."
+        text += f" {bars_words(s, model)} (NIS {plain(s.nis, 2)}, {100 * s.coverage:.0f} % inside the 95 % band)."
     if s.prior_share > PRIOR_COUNTS:
         text += (
             f" But the default prior, which should be wide, still makes up {100 * s.prior_share:.2g} % of a parameter: "
@@ -149,13 +150,13 @@ def paragraph(s) -> str:
             text += " The innovations are white: nothing predictable is left."
         elif s.jumps:
             text += (
-                f" The innovations are not white (p = {w.p_value:.1g}); right after jumps they never are, otherwise "
+                f" The innovations are not white ({chance(w.p_value)}); right after jumps they never are, otherwise "
                 "try a higher order or another noise."
             )
         else:
             more = " or another noise" if s.drift else ", another noise, or parameters that walk or jump"
             text += (
-                f" The innovations are not white (p = {w.p_value:.1g}): something predictable is left; try "
+                f" The innovations are not white ({chance(w.p_value)}): something predictable is left; try "
                 f"{getattr(est, 'remedy', 'a higher order' + more)}."
             )
     if s.drift:
