@@ -24,12 +24,11 @@ def facts(trace, summary, step: str = "") -> str:
         "outliers": summary.rejected + summary.happened["outliers"][0],
         "unreadable": summary.bad_values,
     }
-    told = [
-        f"{summary.samples:,} samples".replace(",", "\u2009"),
-        step or ("no clock" if summary.unit == SAMPLES else f"every {lasting(trace.dt)}"),
-        known,
+    told = [f"{summary.samples:,} samples".replace(",", "\u2009"), step or f"every {lasting(trace.dt)}", known]
+    told += [
+        f"{len(trace.names)} parameter{'s' * (len(trace.names) != 1)}",
+        *(f"{count} {what}" for what, count in lost.items() if count),
     ]
-    told += [f"{len(trace.names)} parameters", *(f"{count} {what}" for what, count in lost.items() if count)]
     return " \u00b7 ".join(told)
 
 
@@ -42,14 +41,14 @@ def cards(trace, summary, line) -> list[str]:
     ]
 
 
-def plant(summary, dt: float, lasting=lasting) -> list[str]:
-    """Return the cards of the slowest mode and the gain."""
+def plant(summary, dt: float, lasting=lasting, rmse: float | None = None) -> list[str]:
+    """Return the cards of the slowest mode and the gain; ``rmse`` is of the forecast that is told beside them."""
     found = [] if summary.is_static else [_slowest(summary, dt, lasting)]
     gain = _gain(summary)
     if gain:
         found.append(gain)
     if len(found) < 2:
-        note = f"one-step error {number(summary.rmse, 3)} rms"
+        note = f"one-step error {number(summary.rmse if rmse is None else rmse, 3)} rms"
         found.append(html.card("Noise (std)", number(summary.noise_std, 3), note))
     return found
 

@@ -116,7 +116,7 @@ def _cards(found, line) -> list[str]:
                   common.grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85), "%"),
     ]  # fmt: skip
     return [
-        html.group("The plant", answer.plant(found.summary, found.trace.dt, found.table.lasting)),
+        html.group("The plant", answer.plant(found.summary, found.trace.dt, found.table.lasting, f.rmse)),
         html.group("Changes", [html.card("Changes", str(found.alarms or "none"), what)]),
         html.group("How sure", sure),
     ]

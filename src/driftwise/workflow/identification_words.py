@@ -6,8 +6,8 @@ import cmath
 import math
 
 from .changes import surest
-from .watching import FALSE
 from .stable import NEAR
+from .watching import FALSE
 from .wording import gain_words, is_integrator, pole_words, swings
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
@@ -70,9 +70,10 @@ def _warning(found) -> str:
     if not found.is_alone:
         return ""
     name, error = min(found.naive.items(), key=lambda pair: pair[1])
+    together, alone = found.forecast_summary.rmse, found.quoted.rmse
     return (
-        f"All models together forecast worse than the {name}, {found.forecast_summary.rmse:.3g} off "
-        f"against {error:.3g} (rms); {found.chosen.name} alone is {found.quoted.rmse:.3g} off and is what is told here. "
+        f"All models together forecast worse than the {name}, {together:.3g} off against {error:.3g} (rms); "
+        f"{found.chosen.name} alone is {alone:.3g} off and is what is told here. "
     )
 
 

@@ -111,14 +111,14 @@ def plain(value: float, places: int) -> str:
     >>> plain(0.928, 2), plain(26_843.7, 2), plain(-218606731.3, 1), plain(3.1e6, 2)
     ('0.93', '26800', 'far below 0', '> 1 million')
     """
-    if abs(value) >= 999_999.5:
+    if abs(value) >= 999_500:
         return "> 1 million" if value > 0 else "far below 0"
     return f"{value:z.{places}f}" if abs(value) < 10_000 else f"{float(f'{value:.3g}'):.0f}"
 
 
 def _number(value: float) -> str:
     """Return a number with three digits, counts with all of them, and in words where nobody reads it."""
-    if abs(value) >= 999_999.5:
+    if abs(value) >= 999_500:
         return plain(value, 0)
     return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
