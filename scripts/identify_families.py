@@ -4,8 +4,7 @@
 
 A draw is a plant of order 1 to 3, its input (random binary or coloured), a signal-to-noise ratio of 1 to 100 and 500 to
 5000 samples. "as good": the right structure, or one whose error on 3000 samples to come is at most 2 % above that of
-the right structure estimated from the same record. "error": mean square over the variance of the noise, there. A draw
-of Joint is an ARMAX(n,n,n,1) by another name; "right" counts names.
+the right structure estimated from the same record. "error": mean square over the variance of the noise, there.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from driftwise.workflow.candidates import Candidate
 from driftwise.workflow.forecast_summary import ForecastSummary
 from driftwise.workflow.identifier import Identifier
 
-FAMILIES = ("AR", "ARX", "ARMAX", "OE", "Joint")
+FAMILIES = ("AR", "ARX", "ARMAX", "OE")
 TO_COME, SETTLE = 3000, 100
 LOW, HIGH = 0.92, 0.97  # what 95 % bands may hold
 
@@ -79,7 +78,7 @@ def draw(family: str, rng) -> Draw:
     std = 1.0 if family == "AR" else float(x.std() / v.std() / np.sqrt(10 ** rng.uniform(0, 2)))
     orders: dict[str, Any] = {
         "AR": dict(na=n), "ARX": dict(na=n, nb=(n,), nk=(nk,)), "ARMAX": dict(na=n, nb=(n,), nc=n, nk=(1,)),
-        "OE": dict(nb=(n,), nf=(n,), nk=(1,)), "Joint": dict(order=n),
+        "OE": dict(nb=(n,), nf=(n,), nk=(1,)),
     }[family]  # fmt: skip
     y = v if family == "AR" else x + std * v
     return Draw(y, None if family == "AR" else u, samples, std, Candidate(family, orders, int(family != "AR"), 1.0))

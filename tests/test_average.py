@@ -174,3 +174,20 @@ def test_narrowed_it_goes_on_with_fewer(average, record):
 def test_bad_members_are_refused(members, words):
     with pytest.raises(dw.InputError, match=words):
         dw.ModelAverage(members)
+
+
+def test_of_a_switch_the_average_is_as_good_as_its_member():
+    """Members without an offset need the mean: of a switch the median is one of its two levels."""
+    rng = np.random.default_rng(0)
+    u = rng.choice([0.0, 1.0], 600, p=[0.3, 0.7])
+    y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], u=u - u.mean(), noise_std=0.1, seed=1)
+    alone, together = (est.scaled_to(y, u).scan(y, u) for est in (dw.ARX(2, 2), dw.ModelAverage([dw.ARX(2, 2)])))
+    wrong, right = (float(np.std((trace.prediction - y)[100:])) for trace in (together, alone))
+    assert wrong < 1.05 * right
+
+
+def test_a_wrong_number_does_not_move_the_center():
+    y = np.random.default_rng(0).standard_normal(600)
+    y[[100, 300]] = -9999.0
+    (center,) = dw.ModelAverage([dw.AR(1)]).scaled_to(y).center
+    assert abs(center) < 0.2

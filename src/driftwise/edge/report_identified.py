@@ -63,7 +63,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
         html.section(
             "parameters",
             "Parameters",
-            f"Model {found.chosen.name} about the medians of the first samples; shaded: two standard deviations.",
+            f"Model {found.chosen.name} about the means of the first samples; shaded: two standard deviations.",
             *common.stack(common.of(parts, "parameter")),
         ),
         html.section(

@@ -1,17 +1,19 @@
-"""The models that compete when nothing is said: structures, delays and orders, simplest first."""
+"""The models that compete when nothing is said: structures, delays and orders, simplest first.
+
+All have an offset, so that where y and u are measured from does not decide. `Joint` has none: ARMAX(n, n, n, 1), the
+same family, competes in its place.
+"""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 from ..detect.self_starting import SelfStarting
-from ..estimators.joint.estimator import Joint
 from ..estimators.polynomial.estimator import ARMA, ARMAX, OE
 from ..estimators.recursive.estimator import AR, ARX
 from ..memory.auto import Auto
 from ..memory.drift import Never, UntilJump
 from ..memory.fading import Weighted
-from ..models.noise import UnknownPolynomial
 
 FORGETTING = (Never(), Weighted(0.999), Weighted(0.995), Weighted(0.98))  # speeds of change that compete
 LEVEL, JUMPS = "level", UntilJump(SelfStarting("1 per 1500"))  # a constant that jumps now and then
@@ -19,13 +21,13 @@ ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 
        (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
 NONE = [1, 2, 3, 5, 8]  # na with none
-COLOURED = [1, 2, 3]  # orders of ARMAX, OE and Joint
+COLOURED = [1, 2, 3]  # orders of ARMAX and OE
 
 
 class Candidate(NamedTuple):
     """One structure: what it is called, its kind, and its orders as keyword arguments."""
 
-    kind: str  # level, AR, ARX, ARMA, ARMAX, OE or Joint
+    kind: str  # level, AR, ARX, ARMA, ARMAX or OE
     orders: dict[str, Any]
     inputs: int
     dt: float
@@ -45,8 +47,6 @@ class Candidate(NamedTuple):
 
     def estimator(self, memory: Any = Never()) -> Any:
         """Return its estimator with a memory."""
-        if self.kind == "Joint":
-            return Joint(self.orders["order"], self.inputs, noise=UnknownPolynomial(), dt=self.dt)
         if self.kind == LEVEL:
             return AR(0, memory=JUMPS, offset=True, dt=self.dt)
         kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
@@ -93,5 +93,4 @@ def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
     for n in COLOURED if k else []:
         add("ARMAX", na=n, nb=(n,) * k, nc=n, nk=(1,) * k)
         add("OE", nb=(n,) * k, nf=(n,) * k, nk=(1,) * k)
-        add("Joint", order=n)
     return sorted(found, key=lambda c: c.unknowns)

@@ -149,7 +149,7 @@ class Identifier:
 
     @property
     def center(self) -> np.ndarray:
-        """Medians of y and of each input in the first samples, (1 + k,): models see the distance from there."""
+        """Means of y and of each input in the first samples, (1 + k,): models see the distance from there."""
         return self._average.center
 
     @property

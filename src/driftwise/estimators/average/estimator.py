@@ -49,7 +49,7 @@ class ModelAverage:
     y_scale : float
         Typical size of y; `scaled_to` sets it, for all members.
     center : float
-        Of y and each input, (1 + k,): members see the distance from there. `scaled_to` takes the medians.
+        Of y and each input, (1 + k,): members see the distance from there. `scaled_to` takes the means.
 
     Notes
     -----
@@ -67,7 +67,7 @@ class ModelAverage:
     >>> average = dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.Weighted(0.98))])
     >>> trace = average.scaled_to(y, u).scan(y, u)
     >>> trace.leader, round(float(trace.nis(100)), 1)
-    ('ARX(na=2, nb=2)', 0.9)
+    ('ARX(na=2, nb=2)', 0.8)
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class ModelAverage:
     def scaled_to(self, y, u=None) -> ModelAverage:
         """Return the same average with the default priors of its members in units of the data (powers of two)."""
         y, u = door.record(y, u, self.inputs)
-        center = [_median(c) for c in (y, *u.T)]
+        center = [level(c) for c in (y, *u.T)]
         y, u = y - center[0], u - center[1:]
         members = [m.scaled_to(y, u if m.model.inputs else None) for m in self.members]
         return ModelAverage(**{**self.options, "members": members, "y_scale": power_of_two(y), "center": center})
@@ -238,10 +238,14 @@ class ModelAverage:
         return fewer, after
 
 
-def _median(column) -> float:
-    """Return the median of what is known of a column, 0 where nothing is."""
+def level(column) -> float:
+    """Return the mean of what is known of a column, its last hundredths taken in; 0 where nothing is known.
+
+    Not the median: members without an offset need the point about which the inputs balance. Of a switch, which has two
+    levels, the median is one of them.
+    """
     known = column[np.isfinite(column)]
-    return float(np.median(known)) if known.size else 0.0
+    return float(np.mean(known.clip(*np.quantile(known, (0.01, 0.99))))) if known.size else 0.0
 
 
 def _shown(row) -> Step:
