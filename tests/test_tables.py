@@ -190,8 +190,10 @@ def test_what_is_written_is_read_however_it_is_cut(tmp_path_factory, cells, deli
     path = put(tmp_path_factory.mktemp("t"), newline.join(lines) + newline)
     before, csvfile.BLOCK = csvfile.BLOCK, block
     try:
-        record, columns, flags = read(path, "y", ["u"], "k", chunk_rows=len(cells))
-        again, cut, _ = read(path, "y", ["u"], "k", chunk_rows=chunk) if not any(bad) else (record, columns, flags)
+        record, columns, flags = read(path, "y", ["u"], "k", chunk_rows=len(cells), raw=True)
+        again, cut, _ = (
+            read(path, "y", ["u"], "k", chunk_rows=chunk, raw=True) if not any(bad) else (record, columns, flags)
+        )
     finally:
         csvfile.BLOCK = before
     np.testing.assert_array_equal(columns["y"], values)
@@ -337,6 +339,18 @@ def test_duplicate_and_decreasing_stamps_are_counted_across_chunks(tmp_path):
         assert columns["t"].tolist() == times
         assert "first at row 7" in clock.notes()[0]
         assert "first at row 4" in clock.notes()[1]
+
+
+@pytest.mark.parametrize("chunk", [50, 1000])
+def test_codes_for_a_missing_value_are_missing_unless_asked_for(tmp_path, chunk):
+    y = 20 + np.round(np.random.default_rng(0).standard_normal(200), 3)
+    y[[7, 120]] = -9999
+    path = put(tmp_path, "y\n" + "\n".join(map(str, y)) + "\n")
+    record, columns, _ = read(path, chunk_rows=chunk)
+    assert np.flatnonzero(np.isnan(columns["y"])).tolist() == [7, 120]
+    assert "2 values of 'y' are -9999" in record.code_notes()[0]
+    record, columns, _ = read(path, raw=True)
+    assert columns["y"].tolist() == y.tolist() and not record.code_notes()
 
 
 def test_missing_stamps_are_filled(tmp_path):

@@ -178,6 +178,10 @@ def run(
             help="Subtract the mean or the median of the first chunk from each column, or none.",
         ),
     ] = "mean",
+    raw: Annotated[
+        bool,
+        typer.Option("--raw", help="Take codes for a missing value, such as -9999, as they stand: they are values."),
+    ] = False,
     dt: Annotated[
         float | None,
         typer.Option(metavar="SECONDS", help="Seconds between samples; taken from --time if omitted, else 1."),
@@ -209,7 +213,7 @@ def run(
     given = {
         "--order": str(order) != "2", "--orders": orders, "--noise": noise != "equation-error", "--model": model,
         "--memory": memory, "--jumps": jumps, "--smooth": smooth, "--gate": gate, "--direct": direct,
-        "--center": center != "mean",
+        "--center": center != "mean", "--raw": raw,
     }  # fmt: skip
     wrong = [name for name, is_given in given.items() if is_given]
     if plant is None and (model == "auto" or not (output or wrong)):
@@ -258,6 +262,7 @@ def run(
             smooth,
             model,
             jumps,
+            raw,
         )
     )
 

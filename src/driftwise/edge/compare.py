@@ -26,7 +26,7 @@ def execute(plan: Plan, texts: list[str]) -> None:
         specs.estimators(texts, plan.inputs, 1.0)
     except InputError as error:
         raise CommandError(str(error)) from None
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw)
     found, offsets = _compared(plan, texts, record)
     said = _notes(plan, record, offsets)
     title = "standard input" if plan.file == "-" else plan.file
@@ -82,6 +82,7 @@ def _notes(plan: Plan, record: Record, offsets) -> list[str]:
     if record.bad:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
         said.append(f"{record.bad} cells are not finite numbers and were taken as missing{where}.")
+    said += record.code_notes()
     if offsets.values:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
         said.append(f"means of the first chunk were subtracted, for all alike: {values}.")

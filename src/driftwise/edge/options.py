@@ -39,6 +39,7 @@ class Plan(NamedTuple):
     smooth: str | None = None
     model: str | None = None
     jumps: str | None = None
+    raw: bool = False  # whether codes for a missing value are taken as they stand
     chosen: bool = False  # whether the order was chosen by its evidence
 
     @property

@@ -51,7 +51,7 @@ def execute(plan: Plan) -> None:
     evidence = _choose(plan) if plan.is_auto else None
     if evidence is not None:
         plan = plan._replace(order=evidence.best, chosen=True)
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw)
     run = _estimate(plan, record, evidence)
     _look_again(plan, run)
     taken = perf_counter() - start
@@ -90,7 +90,7 @@ def execute(plan: Plan) -> None:
 
 def _choose(plan: Plan):
     """Return the evidence of the orders, read from the whole table."""
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk)
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw)
     from driftwise.edge.keep import Offsets
 
     evidence: Any = None

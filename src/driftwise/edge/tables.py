@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, NamedTuple
 
 from driftwise.edge.checks import first_chunks
@@ -52,6 +53,8 @@ class Record:
     rows : rows in the file, None when only reading it to the end can tell
     clock : the `Clock` of the time column
     bad, first_bad, ragged : bad cells so far, where the first one is, and ragged rows so far
+    raw : whether codes for a missing value, such as -9999, are taken as they stand
+    codes, coded : those codes per output and input, by its first rows, and how many values were taken as missing so far
     """
 
     path: str
@@ -63,6 +66,9 @@ class Record:
     clock: Clock = field(default_factory=Clock)
     bad: int = 0
     first_bad: str = ""
+    raw: bool = False
+    codes: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    coded: dict[str, int] = field(default_factory=dict)
 
     @property
     def rows(self) -> int | None:
@@ -112,8 +118,30 @@ class Record:
 
     def __iter__(self) -> Iterator[Chunk]:
         chunks = self._chunks()
-        yield from first_chunks(self, chunks)
-        yield from chunks
+        first = first_chunks(self, chunks)
+        self.codes = {} if self.raw else _codes(first[0], [self.output, *self.inputs])
+        for chunk in chain(first, chunks):
+            self._decode(chunk)
+            yield chunk
+
+    def _decode(self, chunk: Chunk) -> None:
+        """Make codes for a missing value missing, and count them."""
+        import numpy as np
+
+        for name, codes in self.codes.items():
+            found = np.isin(chunk.columns[name], codes)
+            if found.any():
+                chunk.columns[name] = np.where(found, np.nan, chunk.columns[name])
+                self.coded[name] = self.coded.get(name, 0) + int(found.sum())
+
+    def code_notes(self) -> list[str]:
+        """Return a sentence for each column in which codes for a missing value stood."""
+        return [
+            f"{count} value{'s' * (count > 1)} of {name!r} {'are' if count > 1 else 'is'} "
+            f"{' or '.join(f'{code:g}' for code in self.codes[name])}, far outside the others: a code for a missing "
+            "value, and taken as missing."
+            for name, count in self.coded.items()
+        ]
 
     def _chunks(self) -> Iterator[Chunk]:
         """Yield chunks of exactly `chunk_rows` rows, the last shorter: results do not depend on the file."""
@@ -195,7 +223,9 @@ class Record:
         return (self.clock.stamps(values) if is_stamp else values), bad, (is_stamp if seen else stamps)
 
 
-def open_record(path, output: str, inputs=(), time: str | None = None, chunk_rows: int = CHUNK_ROWS) -> Record:
+def open_record(
+    path, output: str, inputs=(), time: str | None = None, chunk_rows: int = CHUNK_ROWS, raw: bool = False
+) -> Record:
     """Return the chosen columns of a table as a `Record` to iterate over.
 
     Parameters
@@ -203,6 +233,7 @@ def open_record(path, output: str, inputs=(), time: str | None = None, chunk_row
     path : file name of a CSV (plain or compressed) or Parquet table, or "-" for CSV on standard input
     output, inputs, time : column names; a number counts columns from 1 where no column has that name
     chunk_rows : rows of a chunk
+    raw : leave codes for a missing value as they are
 
     Raises
     ------
@@ -221,7 +252,14 @@ def open_record(path, output: str, inputs=(), time: str | None = None, chunk_row
             )
     except InputError as error:
         raise InputError(f"{title(path)}: {error}") from None
-    return Record(str(path), roles[0], tuple(roles[1:]), clock, source, chunk_rows, Clock(clock or ""))
+    return Record(str(path), roles[0], tuple(roles[1:]), clock, source, chunk_rows, Clock(clock or ""), raw=raw)
+
+
+def _codes(chunk: Chunk, names) -> dict[str, tuple[float, ...]]:
+    """Return the codes for a missing value in each column that has one."""
+    from driftwise.workflow.believe import codes_in
+
+    return {name: codes for name in names if (codes := codes_in(chunk.columns[name]))}
 
 
 def _numbers(name, array, decimal, numbers):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Belief", "Cleaner", "believe", "doubtful"]
+__all__ = ["Belief", "Cleaner", "believe", "codes_in", "doubtful"]
 
 LONGEST = 3  # samples that a drop-out lasts at most
 REACH = 16  # rows over which its neighbours are looked for
@@ -57,7 +57,7 @@ def believe(values) -> Belief:
     (True, [50, 120, 121])
     """
     values = np.asarray(values, float)
-    codes = _codes(values)
+    codes = codes_in(values)
     rows = np.flatnonzero(np.isfinite(values) & ~np.isin(values, codes))
     y = values[rows]
     if y.size < 2 * LONGEST + 2:
@@ -122,7 +122,7 @@ class Cleaner:
         return clean
 
 
-def _codes(values) -> tuple[float, ...]:
+def codes_in(values) -> tuple[float, ...]:
     """Return the values far outside the range of all others that loggers write for "missing"."""
     found = [code for code in CODES if np.any(values == code)]
     rest = values[np.isfinite(values) & ~np.isin(values, found)]
