@@ -260,6 +260,44 @@ def test_what_is_not_a_signal_is_left_out_and_said():
     assert any("stuck" in note for note in table.notes)
 
 
+def noisy(samples=1500):
+    """Return heater and temperature of a plant, and a generator for more."""
+    y, u = plant(samples)
+    rng = np.random.default_rng(7)
+    return u, y + 0.01 * rng.standard_normal(samples), rng
+
+
+@pytest.mark.parametrize("first, last, where", [(1301, 1500, "from row 1301 on"), (701, 730, "from row 701 to 730")])
+def test_what_a_stuck_sensor_reads_is_missing_and_the_rest_is_not(first, last, where):
+    u, y, _ = noisy()
+    y[first - 1 : last] = y[first - 1]
+    table = recognise({"valve": u, "level": y})
+    assert (table.output, table.inputs) == ("level", ("valve",))
+    assert table.notes[0] == f"'level' reads {y[first - 1]:.6g} {where}: stuck, and taken as missing there."
+    for rows in (7, 100, 2000):
+        stretches = read({"valve": u, "level": y}, chunk_rows=rows)[1]
+        lost = np.flatnonzero(np.isnan(np.concatenate([part[1] for part in stretches])))
+        assert lost.tolist() == list(range(first - 1, last))
+
+
+def test_what_rests_for_good_reasons_is_not_stuck():
+    u, y, rng = noisy()
+    k = np.arange(1500)
+    at = slice(400, 460)
+    rests = {
+        "coarse": np.round(y, 1), "switch": np.repeat(rng.choice([0.0, 1.0], 50), 30),
+        "ramp": np.clip(np.abs((k % 500) - 250), 100, 200) + 1e-3 * k, "shut": np.maximum(y - np.quantile(y, 0.1), 0.0),
+    }  # fmt: skip
+    rests["shut"][at] = 0.0
+    rests["again"] = y.copy()
+    rests["again"][at] = rests["again"][900:960] = 20.0
+    for name, values in rests.items():
+        assert not recognise({"valve": u, name: values}, output=name)[name].stuck, name
+    y[at] = y[400]
+    u[at] = 0.0
+    assert not recognise({"valve": u, "level": y})["level"].stuck  # nothing moved meanwhile
+
+
 def test_names_that_say_nothing():
     """The last column is the output, and what helps to predict it comes first; what is given is left alone."""
     y, u = plant()

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .stuck import repeats
+
 __all__ = ["Belief", "Cleaner", "believe", "codes_in", "doubtful"]
 
 LONGEST = 3  # samples that a drop-out lasts at most
@@ -31,6 +33,7 @@ class Belief(NamedTuple):
     seen : whether one was in the first rows; if not, it must leave [low, high] too
     rail : the value that drop-outs read, NaN if they differ
     codes : values that stand for "missing"
+    still : so many equal readings in a row are those of a stuck sensor; 0 where the column may rest
     """
 
     low: float
@@ -39,6 +42,7 @@ class Belief(NamedTuple):
     seen: bool = False
     rail: float = np.nan
     codes: tuple[float, ...] = ()
+    still: int = 0
 
 
 def believe(values) -> Belief:
@@ -76,6 +80,8 @@ def doubtful(values, belief: Belief):
     """Return where the values of a column (T,) cannot be believed, as a mask."""
     values = np.asarray(values, float)
     doubt = np.isin(values, belief.codes)
+    for one in repeats(values, belief.still) if belief.still else ():
+        doubt[one.start : one.stop] = True
     rows = np.flatnonzero(np.isfinite(values) & ~doubt)
     short = _short(values[rows] == belief.rail)
     doubt[rows[short]] = True
@@ -103,7 +109,7 @@ class Cleaner:
 
     def push(self, values):
         """Take the next rows (T, k); return the rows that are ready, cleaned."""
-        return self._out(np.asarray(values, float), REACH)
+        return self._out(np.asarray(values, float), max(REACH, *(belief.still for belief in self.beliefs)))
 
     def flush(self):
         """Return the rows that were held back."""

@@ -16,6 +16,7 @@ from .clock_words import instant, lasting
 from .propose import propose_inputs, propose_output
 from .roles import SECONDS, Name, parse
 from .sampling import Sampling, judge_sampling
+from .stuck import LEAST, Stretch, stuck
 from .table_words import notes_of, words_of
 
 __all__ = ["Column", "Table", "on_clock", "recognise"]
@@ -37,6 +38,7 @@ class Column:
     belief : range, drop-outs and codes for "missing" (`Belief`), None where the column holds no numbers
     doubted : values of the first rows that are not believed
     helps : share of the error variance of a prediction that a proposed input takes away
+    stuck : stretches of the first rows in which the sensor is stuck
     """
 
     name: str
@@ -48,6 +50,7 @@ class Column:
     belief: Belief | None = None
     doubted: int = 0
     helps: float = 0.0
+    stuck: tuple[Stretch, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -164,6 +167,7 @@ def recognise(
         for name, values in columns.items()
         if values is not None and (belief := found[name].belief) is not None
     }
+    _take_stuck(found, clean, names, {time, *stamps})
     first_of: dict[bytes, str] = {}
     twins = {name: first_of.setdefault(values.tobytes(), name) for name, values in clean.items()}
     barred = {name: _barred(name, names, found, clean, twins) for name in clean if name not in wanted and name != time}
@@ -243,9 +247,22 @@ def _measured(name: str, values, unit: str) -> Column:
         return replace(column, role="constant", why=f"always {fine[0]:g}")
     moves = np.flatnonzero(np.diff(fine))
     still = fine.size - 1 - moves[-1]
-    if still > 50 and still > 0.3 * fine.size and moves.size > 0.5 * (fine.size - still):
+    if still > 50 and still >= 0.5 * fine.size and moves.size > 0.5 * (fine.size - still):
         return replace(column, role="stuck", why=f"reads {fine[-1]:g} for the last {still} of {fine.size} values")
     return column
+
+
+def _take_stuck(found: dict[str, Column], clean, names: dict[str, Name], clocks) -> None:
+    """Take the readings of stuck sensors out of the columns, and note them; what is set by somebody may rest."""
+    moving = {n: v for n, v in clean.items() if n not in clocks and not np.all(np.diff(v[np.isfinite(v)]) >= 0)}
+    sensors = [n for n in moving if not names[n].kinds & {"setpoint", "actuator", "label", "counter"}]
+    stretches = {n: stuck(moving[n], [v for other, v in moving.items() if other != n]) for n in sensors}
+    for name in sensors:
+        belief = found[name].belief
+        if stretches[name] and belief is not None:
+            found[name] = replace(found[name], stuck=tuple(stretches[name]), belief=belief._replace(still=LEAST))
+            for one in stretches[name]:
+                clean[name][one.start : one.stop] = np.nan
 
 
 def _resolution(values) -> float:

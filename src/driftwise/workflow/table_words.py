@@ -9,6 +9,8 @@ from .sampling import LONGEST_GAP, RESTART_ROWS
 
 __all__ = ["notes_of", "words_of"]
 
+SHOWN = 3  # stretches that a note lists
+
 
 def words_of(table: Any) -> str:
     """Return the proposal in one paragraph."""
@@ -97,9 +99,20 @@ def _value_notes(table: Any) -> list[str]:
             told.append(f"{100 * column.missing:.2g} % of {called} is missing.")
         if column.role == "stuck":
             told.append(f"{called} {column.why}: stuck, and left out.")
+        elif column.stuck:
+            told.append(f"{called} {_stuck(column.stuck, table.rows)}: stuck, and taken as missing there.")
         if column.resolution and column.role == "output":
             told.append(f"{called} is written in steps of {column.resolution:g}: nothing finer can be known of it.")
     return told
+
+
+def _stuck(stretches: Any, rows: int) -> str:
+    """Return which reading was repeated where, rows counted from 1."""
+    said = []
+    for start, stop, value in stretches[:SHOWN]:
+        where = f"from row {start + 1} on" if stop == rows else f"from row {start + 1} to {stop}"
+        said.append(f"{value:.6g} {where}")
+    return f"reads {_listed(said)}" + (f" and {len(stretches) - SHOWN} times more" if len(stretches) > SHOWN else "")
 
 
 def _called(column: Any) -> str:
