@@ -298,6 +298,23 @@ def test_what_rests_for_good_reasons_is_not_stuck():
     assert not recognise({"valve": u, "level": y})["level"].stuck  # nothing moved meanwhile
 
 
+def test_days_of_a_spreadsheet_are_days():
+    u, y, _ = noisy(200)
+    day = 45381.5 + np.round(np.arange(200) / 1440, 6)
+    table = recognise({"time": day, "valve": u, "level": y})
+    assert table.timed and table.dt == pytest.approx(60, rel=2e-3) and "days since 1900" in table.notes[0]
+    assert not recognise({"time": 45381.5 + np.arange(200) / 1024, "valve": u, "level": y}).timed
+
+
+def test_a_time_of_day_that_is_used_is_not_said_to_be_left_out(tmp_path):
+    u, y, _ = noisy(200)
+    rows = [f"30/03/2024,{12 + k // 60}:{k % 60:02d}:00,{a},{b:.3f}" for k, (a, b) in enumerate(zip(u, y))]
+    path = tmp_path / "two.csv"
+    path.write_text("\n".join(["Date,Time,valve,level", *rows]))
+    table = read(path)[0]
+    assert table.dt == 60 and "Left out" not in table.words
+
+
 def test_names_that_say_nothing():
     """The last column is the output, and what helps to predict it comes first; what is given is left alone."""
     y, u = plant()

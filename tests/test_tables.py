@@ -92,6 +92,27 @@ def test_numeric_column_names_are_a_header_beside_words():
     assert sniff(["time,101,102", "0,1,2", "1,3,4"]).names == ("time", "101", "102")
 
 
+@pytest.mark.parametrize(
+    "rows, values, unit",
+    [
+        (['1,"60,123.4"', '2,"1,060,123"', "3,999.5", '4,"-1,000.0"'], [60123.4, 1060123, 999.5, -1000], ""),
+        (["1,60.0 %", "2,-61%", "3,", "4,6e1 %"], [60, -61, math.nan, 60], "%"),
+        (['1,"1,060.5 kg"', '2,"2,060.5 kg"', '3,"3,060 kg"', '4,"4,060 lb"'], [1060.5, 2060.5, 3060, math.nan], ""),
+        (['1,"1,060.5 kg"', '2,"2,060.5 kg"', '3,"3,060 kg"', "4,60 kg"], [1060.5, 2060.5, 3060, 60], "kg"),
+        (["1,60.0 °C", "2,61.5 °C", "3,62.0 °C", "4,63.5 °C"], [60, 61.5, 62, 63.5], "°C"),
+    ],
+)
+def test_marks_of_a_spreadsheet_are_no_words(tmp_path, rows, values, unit):
+    path = put(tmp_path, "\n".join(["u,y", *rows]) + "\n")
+    if not unit and "kg" in rows[0]:  # not the same in all cells: words
+        with pytest.raises(InputError, match="units in the cells"):
+            read(path)
+        return
+    record, columns, _ = read(path)
+    np.testing.assert_array_equal(columns["y"], values)
+    assert record.units == ({"y": unit} if unit else {})
+
+
 def test_decimal_comma_only_where_no_point_was_seen():
     assert sniff(["a;b", "1,5;2,5", "3;4"]).decimal == ","
     assert sniff(["a;b", "1,500.5;2.5", "3;4"]).decimal == "."

@@ -147,7 +147,8 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
             raise InputError(f"column {output!r} is asked for as output and as {part}; it can be one of them only.")
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
         turned = _turned(table, time, stamps)
-        found = recognise(table.head, output, inputs, time, table.units, stamps)
+        head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
+        found = recognise(head, output, inputs, time, table.units, stamps)
         if dt is not None:
             found = on_clock(found, dt)
         found = replace(found, notes=(*turned, *found.notes))

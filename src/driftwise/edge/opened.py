@@ -54,6 +54,11 @@ class OpenTable:
         return self.source.units
 
     @property
+    def time_of_day(self) -> str | None:
+        """The column of times of day that the column of dates takes in, None where there is none."""
+        return self._paired[1] if self._paired else None
+
+    @property
     def rows(self) -> int | None:
         return self.source.rows
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from driftwise.errors import InputError
 from driftwise.files.dialect import MISSING, Dialect, sniff
+from driftwise.files.marks import plain
 
 __all__ = ["CsvSource"]
 
@@ -121,7 +122,8 @@ class CsvSource:
             bad.append(row.number - 1)
             return "skip"
 
-        words = self.dialect.stamps | self.dialect.texts
+        marks = self.dialect.marks
+        words = self.dialect.stamps | self.dialect.texts | marks.keys()
         kinds = {name: pa.string() if name in words else kind for name in columns}
         table = csv.read_csv(
             pa.BufferReader(block),
@@ -141,7 +143,8 @@ class CsvSource:
             ),
         )
         self.ragged += len(bad)
-        return [table[name].combine_chunks() for name in columns], bad
+        arrays = [table[name].combine_chunks() for name in columns]
+        return [plain(a, marks[name]) if name in marks else a for name, a in zip(columns, arrays)], bad
 
 
 def _cut(buffer: bytes) -> int:

@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from driftwise.errors import InputError
+from driftwise.files.marks import Marks, marks_of
 
 __all__ = ["COMMENTS", "MISSING", "Dialect", "kind", "sniff", "split"]
 
@@ -42,6 +43,7 @@ class Dialect:
     stamps: frozenset[str] = frozenset()  # columns of time stamps
     texts: frozenset[str] = frozenset()  # columns of words
     day_first: bool = True  # whether 1/2/2024 is the first of February
+    marks: dict[str, Marks] = field(default_factory=dict)  # what cells carry beside numbers
 
 
 def kind(cell: str) -> str:
@@ -87,6 +89,12 @@ def sniff(lines: list[str]) -> Dialect:
     width = _width(rows)
     first = next(i for i, row in enumerate(rows) if len(row) == width)
     body = [row for row in rows[first + 1 :] if len(row) == width]
+    marks = [_marks([row[j] for row in body]) for j in range(width)]
+    if any(marks):
+        rows = [
+            [m.bare(cell) if m else cell for m, cell in zip(marks, row)] if len(row) == width else row for row in rows
+        ]
+        body = [row for row in rows[first + 1 :] if len(row) == width]
     numeric = [j for j in range(width) if _mostly_values([row[j] for row in body])]
 
     header, units, start = _header(rows, first, width, numeric)
@@ -103,10 +111,18 @@ def sniff(lines: list[str]) -> Dialect:
         names=tuple(names),
         skip=skip,
         has_header=header is not None,
-        units={name: unit.strip("[]() ") for name, unit in zip(names, units) if unit.strip("[]() ")},
+        units={name: mark.unit for name, mark in zip(names, marks) if mark and mark.unit}
+        | {name: unit.strip("[]() ") for name, unit in zip(names, units) if unit.strip("[]() ")},
         stamps=frozenset(n for n, k in zip(names, kinds) if k["stamp"] > k["number"] + k["comma"] + k["text"]),
         texts=frozenset(n for n, k in zip(names, kinds) if k["text"] > k["number"] + k["comma"] + k["stamp"]),
+        marks={name: mark for name, mark in zip(names, marks) if mark},
     )
+
+
+def _marks(cells: list[str]) -> Marks | None:
+    """Return what the cells of a column of words carry beside numbers, None where they are none."""
+    known = [(cell, kind(cell)) for cell in cells if kind(cell) != "missing"]
+    return marks_of([cell for cell, _ in known]) if any(what == "text" for _, what in known) else None
 
 
 def _delimiter(lines: list[str]) -> str:

@@ -22,6 +22,8 @@ from .table_words import notes_of, words_of
 __all__ = ["Column", "Table", "on_clock", "recognise"]
 
 SHOWN = 8  # columns that a message lists
+DAY = 86_400.0
+STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet
 OUT_OF_STEP = 0.05  # share of stamps that may go back
 
 
@@ -305,7 +307,16 @@ def _seconds(time, unit: str) -> float:
     for digits in (1e9, 1e12, 1e15, 1e18):  # seconds, ms, us, ns since 1970, from 2001 to 2065
         if digits <= middle < 3 * digits:
             return 1e9 / digits
-    return 1.0
+    return DAY if _counts_days(time) else 1.0
+
+
+def _counts_days(time) -> bool:
+    """Whether a clock is that of a spreadsheet: days since 1900, of the years 2000 to 2050, and a usual step."""
+    time = time[np.isfinite(time)]
+    if time.size < 3 or not (36526 <= time.min() and time.max() < 54789):
+        return False
+    step = DAY * float(np.median(np.diff(time)))
+    return any(abs(step - usual) < 0.003 * usual for usual in STEPS)
 
 
 def _barred(name: str, names: dict[str, Name], found: dict[str, Column], clean, twins: dict[str, str]):

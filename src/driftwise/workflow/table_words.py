@@ -49,6 +49,8 @@ def notes_of(table: Any) -> list[str]:
 def _sampling_notes(table: Any) -> list[str]:
     s, unit = table.sampling, " s" if table.timed else ""
     told = []
+    if table.time is not None and table.time_scale == 86_400.0 and not table[table.time].unit:
+        told.append(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
     if s.kind == "uneven":
         told.append(
             f"{table.time!r} steps unevenly, {s.low:.3g} to {s.high:.3g}{unit}: samples are taken as {s.dt:.4g}{unit} "
