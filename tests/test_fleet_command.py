@@ -259,3 +259,26 @@ def test_a_hundred_thousand_series_are_judged_in_seconds_on_a_small_page(results
     told = Told("many", "asset", "flow", ("speed",), fleet, tally, found)
     assert write(told, tmp_path / "page.html").stat().st_size < 2e6
     assert len(found.table(3)) <= 21 and "of 100\u202f000 series need a look" in lead(told)
+
+
+def test_series_that_each_start_at_zero_have_no_common_instants():
+    from types import SimpleNamespace as Told
+
+    from driftwise.edge.fleet_words import starts_anew
+
+    first, last = np.zeros(20), np.linspace(2500.0, 3500.0, 20)
+    for begin, end, is_dated, is_own in (
+        (first, last, False, True), (first, last, True, False), (first, first + 3000, False, False),
+        (last - 2000, last, False, False),
+    ):  # fmt: skip
+        told = Told(tally={"first_time": begin, "last_time": end}, is_dated=is_dated)
+        assert starts_anew(told) is is_own
+
+
+def test_a_key_that_is_the_time_is_doubted(tmp_path, call):
+    rows = "".join(f"2024-05-01T00:{k // 60:02d}:{k % 60:02d},{np.sin(k):.3f}\n" for k in range(100))
+    (tmp_path / "t.csv").write_text("stamp,level\n" + rows)
+    code, out, _ = call(
+        "fleet", "run", str(tmp_path / "t.csv"), "-b", "stamp", "-o", "level", "--out", str(tmp_path / "o")
+    )
+    assert code == 0 and "is 'stamp' the column that names the series" in " ".join(out.split())

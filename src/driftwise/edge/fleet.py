@@ -201,7 +201,7 @@ def _title(data, out: Path) -> str:
 
 def _told(result, title: str) -> Any:
     """Return what is to be told of a run."""
-    from driftwise.edge.fleet_words import Told, gaps_told
+    from driftwise.edge.fleet_words import Told, gaps_told, key_told, starts_anew
     from driftwise.workflow.fleet.outliers import outliers
 
     asked, words = result.facts["order"], result.facts.get("words") or repr(result.fleet.estimators[0])
@@ -212,7 +212,8 @@ def _told(result, title: str) -> Any:
         is_dated=result.facts.get("is_dated", False),
     )  # fmt: skip
     found = outliers(result.fleet, result.tally, inputs=inputs, when=told.when)
-    return replace(told, outliers=found, notes=tuple(gaps_told(told)))
+    found = replace(found, together=[]) if starts_anew(told) else found
+    return replace(told, outliers=found, notes=(*key_told(told), *gaps_told(told)))
 
 
 def _notes(result) -> list[str]:

@@ -8,7 +8,18 @@ from typing import Any
 from driftwise.edge.wording import number
 from driftwise.workflow.clock_words import instant, lasting
 
-__all__ = ["Told", "bursts_told", "counted", "gaps_told", "lead", "needs_words", "quality", "shown"]
+__all__ = [
+    "Told",
+    "bursts_told",
+    "counted",
+    "gaps_told",
+    "key_told",
+    "lead",
+    "needs_words",
+    "quality",
+    "shown",
+    "starts_anew",
+]
 
 COUNTED = {  # of each kind, for one and for several
     "jumped": ("{} jumped", "{} jumped"),
@@ -20,6 +31,8 @@ COUNTED = {  # of each kind, for one and for several
     "data": ("{} has poor data", "{} have poor data"),
 }
 MOST_LATE = 0.5  # share of late rows beyond which the table stands in another order
+SAME = 0.02  # of the span of a series: times that lie closer are the same
+FEWEST = 3.0  # rows of a series, below which its key is doubted
 COMMON = 0.9  # share of the series that has a step, from which on it is that of the fleet
 MIXED = 0.1  # share of the fleet that differs, beyond which it is not of one kind
 QUALITY = {
@@ -164,6 +177,31 @@ def needs_words(told: Told) -> list[str]:
             f"As many as {shown(differ)} differ from the rest: the fleet is hardly of one kind; run each kind apart."
         )
     return said
+
+
+def starts_anew(told: Told) -> bool:
+    """Whether the clock of each series is its own: without dates, all begin at one value and end at many."""
+    import numpy as np
+
+    first, last = (told.tally[name][np.isfinite(told.tally[name])] for name in ("first_time", "last_time"))
+    if told.is_dated or first.size < 2:
+        return False
+    span = np.median(last) - np.median(first)
+    begin, end = ((np.quantile(times, 0.95) - np.quantile(times, 0.05)) / max(span, 1e-300) for times in (first, last))
+    return bool(begin < SAME <= end)
+
+
+def key_told(told: Told) -> list[str]:
+    """Return a sentence where the key names hardly more than one row."""
+    import numpy as np
+
+    rows = float(np.median(told.tally["samples"])) if len(told.fleet) > 1 else FEWEST
+    if rows >= FEWEST:
+        return []
+    return [
+        f"most series have {rows:.0f} row{'s' * (rows != 1)}, from which nothing can be learnt: is {told.by!r} the "
+        "column that names the series, and not the time?"
+    ]
 
 
 def gaps_told(told: Told) -> list[str]:

@@ -30,7 +30,7 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
     if kind == "drifts":
         memory = census.memory[row]
         fastest = int(np.nanargmin(memory)) if np.isfinite(memory).any() else None
-        speed = "" if fastest is None else f": {census.names[fastest]} forgets in about {memory[fastest]:.0f} samples"
+        speed = "" if fastest is None else f": {census.names[fastest]} forgets {_forgetting(memory[fastest])}"
         return f"drifts, {100 * (1 - census.still[row]):.3g} % likely{speed}"
     if kind == "differs":
         z = np.nan_to_num(rest.z[row])
@@ -52,6 +52,11 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
     return _data(row, tally)
 
 
+def _forgetting(samples: float) -> str:
+    """Return a memory in words."""
+    return f"in about {samples:.0f} samples" if samples >= 1.5 else "from one sample to the next"
+
+
 def _untaught(row: int, fleet, census, inputs) -> str:
     idle = np.flatnonzero(~census.moves[row])
     if len(idle):
@@ -70,4 +75,5 @@ def _data(row: int, tally) -> str:
     }  # fmt: skip
     parts = [f"{percent(count / rows)} {what}" for what, count in shares.items() if count]
     stuck = "the output never moved: is its sensor stuck? " if never_moved(tally)[row] else ""
-    return stuck + ", ".join([*parts, f"{int(tally['measured'][row])} measured samples"])
+    measured = int(tally["measured"][row])
+    return stuck + ", ".join([*parts, f"{measured} measured sample{'s' * (measured != 1)}"])
