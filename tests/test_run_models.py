@@ -131,7 +131,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
     found = json.loads(result.read_text())["jumps"]
     assert [(jump["sample"], jump["words"]) for jump in found] == [(e.sample, e.text) for e in trace.jumps()]
     assert 500 <= found[0]["sample"] < 540 and found[0]["words"].startswith("jump: b1 rose, it began about ")
-    assert f"jumps noticed at: {found[0]['sample']} s (b1 rose)" in " ".join(out.split())
+    assert f"jumps noticed at: sample {found[0]['sample']} (b1 rose)" in " ".join(out.split())
     assert trace.weight[found[0]["sample"] - 1] > 490 and trace.weight[found[0]["sample"] + 1] < 12
     text = page.read_text()
     assert "Score promises at most one false alarm per 10" in text
