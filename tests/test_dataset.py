@@ -259,3 +259,11 @@ def test_units_and_progress(tmp_path):
     table = open_dataset(paths, "asset", "y")
     told = [table.fraction for _ in table.batches(40)]
     assert table.units == {"y": "bar"} and told == sorted(told) and told[0] <= 0.25 and told[-1] == 1.0
+
+
+def test_codes_for_a_missing_value_are_missing_however_the_table_is_cut():
+    columns = {"pump": [1, 2, 1, 2], "y": [1.0, -9999.0, 3.0, 4.0], "u": [5.0, 6.0, -99.0, -9999.0]}
+    for rows in (1, 3, 10):
+        batches = list(open_dataset(columns, "pump", "y", "u", missing=(-9999,)).batches(rows))
+        for name, values in (("ys", [1, np.nan, 3, 4]), ("us", [5, 6, -99, np.nan])):
+            np.testing.assert_array_equal(np.concatenate([getattr(b, name)[:, 0] for b in batches]), values)

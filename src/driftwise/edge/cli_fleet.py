@@ -66,6 +66,10 @@ def run(
             "spaced.",
         ),
     ] = None,
+    missing: Annotated[
+        list[float] | None,
+        typer.Option(metavar="CODE", help="A value that stands for a missing one, e.g. -9999; repeat for several."),
+    ] = None,
     first: Annotated[
         int,
         typer.Option(
@@ -111,7 +115,7 @@ def run(
     execute(
         Order(
             data, by, one(output), out, tuple(input or ()), time, model, memory, jumps, dt, first, every, batch,
-            threads, checkpoint, resume, replace, spark, json, quiet,
+            threads, checkpoint, resume, replace, spark, json, quiet, tuple(missing or ()),
         )
     )  # fmt: skip
 

@@ -49,6 +49,7 @@ class Order:
     spark: str | None = None
     json: str | None = None
     quiet: bool = False
+    missing: tuple[float, ...] = ()
 
     @property
     def chosen(self) -> str:
@@ -170,7 +171,7 @@ def _run(order: Order):
             order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
             dt=order.dt, first=order.first, every=order.every, batch=order.batch, threads=order.threads,
             resume=order.resume, replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"),
-            words=order.words, **order.pace,
+            words=order.words, missing=order.missing or None, **order.pace,
         )  # fmt: skip
         if order.spark:
             from driftwise.spark import run_on_spark

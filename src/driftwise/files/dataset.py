@@ -52,10 +52,12 @@ class Dataset:
     rows : how many, None where only reading to the end can tell
     units : unit per column name, where the table gives one
     are_stamps : whether its times are time stamps, None without a clock
+    missing : values that stand for a missing one
     passed_over : files of its folder that are no tables
     """
 
-    def __init__(self, source, by: str, outputs: list[str], inputs: list[str], time: str | None):
+    def __init__(self, source, by: str, outputs: list[str], inputs: list[str], time: str | None, missing=()):
+        self.missing = tuple(missing)
         self.by, self.outputs, self.inputs, self.time = by, outputs, inputs, time
         self.parts, self.passed_over = parts_of(source)
         self.title = str(source) if isinstance(source, str | Path) else self.parts[0].title
@@ -116,13 +118,19 @@ class Dataset:
         return Filling(len(self.outputs), len(self.inputs), self.time is not None, rows)
 
     def _batch(self, first: int, filling: Filling, keys: Keys) -> Batch:
+        import numpy as np
+
         n = filling.size
         try:
             codes = keys.codes(filling.keys)
         except InputError as error:
             raise InputError(f"{self.title}: column {self.by!r}: {error}") from None
         time = None if filling.time is None else filling.time[:n]
-        return Batch(first, keys.names, codes, time, filling.ys[:n], filling.us[:n], filling.bad[:n])
+        ys, us = filling.ys[:n], filling.us[:n]
+        if self.missing:
+            for values in (ys, us):
+                values[np.isin(values, self.missing)] = np.nan
+        return Batch(first, keys.names, codes, time, ys, us, filling.bad[:n])
 
     def _opened(self, part: Part) -> tuple[Any, list[str]]:
         """Return a fresh reader of a part, and what it calls its columns: key, outputs, inputs, time."""
@@ -220,7 +228,7 @@ def _scalar(value):
     return pa.scalar(value, pa.int64() if isinstance(value, int) else pa.large_string())
 
 
-def open_dataset(source, by: str, output, inputs=(), time: str | None = None) -> Dataset:
+def open_dataset(source, by: str, output, inputs=(), time: str | None = None, missing=()) -> Dataset:
     """Return a long table, ready to be read in batches.
 
     Parameters
@@ -231,6 +239,7 @@ def open_dataset(source, by: str, output, inputs=(), time: str | None = None) ->
     output : column to predict, or several
     inputs : columns, one name or several
     time : column of the clock, optional
+    missing : values of outputs and inputs that stand for a missing one, such as -9999
 
     Returns
     -------
@@ -260,4 +269,4 @@ def open_dataset(source, by: str, output, inputs=(), time: str | None = None) ->
     2 ['b', 'a'] [0] [nan]
     """
     outputs = [output] if isinstance(output, str) else list(output)
-    return Dataset(source, by, outputs, [inputs] if isinstance(inputs, str) else list(inputs), time)
+    return Dataset(source, by, outputs, [inputs] if isinstance(inputs, str) else list(inputs), time, missing)

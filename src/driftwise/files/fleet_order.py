@@ -14,7 +14,7 @@ from driftwise.workflow.fleet.store import settings
 
 __all__ = ["FleetOrder", "FleetResult", "Progress", "facts_of", "refuse_another"]
 
-SAME = "by", "output", "inputs", "time", "dt", "first", "center", "longest", "every", "batch"
+SAME = "by", "output", "inputs", "time", "dt", "first", "center", "longest", "every", "batch", "missing"
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class FleetOrder:
     resume : go on where a run of this order was stopped
     replace : delete what a former run left in the folder, and nothing else
     progress : called after each batch
+    missing : values that stand for a missing one, such as -9999
     words : what summaries call the estimator; how it prints, if omitted
     """
 
@@ -59,6 +60,7 @@ class FleetOrder:
     resume: bool = False
     replace: bool = False
     progress: Callable[[Progress], None] | None = None
+    missing: tuple[float, ...] | None = None
     words: str = ""
 
 

@@ -55,7 +55,7 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
     batch, started = door.count("batch", order.batch, least=1), time.monotonic()
-    table = open_dataset(order.data, order.by, order.output, order.inputs, order.time)
+    table = open_dataset(order.data, order.by, order.output, order.inputs, order.time, order.missing or ())
     words, folder = order.words or repr(order.estimator), Path(order.out)
     facts = {"order": facts_of(order), "words": words, "is_dated": bool(table.are_stamps), "is_read": False}
     _fit(order)
