@@ -180,7 +180,9 @@ def run(
     ] = "mean",
     raw: Annotated[
         bool,
-        typer.Option("--raw", help="Take codes for a missing value, such as -9999, as they stand: they are values."),
+        typer.Option(
+            "--raw", metavar="", help="Take codes for a missing value, such as -9999, as they stand: they are values."
+        ),
     ] = False,
     dt: Annotated[
         float | None,
