@@ -97,8 +97,8 @@ def compute(name, a):
     plain = [f"({v} & {(1 << bits) - 1})" if kind[0] == "u" else v for v in a]
     if verb == "setp":
         same = " and ".join(f"{v} == {v}" for v in a) if kind[0] == "f" else "True"
-        if marks[0] == "nan":
-            return f"not ({same})"
+        if marks[0] in ("nan", "num"):
+            return f"not ({same})" if marks[0] == "nan" else same
         says = f"{plain[0]} {COMPARE[marks[0][:2]]} {plain[1]}"
         return f"not ({same}) or {says}" if marks[0][2:] == "u" else f"{same} and {says}"
     if verb == "selp":
