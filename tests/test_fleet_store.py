@@ -10,6 +10,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.detect.watch import OWN
+from driftwise.files.dataset import open_dataset
 from driftwise.kernel.parts import watch
 from driftwise.workflow import atomic
 from driftwise.workflow.fleet import sealed, store

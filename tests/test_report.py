@@ -163,6 +163,7 @@ class _Summary:
 
     def __init__(self, model):
         self.model, self.notes, self.moduli = model, model.notes, list(zip(model.poles, model.poles_std))
+        self.unit = "s"
 
 
 def test_plot_keeps_spikes_and_labels(trace):

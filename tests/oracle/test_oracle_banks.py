@@ -68,7 +68,7 @@ def test_outlier_update_is_the_mixtures_moments():
     b = banks.start(1, 1, 2, 2.0, chi2=0.5)
     new, taken = banks.update(b, psi[:, 0], np.array([2.5]), pi=0.3, kappa=9.0)
     row, posts = psi[0, 0], []
-    for share, R in ((0.7, 1.0), (0.3, 9.0)):
+    for share, R in ((0.7, 1.0), (0.3, 2.5**2 / 0.5)):  # the variance of its own square: more than nine times
         P = b.P[0, 0]
         St = row @ P @ row + R
         K = P @ row / St

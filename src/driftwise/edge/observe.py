@@ -77,7 +77,7 @@ def execute(asked: Observation) -> None:
             if saver:
                 saver.close()
     if estimator is None:
-        raise InputError(NO_ROW.format(record.path))
+        raise no_row(record)
     said += record.code_notes()
     said += [note for note in record.clock.notes() if not (estimator.irregular and "irregular" in note)]
     title = "standard input" if asked.file == "-" else os.path.basename(asked.file)

@@ -7,7 +7,7 @@ from math import atan2, isfinite, log, nan, pi
 from driftwise.edge import report_page as html
 from driftwise.edge import report_parts as common
 from driftwise.edge.wording import number, plus_minus
-from driftwise.workflow.clock_words import lasting
+from driftwise.workflow.clock_words import SAMPLES, lasting
 from driftwise.workflow.whiteness import chance
 from driftwise.workflow.wording import is_integrator, swings
 
@@ -24,10 +24,18 @@ def facts(trace, summary, step: str = "") -> str:
         "outliers": summary.rejected + summary.happened["outliers"][0],
         "unreadable": summary.bad_values,
     }
-    told = [f"{summary.samples:,} samples".replace(",", "\u2009"), step or f"every {lasting(trace.dt)}", known]
+    told = [
+        f"{summary.samples:,} samples".replace(",", "\u2009"),
+        step or ("no clock" if summary.unit == SAMPLES else f"every {lasting(trace.dt)}"),
+        known,
+    ]
     told += [
         f"{len(trace.names)} parameter{'s' * (len(trace.names) != 1)}",
-        *(f"{count} {what}" for what, count in lost.items() if count),
+        *(
+            f"{count} {what if count > 1 else what.replace('s ', ' ').removesuffix('s')}"
+            for what, count in lost.items()
+            if count
+        ),
     ]
     return " \u00b7 ".join(told)
 

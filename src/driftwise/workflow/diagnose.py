@@ -140,9 +140,9 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
     if isinstance(memory, Never):
         is_short = y is not None and len(y) <= ROWS and len(y) * s.estimator.model.N**4 <= WORK
         against = odds(s.estimator, y, u) if is_short else None
-        return _constant(trace, name) if against is None else _by_odds(against, name, is_white)
+        return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
     jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}"
-    jumped += f", the last at {instant(s.last_jump, s.origin)}" if s.jumps else ""
+    jumped += f", the last at {instant(s.last_jump, s.origin, s.unit)}" if s.jumps else ""
     also = "" if are_told else f"; {jumped}"
     if isinstance(memory, Auto) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
@@ -154,7 +154,7 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
     if are_told and (s.jumps or trace.watches):
         return Verdict(name, math.nan, ANY, True, "jumps are followed; between them the parameters stay")
-    if s.jumps or trace.watches:
+    if s.jumps or trace.watches or isinstance(memory, Auto):
         return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
     advice = f"this memory forgets without asking why: {memories(s.estimator)} tells drift from jumps, with odds"
     return Verdict(name, math.nan, ANY, True, advice)

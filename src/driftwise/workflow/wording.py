@@ -6,7 +6,7 @@ import cmath
 import math
 
 from ..models.polynomial import PolynomialModel
-from .clock_words import instant
+from .clock_words import SECONDS, instant
 from .stable import NEAR
 from .verdicts import plain
 from .whiteness import Nis, chance
@@ -36,10 +36,10 @@ def pole_words(p: complex, std: float, dt: float, unit: str = SECONDS) -> str:
     tau = -dt / math.log(r)
     if swings(p):
         period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real))
-        return f"an oscillation of period {period:.3g} s that decays with time constant {tau:.3g} s"
+        return f"an oscillation of period {period:.3g} {unit} that decays with time constant {tau:.3g} {unit}"
     if p.real < 0 and abs(p.imag) <= 1e-9:
         return f"an alternating mode (pole {p.real:.2f})"
-    return f"time constant {tau:.3g} s" + " (a pair of poles)" * (abs(p.imag) > 1e-9)
+    return f"time constant {tau:.3g} {unit}" + " (a pair of poles)" * (abs(p.imag) > 1e-9)
 
 
 def gain_words(model) -> list[str]:
@@ -125,7 +125,7 @@ def paragraph(s) -> str:
     poles = s.moduli
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), std) for p, std in poles]
-    modes = dict.fromkeys(pole_words(p, std, est.dt) for p, std in poles if p.imag >= 0)  # delays are said once
+    modes = dict.fromkeys(pole_words(p, std, est.dt, s.unit) for p, std in poles if p.imag >= 0)  # delays are said once
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     text = f"{kind} "
     if math.isfinite(s.rmse):

@@ -9,7 +9,6 @@ be predicted.
 from typing import NamedTuple
 
 from ...kernel.parts import Vector, advance, kernel, open_row, open_work
-from ...kernel.ud import entry
 from ..recursive import step as _step  # noqa: F401  (registers the step)
 from ..recursive.gaps import shift, spread
 from ..recursive.row import Lags, push, regress, renew

@@ -5,7 +5,7 @@ nothing. A negative variance is that of a measured y that may be a glitch of the
 in doubt, but what comes next does not tell which, and does not correct it.
 """
 
-from ...kernel.compose import kernel, rare
+from ...kernel.parts import kernel, rare
 from ...kernel.ud import entry
 
 

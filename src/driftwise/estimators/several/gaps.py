@@ -4,7 +4,7 @@ Equation i predicts with an error e_i = c_i' errors + its own; errors of its own
 the others. With one output this is `recursive.gaps`, bit for bit; negative variances are as there.
 """
 
-from ...kernel.compose import kernel, rare
+from ...kernel.parts import kernel, rare
 from ...kernel.ud import entry
 from ..recursive.gaps import is_clear
 from ..recursive.row import renew

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel.parts import Vector, kernel, open_row, open_work
-from ..recursive.row import HEAD, INPUT, Lags, renew
+from ..recursive.row import HEAD, INPUT, Lags
+
+FRESH = 5  # numbers that `renew` is given of an output, and one more
 
 
 class Several(NamedTuple):
