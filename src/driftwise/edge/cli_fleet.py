@@ -73,7 +73,9 @@ def run(
     first: Annotated[
         int,
         typer.Option(
-            metavar="ROWS", min=1, help="Rows of each series that tell its level and its units; more for slow plants."
+            metavar="ROWS",
+            min=1,
+            help="Complete rows of each series that tell its level and units; more for slow plants.",
         ),
     ] = 32,
     every: Annotated[
