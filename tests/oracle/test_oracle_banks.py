@@ -62,18 +62,19 @@ def test_mixing_keeps_the_mixtures_moments():
     np.testing.assert_allclose(banks.mix(b, np.eye(3)).P, b.P, atol=1e-13)
 
 
-def test_outlier_update_is_the_mixtures_moments():
+@pytest.mark.parametrize("y, loud", [(2.5, 9.0), (25.0, 25.0**2 / 0.5 / 10.0)])
+def test_outlier_update_is_the_mixtures_moments(y, loud):
     """5.14: the corrected theta and P are mean and covariance of the good and the outlier posterior together."""
     _, psi = records(1)
     b = banks.start(1, 1, 2, 2.0, chi2=0.5)
-    new, taken = banks.update(b, psi[:, 0], np.array([2.5]), pi=0.3, kappa=9.0)
+    new, taken = banks.update(b, psi[:, 0], np.array([y]), pi=0.3, kappa=9.0)
     row, posts = psi[0, 0], []
-    for share, R in ((0.7, 1.0), (0.3, 2.5**2 / 0.5)):  # the variance of its own square: more than nine times
+    for share, R in ((0.7, 1.0), (0.3, loud)):
         P = b.P[0, 0]
         St = row @ P @ row + R
         K = P @ row / St
-        density = np.exp(banks.log_density(2.5, St * 0.5, np.array(1.0), True))
-        posts.append((share * density, K * 2.5, P - np.outer(K, P @ row)))
+        density = np.exp(banks.log_density(y, St * 0.5, np.array(1.0), True))
+        posts.append((share * density, K * y, P - np.outer(K, P @ row)))
     total = sum(p for p, *_ in posts)
     mean = sum(p * m for p, m, _ in posts) / total
     cov = sum(p * (V * 0.5 + np.outer(m - mean, m - mean)) for p, m, V in posts) / total / 0.5

@@ -17,6 +17,7 @@ WEIGHT, FREEDOM, CHI2, OWN = range(4)  # the numbers of a mode; then theta, D, U
 FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
 OUTLIERS, WIDER = 0.01, 400.0  # share of outliers, and how many times the noise variance theirs is
+FARTHEST = 10.0  # in squares of its own deviation: farther off no outlier lies
 LOG_ODDS = math.log(OUTLIERS / (1.0 - OUTLIERS))
 WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
@@ -109,9 +110,10 @@ def take(memory, one, P, error, R, work, is_robust, rests, is_apart):
     """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
 
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
-    WIDER times as large, or as the error itself where that is more: however wrong one number is, it says no more
-    against the model than a few deviations do. P is that of the two outcomes together (moment matching): a rank-one
-    change along P psi. It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has it in U, D.
+    WIDER times as large, or more where the error is too far off even for that: however wrong one number is, it says no
+    more against the model than a few deviations do. P is that of the two outcomes together (moment matching): a
+    rank-one change along P psi. It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has
+    it in U and D.
     """
     D, U, own, f, b = one.D, one.U, one.own, work.f, work.b
     s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]
@@ -121,7 +123,7 @@ def take(memory, one, P, error, R, work, is_robust, rests, is_apart):
     project(U, work.psi, f)
     p = predicted_variance(f, D, 0.0)
     T = p + R
-    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / s2 - R))
+    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / (FARTHEST * s2) - R))
     z, V, rho = error * error * k / s2, s2 * (T / memory.R) / (weight * weight), 0.0
     if is_ready and is_robust:
         log_p, rho = outlier(nu, z, V, k / k2)
