@@ -19,10 +19,10 @@ def facts(trace, summary, step: str = "") -> str:
     inputs = 0 if trace.u is None else (1 if trace.u.ndim == 1 else trace.u.shape[1])
     known = {0: "no input", 1: "one input"}.get(inputs, f"{inputs} inputs")
     lost = {
-        "outputs missing": summary.missing_outputs,
-        "inputs missing": summary.missing_inputs,
-        "outliers": summary.rejected + summary.happened["outliers"][0],
-        "unreadable": summary.bad_values,
+        ("output missing", "outputs missing"): summary.missing_outputs,
+        ("input missing", "inputs missing"): summary.missing_inputs,
+        ("outlier", "outliers"): summary.rejected + summary.happened["outliers"][0],
+        ("unreadable", "unreadable"): summary.bad_values,
     }
     told = [
         f"{summary.samples:,} samples".replace(",", "\u2009"),
@@ -31,11 +31,7 @@ def facts(trace, summary, step: str = "") -> str:
     ]
     told += [
         f"{len(trace.names)} parameter{'s' * (len(trace.names) != 1)}",
-        *(
-            f"{count} {what if count > 1 else what.replace('s ', ' ').removesuffix('s')}"
-            for what, count in lost.items()
-            if count
-        ),
+        *(f"{count} {one if count == 1 else several}" for (one, several), count in lost.items() if count),
     ]
     return " \u00b7 ".join(told)
 

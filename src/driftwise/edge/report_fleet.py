@@ -101,7 +101,8 @@ def _trust(told) -> dict:
     """Return how NIS and coverage are spread over the fleet."""
     import numpy as np
 
-    from driftwise.workflow.fleet.outliers import FEW, HELD, NIS
+    from driftwise.workflow.fleet.outliers import HELD, NIS
+    from driftwise.workflow.fleet.tally import FEW
 
     scored = told.tally["scored"]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -122,23 +123,22 @@ def _trust(told) -> dict:
 def _cards(told) -> list[str]:
     found, many = told.outliers.found, len(told.fleet)
     there = [html.card("Series", shown(many), f"{_large(told.samples)} samples")]
-    odd = [
-        html.card(name, shown(len(found[kind].rows)), note, "warn" if len(found[kind].rows) else "good")
-        for kind, name, note in (
-            ("jumped", "Jumped", "parameters changed at once"),
-            ("drifts", "Drift", "parameters wander"),
-            ("differs", "Differ", "not like the rest"),
-            ("noise", "Noise", "louder or quieter"),
-        )
-    ]
-    sure = [
-        html.card(name, shown(len(found[kind].rows)), note, "warn" if len(found[kind].rows) else "good")
-        for kind, name, note in (
-            ("untaught", "Not identifiable", "nothing moves them"),
-            ("bars", "Wrong error bars", "NIS or coverage"),
-            ("data", "Poor data", "missing, late, too few"),
-        )
-    ]
+
+    def counts(*kinds) -> list[str]:
+        numbers = [(name, len(found[kind].rows), note) for kind, name, note in kinds]
+        return [html.card(name, shown(count), note, "warn" if count else "good") for name, count, note in numbers]
+
+    odd = counts(
+        ("jumped", "Jumped", "parameters changed at once"),
+        ("drifts", "Drift", "parameters wander"),
+        ("differs", "Differ", "not like the rest"),
+        ("noise", "Noise", "louder or quieter"),
+    )
+    sure = counts(
+        ("untaught", "Not identifiable", "nothing moves them"),
+        ("bars", "Wrong error bars", "NIS or coverage"),
+        ("data", "Poor data", "missing, late, too few"),
+    )
     return [
         html.group("What was there", there),
         html.group("Who stands out", odd),

@@ -40,7 +40,8 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     labels = {"inputs": [_named(table[name]) for name in table.inputs]}
     below = report_figures.inputs(line, trace, labels) if table.inputs else []
     shares, names = by_structure(forecast)
-    columns = trace.y, (shown := trace if found.is_alone else forecast).prediction, shown.band(0.95)
+    shown = trace if found.is_alone else forecast
+    columns = trace.y, shown.prediction, shown.band(0.95)
     figures = {
         "output": report_plots.output(line, *columns, _named(table[table.output]), marks=marks, is_named=not below),
         **common.named("input", below),

@@ -10,6 +10,8 @@ import numpy as np
 
 from .census import Census, census
 from .robust import Burst, Rest, bursts, discoveries, rest_of
+from .tally import FEW, never_moved
+from .wording import sentence
 
 KINDS = {
     "jumped": "parameters jumped",
@@ -24,7 +26,7 @@ FALSE = 0.01  # share of false discoveries among those that differ, are louder, 
 STILL = 0.2  # probability of standing still below which a series drifts
 UNTAUGHT = 0.5  # posterior over prior variance above which a combination counts as unlearnt
 NIS, HELD = (0.8, 1.25), (0.92, 0.975)  # no closer than matters in practice
-LEAST, FEW = 8, 30  # series that make a fleet, and scored samples that make a verdict of error bars
+LEAST = 8  # series that make a fleet
 MISSING, BAD = 0.2, 0.01  # shares beyond which data are poor; BAD also of late and duplicate rows
 SHORT = 4  # measured samples for each unknown
 ALARMS = 1e-5  # false jumps of `Auto`, at most, a sample
@@ -104,8 +106,6 @@ def outliers(fleet, tally, *, inputs=(), when: Callable[[float], str] = "{:.6g}"
     Bad at: fleets of several kinds side by side (the smaller kind differs), and fewer than 8 series, which nobody can
     differ from; a series that drifted, jumped or differed and is as it should be now.
     """
-    from .wording import sentence
-
     columns, N = census(fleet), len(fleet.estimators[0].names)
     rest, moves = rest_of(columns, UNTAUGHT), ~never_moved(tally)
     spoken = {
@@ -145,11 +145,6 @@ def _unlike(z) -> np.ndarray:
 def _differs(rest: Rest) -> Found:
     score = np.max(np.abs(np.nan_to_num(rest.z)), axis=1, initial=0.0)
     return _ranked(_unlike(rest.z), score)
-
-
-def never_moved(tally) -> np.ndarray:
-    """Say whose output is one and the same number after its first samples, (S,): a sensor that is stuck."""
-    return (tally["compared"] >= FEW) & (tally["dy2"] == 0)
 
 
 def _untaught(columns: Census, tally, N: int, moves) -> Found:

@@ -26,6 +26,7 @@ LAST = ("first_time", "last_time", "last_jump", "last_y")
 CLOCK = ("gaps", "step", "votes")  # they stand behind all others
 COLUMNS = ("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED, *SUMS, *LAST)
 BAND = 1.96  # deviations that hold 95 % of a normal variable
+FEW = 30  # samples scored, or compared, that make a verdict
 GAP = 1.5  # usual steps of the clock from which on one is a gap
 REJECTED, SET_ASIDE, JUMP = int(Status.REJECTED), int(Status.REJECTED | Status.OUTLIER), int(Status.JUMP)
 BITS = np.array([int(bit) for bit in COUNTED.values()])
@@ -81,6 +82,11 @@ class Tally(Columns):
             at, outs = np.ascontiguousarray(taken.at, np.int64), np.ascontiguousarray(outs)
             columns = (np.ascontiguousarray(column) for column in (taken.ys, taken.time, taken.bad, taken.filled))
             _compiled()(self._numbers, at, *columns, outs, self.settle)
+
+
+def never_moved(tally, at=slice(None)) -> Any:
+    """Say whose output is one and the same number after its first samples, (S,): a sensor that is stuck."""
+    return (tally["compared"][at] >= FEW) & (tally["dy2"][at] == 0)
 
 
 def add_up(numbers, at, ys, time, bad, filled, outs, settle):

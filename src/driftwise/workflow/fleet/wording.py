@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..summary import combination
-from .outliers import never_moved
+from .tally import never_moved
 
 __all__ = ["percent", "sentence"]
 
@@ -74,6 +74,6 @@ def _data(row: int, tally) -> str:
         "late or twice": tally["late"][row] + tally["duplicate"][row],
     }  # fmt: skip
     parts = [f"{percent(count / rows)} {what}" for what, count in shares.items() if count]
-    stuck = "the output never moved: is its sensor stuck? " if never_moved(tally)[row] else ""
+    stuck = "the output never moved: is its sensor stuck? " if never_moved(tally, row) else ""
     measured = int(tally["measured"][row])
     return stuck + ", ".join([*parts, f"{measured} measured sample{'s' * (measured != 1)}"])
