@@ -12,7 +12,7 @@ from unittest import mock
 
 import numpy as np
 
-from driftwise.kernel import compose
+from driftwise.engine import compile
 
 FUNCTIONS = ("log", "log1p", "exp", "expm1", "tanh", "atan", "cos", "sin", "lgamma", "erf", "erfc")
 
@@ -146,7 +146,7 @@ class Work(NamedTuple):
 
 def work(est, ys, us, state, latency: dict[str, float], columns: int = 4) -> Work:
     """Return what samples ys (T, p), us (T, k) ask for, beginning at a state; the first quarter only warms up."""
-    drive = compose.plain_driver(*map(type, est.policies))
+    drive = compile.plain_driver(*map(type, est.policies))
     rows, outs, scratch = (
         counted(est._rows(state)),
         np.zeros((1, 1, columns), object),

@@ -62,7 +62,7 @@ def _write(folder: Path, series: int, ticks: int) -> None:
 
 def _run(folder: Path) -> None:
     """The measured process."""
-    from driftwise.files.fleet_run import FleetOrder, run_fleet
+    from driftwise.fleet.fleet_run import FleetOrder, run_fleet
 
     est, memory = dw.Joint(3), [0.0, 0.0]
 

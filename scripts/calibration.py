@@ -4,10 +4,10 @@ Run: python scripts/calibration.py (ten seconds; DRIFTWISE_DATA names the folder
 """
 
 import numpy as np
+from driftwise_studies.score import records
+from driftwise_studies.score.tasks import calibration as task
 
 import driftwise as dw
-from driftwise.scoreboard import records
-from driftwise.scoreboard.tasks import calibration as task
 
 GASES = {"NO2": ("NO2(GT)", ["PT08.S4(NO2)", "T", "AH"]), "CO": ("CO(GT)", ["PT08.S1(CO)", "T", "AH"])}
 

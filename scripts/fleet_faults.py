@@ -13,8 +13,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from driftwise.edge.demo_fleet import FAULTS, pumps, write_fleet
-from driftwise.edge.fleet import Order, execute
+from driftwise.cli.demo_fleet import FAULTS, pumps, write_fleet
+from driftwise.cli.fleet import Order, execute
 
 OUT = Path(__file__).parents[1] / "docs" / "figures" / "fleet.png"
 SERIES, SAMPLES = 1000, 500

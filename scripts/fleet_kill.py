@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 import driftwise as dw
-from driftwise.files.fleet_order import FleetOrder
-from driftwise.files.fleet_run import run_fleet
+from driftwise.fleet.fleet_order import FleetOrder
+from driftwise.fleet.fleet_run import run_fleet
 
 
 def make(path, rows: int, series: int, seed: int) -> None:

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 import driftwise as dw
-from driftwise.files.fleet_order import FleetOrder
-from driftwise.files.fleet_run import run_fleet
-from driftwise.workflow.fleet.fleet import Fleet
-from driftwise.workflow.fleet.run import FleetRun
+from driftwise.fleet.fleet import Fleet
+from driftwise.fleet.fleet_order import FleetOrder
+from driftwise.fleet.fleet_run import run_fleet
+from driftwise.fleet.run import FleetRun
 
 ESTIMATORS = {"ar": lambda: dw.AR(1), "joint": lambda: dw.Joint(3), "arx": lambda: dw.ARX(2, 2, memory=dw.Auto())}
 BATCH = 1 << 18
@@ -93,7 +93,7 @@ class MadeUp:
         self.series, self.rows, self.inputs = series, series * samples, inputs
 
     def batches(self, size: int, skip: int = 0):
-        from driftwise.files.dataset import Batch
+        from driftwise.tables.dataset import Batch
 
         names, rng = list(range(self.series)), np.random.default_rng(0)
         for first in range(skip, self.rows, size):

@@ -13,8 +13,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 import driftwise as dw
-from driftwise.files.dataset import open_dataset
-from driftwise.workflow.fleet.intake import Intake
+from driftwise.fleet.intake import Intake
+from driftwise.tables.dataset import open_dataset
 
 ROWS = int(float(sys.argv[1])) if len(sys.argv) > 1 else 8_000_000
 GROUP = 1 << 20

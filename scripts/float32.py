@@ -11,9 +11,9 @@ import numpy as np
 from numba import types
 
 import driftwise as dw
-from driftwise.kernel import compose, ud
-from driftwise.kernel.parts import advance, open_row, open_work, read_all
-from driftwise.workflow.fleet.crew import Crew
+from driftwise.engine import compile, ud
+from driftwise.engine.dispatch import advance, open_row, open_work, read_all
+from driftwise.fleet.crew import Crew
 
 WAYS = {"64 bits": ("float64", "float64"), "stored in 32": ("float32", "float64"), "all in 32": ("float32", "float32")}
 SERIES, SAMPLES = 10, 100_000
@@ -47,8 +47,8 @@ class Series:
     def __init__(self, estimator, count, kept, computed):
         crew = Crew(estimator)
         shapes = crew.width, crew.outputs, crew.inputs, 4, crew.numbers, crew.room
-        compose._bind()
-        self.estimator, self.go = estimator, numba.njit(**compose.OPTIONS)(make(crew.kinds, crew.sizes, shapes))
+        compile._bind()
+        self.estimator, self.go = estimator, numba.njit(**compile.OPTIONS)(make(crew.kinds, crew.sizes, shapes))
         start = estimator.start().reshape(1).view(float)
         self.rows = np.tile(start, (count, 1)).astype(kept)
         self.scratch, self.row = np.empty(crew.room, computed), np.empty(crew.width, computed)

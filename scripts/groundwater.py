@@ -14,9 +14,9 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from driftwise_studies.score.records import folder, groundwater
 
 import driftwise as dw
-from driftwise.scoreboard.records import folder, groundwater
 
 ROOT = Path(__file__).parent.parent
 FIGURE, TABLE = ROOT / "docs" / "figures" / "mur.png", ROOT / "out" / "groundwater.csv"

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
-from driftwise.workflow.candidates import Candidate
-from driftwise.workflow.forecast_summary import ForecastSummary
-from driftwise.workflow.identifier import Identifier
+from driftwise.analysis.candidates import Candidate
+from driftwise.analysis.identifier import Identifier
+from driftwise.results.forecast_summary import ForecastSummary
 
 FAMILIES = ("AR", "ARX", "ARMAX", "OE")
 TO_COME, SETTLE = 3000, 100

@@ -12,13 +12,13 @@ import sys
 from time import perf_counter
 
 import numpy as np
+from driftwise_studies.score.protocol import Score, judge
+from driftwise_studies.score.records import ROWS, folder, read
 
 import driftwise as dw
-from driftwise.estimators.average.step import BASE
-from driftwise.scoreboard.protocol import Score, judge
-from driftwise.scoreboard.records import ROWS, folder, read
-from driftwise.workflow.candidates import candidates
-from driftwise.workflow.identifier import PILOT
+from driftwise.analysis.candidates import candidates
+from driftwise.analysis.identifier import PILOT
+from driftwise.estimators.model_average.step import BASE
 
 LONGEST = 2500  # samples of a record on which Auto is tried
 EDGE = 1.959963984540054

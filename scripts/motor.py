@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from driftwise.scoreboard import records
-from driftwise.scoreboard.tasks import carriage
-from driftwise.scoreboard.tasks.carriage import (
+from driftwise_studies.score import records
+from driftwise_studies.score.tasks import carriage
+from driftwise_studies.score.tasks.carriage import (
     DT,
     FV,
     GAIN,
@@ -30,7 +29,7 @@ from driftwise.scoreboard.tasks.carriage import (
     reference,
     score,
     settle,
-)  # fmt: skip
+)
 
 ROOT = Path(__file__).parent.parent
 FIGURE = ROOT / "docs" / "figures" / "motor.png"

@@ -11,9 +11,9 @@ import matplotlib
 
 matplotlib.use("Agg")
 import numpy as np
+from driftwise_studies.papers.abid.systems import system
 
 import driftwise as dw
-from driftwise.reproduce.abid.systems import system
 
 FIGURE = Path(__file__).parent.parent / "docs" / "figures" / "smoothing.png"
 CASES = {

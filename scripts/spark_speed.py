@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from pyspark.sql import SparkSession
 
 import driftwise as dw
-import driftwise.spark
+import driftwise.fleet.spark
 
 NAMES = dict(by="asset", output="y", time="t")
 ROCKS = "org.apache.spark.sql.execution.streaming.state.RocksDBStateStoreProvider"

@@ -9,10 +9,10 @@ Run: python scripts/track_bands.py (one minute; DRIFTWISE_DATA names the folder 
 import json
 
 import numpy as np
+from driftwise_studies.papers import recordings
+from driftwise_studies.score import records, tracks
 
 import driftwise as dw
-from driftwise.reproduce import recordings
-from driftwise.scoreboard import records, tracks
 
 KNOT = 1852 / 3600
 FIRST, CHANGE = 20, 5  # plots to start with; plots within which a change of motion can hardly be known

@@ -9,12 +9,12 @@ import sys
 import time
 
 import numpy as np
+from driftwise_studies.papers.abid import automatic, ranking
+from driftwise_studies.papers.abid.entrants import ENTRANTS, KNOWN, LEARNT
+from driftwise_studies.papers.abid.systems import RANKED, SIGMA2, system
 from make_figures import surprises
 
 import driftwise as dw
-from driftwise.reproduce.abid import automatic, ranking
-from driftwise.reproduce.abid.entrants import ENTRANTS, KNOWN, LEARNT
-from driftwise.reproduce.abid.systems import RANKED, SIGMA2, system
 
 SKIP = 50  # samples that do not count
 DIRTY = {

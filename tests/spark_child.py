@@ -7,7 +7,7 @@ import pyspark
 from spark_tables import COLUMNS, PROVIDER, ROCKS, local_session
 
 import driftwise as dw
-import driftwise.spark
+import driftwise.fleet.spark
 
 SCHEMA = "asset long, t timestamp, y double"
 

@@ -10,8 +10,8 @@ from oracle.algebraic_theorem import closed_variance
 from paper_motor import CONSTANT, COSINE, INTO, MOTOR, SIGMA
 
 import driftwise as dw
-from driftwise.estimators.window.gains import Design
-from driftwise.estimators.window.horizon import Horizon
+from driftwise.estimators.window_observer.gains import Design
+from driftwise.estimators.window_observer.horizon import Horizon
 from driftwise.models.plant import Augmented
 
 SET_UPS = {

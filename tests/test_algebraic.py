@@ -9,10 +9,10 @@ from paper_motor import GOLDEN, INTO, MOTOR, SIGMA
 from scipy.linalg import expm
 
 import driftwise as dw
-from driftwise.estimators.algebraic.filter import observer_form
-from driftwise.estimators.algebraic.theorem import Theorem
+from driftwise.analysis.laws import LAWS, example
+from driftwise.estimators.algebraic_observer.filter import observer_form
+from driftwise.estimators.algebraic_observer.theorem import Theorem
 from driftwise.models.plant import Augmented
-from driftwise.workflow.laws import LAWS, example
 
 H = 1e-3
 THEOREM = Theorem([0, 2, 10, 1], [2], 0, [50])  # of this motor

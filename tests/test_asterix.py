@@ -15,10 +15,10 @@ pytest.importorskip("asterix.generated", reason='pip install "driftwise[tracking
 
 import asterix_oracle as oracle
 
-from driftwise.errors import InputError
-from driftwise.tracking import asterix_records as structure
-from driftwise.tracking.asterix import decode, placed, read_asterix
-from driftwise.tracking.asterix_reports import MEANING
+from driftwise.engine.errors import InputError
+from driftwise.tracking.formats import asterix_records as structure
+from driftwise.tracking.formats.asterix import decode, placed, read_asterix
+from driftwise.tracking.formats.asterix_reports import MEANING
 from driftwise.tracking.frames import east_north
 from driftwise.tracking.sites import Site, read_sites
 

@@ -9,8 +9,8 @@ pytest.importorskip("asterix.generated", reason='pip install "driftwise[tracking
 
 import asterix_oracle as oracle
 
-from driftwise.errors import InputError
-from driftwise.tracking import asterix_records as structure
+from driftwise.engine.errors import InputError
+from driftwise.tracking.formats import asterix_records as structure
 
 ROOT = Path(__file__).parent.parent
 

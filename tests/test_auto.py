@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import arx, system
 
 import driftwise as dw
-from driftwise.kernel import ud
-from driftwise.reproduce.abid.systems import arx, system
+from driftwise.engine import ud
 
 SEEDS = 200
 SIGMA2 = 0.02

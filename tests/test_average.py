@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.estimators.average import step
-from driftwise.kernel import compose
-from driftwise.kernel.parts import flatten
-from driftwise.workflow.laws import example
+from driftwise.analysis.laws import example
+from driftwise.engine import compile
+from driftwise.engine.dispatch import flatten
+from driftwise.estimators.model_average import step
 
 MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.Weighted(0.98)), dw.AR(1)]
 
@@ -79,7 +79,7 @@ def test_compiled_equals_plain(average, record):
         means[:, i], variances[:, i] = own.prediction, own.variance
     outs, numbers = np.empty_like(trace.outs), np.concatenate([step.fresh(average.task), np.empty(means.shape[1])])
     with np.errstate(all="ignore"):
-        compose.plain_passage(step.Averaging)(y[:60, None], means, variances, outs, numbers, flatten([average.task]))
+        compile.plain_passage(step.Averaging)(y[:60, None], means, variances, outs, numbers, flatten([average.task]))
     np.testing.assert_allclose(outs, trace.outs, rtol=1e-9, atol=1e-12)
 
 

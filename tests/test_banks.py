@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import system
 from oracle import auto, banks, golden
 from scipy import stats
 
 import driftwise as dw
-from driftwise.kernel import compose
-from driftwise.kernel.parts import flatten
+from driftwise.engine import compile
+from driftwise.engine.dispatch import flatten
 from driftwise.memory.bank import open_cells
 from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, log_density, mode
 from driftwise.memory.unknown import open_ground
-from driftwise.reproduce.abid.systems import system
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parent / "golden" / "abid.json").read_text())["cases"]}
 BITS = {"jump": dw.Status.JUMP, "noise level": dw.Status.NOISE, "outlier": dw.Status.OUTLIER}
@@ -25,7 +25,7 @@ SERIES, TOLD = 3, 0.02
 def drive(est, y, psi, plain=False):
     """Columns of many series at once: innovation, T, filtered parameters and their variances, status, statistic."""
     rows, outs = est._rows(est.start(len(y)), is_one=False), np.empty((*y.shape, est.columns + 8))
-    run = compose.plain_driver(*map(type, est.policies)) if plain else est.drive
+    run = compile.plain_driver(*map(type, est.policies)) if plain else est.drive
     run(rows, np.ascontiguousarray(y[..., None]), np.ascontiguousarray(psi), outs, est.spec, est.scratch())
     theta, std = outs[..., est.columns : est.columns + 4], outs[..., est.columns + 4 :]
     return outs[..., 1], outs[..., 2], theta, std**2, outs[..., 3].astype(int), outs[..., 5]

@@ -5,9 +5,9 @@ import pytest
 
 pytest.importorskip("asterix.generated", reason='pip install "driftwise[tracking]"')
 
-from driftwise.errors import InputError
-from driftwise.tracking.asterix import decode, read_asterix
-from driftwise.tracking.cat062 import encode_cat062
+from driftwise.engine.errors import InputError
+from driftwise.tracking.formats.asterix import decode, read_asterix
+from driftwise.tracking.formats.cat062 import encode_cat062
 
 
 def rows(T=40):

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.edge import keep, runner
-from driftwise.kernel.status import Status
+from driftwise.cli import downsample, runner
+from driftwise.engine.status import Status
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
 
@@ -195,7 +195,7 @@ def test_demo_ends_with_what_to_type_next(call, tmp_path):
 
 
 def test_warm_compiles_and_says_so(call, monkeypatch):
-    from driftwise.estimators import warm
+    from driftwise.estimators.common import warm
 
     monkeypatch.setattr(warm, "warm", lambda: iter(["one", "two"]))
     code, out, _ = call("warm")
@@ -204,29 +204,28 @@ def test_warm_compiles_and_says_so(call, monkeypatch):
 
 
 def test_warm_compiles_what_identify_needs(monkeypatch):
-    from driftwise.estimators import warm
-    from driftwise.estimators.average.step import Averaging
-    from driftwise.kernel import compose
-    from driftwise.workflow import watching
-    from driftwise.workflow.candidates import candidates
+    from driftwise.analysis import change_monitor
+    from driftwise.analysis.candidates import candidates
+    from driftwise.estimators.common import warm
+    from driftwise.estimators.model_average.step import Averaging
 
     asked = set()
     monkeypatch.setattr(warm, "prune", lambda: None)
     for name in ("driver", "passage"):
-        monkeypatch.setattr(compose, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
+        monkeypatch.setattr(compile, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
     monkeypatch.setattr(dw.Joint, "smooth", lambda self, y: None)
     monkeypatch.setattr(dw.SelfStarting, "scan", lambda self, z: asked.add((type(self.resolve()),)))
     list(warm.warm())
     all_ = [c for inputs in (0, 1, 2) for c in candidates(inputs)]
     needed = [est for c in all_ for est in (c.best, *map(c.estimator, c.memories))]
-    others = {(Averaging,), (type(watching.SOON),), (type(watching.SLOWLY),)}
+    others = {(Averaging,), (type(change_monitor.SOON),), (type(change_monitor.SLOWLY),)}
     assert {tuple(map(type, est.policies)) for est in needed} | others <= asked
 
 
 def test_help_loads_nothing_heavy():
     program = (
         "import sys; sys.argv = ['driftwise', '--help']\n"
-        "from driftwise.edge.cli import main\n"
+        "from driftwise.cli.cli import main\n"
         "try: main()\nexcept SystemExit: pass\n"
         "names = {'numpy', 'numba', 'pyarrow', 'scipy', 'bokeh', 'matplotlib', 'narwhals', 'pandas'}\n"
         "heavy = names & set(sys.modules)\n"
@@ -238,7 +237,7 @@ def test_help_loads_nothing_heavy():
 
 
 def test_simulate_into_run_through_a_pipe():
-    command = [sys.executable, "-m", "driftwise.edge.cli"]
+    command = [sys.executable, "-m", "driftwise.cli.cli"]
     table = subprocess.run(
         [
             *command,
@@ -271,7 +270,7 @@ def test_simulate_into_run_through_a_pipe():
 
 @pytest.mark.parametrize("order", [1, 2, 5])
 def test_simulate_random_plants_are_stable(call, tmp_path, order):
-    from driftwise.edge.demo import random_plant
+    from driftwise.cli.demo import random_plant
 
     for seed in range(20):
         a, b = random_plant(order, seed)
@@ -320,13 +319,13 @@ def test_a_constant_input_is_told(call, tmp_path):
 
 
 def test_long_runs_keep_every_extreme(monkeypatch):
-    monkeypatch.setattr(keep, "ROWS", 500)
+    monkeypatch.setattr(downsample, "ROWS", 500)
     y, u = dw.simulate(A, B, samples=6000, noise_std=0.1, seed=2, missing=0.01)
     y[4321] += 40
     est = dw.Joint(2, 1).scaled_to(y, u)
     whole, found = est.scan(y, u), []
     for cut in (701, 6000):
-        keeper, state = keep.Keeper(est, keep.Offsets("y", ("u",), {"y": 2.0})), None
+        keeper, state = downsample.Keeper(est, downsample.Offsets("y", ("u",), {"y": 2.0})), None
         for start in range(0, 6000, cut):
             trace = est.scan(y[start : start + cut], u[start : start + cut], state=state)
             state = trace.state
@@ -382,7 +381,7 @@ def test_memory_of_a_run_does_not_grow_with_the_file(tmp_path):
         rng = np.random.default_rng(0)
         pq.write_table(pa.table({"u": rng.standard_normal(rows), "y": rng.standard_normal(rows)}), path)
         program = (
-            "import atexit, sys, resource; from driftwise.edge.cli import main\n"
+            "import atexit, sys, resource; from driftwise.cli.cli import main\n"
             f"sys.argv = ['driftwise', 'run', {path!r}, '-o', 'y', '-i', 'u', '-n', '1']\n"
             "atexit.register(lambda: print('PEAK', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))\n"
             "main()"

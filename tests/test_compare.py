@@ -8,9 +8,9 @@ import pytest
 from scipy.stats import norm, t
 
 import driftwise as dw
-from driftwise.edge import specs
-from driftwise.errors import CommandError, InputError
-from driftwise.workflow.forecast import forecast, mixture_density
+from driftwise.analysis.forecast import forecast, mixture_density
+from driftwise.cli import specs
+from driftwise.engine.errors import CommandError, InputError
 
 
 def entrants():

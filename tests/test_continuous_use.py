@@ -6,9 +6,9 @@ from oracle import continuous as oracle
 from oracle.continuous import problem
 
 import driftwise as dw
+from driftwise.analysis.laws import LAWS, example, same
 from driftwise.models.canonical import Canonical
 from driftwise.models.continuous import ContinuousModel
-from driftwise.workflow.laws import LAWS, example, same
 
 C = 1.3
 

@@ -11,8 +11,8 @@ import pytest
 from oracle import ptx
 
 import driftwise as dw
-from driftwise.kernel import compose
-from driftwise.workflow.fleet import cuda as on_gpu
+from driftwise.engine import compile
+from driftwise.fleet import cuda as on_gpu
 
 CASES = {
     "joint": dw.Joint(3),
@@ -25,7 +25,7 @@ SERIES, SAMPLES = 5, 60
 def uncompiled(fleet):
     """Let a fleet of the processor run as Python."""
     crew = fleet.crew
-    crew.loop = lambda columns: compose.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))
+    crew.loop = lambda columns: compile.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))
     return fleet
 
 
@@ -107,7 +107,7 @@ def test_so_it_does_with_auto(simulated):
 @pytest.mark.parametrize(("name", "tolerance"), [("joint", 0.0), ("arx", 0.0), ("auto", 1e-11)])
 def test_the_code_compiled_for_a_gpu_gives_the_numbers_of_the_processor(name, tolerance, tmp_path):
     """The assembly, run instruction by instruction: all bits, but for log, exp, lgamma and powers in `Auto`."""
-    from driftwise.kernel import device
+    from driftwise.engine import device
 
     rng, fleet = np.random.default_rng(0), dw.Fleet(CASES[name], range(3), threads=1)
     crew, samples = fleet.crew, 120

@@ -11,9 +11,9 @@ import pyarrow.dataset
 import pyarrow.parquet as pq
 import pytest
 
-from driftwise.errors import InputError
-from driftwise.files import parquetfile
-from driftwise.files.dataset import open_dataset
+from driftwise.engine.errors import InputError
+from driftwise.tables import parquetfile
+from driftwise.tables.dataset import open_dataset
 
 N = 500
 RNG = np.random.default_rng(0)

@@ -11,8 +11,8 @@ import pytest
 import driftwise as dw
 from driftwise.detect.alarms import simulated_delay
 from driftwise.detect.watch import OWN, STATISTIC, watch
-from driftwise.kernel import compose
-from driftwise.kernel.parts import flatten
+from driftwise.engine import compile
+from driftwise.engine.dispatch import flatten
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())
 DETECTORS = {
@@ -37,7 +37,7 @@ def run_length(detector, alarms, seed=0, make=None, block=50_000):
         outs = np.empty((1, block, 1))
         slopes = np.zeros((1, block, 0)) if slopes is None else slopes[None]
         state = np.zeros((1, detector.marks(slopes.shape[2]))) if state is None else state
-        compose.watcher(type(detector))(state, z[None], slopes, outs, flatten((detector,)))
+        compile.watcher(type(detector))(state, z[None], slopes, outs, flatten((detector,)))
         found, samples = found + np.count_nonzero(outs), samples + block
     return samples / found
 
@@ -335,7 +335,7 @@ def test_the_same_numbers_one_by_one_in_halves_and_uncompiled(name):
     kernel = detector.resolve()
     there = z[np.isfinite(z)]
     marks, outs = np.zeros((1, kernel.marks(0))), np.empty((1, len(there), 2))
-    plain = compose.plain_watcher(type(kernel))
+    plain = compile.plain_watcher(type(kernel))
     plain(marks, there[None], np.zeros((1, len(there), 0)), outs, flatten((kernel,)))
     assert np.allclose(marks[0], whole.state, rtol=1e-12)
     assert np.allclose(outs[0, :, 1], whole.statistic[np.isfinite(z)], rtol=1e-12)

@@ -8,9 +8,9 @@ import pytest
 from scipy.stats import binom, chi2, norm
 
 import driftwise as dw
-from driftwise.workflow.change import odds
-from driftwise.workflow.news import last_news
-from driftwise.workflow.verdicts import Diagnosis, Verdict
+from driftwise.analysis.drift_or_jump import odds
+from driftwise.analysis.information_age import last_news
+from driftwise.results.verdicts import Diagnosis, Verdict
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
 

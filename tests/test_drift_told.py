@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.estimators.recursive.speeds import Speeds
-from driftwise.workflow.events import Event
+from driftwise.estimators.arx.speeds import Speeds
+from driftwise.results.events import Event
 
 
 def speeds(*memories, weights=None, samples=1000):

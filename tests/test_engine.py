@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.kernel import compose, ud
-from driftwise.kernel.parts import Size, Vector, flatten, read, read_all
+from driftwise.engine import compile, ud
+from driftwise.engine.dispatch import Size, Vector, flatten, read, read_all
 from driftwise.memory.drift import drift
 
 PACKAGE = Path(dw.__file__).parent
@@ -36,7 +36,7 @@ def test_import_loads_nothing_heavy():
 def test_help_does_not_load_numba_or_numpy():
     code = (
         "import sys\n"
-        "from driftwise.edge.cli import main\n"
+        "from driftwise.cli.cli import main\n"
         "sys.argv = ['driftwise', '--help']\n"
         "try: main()\n"
         "except SystemExit: pass\n"
@@ -107,7 +107,7 @@ def test_a_users_own_policy_runs_compiled_in_a_few_lines():
     y, u = dw.simulate([-0.8], [1.0], samples=80, noise_std=0.1, noise="equation", seed=2)
     fast = est.scan(y, u)
     rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
-    drive = compose.plain_driver(*map(type, est.policies))
+    drive = compile.plain_driver(*map(type, est.policies))
     drive(rows, y.reshape(1, -1, 1), u.reshape(1, -1, 1), outs, est.spec, est.scratch())
     np.testing.assert_allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12)
     dw.check_policy(Breathing(7.0, np.array([1e-9] * 4)))
@@ -116,7 +116,7 @@ def test_a_users_own_policy_runs_compiled_in_a_few_lines():
 
 
 def test_a_change_of_a_users_policy_changes_the_fingerprint():
-    assert compose.fingerprint((Breathing,)) != compose.fingerprint(())
+    assert compile.fingerprint((Breathing,)) != compile.fingerprint(())
 
 
 @pytest.mark.parametrize("numbers", [(), (1.0,), (1.0, np.array([2.0, 3.0])), (np.array([]), 4.0)])
@@ -143,7 +143,7 @@ def test_all_policies_of_a_row_are_read_at_once_and_the_sizes_of_the_first_where
         Breathing(7.0, np.array([])),
         Shape(1.0, np.ones(3), 2.0, 9.0),
     )
-    assert compose.sizes(policies[0]) == (2.0, 4.0)
+    assert compile.sizes(policies[0]) == (2.0, 4.0)
     form, *others = read_all(tuple(map(type, policies)), sizes, flatten(policies))
     assert (form.n, form.m) == (sizes or (2.0, 4.0)) and form.scale == 0.5 and form.b.tolist() == [7.0, 8.0]
     assert [type(policy) for policy in others] == [Breathing, Shape]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.kernel import compose
-from driftwise.workflow.fleet import crew as crews
-from driftwise.workflow.fleet.grouping import group_samples, stable_order
+from driftwise.engine import compile
+from driftwise.fleet import crew as crews
+from driftwise.fleet.grouping import group_samples, stable_order
 
 SERIES, SAMPLES = 7, 60
 CASES = {
@@ -151,7 +151,7 @@ def test_the_loop_is_the_same_uncompiled():
     keys, y, _ = table(estimator, series=3, samples=30)
     one, other = dw.Fleet(estimator, range(3)), dw.Fleet(estimator, range(3), threads=1)
     crew = other.crew
-    crew.loop = lambda columns: compose.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))
+    crew.loop = lambda columns: compile.plain_crew(crew.kinds, crew.sizes, crew.shapes(columns))
     a, b = one.scan(keys, y), other.scan(keys, y)
     np.testing.assert_allclose(a.prediction, b.prediction, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(one.states.view(float), other.states.view(float), rtol=1e-9, atol=1e-12)

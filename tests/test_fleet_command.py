@@ -11,12 +11,12 @@ import pytest
 from browser import PROGRAM, Browser
 
 import driftwise as dw
-from driftwise.edge import demo_fleet
-from driftwise.edge.fleet import Order, estimator_of
-from driftwise.edge.fleet_words import Told, lead
-from driftwise.edge.report_fleet import write
-from driftwise.files.fleet_run import former_run
-from driftwise.workflow.fleet.outliers import outliers
+from driftwise.cli import demo_fleet
+from driftwise.cli.fleet import Order, estimator_of
+from driftwise.fleet.fleet_run import former_run
+from driftwise.fleet.outliers import outliers
+from driftwise.report.fleet_words import Told, lead
+from driftwise.report.report_fleet import write
 
 PUMPS = ["--by", "asset", "--output", "flow", "--input", "speed", "--time", "time"]
 QUICK = ["--model", "joint:1", "--every", "0"]  # compiled by other tests as well
@@ -264,7 +264,7 @@ def test_a_hundred_thousand_series_are_judged_in_seconds_on_a_small_page(results
 def test_series_that_each_start_at_zero_have_no_common_instants():
     from types import SimpleNamespace as Told
 
-    from driftwise.edge.fleet_words import starts_anew
+    from driftwise.report.fleet_words import starts_anew
 
     first, last = np.zeros(20), np.linspace(2500.0, 3500.0, 20)
     for begin, end, is_dated, is_own in (

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import driftwise as dw
-from driftwise.files.fleet_order import FleetOrder
-from driftwise.files.fleet_run import former_run, run_fleet
-from driftwise.workflow.fleet.events import MOST, RUNS, FleetEvents
+from driftwise.fleet.events import MOST, RUNS, FleetEvents
+from driftwise.fleet.fleet_order import FleetOrder
+from driftwise.fleet.fleet_run import former_run, run_fleet
 
 SCRIPT = Path(__file__).parent.parent / "scripts" / "fleet_kill.py"
 ROWS, SERIES = 3000, 6

@@ -10,12 +10,12 @@ import pytest
 
 import driftwise as dw
 from driftwise.detect.watch import OWN
-from driftwise.files.dataset import open_dataset
-from driftwise.kernel.parts import watch
-from driftwise.workflow import atomic
-from driftwise.workflow.fleet import sealed, store
-from driftwise.workflow.fleet.run import FleetRun
-from driftwise.workflow.fleet.tally import CLOCK
+from driftwise.engine import atomic
+from driftwise.engine.dispatch import watch
+from driftwise.fleet import checkpoint_file, store
+from driftwise.fleet.counters import CLOCK
+from driftwise.fleet.run import FleetRun
+from driftwise.tables.dataset import open_dataset
 
 RUN = os.path.join(os.path.dirname(__file__), "saved", "run-2.parquet")  # by the second: stopped, one series held back
 OLD = os.path.join(os.path.dirname(__file__), "saved", "fleet-1.parquet")  # written by the first version of the format
@@ -61,7 +61,7 @@ def test_whoever_has_no_driftwise_reads_keys_and_states(tmp_path):
 
 
 def test_arrays_of_any_shape_are_kept_with_a_fleet(tmp_path, monkeypatch):
-    monkeypatch.setattr(sealed, "SLICE", 300)
+    monkeypatch.setattr(checkpoint_file, "SLICE", 300)
     fleet, path = some(), tmp_path / "fleet.parquet"
     arrays = {
         "table": np.arange(12.0).reshape(6, 2), "flags": np.arange(7) % 2 == 0, "none": np.empty((0, 3)),
@@ -83,10 +83,10 @@ def test_a_fleet_of_the_first_version_is_read_and_kept_as_the_newest(tmp_path):
     assert np.array(table["state"].to_pylist()).tobytes() == fleet._rows.tobytes()
     assert float(fleet.state(2)["samples"]) == 55 and store.read(OLD).arrays == {}
     fleet.save(tmp_path / "new.parquet")
-    header, *_ = sealed.read(tmp_path / "new.parquet", store.SCHEMA)
+    header, *_ = checkpoint_file.read(tmp_path / "new.parquet", store.SCHEMA)
     assert header["schema"] == store.SCHEMA == 3
     with pytest.raises(dw.InputError, match="written with schema 3, this version reads up to 1: update driftwise"):
-        sealed.read(tmp_path / "new.parquet", 1)
+        checkpoint_file.read(tmp_path / "new.parquet", 1)
 
 
 class Nowhere:
@@ -170,7 +170,9 @@ def test_files_and_keys_that_do_not_fit_are_refused_with_a_reason(tmp_path):
         "facts": {},
         "arrays": [],
     }
-    sealed.write(path, header, {"key": ["a"], "kind": ["text"]}, {"group": np.zeros(1, int), "state": np.zeros((1, 1))})
+    checkpoint_file.write(
+        path, header, {"key": ["a"], "kind": ["text"]}, {"group": np.zeros(1, int), "state": np.zeros((1, 1))}
+    )
     with pytest.raises(dw.InputError, match="laid out otherwise"):
         dw.Fleet.load(path)
 
@@ -244,4 +246,4 @@ def test_saving_and_loading_take_the_memory_of_the_states_and_a_slice(tmp_path):
     tracemalloc.stop()
     words = 300 * len(fleet)  # of Python's own, for keys as text
     assert saving < words and loading < 1.2 * size + words
-    assert pa.total_allocated_bytes() - arrow < 2 * sealed.SLICE and len(back) == len(fleet)
+    assert pa.total_allocated_bytes() - arrow < 2 * checkpoint_file.SLICE and len(back) == len(fleet)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.kernel.status import Status
+from driftwise.engine.status import Status
 
 A, B = [-1.7, 1.1, -0.3], [1.0, 0.5]  # oversampled: the squares of A alone sum to 4
 

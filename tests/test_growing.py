@@ -10,8 +10,8 @@ from paper_motor import GOLDEN, MOTOR, SIGMA
 from scipy.linalg import expm
 
 import driftwise as dw
-from driftwise.kernel import compose
-from driftwise.workflow.laws import same
+from driftwise.analysis.laws import same
+from driftwise.engine import compile
 
 NAMED = dw.Plant([[0, 1, 0], [0, 0, 1], [0, -2, -10]], [0, 0, 2], states=("angle", "speed", "current"), inputs="u")
 
@@ -174,7 +174,7 @@ def test_noise_is_learnt_where_nothing_else_is_absolute():
     """Deviations are those of least squares times the noise found (compiled code is the same as with noise known)."""
     y = truth(400)[:, 0] + SIGMA * np.random.default_rng(0).standard_normal(400)
     est = dw.WindowObserver(PLAIN, math.inf, noise_std=None, disturbances=dw.Polynomial([0, 0, 5], np.inf), dt=1e-3)
-    est.__dict__["drive"] = compose.plain_driver(*map(type, est.policies))
+    est.__dict__["drive"] = compile.plain_driver(*map(type, est.policies))
     trace, known = est.scan(y), observer(4).scan(y)
     np.testing.assert_allclose(trace.x[-1], known.x[-1], rtol=1e-9)
     np.testing.assert_allclose(trace.std[-1], known.std[-1], rtol=0.15)
@@ -267,7 +267,7 @@ def test_tune_says_where_a_record_shows_no_walk():
 
 def test_the_likelihood_is_that_of_the_joint_gaussian():
     """Differences between walks are those of the restricted likelihood of all samples, the first ones included."""
-    from driftwise.estimators.window import growing
+    from driftwise.estimators.window_observer import growing
 
     values, dense_values = [], []
     for walk in (0.0, 3.0):

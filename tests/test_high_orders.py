@@ -3,8 +3,8 @@
 import pytest
 
 import driftwise as dw
-from driftwise.edge import runner
-from driftwise.workflow import diagnose
+from driftwise.analysis import diagnose
+from driftwise.cli import runner
 
 
 @pytest.fixture(scope="module")

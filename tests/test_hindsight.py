@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import system
 
 import driftwise as dw
-from driftwise.estimators.hindsight import jumps
-from driftwise.estimators.hindsight.average import average
-from driftwise.reproduce.abid.systems import system
+from driftwise.estimators.smoothing import jumps
+from driftwise.estimators.smoothing.average import average
 
 
 @pytest.fixture(scope="module")

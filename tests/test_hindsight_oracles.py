@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import system
 
 import driftwise as dw
-from driftwise.estimators.hindsight import likelihood, moments, passes
-from driftwise.estimators.hindsight.fit import BOUNDS, most_likely
-from driftwise.estimators.hindsight.likelihood import Likelihood
-from driftwise.estimators.hindsight.record import Record
-from driftwise.kernel import compose
-from driftwise.kernel.parts import flatten
-from driftwise.reproduce.abid.systems import system
+from driftwise.engine import compile
+from driftwise.engine.dispatch import flatten
+from driftwise.estimators.smoothing import likelihood, moments, passes
+from driftwise.estimators.smoothing.fit import BOUNDS, most_likely
+from driftwise.estimators.smoothing.likelihood import Likelihood
+from driftwise.estimators.smoothing.record import Record
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parent / "golden" / "abid.json").read_text())["cases"]}
 
@@ -177,7 +177,7 @@ def test_compiled_passes_are_the_plain_ones():
     }  # fmt: skip
     for kind, (task, notes, result, numbers) in tasks.items():
         both = []
-        for run in (compose.passage(kind), compose.plain_passage(kind)):
+        for run in (compile.passage(kind), compile.plain_passage(kind)):
             arrays = notes.copy(), result.copy(), numbers.copy()
             run(found.rows, q, *arrays, flatten((task,)))
             both.append(arrays)

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.tian import identification, second_order, starts
 from paper_motor import GOLDEN
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
 import driftwise as dw
-from driftwise.estimators.identification import integrals, responses
-from driftwise.estimators.identification.discrete import canonical
-from driftwise.reproduce.tian import identification, second_order, starts
-from driftwise.workflow.laws import example, same
+from driftwise.analysis.laws import example, same
+from driftwise.estimators.algebraic_start import integrals, responses
+from driftwise.estimators.algebraic_start.discrete import canonical
 
 T = 0.01 * np.arange(401)
 SQUARE = 1.0 - 2.0 * (np.arange(401) // 100 % 2)

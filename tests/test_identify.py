@@ -10,9 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import driftwise as dw
-from driftwise.workflow.candidates import candidates
-from driftwise.workflow.identification import Finder
-from driftwise.workflow.identifier import Identifier, joined
+from driftwise.analysis.candidates import candidates
+from driftwise.analysis.identification import Finder
+from driftwise.analysis.identifier import Identifier, joined
 
 
 def plant(samples=1200, gain=(1.0, 1.0), noise=0.05, seed=1):
@@ -76,7 +76,7 @@ def test_pieces_make_the_forecast_of_the_whole():
 
 
 def test_long_records_go_on_with_the_best(monkeypatch):
-    from driftwise.workflow import identifier
+    from driftwise.analysis import identifier
 
     monkeypatch.setattr(identifier, "NARROW", 400)
     u, y = plant(1000)
@@ -113,7 +113,7 @@ def test_nothing_to_identify_is_said():
 
 
 def test_the_command_line_answers_with_the_file_alone(tmp_path, capsys):
-    from driftwise.edge.cli import app
+    from driftwise.cli.cli import app
 
     u, y = plant(800, gain=(2.0, 1.0))
     file = tmp_path / "plant.csv"
@@ -133,7 +133,7 @@ def test_the_command_line_answers_with_the_file_alone(tmp_path, capsys):
 
 
 def test_a_finder_is_fed_in_pieces():
-    from driftwise.workflow.recognise import recognise
+    from driftwise.tables.recognise import recognise
 
     u, y = plant(800, gain=(2.0, 1.0))
     time = np.arange(800.0)
@@ -159,17 +159,17 @@ def test_random_plants_of_all_families_are_found():
 
 
 def test_thresholds_are_those_of_the_promised_rates():
-    from driftwise.workflow import watching
+    from driftwise.analysis import change_monitor
 
-    assert sum(1 / samples for samples in watching.SHARES) == pytest.approx(1 / watching.FALSE)
-    for used, samples in zip((watching.SOON, watching.SLOWLY), watching.SHARES):
+    assert sum(1 / samples for samples in change_monitor.SHARES) == pytest.approx(1 / change_monitor.FALSE)
+    for used, samples in zip((change_monitor.SOON, change_monitor.SLOWLY), change_monitor.SHARES):
         for mine, right in zip(used, dw.SelfStarting(samples).resolve()):
             np.testing.assert_allclose(mine, right, rtol=1e-6)
 
 
 def test_a_long_file_goes_on_with_the_best_and_has_a_page(tmp_path, monkeypatch):
-    from driftwise.edge.automatic import Automatic, identify_file
-    from driftwise.workflow import identifier
+    from driftwise.analysis import identifier
+    from driftwise.cli.automatic import Automatic, identify_file
 
     monkeypatch.setattr(identifier, "NARROW", 400)
     u, y = plant(1000)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.errors import InputError
-from driftwise.kernel.status import Status
+from driftwise.engine.errors import InputError
+from driftwise.engine.status import Status
+from driftwise.fleet import intake as intakes
+from driftwise.fleet.counters import COLUMNS, Tally
+from driftwise.fleet.intake import Intake, Taken
 from driftwise.models.canonical import power_of_two
-from driftwise.workflow.fleet import intake as intakes
-from driftwise.workflow.fleet.intake import Intake, Taken
-from driftwise.workflow.fleet.tally import COLUMNS, Tally
 
 ROWS, SERIES = 1500, 12
 EST = dw.ARX(1, 1)
@@ -158,7 +158,7 @@ def test_cuts_threads_and_snapshots_do_not_show(dt, monkeypatch):
     rows = table(4)
     whole = run(rows, dt=dt, longest=50)
     monkeypatch.setattr(intakes, "STRETCH", 64)  # many series set their units in one batch: stretch by stretch
-    monkeypatch.setattr("driftwise.workflow.fleet.crew.SMALL", 1)
+    monkeypatch.setattr("driftwise.fleet.crew.SMALL", 1)
     rng = np.random.default_rng(5)
     for trial in range(6):
         edges = np.unique([0, ROWS, *rng.integers(0, ROWS, 4**trial)]).tolist()

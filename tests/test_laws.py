@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from paper_motor import CONSTANT, MOTOR
 
 import driftwise as dw
+from driftwise.analysis.laws import LAWS, example, same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
-from driftwise.kernel import ud
+from driftwise.engine import ud
 from driftwise.memory.adapt import age, plain
 from driftwise.memory.drift import drift
-from driftwise.workflow.laws import LAWS, example, same
 
 Q2 = np.array([[0.3, 0.1], [0.1, 0.2]])
 FULL = np.diag([0.2, 0.1, 1e-4, 1e-5, 1e-4, 1e-4])

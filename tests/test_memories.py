@@ -7,8 +7,8 @@ import pytest
 from oracle.tracking import golden, kalman, regressors, ridge, stochastic_approximation
 
 import driftwise as dw
+from driftwise.analysis.laws import same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
-from driftwise.workflow.laws import same
 
 MEMORIES = {
     "never": dw.Never(),

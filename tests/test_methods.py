@@ -5,7 +5,7 @@ import pytest
 import scipy.signal
 
 import driftwise as dw
-from driftwise.workflow.laws import example
+from driftwise.analysis.laws import example
 
 TRUTH = np.array([-1.5, 0.7, 1.0, 0.5])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.workflow.laws import LAWS, example, same
+from driftwise.analysis.laws import LAWS, example, same
 
 ROOT = np.tril(np.full((5, 5), 0.05)) + 0.1 * np.eye(5)
 FULL = ROOT @ ROOT.T

@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import system
 from scipy import integrate, stats
 
 import driftwise as dw
-from driftwise.reproduce.abid.systems import system
-from driftwise.workflow.mixture import half_width
+from driftwise.results.mixture import half_width
 
 
 @pytest.mark.parametrize("dof", [3.0, 40.0, np.inf])

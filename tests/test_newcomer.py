@@ -11,13 +11,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from driftwise.edge.newcomer import read
-from driftwise.edge.opened import open_table
-from driftwise.errors import InputError
-from driftwise.workflow.believe import Cleaner, believe, doubtful
-from driftwise.workflow.recognise import recognise
-from driftwise.workflow.roles import parse
-from driftwise.workflow.sampling import LATE, LONGEST_GAP, RESTART_ROWS, Regular, Sampling, judge_sampling
+from driftwise.engine.errors import InputError
+from driftwise.tables.autoread import read
+from driftwise.tables.cleaning import Cleaner, believe, doubtful
+from driftwise.tables.column_roles import parse
+from driftwise.tables.recognise import recognise
+from driftwise.tables.sampling import LATE, LONGEST_GAP, RESTART_ROWS, Regular, Sampling, judge_sampling
+from driftwise.tables.table import open_table
 
 NaN = np.nan
 DATA = Path(os.environ.get("DRIFTWISE_DATA", "no recordings")) / "sysid"
@@ -539,8 +539,8 @@ def test_frames_and_mappings():
 def test_standard_input_and_what_is_not_asked_for_is_not_converted(monkeypatch):
     y, u = plant()
     text = "t_s,valve,level,spare\n" + "".join(f"{k},{a},{b},{0}\n" for k, (a, b) in enumerate(zip(u, y)))
-    monkeypatch.setattr("driftwise.files.csvfile.BLOCK", 1000)
-    monkeypatch.setattr("driftwise.files.csvfile.HEAD", 1000)
+    monkeypatch.setattr("driftwise.tables.csvfile.BLOCK", 1000)
+    monkeypatch.setattr("driftwise.tables.csvfile.HEAD", 1000)
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
     table = open_table("-", chunk_rows=50, head_rows=70)
     asked = []
@@ -581,7 +581,7 @@ def test_ten_million_rows_in_constant_memory(tmp_path):
     """Peak memory of a process of its own, at a million and at ten million rows."""
     script = """
 import sys
-from driftwise.edge.newcomer import read
+from driftwise.tables.autoread import read
 table, stretches = read(sys.argv[1])
 rows = sum(len(y) for _, y, _ in stretches)
 print(rows, next(int(line.split()[1]) // 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))

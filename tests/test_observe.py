@@ -150,7 +150,7 @@ def test_a_plant_file_that_is_not_there(call, record, tmp_path):
 
 
 def test_the_example_is_a_plant_file(tmp_path):
-    from driftwise.edge.plantfile import EXAMPLE, read
+    from driftwise.tables.plantfile import EXAMPLE, read
 
     assert EXAMPLE in (Path(__file__).parents[1] / "docs" / "algebraic.md").read_text()
     (tmp_path / "e.toml").write_text(EXAMPLE)

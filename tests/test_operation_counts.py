@@ -9,9 +9,9 @@ import pytest
 
 import driftwise as dw
 from bench.counting import Counted, counted, counting
+from driftwise.engine import ud
 from driftwise.estimators.joint import predict as joint_predict
 from driftwise.estimators.joint import row as joint_row
-from driftwise.kernel import ud
 
 FREE = {"sum": (0.0,), "product": (0.0, 1.0, -1.0), "division": (0.0, 1.0)}
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.workflow.fleet.census import census
-from driftwise.workflow.fleet.outliers import KINDS, STILL, outliers
-from driftwise.workflow.fleet.robust import bursts, discoveries, unlike
+from driftwise.fleet.fleet_snapshot import census
+from driftwise.fleet.outliers import KINDS, STILL, outliers
+from driftwise.fleet.robust import bursts, discoveries, unlike
 
 NAMES = (
     "samples", "measured", "missing", "bad", "late", "duplicate", "jumps", "noise", "scored", "z2", "inside",

@@ -183,11 +183,11 @@ def test_prints_on_a4_with_nothing_cut(page):
 
 def test_a_page_of_plain_columns(browser, tmp_path):
     """The recipe of `report_parts`, with the members of an average."""
-    from driftwise.edge import report_page as html
-    from driftwise.edge import report_parts as common
-    from driftwise.edge.report_axes import Timeline
-    from driftwise.edge.report_marks import marks
-    from driftwise.edge.report_plots import innovations, output, panels, weights
+    from driftwise.report import report_page as html
+    from driftwise.report import report_parts as common
+    from driftwise.report.report_axes import Timeline
+    from driftwise.report.report_marks import marks
+    from driftwise.report.report_plots import innovations, output, panels, weights
 
     rng, T = np.random.default_rng(1), 9000
     time, z, shares = np.arange(T) * 0.5, rng.standard_normal(T), rng.dirichlet(np.ones(12), T)

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.tian import faults
 from oracle import algebraic
 from scipy.linalg import block_diag
 
 import driftwise as dw
+from driftwise.analysis.laws import same
 from driftwise.detect.parity import over_window, parity_statistic, whitening
-from driftwise.estimators.window.gains import Design
-from driftwise.estimators.window.horizon import Horizon
-from driftwise.estimators.window.parity import white
+from driftwise.estimators.window_observer.gains import Design
+from driftwise.estimators.window_observer.horizon import Horizon
+from driftwise.estimators.window_observer.parity import white
 from driftwise.models.plant import Augmented
-from driftwise.reproduce.tian import faults
-from driftwise.workflow.laws import same
 
 DT, SIGMA = 0.05, [0.3, 0.1]
 SPRING = dw.Plant([[0, 1], [-4, -0.5]], [[0, 0.2], [1, 0]], [[1, 0], [0, 1]], [[0, 0.5], [0, 0]])

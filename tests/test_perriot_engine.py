@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from driftwise.reproduce.perriot import engine, factors
+from driftwise_studies.papers.perriot import engine, factors
 
 FILE = Path(__file__).parent / "golden" / "perriot.json"
 CASES = {case["name"]: case for case in json.loads(FILE.read_text())["cases"]}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from driftwise.errors import InputError
+from driftwise.engine.errors import InputError
 from driftwise.tracking.frames import geographic
 from driftwise.tracking.read import read_plots, recognise_plots
 

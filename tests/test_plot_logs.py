@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from driftwise.errors import InputError
+from driftwise.engine.errors import InputError
+from driftwise.tracking.formats.logs import checksum
+from driftwise.tracking.formats.modes import remainder
 from driftwise.tracking.frames import geographic
-from driftwise.tracking.logs import checksum
-from driftwise.tracking.modes import remainder
 from driftwise.tracking.read import read_plots
 
 DATA = Path(os.environ.get("DRIFTWISE_DATA", "")) / "tracking"

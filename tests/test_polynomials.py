@@ -9,8 +9,8 @@ from oracle.polynomial import System, rpem
 from scipy.optimize import least_squares
 
 import driftwise as dw
-from driftwise.estimators.polynomial import regressors as polynomials
-from driftwise.kernel import compose
+from driftwise.engine import compile
+from driftwise.estimators.armax import regressors as polynomials
 
 PERRIOT = {
     case["name"]: case for case in json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())["cases"]
@@ -195,7 +195,7 @@ def test_halving_the_step_saves_a_vague_start(monkeypatch):
         monkeypatch.setattr(polynomials, "RADIUS", radius)
         rows, outs = est._rows(est.start(40), is_one=False), np.empty((40, 250, 4))
         with np.errstate(all="ignore"):
-            compose.plain_driver(*map(type, est.policies))(rows, y[..., None], u, outs, est.spec, est.scratch())
+            compile.plain_driver(*map(type, est.policies))(rows, y[..., None], u, outs, est.spec, est.scratch())
         error = abs(rows.view(est.dtype)["theta"].reshape(40, 4) - s.theta).max(axis=1)
         lost.append(np.mean(~(error < 0.5)))
     assert lost[0] < lost[1] - 0.1

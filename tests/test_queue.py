@@ -8,12 +8,12 @@ import pytest
 from paper_motor import CONSTANT, COSINE, GOLDEN, MOTOR, SIGMA
 
 import driftwise as dw
-from driftwise.errors import InputError
-from driftwise.estimators.window.gains import Design
-from driftwise.kernel import compose
-from driftwise.kernel.expm import exponential
-from driftwise.kernel.qr import triangularise
-from driftwise.kernel.status import MISSING_OUTPUT, NOT_READY
+from driftwise.engine import compile
+from driftwise.engine.errors import InputError
+from driftwise.engine.expm import exponential
+from driftwise.engine.qr import triangularise
+from driftwise.engine.status import MISSING_OUTPUT, NOT_READY
+from driftwise.estimators.window_observer.gains import Design
 from driftwise.models.plant import Augmented
 
 
@@ -415,5 +415,5 @@ def test_uncompiled_equals_compiled():
     rows, outs = est._rows(est.start()), np.empty((1, *fast.outs.shape))
     stamped = np.column_stack([u, t])[None]
     with np.errstate(all="ignore"):
-        compose.plain_driver(*map(type, est.policies))(rows, y[None], stamped, outs, est.spec, est.scratch())
+        compile.plain_driver(*map(type, est.policies))(rows, y[None], stamped, outs, est.spec, est.scratch())
     assert np.allclose(outs[0], fast.outs, rtol=1e-9, atol=1e-12, equal_nan=True)

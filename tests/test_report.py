@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.edge import report_roots
-from driftwise.edge.report import write
-from driftwise.edge.report_dynamics import roots
-from driftwise.edge.thin import envelope, together
-from driftwise.edge.wording import fixed, interval, number, plus_minus, probable
-from driftwise.errors import InputError
+from driftwise.engine.errors import InputError
 from driftwise.models.canonical import Canonical
 from driftwise.models.convert import Model
+from driftwise.report import report_roots
+from driftwise.report.report import write
+from driftwise.report.report_dynamics import roots
+from driftwise.report.thin import envelope, together
+from driftwise.report.wording import fixed, interval, number, plus_minus, probable
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ from browser import PROGRAM, Browser
 from test_page import COLUMN, FIGURES
 
 import driftwise as dw
-from driftwise.edge import track_words
-from driftwise.edge.report_tracked import running_mean
-from driftwise.edge.report_tracks import write
+from driftwise.report import track_words
+from driftwise.report.report_tracked import running_mean
+from driftwise.report.report_tracks import write
 from driftwise.tracking.plots import Fault, plots
 
 PANELS = ["altitude", "speed", "turn", "manoeuvre", "east", "north", "nis"]

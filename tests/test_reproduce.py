@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.papers import clouds, counting, printed, radar_filters, records, reproduce, tests_1_to_4
+from driftwise_studies.papers.verdict import Reproduction, Scaled, Section, Statement, Verdict
 from oracle import dense, golden
 from scipy import stats
 
 import driftwise as dw
-from driftwise.edge import cli
-from driftwise.reproduce import clouds, counting, printed, radar_filters, records, reproduce, tests_1_to_4
-from driftwise.reproduce.verdict import Reproduction, Scaled, Section, Statement, Verdict
+from driftwise.cli import cli
 from driftwise.tracking import frames
 
 KEYS = {"name", "value", "expected", "pass", "skipped", "source"}
@@ -90,7 +90,7 @@ def test_a_check_that_fails_is_an_exit_code(monkeypatch, capsys):
         Verdict("three", "33 samples", "", True, "here", said[2]),
     ]
     found = Reproduction("x", "X", "", 10, [Section("part", verdicts=bad)])
-    monkeypatch.setattr("driftwise.reproduce.reproduce", lambda *args: found)
+    monkeypatch.setattr("driftwise_studies.papers.reproduce", lambda *args: found)
     assert call("reproduce", "x") == 1
     out = capsys.readouterr().out
     assert "1 of 3 findings confirmed, 1 not confirmed, 1 skipped; 1 statement of the paper does not hold" in out

@@ -5,13 +5,13 @@ import re
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid import automatic, claims, entrants, gain, likelihood, plain, ranking, surprises
+from driftwise_studies.papers.abid.systems import RANKED, system
+from driftwise_studies.papers.verdict import Scaled, Statement
 from oracle import drifting, drifting_matching
 from test_reproduce import KEYS, assert_cited, call
 
 import driftwise as dw
-from driftwise.reproduce.abid import automatic, claims, entrants, gain, likelihood, plain, ranking, surprises
-from driftwise.reproduce.abid.systems import RANKED, system
-from driftwise.reproduce.verdict import Scaled, Statement
 
 PAPER = [  # one check at least for each line of the acceptance list
     "known Q, correct gain",
@@ -132,7 +132,7 @@ def test_checks_catch_the_printed_gain(monkeypatch):
 
 def swapped(follow, seeds):
     """The scores of `example`, known Q only, with the two gains exchanged."""
-    from driftwise.reproduce.abid import example
+    from driftwise_studies.papers.abid import example
 
     return {
         (size, printed, example.KNOWN): example.score(follow(s, plain.Known(s.q), not printed), s.theta)

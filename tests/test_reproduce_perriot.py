@@ -5,11 +5,8 @@ import re
 
 import numpy as np
 import pytest
-from test_perriot_engine import CASES, assert_case
-from test_reproduce import KEYS, assert_cited, call
-
-from driftwise.reproduce.page import escape
-from driftwise.reproduce.perriot import (
+from driftwise_studies.papers.page import escape
+from driftwise_studies.papers.perriot import (
     claims,
     detectors,
     diffusion,
@@ -23,7 +20,9 @@ from driftwise.reproduce.perriot import (
     score,
     walks,
 )
-from driftwise.reproduce.verdict import Reproduction, Section, Statement
+from driftwise_studies.papers.verdict import Reproduction, Section, Statement
+from test_perriot_engine import CASES, assert_case
+from test_reproduce import KEYS, assert_cited, call
 
 PHI = hampton.PHI
 MUST = [  # one check at least for each line of the acceptance list

@@ -4,10 +4,9 @@ import re
 
 import numpy as np
 import pytest
+from driftwise_studies.papers import radar_data, radar_fifty, recordings
+from driftwise_studies.papers.flight import CV, IMM, Flight
 from test_reproduce_abid import assert_contract, command
-
-from driftwise.reproduce import radar_data, radar_fifty, recordings
-from driftwise.reproduce.flight import CV, IMM, Flight
 
 SETS = (recordings.LONG_RANGE, recordings.MARINE)
 needs_data = pytest.mark.skipif(

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.tian import comparison, listed, motor, opponents
 from oracle import algebraic as oracle
 from oracle.algebraic_motor import OSCILLATOR, VOLTS, augmented, dc_motor
 
 import driftwise as dw
-from driftwise.reproduce.tian import comparison, listed, motor, opponents
 
 SEEDS = 20
 

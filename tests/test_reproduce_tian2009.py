@@ -4,13 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.tian import claims, coefficients, exactness, growth, headline, ours, prior, watchers
+from driftwise_studies.papers.tian.listed import LISTED, LISTED_ERRORS
+from driftwise_studies.papers.verdict import Statement
 from test_reproduce_abid import assert_contract, command
 
-from driftwise.estimators.algebraic.theorem import Theorem
-from driftwise.estimators.window.gains import Design
-from driftwise.reproduce.tian import claims, coefficients, exactness, growth, headline, ours, prior, watchers
-from driftwise.reproduce.tian.listed import LISTED, LISTED_ERRORS
-from driftwise.reproduce.verdict import Statement
+from driftwise.estimators.algebraic_observer.theorem import Theorem
+from driftwise.estimators.window_observer.gains import Design
 
 CHECKS = [  # one for each line of the acceptance list
     "coefficients of the motor",
@@ -104,7 +104,7 @@ def test_checks_catch_a_prior_that_does_nothing():
 @pytest.mark.parametrize("hold, order", [("Euler", 1), ("FOH", 2)])
 def test_naive_ways_have_the_order_they_should(hold, order, monkeypatch):
     """Half the step: errors fall by two, and by four (away from round-off)."""
-    from driftwise.reproduce.tian import motor
+    from driftwise_studies.papers.tian import motor
 
     errors = []
     for rate in (1000, 2000):

@@ -7,7 +7,7 @@ import pyarrow.parquet
 import pytest
 
 import driftwise as dw
-from driftwise.edge import specs
+from driftwise.cli import specs
 
 
 @pytest.fixture(scope="module")

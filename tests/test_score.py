@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.papers import fixed_filters as filters
+from driftwise_studies.papers import radar_filters, recordings
+from driftwise_studies.papers.verdict import Table, Verdict
+from driftwise_studies.score import acceptance, labels, opponents, page, protocol, records, run, tables, tracks
+from driftwise_studies.score import board as scored
 
-from driftwise.errors import InputError
-from driftwise.reproduce import fixed_filters as filters
-from driftwise.reproduce import radar_filters, recordings
-from driftwise.reproduce.verdict import Table, Verdict
-from driftwise.scoreboard import acceptance, labels, opponents, page, protocol, records, run, tables, tracks
-from driftwise.scoreboard import board as scored
+from driftwise.engine.errors import InputError
 
 SOURCES = Path(__file__).parent.parent / "src" / "driftwise"
 WHERE = records.folder()
@@ -150,7 +150,7 @@ def test_fixed_filters_are_textbook_filters():
     single = filters.forecast("Singer", np.log([0.3, 2.0, 0.4]), one, 8.0, 0.5)
     np.testing.assert_allclose(single.prediction[1:], prediction[1:, 0], rtol=1e-9)
     np.testing.assert_allclose(single.variance[1:], variance[1:], rtol=1e-9)
-    from driftwise.reproduce.kalman import interacting
+    from driftwise_studies.papers.kalman import interacting
 
     twins = interacting(time, y, 2.0, np.zeros(2), np.full(2, 0.3), 0.0, 0.05, 8.0, 0.5)
     np.testing.assert_allclose(twins[0][1:], found.prediction[1:], rtol=1e-11)
@@ -297,7 +297,7 @@ def test_nothing_below_imports_the_scoreboard():
     for path in SOURCES.rglob("*.py"):
         if path.parts[len(SOURCES.parts)] != "scoreboard":
             users = re.findall(r"(?:import|from)\s+\S*scoreboard\S*", path.read_text(encoding="utf-8"))
-            assert users == (["from driftwise.scoreboard.command"] if path.name == "cli.py" else []), path
+            assert users == (["from driftwise_studies.score.command"] if path.name == "cli.py" else []), path
 
 
 # --- recordings --------------------------------------------------------------------------------------------

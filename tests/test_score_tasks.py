@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from driftwise_studies.score import records, run
+from driftwise_studies.score.tasks import calibration, cells, motor
 
 import driftwise as dw
-from driftwise.scoreboard import records, run
-from driftwise.scoreboard.tasks import calibration, cells, motor
 
 WHERE = records.folder()
 

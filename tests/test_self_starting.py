@@ -6,7 +6,7 @@ from scipy.special import ndtri
 
 import driftwise as dw
 from driftwise.detect.watch import OWN
-from driftwise.kernel.normal import deviate
+from driftwise.engine.normal import deviate
 
 N = 100_000
 CLEAN = {

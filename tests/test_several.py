@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.workflow.laws import LAWS, example, same
+from driftwise.analysis.laws import LAWS, example, same
 
 NA, NB, NK = [[2, 1], [0, 3]], [[1, 2], [2, 0]], [[1, 0], [2, 1]]
 

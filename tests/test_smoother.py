@@ -7,10 +7,10 @@ from test_golden import joint as golden_joint
 from test_joint_vs_dense import covariance, noise_of
 
 import driftwise as dw
+from driftwise.analysis.laws import same
+from driftwise.engine import compile
+from driftwise.engine.dispatch import flatten
 from driftwise.estimators.joint import smoother
-from driftwise.kernel import compose
-from driftwise.kernel.parts import flatten
-from driftwise.workflow.laws import same
 
 
 def test_exact_rationals():
@@ -120,7 +120,7 @@ def options():
 
 
 def record(est, T=90, seed=0):
-    from driftwise.workflow.laws import example
+    from driftwise.analysis.laws import example
 
     return example(est, T, seed)
 
@@ -161,8 +161,8 @@ class TestLaws:
         est = dw.Joint(**given)
         y, u = record(est, 40)
         fast = est.smooth(y, u)
-        monkeypatch.setattr(compose, "recorder", lambda *kinds: compose._make_recorder(kinds, 0))
-        monkeypatch.setattr(compose, "smoother", lambda form: compose._make_smoother(form, 0))
+        monkeypatch.setattr(compile, "recorder", lambda *kinds: compile._make_recorder(kinds, 0))
+        monkeypatch.setattr(compile, "smoother", lambda form: compile._make_smoother(form, 0))
         assert np.allclose(fast.outs, est.smooth(y, u).outs, rtol=1e-6, atol=1e-9)
 
     def test_spreads_shrink_and_stay_real(self, given):

@@ -10,10 +10,10 @@ import pytest
 from spark_tables import COLUMNS, assert_same, assert_same_states, expected, frame, in_order, plants, rows
 
 import driftwise as dw
-from driftwise.errors import InputError
-from driftwise.spark import parcel
-from driftwise.spark.many import COUNTS, Many, Samples
-from driftwise.spark.shipped import ship
+from driftwise.engine.errors import InputError
+from driftwise.fleet.spark import parcel
+from driftwise.fleet.spark.many import COUNTS, Many, Samples
+from driftwise.fleet.spark.shipped import ship
 
 # --- without Spark: what a worker does ---------------------------------------------------------------------
 
@@ -166,7 +166,7 @@ def fleet_at_end(df, est, by, **more):
 
 
 def test_other_versions_and_sources_are_told():
-    from driftwise.spark import shipped
+    from driftwise.fleet.spark import shipped
 
     est = dw.AR(1)
     sent = ship(est)
@@ -196,7 +196,7 @@ def _(detector, marks, z, slope):
     return 1.0 if z >= detector.bound else -1.0 if -z >= detector.bound else 0.0
 """
 POORLY_EQUIPPED = """
-import sys, pyspark, driftwise as dw, driftwise.spark, loud
+import sys, pyspark, driftwise as dw, driftwise.fleet.spark, loud
 from spark_tables import *
 
 names = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME", "IPYTHONDIR")
@@ -213,8 +213,8 @@ assert np.any(columns["status"] & int(dw.Status.JUMP))
 def where(batches):
     import numba, driftwise, pyarrow, tempfile
     list(batches)
-    from driftwise.kernel import compose
-    from driftwise.spark.shipped import compiled
+    from driftwise.engine import compose
+    from driftwise.fleet.spark.shipped import compiled
     compiled(driftwise.Fleet(driftwise.AR(1)).crew, 4)
     found = [driftwise.__file__, str(numba.config.CACHE_DIR.startswith(tempfile.gettempdir()))]
     yield pyarrow.RecordBatch.from_arrays([pyarrow.array(found)], ["found"])
@@ -259,9 +259,9 @@ def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
     import pyarrow.csv
     import pyarrow.parquet as pq
 
-    from driftwise.files.fleet_order import FleetOrder
-    from driftwise.files.fleet_run import run_fleet
-    from driftwise.spark import run_on_spark
+    from driftwise.fleet.fleet_order import FleetOrder
+    from driftwise.fleet.fleet_run import run_fleet
+    from driftwise.fleet.spark import run_on_spark
 
     table, rng = plants(length=300), np.random.default_rng(5)
     table["y"][(table["asset"] < 2) & (abs(table["t"] - 1150) < 80)] = np.nan  # silence is an event

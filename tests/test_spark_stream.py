@@ -9,9 +9,9 @@ import pytest
 from spark_tables import PROVIDER, ROCKS, assert_same, expected, in_order, plants, rows
 
 import driftwise as dw
-from driftwise.spark import parcel
-from driftwise.spark.many import COUNTS
-from driftwise.spark.shipped import ship
+from driftwise.fleet.spark import parcel
+from driftwise.fleet.spark.many import COUNTS
+from driftwise.fleet.spark.shipped import ship
 
 
 def arrivals(folder: Path, table, files=6, seed=0):
@@ -43,8 +43,8 @@ def seconds(found):
 def test_a_followed_series_is_the_sorted_one_whatever_comes_when(seed):
     """Each stretch of samples comes shuffled, the watermark lags behind the shuffling: nothing is late."""
     pandas = pytest.importorskip("pandas")
-    from driftwise.spark.columns import Order
-    from driftwise.spark.streaming import follow
+    from driftwise.fleet.spark.columns import Order
+    from driftwise.fleet.spark.streaming import follow
 
     rng, est = np.random.default_rng(seed), dw.AR(1)
     order = Order(ship(est), "asset", "t", ("y",), (), 1, "innovations", 1)

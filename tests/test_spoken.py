@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.edge import specs
-from driftwise.edge.spoken import PHRASES, WORDS, spoken
-from driftwise.workflow.remedies import for_bars, memories
+from driftwise.analysis.remedies import for_bars, memories
+from driftwise.cli import specs
+from driftwise.report.advice_translation import PHRASES, WORDS, spoken
 
 
 class Run:

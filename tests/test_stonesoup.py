@@ -20,17 +20,10 @@ from stonesoup.types.track import Track
 from stonesoup.updater.kalman import KalmanUpdater
 
 import driftwise as dw
-from driftwise.adapters.stonesoup import (
-    TrackInitiator,
-    TrackPredictor,
-    TrackUpdater,
-    seconds,
-    timestamp,
-    widest,
-)
+from driftwise.adapters.stonesoup import TrackInitiator, TrackPredictor, TrackUpdater, seconds, timestamp, widest
 from driftwise.adapters.stonesoup_io import detections, tracks_from
 from driftwise.adapters.track_score import TrackScore
-from driftwise.errors import InputError
+from driftwise.engine.errors import InputError
 from driftwise.tracking.plots import plots
 
 path = Path(__file__).parent.parent / "scripts" / "autoferry.py"

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from driftwise.edge import checks
-from driftwise.edge.tables import open_record
-from driftwise.errors import InputError
-from driftwise.files import csvfile
-from driftwise.files.dialect import kind, sniff
+from driftwise.cli import checks
+from driftwise.engine.errors import InputError
+from driftwise.tables import csvfile
+from driftwise.tables.dialect import kind, sniff
+from driftwise.tables.record import open_record
 
 NaN = math.nan
 

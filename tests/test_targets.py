@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from driftwise.edge import runner
-from driftwise.edge.targets import refuse_file, refuse_folder
-from driftwise.errors import CommandError
+from driftwise.cli import runner
+from driftwise.cli.targets import refuse_file, refuse_folder
+from driftwise.engine.errors import CommandError
 
 COMMANDS = {
     "run": ("--save x.csv", "--report x.html", "--json x.json"),

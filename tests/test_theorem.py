@@ -10,9 +10,9 @@ from oracle import algebraic_theorem
 from paper_motor import GOLDEN
 
 import driftwise as dw
-from driftwise.estimators.algebraic.filter import kernel
-from driftwise.estimators.algebraic.relation import radical
-from driftwise.estimators.algebraic.theorem import Theorem, polynomial_variance, transfer_function
+from driftwise.estimators.algebraic_observer.filter import kernel
+from driftwise.estimators.algebraic_observer.relation import radical
+from driftwise.estimators.algebraic_observer.theorem import Theorem, polynomial_variance, transfer_function
 
 THEOREM = Theorem([0, 2, 10, 1], [2], 0, [50])  # of the paper's motor
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.workflow.changes import Change, surest
-from driftwise.workflow.forecast_summary import ForecastSummary, Own
+from driftwise.analysis.change_log import Change, surest
+from driftwise.results.forecast_summary import ForecastSummary, Own
 
 
 def plant(samples=800, noise=0.05, rest=0, seed=1):
@@ -57,7 +57,7 @@ def test_where_no_forecast_beats_the_last_value_no_model_is_offered(found):
 
 
 def test_the_page_and_the_terminal_show_the_numbers_of_the_words(found, tmp_path, capsys):
-    from driftwise.edge.terminal_identified import show
+    from driftwise.report.terminal_identified import show
 
     told = dataclasses.replace(found, forecast_summary=summary(found.trace, 10.0))
     told.report(tmp_path / "page.html")
@@ -82,8 +82,8 @@ def test_the_deviates_of_a_single_model_are_standard_normal(found):
 
 
 def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
-    from driftwise.workflow.identification_words import _mode
-    from driftwise.workflow.wording import is_integrator, swings
+    from driftwise.results.identification_words import _mode
+    from driftwise.results.wording import is_integrator, swings
 
     fast = 0.66 + 0.06j  # half a swing takes 35 samples, after 8 a twentieth is left
     assert not swings(fast) and _mode(fast, 0.06, found.table) == "time constant 2.43 samples (a pair of poles)"
@@ -94,7 +94,7 @@ def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
 
 
 def test_the_bar_of_a_modulus_is_the_same_everywhere():
-    from driftwise.workflow.stable import moduli
+    from driftwise.results.stable import moduli
 
     y, u = dw.simulate([-1.6, 0.68], [1.0, 0.5], samples=300, noise_std=0.3, seed=1)
     s = dw.ARX(2, 2).scan(y, u).summary()
@@ -146,9 +146,9 @@ def test_the_first_movement_of_a_plant_is_no_change_of_it():
 
 
 def test_numbers_that_nobody_reads_are_words():
-    from driftwise.workflow.calibration import off
-    from driftwise.workflow.events import odds_words
-    from driftwise.workflow.verdicts import Verdict
+    from driftwise.results.calibration import off
+    from driftwise.results.events import odds_words
+    from driftwise.results.verdicts import Verdict
 
     assert off(1.0404) == "2 % too narrow" and off(0.25) == "50 % too wide"
     assert off(1e4) == "too narrow by a factor of 100" and "e+" not in off(1e20)

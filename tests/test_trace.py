@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.workflow.laws import same
-from driftwise.workflow.snapshot import describe, load_state, save_state
+from driftwise.analysis.laws import same
+from driftwise.results.snapshot import describe, load_state, save_state
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.errors import InputError
+from driftwise.engine import compile
+from driftwise.engine.dispatch import flatten
+from driftwise.engine.errors import InputError
 from driftwise.estimators.track import bank, step
-from driftwise.kernel import compose
-from driftwise.kernel.parts import flatten
 
 MISSED = slice(20, 23)
 POSITIONS = ("prediction", "position")  # columns that move with the origin
@@ -120,7 +120,7 @@ def test_compiled_equals_uncompiled(coordinates):
     trace = est.scan(T, y)
     row, outs = np.zeros(bank.row_size(coordinates)), np.empty_like(trace.outs)
     kept, spec = np.empty(step.room(coordinates)), flatten([est.task])
-    compose.plain_passage(step.Tracking)(np.column_stack([T, y]), R, kept, outs, row, spec)
+    compile.plain_passage(step.Tracking)(np.column_stack([T, y]), R, kept, outs, row, spec)
     # a part in 10^9 of what the column holds at most; entries of a covariance cancel
     assert np.allclose(outs, trace.outs, rtol=1e-8, atol=1e-9, equal_nan=True)
     assert np.allclose(row, np.atleast_1d(trace.state).view(float), rtol=1e-8, atol=1e-9, equal_nan=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-COMMAND = [sys.executable, "-m", "driftwise.edge.cli", "track"]
+COMMAND = [sys.executable, "-m", "driftwise.cli.cli", "track"]
 ROW = "{:.3f},{:.2f},{:.2f},{}\n"
 
 
@@ -151,7 +151,7 @@ def test_a_pipe_of_json_lines_gives_what_the_whole_file_gives(lines, whole, tmp_
 
 def test_lines_one_by_one_are_the_table(tmp_path):
     """Stale rows, two rows of one time, a bad cell and a midnight are read as in the whole file."""
-    from driftwise.edge.live_plots import LivePlots
+    from driftwise.tracking.live_plots import LivePlots
     from driftwise.tracking.read import read_plots
 
     text = "time of day,lat,lon,icao24,velocity\n"
@@ -173,7 +173,7 @@ def test_lines_one_by_one_are_the_table(tmp_path):
 
 
 def test_frames_one_by_one_are_the_recording():
-    from driftwise.edge.live_plots import LivePlots
+    from driftwise.tracking.live_plots import LivePlots
     from driftwise.tracking.read import read_plots
 
     path = Path(os.environ.get("DRIFTWISE_DATA", "")) / "tracking/modes_raw/full_flight_short.lines00001-12000.jsonl"
@@ -189,7 +189,7 @@ def test_frames_one_by_one_are_the_recording():
 
 
 def test_a_start_without_a_fix_and_a_file_without_its_header_are_taken():
-    from driftwise.edge.live_plots import LivePlots
+    from driftwise.tracking.live_plots import LivePlots
 
     live = LivePlots("gps.csv")
     for text in ("time,lat,lon\n", "1,0,0\n", "2,0,0\n"):

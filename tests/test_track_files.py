@@ -10,9 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import driftwise as dw
-from driftwise.errors import InputError
+from driftwise.engine.errors import InputError
+from driftwise.tracking.formats.maps import cut_at_antimeridian, write_geojson
 from driftwise.tracking.frames import east_north, geographic
-from driftwise.tracking.maps import cut_at_antimeridian, write_geojson
 from driftwise.tracking.plots import plots
 
 UNIX = 1.72e9

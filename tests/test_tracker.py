@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.errors import InputError
+from driftwise.engine.errors import InputError
 from driftwise.tracking.placed import placed
 from driftwise.tracking.plots import plots
 from driftwise.tracking.read import read_plots

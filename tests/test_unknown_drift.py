@@ -5,18 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import system
 from oracle import drifting, golden
 from oracle import drifting_learnt as learnt
 from oracle import drifting_matching as matched
 
 import driftwise as dw
-from driftwise.edge import specs
-from driftwise.kernel import compose, ud
-from driftwise.kernel.parts import flatten
+from driftwise.cli import specs
+from driftwise.engine import compile, ud
+from driftwise.engine.dispatch import flatten
 from driftwise.memory import auxiliary, correlation, fuzzy, matching, sensitivity
 from driftwise.memory.transition import relax
 from driftwise.memory.unknown import Sample, open_ground, revise
-from driftwise.reproduce.abid.systems import system
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parent / "golden" / "abid.json").read_text())["cases"]}
 PHI = (0.5, 0.3, 1.0, 0.09)
@@ -43,7 +43,7 @@ def follow(est, y, u):
     """Run uncompiled: filtered parameters, innovations, and q at every sample."""
     rows, outs, found = est._rows(est.start()), np.empty((1, 1, est.columns + 8)), []
     for k in range(len(y)):
-        compose.plain_driver(*map(type, est.policies))(
+        compile.plain_driver(*map(type, est.policies))(
             rows, y[None, k : k + 1, None], u[None, k : k + 1], outs, est.spec, est.scratch()
         )
         state = rows.view(est.dtype)

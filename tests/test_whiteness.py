@@ -5,7 +5,7 @@ import pytest
 import scipy.stats
 
 import driftwise as dw
-from driftwise.workflow.whiteness import Correlations
+from driftwise.results.whiteness import Correlations
 
 
 def rejections(records):
@@ -143,7 +143,7 @@ def test_the_variance_of_a_students_square():
     """Sum of variances of (1 - 2/dof) t^2, from the fourth moment of Student's law."""
     from scipy.stats import t
 
-    from driftwise.workflow.whiteness import score
+    from driftwise.results.whiteness import score
 
     dof = np.array([11.0, 14.0, 60.0])
     expected = sum((1 - 2 / v) ** 2 * t(v).moment(4) - 1 for v in dof)

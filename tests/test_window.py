@@ -10,9 +10,9 @@ from paper_motor import CONSTANT, COSINE, GOLDEN, MOTOR, SIGMA
 from scipy.linalg import expm
 
 import driftwise as dw
-from driftwise.estimators.window.gains import Design, smallest
+from driftwise.analysis.laws import same
+from driftwise.estimators.window_observer.gains import Design, smallest
 from driftwise.models.plant import Augmented
-from driftwise.workflow.laws import same
 
 INF, FS = np.inf, 1e-3
 SILENT = MOTOR._replace(B=None)  # what the input does is taken off the samples: 24 sin t is no straight line

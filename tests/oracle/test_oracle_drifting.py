@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driftwise_studies.papers.abid.systems import NAMES, RANKED, system
 
-from driftwise.reproduce.abid.systems import NAMES, RANKED, system
 from oracle import drifting, golden
 from oracle import drifting_learnt as learnt
 from oracle import drifting_matching as matching

@@ -14,10 +14,10 @@ try:
 except ImportError:
     raise ImportError("driftwise.adapters.control needs python-control: pip install driftwise[control]") from None
 
-from ..errors import InputError
-from ..estimators import door
-from ..estimators.reading import Reading
-from ..estimators.recursive.row import HUGE
+from ..engine import validation
+from ..engine.errors import InputError
+from ..estimators.arx.row import HUGE
+from ..estimators.base import Reading
 from .regulator import Lagged, cautious_gain
 
 MISSING = 1e99  # a signal that says "missing": python-control interpolates and compares signals, which NaN breaks
@@ -173,7 +173,7 @@ def create_adaptive_controller(
     """
     tuner = Tuner(estimator, limits, gain, every)
     caution, prices = not_negative("caution", caution), dict(tracking=tracking, integral=integral, effort=effort)
-    prices = {key: door.positive(key, value) for key, value in prices.items()}
+    prices = {key: validation.positive(key, value) for key, value in prices.items()}
 
     def find(theta, P):
         if design is None:
@@ -191,7 +191,7 @@ def create_adaptive_controller(
 
 def not_negative(name, value) -> float:
     """Return a finite number of at least 0."""
-    return 0.0 if isinstance(value, int | float) and value == 0 else door.positive(name, value)
+    return 0.0 if isinstance(value, int | float) and value == 0 else validation.positive(name, value)
 
 
 def between(limits) -> tuple[float, float]:
@@ -212,9 +212,9 @@ class Tuner:
 
     def __init__(self, estimator, limits, gain, every):
         self.estimator, self.form, self.rows = estimator, Lagged.of(estimator), Rows(estimator)
-        form, self.every = self.form, door.count("every", every)
+        form, self.every = self.form, validation.count("every", every)
         self.low, self.high = between(limits)
-        self.first = np.zeros(form.size) if gain is None else door.vector("gain", gain, form.size)
+        self.first = np.zeros(form.size) if gain is None else validation.vector("gain", gain, form.size)
         self.ends = np.cumsum([self.rows.size, form.size, form.outputs, form.inputs + 1]).tolist()
 
     def parts(self, x):

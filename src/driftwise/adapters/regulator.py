@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import InputError
-from ..estimators.recursive.estimator import ARX
+from ..engine.errors import InputError
+from ..estimators.arx.estimator import ARX
 
 STEPS, SETTLED = 200, 1e-9  # of the Riccati recursion at most; relative change of the gain that ends it
 

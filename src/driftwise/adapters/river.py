@@ -13,11 +13,11 @@ try:
 except ImportError:
     raise ImportError("driftwise.adapters.river needs river: pip install driftwise[river]") from None
 
-from ..errors import InputError
-from ..estimators.recursive.estimator import AR
-from ..estimators.recursive.regression import Regression
-from ..estimators.recursive.row import INPUT
-from ..kernel import ud
+from ..engine import ud
+from ..engine.errors import InputError
+from ..estimators.arx.estimator import AR
+from ..estimators.arx.regression import Regression
+from ..estimators.arx.row import INPUT
 from ..memory.auto import Auto
 from ..models.canonical import power_of_two
 from ..models.scale import UnknownScale

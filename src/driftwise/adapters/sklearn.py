@@ -12,9 +12,9 @@ try:
 except ImportError:
     raise ImportError("driftwise.adapters.sklearn needs scikit-learn: pip install driftwise[sklearn]") from None
 
-from ..errors import InputError
-from ..estimators.door import numbers
-from ..estimators.recursive.regression import Regression
+from ..engine.errors import InputError
+from ..engine.validation import numbers
+from ..estimators.arx.regression import Regression
 from ..memory.auto import Auto
 
 CHUNK = 1024  # rows with gaps predicted at once

@@ -24,7 +24,7 @@ try:
 except ImportError:
     raise ImportError("driftwise.adapters.stonesoup needs Stone Soup: pip install driftwise[stonesoup]") from None
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 STATE = [0, 1, 3, 4]  # [E, vE, N, vN] among [E, vE, aE, N, vN, aN]
 POSITION = [0, 2]  # in [E, vE, N, vN]

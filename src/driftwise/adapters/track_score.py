@@ -16,7 +16,7 @@ try:
 except ImportError:
     raise ImportError("driftwise.adapters.track_score needs Stone Soup: pip install driftwise[stonesoup]") from None
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .stonesoup import TrackPrediction, position
 
 PRIOR_DETECTION, PRIOR_SCANS = 0.9, 10.0  # what is assumed of P_D, and how many scans that counts for

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel import compose
-from ..kernel.parts import flatten
+from ..engine import compile
+from ..engine.dispatch import flatten
+from ..engine.errors import InputError
 from .brownian import positive
 from .watch import OWN
 
@@ -64,7 +64,7 @@ def scan(detector: Any, signal, mean=0.0, std=1.0, state=None, slopes=None) -> A
     marks = np.zeros((1, detector.marks(slopes.shape[1]))) if state is None else _marks(detector, slopes, state)
     outs = np.empty((1, len(there), 1 + OWN))
     numbers = flatten((detector,))
-    look: Any = compose.watcher(_kind(detector))
+    look: Any = compile.watcher(_kind(detector))
     look(marks, z[None, there], np.ascontiguousarray(slopes[None, there]), outs, numbers)
     alarm, level, since, which = outs[0].T
     statistic = np.full(len(z), np.nan)
@@ -96,7 +96,7 @@ def simulated_delay(
     Runs that alarm in the ``before`` samples start afresh, as they would in use. For detectors without a formula.
     """
     rng, spec = np.random.default_rng(seed), flatten((detector,))
-    look: Any = compose.watcher(_kind(detector))
+    look: Any = compile.watcher(_kind(detector))
     marks, delay, first = np.zeros((runs, detector.marks(0))), np.zeros(runs), 0
     block = before
     look(marks, rng.standard_normal((runs, before)), np.zeros((runs, before, 0)), np.empty((runs, before, 1)), spec)

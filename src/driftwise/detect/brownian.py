@@ -7,7 +7,7 @@ from math import factorial
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 __all__ = ["OVERSHOOT", "brownian_delay", "brownian_run_length", "growth"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .brownian import finite, phi2, positive
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .hinkley import TwoSums
 from .probes import ProbeBank, bank
 from .settings import each, reachable

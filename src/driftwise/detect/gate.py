@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from ..kernel.parts import choice
-from ..kernel.ud import predicted_variance
+from ..engine.dispatch import choice
+from ..engine.ud import predicted_variance
 
 
 class Always(NamedTuple):

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel.parts import kernel
+from ..engine.dispatch import kernel
+from ..engine.errors import InputError
 from .alarms import Alarms, scan, simulated_delay
 from .run_length import rate
 from .settings import delay_words, rate_words, reachable

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel.parts import Vector
+from ..engine.dispatch import Vector
+from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .run_length import growth, rate, run_length, threshold_for
 from .settings import delay_words, each, rate_words, reachable, together, watched

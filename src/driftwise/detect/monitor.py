@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError, refuse_class
-from ..kernel import compose
-from ..kernel.parts import flatten
+from ..engine import compile
+from ..engine.dispatch import flatten
+from ..engine.errors import InputError, refuse_class
 from .brownian import positive
 from .watch import OWN, watch
 
@@ -58,7 +58,7 @@ class Monitor:
         self.mean, self.std = float(mean), positive("std", std)
         self._size, self._parameters = found.marks(parameters), parameters
         self._spec = flatten((found,))
-        self._look: Any = compose.watcher(kind)
+        self._look: Any = compile.watcher(kind)
 
     def start(self) -> np.ndarray:
         """Return a fresh state: a few plain numbers."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .run_length import rate
 from .settings import rate_words
 

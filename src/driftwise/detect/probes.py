@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel.parts import Vector, kernel
+from ..engine.dispatch import Vector, kernel
+from ..engine.errors import InputError
 from .alarms import scan
 from .run_length import rate
 from .settings import reachable

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .brownian import OVERSHOOT, brownian_run_length, finite, phi1, phi2, positive
 
 __all__ = [

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .brownian import OVERSHOOT, brownian_delay, brownian_run_length, finite, growth, legendre, positive
 from .correlated import (
     RunLengthFit,

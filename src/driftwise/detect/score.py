@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel.parts import Vector
+from ..engine.dispatch import Vector
+from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .run_length import rate, run_length
 from .settings import each, rate_words, reachable

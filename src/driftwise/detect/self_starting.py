@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel.normal import deviate, tail
-from ..kernel.parts import Vector, kernel
+from ..engine.dispatch import Vector, kernel
+from ..engine.errors import InputError
+from ..engine.normal import deviate, tail
 from .alarms import Alarms, scan
 from .brownian import positive
 from .hinkley import Hinkley

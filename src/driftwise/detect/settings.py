@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 NEVER = 1e12  # no sum gets so far
 SIDES = {"both": (True, True), "up": (True, False), "down": (False, True)}

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel.parts import Vector
+from ..engine.dispatch import Vector
+from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .brownian import positive
 from .run_length import rate, run_length_of, threshold_of

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..kernel.parts import kernel, watch
+from ..engine.dispatch import kernel, watch
 
 # What every detector keeps first; its own numbers follow.
 STATISTIC, SINCE, WHICH, OWN = range(4)

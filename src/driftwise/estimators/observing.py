@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine import validation
+from ..engine.errors import InputError
 from ..models.plant import Augmented
-from . import door
-from .mimo import door as mimo_door
-from .reading import Rows, Step
-from .times import instants
+from .base import Rows, Step
+from .common.times import instants
+from .joint_mimo import door as mimo_door
 
 
 class Observed(NamedTuple):
@@ -59,7 +59,7 @@ class Observing(Rows):
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
-        return np.zeros(() if series is None else door.count("series", series), self.dtype)
+        return np.zeros(() if series is None else validation.count("series", series), self.dtype)
 
     def update(self, state, y, u=None, *, time: float | None = None) -> tuple[np.ndarray, Step]:
         """Return the next state and what this sample showed; NaN means missing. `estimate` reads the state.
@@ -72,7 +72,7 @@ class Observing(Rows):
         time : instant in seconds, where irregular; dt after the sample before if omitted
         """
         rows, p = self._rows(state), self.model.outputs
-        ys, us = mimo_door.sample(y, u, p, self.model.inputs) if p > 1 else door.sample(y, u, self.model.inputs)
+        ys, us = mimo_door.sample(y, u, p, self.model.inputs) if p > 1 else validation.sample(y, u, self.model.inputs)
         if time is not None:
             stamp = self._instants([time], 1, state)
             us = np.concatenate([us, stamp[None, :, None]], axis=2)
@@ -96,7 +96,7 @@ class Observing(Rows):
         state : state to start from; a fresh one if omitted
         keep : "innovations", "means" or "std": how much of each sample the trace holds
         """
-        from ..workflow.observer_trace import ObserverTrace, width
+        from ..results.observer_trace import ObserverTrace, width
 
         ys, us = mimo_door.record(y, u, self.model.outputs, self.model.inputs)
         start = self.start() if state is None else state
@@ -131,7 +131,7 @@ class Observing(Rows):
         steps : Step of arrays shaped like y
         """
         rows, p, k = self._rows(states, is_one=False), self.model.outputs, self.model.inputs
-        ys, us, shape = door.fleet(y, u, len(rows), k) if p == 1 else mimo_door.fleet(y, u, len(rows), p, k)
+        ys, us, shape = validation.fleet(y, u, len(rows), k) if p == 1 else mimo_door.fleet(y, u, len(rows), p, k)
         if time is not None:
             expected = shape if p == 1 else shape[:-1]
             if np.shape(time) != expected:

@@ -3,9 +3,9 @@
 P = U D U' is relative to s2 and belongs to the next sample, as in every state of the package.
 """
 
-from ..kernel.parts import choice, kernel
-from ..kernel.status import CAPPED, JUMP
-from ..kernel.ud import correct
+from ..engine.dispatch import choice, kernel
+from ..engine.status import CAPPED, JUMP
+from ..engine.ud import correct
 from .drift import Matched, Never, Walk, widen_within
 
 

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.dense import at
-from ..kernel.parts import Vector, kernel, rare
-from ..kernel.status import AT_REST, CAPPED, NOISE, OUTLIER
-from ..kernel.ud import factor_within, predicted_variance, widen
+from ..engine.dense import at
+from ..engine.dispatch import Vector, kernel, rare
+from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
+from ..engine.ud import factor_within, predicted_variance, widen
 from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
 from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, Cells, merge_again, open_cells, own_cells, reckon_mixture, tell_modes
 from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.parts import Vector, kernel
-from ..kernel.ud import correct, project
+from ..engine.dispatch import Vector, kernel
+from ..engine.ud import correct, project
 from .hold import hold_within
 from .transition import relax
 from .unknown import START, adaptive, revise, starts

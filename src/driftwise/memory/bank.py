@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.parts import Vector, kernel, rare
-from ..kernel.status import AT_REST, CAPPED
-from ..kernel.ud import predicted_variance, project
+from ..engine.dispatch import Vector, kernel, rare
+from ..engine.status import AT_REST, CAPPED
+from ..engine.ud import predicted_variance, project
 from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
 from .mixing import drift_apart, interact, merge
 from .modes import FREEDOM, WEIGHT, count_of, mode, normalise, open_bank, own_sigma2, size_of, unfold, update

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.parts import Vector, kernel
-from ..kernel.ud import correct, project
+from ..engine.dispatch import Vector, kernel
+from ..engine.ud import correct, project
 from .hold import hold_within
 from .sensitivity import add_variance, follow_covariance
 from .transition import relax

@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from ..kernel.parts import Vector
-from ..kernel.ud import covariances, predicted_variance, project, widen_along
+from ..engine.dispatch import Vector
+from ..engine.ud import covariances, predicted_variance, project, widen_along
 from .adapt import age, by_least_squares, learn, plain
 from .hold import shrink
 

@@ -3,9 +3,9 @@
 from typing import Any, NamedTuple
 
 from ..detect.variance import VarianceChange
-from ..kernel.parts import Vector, choice, kernel
-from ..kernel.status import CAPPED, JUMP
-from ..kernel.ud import variance, widen
+from ..engine.dispatch import Vector, choice, kernel
+from ..engine.status import CAPPED, JUMP
+from ..engine.ud import variance, widen
 
 
 class Never(NamedTuple):

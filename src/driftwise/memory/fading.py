@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..kernel.parts import Vector
+from ..engine.dispatch import Vector
 from .adapt import age, plain
 from .hold import shrink
 

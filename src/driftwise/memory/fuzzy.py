@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from ..kernel.parts import Vector, kernel
+from ..engine.dispatch import Vector, kernel
 from .unknown import adaptive, revise
 
 

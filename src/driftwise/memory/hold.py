@@ -2,9 +2,9 @@
 
 import math
 
-from ..kernel.parts import kernel
-from ..kernel.status import CAPPED
-from ..kernel.ud import correct, entry, variance, variances
+from ..engine.dispatch import kernel
+from ..engine.status import CAPPED
+from ..engine.ud import correct, entry, variance, variances
 
 MEMORIES = 100.0  # "typical" is an average over so many memories
 

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.dense import at, solve
-from ..kernel.parts import Vector, kernel
-from ..kernel.ud import variances
+from ..engine.dense import at, solve
+from ..engine.dispatch import Vector, kernel
+from ..engine.ud import variances
 from .adapt import age, by_least_squares, learn
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time
 from .unknown import SEEN, adaptive, excite, open_ground, wander

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ..kernel.parts import Vector, kernel
+from ..engine.dispatch import Vector, kernel
 from .unknown import START, adaptive, revise, starts
 
 

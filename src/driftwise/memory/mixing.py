@@ -2,9 +2,9 @@
 
 import math
 
-from ..kernel.dense import at
-from ..kernel.parts import kernel, rare
-from ..kernel.ud import factor_within
+from ..engine.dense import at
+from ..engine.dispatch import kernel, rare
+from ..engine.ud import factor_within
 from .drift import widen_within
 from .modes import CHI2, FREEDOM, OWN, WEIGHT, count_of, mode, own_sigma2
 from .sensitivity import pass_time

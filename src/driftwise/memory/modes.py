@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel.dense import add_square
-from ..kernel.parts import kernel
-from ..kernel.ud import correct, covariances, expand, predicted_variance, project, widen_along
+from ..engine.dense import add_square
+from ..engine.dispatch import kernel
+from ..engine.ud import correct, covariances, expand, predicted_variance, project, widen_along
 
 WEIGHT, FREEDOM, CHI2, OWN = range(4)  # the numbers of a mode; then theta, D, U
 FADE = 0.995  # per sample, of what each sigma^2 rests on

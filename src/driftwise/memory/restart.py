@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from ..kernel.parts import Vector, kernel
-from ..kernel.status import JUMP
+from ..engine.dispatch import Vector, kernel
+from ..engine.status import JUMP
 from .adapt import age, plain, respond, stay
 from .drift import widen_within
 from .hold import hold_within

@@ -4,9 +4,9 @@ import math
 from typing import Any, NamedTuple
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..kernel.parts import Vector, kernel, rare
-from ..kernel.status import CAPPED
-from ..kernel.ud import correct, predicted_variance, project, widen_along
+from ..engine.dispatch import Vector, kernel, rare
+from ..engine.status import CAPPED
+from ..engine.ud import correct, predicted_variance, project, widen_along
 from .adapt import age, learn, notice, plain, reckon
 from .drift import widen_within
 from .hold import hold_within

@@ -10,8 +10,8 @@ P, T, Q are relative to sigma^2 where that is learnt: theta and P then do not de
 Source: Gupta and Mehra (1974), with the measurement update written out.
 """
 
-from ..kernel.dense import at, multiply, rescale
-from ..kernel.parts import kernel
+from ..engine.dense import at, multiply, rescale
+from ..engine.dispatch import kernel
 
 
 @kernel

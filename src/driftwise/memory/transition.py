@@ -2,9 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from ..kernel.parts import Vector, kernel
-from ..kernel.status import CAPPED
-from ..kernel.ud import entry, orthogonalise, widen_along
+from ..engine.dispatch import Vector, kernel
+from ..engine.status import CAPPED
+from ..engine.ud import entry, orthogonalise, widen_along
 from .adapt import age, plain
 from .drift import widen_within
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel.parts import Vector, choice, kernel
-from ..kernel.status import AT_REST, CAPPED
+from ..engine.dispatch import Vector, choice, kernel
+from ..engine.status import AT_REST, CAPPED
 from .adapt import age, by_least_squares, learn, plain, reckon
 from .drift import widen_within
 from .transition import relax

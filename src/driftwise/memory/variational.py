@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernel.parts import Vector, kernel
-from ..kernel.ud import correct, covariances, predicted_variance, widen_along
+from ..engine.dispatch import Vector, kernel
+from ..engine.ud import correct, covariances, predicted_variance, widen_along
 from .adapt import by_least_squares, learn, reckon
 from .hold import hold_within
 from .unknown import RESTS, SEEN, adaptive, count_unless_at_rest, excite, open_ground

@@ -9,8 +9,8 @@ factor of rows [psi' | y] in coordinates in which the prior is a unit covariance
 import math
 from typing import NamedTuple
 
-from ..kernel.parts import Vector, kernel, rare
-from ..kernel.ud import predicted_variance, project
+from ..engine.dispatch import Vector, kernel, rare
+from ..engine.ud import predicted_variance, project
 from .adapt import age, learn, plain, reckon, stay
 
 AT, IS_FULL, TRIANGLES = range(3)  # cells: next slot, whether a round is complete; then `now`, `sum`, a row, the slots

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .spectral import inside, noise_polynomial
 
 __all__ = ["WrongNoiseLimit", "wrong_noise_limit"]

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import ndtri
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .canonical import Canonical
 from .response import ratio
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .canonical import Canonical
 from .response import denominator_std, gain_interval, response
 from .roots import Roots, WithPoles, estimate

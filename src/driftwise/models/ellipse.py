@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 
 class Ellipse(NamedTuple):

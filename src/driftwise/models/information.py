@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .asymptotic import companion, lyapunov, output_row
 from .canonical import Canonical
 from .rows import regression_rows, triangle

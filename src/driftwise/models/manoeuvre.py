@@ -8,7 +8,7 @@ Sources: Singer (1970); Li and Jilkov (2003), sections IV and V.
 
 import math
 
-from ..kernel.parts import kernel
+from ..engine.dispatch import kernel
 
 # Gauss-Legendre on [-1, 1], exact to degree 15
 NODES = (0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363)

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel import ud
-from ..kernel.parts import Vector, choice
+from ..engine import ud
+from ..engine.dispatch import Vector, choice
+from ..engine.errors import InputError
 
 
 class EquationError(NamedTuple):

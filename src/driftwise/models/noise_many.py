@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernel import ud
-from ..kernel.parts import Vector
+from ..engine import ud
+from ..engine.dispatch import Vector
+from ..engine.errors import InputError
 from .noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError
 
 

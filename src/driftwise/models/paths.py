@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .canonical import Canonical
 
 

@@ -6,12 +6,12 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy  # scipy.linalg loads where it is used, which is not in `estimators.door`
+import scipy  # scipy.linalg loads where it is used, which is not in `engine.validation`
 
-from ..errors import InputError
+from ..engine.errors import InputError
+from ..engine.validation import HOLDS
 
 VISIBLE = 1e-9  # smallest singular value of the balanced [A - lambda I; H], relative, at which a mode counts as seen
-HOLDS = ("zoh", "foh")
 
 
 class Plant(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .canonical import Canonical
 from .convert import DRAWS, Model
 from .family import Family

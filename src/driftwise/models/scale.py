@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from ..kernel.parts import choice
+from ..engine.dispatch import choice
 
 
 class KnownScale(NamedTuple):

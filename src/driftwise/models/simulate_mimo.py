@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .noise import NoiseCovariance
 from .noise_many import covariances
 from .structure import Structure, indices

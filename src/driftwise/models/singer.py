@@ -8,7 +8,7 @@ from math import exp, expm1, factorial, isfinite, log10
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .noise import NoisePolynomial
 from .spectral import factor, polynomial
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 __all__ = ["spectral_factor", "reflect"]
 

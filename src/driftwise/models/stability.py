@@ -1,6 +1,6 @@
 """Polynomials that must keep their zeros inside a circle."""
 
-from ..kernel.parts import kernel
+from ..engine.dispatch import kernel
 
 
 @kernel

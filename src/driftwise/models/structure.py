@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 
 class Block(NamedTuple):

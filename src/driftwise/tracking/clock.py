@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
-from ..files.cells import seconds
-from ..files.daytime import DAY, of_day
+from ..engine.errors import InputError
+from ..tables.cells import seconds
+from ..tables.daytime import DAY, of_day
 from .columns import SECONDS, Column, meaning
 
 DATED = ("Unix s", "Unix ms", "Unix us", "Unix ns", "time stamp")

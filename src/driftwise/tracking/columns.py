@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from ..errors import InputError
-from ..files.source import resolve
+from ..engine.errors import InputError
+from ..tables.source import resolve
 
 NAMES = {  # the commonest first
     "time": "timestamp time datetime dateandtime basedatetime datetimeutc utcdatetime utc utctime timeutc gpstime "

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .frames import east_north, geographic
 from .plots import COLUMNS, Plots, plots
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..errors import InputError
-from ..estimators import door
+from ..engine import validation
+from ..engine.errors import InputError
 
 COLUMNS = ("time", "position", "covariance", "altitude", "key", "name", "sensor")
 
@@ -109,16 +109,16 @@ def plots(
     InputError
         Where columns do not have the same length.
     """
-    time, position = door.seconds("time", time).reshape(-1), door.floats("position", position)
+    time, position = validation.seconds("time", time).reshape(-1), validation.floats("position", position)
     T = len(time)
     position = position.reshape(1, 2) if T == 1 and position.shape == (2,) else position
     if position.shape != (T, 2):
         raise InputError(f"position must have a row (East, North) for each of {T} times, got shape {position.shape}")
     if covariance is not None and np.shape(covariance) in ((), (2,)):
-        covariance = np.diag(np.broadcast_to(door.floats("covariance", covariance), (2,)))
+        covariance = np.diag(np.broadcast_to(validation.floats("covariance", covariance), (2,)))
 
     def column(label, value, shape, kind, unknown):
-        value = door.floats(label, unknown if value is None else value) if kind is float else _words(value)
+        value = validation.floats(label, unknown if value is None else value) if kind is float else _words(value)
         try:
             return np.array(np.broadcast_to(value, (T, *shape)))
         except ValueError:

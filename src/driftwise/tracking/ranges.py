@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .polar import cartesian, ground_range, place
 from .sites import HOW, Site, read_sites
 

@@ -10,9 +10,9 @@ import zlib
 from dataclasses import replace
 from pathlib import Path
 
-from ..errors import InputError
-from ..files.source import missing
-from ..files.source import title as named
+from ..engine.errors import InputError
+from ..tables.source import missing
+from ..tables.source import title as named
 from .columns import Column
 from .merge import joined
 from .plots import Fault, Plots, checked
@@ -212,9 +212,9 @@ def blocks(data: bytes, most: int = 8) -> bool:
 
 
 def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None) -> tuple[Plots, dict[str, Column]]:
-    from .ais import read_ais
-    from .logs import read_gpx, read_nmea
-    from .modes import is_frames, read_frames, read_lines
+    from .formats.ais import read_ais
+    from .formats.logs import read_gpx, read_nmea
+    from .formats.modes import is_frames, read_frames, read_lines
     from .records import json_records, record_table
     from .tables import csv_table, frames_of, memory_table, parquet_table, read_table
 
@@ -242,7 +242,7 @@ def _read(data, title: str, *, site=None, sites=None, origin=None, columns=None)
 
 
 def _asterix(data, title, sites, origin) -> Plots:
-    from .asterix import read_asterix
+    from .formats.asterix import read_asterix
 
     try:
         found = read_asterix(data, sites=sites, origin=origin)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
 from .plots import Fault
 from .tables import Table
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from ..errors import InputError
+from ..engine.errors import InputError
 
 HOW = (
     'a site is given as sites={"25/201": Site(46.2, 15.1, 800)} or "25/201=46.2,15.1,800" '

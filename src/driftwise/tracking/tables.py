@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..files.cells import is_text, numbers
+from ..engine.errors import InputError
+from ..tables.cells import is_text, numbers
 from .clock import clock
 from .columns import FRAMES, METRES, Column, altitude_unit, meaning, position_roles, recognise
 from .placed import outside, placed, repeats
@@ -207,7 +207,7 @@ def csv_table(data: bytes, title: str) -> Table:
     """Return the table of a delimited text in any dialect; rows are numbered by lines."""
     import pyarrow as pa
 
-    from ..files.csvfile import CsvSource
+    from ..tables.csvfile import CsvSource
 
     data = _utf8(data)
     try:
@@ -264,14 +264,14 @@ def parquet_table(data: bytes, title: str) -> Table:
     """Return the table of a Parquet file; rows are numbered from 1."""
     import pyarrow as pa
 
-    from ..files.parquetfile import ParquetSource
+    from ..tables.parquetfile import ParquetSource
 
     return _of_source(lambda: ParquetSource(pa.BufferReader(data)), title)
 
 
 def memory_table(data, title: str) -> Table:
     """Return the table of a data frame or of a mapping from name to array; rows are numbered from 1."""
-    from ..files.parquetfile import MemorySource
+    from ..tables.parquetfile import MemorySource
 
     return _of_source(lambda: MemorySource(data), title)
 

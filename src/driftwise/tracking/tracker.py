@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import InputError
-from ..estimators import door
+from ..engine import validation
+from ..engine.errors import InputError
 from ..estimators.track.estimator import TrackEstimator
+from .checkpoint import restore, save
 from .frames import east_north, geographic
 from .inbox import LEAP, Inbox
-from .keep import restore, save
 from .live import TENTATIVE, Event, Live, Plot
 from .plots import Fault, Plots
 from .read import read_plots
@@ -76,20 +76,20 @@ class Tracker:
         if not isinstance(estimator, TrackEstimator) or estimator.coordinates != 2:
             raise InputError(f"estimator must be a TrackEstimator of two coordinates or a speed, got {estimator!r}")
         try:
-            N, M = (door.count("confirm", n) for n in confirm)
+            N, M = (validation.count("confirm", n) for n in confirm)
         except (TypeError, ValueError):
             N = M = 0
         if not 1 <= N <= M:
             raise InputError(f"confirm must be (N, M), N plots within M scans with 1 <= N <= M, got {confirm!r}")
         for name, value in dict(coast=coast, gap=gap, gate=gate, fastest=1.0 if fastest is None else fastest).items():
-            door.positive(name, value)
+            validation.positive(name, value)
         if not coast < gap:
             raise InputError(f"coast must be below gap, in scan periods; got coast={coast}, gap={gap}")
-        if not 0 <= float(door.floats("delay", delay)) < LEAP:
+        if not 0 <= float(validation.floats("delay", delay)) < LEAP:
             raise InputError(f"delay must be within 0 and {LEAP:.0f} s, got {delay!r}")
         self.estimator = estimator
         limit = fastest or FASTEST.get(estimator.speed, 3 * estimator.speed)
-        is_single = door.yes("single", single)
+        is_single = validation.yes("single", single)
         options = (N, M), float(coast), float(gap), float(gate), is_single, float(delay), float(limit)
         self.rules = Rules(*options)
         self.origin: tuple[float, float] | None = None

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..workflow.track_trace import TrackTrace
+from ..engine.errors import InputError
+from ..results.track_trace import TrackTrace
 from .live import PLOT, Event, Live
 from .plots import Fault, Plots
 
@@ -172,7 +172,7 @@ class Tracks(Sequence):
 
     def report(self, path, title: str = "Tracks", **options) -> Path:
         """Write a page to look at: plan view, tracks over time, a table; options of ``edge.report_tracks.write``."""
-        from ..edge.report_tracks import write
+        from ..report.report_tracks import write
 
         return write(self, path, title, **options)
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..engine.errors import InputError
+from .formats.maps import write_geojson, write_kml
 from .frames import geographic
-from .maps import write_geojson, write_kml
 from .times import dated, stamps
 from .tracks import Track, Tracks
 
@@ -94,7 +94,7 @@ def write_csv(tracks: Tracks, path) -> Path:
 
 def write_cat062(tracks: Tracks, path, source: tuple[int, int] = (0, 0)) -> Path:
     """Write ASTERIX CAT062, a record for each plot, sent by ``source``: system area and identification code."""
-    from .cat062 import encode_cat062
+    from .formats.cat062 import encode_cat062
 
     Path(path).write_bytes(encode_cat062(tracks, *source))
     return Path(path)

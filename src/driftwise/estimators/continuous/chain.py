@@ -13,7 +13,7 @@ above from sums that stay near one.
 
 import math
 
-from ...kernel.parts import kernel
+from ...engine.dispatch import kernel
 
 
 @kernel

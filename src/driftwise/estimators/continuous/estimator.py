@@ -8,20 +8,19 @@ from typing import Any
 import numpy as np
 
 from ...detect.gate import Gate
-from ...errors import InputError, refuse_class
-from ...kernel import ud
-from ...kernel.parts import flatten
+from ...engine import ud, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError, refuse_class
 from ...memory.drift import Never, UntilJump, Walk
+from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
 from ...models.scale import UnknownScale
-from .. import door
+from ..base import Reading, Step
+from ..common.times import instants
 from ..joint.estimator import WIDTH
-from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
-from ..reading import Reading, Step
-from ..times import instants
 from .step import HEAD, Continuous, drift_over, scratch_size
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
@@ -115,14 +114,14 @@ class ContinuousJoint(Reading):
             order=order, inputs=inputs, observer=observer, noise=noise, memory=memory, gate=gate, scale=scale,
             s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor,
         )  # fmt: skip
-        self.model = model = Canonical(door.count("order", order, least=1), door.count("inputs", inputs))
+        self.model = model = Canonical(validation.count("order", order, least=1), validation.count("inputs", inputs))
         n, N = model.n, model.N
         if n > 12:
             raise InputError(f"order must be at most 12, got {order}: beyond, the filters' binomials eat the digits")
-        self.dt = door.positive("dt", dt)
-        self.observer = RATE / self.dt if observer is None else door.positive("observer", observer)
-        self.y_scale = door.positive("y_scale", y_scale)
-        self.u_scale = door.each("u_scale", u_scale, inputs)
+        self.dt = validation.positive("dt", dt)
+        self.observer = RATE / self.dt if observer is None else validation.positive("observer", observer)
+        self.y_scale = validation.positive("y_scale", y_scale)
+        self.u_scale = validation.each("u_scale", u_scale, inputs)
         if np.any(self.u_scale <= 0):
             raise InputError(f"u_scale must be positive, got {u_scale!r}")
         if not isinstance(noise, noises.EquationError):
@@ -166,12 +165,12 @@ class ContinuousJoint(Reading):
     def _set_prior(self, s0, P0):
         model, back = self.model, self.model.salut
         n, N = model.n, model.N
-        self._s0 = (np.zeros(N) if s0 is None else door.vector("s0", s0, N))[back]
+        self._s0 = (np.zeros(N) if s0 is None else validation.vector("s0", s0, N))[back]
         if P0 is None:
             x = self.y_scale**2 * self.observer ** (2.0 * np.arange(n))
             P = WIDTH * np.diag(np.concatenate([x, self._theta_units()]))
         else:
-            P = door.covariance("P0", P0, N)[np.ix_(back, back)]
+            P = validation.covariance("P0", P0, N)[np.ix_(back, back)]
         try:
             U, self._D0 = ud.factor(P)
         except ValueError:
@@ -200,7 +199,7 @@ class ContinuousJoint(Reading):
         With ``time``, dt becomes its median step, and the default observer follows. Scaling y or u by a power of two
         then scales every result exactly.
         """
-        y, u = door.record(y, u, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs)
         options = self.options | dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
         if time is not None and len(y) > 1:
             options["dt"] = float(np.median(np.diff(instants(time, y.shape))))
@@ -219,7 +218,7 @@ class ContinuousJoint(Reading):
         time : instant in seconds; dt after the sample before if omitted
         """
         rows = self._rows(state)
-        ys, us = door.sample(y, u, self.model.inputs)
+        ys, us = validation.sample(y, u, self.model.inputs)
         if time is not None:
             is_later = isinstance(time, float) and math.isfinite(time) and time > state["time"] and state["samples"] > 0
             stamp = np.array([time]) if is_later else instants([time], (1,), state)  # the short way of a stream
@@ -240,9 +239,9 @@ class ContinuousJoint(Reading):
         state : state to start from; a fresh one if omitted
         keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
         """
-        from ...workflow.trace import Trace, width
+        from ...results.trace import Trace, width
 
-        y, u = door.record(y, u, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs)
         start = self.start() if state is None else state
         rows = self._rows(start)
         us = u
@@ -279,7 +278,7 @@ class ContinuousJoint(Reading):
         steps : Step of arrays shaped like y
         """
         rows = self._rows(states, is_one=False)
-        ys, us, shape = door.fleet(y, u, len(rows), self.model.inputs)
+        ys, us, shape = validation.fleet(y, u, len(rows), self.model.inputs)
         if time is not None:
             stamps = np.asarray(time, float).reshape(ys.shape[:2]) if np.shape(time) == shape else np.zeros(0)
             if not stamps.size:

@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...kernel.parts import Vector, advance, choice, kernel, open_row, open_work, rare, watch
-from ...kernel.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
-from ...kernel.ud import correct, entry, predicted_variance, variance, widen
+from ...engine.dispatch import Vector, advance, choice, kernel, open_row, open_work, rare, watch
+from ...engine.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
+from ...engine.ud import correct, entry, predicted_variance, variance, widen
 from ...memory.drift import Never, Restart, Walk, drift
 from ...models.scale import sigma2
-from ..gain.step import take_inputs
+from ..adaptive_gain.step import take_inputs
 from ..joint.row import HUGE
 from .chain import decay, respond
 

@@ -7,14 +7,13 @@ import math
 import numpy as np
 
 from ...detect.gate import Always
-from ...errors import InputError
-from ...kernel import ud
+from ...engine import ud, validation
+from ...engine.errors import InputError
 from ...memory.drift import Never
 from ...models.noise import EquationError, NoisePolynomial
 from ...models.rows import regression_rows, triangle
 from ...models.scale import sigma2
 from ...models.spectral import inside
-from .. import door
 from .row import HUGE
 
 HEAD_START = 4  # times N samples by the recursion, until a learnt scale has something to go by
@@ -63,7 +62,7 @@ def batch(est, y, u=None, state=None):
     """
     d = _check(est)
     form, n = est.model, est.model.n
-    y, u = door.record(y, u, form.inputs)
+    y, u = validation.record(y, u, form.inputs)
     if np.isnan(y).any() or np.isnan(u).any():
         raise InputError("samples are missing: a least squares over the whole record has no row for them; use scan")
     if np.any(abs(y) >= HUGE) or np.any(abs(u) >= HUGE):

@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 
 from ...detect.gate import Gate
-from ...errors import InputError
-from ...kernel import ud
-from ...kernel.parts import flatten
+from ...engine import ud, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError
 from ...memory.drift import Never
+from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
 from ...models.scale import UnknownScale
-from .. import door
-from ..identification.start import AlgebraicStart, prepare
-from ..policies import resolve_gate, resolve_memory, resolve_scale, resolve_watch
-from ..reading import Reading
+from ..algebraic_start.start import AlgebraicStart, prepare
+from ..base import Reading
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import Form, marks_at, scratch_size
 
@@ -111,13 +110,13 @@ class Joint(Reading):
             s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form, start=start,
         )  # fmt: skip
         self.model = model = Canonical(
-            door.count("order", order, least=1),
-            door.count("inputs", inputs),
+            validation.count("order", order, least=1),
+            validation.count("inputs", inputs),
             bool(direct) and inputs > 0,
             isinstance(noise, noises.UnknownPolynomial),
         )
-        self.dt = door.positive("dt", dt)
-        self.y_scale, self.u_scale = door.size("y_scale", y_scale), door.sizes("u_scale", u_scale, inputs)
+        self.dt = validation.positive("dt", dt)
+        self.y_scale, self.u_scale = validation.size("y_scale", y_scale), validation.sizes("u_scale", u_scale, inputs)
         N, n = model.N, model.n
 
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
@@ -174,7 +173,7 @@ class Joint(Reading):
         c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
         mean = np.zeros(N)
         if s0 is not None:
-            mean = door.vector("s0", s0, N)
+            mean = validation.vector("s0", s0, N)
         elif self.model.coloured and noise.d is not None:
             mean[c] = noises.coefficients(noise.d, n)
         self._s0 = mean[back]
@@ -183,7 +182,7 @@ class Joint(Reading):
             if self.model.coloured and not is_relative:
                 P[c, c] = noise.std**2 * np.eye(n)
         else:
-            P = door.covariance("P0", P0, N)[np.ix_(back, back)]
+            P = validation.covariance("P0", P0, N)[np.ix_(back, back)]
         try:
             U, self._D0 = ud.factor(P)
         except ValueError:
@@ -206,7 +205,7 @@ class Joint(Reading):
 
         Scaling y or u by a power of two then scales every result exactly.
         """
-        y, u = door.record(y, u, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs)
         scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
         return Joint(**{**self.options, **scales})
 
@@ -244,13 +243,13 @@ class Joint(Reading):
             raise InputError(
                 "smooth looks at the whole record, so a start from its first samples is of no use: start=None"
             )
-        from ...workflow.smoothed import Smoothed, width
+        from ...results.smoothed import Smoothed, width
         from .smoother import smooth
 
-        y, u = door.record(y, u, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs)
         if not len(y):
             raise InputError("y is empty: there is nothing to smooth")
-        lag = None if lag is None else door.count("lag", lag)
+        lag = None if lag is None else validation.count("lag", lag)
         outs = np.empty((len(y), width(keep, self.model.N)))
         final = smooth(self, y, u, self.start() if state is None else state, lag, outs)
         return Smoothed(self, y, u, outs, keep, final, lag, time)

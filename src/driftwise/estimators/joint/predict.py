@@ -4,8 +4,8 @@ With w = kappa w_n + G xi the measured y tells about w: s+ = (F - kappa H) s + k
 change; they shift, and the state block is re-triangularised where its noise needs it.
 """
 
-from ...kernel.parts import choice, kernel, rare
-from ...kernel.ud import entry, orthogonalise, predicted_variance, variance, widen
+from ...engine.dispatch import choice, kernel, rare
+from ...engine.ud import entry, orthogonalise, predicted_variance, variance, widen
 from ...models.noise import Coloured, Sensor, Unknown, White, correlate, held_back
 from .row import HAS_KAPPA, OBSERVED, USED_Y, predict_output, project
 

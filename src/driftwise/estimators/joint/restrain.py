@@ -1,7 +1,7 @@
 """An unknown noise polynomial must stay invertible: its zeros are drawn back inside, and all else moves with them."""
 
-from ...kernel.parts import choice, rare
-from ...kernel.ud import entry
+from ...engine.dispatch import choice, rare
+from ...engine.ud import entry
 from ...models.noise import Coloured, Sensor, Unknown, White
 from ...models.stability import is_inside, shrink_inside
 from .row import MEMO

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.parts import Size, kernel, open_row, open_work
-from ...kernel.views import matrix
+from ...engine.dispatch import Size, kernel, open_row, open_work
+from ...engine.views import matrix
 
 # head of the row: one number each
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)

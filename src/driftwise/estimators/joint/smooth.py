@@ -15,9 +15,9 @@ import math
 
 import numpy as np
 
-from ...kernel.parts import kernel, look_back, open_row, remember, retreat
-from ...kernel.status import LOST
-from ...kernel.ud import correct, entry
+from ...engine.dispatch import kernel, look_back, open_row, remember, retreat
+from ...engine.status import LOST
+from ...engine.ud import correct, entry
 from ...models.scale import sigma2
 from .row import (
     CHI2,

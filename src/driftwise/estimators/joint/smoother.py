@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...kernel import compose
+from ...engine import compile
 from .row import OBSERVED
 from .smooth import note_size, space
 
@@ -25,7 +25,7 @@ def smooth(est, y, u, start, lag, outs) -> np.ndarray:
         est.drive(rows, y[None, part, None], u[None, part], np.empty((1, len(y[part]), 4)), est.spec, scratch)
     final = rows.view(est.dtype).reshape(())
 
-    record, back = compose.recorder(*kinds), compose.smoother(kinds[0])
+    record, back = compile.recorder(*kinds), compile.smoother(kinds[0])
     ahead, size, N = lag or 0, rows.shape[1], est.model.N
     history = np.empty((min(BLOCK + ahead, T) + 1, size + note_size(form)))
     seen, unknown, known = np.empty((len(history), 4)), space(N), space(N)

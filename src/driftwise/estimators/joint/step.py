@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...kernel.parts import advance, kernel, rare, watch
-from ...kernel.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
-from ...kernel.ud import correct, entry, predicted_variance, variance, variances
+from ...engine.dispatch import advance, kernel, rare, watch
+from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
+from ...engine.ud import correct, entry, predicted_variance, variance, variances
 from ...memory.drift import drift
 from ...models.noise import held_back
 from ...models.scale import sigma2

@@ -10,19 +10,18 @@ from scipy.special import stdtrit
 
 from ...detect.gate import Gate
 from ...detect.watch import Silent
-from ...errors import InputError
-from ...kernel import ud
-from ...kernel.parts import flatten
+from ...engine import ud, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError
 from ...memory.drift import Never
+from ...memory.resolve import resolve_gate, resolve_scale
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
 from ...models.scale import UnknownScale
-from .. import door
+from ..base import Reading
 from ..joint.estimator import WIDTH
 from ..joint.row import Form, marks_at, scratch_size
-from ..policies import resolve_gate, resolve_scale
-from ..reading import Reading
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import TRACK, ManoeuvreForm
 
@@ -112,9 +111,9 @@ class Manoeuvre(Reading):
             scale=scale, y_scale=y_scale, dt=dt,
         )  # fmt: skip
         self.model = model = Canonical(3)
-        self.dt, self.y_scale = door.positive("dt", dt), door.size("y_scale", y_scale)
+        self.dt, self.y_scale = validation.positive("dt", dt), validation.size("y_scale", y_scale)
         limit, pole, pole_std, walk = _pole(limit, pole, pole_std, walk)
-        d = coefficients(rho, m) if d is None else door.vector("d", d, 3)
+        d = coefficients(rho, m) if d is None else validation.vector("d", d, 3)
         noise: Any = noises.resolve(noises.NoisePolynomial(d, variance), 3, 6, model.salut, self.y_scale**2)
         if not noise.R > 0:
             raise InputError(f"variance must be positive, got {variance!r}: a plot without noise is no radar's")
@@ -144,7 +143,7 @@ class Manoeuvre(Reading):
 
     def scaled_to(self, y, u=None) -> Manoeuvre:
         """Return the same estimator with ``y_scale`` from the second differences of the first ten plots."""
-        y, _ = door.record(y, u, 0)
+        y, _ = validation.record(y, u, 0)
         return Manoeuvre(**{**self.options, "y_scale": power_of_two([_noise_of(y)])})
 
     # --- reading a state -----------------------------------------------------------------------------------
@@ -221,10 +220,10 @@ def coefficients(rho, m) -> np.ndarray:
 
 def _pole(limit, pole, pole_std, walk):
     """Return what is said of phi, checked."""
-    limit = door.positive("limit", limit)
+    limit = validation.positive("limit", limit)
     if limit >= 1:
         raise InputError(f"limit must be below 1, got {limit!r}: with phi at 1 the acceleration would never fade")
-    numbers = [door.each(name, v, 1)[0] for name, v in (("pole", pole), ("pole_std", pole_std), ("walk", walk))]
+    numbers = [validation.each(name, v, 1)[0] for name, v in (("pole", pole), ("pole_std", pole_std), ("walk", walk))]
     if abs(numbers[0]) > limit:
         raise InputError(f"pole must lie within -limit..limit, {limit:g}, got {pole!r}")
     if numbers[1] < 0 or numbers[2] < 0:

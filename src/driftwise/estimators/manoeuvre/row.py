@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel.parts import Size, open_row, open_work
+from ...engine.dispatch import Size, open_row, open_work
 from ..joint.row import Form, open_joint
 
 # plots seen of the two that start it, scans since the first, and the last two positions

@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 
-from ...kernel.parts import advance, kernel
-from ...kernel.status import BAD_VALUE, CAPPED, LOST, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
-from ...kernel.ud import variance, widen_along
+from ...engine.dispatch import advance, kernel
+from ...engine.status import BAD_VALUE, CAPPED, LOST, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
+from ...engine.ud import variance, widen_along
 from ...models.scale import sigma2
 from ..joint.row import CHI2, HUGE, OBSERVED, PEAK, SAMPLES, STATUS, TOP
 from ..joint.step import step, write

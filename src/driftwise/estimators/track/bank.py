@@ -6,7 +6,7 @@ T is the time between plots, r the variance of a plot.
 
 import math
 
-from ...kernel.parts import kernel
+from ...engine.dispatch import kernel
 
 # of a velocity forgotten at rate alpha, under white acceleration of intensity q: alpha T, q T^3 / r; constant velocity,
 # and wandering: what a turn looks like that is too fast for the radar

@@ -5,7 +5,7 @@ Li and Jilkov (2003), section V: coordinated turn with unknown rate; the transit
 
 import math
 
-from ...kernel.parts import kernel
+from ...engine.dispatch import kernel
 from ...models.manoeuvre import arc
 from . import linear
 from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear, period

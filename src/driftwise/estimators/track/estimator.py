@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import InputError
-from ...kernel import compose
-from ...kernel.parts import flatten
-from .. import door
+from ...engine import compile, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError
 from . import bank, step
 from .motion import unpacked
 from .step import Tracking
@@ -102,19 +101,19 @@ class TrackEstimator:
                 raise InputError(f"speed must be metres a second, or one of {', '.join(CLASSES)}, got {speed!r}")
             self.speed = CLASSES[speed]
         else:
-            self.speed = door.size("speed", speed)
+            self.speed = validation.size("speed", speed)
         if coordinates not in (1, 2):
             raise InputError(
                 f"coordinates must be 1 or 2 (East, North), got {coordinates!r}; altitude comes from another sensor: "
                 "give it an estimator of its own"
             )
         for name, value in (("forgetting", forgetting), ("learning_rate", learning_rate)):
-            if not 0 < door.positive(name, value) <= 1:
+            if not 0 < validation.positive(name, value) <= 1:
                 raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
         self.coordinates = C = int(coordinates)
         self.task = Tracking(
-            C, self.speed, forgetting, learning_rate, -abs(float(doubt)), door.positive("noise", noise),
-            door.positive("tails", tails), step.STARTS, step.ENDS, step.CLAIM,
+            C, self.speed, forgetting, learning_rate, -abs(float(doubt)), validation.positive("noise", noise),
+            validation.positive("tails", tails), step.STARTS, step.ENDS, step.CLAIM,
         )  # fmt: skip
         self.options = dict(
             speed=self.speed, coordinates=C, forgetting=forgetting, learning_rate=learning_rate, doubt=doubt,
@@ -129,7 +128,7 @@ class TrackEstimator:
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them: a record of plain numbers."""
-        return np.zeros(() if series is None else door.count("series", series), self.dtype)
+        return np.zeros(() if series is None else validation.count("series", series), self.dtype)
 
     # --- running -------------------------------------------------------------------------------------------
 
@@ -148,7 +147,7 @@ class TrackEstimator:
         state : optional
             To go on from.
         """
-        from ...workflow.track_trace import TrackTrace
+        from ...results.track_trace import TrackTrace
 
         time, position, R = self._door(time, position, covariance)
         row = self._row(self.start() if state is None else state)
@@ -176,7 +175,7 @@ class TrackEstimator:
 
     def density(self, state, time, position) -> float:
         """Return the log density that the forecast gives to a plot there; 0 before the first plot: nothing known."""
-        position = door.vector("position", position, self.coordinates)
+        position = validation.vector("position", position, self.coordinates)
         out, C = self._ahead(state, time), self.coordinates
         base = out[2 * C : 3 * C]
         if not np.isfinite(base).all():
@@ -190,7 +189,7 @@ class TrackEstimator:
     def tick(self, states, time, position, covariance=None) -> tuple[np.ndarray, list[TrackStep]]:
         """Advance many tracks, one plot each: states (S,), time (S,), position (S, C)."""
         rows = np.ascontiguousarray(states).reshape(-1).view(float).reshape(np.size(states), -1).copy()
-        times, positions = door.seconds("time", time).reshape(-1), door.floats("position", position)
+        times, positions = validation.seconds("time", time).reshape(-1), validation.floats("position", position)
         told = []
         for s, row in enumerate(rows):
             stated = None if covariance is None else np.asarray(covariance)[s]
@@ -204,7 +203,7 @@ class TrackEstimator:
     @cached_property
     def _drive(self):
         kept = np.empty(step.room(self.coordinates))
-        return compose.passage(Tracking), kept, flatten([self.task])
+        return compile.passage(Tracking), kept, flatten([self.task])
 
     def run(self, row, time, position, R) -> np.ndarray:
         """Advance a state's numbers in place, unchecked; return the columns of the trace (T, columns)."""
@@ -217,7 +216,7 @@ class TrackEstimator:
 
     def _ahead(self, state, time) -> np.ndarray:
         C, row = self.coordinates, self._row(state)
-        time = door.seconds("time", time).reshape(-1)
+        time = validation.seconds("time", time).reshape(-1)
         if len(time) != 1 or not np.isfinite(time[0]):
             raise InputError(f"time must be one finite number, got {time.tolist()}")
         self._later(time, row)
@@ -250,19 +249,19 @@ class TrackEstimator:
         return np.ascontiguousarray(state).reshape(-1).view(float).copy()
 
     def _door(self, time, position, covariance):
-        C, time = self.coordinates, door.seconds("time", time).reshape(-1)
-        position = door.floats("position", position)
+        C, time = self.coordinates, validation.seconds("time", time).reshape(-1)
+        position = validation.floats("position", position)
         T = len(time)
         if position.shape != (T, C) and not (C == 1 and position.shape == (T,)):
             raise InputError(f"position must have shape {(T, C)}, a row for each time, got {position.shape}")
         position = position.reshape(T, C)
         if not np.isfinite(time).all():
             raise InputError(f"time must be finite, got {time[~np.isfinite(time)][0]} at plot {_first(time)}")
-        if np.isinf(position).any() or np.nanmax(np.abs(position), initial=0.0) > door.LARGEST:
+        if np.isinf(position).any() or np.nanmax(np.abs(position), initial=0.0) > validation.LARGEST:
             raise InputError("position must be finite, or NaN where there is no plot; was a sentinel left in the data?")
         if covariance is None:
             return time, position, np.full((T, C), np.nan)
-        covariance = door.floats("covariance", covariance)
+        covariance = validation.floats("covariance", covariance)
         if C == 1 and covariance.shape == (T,):
             covariance = covariance.reshape(T, 1, 1)
         try:

@@ -6,7 +6,7 @@ itself follows the innovations.
 
 import math
 
-from ...kernel.parts import kernel
+from ...engine.dispatch import kernel
 from ...models.manoeuvre import response, spread
 from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear, period
 

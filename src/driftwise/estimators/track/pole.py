@@ -9,7 +9,7 @@ Salut, Aguilar, Favier and Alengrin (1979), sections 2 and 3.3, with A(q) = (1 -
 
 import math
 
-from ...kernel.parts import kernel
+from ...engine.dispatch import kernel
 from .bank import RADII, at_pole, triangle
 from .linear import corrected
 

@@ -14,9 +14,9 @@ A missing plot changes nothing but the columns: they tell where the target is by
 import math
 from typing import NamedTuple
 
-from ...kernel.parts import kernel, pass_over
-from ...kernel.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
-from . import bank, circle, linear, pole, told
+from ...engine.dispatch import kernel, pass_over
+from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
+from . import bank, circle, linear, output, pole
 
 FREEDOM = 6.0  # of the Student-t by which bank.members are judged
 WILD = 9.0  # most that one e^2/S counts for the noise
@@ -248,9 +248,9 @@ def learn_tails(task, row, C, out):
     for c in range(C):
         e, s, p, far = out[bank.column(C, 1, c)], out[bank.column(C, 2, c)], 0.0, 0.0
         for j in range(bank.TAILS):
-            p += out[bank.at_shares(C) + j] * told.normal(e, bank.SCALES[j] * s)
+            p += out[bank.at_shares(C) + j] * output.normal(e, bank.SCALES[j] * s)
         for j in range(bank.TAILS):
-            part = out[bank.at_shares(C) + j] * told.normal(e, bank.SCALES[j] * s) / p
+            part = out[bank.at_shares(C) + j] * output.normal(e, bank.SCALES[j] * s) / p
             far += part if bank.SCALES[j] > 10.0 else 0.0
             row[first + j] += part
         wild = max(wild, far)
@@ -356,7 +356,7 @@ def advance(task, row, t, y, R, out, kept):
     for c in range(C):
         is_seen = is_seen and math.isfinite(y[c])
     if row[bank.SEEN] == 0.0:
-        told.blank(task, row, C, t, y, out)
+        output.blank(task, row, C, t, y, out)
         if is_seen:
             enter(task, row, t, y, R, C)
         else:
@@ -375,7 +375,7 @@ def advance(task, row, t, y, R, out, kept):
     weigh(ahead, C, mean, w)
     for c in range(C):
         z[c] = y[c] - row[bank.of_coordinate(C, bank.FIRST, c)]
-    told.tell(ahead, C, z, w, mean, S, out)
+    output.tell(ahead, C, z, w, mean, S, out)
     status, onset = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0
     if is_seen:
         judge(task, ahead, C, z, unit, w, mean, S, scores)
@@ -398,9 +398,9 @@ def advance(task, row, t, y, R, out, kept):
             out[bank.column(C, 1, c)] = out[bank.column(C, 3, c)] = out[bank.column(C, 4, c)] = out[
                 bank.column(C, 5, c)
             ] = math.nan
-    told.tell_state(ahead, C, w, unit, x, A, F, out)
-    told.tell_turn(C, out)
-    told.tell_pole(ahead, C, w, out)
+    output.tell_state(ahead, C, w, unit, x, A, F, out)
+    output.tell_turn(C, out)
+    output.tell_pole(ahead, C, w, out)
     out[bank.at_told(C) + bank.MANOEUVRING], out[bank.at_told(C) + bank.ONSET] = ahead[bank.MANOEUVRE], onset
     out[bank.at_told(C) + bank.STATUS] = status
 

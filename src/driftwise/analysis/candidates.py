@@ -1,0 +1,96 @@
+"""The models that compete when nothing is said: structures, delays and orders, simplest first.
+
+All have an offset, so that where y and u are measured from does not decide. `Joint` has none: ARMAX(n, n, n, 1), the
+same family, competes in its place.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..detect.self_starting import SelfStarting
+from ..estimators.armax.estimator import ARMA, ARMAX, OE
+from ..estimators.arx.estimator import AR, ARX
+from ..memory.auto import Auto
+from ..memory.drift import Never, UntilJump
+from ..memory.fading import Weighted
+
+FORGETTING = (Never(), Weighted(0.999), Weighted(0.995), Weighted(0.98))  # speeds of change that compete
+LEVEL, JUMPS = "level", UntilJump(SelfStarting("1 per 1500"))  # a constant that jumps now and then
+ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 0), (3, 3, 1), (4, 4, 0), (4, 4, 1),
+       (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
+SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
+NONE = [1, 2, 3, 5, 8]  # na with none
+COLOURED = [1, 2, 3]  # orders of ARMAX and OE
+
+
+class Candidate(NamedTuple):
+    """One structure: what it is called, its kind, and its orders as keyword arguments."""
+
+    kind: str  # level, AR, ARX, ARMA, ARMAX or OE
+    orders: dict[str, Any]
+    inputs: int
+    dt: float
+
+    @property
+    def name(self) -> str:
+        """What to call it: ARX(2,2,1)."""
+        if self.kind == LEVEL:
+            return LEVEL
+        numbers = (v[0] if isinstance(v, tuple) else v for v in self.orders.values())
+        return f"{self.kind}({','.join(map(str, numbers))})"
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether its regressors are data, so that any memory fits it at little cost."""
+        return self.kind in ("AR", "ARX")
+
+    def estimator(self, memory: Any = Never()) -> Any:
+        """Return its estimator with a memory."""
+        if self.kind == LEVEL:
+            return AR(0, memory=JUMPS, offset=True, dt=self.dt)
+        kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
+        return kinds[self.kind](**self.orders, memory=memory, offset=True, dt=self.dt)
+
+    @property
+    def memories(self) -> tuple[Any, ...]:
+        """The memories it competes with."""
+        return (JUMPS,) if self.kind == LEVEL else FORGETTING if self.is_linear else (Never(),)
+
+    @property
+    def best(self) -> Any:
+        """Its estimator as a user is shown it: with `Auto`, which tells drift, jumps and outliers, where it can."""
+        return self.estimator(Auto() if self.is_linear else Never())
+
+    @property
+    def reach(self) -> int:
+        """The most past outputs, or coefficients of an input."""
+        return max(
+            (max(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk"), default=0
+        )
+
+    @property
+    def unknowns(self) -> int:
+        """How many parameters it has."""
+        return self.estimator().model.N
+
+
+def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
+    """Return the structures that compete for a record with so many inputs, those with fewer parameters first."""
+    k, found = inputs, []
+
+    def add(kind, **orders):
+        found.append(Candidate(kind, orders, k, dt))
+
+    if not k:
+        add(LEVEL)
+        for na in NONE:
+            add("AR", na=na)
+        for n in COLOURED:
+            add("ARMA", na=n, nc=n)
+    for na, nb, nk in (ONE if k == 1 else SEVERAL) if k else []:
+        add("ARX", na=na, nb=(nb,) * k, nk=(nk,) * k)
+    for n in COLOURED if k else []:
+        add("ARMAX", na=n, nb=(n,) * k, nc=n, nk=(1,) * k)
+        add("OE", nb=(n,) * k, nf=(n,) * k, nk=(1,) * k)
+    return sorted(found, key=lambda c: c.unknowns)

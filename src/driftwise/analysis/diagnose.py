@@ -1,0 +1,260 @@
+"""Diagnostics as verdicts: each a number, a threshold and one sentence an engineer can act on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..results.calibration import LEVEL, calibration, of_summary
+from ..results.clock_words import instant
+from ..results.events import odds_words
+from ..results.stable import stability
+from ..results.verdicts import Diagnosis, Verdict
+from .drift_or_jump import constancy, odds
+from .identifiability import ROWS, WEAK, Identifiability, taught
+from .information_age import last_news
+from .remedies import memories
+
+__all__ = ["calibration", "diagnose"]
+
+UNLEARNED = 0.5  # of the prior variance: beyond it the first guess says more than the data
+SURE = 100.0  # odds to one
+SLACK = 1.5  # bars of models that are not linear in their parameters are approximate
+MOST = 1e6  # odds beyond it are no longer told apart
+OLD = 0.1  # of the record
+ANY = (-math.inf, math.inf)
+LOST, SET_ASIDE, STUCK = 0.1, 0.01, 0.01  # shares of the samples
+FEW = 5
+WORK = 4e9  # rows times unknowns to the fourth power that the odds may cost: some 15 s
+
+
+def diagnose(
+    trace, summary=None, *, record=None, identifiable: Identifiability | None = None, are_told: bool = False
+) -> Diagnosis:
+    """Return the verdicts on a run of an estimator with one output: see `Trace.diagnose`.
+
+    Parameters
+    ----------
+    trace : Trace
+        Perhaps thinned out; then the next ones are those of the whole run.
+    summary : Summary, optional
+    record : (y, u), optional
+        The samples as they were estimated, or None where they are too many to be held.
+    identifiable : Identifiability, optional
+    are_told : bool
+        Jumps are told beside the verdicts, by who watched for them: those of the memory are left out.
+    """
+    s = trace.summary() if summary is None else summary
+    y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
+    holds_poles = getattr(trace.estimator, "holds_poles", False)  # at 1: neither taught nor in doubt
+    if identifiable is None and y is not None and s.is_enough and not holds_poles:
+        identifiable = taught(trace.estimator, y, u)
+    found = of_summary(s)
+    found += [excitation(s)]
+    found += [] if identifiable is None else [identifiability_verdict(identifiable)]
+    found += [] if s.is_static or holds_poles else [stability(s, LEVEL)]
+    found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_told=are_told)]
+    if y is not None:
+        found += news(trace, y, u)
+    return Diagnosis([*found, *shares(s), *saturation(trace.y)])
+
+
+def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
+    """Return the verdicts on the predictions of several outputs, a `Summary` of each."""
+    if len(parts) == 1 and names is not None:
+        names = [""]
+    names = [f"y{i + 1}" for i in range(len(parts))] if names is None else names
+    labels = [f" of {name}" if name else "" for name in names]
+    return Diagnosis(
+        verdict
+        for part, label in zip(parts, labels)
+        for verdict in (*of_summary(part, label, is_white), *shares(part, label))
+    )
+
+
+# --- what was taught -----------------------------------------------------------------------------------------
+
+
+def excitation(s) -> Verdict:
+    """Return how much of the prior is left along the least informed direction, and what is known all the same."""
+    ratios = [ratio for ratio, _ in s.estimator.excitation(s.state)]
+    limits = (-math.inf, UNLEARNED)
+    if not s.is_enough:
+        return Verdict("excitation", math.nan, limits, True, "too few samples to tell what the data taught")
+    if not ratios:
+        return Verdict("excitation", math.nan, limits, True, "this method keeps no covariance to tell by")
+    lost = s.unlearned
+    if not lost:
+        return Verdict("excitation", ratios[0], limits, True, "the data taught every combination of the parameters")
+    many = len(s.estimator.names)
+    advice = f"the data taught {many - len(lost)} of {many} combinations of the parameters, not {lost[0][0]}"
+    known = steady_words(s)
+    more = f": {known}" if known else ""
+    advice += f"{more}; {'move the input' if s.estimator.model.inputs else 'record longer'}, or lower the order"
+    return Verdict("excitation", ratios[0], limits, False, advice)
+
+
+def steady_words(s) -> str:
+    """Say whether gain and time constant are known to a half, where they are not equally so; else nothing."""
+    if s.is_static or not s.is_enough or not s.estimator.model.inputs or not s.poles:
+        return ""
+    model, (pole, std) = s.model, s.poles[0]
+    gain, spread = abs(float(model.dc_gain[0])), float(model.dc_gain_std[0])
+    knows_gain, knows_time = spread < 0.5 * gain, std < 0.5 * abs(1 - abs(pole))
+    if knows_gain == knows_time:
+        return ""
+    return (
+        "the steady-state gain is known, the time constant is not"
+        if knows_gain
+        else ("the time constant is known, the steady-state gain is not")
+    )
+
+
+def identifiability_verdict(found: Identifiability) -> Verdict:
+    """Return how much less the worst combination of parameters shows than each of them alone."""
+    limits = (WEAK, math.inf)
+    if found.worst >= WEAK:
+        advice = "the record tells all combinations of the parameters apart"
+        return Verdict("identifiability", found.worst, limits, True, advice)
+    if found.unseen:
+        return Verdict("identifiability", found.worst, limits, False, found.words.rstrip("."))
+    weak = found.directions[0]
+    advice = (
+        f"{weak.words} is taught {1 / weak.eigenvalue:.0f} times less than each parameter alone: lower the order, "
+        "sample more slowly, or move the input at other frequencies"
+    )
+    return Verdict("identifiability", found.worst, limits, False, advice)
+
+
+# --- what moved ----------------------------------------------------------------------------------------------
+
+
+def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Verdict:
+    """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
+    from ..memory.auto import Auto
+    from ..memory.drift import Never
+
+    memory = s.estimator.options.get("memory")
+    name, speeds = "drift or jump", s.drift
+    if isinstance(memory, Never):
+        is_short = y is not None and len(y) <= ROWS and len(y) * s.estimator.model.N**4 <= WORK
+        against = odds(s.estimator, y, u) if is_short else None
+        return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
+    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}"
+    jumped += f", the last at {instant(s.last_jump, s.origin, s.unit)}" if s.jumps else ""
+    also = "" if are_told else f"; {jumped}"
+    if isinstance(memory, Auto) and speeds is not None and speeds.weights:
+        still = speeds.weights["still"]
+        value = min((1 - still) / max(still, 1 / MOST), MOST)
+        return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}{also}; both are followed")
+    if speeds is not None:
+        return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}){also}")
+    if getattr(s.estimator, "holds_poles", False):
+        return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
+    if are_told and (s.jumps or trace.watches):
+        return Verdict(name, math.nan, ANY, True, "jumps are followed; between them the parameters stay")
+    if s.jumps or trace.watches or isinstance(memory, Auto):
+        return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
+    advice = f"this memory forgets without asking why: {memories(s.estimator)} tells drift from jumps, with odds"
+    return Verdict(name, math.nan, ANY, True, advice)
+
+
+def _by_odds(found, name, est, is_white) -> Verdict:
+    value = math.exp(min(found.most, math.log(MOST)))
+    if value <= SURE:
+        advice = "the record is as likely with parameters that stay as they are"
+        return Verdict(name, value, (0.0, SURE), True, f"odds of a change; {advice}")
+    if found.jump >= found.drift:
+        than = _than(found.jump - found.drift, "drift")
+        return Verdict(name, value, (0.0, SURE), False, f"the parameters jumped, {found.jumped} ({than}): try "
+                       f"{memories(est, 'memory=UntilJump()')}")  # fmt: skip
+    than = _than(found.drift - found.jump, "jumps")
+    advice = f"the parameters drift, most of all {found.drifted} ({than}): try {memories(est)}"
+    more = ", unless it is the colour of the noise that looks like it: see whiteness"
+    return Verdict(name, value, (0.0, SURE), False, advice + more * (not is_white))
+
+
+def _than(lead: float, other: str) -> str:
+    """Return by what odds one explanation beat the other."""
+    return f"odds {odds_words(math.exp(min(lead, 700.0)))} against {other}"
+
+
+def _constant(trace, name) -> Verdict:
+    """Return how far the estimates have moved, where no odds are to be had."""
+    from scipy.special import ndtri
+
+    moved = constancy(trace)
+    if moved is None:
+        return Verdict(name, math.nan, ANY, True, "too little was kept to tell whether parameters change")
+    most = SLACK * float(ndtri(1 - (1 - LEVEL) / (2 * moved.tried)))
+    if moved.deviations <= most:
+        advice = "deviations by which an estimate moved; the parameters are those of the record's beginning"
+        return Verdict(name, moved.deviations, (0.0, most), True, advice)
+    advice = (
+        f"{moved.name} moved by {moved.deviations:.1f} deviations since sample {moved.sample}: let the parameters walk "
+        "or jump (memory=Walk(q) or UntilJump()), or the noise has another colour than the model says"
+    )
+    return Verdict(name, moved.deviations, (0.0, most), False, advice)
+
+
+def news(trace, y, u) -> list[Verdict]:
+    """Return how many samples ago something was last learnt of the parameter that waits longest."""
+    found = last_news(trace.estimator, y, u)
+    if found is None:
+        return []
+    limit = max(OLD * len(y), 20.0)
+    if found.age <= limit:
+        return [Verdict("last news", float(found.age), (0.0, limit), True, "samples; all parameters are up to date")]
+    what = "all parameters are" if found.is_all else f"{found.name} is"
+    if np.isnan(y[-found.age :]).mean() > 0.5:
+        why = "y is missing since"
+    else:
+        why = "nothing has moved enough since" if found.is_all else "its regressor has hardly moved since"
+        why += ", so move the input" if trace.estimator.model.inputs else ""
+    advice = f"no informative sample for {found.age} samples: {what} of then; {why}"
+    return [Verdict("last news", float(found.age), (0.0, limit), False, advice)]
+
+
+# --- what was lost -------------------------------------------------------------------------------------------
+
+
+def shares(s, label: str = "") -> list[Verdict]:
+    """Return the shares of missing and of rejected samples, where there are any."""
+    found, missing = [], s.missing_outputs + s.bad_values
+    if missing:
+        share = missing / s.samples
+        advice = f"{missing} of {s.samples} outputs are missing or unreadable"
+        more = "; each gap also hides the samples after it from the regressors: repair the recording"
+        found.append(Verdict(f"missing{label}", share, (0.0, LOST), share <= LOST, advice + more * (share > LOST)))
+    rejected = s.rejected + s.happened["outliers"][0]
+    if rejected:
+        share = rejected / s.samples
+        advice = f"{rejected} of {s.samples} outputs were taken for outliers"
+        more = "; so many are no accident: look at the sensor, widen the gate, or the model is wrong there"
+        found.append(
+            Verdict(
+                f"rejected{label}", share, (0.0, SET_ASIDE), share <= SET_ASIDE, advice + more * (share > SET_ASIDE)
+            )
+        )
+    return found
+
+
+def saturation(y) -> list[Verdict]:
+    """Return the share of outputs at an end of their range, where they pile up there more than just inside it."""
+    seen = y[np.isfinite(y)]
+    if len(seen) < FEW:
+        return []
+    values, counts = np.unique(seen, return_counts=True)
+    if len(values) < 3:
+        return []
+    ends = [(int(counts[0]), int(counts[1]), values[0]), (int(counts[-1]), int(counts[-2]), values[-1])]
+    piled = [(here, at) for here, inside, at in ends if here >= FEW and here > 2 * inside]
+    if not piled:
+        return []
+    share = sum(here for here, _ in piled) / len(seen)
+    where = " and ".join(f"{at:.6g}" for _, at in piled)
+    is_fine = share <= STUCK
+    advice = f"outputs stay at {where}"
+    more = ", the end of their range: mark saturated samples as missing (NaN), or the gain comes out too small"
+    return [Verdict("saturation", share, (0.0, STUCK), is_fine, advice + more * (not is_fine))]

@@ -1,0 +1,246 @@
+"""What identification found: the model, the forecast, the changes, and how far all of it can be trusted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..memory.drift import UntilJump
+from ..results.average_trace import AverageTrace
+from ..results.forecast_summary import ForecastSummary, Own
+from ..results.frames import as_frame
+from ..results.summary import Summary
+from ..results.trace import Trace
+from ..results.verdicts import Diagnosis
+from ..tables.recognise import Table
+from .change_log import LOOKED, Change, changes_of, surest
+from .change_monitor import Watching
+from .diagnose import diagnose
+from .identifier import Identifier, Rival
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The answer of `identify`; print it for the answer in words.
+
+    Attributes
+    ----------
+    table : Table
+        What was recognised of the columns.
+    trace : Trace
+        The chosen model along the record: parameters with their deviations, state to go on from.
+    forecast : AverageTrace
+        One step ahead, made from all candidates and from the samples before only.
+    summary, forecast_summary : Summary, ForecastSummary
+        Both runs in numbers.
+    own_summary : ForecastSummary
+        The chosen model's own forecast, in the same numbers; ``quoted`` is the one of the two that the words are about.
+    changes : list of Change
+        What jumped in the plant, and when: the surest.
+    diagnosis : Diagnosis
+        Verdicts: those on calibration are those of the forecast that is quoted, the others the chosen model's.
+    rivals : list of Rival
+        How well each candidate predicted, best first: ``evidence()`` is the table.
+    chosen : Rival
+        The one with the fewest parameters among the best.
+    naive : dict
+        Root mean square errors of last value and mean so far, in all samples.
+    judged : dict
+        The same in the samples by which models were compared, the first piece of a long file.
+    center : (1 + k,)
+        What was subtracted from y and from each input before the model saw them: its offset is about there.
+    origin : str
+        Time stamp (ISO 8601) of second 0, None where the clock has none.
+    alarms : int
+        Changes that were noticed; the surest of them are ``changes``.
+    last : Change
+        The last that was noticed; None where there was none.
+    """
+
+    table: Table
+    trace: Trace
+    forecast: AverageTrace
+    summary: Summary
+    forecast_summary: ForecastSummary
+    own_summary: ForecastSummary
+    changes: list[Change]
+    diagnosis: Diagnosis
+    rivals: list[Rival]
+    chosen: Rival
+    naive: dict[str, float]
+    judged: dict[str, float]
+    center: np.ndarray
+    origin: str | None = None
+    alarms: int = 0
+    last: Change | None = None
+
+    @property
+    def estimator(self) -> Any:
+        """The estimator of the chosen model, of samples about their ``center``: `update` takes them as they come."""
+        return self.trace.estimator
+
+    @cached_property
+    def model(self) -> Any:
+        """The chosen model as it is at the end, with the covariance of its parameters."""
+        return self.estimator.model_of(self.summary.state)
+
+    def update(self, state, y, u=None):
+        """Return the next state of the chosen model and what this sample showed: ``trace.state`` goes on."""
+        u = None if u is None else np.asarray(u, float) - self.center[1:]
+        state, step = self.estimator.update(state, y - self.center[0], u)
+        return state, step._replace(prediction=step.prediction + self.center[0])
+
+    def predict(self, u=None, horizon: int | None = None):
+        """Return mean (h,) and standard deviation (h,) of the outputs that follow, given the inputs to come."""
+        u = None if u is None else np.asarray(u, float).reshape(-1, len(self.center) - 1) - self.center[1:]
+        mean, std = self.estimator.predict(self.summary.state, u, horizon)
+        return mean + self.center[0], std
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether there were samples enough to compare models by."""
+        return all(map(math.isfinite, self.judged.values()))
+
+    @property
+    def is_useful(self) -> bool:
+        """Whether the chosen model, and the forecast that is quoted, predict better than last value and mean."""
+        return self.chosen.rmse < min(self.judged.values()) and self.quoted.rmse < min(self.naive.values())
+
+    @property
+    def quoted(self) -> ForecastSummary:
+        """The forecast that the words are about: of all models, or of the chosen one where only that is any good."""
+        return quoted(self.forecast_summary, self.own_summary, self.naive)
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether that is the chosen model's own."""
+        return self.quoted is self.own_summary
+
+    @cached_property
+    def words(self) -> str:
+        """The answer in plain words."""
+        from ..results.identification_words import words
+
+        return words(self)
+
+    @cached_property
+    def answer(self) -> str:
+        """The same without how the columns were taken."""
+        from ..results.identification_words import answer
+
+        return answer(self)
+
+    def told(self, change: Change) -> str:
+        """Return a change as a phrase, with its time on the clock of the table."""
+        return f"{self.table.at(change.time, self.origin)} {change.what}"
+
+    def report(self, path, title: str | None = None) -> Any:
+        """Write one self-contained HTML page that opens without a network."""
+        from ..report.report_identified import write
+
+        return write(self, path, title, notes=self.table.notes)
+
+    def __str__(self):
+        return self.words
+
+    def __repr__(self):
+        return f"Identification({self.chosen.name} of {self.table.output!r}, {len(self.changes)} changes)"
+
+    def evidence(self) -> dict[str, list]:
+        """Return a table by column: model, memory, unknowns, log_odds against the best, rmse one step ahead."""
+        r = self.rivals
+        return {
+            "model": [x.name for x in r], "memory": [repr(x.memory) for x in r], "unknowns": [x.unknowns for x in r],
+            "log_odds": [x.evidence for x in r], "rmse": [x.rmse for x in r],
+        }  # fmt: skip
+
+    def to_frame(self, backend: str = "pandas") -> Any:
+        """Return forecast and parameters, sample by sample, as a data frame of that library."""
+        return as_frame(told(self.forecast, self.trace), backend)
+
+
+def quoted(forecast: ForecastSummary, own: ForecastSummary, naive: dict[str, float]) -> ForecastSummary:
+    """Return the forecast; where it is worse than last value or mean, and the chosen model's own is better, that."""
+    return own if forecast.rmse > min(naive.values()) and own.rmse < forecast.rmse else forecast
+
+
+def told(forecast: AverageTrace, trace: Trace) -> dict[str, np.ndarray]:
+    """Return the columns of a forecast and, beside them, the parameters of the model with their deviations."""
+    own = trace.columns()
+    return forecast.columns() | {name: own[name] for name in own if name.removesuffix("_std") in trace.names}
+
+
+class Finder:
+    """Identifies a record that comes in pieces; memory does not grow with it.
+
+    Parameters
+    ----------
+    table : Table
+        What the columns are.
+    origin : str, optional
+        Time stamp (ISO 8601) of second 0, so that changes have dates.
+    """
+
+    def __init__(self, table: Table, origin: str | None = None):
+        self.table, self.origin = table, origin
+        self.identifier = Identifier(len(table.inputs), table.dt)
+        self.summary: Any = None
+        self.forecast_summary: Any = None
+        self.own_summary: Any = None
+        self.watching = Watching()
+        self.changes: list[Change] = []
+        self.last: Change | None = None
+        self.alarms = 0
+
+    def add(self, time, y, u) -> tuple[AverageTrace, Trace]:
+        """Take in the next piece; return its forecast and the trace of the chosen model."""
+        u, samples = u if self.table.inputs else None, self.identifier.samples
+        forecast = self.identifier.add(y, u, time)
+        is_first = self.summary is None
+        if is_first:
+            self.estimator = self.identifier.estimator
+            most = max(rival.unknowns for rival in self.identifier.rivals)
+            self.summary = Summary(self.estimator)
+            settle = min(2 * most, len(y) // 4)
+            self.forecast_summary, self.own_summary = ForecastSummary(settle), ForecastSummary(settle)
+        center = self.identifier.center
+        trace = self.estimator.scan(
+            y - center[0], None if u is None else u - center[1:],
+            state=None if is_first else self.summary.state, time=time,
+        )  # fmt: skip
+        self.summary.add(trace)
+        self.forecast_summary.add(forecast)
+        self.own_summary.add(Own(trace))
+        if isinstance(self.estimator.options["memory"], UntilJump):  # it is watched itself, at the same rate
+            alarms = trace.jumps()
+        else:
+            alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)
+        begun = 2 * len(trace.names) - samples  # before, a model is only being met
+        alarms = [alarm for alarm in alarms if alarm.sample >= begun]
+        found = changes_of(trace, self.table.inputs, alarms)
+        found = [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
+        self.alarms += len(found) + max(len(alarms) - LOOKED, 0)
+        self.changes = surest([*self.changes, *found])
+        self.last = found[-1] if found else self.last
+        trace.y += center[0]
+        trace.u += center[1:]
+        trace.outs[:, 0] += center[0]
+        return forecast, trace
+
+    def found(self, trace: Trace, forecast: AverageTrace) -> Identification:
+        """Return the answer; trace and forecast are those of the record, perhaps thinned out."""
+        naive = self.identifier.baselines
+        own = quoted(self.forecast_summary, self.own_summary, naive).verdicts
+        names = {verdict.name for verdict in own}
+        rest = [v for v in diagnose(trace, self.summary, are_told=True) if v.name not in names]
+        if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
+            rest = [v for v in rest if v.name != "missing"]
+        return Identification(
+            self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.changes,
+            Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
+            self.identifier.center, self.origin, self.alarms, self.last,
+        )  # fmt: skip

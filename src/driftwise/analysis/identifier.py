@@ -1,0 +1,182 @@
+"""Which model, from the record alone: every candidate predicts, and the simplest of the best is taken."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..engine import validation
+from ..engine.errors import InputError
+from ..estimators.model_average.estimator import ModelAverage
+from ..estimators.model_average.step import NAIVE, SCALES, SEEN, TOLD
+from ..memory.fading import Weighted
+from ..results.average_trace import AverageTrace
+from .candidates import Candidate, candidates
+
+PILOT = 200  # samples that set the units, or half of a record that is shorter
+NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
+SIMPLE, STEADY = 2, 200.0  # past outputs and inputs of the models that never forget, at most; memory of their noise
+BASELINES = "last value", "mean"  # so far: what a model has to beat
+CLOSE = 3.0  # log odds below which the simpler model is taken
+
+
+class Rival(NamedTuple):
+    """How well a candidate predicted, with the memory that suited it best."""
+
+    candidate: Candidate
+    memory: Any
+    evidence: float  # log density of all outputs, below that of the best
+    rmse: float
+    unknowns: int
+
+    @property
+    def name(self) -> str:
+        return self.candidate.name
+
+
+class Identifier:
+    """Candidates that compete on a record that comes piece by piece.
+
+    ``add`` a piece and get its forecast, made from the samples before each by those whose regressors are data: they
+    learn fastest, and together they forecast coloured noise as well. The model is chosen from the first piece
+    (``chosen``), so that a record in one piece is judged as a whole; there those of coloured noise compete, too.
+
+    Parameters
+    ----------
+    inputs : int
+    dt : float
+        Seconds between samples.
+    """
+
+    def __init__(self, inputs: int = 0, dt: float = 1.0):
+        self.inputs, self.dt = validation.count("inputs", inputs), validation.positive("dt", dt)
+        self.candidates = candidates(self.inputs, self.dt)
+        self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
+        self._average: Any = None
+        self._state: Any = None
+        self._simple_state: Any = None
+        self.samples = 0
+        self.rivals: list[Rival] = []
+        self.naive: dict[str, float] = {}
+
+    def add(self, y, u=None, time=None) -> AverageTrace:
+        """Take in the next piece, y (T,) and u (T, k), and return its forecast.
+
+        ``scores`` are then the normal scores of the simple models that never forget, (T,).
+        """
+        y, u = validation.record(y, u, self.inputs)
+        is_first = self._average is None
+        if is_first:
+            self._begin(y, u)
+        edge = NARROW - self.samples if self.samples < NARROW <= self.samples + len(y) else 0
+        parts = []
+        if edge:
+            parts.append(self._scan(y[:edge], u[:edge]))
+            self._narrow()
+        parts.append(self._scan(y[edge:], u[edge:]))
+        steady = self._simple.scan(y, u if self.inputs else None, state=self._simple_state)
+        self._simple_state, self.scores = steady.state, steady.normal_score
+        if is_first:
+            self._judge(y, u)
+        return joined(parts, time)
+
+    def _begin(self, y, u):
+        if not np.isfinite(y).any():
+            raise InputError("y holds no number: nothing can be identified. Is it the right column?")
+        pilot = slice(min(PILOT, max(len(y) // 2, 1)))
+        self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
+        members = [c.estimator(memory) for c, memory in self._members]
+        names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
+        self._average = self._averaging(members, names)
+        self._state = self._average.start()
+        simple = [c for c in self.candidates if c.is_linear and c.reach <= SIMPLE]
+        self._simple = ModelAverage([c.estimator() for c in simple], memory=STEADY).scaled_to(*self.pilot)
+        self._simple_state = self._simple.start()
+
+    def _averaging(self, members, names) -> ModelAverage:
+        settle = max(30, 2 * max(c.unknowns for c in self.candidates))
+        return ModelAverage(members, names=names, settle=settle).scaled_to(*self.pilot)
+
+    def _scan(self, y, u) -> AverageTrace:
+        trace = self._average.scan(y, u if self.inputs else None, state=self._state)
+        self._state, self.samples = trace.state, self.samples + len(y)
+        return trace
+
+    def _narrow(self):
+        """Go on with the best structures only, each with all its memories."""
+        evidence = self._average.evidence(self._state)
+        order = sorted(range(len(self._members)), key=lambda i: -evidence[i])
+        best = list(dict.fromkeys(self._members[i][0].name for i in order))[:KEEP]
+        keep = [i for i, (c, _) in enumerate(self._members) if c.name in best]
+        self._average, self._state = self._average.narrowed(self._state, keep)
+        self._members = [self._members[i] for i in keep]
+
+    def _judge(self, y, u):
+        """Rank the candidates by the evidence of all samples so far; those of coloured noise have not run yet."""
+        others = [c for c in self.candidates if not c.is_linear]
+        average = self._averaging([c.estimator() for c in others], [c.name for c in others])
+        last = average.scan(y, u if self.inputs else None).state
+        entrants = [*self._members, *((c, c.memories[0]) for c in others)]
+        runs = [(self._average, self._state), (average, last)]
+        evidence = np.concatenate([a.evidence(s)[: len(a.members)] for a, s in runs])
+        squares = np.concatenate([a.squares(s)[: len(a.members)] for a, s in runs])
+        count = float(last["own"][SEEN]) - average.task.settle
+        count = count if count > 0 else math.nan  # too short a record to compare models by
+        naive = dict(zip(NAIVE, np.sqrt(average.squares(last)[len(others) :] / count).tolist()))
+        self.naive = {name: naive[name] for name in BASELINES}
+        found: dict[str, Rival] = {}
+        for (c, memory), log, square in zip(entrants, evidence, squares):
+            rival = Rival(c, memory, float(log - evidence.max()), math.sqrt(square / count), c.unknowns)
+            found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: r.evidence)
+        self.rivals = sorted(found.values(), key=lambda r: -r.evidence)
+
+    @property
+    def baselines(self) -> dict[str, float]:
+        """Errors of last value and mean in all samples so far, as ``naive`` has them of the first piece."""
+        count = float(self._state["own"][SEEN]) - self._average.task.settle
+        squares = self._average.squares(self._state)[-len(NAIVE) :]
+        found = dict(zip(NAIVE, np.sqrt(squares / (count if count > 0 else math.nan)).tolist()))
+        return {name: found[name] for name in BASELINES}
+
+    @property
+    def chosen(self) -> Rival:
+        """The candidate with the fewest parameters of those as likely as the best, or with errors no larger."""
+        best = self.rivals[0]
+        close = [r for r in self.rivals if r.evidence > best.evidence - CLOSE or r.rmse <= best.rmse]
+        return min(close, key=lambda r: (r.unknowns, -r.evidence))
+
+    @property
+    def center(self) -> np.ndarray:
+        """Means of y and of each input in the first samples, (1 + k,): models see the distance from there."""
+        return self._average.center
+
+    @property
+    def estimator(self) -> Any:
+        """The estimator of the chosen model, in units of the data about their ``center``."""
+        y, u = self.pilot
+        y, u = y - self.center[0], u if u is None else u - self.center[1:]
+        return self.chosen.candidate.best.scaled_to(y, u)
+
+
+def memory_words(memory) -> str:
+    """Return how fast a memory of the candidates forgets."""
+    return f"forgetting {memory.p:g}" if isinstance(memory, Weighted) else "constant"
+
+
+def joined(parts, time) -> AverageTrace:
+    """Return pieces as one trace; members that were left out after the first piece have weight zero then."""
+    first, last = parts[0], parts[-1]
+    outs = np.concatenate([widened(part, first.names) for part in parts])
+    y, u = (np.concatenate([getattr(part, c) for part in parts]) for c in ("y", "u"))
+    return AverageTrace(first.estimator, y, u, outs, last.state, time)
+
+
+def widened(part: AverageTrace, names) -> np.ndarray:
+    """Return the columns of a piece with a weight for each of ``names``: zero for members that were left out."""
+    head = TOLD + SCALES
+    outs = np.zeros((len(part), head + len(names)))
+    outs[:, :head] = part.outs[:, :head]
+    outs[:, [head + names.index(name) for name in part.names]] = part.outs[:, head:]
+    return outs

@@ -1,0 +1,81 @@
+"""What to try next, by estimator: where the noise is not white, and where error bars have the wrong size."""
+
+from __future__ import annotations
+
+from ..estimators.armax.estimator import ARMA, ARMAX, BJ, OE
+from ..estimators.arx.estimator import AR, ARX
+from ..estimators.arx.regression import Regression
+from ..estimators.joint.estimator import Joint
+from ..memory.auto import Auto
+from ..memory.drift import Never
+from ..models.noise import UnknownPolynomial
+from ..models.scale import KnownScale
+from ..results.whiteness import LAGS
+
+__all__ = ["for_bars", "for_colour", "memories"]
+
+ORDERS = {AR: "ARMA", ARX: "ARMAX", OE: "BJ", ARMAX: "BJ"}
+
+
+def for_colour(s=None, share: float = 0.0) -> str:
+    """Return what to try where something predictable is left in the innovations of a `Summary`.
+
+    ``share`` are the squared autocorrelations together, to which a mean of b deviations adds b^4 at each lag.
+    """
+    if s is None:
+        return "something predictable is left in it"
+    est = s.estimator
+    if LAGS * s.bias**4 > 0.5 * share:
+        way = "estimate it (offset=True)" if "offset" in est.options else "take another operating point off y and u"
+        return (
+            f"the innovations are {abs(s.bias):.2g} deviations too {'low' if s.bias < 0 else 'high'} on average: {way}"
+        )
+    if s.jumps:
+        return "right after jumps it never is; where there are none, try a higher order or another noise model"
+    if hasattr(est, "remedy"):
+        return f"try {est.remedy}"
+    if isinstance(est, Regression):
+        tried = "another regressor"
+    elif isinstance(est, Joint):
+        coloured = isinstance(est.options["noise"], UnknownPolynomial)
+        tried = "a higher order" if coloured else "noise=UnknownPolynomial(), or a higher order"
+    elif type(est) in ORDERS:
+        tried = f"{ORDERS[type(est)]}, or a higher order"
+    elif isinstance(est, ARMA | BJ):
+        tried = "a higher order"
+    else:
+        tried = "a higher order, or another noise model"
+    walks = ", or parameters that walk or jump" if isinstance(_memory(est), Never) else ""
+    return f"try {tried}{walks}"
+
+
+def for_bars(value: float, s=None) -> str:
+    """Return what to try where NIS is too far from one."""
+    if s is not None and isinstance(getattr(s.estimator, "scale", None), KnownScale):
+        way = "larger" if value > 1 else "smaller"
+        return f"the noise is {way} than the variance that was given, so give another, or none: then it is learnt"
+    if s is not None and hasattr(s.estimator, "remedy"):
+        return f"the noise changed along the track, or C does not fit: try {s.estimator.remedy}"
+    est = None if s is None else s.estimator
+    if value < 1:
+        why = "the noise has become quieter, or the drift allowed for is too fast"
+    elif est is None or isinstance(_memory(est), Never):
+        why = "let the parameters drift or jump, or the variance of the noise"
+    else:
+        why = "the plant changes faster than the memory forgets, or the noise became louder"
+    return f"{why}: try {memories(est)}"
+
+
+def memories(est=None, plain: str = "") -> str:
+    """Return the memory to try, ``plain`` or `Auto`: never the one in use, nor one that the estimator cannot have."""
+    if isinstance(_memory(est), Auto):
+        return "a higher order, or another noise model"
+    auto = "memory=Auto()"
+    if isinstance(est, Joint):
+        n = est.options["order"]
+        auto = f"ARX({n}, {n}, memory=Auto())" if est.options["inputs"] else f"AR({n}, memory=Auto())"
+    return f"{plain} or {auto.removeprefix('memory=')}" if plain else auto
+
+
+def _memory(est):
+    return getattr(est, "options", {}).get("memory")

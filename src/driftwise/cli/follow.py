@@ -1,0 +1,151 @@
+"""`driftwise track --follow`: plots as they come, tracks as they grow."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from contextlib import contextmanager
+from math import isfinite
+from time import perf_counter
+from typing import Any
+
+from driftwise.cli.track import Order, deliver, make
+from driftwise.engine.errors import InputError
+from driftwise.tables.growing import Growing
+from driftwise.tracking.live_plots import LivePlots
+
+__all__ = ["follow"]
+
+REFRESH = 0.5  # s between two pictures of the live table
+SHARE = 0.2  # of the time that may go into drawing
+
+
+def follow(order: Order) -> None:
+    """Take plots until the input ends or Ctrl-C is pressed; then write and print as for a file that is complete."""
+    start = perf_counter()
+    source, live, tracker = Growing(order.files[0]), LivePlots(order.title, order.place), make(order)
+    with _told(order) as tell, _asked_to_stop() as asked:
+        try:
+            while not (source.has_ended or asked()):
+                data, begins = source.read()
+                tell(tracker, _feed(tracker, live.take(data, begins)) if data else [], not data)
+            tell(tracker, _feed(tracker, live.take(source.rest())) + tracker.finish(), True)
+        except BrokenPipeError:  # nobody reads what is told
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            tracker.finish()
+        finally:
+            source.close()
+    if not tracker.counts["plots"]:
+        raise InputError(f"{order.title}: nothing came that is a plot: a time and a position on every line")
+    deliver(order, tracker.tracks, f"followed for {perf_counter() - start:.1f} s")
+
+
+def _feed(tracker, plots) -> list[Any]:
+    return [] if plots is None else tracker.feed(plots)
+
+
+@contextmanager
+def _asked_to_stop():
+    """Yield a function that says whether Ctrl-C was pressed or the end was asked for; pressed twice it interrupts."""
+    asked: list[int] = []
+
+    def ask(number, frame):
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    old = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(asked)
+    finally:
+        for number, handler in old.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _told(order: Order):
+    """Yield a function (tracker, events, whether nothing waits) that tells what is new: a table, or lines of JSON."""
+    if order.quiet:
+        yield lambda tracker, events, is_idle: None
+    elif sys.stdout.isatty():
+        from rich.live import Live
+
+        from driftwise.report.terminal import console
+
+        with Live(console=console(), auto_refresh=False, transient=True) as shown:
+            yield _Picture(shown)
+    else:
+        yield _Lines()
+
+
+class _Picture:
+    """The table of tracks on a terminal, drawn no more often than it is worth."""
+
+    def __init__(self, shown):
+        self.shown, self.next, self.seen = shown, 0.0, -1
+
+    def __call__(self, tracker, events, is_idle: bool) -> None:
+        begin = perf_counter()
+        if begin < self.next or tracker.counts["plots"] == self.seen:
+            return
+        from rich.console import Group
+        from rich.text import Text
+
+        from driftwise.report import track_words
+        from driftwise.report.terminal_tracks import MOST, table_of
+
+        rows = track_words.rows(tracker.tracks)
+        told = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
+        told += f" ({MOST} shown)" if len(rows) > MOST else ""
+        last = tracker.events[-1:]
+        words = [f"track {e.track} {e.kind}: {e.words}" for e in last]
+        head = Text(" \u00b7 ".join([told, *words, "Ctrl-C ends"]), style="dim")
+        self.shown.update(Group(head, table_of(rows)) if rows else head, refresh=True)
+        self.seen = tracker.counts["plots"]
+        self.next = perf_counter() + max(REFRESH, (perf_counter() - begin) / SHARE)
+
+
+class _Lines:
+    """A line of JSON for every event, and for every plot that made an estimate of a confirmed track."""
+
+    def __init__(self):
+        self.rows: dict[int, int] = {}  # of every track, those that were told
+        self.next = 0.0
+
+    def __call__(self, tracker, events, is_idle: bool) -> None:
+        begin = perf_counter()
+        for event in events:
+            _say({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
+        if tracker.counts["plots"] and (is_idle or begin > self.next):
+            for track in tracker.tracks:
+                self._estimates(track)
+            self.next = perf_counter() + (perf_counter() - begin) / SHARE
+        sys.stdout.flush()
+
+    def _estimates(self, track) -> None:
+        """Tell the rows of the trace of a track that have not been told."""
+        from driftwise.results.track_trace import TrackTrace
+
+        known = self.rows.get(track.id, 0)
+        if known == len(track):
+            return
+        plots = track.plots[known:]
+        new = TrackTrace(track.estimator, plots.time, plots.position, track.outs[known:], track.state)
+        names = ("time", "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre")
+        columns = {name: getattr(new, name).tolist() for name in names}
+        for name, pair in (("", new.position), ("_sd", new.position_sd)):
+            columns |= {f"east{name}": pair[:, 0].tolist(), f"north{name}": pair[:, 1].tolist()}
+        who = {"estimate": track.key or track.id, "track": track.id, "name": track.name}
+        for row in zip(*columns.values()):
+            _say({**who, **dict(zip(columns, row))})
+        self.rows[track.id] = len(track)
+
+
+def _say(content: dict) -> None:
+    """Write a line of JSON; what is not finite becomes null."""
+    plain = {
+        name: None if isinstance(value, float) and not isfinite(value) else value for name, value in content.items()
+    }
+    sys.stdout.write(json.dumps(plain, ensure_ascii=False) + "\n")

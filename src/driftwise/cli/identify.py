@@ -1,0 +1,68 @@
+"""`identify`: a table, a frame or columns in; the model, its changes and its trust out, nothing to be said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["identify"]
+
+
+def identify(data, output: str | None = None, input=None, time: str | None = None, dt: float | None = None):
+    """Return what a record says about the plant behind it: model, changes, forecast, verdicts; nothing to tune.
+
+    Parameters
+    ----------
+    data : file name, data frame, or mapping from column name to array
+        A CSV (any dialect) or Parquet file, a frame of pandas, Polars or pyarrow, or columns.
+    output, input, time : str, optional
+        Columns, where they are known (several inputs: a list; none: ()). What is left out is recognised by name and
+        behaviour, and said.
+    dt : float, optional
+        Seconds between rows, where no column says so.
+
+    Returns
+    -------
+    Identification
+        ``print`` it for the answer in words.
+
+    Raises
+    ------
+    InputError
+        No such file or column, nothing to identify.
+
+    Notes
+    -----
+    Candidates (AR, ARX, ARMA, ARMAX, OE, Joint; orders and delays) predict every sample from those before; the one with
+    the fewest parameters among the most likely is taken (prequential evidence, Dawid 1984) and followed with `Auto`,
+    which tells drift, jumps and outliers. The forecast is made from all candidates (`ModelAverage`).
+
+    Bad at: several outputs (one is taken), nonlinear plants, long delays (above 8 samples), inputs that follow the
+    output in closed loop without excitation of their own.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=600, noise_std=0.3, seed=1)
+    >>> found = dw.identify({"heater": u, "temperature": y})
+    >>> found.chosen.name, found.table.output
+    ('ARX(2,2,1)', 'temperature')
+    """
+    import numpy as np
+
+    from driftwise.analysis.identification import Finder
+    from driftwise.analysis.identifier import joined
+    from driftwise.tables.autoread import gathered, read
+
+    table, stretches = read(data, output, input, time, dt=dt)
+    finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
+    forecasts: list[Any] = []
+    traces: list[Any] = []
+    for piece in gathered(stretches):
+        forecast, trace = finder.add(*piece)
+        forecasts.append(forecast)
+        traces.append(trace)
+    columns = [np.concatenate([getattr(trace, name) for trace in traces]) for name in ("time", "y", "u", "outs")]
+    stamps, y, u, outs = columns
+    whole = type(traces[0])(finder.estimator, y, u, outs, "std", traces[-1].state, time=stamps)
+    whole.begun = traces[0].begun
+    return finder.found(whole, joined(forecasts, stamps))

@@ -1,0 +1,319 @@
+"""What stands behind `--model`, `--memory` and `--jumps`: a word, a colon, numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from driftwise.engine.errors import CommandError, InputError
+
+__all__ = [
+    "DETECTORS", "MEMORIES", "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
+    "recursive", "refusal",
+]  # fmt: skip
+
+# the numbers of each model, in order; those in PER_INPUT may differ by input: 2/1 is 2 for the first, 1 for the second
+MODELS = {
+    "ar": ("na",),
+    "arx": ("na", "nb", "nk"),
+    "arma": ("na", "nc"),
+    "armax": ("na", "nb", "nc", "nk"),
+    "oe": ("nb", "nf", "nk"),
+    "bj": ("nb", "nc", "nd", "nf", "nk"),
+    "regression": (),
+}
+PER_INPUT = ("nb", "nf", "nk")
+LARGEST = 1000  # a covariance has the square of it
+MEMORIES = (
+    "never (constant parameters), walk:Q (they drift; variance per sample, for example walk:1e-6), walk:JUMP/EVERY "
+    "(the same for jumps of that size every so many samples), jump or jump:STEP (they jump; size to expect, 1 if "
+    "omitted); with --model also auto (how fast each parameter drifts, the noise, outliers and jumps are found out), "
+    "auto:outliers or auto:jumps (only these surprise), reset:N (they jump; then the gain is 1/N again), "
+    "limited:N (gain 1/n, then 1/N), "
+    "weighted:P (a sample fades to P of its weight with each new one), variable:N (forgets when surprised, else N "
+    "samples), directional:P (weighted, but only what new samples speak about), window:T (the last T samples), "
+    "runlengths:JUMP/EVERY (jumps of that size every so many samples, all instants considered), drift:NVR or "
+    "drift:NVR/PHI (they wander with that noise variance ratio, a memory of 1/sqrt(NVR) samples, and relax by PHI); "
+    "with a ratio that is learnt: likelihood, fuzzy, matching or matching:RULE (scalar, gain, myers-tapley, em), "
+    "auxiliary, correlation, variational or variational:RULE (drift, noise, both); bank or interacting (several speeds "
+    "at once)"
+)
+JOINT = ("never", "walk", "jump")  # memories of the joint filter
+# what a detector watches, and what its SIZE is
+DETECTORS = {
+    "parameters": ("jumps of a parameter", "the jump to expect, where output and inputs are of size one"),
+    "level": ("shifts of the innovations", "the shift to expect, in standard deviations"),
+    "noise": ("innovations that widen", "their variance after over before, above 1"),
+    "glr": ("shifts of the innovations, of any size", "how many samples to look back"),
+}
+
+
+def refusal(error: InputError, **given: Any) -> CommandError:
+    """Return the error with the options it is about, where it names none itself; what was not given is None."""
+    text = str(error)
+    said = " ".join(f"--{name} {value}" for name, value in given.items() if value is not None)
+    return CommandError(text if not said or "--" in text or text.startswith("SPEC ") else f"{said}: {text}")
+
+
+def floats(option: str, text: str) -> list[float]:
+    """Return the numbers of a comma-separated list."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"{option} takes numbers separated by commas, for example 0.5,-0.2; got {text!r}.") from None
+
+
+def model(text: str, inputs: int) -> tuple[str, dict[str, Any]]:
+    """Return the name of a model and its orders: "arx:2,2,1" is ("arx", {na: 2, nb: (2,), nk: (1,)})."""
+    kind, _, numbers = text.partition(":")
+    if kind not in MODELS:
+        raise InputError(f"--model must be one of {', '.join(MODELS)}, with orders as in arx:2,2,1; got {text!r}.")
+    names = MODELS[kind]
+    if inputs and kind in ("ar", "arma"):
+        raise InputError(f"--model {kind} has no input, but --input was given: take {kind}x or leave the input out.")
+    if not inputs and ("nb" in names or kind == "regression"):
+        raise InputError(f"--model {kind} explains the output by an input; which column is it (--input)?")
+    given = numbers.split(",") if numbers else []
+    needed = len(names) - ("nk" in names)
+    if not needed <= len(given) <= len(names):
+        form = f"{kind}:{','.join(names)}" if names else kind
+        example = ",".join("1" if name == "nk" else "2" for name in names)
+        raise InputError(f"--model is written {form}" + (f", for example {kind}:{example}" * bool(names))
+                         + f"; got {text!r}.")  # fmt: skip
+    return kind, {name: _order(name, part, inputs, text) for name, part in zip(names, given)}
+
+
+def _order(name: str, part: str, inputs: int, text: str) -> Any:
+    values = part.split("/")
+    if not all(v.strip().isdecimal() for v in values) or (len(values) > 1 and name not in PER_INPUT):
+        raise InputError(f"--model {text}: {name} = {part!r} must be a whole number"
+                         + (", or one for each input as in 2/1." if name in PER_INPUT else "."))  # fmt: skip
+    if max(map(int, values)) > LARGEST:
+        raise InputError(f"--model {text}: {name} is at most {LARGEST}; is the record sampled too fast?")
+    if name not in PER_INPUT:
+        return int(part)
+    if len(values) not in (1, inputs):
+        raise InputError(f"--model {text}: {name} lists {len(values)} numbers for {inputs} input(s).")
+    return tuple(int(v) for v in values * (inputs if len(values) == 1 else 1))
+
+
+def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
+    """Return the memory that --memory and --jumps ask for together, refused where the model has none like it."""
+    import driftwise as dw
+
+    found, kind = memory(text), text.partition(":")[0]
+    if is_joint and kind not in JOINT:
+        raise InputError(
+            f"--memory {text} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) takes "
+            "never, walk:Q or jump:STEP."
+        )
+    if jumps is None:
+        return found
+    if is_joint and jumps.partition(":")[0] == "parameters":
+        raise InputError(
+            f"--jumps {jumps} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) "
+            "watches its innovations: --jumps level, noise or glr."
+        )
+    if not isinstance(found, dw.Never | dw.UntilJump):
+        raise InputError(
+            f"--jumps {jumps} restarts a memory that forgets nothing in between, and --memory {text} forgets all the "
+            "time: leave one of them out, or say --memory jump:STEP."
+        )
+    watching = detector(jumps)
+    return found._replace(detector=watching) if isinstance(found, dw.UntilJump) else dw.UntilJump(watching)
+
+
+def detector(text: str) -> Any:
+    """Return the detector that a text such as "level:10000,0.5" names: what, false alarms, size."""
+    import driftwise as dw
+
+    kind, _, numbers = text.partition(":")
+    rate, comma, size = (part.strip() for part in numbers.partition(","))
+    if kind not in DETECTORS or not rate or (comma and not size):
+        raise InputError(
+            "--jumps is written DETECTOR:RATE or DETECTOR:RATE,SIZE, for example parameters:10000,0.5 (one false alarm "
+            f"in 10 000 samples); DETECTOR is one of {', '.join(DETECTORS)}; got {text!r}."
+        )
+    sizes = floats(f"--jumps {kind}:RATE,", size) if size else []
+    if len(sizes) > 1 and kind != "parameters":
+        raise InputError(f"--jumps {text}: one SIZE is expected ({DETECTORS[kind][1]}).")
+    if kind == "glr" and sizes and sizes[0] % 1:
+        raise InputError(f"--jumps {text}: SIZE is {DETECTORS[kind][1]}, a whole number.")
+    try:
+        if kind == "parameters":
+            found: Any = dw.Score(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
+            found.resolve(max(len(sizes), 1))
+        else:
+            found = {
+                "level": lambda: dw.Hinkley(rate, *sizes),
+                "noise": lambda: dw.VarianceChange(*sizes, false_alarms=rate),
+                "glr": lambda: dw.GLR(rate, *map(int, sizes)),
+            }[kind]()
+            found.resolve()
+    except InputError as error:
+        raise InputError(f"--jumps {text}: {error}") from None
+    return found
+
+
+def memory(text: str) -> Any:
+    """Return the memory policy that a text such as "weighted:0.99" names."""
+    import driftwise as dw
+
+    kind, colon, numbers = text.partition(":")
+    plain: dict[str, Callable[[], Any]] = {
+        "auto": dw.Auto,
+        "bank": dw.Bank,
+        "interacting": dw.Interacting,
+        "never": dw.Never,
+        "jump": dw.UntilJump,
+        "likelihood": dw.LikelihoodDrift,
+        "fuzzy": dw.FuzzyDrift,
+        "matching": dw.CovarianceMatching,
+        "auxiliary": dw.AuxiliaryFilter,
+        "correlation": dw.Correlation,
+        "variational": dw.VariationalBayes,
+    }
+    ruled: dict[str, Callable[[str], Any]] = {
+        "auto": dw.Auto,
+        "matching": dw.CovarianceMatching,
+        "variational": dw.VariationalBayes,
+    }
+    one: dict[str, Callable[[float], Any]] = {
+        "limited": dw.LimitedGain,
+        "weighted": dw.Weighted,
+        "variable": dw.VariableForgetting,
+        "directional": dw.DirectionalForgetting,
+        "window": lambda number: dw.Window(_whole(text, number)),
+        "reset": lambda number: dw.UntilJump(restart=dw.GainReset(number)),
+    }
+    if kind in plain and not colon:
+        return plain[kind]()
+    if kind in one and numbers:
+        return one[kind](_number(text, numbers))
+    if kind in ruled and numbers:
+        return ruled[kind](numbers)
+    if kind == "drift" and numbers:
+        nvr, slash, phi = numbers.partition("/")
+        phis = _one_or_each(floats("--memory drift:NVR/", phi)) if slash else 1.0
+        return dw.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
+    if kind == "ekf":
+        from driftwise.memory.adaptation import EKF
+
+        raise InputError(f"--memory ekf: {EKF}.")
+    if kind == "runlengths" and numbers:
+        return dw.RunLengths(*_jump_every(text, numbers))
+    if kind == "walk" and "/" in numbers:
+        return dw.Walk(matched=_jump_every(text, numbers))
+    if kind == "walk" and numbers:
+        return dw.Walk(_one_or_each(floats("--memory walk:", numbers)))
+    if kind == "jump" and numbers:
+        steps = floats("--memory jump:", numbers)
+        if not all(step > 0 for step in steps):
+            raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
+        return dw.UntilJump(restart=dw.Inflate(_one_or_each(steps)))
+    raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
+
+
+def _jump_every(text: str, numbers: str) -> tuple[Any, float]:
+    """Return (jump, every) of "0.3/1000", or of "0.3,0.1/1000": one jump for each parameter."""
+    kind, (jump, _, every) = text.partition(":")[0], numbers.partition("/")
+    if not jump or not every:
+        raise InputError(f"--memory {kind}:JUMP/EVERY takes two numbers, for example {kind}:0.3/1000; got {text!r}.")
+    return _one_or_each(floats(f"--memory {kind}:", jump)), _number(text, every)
+
+
+def _one_or_each(values: list[float]) -> Any:
+    return values[0] if len(values) == 1 else tuple(values)
+
+
+def _whole(text: str, number: float) -> int:
+    if not float(number).is_integer():
+        raise InputError(f"--memory {text}: a whole number of samples is expected.")
+    return int(number)
+
+
+def _number(text: str, numbers: str) -> float:
+    values = floats(f"--memory {text.partition(':')[0]}:", numbers)
+    if len(values) != 1:
+        raise InputError(f"--memory {text}: one number is expected there, got {numbers!r}.")
+    return values[0]
+
+
+# --- whole estimators, as `driftwise compare` takes them -----------------------------------------------------
+
+
+def recursive(text: str, inputs: tuple[str, ...], **options) -> Any:
+    """Return the recursive estimator that a text such as "arx:2,2,1" names."""
+    import driftwise as dw
+
+    kind, orders = model(text, len(inputs))
+    kinds = {"ar": "AR", "arx": "ARX", "arma": "ARMA", "armax": "ARMAX", "oe": "OE", "bj": "BJ"}
+    if kind == "regression":
+        return dw.Regression(list(inputs), **options)
+    return getattr(dw, kinds[kind])(**orders, **options)
+
+
+def _last(others: dict[str, Any], dt: float) -> Any:
+    """Return the forecaster that expects the last value again."""
+    import driftwise as dw
+
+    return dw.AR(1, theta0=[-1.0], P0=1e-24, dt=dt)
+
+
+def _mean(others: dict[str, Any], dt: float) -> Any:
+    """Return the forecaster that expects the mean so far."""
+    import driftwise as dw
+
+    return dw.ARX(0, (), (), offset=True, dt=dt)
+
+
+def _average(others: dict[str, Any], dt: float) -> Any:
+    """Return the average of the other estimators; last value and mean are in it anyway."""
+    import driftwise as dw
+
+    members = {name: est for name, est in others.items() if name not in NAMED}
+    if not members:
+        raise InputError("average needs something to average: name other estimators too, such as arx:1,1 arx:2,2.")
+    return dw.ModelAverage(list(members.values()), names=list(members))
+
+
+# forecasters that go by a word alone, each made of (the other estimators by name, dt)
+NAMED: dict[str, Callable[[dict[str, Any], float], Any]] = {"last": _last, "mean": _mean, "average": _average}
+NOISES = {"equation-error": "EquationError", "output-error": "OutputError", "unknown": "UnknownPolynomial"}
+
+
+def estimators(texts: list[str], inputs: tuple[str, ...], dt: float) -> dict[str, Any]:
+    """Return what SPECs such as "arx:2,2,1@weighted:0.995", "joint:3@jump" or "last" name, by their text."""
+    if len(set(texts)) < len(texts):
+        twice = next(text for text in texts if texts.count(text) > 1)
+        raise InputError(f"SPEC {twice} was given twice; each estimator is compared once.")
+    found = {text: _estimator(text, inputs, dt) for text in texts if text not in NAMED}
+    return {text: NAMED[text](found, dt) if text in NAMED else found[text] for text in texts}
+
+
+def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
+    import driftwise as dw
+
+    what, at, kept = text.partition("@")
+    kind, _, numbers = what.partition(":")
+    if at and not kept:
+        raise InputError(f"SPEC {text}: a memory is expected behind @, for example {what}@weighted:0.99.")
+    if kind not in MODELS and kind != "joint":
+        raise InputError(
+            f"SPEC {text!r} is not known: it is written KIND:ORDERS or KIND:ORDERS@MEMORY, for example arx:2,2,1@jump; "
+            f"KIND is one of joint, {', '.join(MODELS)}, or all of it is one of {', '.join(NAMED)}."
+        )
+    if kind != "joint":
+        seen = () if kind in ("ar", "arma") else inputs  # compared with others that look at inputs
+        try:
+            return recursive(what, seen, memory=policy(kept or "auto", None, False), dt=dt)
+        except InputError as error:
+            raise InputError(f"SPEC {text}: {error}") from None
+    order, _, noise = numbers.partition(",")
+    if not order.strip().isdecimal() or (noise or "equation-error") not in NOISES:
+        raise InputError(
+            f"SPEC {text}: the joint filter is written joint:N or joint:N,NOISE, for example joint:2,unknown; NOISE is "
+            f"one of {', '.join(NOISES)}."
+        )
+    how = getattr(dw, NOISES[noise or "equation-error"])()
+    return dw.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "never", None, True), dt=dt)

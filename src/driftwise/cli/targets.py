@@ -1,0 +1,65 @@
+"""Places to write to: refused before the work where nothing can be written, not after it."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+
+from driftwise.engine.errors import CommandError
+
+__all__ = ["check_targets", "refuse_file", "refuse_folder"]
+
+
+def check_targets(plan) -> None:
+    """Refuse what --save, --report and --json of a plan name where it cannot be written, or is what is read."""
+    for option, path in (("--save", plan.save), ("--report", plan.report), ("--json", plan.json)):
+        if path is None or (path == "-" and option == "--json"):
+            continue
+        refuse_file(option, path)
+        if (
+            os.path.exists(path)
+            and plan.file != "-"
+            and os.path.exists(plan.file)
+            and os.path.samefile(path, plan.file)
+        ):
+            raise CommandError(f"{option} would overwrite the table that is being read, {path}; give another name.")
+    if plan.save and not plan.save.lower().endswith((".parquet", ".csv")):
+        raise CommandError(f"--save writes .parquet or .csv, got {plan.save}; the ending says which.")
+
+
+def refuse_file(option: str, path: str) -> None:
+    """Refuse a file that cannot be written."""
+    folder = os.path.dirname(path) or "."
+    if not os.path.isdir(folder):
+        raise CommandError(
+            f"{option}: there is no folder {folder} to write {os.path.basename(path)} into; make it first."
+        )
+    if os.path.isdir(path):
+        raise CommandError(f"{option}: {path} is a folder; give the name of a file in it.")
+    if not os.path.exists(path):
+        _try(option, folder)
+    elif not os.access(path, os.W_OK):
+        raise CommandError(f"{option}: {path} is there and may not be written; give another name.")
+
+
+def refuse_folder(option: str, path: str) -> None:
+    """Refuse a folder into which nothing can be written, or which cannot be made."""
+    if os.path.exists(path) and not os.path.isdir(path):
+        raise CommandError(f"{option} {path}: this is a file, and a folder is wanted.")
+    there = path
+    while not os.path.exists(there):
+        there = os.path.dirname(os.path.abspath(there))
+    if os.path.isdir(there):
+        _try(option, there)
+    else:
+        raise CommandError(f"{option} {path}: {there} is a file, and a folder is wanted.")
+
+
+def _try(option: str, folder: str) -> None:
+    """Make a nameless file in a folder that is there: no question to the system tells as much."""
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise CommandError(
+            f"{option}: nothing can be written into the folder {folder} ({error.strerror or error}); give another one."
+        ) from None

@@ -1,0 +1,324 @@
+"""The adaptive Kalman gain as a user meets it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...detect.gain import GainProbes, PullTest
+from ...detect.watch import Silent
+from ...engine import ud, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError
+from ...memory.adaptation import Setting, adaptation
+from ...memory.drift import Matched, UntilJump, Walk
+from ...memory.resolve import check_scale, resolve_detector, resolve_gate
+from ...models.canonical import power_of_two
+from ...models.convert import Model
+from ...models.gain import GainPlant
+from ...models.scale import KnownScale, UnknownScale
+from ..arx.methods import LeastSquares
+from ..base import Reading
+from . import step as _step  # registers the step
+from .row import COLUMNS, INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
+
+USUAL = 0.2  # Q/R of the gain to start from: .36 for a random walk
+RADIUS = 1 - 1e-3
+WAIT = 5  # innovations that make a variance, before K moves
+SETTLE = 20  # measured samples before the detector counts
+GRID = (0.05, 0.12, 0.25, 0.45, 0.75)  # probes of a scalar state
+RATIOS = 10.0 ** np.arange(-4, 2)  # probes of several states: Q/R
+VAGUE = 1e10  # with a gain sequence the data alone speak, from the first sample
+
+
+class AdaptiveGain(Reading):
+    """State of a known plant with unknown noise: a Kalman filter that learns its gain K from the innovations.
+
+        x+ = Phi x + B u + w (variance Q unknown),   y = H x + e (variance R unknown)
+        nu = y - H x(t|t-1),   x(t|t) = x(t|t-1) + K nu,   x(t+1|t) = Phi x(t|t) + B u
+
+    K follows the prediction error's gradient; Q and R may jump or drift. The parameters are the entries of K.
+
+    Parameters
+    ----------
+    Phi : (n, n), or a number for a scalar state
+        Transition over one sample.
+    H : (n,)
+        Output row; the first state is measured if omitted. One output only.
+    B : (n, k)
+        Input matrix; no input if omitted.
+    method : "rpem" or "plr"
+        Gradient of the prediction with respect to K: whole, or (Hampton's) through the last innovation only, which
+        can move a scalar K and no other.
+    memory : policy
+        How the past of K is forgotten; by default a `Walk` matched to jumps of half the prior deviation every 400
+        samples (q = P0/1600). q is in squared units of K.
+    detector : GainProbes, PullTest or any detector of innovations, optional
+        Frees K when it alarms; an alarm never moves K itself.
+    restart : float, or (up, down), optional
+        What an alarm does: with `Walk`, K regains at least this share of its prior standard deviation (0.5); with the
+        other memories it is the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
+    gate : Gate, optional
+        Treat outliers as missing.
+    limits : (low, high), "stable" or None
+        Limits of H K of a scalar state (by default 0 and 1), poles of the filter inside 1 - 1e-3 by halving the step
+        (the default of several states and of unstable ones), or neither: then K may make the filter unstable.
+    scale : UnknownScale, optional
+        Prior of the innovation variance, relative to y_scale^2: 2 alpha samples of variance beta/alpha. Worth giving;
+        without it K waits for five innovations (`Walk`).
+    scale_samples : int
+        Memory of the innovation variance.
+    K0, P0 : (n,), and scalar, (n,) or (n, n), optional
+        Prior mean and covariance of K. By default the Kalman gain of a plant whose states all walk, with a variance
+        of R/5 in y, give or take itself (no prior at all where the memory has a gain sequence; P0 is then relative to
+        y_scale^2).
+    x0 : (n,), optional
+        State predicted for the first sample; if omitted the first n outputs set it (dead beat).
+    y_scale : float
+        Typical size of y; `scaled_to` sets it.
+    dt : float
+        Seconds between samples.
+
+    Raises
+    ------
+    InputError
+        Where shapes do not fit, K cannot be learnt (an unobservable state, a singular Phi), or K0 is unstable.
+
+    Notes
+    -----
+    Bad at: a plant that is wrong (the gain then hides it), short records (some hundred samples decide), the error of
+    single states: from y alone only the gain is known, so `x_std` is exact for a scalar state and a lower bound for
+    more. A gap in y is bridged by the steady gain. A missing input is held, and the next output teaches nothing.
+
+    References
+    ----------
+    Hampton's filter as in Perriot-Mathonna (1981), with the forgetting that its variance lacks as printed; gradient
+    as in Ljung and Soderstrom (1983), section 3.8.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> x = np.cumsum(0.5 * rng.standard_normal(2000))     # a random walk, seen with noise of variance 1
+    >>> trace = dw.AdaptiveGain(1.0).scan(x + rng.standard_normal(2000))
+    >>> print(f"{trace.parameters[-1, 0]:.2f} +- {trace.parameters_std[-1, 0]:.2f}, the best is 0.39")
+    0.38 +- 0.08, the best is 0.39
+    """
+
+    columns = COLUMNS
+
+    def __init__(
+        self,
+        Phi=1.0,
+        H=None,
+        B=None,
+        *,
+        method: str = "rpem",
+        memory: Any = None,
+        detector: Any = None,
+        restart: Any = None,
+        gate: Any = None,
+        limits: Any = "default",
+        scale: UnknownScale | None = None,
+        scale_samples: int = 100,
+        K0=None,
+        P0=None,
+        x0=None,
+        y_scale: float = 1.0,
+        dt: float = 1.0,
+    ):
+        self.options: dict[str, Any] = dict(
+            Phi=Phi, H=H, B=B, method=method, memory=memory, detector=detector, restart=restart, gate=gate,
+            limits=limits, scale=scale, scale_samples=scale_samples, K0=K0, P0=P0, x0=x0, y_scale=y_scale, dt=dt,
+        )  # fmt: skip
+        self.model = plant = _plant(Phi, H, B)
+        if method not in ("rpem", "plr") or (method == "plr" and plant.n > 1):
+            raise InputError(
+                f'method must be "rpem", or "plr" for a scalar state, got {method!r} with {plant.n} state(s): '
+                "the pseudo-linear row H Phi nu moves K along one direction only"
+            )
+        self.dt, self.y_scale = validation.positive("dt", dt), validation.size("y_scale", y_scale)
+        usual = plant.gain(USUAL)
+        is_walk = memory is None or isinstance(memory, Walk)
+        self._set_prior(usual, is_walk)
+        prior = np.diag(self.prior_covariance)[plant.n :].copy()
+        given = Walk(prior / 1600) if memory is None else memory
+        if isinstance(memory, UntilJump):
+            raise InputError(
+                "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
+                f"detector={memory.detector!r}, and restart= says what an alarm does"
+            )
+        memory, _, _, cells = adaptation(
+            given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale(), 1.0, plant.n)
+        )
+        memory = Walk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
+        if type(memory) not in _step.reopen.table:
+            raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {given!r}")
+        check_scale(scale, proper=True)
+        self.scale = scale or UnknownScale(0.0, 0.0)
+        signal, probes, detector = self._resolve_detector(detector, is_walk)
+        low, high, radius = _limits(limits, plant, self._s0[plant.n :])
+        poles, moves = plant.closed
+        form = GainForm(
+            n=float(plant.n), inputs=float(plant.inputs), score=float(method == "rpem"), absolute=float(is_walk),
+            start=float(plant.n if x0 is None else 0), wait=float(WAIT if is_walk and scale is None else 0),
+            samples=float(validation.count("scale_samples", scale_samples, least=2)), unit=self.y_scale**2,
+            settle=float(SETTLE), signal=float(signal), low=low, high=high, radius=radius,
+            cells=float(cells), marks=float(detector.marks(plant.n)), Phi=plant.Phi.ravel(), H=plant.H,
+            B=plant.B.ravel(), dead_beat=plant.dead_beat, cap=prior, poles=poles, moves=moves.ravel(),
+            reopen=_restart(restart, is_walk), probes=probes.ravel(),
+        )  # fmt: skip
+        self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
+        self.spec = flatten(self.policies)
+        self.dtype = np.dtype(fields(form))
+        self.scratch_size = scratch_size(form)
+
+    def _set_prior(self, usual, is_walk):
+        n, options = self.model.n, self.options
+        x0 = np.zeros(n) if options["x0"] is None else validation.vector("x0", np.atleast_1d(options["x0"]), n)
+        K0 = usual if options["K0"] is None else validation.vector("K0", np.atleast_1d(options["K0"]), n)
+        P = np.diag(usual**2) * (1.0 if is_walk else VAGUE)
+        P = P if options["P0"] is None else validation.covariance("P0", options["P0"], n)
+        P = P if is_walk else P / self.y_scale**2
+        try:
+            U, self._D0 = ud.factor(P)
+        except ValueError:
+            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
+        self._s0 = np.concatenate([x0, K0])
+        self._U0, self.prior_covariance = U[ud.packed_indices(n)], np.zeros((2 * n, 2 * n))
+        self.prior_covariance[n:, n:] = P
+
+    def _resolve_detector(self, detector, is_walk):
+        """Return what the detector listens to, the gains of its probes (M, n), and the kernel's detector."""
+        n, none = self.model.n, np.zeros((0, self.model.n))
+        if detector is None:
+            return INNOVATION, none, Silent()
+        if isinstance(detector, GainProbes):
+            probes = _probes(detector.gains, self.model)
+            return PROBES, probes, detector.resolve(len(probes))
+        if isinstance(detector, PullTest) and is_walk:
+            raise InputError("PullTest needs a memory with a gain sequence, not Walk: use GainProbes")
+        if isinstance(detector, PullTest):
+            return PULL, none, detector.resolve(n)
+        return INNOVATION, none, resolve_detector(detector, np.ones(n))
+
+    def scaled_to(self, y, u=None):
+        """Return the same estimator with its default prior in units of the data (a power of two)."""
+        y, _ = validation.record(y, u, self.model.inputs)
+        return type(self)(**{**self.options, "y_scale": power_of_two(y)})
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        state["probes"] = state["x"][..., None, :]
+        state["count"], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta * self.y_scale**2
+        return state
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def kalman_gain(self, state) -> np.ndarray:
+        """Return the learnt gain K (n,)."""
+        return np.array(state["theta"])
+
+    mean = kalman_gain
+
+    def sigma2(self, state) -> float:
+        """Return the innovation variance."""
+        return float(state["chi2"] / state["count"]) if state["count"] > 0 else self.y_scale**2
+
+    def _covariance(self, state) -> np.ndarray:
+        """Return the covariance of [x; K] given all so far; relative to the innovation variance without `Walk`."""
+        n, W, K = self.model.n, state["W"], state["theta"]
+        P, hk = ud.unpack(state["U"], state["D"]), K @ self.model.H
+        c = np.where(state["count"] > 0, state["chi2"] / np.maximum(state["count"], 1e-300), self.y_scale**2)
+        share = np.where(hk > 0, (c if self.policies[0].absolute else 1.0) / np.where(hk > 0, hk, 1.0), 0.0)
+        full = np.empty((*P.shape[:-2], 2 * n, 2 * n))
+        full[..., n:, n:], full[..., :n, n:] = P, W @ P
+        full[..., n:, :n] = np.swapaxes(W @ P, -1, -2)
+        full[..., :n, :n] = W @ P @ np.swapaxes(W, -1, -2) + share[..., None, None] * K[..., :, None] * K[..., None, :]
+        return full
+
+    def _theta_units(self) -> np.ndarray:
+        """Return the squared units of K in those of y: none, x is in units of its own."""
+        return np.ones(self.model.n)
+
+    def scale_posterior(self, state) -> tuple[float, float]:
+        """Return (alpha, beta) of the innovation variance."""
+        return float(state["count"]) / 2, float(state["chi2"]) / 2
+
+    def loglik(self, state) -> float:
+        """Return the sum of log predictive densities of the samples so far (Gaussian, learnt variance)."""
+        return float(state["score"])
+
+    def model_of(self, state) -> Model:
+        """Return the innovations model A(q) y = B(q) u + C(q) e a state amounts to; A and B known, C from the gain."""
+        unit = 1.0 if self.policies[0].absolute else self.sigma2(state)
+        return self.model_at(self.kalman_gain(state), unit * self._theta_covariance(state))
+
+    def model_at(self, K, P) -> Model:
+        """Return the innovations model of a gain and its covariance."""
+        form, values, covariance = self.model.canonical(K, P)
+        return Model(form, values, covariance, self.dt)
+
+
+def _plant(Phi, H, B) -> GainPlant:
+    given, Phi = Phi, np.atleast_2d(validation.floats("Phi", Phi))
+    n = len(Phi)
+    if Phi.shape != (n, n) or not n or not np.isfinite(Phi).all():
+        raise InputError(f"Phi must be a finite square matrix or a number, got {given!r}")
+    H = np.eye(n)[0] if H is None else validation.floats("H", H)
+    if H.ndim == 2 and len(H) > 1:
+        raise InputError(f"H has {len(H)} rows, but one output is all that AdaptiveGain takes: use one filter for each")
+    given, B = B, np.zeros((n, 0)) if B is None else validation.floats("B", B)
+    if B.ndim < 2 and B.size == n:
+        B = B.reshape(n, 1)
+    if B.ndim != 2 or len(B) != n or not np.isfinite(B).all():
+        raise InputError(f"B must be a finite ({n}, k) matrix, got {given!r}")
+    plant = GainPlant(Phi, validation.vector("H", H.ravel(), n), B)
+    if plant.rank < n:
+        raise InputError(
+            "the gain cannot be learnt: a state that y does not show (Phi, H unobservable), or one that Phi forgets at "
+            "once (Phi singular). Leave such states out"
+        )
+    return plant
+
+
+def _limits(limits, plant, K0) -> tuple[float, float, float]:
+    """Return the limits of H K and the radius of the poles as the kernel wants them."""
+    if isinstance(limits, str) and limits == "default":
+        limits = (0.0, 1.0) if plant.n == 1 and abs(plant.Phi[0, 0]) <= 1 else "stable"
+    if limits is None:
+        return -np.inf, np.inf, 0.0
+    if isinstance(limits, str) and limits == "stable":
+        if not max(abs(plant.poles(K0))) < RADIUS:
+            raise InputError(f"K0 must keep the filter stable: Phi (I - K0 H) has a pole beyond {RADIUS}")
+        return -np.inf, np.inf, RADIUS
+    is_pair = np.shape(limits) == (2,) and all(isinstance(limit, int | float | np.number) for limit in limits)
+    if plant.n > 1 or not is_pair or not limits[0] < limits[1]:
+        raise InputError(f'limits must be (low, high) of H K for a scalar state, "stable" or None, got {limits!r}')
+    if any(abs(plant.Phi[0, 0] * (1 - limit)) > 1 for limit in limits):
+        raise InputError(f"limits must keep the filter stable, abs(Phi (1 - H K)) <= 1, got {limits!r}")
+    return float(limits[0]), float(limits[1]), 0.0
+
+
+def _restart(restart, is_walk) -> np.ndarray:
+    """Return the (up, down) answers to an alarm."""
+    pair = validation.each("restart", (0.5 if is_walk else 26.5) if restart is None else restart, 2)
+    if not np.all((0 < pair) & (pair <= 1) if is_walk else pair > 1):
+        what = "a share of the prior deviation, above 0 and at most 1," if is_walk else "a number of samples above 1"
+        raise InputError(f"restart must be {what} with this memory, got {restart!r}")
+    return pair
+
+
+def _probes(gains, plant) -> np.ndarray:
+    """Return the gains (M, n) of the probes."""
+    if gains is None:
+        return np.array([plant.gain(r) for r in RATIOS]) if plant.n > 1 else np.array(GRID)[:, None] / plant.H
+    gains = validation.floats("gains", gains)
+    gains = gains[:, None] if gains.ndim == 1 and plant.n == 1 else gains
+    if gains.ndim != 2 or gains.shape[1] != plant.n or not len(gains):
+        raise InputError(f"gains of the probes must be (M, {plant.n}), got shape {gains.shape}")
+    if not np.isfinite(gains).all() or not all(max(abs(plant.poles(K))) < 1 for K in gains):
+        raise InputError("a probe is unstable, or no number: Phi (I - K H) has a pole outside the unit circle")
+    return gains

@@ -1,0 +1,267 @@
+"""The kernel of the general family A(q) y = B(q)/F(q) u + C(q)/D(q) e: regressors that depend on the parameters.
+
+With r the lags of e, -v and -w, phi = [-y.. ; u.. ; r ; offset] and
+
+    w_l = B_l u_l - (F_l - 1) w_l        v = A y - sum w_l - offset        e = D v - (C - 1) e = y - phi' theta
+
+the prediction is phi' theta and its gradient psi = phi + sum_m theta_m dr_m/dtheta, m over c, d, f: each r has a row
+of such derivatives, which follows the same recursion (Ljung and Soderstrom 1983, chapter 3). r and its rows are
+renewed with the *new* theta. "plr" takes psi = phi (extended least squares; Landau's output error).
+
+What is unknown in phi after a gap has a covariance S. It is zero otherwise, and then costs nothing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...engine.dispatch import Size, Vector, advance, kernel, open_row, open_work
+from ...engine.status import PROJECTED
+from ...memory.drift import widen_within
+from ...memory.hold import hold_within
+from ...models.stability import is_inside
+from ..arx import step as _step  # noqa: F401  (registers the step)
+from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, Lags, push, regress, renew
+from .gaps import in_doubt, revise
+
+RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
+HALVINGS = 30
+FIRST, FADING, YOUNG = 0.05, 0.99, 600.0  # forgetting at first, its decay per sample, and how long it lasts
+
+
+class Polynomials(NamedTuple):
+    """The general family: the fields of `Lags`, then those of its own."""
+
+    N: Size
+    na: Size
+    inputs: Size
+    deep: Size
+    registers: Size
+    cells: Size
+    marks: Size
+    missing: Size
+    settle: float
+    fill: float
+    offset: float
+    told: Size
+    nb: Vector
+    nk: Vector
+    R: float  # variance of e, relative to the scale
+    exact: Size  # 1: psi is the gradient; 0: psi = phi
+    kept: Size  # nc + nd + sum of nf
+    nc: Size
+    nd: Size
+    nf: Vector
+    start: float  # learnt samples before the prior of c, d, f becomes what it is to be (inf: it is that already)
+    cap: Vector  # prior variances
+
+
+class Kept(NamedTuple):
+    """Views of the registers: is anything in doubt, r (M,), its derivatives dr (M, N), the covariance S (N, N)."""
+
+    doubts: np.ndarray
+    seen: np.ndarray
+    r: np.ndarray
+    dr: np.ndarray
+    S: np.ndarray
+
+
+class Room(NamedTuple):
+    """Views of the scratch."""
+
+    s2: np.ndarray
+    phi: np.ndarray
+    old: np.ndarray
+    g: np.ndarray
+    h: np.ndarray
+    p: np.ndarray
+    q: np.ndarray
+    M: np.ndarray
+    MS: np.ndarray
+
+
+def sizes(N: int, kept: int, is_exact: bool) -> tuple[int, int]:
+    """Return how many numbers the registers and the scratch need."""
+    return 2 + kept + kept * N * is_exact + N * N, 1 + 6 * N + 2 * N * N
+
+
+@kernel
+def open_kept(form, state):
+    """Return the named views of the registers."""
+    all, N, M = state.registers, int(form.N), int(form.kept)
+    rows = M if form.exact > 0.0 else 0
+    first = 2 + M
+    S = first + rows * N
+    return Kept(all[:1], all[1:2], all[2:first], all[first:S].reshape(rows, N), all[S:].reshape(N, N))
+
+
+@kernel
+def open_room(form, work):
+    """Return the named views of the scratch."""
+    N, own = int(form.N), work.own
+    v = own[1 : 1 + 6 * N].reshape(6, N)
+    squares = own[1 + 6 * N : 1 + 6 * N + 2 * N * N].reshape(2, N, N)
+    return Room(own[:1], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
+
+
+open_row.on(Polynomials)(open_row.table[Lags])
+open_work.on(Polynomials)(open_work.table[Lags])
+advance.on(Polynomials)(advance.table[Lags])
+
+
+@regress.on(Polynomials)
+def _(form, state, work, s2):
+    kept, room, theta, psi = open_kept(form, state), open_room(form, work), state.theta, work.psi
+    phi, at = room.phi, state.ys.size
+    for i in range(at):
+        phi[i] = -state.ys[i]
+    for l in range(state.held.size):
+        first = int(form.nk[l])
+        for lag in range(first, first + int(form.nb[l])):
+            phi[at] = state.us[l, lag]
+            at += 1
+    free = at
+    for m in range(kept.r.size):
+        phi[free + m] = kept.r[m]
+    if form.offset != 0.0:
+        phi[phi.size - 1] = form.offset
+    room.s2[0] = s2
+    yhat = 0.0
+    for i in range(phi.size):
+        yhat += phi[i] * theta[i]
+        psi[i] = phi[i]
+        room.old[i] = theta[i]
+    add_derivatives(psi, theta, kept.dr, free, 0, kept.dr.shape[0])
+    return yhat, in_doubt(form, state, kept, s2)
+
+
+@kernel
+def add_derivatives(psi, theta, dr, free, first, end):
+    """psi += sum of theta_m dr_m over first <= m < end, where theta_m stands at free + m."""
+    for m in range(first, end):
+        c = theta[free + m]
+        for i in range(psi.size):
+            psi[i] += c * dr[m, i]
+
+
+@renew.on(Polynomials)
+def _(form, state, work, y, doubt, innovation, T):
+    kept, room, theta = open_kept(form, state), open_room(form, work), state.theta
+    phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
+    N, M = theta.size, kept.r.size
+    free = N - M - (1 if form.offset != 0.0 else 0)
+    status = restrain(form, theta, room, free)
+    if kept.doubts[0] > 0.0 or doubt > 0.0:
+        revise(form, state, kept, room, y, doubt, free)
+
+    total = 0.0
+    for i in range(N):
+        total += phi[i] * theta[i]
+    coloured = 0.0
+    for i in range(free, free + nc + nd):
+        coloured += phi[i] * theta[i]
+    e = 0.0 if doubt > 0.0 else y - total
+    if doubt > 0.0 and y == 0.0:  # lost: begin again from rest
+        coloured = 0.0
+    is_exact = kept.dr.shape[0] > 0
+    g, h = room.g, room.h
+    if is_exact:  # g = d yhat, h = its part in c and d
+        for i in range(N):
+            g[i] = phi[i]
+            h[i] = phi[i] if free <= i < free + nc + nd else 0.0
+        add_derivatives(g, theta, kept.dr, free, 0, M)
+        add_derivatives(h, theta, kept.dr, free, 0, nc + nd)
+        push_row(kept.dr, 0, nc, g, -1.0)
+        for i in range(N):
+            h[i] -= g[i]
+        push_row(kept.dr, nc, nd, h, -1.0)
+    push(kept.r[:nc], e)
+    push(kept.r[nc : nc + nd], -(e + coloured))
+
+    b, f = na, nc + nd
+    for l in range(state.held.size):
+        nb, nf = int(form.nb[l]), int(form.nf[l])
+        if nf > 0:
+            w = 0.0
+            for i in range(b, b + nb):
+                w += phi[i] * theta[i]
+            for i in range(free + f, free + f + nf):
+                w += phi[i] * theta[i]
+            if is_exact:
+                for i in range(N):
+                    h[i] = phi[i] if b <= i < b + nb or free + f <= i < free + f + nf else 0.0
+                add_derivatives(h, theta, kept.dr, free, f, f + nf)
+                push_row(kept.dr, f, nf, h, -1.0)
+            push(kept.r[f : f + nf], -w)
+        b += nb
+        f += nf
+    push(state.ys, y)
+    begin(form, state, kept, work, free, room.s2[0])
+    return status
+
+
+@kernel
+def begin(form, state, kept, work, free, s2):
+    """Free c, d, f to a standard deviation of one; forget the first samples, which knew too little of e, v and w.
+
+    1 - lambda falls from FIRST by the factor FADING per sample (Ljung and Soderstrom 1983, chapter 5).
+    """
+    head = state.head
+    n = head[OBSERVED] - form.start
+    if head[OBSERVED] == kept.seen[0] or n < 0.0 or n > YOUNG:
+        return
+    kept.seen[0] = head[OBSERVED]
+    if n == 0.0:
+        for i in range(free, free + kept.r.size):
+            widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], work.b)
+    lam = 1.0 - FIRST * FADING**n
+    for j in range(state.D.size):
+        state.D[j] /= lam
+    hold_within(state.U, state.D, form.cap, work.c, work.f, work.b)
+    head[COUNT] *= lam * lam
+    head[CHI2] *= lam * lam
+    head[WEIGHT] *= lam
+
+
+@kernel
+def push_row(rows, first, count, new, sign):
+    """Shift ``count`` rows by one and put ``sign`` times ``new`` first."""
+    for m in range(first + count - 1, first, -1):
+        for i in range(new.size):
+            rows[m, i] = rows[m - 1, i]
+    if count > 0:
+        for i in range(new.size):
+            rows[first, i] = sign * new[i]
+
+
+# --- stability ---------------------------------------------------------------------------------------------
+
+
+@kernel
+def is_stable(form, theta, room, free):
+    """Say whether C and every F have their zeros within RADIUS."""
+    nc = int(form.nc)
+    if not is_inside(theta[free : free + nc], RADIUS, room.p, room.q):
+        return False
+    at = free + nc + int(form.nd)
+    for l in range(form.nf.size):
+        nf = int(form.nf[l])
+        if not is_inside(theta[at : at + nf], RADIUS, room.p, room.q):
+            return False
+        at += nf
+    return True
+
+
+@kernel
+def restrain(form, theta, room, free):
+    """Halve the step of theta until the predictor is stable (Perriot-Mathonna's projection); return status."""
+    if is_stable(form, theta, room, free):
+        return 0
+    for _ in range(HALVINGS):
+        for i in range(theta.size):
+            theta[i] = 0.5 * (theta[i] + room.old[i])
+        if is_stable(form, theta, room, free):
+            return PROJECTED
+    for i in range(theta.size):
+        theta[i] = room.old[i]
+    return PROJECTED

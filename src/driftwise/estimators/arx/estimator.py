@@ -1,0 +1,420 @@
+"""Recursive identification: parameters of a difference equation or a regression, the memory chosen by a word."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import Gate
+from ...engine import ud, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError
+from ...memory import banks as _banks  # noqa: F401  (registers the policies)
+from ...memory import unknown_noise as _unknown_noise  # noqa: F401  (registers the policies)
+from ...memory.adaptation import Setting, adaptation
+from ...memory.drift import Never
+from ...memory.resolve import resolve_gate, resolve_scale
+from ...models.canonical import power_of_two
+from ...models.convert import Model
+from ...models.equation import Equation
+from ...models.noise import White
+from ...models.scale import KnownScale, UnknownScale
+from ..algebraic_start.start import AlgebraicStart, prepare_equation
+from ..base import Reading
+from ..joint.estimator import WIDTH
+from ..smoothing.estimator import InHindsight
+from . import step as _step  # noqa: F401  (registers the step)
+from .gradient import LagsAlone, gradient
+from .instruments import InstrumentalLags, Instruments, instruments
+from .methods import LeastSquares
+from .row import COLUMNS, HOLD, PREDICT, SKIP, Lags, fields
+from .speeds import read as read_speeds
+
+METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone, "lms": LagsAlone}
+MISSING = {"predict": PREDICT, "hold": HOLD, "skip": SKIP}
+
+
+class Recursive(Reading):
+    """What every recursive estimator has: a prior, a memory, a gate, and rows that the compiled step advances."""
+
+    columns = COLUMNS
+    _tells = True  # a trace has columns for what a mixture is made of
+
+    def _prepare(self, form, own: int = 0):
+        """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
+        options, N = self.options, self.model.N
+        self.dt = validation.positive("dt", options["dt"])
+        self.y_scale = validation.size("y_scale", options["y_scale"])
+        self.u_scale = validation.sizes("u_scale", options["u_scale"], self.model.inputs)
+        missing = MISSING[validation.one_of("missing", options["missing"], MISSING)]
+        variance, scale = options["variance"], options["scale"]
+        R = self.y_scale**2 if variance is None else validation.positive("variance", variance)
+        is_relative = scale is not None or variance is None
+        self.scale = resolve_scale(scale, is_relative, N)
+        self._set_prior(options["theta0"], options["P0"])
+        prior = self._s0, self._U0, self._D0
+        constants = getattr(self.model, "constants", int(getattr(self.model, "has_offset", False)))
+        setting = Setting(
+            self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale, R, N - constants
+        )
+        memory, detector, settle, cells = adaptation(self._memory(R), setting)
+        fill = 0.0 if options["at_rest"] else form.fill
+        told = float(getattr(memory, "told", 0)) if self._tells else 0.0
+        self.columns = COLUMNS + int(told)
+        form = form._replace(
+            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing, told=told
+        )
+        # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
+        scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
+        if hasattr(form, "R"):
+            form = form._replace(R=R, cap=np.diag(self.prior_covariance))
+        self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
+        self.spec = flatten(self.policies)
+        self.dtype = np.dtype(fields(form))
+        self.scratch_size = 5 * N + own
+
+    def _memory(self, R) -> Any:
+        """Return the memory of all parameters."""
+        return self.options["memory"]
+
+    def _method(self, R) -> Any:
+        """Return the kernel's method."""
+        return LeastSquares(R)
+
+    def _set_prior(self, theta0, P0):
+        N = self.model.N
+        self._s0 = np.zeros(N) if theta0 is None else validation.vector("theta0", theta0, N)
+        P = np.diag(WIDTH * self._theta_units()) if P0 is None else validation.covariance("P0", P0, N)
+        try:
+            U, self._D0 = ud.factor(P)
+        except ValueError:
+            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
+        self._U0, self.prior_covariance = U[ud.packed_indices(N)], P
+
+    def _theta_units(self) -> np.ndarray:
+        """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
+        form, gain = self.model, (self.y_scale / self.u_scale) ** 2
+        b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
+        free, constants = np.ones(getattr(form, "kept", 0)), getattr(form, "constants", int(form.has_offset))
+        return np.concatenate([np.ones(form.na), b, free, np.full(constants, self.y_scale**2)])
+
+    def scaled_to(self, y, u=None):
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        Scaling y or u by a power of two then scales every result exactly.
+        """
+        y, u = validation.record(y, u, self.model.inputs)
+        scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return type(self)(**{**self.options, **scales})
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        if not isinstance(self.scale, KnownScale):
+            state["count"], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
+        return state
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return the parameters, in the order of ``names``."""
+        return np.array(state["theta"])
+
+    def scale_posterior(self, state) -> tuple[float, float]:
+        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
+        if isinstance(self.scale, KnownScale):
+            return math.inf, math.inf
+        return float(state["count"]) / 2, float(state["chi2"]) / 2
+
+    def sigma2(self, state) -> float:
+        """Return the estimate of the scale sigma^2 (1 where the noise is known).
+
+        It is relative to y_scale^2: the variance of the noise is y_scale^2 sigma^2, or the ``variance`` that was given.
+        Its root is ``trace.summary().noise_std``.
+        """
+        alpha, beta = self.scale_posterior(state)
+        if math.isinf(alpha):
+            return 1.0
+        return beta / max(alpha, 0.5) if alpha >= 0.5 else max(beta / 0.5, 1.0)  # too few samples: up to the data's own
+
+    def drift_of(self, state):
+        """Return how fast each parameter drifts, as the memory has it; None where it knows of no drift.
+
+        That is what was learnt (`Auto`, `LikelihoodDrift` and their kin), the mean of the speeds that compete (`Bank`,
+        `Interacting`), or what was said (`Drift`, `Walk`). Where it was said in the units of theta, an NVR is read off
+        the variance that such a drift leaves, which takes a few memories to settle.
+
+        Returns
+        -------
+        Speeds
+            ``nvr`` and ``memory`` (samples, 1/sqrt(NVR)) of each parameter, ``weights`` of explanations, ``words``.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> rng = np.random.default_rng(1)
+        >>> phi, slope = rng.standard_normal((800, 2)), np.cumsum(0.05 * rng.standard_normal(800))
+        >>> est = dw.Regression(["slope", "other"], memory=dw.Auto())
+        >>> est.drift_of(est.scan(phi[:, 0] * slope + 2 * phi[:, 1] + 0.5 * rng.standard_normal(800), phi).state)
+        slope forgets in about 10, other in about 43 samples (96 % likely)
+        """
+        self._rows(state)  # one state, and of this estimator
+        return read_speeds(self, state, self.names)
+
+    def variance_inflation(self, state) -> np.ndarray:
+        """Return how many times larger the variance of each parameter is than if all others were known, (N,).
+
+        1 where its regressor goes its own way; above 10 it cannot be told from what others do (Marquardt 1970), such as
+        friction from an offset while a motor turns one way.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> rng = np.random.default_rng(0)
+        >>> one = rng.standard_normal(200)
+        >>> phi = np.column_stack([one, one + 0.1 * rng.standard_normal(200), rng.standard_normal(200)])
+        >>> est = dw.Regression(["twin", "other twin", "alone"])
+        >>> est.variance_inflation(est.scan(phi.sum(axis=1), phi).state).round().tolist()
+        [88.0, 88.0, 1.0]
+        """
+        P = self._theta_covariance(state)
+        size = np.sqrt(np.diag(P))
+        size = np.where(size > 0, size, 1.0)
+        return np.diag(np.linalg.pinv(P / np.outer(size, size), hermitian=True)).copy()
+
+    def loglik(self, state) -> float:
+        """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
+
+        Where samples have faded there is no such thing, and it is the sum of the log densities of the one-step
+        predictions (Gaussian, with the variance learnt so far). Under the reference prior of an unknown scale both are
+        known up to a constant only, which depends on N.
+        """
+        begun = 0.0 if isinstance(self.scale, KnownScale) else 2 * self.scale.alpha
+        faded = begun + float(state["observed"]) - float(state["count"])
+        return super().loglik(state) if faded <= 1e-9 * float(state["observed"]) else float(state["score"])
+
+    def predict(self, state, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (h,) and standard deviation (h,) of the next h outputs, given the inputs to come.
+
+        The deviation holds the noise still to come, the parameters' uncertainty (first order) and what is unknown of
+        past outputs and inputs. Parameters stay as they are: a memory that lets them walk or jump widens it no further.
+
+        Parameters
+        ----------
+        state : one state, as `update` or a trace leaves it
+        u : (h,) or (h, k) inputs to come; omitted where the model has none
+        horizon : int, optional
+            h; the length of ``u`` if omitted.
+
+        Notes
+        -----
+        Bad at: far horizons of a model near the edge of stability, where the first order is too narrow.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+        >>> est = dw.ARX(1, 1)
+        >>> mean, std = est.predict(est.scan(y, u).state, [1.0, 1.0, 1.0])
+        >>> std.round(2).tolist()
+        [0.11, 0.14, 0.15]
+        """
+        from .forecast import forecast
+
+        return forecast(self, state, u, horizon)
+
+    def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters, in the order of ``names``, and their covariance."""
+        return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
+
+    def model_of(self, state) -> Model:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        return self.model_at(*self.parameters_of(state))
+
+    def model_at(self, theta, P) -> Model:
+        """Return the model of a parameter vector and its covariance."""
+        form, at = self.model.canonical()
+        size, real = form.N - form.n, len(at)
+        values, covariance = np.zeros(size), np.zeros((size, size))
+        values[at], covariance[np.ix_(at, at)] = theta[:real], P[:real, :real]
+        return Model(form, values, covariance, self.dt)
+
+
+class ARX(InHindsight, Recursive):
+    """Parameters of A(q) y = B(q) u + e by recursive least squares, with the memory you choose.
+
+    Parameters
+    ----------
+    na : int
+        Number of past outputs.
+    nb : int, or one for each input
+        Number of coefficients of each input; ``()`` for no input.
+    nk : int, or one for each input
+        Delay of each input in samples; 0 acts at once.
+    memory : policy
+        How the past is forgotten.
+    gate : Gate, optional
+        Treat outliers as missing.
+    offset : bool
+        Estimate a constant besides.
+    variance : float, optional
+        Variance of e; learnt if omitted (Student-t bands).
+    scale : UnknownScale, optional
+        Prior of that variance.
+    missing : "predict", "hold" or "skip"
+        What stands for a missing number among the regressors: its prediction (whose variance counts), the last value
+        (taken for true), or nothing: such samples teach nothing.
+    at_rest : bool
+        Whether outputs and inputs were zero before the record. Otherwise nothing is known of that time, and the first
+        max(na, nk + nb - 1) samples only fill the lags (status ``SKIPPED``).
+    method : "ls", "iv", "nlms" or "lms"
+        Least squares; instrumental variables, consistent whatever colours e; or a stochastic gradient, of cost O(N).
+    instruments : "model" or "delayed"
+        With "iv", what stands for past outputs: those of an auxiliary model, simulated with the estimate, or values of
+        the first input further back. Least squares runs for the first 2 N measured samples.
+    step : float
+        With "nlms" and "lms", the gain: stable for 0 < step < 2, slower and less restless the smaller it is.
+    theta0, P0 : (N,), and scalar, (N,) or (N, N), optional
+        Prior mean and covariance, the latter relative to the variance where that is learnt.
+    y_scale, u_scale : float, (k,)
+        Typical size of the data, for the default prior; `scaled_to` sets them.
+    dt : float
+        Seconds between samples.
+    start : "algebraic" or AlgebraicStart, optional
+        Identify the first samples at once and go on from there.
+
+    Notes
+    -----
+    Bad at: noise on the measurement itself, and coloured e: least squares is biased there (`OE`, `ARMAX`, or "iv").
+
+    Instrumental variables need an input that excites all of the model and no feedback; bars are those of white e,
+    sigma^2 P (sum zeta zeta') P', exact only there. A sample whose instruments do not fit its regressors is skipped
+    (``SKIPPED``). Soderstrom and Stoica (1983); Young (1984).
+
+    A gradient has no covariance: its deviations are infinite, in the trace and in the model; bands of the prediction
+    are those of the past errors, which fade with the memory. Normalised ("nlms", Nagumo and Noda 1967), the gain is
+    step M phi/(1e-3 y_scale^2 + phi' M phi), M the squared units of theta; plain ("lms", Widrow and Hoff 1960),
+    step M phi/y_scale^2, but never beyond M phi/(phi' M phi), so that it cannot run away. Slow where regressors are
+    alike.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
+    >>> trace = dw.ARX(2, 2, memory=dw.Weighted(0.99)).scan(y, u)
+    >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
+    ['a1 -1.51', 'a2 0.71', 'b1 1.00', 'b2 0.47']
+    """
+
+    def __init__(
+        self,
+        na: int = 2,
+        nb=1,
+        nk=1,
+        *,
+        memory: Any = Never(),
+        gate: Gate | None = None,
+        offset: bool = False,
+        variance: float | None = None,
+        scale: UnknownScale | None = None,
+        missing: str = "predict",
+        at_rest: bool = False,
+        method: str = "ls",
+        instruments: str = "model",
+        step: float = 0.5,
+        theta0=None,
+        P0=None,
+        y_scale: float = 1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+        start: str | AlgebraicStart | None = None,
+    ):
+        self.options: dict[str, Any] = dict(
+            na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset, variance=variance, scale=scale,
+            missing=missing, at_rest=at_rest, method=method, instruments=instruments, step=step, theta0=theta0,
+            P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, start=start,
+        )  # fmt: skip
+        self._build(na, nb, nk, offset)
+
+    def _build(self, na, nb, nk, offset, labels=(), has_disturbance=False):
+        nb, nk = validation.counts("nb", nb), validation.counts("nk", nk)
+        if len(nk) == 1:
+            nk = nk * len(nb)
+        if len(nk) != len(nb):
+            raise InputError(f"nk must be one delay, or one for each of the {len(nb)} inputs, got {nk!r}")
+        has_offset = validation.yes("offset", offset)
+        self.model = form = Equation(validation.count("na", na), nb, nk, has_offset, tuple(labels), has_disturbance)
+        if not form.N:
+            raise InputError("the model has no parameter: give na, nb or an offset")
+        kind, N, deep = self.options["method"], form.N, form.deep
+        validation.one_of("method", kind, METHODS)
+        registers = own = 0
+        if kind == "iv":
+            registers, own = N * N + 1 + form.na, 3 * N
+            first = instruments(self.options["instruments"], form, self.options["memory"])
+            deep = max(deep, first + form.na)
+        self._prepare(
+            METHODS[kind](
+                N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
+                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.constants > 0), told=0.0,
+                nb=np.array(nb, float), nk=np.array(nk, float),
+            ), own
+        )  # fmt: skip
+        if self._is_bare:
+            if self.options["P0"] is not None:
+                raise InputError(f"method={kind!r} has no covariance, so P0 says nothing: give theta0, or step")
+            self._D0, self._U0, self.prior_covariance = np.zeros(0), np.zeros(0), self._unknown()
+        self.starting = prepare_equation(self, White(self.policies[1].R))
+        if self.starting:
+            self.dtype = np.dtype(fields(self.policies[0]) + self.starting.fields)
+
+    def _method(self, R) -> Any:
+        kind, memory, form = self.options["method"], self.options["memory"], self.model
+        if kind == "iv":
+            first, prior = instruments(self.options["instruments"], form, memory), np.diag(self.prior_covariance).copy()
+            return Instruments(R, first, self.y_scale / self.u_scale[0], 2 * form.N, prior)
+        if kind != "ls":
+            return gradient(kind, self.options["step"], memory, self._theta_units(), self.y_scale, R)
+        return super()._method(R)
+
+    @property
+    def _is_bare(self) -> bool:
+        """Whether there is no covariance."""
+        return getattr(self.policies[0], "is_bare", False)
+
+    def _unknown(self) -> np.ndarray:
+        return np.diag(np.full(self.model.N, np.inf))
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        if self.options["method"] == "iv":
+            state["registers"][..., : self.model.N**2] = self.prior_covariance.ravel()
+        return state
+
+    def _covariance(self, state) -> np.ndarray:
+        return self._unknown() if self._is_bare else super()._covariance(state)
+
+    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+        """Return (ratio, direction) pairs as every estimator does; none for a gradient, which cannot tell."""
+        return [] if self._is_bare else super().excitation(state)
+
+
+class AR(ARX):
+    """Parameters of A(q) y = e by recursive least squares: `ARX` without an input.
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
+    >>> trace = dw.AR(1).scan(y)
+    >>> print(trace.parameters[-1].round(1))
+    [-0.8]
+    """
+
+    def __init__(self, na: int = 2, **options):
+        plain = ARX(na, (), (), **options)
+        self.__dict__.update(plain.__dict__)
+        self.options = {k: v for k, v in plain.options.items() if k not in ("nb", "nk")}

@@ -1,0 +1,97 @@
+"""Stochastic gradient: theta <- theta + step psi e/(psi' psi). The cheap end: O(N) per sample, and no covariance."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...engine.dispatch import Vector, advance, open_row, open_work
+from ...engine.errors import InputError
+from ...memory.drift import Never
+from ...memory.fading import LimitedGain, Weighted
+from .methods import correct_by
+from .row import HEAD, Lags, Row, Work, regress, renew
+from .step import fill_lags
+
+LEAST = 1e-3  # added to psi' psi, in units of y squared
+
+
+class LagsAlone(Lags):
+    """`Lags` without a covariance."""
+
+    __slots__ = ()
+
+    @property
+    def is_bare(self) -> bool:
+        """There is no covariance to keep."""
+        return True
+
+
+class Gradient(NamedTuple):
+    """Gain step M psi/(c + psi' M psi), M the squared units of theta (one where the data have none)."""
+
+    R: float
+    step: float
+    plain: float  # 1: the gain is step M psi/y_scale^2, not normalised, but never beyond M psi/(psi' M psi)
+    unit: float  # y_scale^2
+    units: Vector
+
+
+@open_row.on(LagsAlone)
+def _(form, row):
+    N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
+    s = len(HEAD)
+    y = s + N
+    S = y + na
+    h = S + na * na
+    u = h + 6 * k
+    c = u + 2 * k * deep
+    m = c + int(form.cells)
+    nothing = row[:0]
+    inputs, lags = row[h:u].reshape(6, k), row[u:c].reshape(2, k, deep)
+    return Row(
+        row[:s], row[s:y], nothing, nothing, row[y:S], row[S:h],
+        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
+        lags[0], lags[1], nothing, row[c:m], row[m:],
+    )  # fmt: skip
+
+
+@open_work.on(LagsAlone)
+def _(form, scratch):
+    N, nothing = int(form.N), scratch[:0]  # the row of a covariance that is not there
+    return Work(nothing, nothing, scratch[N : 2 * N], nothing, nothing, scratch[:N])
+
+
+advance.on(LagsAlone)(advance.table[Lags])
+renew.on(LagsAlone)(renew.table[Lags])
+
+
+@regress.on(LagsAlone)
+def _(form, state, work, s2):
+    return fill_lags(form, state, work.own, s2)
+
+
+@correct_by.on(Gradient)
+def _(method, memory, state, e, R, s2, work):
+    theta, psi, units = state.theta, work.own, method.units
+    size = 0.0
+    for i in range(theta.size):
+        size += units[i] * psi[i] * psi[i]
+    if method.plain != 0.0:
+        gain = min(method.step / method.unit, 1.0 / size) if size > 0.0 else 0.0
+    else:
+        gain = method.step / (LEAST * method.unit + size)
+    for i in range(theta.size):
+        theta[i] += gain * units[i] * psi[i] * e
+    return R
+
+
+def gradient(kind, step, memory, units, y_scale, R) -> Gradient:
+    """Return the method "nlms" or "lms"."""
+    if not (isinstance(step, int | float | np.number) and 0 < step < 2):
+        raise InputError(f"step must lie between 0 and 2, where the recursion is stable, got {step!r}")
+    if type(memory) not in (Never, LimitedGain, Weighted):
+        raise InputError(
+            f"with method={kind!r} a constant step forgets by itself; memory says how the variance does: "
+            f"Never(), LimitedGain(N) or Weighted(p), got {memory!r}"
+        )
+    return Gradient(R, float(step), float(kind == "lms"), y_scale**2, units)

@@ -1,0 +1,240 @@
+"""One sample of a recursive estimator: predict, project, detect, correct, respond, forget."""
+
+import math
+
+import numpy as np
+
+from ...detect.gate import admit, count_rejections
+from ...detect.watch import SINCE, STATISTIC, WHICH, watch
+from ...engine.dispatch import advance, kernel
+from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
+from ...engine.ud import entry, predicted_variance, project, variance, variances
+from ...memory.adapt import age, begin, distrust, notice, reckon, respond, tell
+from ...models.scale import freedom, sigma2
+from ..joint.step import hold_input, predict_input
+from .gaps import is_clear, pass_gap, spread
+from .methods import correct_by
+from .row import (
+    CHI2,
+    COLUMNS,
+    COUNT,
+    HOLD,
+    HUGE,
+    IN_A_ROW,
+    LOGDET,
+    OBSERVED,
+    PAST,
+    PREDICT,
+    SAMPLES,
+    SCORE,
+    SKIP,
+    STATUS,
+    TOP,
+    WEIGHT,
+    Lags,
+    push,
+    regress,
+    renew,
+)
+
+TINY = 1e-300  # marks a predicted number that nothing is known about
+GLITCH = 0.3  # of the squared error: variance of an outlier among the regressors, a glitch of the sensor or real
+RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
+
+
+@kernel
+def take_inputs(form, state, u, t):
+    """Take the inputs of sample t into their registers, a missing one as predicted or held; return a status."""
+    status = 0
+    for l in range(state.held.size):
+        value = u[t, l]
+        if abs(value) < HUGE:
+            hold_input(state, l, value)
+        else:
+            status |= MISSING_INPUT if value != value else MISSING_INPUT | BAD_VALUE
+            if form.missing != HOLD:
+                predict_input(state, l)
+        push(state.us[l], state.held[l])
+        is_known = abs(value) < HUGE or form.missing == HOLD
+        push(state.udoubt[l], 0.0 if is_known else max(state.unsure[l], TINY))
+    return status
+
+
+@kernel
+def uncertain(doubt, state, i, s2):
+    """Return what an error of variance ``doubt`` in regressor i adds to the variance of y."""
+    if doubt == 0.0:
+        return 0.0
+    return doubt * (state.theta[i] * state.theta[i] + s2 * variance(state.U, state.D, i))
+
+
+@kernel
+def fill_lags(form, state, psi, s2):
+    """Fill psi with past outputs and inputs; return the prediction and what predicted ones add to its variance."""
+    added, at = 0.0, state.ys.size
+    for i in range(at):
+        psi[i] = -state.ys[i]
+    if not is_clear(state.ydoubt, at):
+        added = max(spread(state.ydoubt, state.theta[:at], state.U, state.D, 0, s2), TINY)
+    for l in range(state.held.size):
+        first = int(form.nk[l])
+        for lag in range(first, first + int(form.nb[l])):
+            psi[at] = state.us[l, lag]
+            added += uncertain(state.udoubt[l, lag], state, at, s2)
+            at += 1
+    while at < psi.size:
+        psi[at] = form.offset
+        at += 1
+    yhat = 0.0
+    for i in range(psi.size):
+        yhat += psi[i] * state.theta[i]
+    return yhat, added
+
+
+@regress.on(Lags)
+def _(form, state, work, s2):
+    return fill_lags(form, state, work.psi, s2)
+
+
+@kernel
+def take_output(state, work, y, doubt, e, T):
+    """Take y into the past outputs."""
+    na = state.ys.size
+    if na > 0 and (doubt != 0.0 or not is_clear(state.ydoubt, na)):
+        pass_gap(state.ydoubt, state.ys, state.theta, work.b, y, doubt, e, T)
+    push(state.ys, y)
+
+
+@renew.on(Lags)
+def _(form, state, work, y, doubt, e, T):
+    take_output(state, work, y, doubt, e, T)
+    return 0
+
+
+@kernel
+def write(out, t, state, work, s2, first):
+    """Write theta, and its spread or covariance, from column ``first`` on; no D: nobody knows (infinite)."""
+    N, C = state.theta.size, out.shape[1]
+    if C >= first + N:
+        for i in range(N):
+            out[t, first + i] = state.theta[i]
+    if state.D.size < N:
+        for at in range(first + N, C):
+            out[t, at] = np.inf
+    elif C == first + 2 * N:
+        variances(state.U, state.D, work.c)
+        for i in range(N):
+            out[t, first + N + i] = math.sqrt(s2 * work.c[i])
+    elif C > first + N:
+        at = first + N
+        for j in range(N):
+            for i in range(j + 1):
+                p = 0.0
+                for k in range(j, N):
+                    p += entry(state.U, i, k) * entry(state.U, j, k) * state.D[k]
+                out[t, at] = s2 * p
+                at += 1
+
+
+@kernel
+def known_so_far(scale, head):
+    """Return sigma^2; after fewer samples than parameters it may be anything up to the data's own."""
+    s2 = sigma2(scale, head[COUNT], head[CHI2])
+    return s2 if head[COUNT] >= 1.0 else max(s2, 1.0)
+
+
+@advance.on(Lags)
+def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
+    head, theta, U, D, psi = state.head, state.theta, state.U, state.D, work.psi
+    if head[SAMPLES] == 0.0:
+        begin(memory, state.cells, theta, U, D)
+    status = take_inputs(form, state, u, t)
+    z = y[t, 0]
+    is_used = abs(z) < HUGE
+    if not is_used:
+        status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
+
+    # predict
+    s2 = known_so_far(scale, head)
+    yhat, doubt = regress(form, state, work, s2)
+    e = z - yhat if is_used else np.nan
+    if doubt > 0.0:
+        status |= SKIPPED if form.missing == SKIP else FILLED
+        is_used = is_used and form.missing != SKIP
+    if head[PAST] < form.fill:  # some regressor belongs to the time before the record
+        is_used, status = False, status | SKIPPED
+    if head[PAST] > 0.0 or abs(z) < HUGE:
+        head[PAST] += 1.0
+    R = method.R + doubt / s2
+
+    if out.shape[1] >= COLUMNS:
+        out[t, 8] = freedom(scale, head[COUNT])
+        if form.told > 0.0:
+            tell(memory, state.cells, R, s2, theta, work, out[t, COLUMNS:])
+
+    # project
+    project(U, psi, work.f)
+    T = predicted_variance(work.f, D, R)
+
+    # detect
+    alarm = 0.0
+    if is_used:
+        is_used = admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_used)
+        status |= 0 if is_used else REJECTED
+    if is_used and head[OBSERVED] > form.settle and T > 0.0:
+        spread = math.sqrt(s2 * T)
+        for i in range(psi.size):
+            work.slope[i] = psi[i] / spread
+        alarm = watch(detector, state.marks, e / spread, work.slope)
+
+    # correct
+    surprise = np.nan
+    if is_used:
+        T = correct_by(method, memory, state, e, R, s2, work)
+        if T > 0.0:
+            surprise = e * e / (s2 * T)
+            head[OBSERVED] += 1.0
+            head[COUNT], head[CHI2], head[WEIGHT] = reckon(
+                memory, state.cells, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
+            )
+            alarm += notice(memory, state.cells, state.marks)
+            head[LOGDET] += math.log(T)
+            head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
+        else:
+            status |= EXACT if T == 0.0 else SKIPPED
+            T = -T
+    doubt, seen = 0.0, e
+    if status & (MISSING_OUTPUT | REJECTED):
+        z, seen = yhat, np.nan
+        doubt = max(s2 * T, TINY)
+        if form.missing == HOLD:
+            z, doubt = state.ys[0] if state.ys.size else yhat, 0.0
+        elif head[OBSERVED] == 0.0 or doubt > RANGE * max(head[TOP] * head[TOP], s2 * method.R):
+            z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)  # nothing like the data so far, or no model yet
+            status |= LOST if head[OBSERVED] > theta.size else 0
+    else:
+        head[TOP] = max(head[TOP], abs(z))
+        if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.cells) > 0.5:
+            doubt = GLITCH * e * e
+    status |= renew(form, state, work, z, doubt, seen, s2 * T)
+
+    out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
+    if out.shape[1] >= COLUMNS:
+        out[t, 4], out[t, 5] = head[WEIGHT], state.marks[STATISTIC]
+        out[t, 6], out[t, 7] = alarm * state.marks[SINCE], state.marks[WHICH]
+        write(out, t, state, work, known_so_far(scale, head), COLUMNS + int(form.told))
+
+    # respond, forget
+    if alarm != 0.0:
+        head[WEIGHT], moved = respond(memory, alarm, state.marks[WHICH], state.cells, head[WEIGHT], s2, U, D, work)
+        status |= moved
+    lam, moved = age(memory, state.cells, head[WEIGHT], surprise, R / T if T > 0.0 else 1.0, s2, theta, U, D, work)
+    if lam < 1.0:
+        head[WEIGHT] *= lam
+        head[COUNT] *= lam
+        head[CHI2] *= lam
+    status |= moved
+    out[t, 3] = status
+    head[STATUS] = status
+    head[SAMPLES] += 1.0

@@ -1,0 +1,94 @@
+"""Compile ahead, so that the first estimate of a process starts at once.
+
+* `Joint`: every noise whose coefficients are known, constant parameters or `Walk`, with and without a gate, the scale
+  known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
+* `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
+* `JointMIMO` (split) and `ContinuousJoint`: the defaults
+* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`,
+  `SelfStarting`), `Auto`
+* their `smooth` and `tune`, whatever the settings
+* `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`; `Manoeuvre`: the defaults
+* `WindowObserver` on regular samples
+* `ModelAverage` of any of these, and the detector `SelfStarting`; with them all that `identify`, and `driftwise run`
+  without options, need
+
+Whatever else one combines compiles when it is first used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from ...detect.gate import Gate
+from ...detect.score import Score
+from ...detect.self_starting import SelfStarting
+from ...engine import compile
+from ...memory.auto import Auto
+from ...memory.drift import Never, UntilJump, Walk
+from ...memory.fading import Weighted
+from ...models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
+from ...models.plant import Plant
+from ..adaptive_gain.estimator import AdaptiveGain
+from ..armax.estimator import ARMAX
+from ..arx.estimator import ARX
+from ..arx_mimo.estimator import ARXMIMO
+from ..continuous.estimator import ContinuousJoint
+from ..joint.estimator import Joint
+from ..joint_mimo.estimator import JointMIMO
+from ..manoeuvre.estimator import Manoeuvre
+from ..model_average.step import Averaging
+from ..smoothing.moments import Backward
+from ..smoothing.passes import Disturbances, Forward, Information
+from ..window_observer.estimator import WindowObserver
+
+
+def combinations() -> list[dict[str, Any]]:
+    """Return the settings of `Joint` that select different code: noise, memory, gate, and known or learnt scale."""
+    kinds: tuple[Any, ...] = (OutputError, EquationError, lambda v: NoisePolynomial((0.0,), v))
+    return [
+        dict(noise=noise(variance), memory=memory, gate=gate)
+        for noise, variance, memory, gate in product(
+            kinds,
+            (None, 1.0),
+            (Never(), Walk(1e-6)),
+            (None, Gate()),
+        )
+    ]
+
+
+def prune() -> None:
+    """Delete cached code older than the newest engine source: no fingerprint asks for it any more."""
+    root = Path(compile.__file__).parent
+    newest = max(path.stat().st_mtime for path in root.parent.rglob("*.py"))
+    for path in (root / "__pycache__").glob("*.nbc"):
+        if path.stat().st_mtime < newest:
+            path.unlink(missing_ok=True)
+
+
+def warm() -> Iterator[str]:
+    """Compile one combination after the other and yield its name."""
+    prune()
+    for settings in [*combinations(), dict(memory=UntilJump()), dict(noise=UnknownPolynomial())]:
+        est = Joint(1, **settings)
+        est.update(est.start(), 0.0)
+        yield repr(est)
+    for est in (Joint(1), Joint(1, memory=Walk(1e-6)), Joint(1, memory=UntilJump())):
+        est.smooth([0.0])
+        yield f"{est!r}.smooth"
+    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()), UntilJump(SelfStarting()), Auto())
+    recursive = [ARX(1, 1, memory=memory) for memory in memories]
+    window = WindowObserver(Plant([[0.0]]), 2.0, noise_std=1.0, dt=1.0)
+    others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), Manoeuvre(), window
+    for other in (*recursive, *others):
+        other.drive  # noqa: B018  (compiles)
+        yield repr(other)
+    for task in (Forward, Disturbances, Information, Backward):
+        compile.passage(task)
+    yield "ARX.smooth, ARX.tune"
+    compile.passage(Averaging)
+    yield "ModelAverage"
+    SelfStarting().scan([0.0])
+    yield repr(SelfStarting())

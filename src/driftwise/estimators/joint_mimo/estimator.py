@@ -1,0 +1,298 @@
+"""The joint filter of several outputs: state and parameters of a multivariable ARMAX system in canonical form."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import Gate
+from ...engine import ud, validation
+from ...engine.dispatch import flatten
+from ...engine.errors import InputError
+from ...memory.drift import Never
+from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
+from ...models import noise as noises
+from ...models import noise_many
+from ...models.canonical import power_of_two
+from ...models.model_mimo import ModelMIMO
+from ...models.scale import KnownScale, UnknownScale, sigma2
+from ...models.structure import Structure, indices
+from ..base import directions
+from ..joint.estimator import WIDTH
+from . import door as mimo_door
+from .reading import ReadingMIMO
+from .row import INPUT, OUTPUT, scratch_size
+from .step import share
+from .tables import prior_factors, tables
+
+
+class JointMIMO(ReadingMIMO):
+    """Posterior of state and parameters of a system with several outputs, sample by sample.
+
+    The canonical form of structure indices nu_1..nu_p (each output has a state of its own, and equations that
+    use the data of all; `driftwise.models.structure.Structure` writes it out):
+
+        x^i+ = shift_up(x^i) - sum_j a_ij y_j + sum_l b_il u_l + w
+        y_i = x^i[0] - sum_{j<i} a0_ij y_j + sum_l b0_il u_l + w_n,i
+
+    Given data, it is linear in state and parameters, so the filter is the exact posterior when the noise is
+    Gaussian with the stated covariances: theorem 3 of Salut et al. (1979), the outputs of a sample taken in order.
+    Missing samples and held inputs: the first two moments of each product, exact for a Gaussian posterior.
+
+    It runs **split** where no covariance links the outputs: one filter for each, the other outputs its data, each
+    with its own learnt scale. Otherwise **coupled**: one filter of all unknowns, one common scale. A sample costs
+    O(N^2), N the unknowns of each filter.
+
+    Parameters
+    ----------
+    structure : (p,)
+        Structure indices: the order nu_i of each output. One whole number for one output.
+    inputs : int
+        Number of inputs k.
+    direct : bool
+        Whether u(t) acts on y(t) at once (the terms b0).
+    noise : EquationError, NoisePolynomial or NoiseCovariance
+        ``EquationError(variance)`` with one variance or one per output; ``NoisePolynomial((d^1, .., d^p), variance)``;
+        ``NoiseCovariance(Q (n, n), S (n, p), R (p, p))`` of the stacked system in Salut's order, n = sum nu_i. Without
+        a variance, the scale is learnt (Student-t bands).
+    memory : Never, Walk or UntilJump
+        Constant parameters, a capped random walk, or constant between jumps (split: of each output on its own).
+    gate : Gate, optional
+        Treat outliers of each output as missing.
+    scale : UnknownScale, optional
+        All variances relative to an unknown sigma^2 with this inverse-gamma prior (split: one for each output).
+    s0, P0 : (N,), and scalar, (N,) or (N, N), optional
+        Prior mean and covariance in Salut's order (`Structure`). The default is wide, in the units of the scales.
+    y_scale, u_scale : float or (p,), float or (k,)
+        Typical size of the data, for the default prior; `scaled_to` sets them.
+    dt : float
+        Seconds between samples.
+    floor : float
+        Relative round-off carried by y: R_t = R + (floor max|y recent|)^2.
+    split : bool, optional
+        None: split where noise and prior allow. False: coupled; with noise to be learnt, one scale for all outputs.
+
+    Raises
+    ------
+    InputError
+        Where a number does not fit; the message says which and why.
+
+    Notes
+    -----
+    Bad at: white measurement noise (biased, as `Joint`; `OutputError` is refused), structure indices above the truth
+    (nearly unidentifiable: see `excitation`), and split filters with many missing samples: what a gap makes two filters
+    have in common is not carried from sample to sample (`tests/test_mimo_statistics.py` bounds what that costs).
+
+    Examples
+    --------
+    >>> import driftwise as dw
+    >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
+    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.1, seed=1)
+    >>> trace = dw.JointMIMO((2, 1), inputs=1).scan(y, u)
+    >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])][:3]
+    ['a1.11 -1.19', 'a2.11 0.49', 'a2.12 -0.10']
+    """
+
+    def __init__(
+        self,
+        structure,
+        inputs: int = 0,
+        direct: bool = False,
+        *,
+        noise: Any = noises.EquationError(),
+        memory: Any = Never(),
+        gate: Gate | None = None,
+        scale: UnknownScale | None = None,
+        s0=None,
+        P0=None,
+        y_scale=1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+        floor: float = 1e-12,
+        split: bool | None = None,
+    ):
+        self.options = dict(
+            structure=structure, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
+            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, split=split,
+        )  # fmt: skip
+        inputs = validation.count("inputs", inputs)
+        self.options["structure"] = nu = indices(structure, inputs)
+        self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
+        self.dt = validation.positive("dt", dt)
+        self.y_scale = validation.sizes("y_scale", y_scale, form.outputs)
+        self.u_scale = validation.sizes("u_scale", u_scale, inputs)
+        self._units = form.units(self.y_scale, self.u_scale)
+        if not 0.0 <= floor < 1.0:
+            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
+
+        Q, S, R = noise_many.covariances(noise, form, self.y_scale**2)
+        self._set_prior(s0, P0)
+        self.is_split = self._resolve_split(split, Q, S, R)
+        p = form.outputs
+        self.groups = [[i] for i in range(p)] if self.is_split else [list(range(p))]
+        self._D0, self._U0 = prior_factors(self.prior_covariance, self._owner, self.groups)
+        relative = scale is not None or getattr(noise, "variance", 0.0) is None
+        self.scale = resolve_scale(scale, relative, 0)  # each output spends its own, below
+        self._sizes = [sum(self.unknowns[i] for i in group) for group in self.groups]
+        kernel_noise = noise_many.factor(Q, S, R, form, self.groups)
+        # the reference prior of a learnt scale spends one half on each unknown first
+        spent = self._sizes if relative and scale is None else [0] * len(self.groups)
+        self.spent = np.array(spent, float)
+        longest = max(self.unknowns)
+        detector, settle = resolve_watch(memory, longest)
+        shape = tables(form, self.groups, kernel_noise, float(floor), self.spent, self.prior_covariance, settle)
+        n, N, m = form.n, form.N, form.N - form.n
+        found = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
+        if type(found) not in share.table:
+            raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
+        self.policies = (shape, kernel_noise, found, resolve_gate(gate, longest), self.scale, detector)
+        self.spec = flatten(self.policies)
+        self.scratch_size = scratch_size(shape, kernel_noise)
+        each: dict[str, Any] = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)
+        each |= dict.fromkeys(("chi2", "logdet"), len(self.groups))
+        each |= dict(x=n, theta=m, D=N, U=int(shape.U_at[-1]))
+        each |= dict.fromkeys(("held", "unsure", "known", "sums", "squares", "steps"), inputs)
+        each["marks"] = (p, detector.marks(0))
+        self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", size) for name, size in each.items()])
+        assert len(each) == OUTPUT + 6 + INPUT + 1
+
+    # --- settings ------------------------------------------------------------------------------------------
+
+    @cached_property
+    def unknowns(self) -> list[int]:
+        """How many unknowns, states and parameters, the equation of each output has."""
+        return [nu + size for nu, size in zip(self.model.nu, np.diff(self.model.theta_at).tolist())]
+
+    @cached_property
+    def _owner(self) -> np.ndarray:
+        """Whose equation each unknown belongs to, (N,)."""
+        return np.concatenate([np.repeat(np.arange(self.model.outputs), self.model.nu), self.model.targets])
+
+    def _theta_units(self) -> np.ndarray:
+        """Return the squared units of theta."""
+        return self._units[self.model.n :]
+
+    def _set_prior(self, s0, P0):
+        N, back = self.model.N, self.model.salut
+        self._s0 = (np.zeros(N) if s0 is None else validation.vector("s0", s0, N))[back]
+        P = WIDTH * np.diag(self._units) if P0 is None else validation.covariance("P0", P0, N)[np.ix_(back, back)]
+        self.prior_covariance = P
+
+    def _resolve_split(self, split, Q, S, R) -> bool:
+        form = self.model
+        noise = np.block([[Q, S], [S.T, R]])
+        outputs = np.arange(form.outputs)
+        owner = np.concatenate([np.repeat(outputs, form.nu), outputs])
+        free = noise_many.separates(noise, owner) and noise_many.separates(self.prior_covariance, self._owner)
+        if split not in (None, False, True):
+            raise InputError(f"split is None (where possible), True or False, got {split!r}")
+        if split and not free:
+            raise InputError(
+                "split=True, but the noise or P0 links the outputs: separate filters would ignore it. Leave split out"
+            )
+        return free if split is None else bool(split)
+
+    def scaled_to(self, y, u=None) -> JointMIMO:
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        Scaling an output or input by a power of two then scales every result exactly.
+        """
+        y, u = mimo_door.record(y, u, self.model.outputs, self.model.inputs)
+        scales = dict(y_scale=[power_of_two(c) for c in y.T], u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return JointMIMO(**{**self.options, **scales})
+
+    def smooth(self, *args, **options):
+        """Refuse: there is no smoother of several outputs.
+
+        The filter of output i of a split run on complete data is ``Joint(nu_i, inputs, direct)`` with the other outputs
+        as inputs before u (their b are -a_ij; ``P0`` zero where the structure has no such lag): smooth that.
+        """
+        raise InputError(
+            "JointMIMO has no smoother. On a complete record smooth one output after the other: Joint(nu_i, "
+            "inputs=p - 1 + k).smooth(y[:, i], u_i), the columns of u_i being the other outputs, then u"
+        )
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return E s(t+1 | t) in Salut's order (`Structure`)."""
+        s = np.concatenate([state["x"], state["theta"]], axis=-1)
+        return s[..., self.model.kernel]
+
+    def covariance(self, state) -> np.ndarray:
+        """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""
+        back = self.model.kernel
+        return self._kernel_covariance(state)[..., back, :][..., back]
+
+    def _kernel_covariance(self, state, times=None) -> np.ndarray:
+        """Return the covariance in the kernel's order, each group's times a factor."""
+        shape, full = self.policies[0], np.zeros((*np.shape(state), self.model.N, self.model.N))
+        for g, group in enumerate(self.groups):
+            mine = np.flatnonzero(np.isin(self._owner, group))
+            U = state["U"][..., int(shape.U_at[g]) : int(shape.U_at[g + 1])]
+            full[..., mine[:, None], mine] = ud.unpack(U, state["D"][..., mine]) * (1 if times is None else times[g])
+        return full
+
+    def model_of(self, state) -> ModelMIMO:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        n, s2 = self.model.n, self.sigma2(state)
+        P = self._kernel_covariance(state, [s2[group[0]] for group in self.groups])
+        return ModelMIMO(self.model, np.array(state["theta"]), P[n:, n:], self.dt)
+
+    def _counts(self, state):
+        """Return (count, chi2, logdet, spent) of each group."""
+        observed, spent = np.asarray(state["observed"]), self.spent
+        for g, group in enumerate(self.groups):
+            yield float(observed[group].sum()), float(state["chi2"][g]), float(state["logdet"][g]), float(spent[g])
+
+    def sigma2(self, state) -> np.ndarray:
+        """Return the estimate of the scale sigma^2 of each output, (p,); 1 where the noise is known."""
+        found = [sigma2(self.scale, count - spent, chi2) for count, chi2, _, spent in self._counts(state)]
+        return np.repeat(found, [len(group) for group in self.groups])
+
+    def scale_posterior(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return (alpha, beta), (p,) each, of the inverse-gamma posterior of sigma^2; infinite where it is known."""
+        p, lengths = self.model.outputs, [len(group) for group in self.groups]
+        if isinstance(self.scale, KnownScale):
+            return np.full(p, np.inf), np.full(p, np.inf)
+        alpha = [self.scale.alpha + (count - spent) / 2 for count, _, _, spent in self._counts(state)]
+        beta = [self.scale.beta + chi2 / 2 for _, chi2, _, _ in self._counts(state)]
+        return np.repeat(alpha, lengths), np.repeat(beta, lengths)
+
+    def noise_covariance(self, state) -> np.ndarray:
+        """Return the covariance of w_n that the filters assume, times their scales, (p, p)."""
+        noise, std = self.policies[1], np.sqrt(self.sigma2(state))
+        W = noise.W.reshape(len(std), -1)
+        return (W * noise.R) @ W.T * std * std[:, None]
+
+    def loglik(self, state) -> float:
+        """Return log p(y_1..y_t), parameters (and scales) integrated out: the evidence, ready to compare.
+
+        Under the reference prior of an unknown scale it is known up to a constant only, which depends on the structure:
+        compare structures with a proper `UnknownScale(alpha, beta)`.
+        """
+        total = 0.0
+        for count, chi2, logdet, spent in self._counts(state):
+            total -= 0.5 * (count * math.log(2 * math.pi) + logdet)
+            if isinstance(self.scale, KnownScale):
+                total -= 0.5 * chi2
+                continue
+            prior, beta = self.scale.alpha - spent / 2, self.scale.beta
+            alpha = prior + count / 2
+            if alpha <= 0:
+                return math.nan
+            total += math.lgamma(alpha) - alpha * math.log(beta + chi2 / 2)
+            total -= math.lgamma(prior) - prior * math.log(beta) if prior > 0 else 0.0
+        return total
+
+    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+        """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first.
+
+        A ratio near one says that the data have taught nothing about that combination of parameters (above 0.5
+        counts as unlearnt). Directions are unit vectors in prior deviations.
+        """
+        n = self.model.n
+        return directions(self._kernel_covariance(state)[n:, n:], np.diag(self.prior_covariance)[n:])

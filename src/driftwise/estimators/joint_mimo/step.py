@@ -1,0 +1,308 @@
+"""One sample of several outputs: project, detect and correct in order, group by group, then predict."""
+
+import math
+
+import numpy as np
+
+from ...detect.gate import admit, count_rejections
+from ...engine.dispatch import advance, choice, kernel, rare, watch
+from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
+from ...engine.ud import correct, entry, predicted_variance, variances
+from ...memory.drift import Never, Restart, Walk, drift
+from ...models.scale import sigma2
+from ..joint.row import HUGE
+from ..joint.step import LIMIT, take_inputs
+from .predict import propagate
+from .row import MimoForm, add_row, covariance, gather, make_room, open_group, place, scatter
+
+
+@choice
+def share(memory, first, last):
+    """Return the memory of parameters first .. last - 1: what one group of outputs forgets by."""
+
+
+@share.on(Never)
+def _(memory, first, last):
+    return memory
+
+
+@share.on(Walk)
+def _(memory, first, last):
+    return Walk(memory.q[first:last], memory.cap[first:last])
+
+
+@share.on(Restart)
+def _(memory, first, last):
+    return Restart(memory.q[first:last], memory.cap[first:last])
+
+
+@kernel
+def take_outputs(state, work, y, t):
+    """Note what is measured at sample t in ``state.status``, with the size of each output."""
+    for i in range(state.peak.size):
+        value = abs(y[t, i])
+        state.peak[i] *= 0.75
+        state.status[i] = 0.0
+        work.z[i] = work.spread[i] = 0.0
+        if value < HUGE:
+            state.peak[i] = max(state.peak[i], value)
+            state.top[i] = max(state.top[i], value)
+            work.z[i] = -y[t, i]
+        else:
+            state.status[i] = MISSING_OUTPUT if y[t, i] != y[t, i] else MISSING_OUTPUT | BAD_VALUE
+
+
+@rare
+def restart_states(form, state, group, s2):
+    """Forget the group's x but not theta: x = 0 with ten times the range of the data as its standard deviation."""
+    for j in range(group.first, group.last):
+        top = state.top[j]
+        for i in range(int(form.x_at[j]), int(form.x_at[j + 1])):
+            state.s[i] = 0.0
+            state.D[i] = 100.0 * top * top / s2 if top > 0.0 else form.Px[j]
+    for c in range(group.N):
+        for i in range(min(c, group.n)):
+            group.U[c * (c - 1) // 2 + i] = 0.0
+
+
+@kernel
+def check_lost(form, state, work, group, s2):
+    """A gap so long that the model has lost the state restarts it."""
+    for i in range(group.first, group.last):
+        if int(state.status[i]) & MISSING_OUTPUT:
+            # (still in the row: nothing has been gathered)
+            at, p = int(form.x_at[i]) - group.x0, 0.0
+            for c in range(at, group.N):
+                w = entry(group.U, at, c)
+                p += w * w * state.D[group.x0 + c if c < group.n else group.theta0 + c - group.n]
+            if not p < LIMIT * (state.top[i] ** 2 / s2 + form.Px[i] + work.R[i]):
+                restart_states(form, state, group, s2)
+                state.status[i] = int(state.status[i]) | LOST
+
+
+@rare
+def widen_front(form, work, group, g, front):
+    """Let ``front`` unknowns stand in front of the group's: v alone, or the data in front of v."""
+    q, p = int(work.q[g]), group.last - group.first
+    if q == 0:
+        make_room(group.U, group.A, group.s, group.D, group.N, front)
+        for i in range(p):
+            group.D[front - p + i] = work.R[group.first + i]
+    else:
+        make_room(group.A, group.A, group.s, group.D, q + group.N, front - q)
+    work.q[g] = front
+    if front > p:  # data that other groups or nobody will correct
+        for src in range(work.z.size):
+            if src < group.first or src >= form.outputs:
+                set_datum(form, work, group, g, src)
+
+
+@kernel
+def set_datum(form, work, group, g, src):
+    """Let the error of a datum from outside the group stand in its place in front."""
+    if work.spread[src] > 0.0:
+        group.D[place(form, src)] = work.spread[src] / work.s2[g]
+
+
+@kernel
+def project(form, noise, work, group, g, U, i):
+    """Fill f = U'h for output i; return its prediction and the variance that products of errors add."""
+    q = int(work.q[g])
+    size = q + group.N
+    s, D, f = group.s, group.D, work.f
+    for c in range(size):
+        f[c] = 0.0
+    at = q + int(form.x_at[i]) - group.x0
+    add_row(U, size, at, 1.0, f)
+    yhat, extra = s[at], 0.0
+    for b in range(group.blocks.size // 4):
+        if group.blocks[4 * b + 2] == -(1.0 + i):
+            m, src = q + int(group.blocks[4 * b]), int(group.blocks[4 * b + 3])
+            z = work.z[src]
+            if work.spread[src] > 0.0:
+                at = place(form, src)
+                z += s[at]
+                add_row(U, size, at, s[m], f)
+                yhat += work.s2[g] * covariance(U, D, size, m, at)
+                extra += product_variance(form, work, group, g, U, i, m, at)
+            add_row(U, size, m, z, f)
+            yhat += z * s[m]
+    if q > 0:
+        p = int(form.outputs)
+        v = q - (group.last - group.first)
+        for j in range(i, group.last):
+            weight = noise.W[i * p + j]
+            yhat += weight * s[v + j - group.first]
+            if weight != 0.0:
+                add_row(U, size, v + j - group.first, weight, f)
+    return yhat, extra
+
+
+@rare
+def product_variance(form, work, group, g, U, i, m, at):
+    """Return the covariance of (parameter m) (datum at) with all such products in output i: Isserlis."""
+    q = int(work.q[g])
+    size = q + group.N
+    total = 0.0
+    for b in range(group.blocks.size // 4):
+        src = int(group.blocks[4 * b + 3])
+        if group.blocks[4 * b + 2] == -(1.0 + i) and work.spread[src] > 0.0:
+            other, there = q + int(group.blocks[4 * b]), place(form, src)
+            P_mm, P_zz = covariance(U, group.D, size, m, other), covariance(U, group.D, size, at, there)
+            P_mz, P_zm = covariance(U, group.D, size, m, there), covariance(U, group.D, size, at, other)
+            total += P_mm * P_zz + P_mz * P_zm
+    return work.s2[g] * total
+
+
+@kernel
+def seen(form, state, group, g):
+    """Return how many samples have taught the group's scale."""
+    count = -form.spent[g]
+    for i in range(group.first, group.last):
+        count += state.observed[i]
+    return count
+
+
+@kernel
+def correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g):
+    """Take the group's outputs of sample t, in order."""
+    group = open_group(form, state, work, g)
+    outputs, p = int(form.outputs), group.last - group.first
+    front = work.z.size + p
+    s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
+    work.s2[g] = s2
+    is_whole = True
+    for i in range(group.first, group.last):
+        R = noise.R[i]
+        if R > 0.0:
+            rounding = (form.floor * state.peak[i]) ** 2 / s2
+            if rounding > R:
+                state.status[i] = int(state.status[i]) | FLOORED
+            R += rounding
+        work.R[i] = R
+        is_whole = is_whole and not int(state.status[i]) & MISSING_OUTPUT
+    for src in range(work.z.size):
+        is_whole = is_whole and work.spread[src] == 0.0
+    if not is_whole:
+        check_lost(form, state, work, group, s2)
+    gather(state, group)
+    work.q[g] = 0.0
+    if not is_whole:
+        widen_front(form, work, group, g, front)
+    elif form.light == 0.0:
+        widen_front(form, work, group, g, p)
+
+    taught = surprise = work.alarm[g] = 0.0
+    for i in range(group.first, group.last):
+        status = int(state.status[i])
+        U = group.U if work.q[g] == 0.0 else group.A
+        yhat, R = project(form, noise, work, group, g, U, i)
+        q = int(work.q[g])
+        D, f = group.D[: q + group.N], work.f[: q + group.N]
+        R += work.R[i] if q == 0 else 0.0
+        s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
+        is_measured = not status & MISSING_OUTPUT
+        e = y[t, i] - yhat if is_measured else np.nan
+        if is_measured:
+            is_measured = admit(gate, e, f, D, R, s2, state.in_a_row[i], state.observed[i])
+            state.in_a_row[i] = count_rejections(gate, state.in_a_row[i], not is_measured)
+            status |= 0 if is_measured else REJECTED
+        if is_measured:
+            T = correct(U, D, f, R, work.b)
+            if T > 0.0:
+                for c in range(q + group.N):
+                    group.s[c] += work.b[c] * (e / T)
+                taught += 1.0
+                surprise += e * e / (s2 * T)
+                state.observed[i] += 1.0
+                state.chi2[g] += e * e / T
+                state.logdet[g] += math.log(T)
+                if state.observed[i] > form.settle:
+                    alarm = watch(detector, state.marks[i], e / math.sqrt(s2 * T), state.marks[i, :0])
+                    work.alarm[g] = alarm if alarm != 0.0 else work.alarm[g]
+            else:
+                status |= EXACT
+        else:
+            T = predicted_variance(f, D, R)
+            work.z[i], work.spread[i] = -yhat, s2 * T
+            set_output(form, noise, work, group, g, i, front)
+        state.status[i] = status
+        out[t, i], out[t, outputs + i], out[t, 2 * outputs + i] = yhat, e, s2 * T
+    work.surprise[g] = surprise / taught if taught > 0.0 else np.nan
+
+
+@rare
+def set_output(form, noise, work, group, g, i, front):
+    """Let the error of a missing output stand in its place in front: what it is made of, and its own part."""
+    if int(work.q[g]) < front:  # the gate's decision came late
+        widen_front(form, work, group, g, front)
+    _, extra = project(form, noise, work, group, g, group.A, i)
+    at = place(form, i)
+    for c in range(at + 1, int(work.q[g]) + group.N):
+        group.A[c * (c - 1) // 2 + at] = -work.f[c]
+    group.D[at] = extra
+    group.s[at] = 0.0
+
+
+@kernel
+def write(form, scale, state, work, out, t):
+    """Write the rest of a row of the trace: s(t | t), its spread or P."""
+    p, N, C = int(form.outputs), state.D.size, out.shape[1]
+    at = 4 * p
+    if C == at:
+        return
+    if C > at + N and C != at + 2 * N:
+        for j in range(at + N, C):
+            out[t, j] = 0.0
+    for g in range(int(form.groups)):
+        group = open_group(form, state, work, g)
+        q = int(work.q[g])
+        U = group.U if q == 0 else group.A
+        D = group.D[: q + group.N]
+        s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
+        if C == at + 2 * N:
+            variances(U, D, work.c)
+        for i in range(group.N):
+            there = group.x0 + i if i < group.n else group.theta0 + i - group.n
+            out[t, at + there] = group.s[q + i]
+            if C == at + 2 * N:
+                out[t, at + N + there] = math.sqrt(s2 * work.c[q + i])
+            elif C > at + N:
+                for j in range(i + 1):
+                    other = group.x0 + j if j < group.n else group.theta0 + j - group.n
+                    cov = s2 * covariance(U, D, D.size, q + i, q + j)
+                    out[t, at + N + there * (there + 1) // 2 + other] = cov
+
+
+@advance.on(MimoForm)
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+    p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
+    held = take_inputs(state, k, u, t)
+    take_outputs(state, work, y, t)
+    for l in range(k):
+        work.z[p + l] = state.held[l]
+        work.spread[p + l] = state.unsure[l]
+    for g in range(groups):
+        correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g)
+    write(form, scale, state, work, out, t)
+    for g in range(groups):
+        group = open_group(form, state, work, g)
+        is_known = True
+        for src in range(p + k):
+            is_known = is_known and work.spread[src] == 0.0
+        if not is_known:
+            if int(work.q[g]) < p + k + group.last - group.first:
+                widen_front(form, work, group, g, p + k + group.last - group.first)
+            for src in range(group.last, p):
+                set_datum(form, work, group, g, src)
+        propagate(form, noise, work, group, g)
+        D = group.D[: group.N]
+        first = group.theta0 - int(form.x_at[p])
+        forgets = share(memory, first, first + group.N - group.n)
+        observed = seen(form, state, group, g) + form.spent[g]
+        moved = drift(forgets, work.alarm[g], work.surprise[g], observed, work.s2[g], group.U, D, group.n, work.c)
+        scatter(state, group)
+        for i in range(group.first, group.last):
+            state.status[i] = int(state.status[i]) | held | moved
+            out[t, 3 * p + i] = state.status[i]
+    state.samples[0] += 1.0

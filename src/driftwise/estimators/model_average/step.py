@@ -1,0 +1,248 @@
+"""One sample of a model average: the members' predictions become one density; then y says who was right.
+
+    prediction   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
+    base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
+    density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
+    weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
+
+No variance falls below what the resolution of y, its smallest step so far, allows: step^2/12. Members whose weight is
+below a hundredth of the best do not speak (Occam's window, Madigan and Raftery 1994), nor does one that claims to know
+nothing: a hundred times the variance of y about its mean, or of its scale.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...engine.dispatch import kernel, pass_over
+from ...engine.status import BAD_VALUE, MISSING_OUTPUT
+
+NAIVE = ("last value", "straight line", "mean")
+FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
+SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
+SCALES = len(FAST) + len(SLOW)
+# of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2
+# and the samples behind it; the q_j; then of each member: log weight, evidence, squared errors, c, samples behind c
+SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT, HEAD = range(8)
+BLOCKS = 5
+# of a row of the trace
+PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, BASE, LEVEL, FLOOR, TOLD = range(11)
+FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
+VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
+TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
+LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
+YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
+ROOT_2PI = math.sqrt(2 * math.pi)
+
+
+class Averaging(NamedTuple):
+    """The numbers of a model average; ``members`` without the naive forecasters, which follow them."""
+
+    members: float
+    forgetting: float  # phi, of the weights
+    rate: float  # eta, what the evidence of a sample counts
+    memory: float  # samples, of the noise variances
+    tails: float  # samples, of the shape of the density
+    share: float  # of the weights is given back to all alike, so that none is lost for ever
+    window: float  # Occam's: a weight below this times the best is none
+    settle: float  # measured samples before evidence counts
+    unit: float  # y_scale^2
+
+
+def own_size(members: int) -> int:
+    """Return how many numbers a state has beside its members' own."""
+    return HEAD + SCALES + BLOCKS * (members + len(NAIVE))
+
+
+def told_size(members: int) -> int:
+    """Return how many columns a row of the trace has: those above, the q_j, the weights."""
+    return TOLD + SCALES + members + len(NAIVE)
+
+
+def fresh(task: Averaging) -> np.ndarray:
+    """Return the state before the first sample: equal weights, a density near the normal one."""
+    row = np.zeros(own_size(int(task.members)))
+    row[LAST] = row[BEFORE] = row[STEP] = np.nan
+    row[LONG] = task.unit
+    fill_tails(row[HEAD:])
+    row[HEAD + SCALES :].reshape(BLOCKS, -1)[3] = 1.0
+    return row
+
+
+@kernel
+def prior_count(j):
+    """Return the samples that scale j is worth beforehand: two for the plain one, less the further from it."""
+    if j >= len(FAST):
+        return 0.04
+    kappa = FAST[j]
+    return 2.0 if kappa == 1.0 else 0.5 * min(kappa, 1.0 / kappa)
+
+
+@kernel
+def fill_tails(q):
+    """Write the counts of all scales beforehand."""
+    for j in range(SCALES):
+        q[j] = prior_count(j)
+
+
+@kernel
+def scale_of(j, s, long, floor):
+    """Return the variance v_j."""
+    return max(FAST[j] * s if j < len(FAST) else SLOW[j - len(FAST)] * long, floor)
+
+
+@kernel
+def normal(e, v):
+    """Return the density of N(0, v), never quite zero."""
+    return math.exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
+
+
+@kernel
+def naive(row, i):
+    """Return the forecast of naive member i, in the order of ``NAIVE``."""
+    if i == 2 or row[SEEN] == 0.0:
+        return row[MEAN]
+    if i == 0 or not math.isfinite(row[BEFORE]):
+        return row[LAST]
+    return 2.0 * row[LAST] - row[BEFORE]
+
+
+@kernel
+def floor_of(task, row):
+    """Return the least variance: that of a number rounded to the smallest step y has made so far."""
+    step = row[STEP] if math.isfinite(row[STEP]) else 0.0
+    return max(step * step / 12.0, TINY * task.unit)
+
+
+@kernel
+def has_something_to_say(i, mu, S, ratio):
+    """Say whether a member made a forecast, and one that is worth it: the last member forecasts the mean."""
+    return math.isfinite(mu[i]) and 0.0 < ratio[i] * S[i] <= VAGUE * max(ratio[-1], 1.0) * S[-1]
+
+
+@kernel
+def speak(task, row, mu, S, w, logs, ratio, floor):
+    """Fill w, the weights of those who speak; return mean and base of the density."""
+    M, best = w.size, -math.inf
+    for i in range(M):
+        if has_something_to_say(i, mu, S, ratio):
+            best = max(best, logs[i])
+    total, mean, base = 0.0, 0.0, 0.0
+    for i in range(M):
+        is_heard = has_something_to_say(i, mu, S, ratio) and logs[i] - best > math.log(task.window)
+        w[i] = math.exp(logs[i] - best) if is_heard else 0.0
+        total += w[i]
+    for i in range(M):
+        w[i] /= total
+        if w[i] > 0.0:
+            mean += w[i] * mu[i]
+    for i in range(M):
+        if w[i] > 0.0:
+            base += w[i] * (max(ratio[i] * S[i], floor) + (mu[i] - mean) ** 2)
+    return mean, max(base, floor)
+
+
+@kernel
+def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor):
+    """Give each member the log density it had for y, let its noise variance follow, and forget."""
+    M, usual, present = logs.size, 0.0, 0.0
+    fade = 1.0 - 1.0 / task.memory
+    for i in range(M):
+        scores[i] = math.nan
+        if not (math.isfinite(mu[i]) and S[i] > 0.0):
+            continue
+        v = max(ratio[i] * S[i], floor)
+        z2 = (y - mu[i]) ** 2 / v
+        scores[i] = -0.5 * math.log(v / task.unit) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
+        usual += math.exp(logs[i]) * scores[i]
+        squares[i] += (y - mu[i]) ** 2 if row[SEEN] >= task.settle else 0.0
+        present += math.exp(logs[i])
+        behind[i] = fade * behind[i] + 1.0
+        gain = 1.0 / (behind[i] + 1.0)
+        ratio[i] = max(ratio[i] * (1.0 - gain + gain * min(z2, WILD)), floor / S[i])
+    best = -math.inf
+    for i in range(M):  # who said nothing neither wins nor loses
+        score = scores[i] if math.isfinite(scores[i]) else usual / present
+        logs[i] += task.rate * score
+        best = max(best, logs[i])
+        if row[SEEN] >= task.settle and y != row[LAST]:  # a plant at rest tells nothing apart
+            evidence[i] += score
+    total = 0.0
+    for i in range(M):
+        logs[i] = task.forgetting * (logs[i] - best)
+        total += math.exp(logs[i])
+    for i in range(M):
+        logs[i] = math.log((1.0 - task.share) * math.exp(logs[i]) / total + task.share / M)
+
+
+@kernel
+def learn_tails(task, row, q, e, base, floor):
+    """Share the sample out among the scales that may have made it, and follow the long-run mean of e^2."""
+    fade = min(1.0 - 1.0 / task.tails, 1.0 - 1.0 / (YOUNG + TENTH * row[SEEN]))
+    total = 0.0
+    for j in range(SCALES):
+        total += q[j] * normal(e, scale_of(j, base, row[LONG], floor))
+    for j in range(SCALES):
+        part = q[j] * normal(e, scale_of(j, base, row[LONG], floor)) / total
+        q[j] = fade * q[j] + (1.0 - fade) * prior_count(j) + part
+    if row[SEEN] < SETTLE:
+        row[LONG], row[LONG_COUNT] = base, 0.5 * SETTLE
+    else:
+        row[LONG_COUNT] = (1.0 - 1.0 / LONG_MEMORY) * row[LONG_COUNT] + 1.0
+        row[LONG] += (e * e - row[LONG]) / (row[LONG_COUNT] + 1.0)
+
+
+@kernel
+def note(row, y):
+    """Keep what the naive forecasters, and the resolution of y, need."""
+    step = abs(y - row[LAST])
+    if step > 0.0 and not row[STEP] <= step:  # NaN at first
+        row[STEP] = step
+    row[BEFORE], row[LAST] = row[LAST], y
+    row[SEEN] += 1.0
+    row[MEAN] += (y - row[MEAN]) / row[SEEN]
+
+
+@kernel
+def tell(row, q, y, mean, base, floor, out):
+    """Write the density, and where y lies in it."""
+    weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
+    for j in range(SCALES):
+        weight += q[j]
+    for j in range(SCALES):
+        v, share = scale_of(j, base, row[LONG], floor), q[j] / weight
+        out[TOLD + j] = share
+        variance += share * v
+        p += share * normal(e, v)
+        lower += share * 0.5 * math.erfc(-e / math.sqrt(2.0 * v))
+        upper += share * 0.5 * math.erfc(e / math.sqrt(2.0 * v))
+    out[PREDICTION], out[INNOVATION], out[VARIANCE], out[SCORE] = mean, e, variance, math.log(max(p, 1e-300))
+    out[LOWER], out[UPPER], out[BASE], out[LEVEL], out[FLOOR] = lower, upper, base, row[LONG], floor
+
+
+@pass_over.on(Averaging)
+def _(task, rows, q, kept, out, numbers):
+    """Average over a record: y in ``rows``, the members' predictions in ``q``, their variances in ``kept``.
+
+    ``q`` and ``kept`` have columns for the naive members, which are filled here.
+    """
+    M = q.shape[1]
+    row, tails, own = numbers, numbers[HEAD : HEAD + SCALES], numbers[HEAD + SCALES :]
+    logs, evidence, squares = own[:M], own[M : 2 * M], own[2 * M : 3 * M]
+    ratio, behind, scores = own[3 * M : 4 * M], own[4 * M : 5 * M], own[5 * M :]
+    for t in range(rows.shape[0]):
+        y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
+        for i in range(len(NAIVE)):
+            mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
+        floor = floor_of(task, row)
+        mean, base = speak(task, row, mu, S, w, logs, ratio, floor)
+        is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
+        tell(row, tails, math.nan if is_absurd else y, mean, base, floor, out[t])
+        out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
+        if out[t, STATUS] != 0.0:
+            out[t, SCORE] = math.nan
+            continue
+        judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor)
+        learn_tails(task, row, tails, y - mean, base, floor)
+        note(row, y)

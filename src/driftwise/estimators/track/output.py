@@ -1,0 +1,201 @@
+"""What a plot showed, as columns of the trace: forecast and density, then where the target is and how it moves."""
+
+import math
+
+from ...engine.dispatch import kernel
+from ...engine.status import NOT_READY
+from . import bank, circle, linear, pole
+
+ROOT_2PI = math.sqrt(2 * math.pi)
+
+
+@kernel
+def normal(e, v):
+    """Return the density of N(0, v), never quite zero."""
+    return math.exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
+
+
+@kernel
+def tell(row, C, y, w, mean, S, out):
+    """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it."""
+    total = 0.0
+    for j in range(bank.TAILS):
+        total += row[bank.at_tails(C) + j]
+    spreading = 0.0
+    for j in range(bank.TAILS):
+        out[bank.at_shares(C) + j] = row[bank.at_tails(C) + j] / total
+        spreading += bank.SCALES[j] * out[bank.at_shares(C) + j]
+    out[bank.at_told(C) + bank.SPREADING] = spreading
+    cross = 0.0
+    for c in range(C):
+        m, s = 0.0, 0.0
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                m += w[i] * mean[i, c]
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                s += w[i] * (S[i, c] + (mean[i, c] - m) ** 2)
+        e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
+        for j in range(bank.TAILS):
+            v, share = bank.SCALES[j] * s, out[bank.at_shares(C) + j]
+            p += share * normal(e, v)
+            lower += share * 0.5 * math.erfc(-e / math.sqrt(2.0 * v))
+            upper += share * 0.5 * math.erfc(e / math.sqrt(2.0 * v))
+        out[bank.column(C, 0, c)], out[bank.column(C, 1, c)] = m + row[bank.of_coordinate(C, bank.FIRST, c)], e
+        out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, math.log(max(p, 1e-300))
+        out[bank.column(C, 4, c)], out[bank.column(C, 5, c)] = lower, upper
+    if C == 2:
+        for i in range(bank.members(C)):
+            if w[i] > 0.0:
+                cross += (
+                    w[i]
+                    * (mean[i, 0] - out[bank.column(C, 0, 0)] + row[bank.of_coordinate(C, bank.FIRST, 0)])
+                    * (mean[i, 1] - out[bank.column(C, 0, 1)] + row[bank.of_coordinate(C, bank.FIRST, 1)])
+                )
+    out[bank.at_told(C) + bank.CROSS] = cross
+    for i in range(bank.members(C)):
+        out[bank.at_shares(C) + bank.TAILS + i] = w[i]
+
+
+@kernel
+def member_state(row, C, i, unit, x, V):
+    """Fill x (3C,) and V (3C, 3C): position, velocity, acceleration per coordinate, as member i has them."""
+    n = 3 * C
+    for j in range(n):
+        x[j] = 0.0
+        for k in range(n):
+            V[j, k] = 0.0
+    if i < bank.KALMAN:
+        for c in range(C):
+            at, h = bank.at_linear(C, i) + bank.LINEAR * c, 3 * c
+            r, k = unit[c] * row[at + linear.SCALE], 0
+            for j in range(3):
+                x[h + j] = row[at + j]
+                for l in range(j, 3):
+                    V[h + j, h + l] = V[h + l, h + j] = row[at + linear.P + k] * r
+                    k += 1
+            if i < bank.LINES:  # the mean acceleration between two plots
+                V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / bank.period(row) ** 4
+        return
+    at = bank.at_circle(C, i - bank.KALMAN)
+    omega, vE, vN = row[at + 4], row[at + 1], row[at + 3]
+    x[0], x[1], x[2], x[3], x[4], x[5] = row[at], vE, omega * vN, row[at + 2], vN, -omega * vE
+    for j in range(n):
+        for k in range(n):
+            for a in range(5):
+                Ja = circle.slope(j, a, omega, vE, vN)
+                if Ja != 0.0:
+                    for b in range(5):
+                        Jb = circle.slope(k, b, omega, vE, vN)
+                        if Jb != 0.0:
+                            V[j, k] += Ja * Jb * row[at + circle.P + circle.index(min(a, b), max(a, b))]
+
+
+@kernel
+def tell_state(row, C, w, unit, x, V, total, out):
+    """Write mean and covariance of position, velocity, acceleration: those of the bank.members that have them.
+
+    Member after member (West 1979), so that nothing cancels.
+    """
+    n, share = 3 * C, 0.0
+    mean = out[bank.at_state(C) : bank.at_state(C) + n]
+    for j in range(n):
+        mean[j] = 0.0
+        for k in range(n):
+            total[j, k] = 0.0
+    for i in range(bank.KALMAN + bank.circles(C)):
+        if w[i] > 0.0:
+            before, share = share, share + w[i]
+            old, new = before / share, w[i] / share
+            member_state(row, C, i, unit, x, V)
+            for c in range(C):  # relative to the last plot: the square of a position is large
+                x[3 * c] -= row[bank.of_coordinate(C, bank.LAST, c)]
+            for j in range(n):
+                for k in range(j, n):
+                    apart = (x[j] - mean[j]) * (x[k] - mean[k])
+                    total[j, k] = old * total[j, k] + new * (V[j, k] + old * apart)
+            for j in range(n):
+                mean[j] += new * (x[j] - mean[j])
+    at = bank.at_covariance(C)
+    for j in range(n):
+        for k in range(j, n):
+            out[at] = total[j, k]
+            at += 1
+    for c in range(C):
+        mean[3 * c] += row[bank.of_coordinate(C, bank.LAST, c)] + row[bank.of_coordinate(C, bank.FIRST, c)]
+
+
+@kernel
+def tell_turn(C, out):
+    """Write the turn rate, positive to the right, and its standard deviation by the delta method; NaN at rest."""
+    told = bank.at_told(C)
+    out[told + bank.TURN] = out[told + bank.TURN_SD] = math.nan
+    if C != 2:
+        return
+    x, at = out[bank.at_state(C) :], bank.at_covariance(C)
+    vE, aE, vN, aN = x[1], x[2], x[4], x[5]
+    v2 = vE * vE + vN * vN
+    if not v2 > 0.0 or out[at] == math.inf:
+        return
+    omega, variance = (aE * vN - aN * vE) / v2, 0.0
+    for j in range(6):
+        for k in range(j, 6):
+            both = turn_slope(j, omega, vE, aE, vN, aN, v2) * turn_slope(k, omega, vE, aE, vN, aN, v2)
+            variance += both * out[at] * (1.0 if j == k else 2.0)
+            at += 1
+    out[told + bank.TURN], out[told + bank.TURN_SD] = omega, math.sqrt(max(variance, 0.0))
+
+
+@kernel
+def turn_slope(j, omega, vE, aE, vN, aN, v2):
+    """Return the derivative of (aE vN - aN vE)/v^2 by entry j of (E, vE, aE, N, vN, aN)."""
+    if j == 1:
+        return (-aN - 2.0 * omega * vE) / v2
+    if j == 2:
+        return vN / v2
+    if j == 4:
+        return (aE - 2.0 * omega * vN) / v2
+    if j == 5:
+        return -vE / v2
+    return 0.0
+
+
+@kernel
+def tell_pole(row, C, w, out):
+    """Write the manoeuvre pole and its standard deviation; NaN before the third plot."""
+    first, share, mean, square = bank.KALMAN + bank.circles(C), 0.0, 0.0, 0.0
+    n = pole.size(C)
+    for i in range(bank.POLES):
+        share += w[first + i]
+    for i in range(bank.POLES):
+        at, v = bank.at_pole(C, i), w[first + i] / share if share > 0.0 else 1.0 / bank.POLES
+        mean += v * row[at + n - 1]
+        square += v * (row[at + n - 1] ** 2 + row[at + n + bank.triangle(n) - 1])
+    is_known = row[bank.SEEN] > 2.0
+    out[bank.at_told(C) + bank.POLE] = mean if is_known else math.nan
+    out[bank.at_told(C) + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
+
+
+@kernel
+def blank(task, row, C, t, y, out):
+    """Write what is known before there are two plots: nothing, or one place and the speed of the class."""
+    for k in range(bank.columns(C)):
+        out[k] = 0.0
+    share = bank.at_shares(C)
+    for j in range(bank.TAILS):
+        out[share + j] = 1.0 if bank.SCALES[j] == 1.0 else 0.0
+    out[bank.at_told(C) + bank.SPREADING] = 1.0
+    tell_turn(C, out)
+    out[bank.at_told(C) + bank.POLE] = out[bank.at_told(C) + bank.POLE_SD] = math.nan
+    out[bank.at_told(C) + bank.STATUS] = NOT_READY
+    out[bank.at_told(C) + bank.MANOEUVRING] = row[bank.MANOEUVRE]
+    for c in range(C):
+        for k in range(6):
+            out[bank.column(C, k, c)] = math.nan
+        out[bank.column(C, 2, c)] = math.inf
+        out[bank.at_state(C) + 3 * c] = y[c]
+    at, n = bank.at_covariance(C), 3 * C
+    for j in range(n):
+        for k in range(j, n):
+            out[at] = math.inf if j == k else 0.0
+            at += 1

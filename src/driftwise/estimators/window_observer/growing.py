@@ -1,0 +1,327 @@
+"""The growing window: exact least squares from the first sample on, handed over to a covariance as soon as it can be.
+
+What nothing was known of at the start is kept apart, where it stays well conditioned (`anchored`), until the triangle
+that knows it has a condition below `HAND_OVER`. Then it is folded into a covariance U D U', and what follows is the
+Kalman filter (Bierman and Thornton), disturbances that walk included.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...engine import ud
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_work, rare
+from ...engine.status import LOST
+from ...engine.ud import correct, predicted_variance, project
+from ..adaptive_gain.step import take_inputs
+from ..arx.row import HUGE
+from .anchored import ANCHORED, LOGDET, OUTPUTS, SQUARES, START, add, begin, fold, orthonormalise, resolve
+from .motion import discretise, move
+from .row import DETERMINED, SAMPLES, along, elapse, observe, places, report
+
+KNOWN = 1e12  # condition of the triangle up to which the unknown counts as determined
+HAND_OVER = 1e8  # and up to which a covariance is made of it: half the digits are left
+
+
+class Growing(NamedTuple):
+    """The plant over one step, where it starts, and what is asked of an estimate."""
+
+    n: float
+    m: float
+    inputs: float
+    outputs: float
+    dt: float
+    settle: float
+    H: Vector
+    D: Vector
+    r: Vector
+    rows: Vector
+    feeds: Vector
+    tolerance: Vector
+    marks: float
+    line: float  # 1: inputs are straight lines between samples, 0: they are held
+    Phi: Vector  # (m, m) over dt, G0 and G1 (m, k)
+    G0: Vector
+    G1: Vector
+    Uq: Vector  # covariance of the walks over dt, factored; empty without walks
+    Dq: Vector
+    A: Vector  # in continuous time, for steps of any length; empty where all are dt
+    B: Vector
+    walk: Vector
+    mean: Vector  # (m,) prior, its variances (0 where infinite), and which elements those are
+    prior: Vector
+    free: Vector
+
+
+class Row(NamedTuple):
+    """Views of one state row."""
+
+    head: np.ndarray
+    z: np.ndarray
+    std: np.ndarray
+    ahead: np.ndarray
+    held: np.ndarray
+    marks: np.ndarray
+    start: np.ndarray  # as `anchored.START` says
+    zhat: np.ndarray
+    D: np.ndarray
+    U: np.ndarray
+    X: np.ndarray  # (m, d)
+    R: np.ndarray  # (d + 1, d): the triangle, and what it equals, transposed
+
+
+class Work(NamedTuple):
+    """Scratch."""
+
+    y: np.ndarray
+    z: np.ndarray
+    ahead: np.ndarray
+    a: np.ndarray
+    f: np.ndarray
+    b: np.ndarray
+    delta: np.ndarray
+    u: np.ndarray  # inputs of the sample before
+    row: np.ndarray
+    weight: np.ndarray
+    g: np.ndarray
+    S: np.ndarray  # X R^-1
+    inverse: np.ndarray
+    Y: np.ndarray
+    Phi: np.ndarray  # the step of an interval that is not dt
+    G0: np.ndarray
+    G1: np.ndarray
+    Uq: np.ndarray
+    Dq: np.ndarray
+    Q: np.ndarray
+    M: np.ndarray
+    F: np.ndarray
+    powers: np.ndarray
+
+
+def build(estimator, common) -> Growing:
+    """Return the form of a `WindowObserver` whose window is infinite."""
+    system, dt, n = estimator.plant, estimator.dt, estimator.plant.n
+    none = np.zeros(0)
+    std = np.concatenate([estimator.x_std, system.prior_std[n:]])
+    steps = [M.ravel() for M in system.discretise(dt, estimator.hold)]
+    is_walking, is_irregular = np.any(system.walk > 0), estimator.irregular
+    U, D = ud.factor(system.noise(dt)) if is_walking else (np.zeros((0, 0)), none)
+    return Growing(
+        **common, line=float(estimator.hold == "foh"), Phi=steps[0], G0=steps[1], G1=steps[2],
+        Uq=U[ud.packed_indices(len(D))], Dq=D, A=system.A.ravel() if is_irregular else none,
+        B=system.B.ravel() if is_irregular else none, walk=system.walk,
+        mean=np.concatenate([estimator.x0, np.zeros(system.m - n)]), prior=np.where(np.isinf(std), 0.0, std) ** 2,
+        free=np.flatnonzero(np.isinf(std)).astype(float),
+    )  # fmt: skip
+
+
+def fields(form) -> list[tuple]:
+    """Return the fields of a row behind those that all forms share."""
+    m, d = int(form.m), len(form.free)
+    return [
+        ("start", "f8", (len(START),)), ("zhat", "f8", (m,)), ("D", "f8", (m,)), ("U", "f8", (m * (m - 1) // 2,)),
+        ("X", "f8", (m, d)), ("R", "f8", (d + 1, d)),
+    ]  # fmt: skip
+
+
+def fresh(form, state) -> None:
+    """Set the prior in a state, or in several, that are zero."""
+    state["zhat"], state["D"] = form.mean, form.prior
+    state["X"] = np.eye(int(form.m))[:, form.free.astype(int)]
+    state["start"][..., ANCHORED] = float(len(form.free) > 0)
+
+
+@kernel
+def widest(form):
+    """Return the length of each power that an exponential takes; 0 where all steps are dt."""
+    m, k = int(form.m), int(form.inputs)
+    return 0 if form.A.size == 0 else max(4 * m * m, m * k)
+
+
+def scratch_size(form) -> int:
+    """Return how many numbers `Work` takes."""
+    m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), len(form.free), widest(form)
+    step = 2 * m * m + 2 * m * k + m * (m + 1) // 2 + 8 * m * m if wide else 0
+    return 2 * p + k + 8 * m + 2 * d + 1 + m * d + d * d + 2 * m * m + step + 5 * wide
+
+
+@open_row.on(Growing)
+def _(form, row):
+    m, d = int(form.m), form.free.size
+    z, std, ahead, held, marks, start = places(form)
+    zhat = start + len(START)
+    D = zhat + m
+    U = D + m
+    X = U + m * (m - 1) // 2
+    R = X + m * d
+    return Row(
+        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:start], row[start:zhat],
+        row[zhat:D], row[D:U], row[U:X], row[X:R].reshape(m, d), row[R:].reshape(d + 1, d),
+    )  # fmt: skip
+
+
+@open_work.on(Growing)
+def _(form, scratch):
+    m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), form.free.size, widest(form)
+    on = 1 if wide > 0 else 0
+    z = 2 * p
+    delta = z + 4 * m
+    u = delta + d
+    row = u + k
+    weight = row + d + 1
+    g = weight + 2 * m
+    S = g + 2 * m
+    inverse = S + m * d
+    Y = inverse + d * d
+    Phi = Y + 2 * m * m
+    G0 = Phi + on * m * m
+    G1 = G0 + on * m * k
+    walks = on * int(form.Dq.size > 0)
+    Uq = G1 + on * m * k
+    Dq = Uq + walks * m * (m - 1) // 2
+    Q = Dq + walks * m
+    M = Q + on * m * m
+    F = M + on * 4 * m * m
+    powers = F + on * 4 * m * m
+    v = scratch[z:delta].reshape(4, m)
+    return Work(
+        scratch[:p], v[0], scratch[p:z], v[1], v[2], v[3], scratch[delta:u], scratch[u:row], scratch[row:weight],
+        scratch[weight:g], scratch[g:S], scratch[S:inverse].reshape(m, d), scratch[inverse:Y].reshape(d, d),
+        scratch[Y:Phi].reshape(m, 2 * m), scratch[Phi:G0], scratch[G0:G1], scratch[G1:Uq], scratch[Uq:Dq],
+        scratch[Dq:Q], scratch[Q:M], scratch[M:F], scratch[F:powers],
+        scratch[powers : powers + 5 * wide].reshape(5, wide),
+    )  # fmt: skip
+
+
+# --- one sample --------------------------------------------------------------------------------------------
+
+
+@kernel
+def advance_time(form, state, work, seconds):
+    """Take state and covariance to this sample, so many seconds after the one before."""
+    if form.A.size > 0 and seconds != form.dt:
+        discretise(form, work, seconds)
+        move(work.Phi, work.G0, work.G1, work.Uq, work.Dq, state, work)
+    else:
+        move(form.Phi, form.G0, form.G1, form.Uq, form.Dq, state, work)
+
+
+@kernel
+def is_lost(state):
+    """Say whether anything has left every bound: an unstable mode that nothing has shown for long."""
+    total = 0.0
+    for i in range(state.zhat.size):
+        total += abs(state.zhat[i]) + state.D[i]
+        if state.start[ANCHORED] > 0.0:
+            for j in range(state.X.shape[1]):
+                total += abs(state.X[i, j])
+    return not total < HUGE
+
+
+@kernel
+def spread(state, work, M, at):
+    """Return the variance of row @ z, the row's numbers standing at M[at:]."""
+    project(state.U, M[at : at + state.zhat.size], work.f)
+    total = predicted_variance(work.f, state.D, 0.0)
+    if state.start[ANCHORED] > 0.0:
+        for j in range(state.X.shape[1]):
+            part = 0.0
+            for i in range(state.zhat.size):
+                part += M[at + i] * work.S[i, j]
+            total += part * part
+    return total
+
+
+@rare
+def deviations(form, state, work):
+    """Fill the standard deviations of z and of the derived outputs."""
+    m = state.zhat.size
+    for i in range(state.std.size):
+        if i < m:
+            for j in range(m):
+                work.a[j] = 1.0 if i == j else 0.0
+            state.std[i] = math.sqrt(spread(state, work, work.a, 0))
+        else:
+            state.std[i] = math.sqrt(spread(state, work, form.rows, (i - m) * m))
+
+
+@kernel
+def know(state, work):
+    """Fill work.z with the best z of now; return the condition of what is yet to be handed over, 0 if nothing is."""
+    if state.start[ANCHORED] > 0.0:
+        return resolve(state, work)
+    for i in range(state.zhat.size):
+        work.z[i] = state.zhat[i]
+    return 0.0
+
+
+@kernel
+def take(form, state, work):
+    """Correct zhat and P by the outputs in work.y, one after the other; tell the triangle what is left."""
+    start, zhat, m, k, d = state.start, state.zhat, state.zhat.size, state.held.size, state.X.shape[1]
+    for l in range(work.y.size):
+        if work.y[l] != work.y[l]:
+            continue
+        e = work.y[l] - along(form.H, l * m, zhat) - along(form.D, l * k, state.held)
+        project(state.U, form.H[l * m : (l + 1) * m], work.f)
+        T = correct(state.U, state.D, work.f, form.r[l], work.b)
+        if start[ANCHORED] > 0.0:
+            for j in range(d):
+                h = 0.0
+                for i in range(m):
+                    h += form.H[l * m + i] * state.X[i, j]
+                work.row[j] = h / math.sqrt(T)
+                for i in range(m):
+                    state.X[i, j] -= work.b[i] * (h / T)
+            work.row[d] = e / math.sqrt(T)
+            start[SQUARES] += add(state.R, work.row)
+        else:
+            start[SQUARES] += e * e / T
+        for i in range(m):
+            zhat[i] += work.b[i] * (e / T)
+        start[LOGDET] += math.log(T)
+        start[OUTPUTS] += 1.0
+
+
+@advance.on(Growing)
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+    head, m, status = state.head, state.zhat.size, 0
+    seconds = elapse(form, state, u, t)
+    for l in range(state.held.size):
+        work.u[l] = state.held[l]
+    status |= take_inputs(state, u, t)
+
+    # predict
+    if head[SAMPLES] > 0.0:
+        advance_time(form, state, work, seconds)
+        if is_lost(state):
+            begin(form, state)
+            status |= LOST
+        if state.start[ANCHORED] > 0.0 and state.start[OUTPUTS] == 0.0:
+            orthonormalise(state.X)
+    condition = know(state, work)
+    head[DETERMINED] = 1.0 if condition < KNOWN else 0.0
+    for l in range(work.y.size):
+        work.ahead[l] = spread(state, work, form.H, l * m) + form.r[l]
+    alarm = observe(form, scale, detector, state, work, y, out, t)
+
+    # correct, and hand over
+    take(form, state, work)
+    condition = know(state, work)
+    if state.start[ANCHORED] > 0.0 and condition < HAND_OVER:
+        fold(state, work)
+    head[DETERMINED] = 1.0 if condition < KNOWN else 0.0
+    if head[DETERMINED] > 0.0:
+        for i in range(m):
+            state.z[i] = work.z[i]
+        deviations(form, state, work)
+    report(form, scale, state, out, t, status, alarm)
+
+
+def loglik(estimator, state) -> float:
+    """Return log p(y_1..y_t), exact: the unknown at the start is integrated out (de Jong's diffuse likelihood)."""
+    squares, logdet, outputs = (float(state["start"][i]) for i in (SQUARES, LOGDET, OUTPUTS))
+    if state["start"][ANCHORED] > 0:
+        logdet += 2 * float(np.sum(np.log(np.abs(np.diagonal(state["R"])))))
+    return -0.5 * ((outputs - state["R"].shape[-1]) * math.log(2 * math.pi) + logdet + squares)

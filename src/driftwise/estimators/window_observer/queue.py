@@ -1,0 +1,285 @@
+"""A finite window over samples at any instants: least squares by a queue of segments (`stacks`).
+
+At the window's end, z = V w with w = [s; v] as `segment` has it:
+
+    least squares for [s at the oldest sample; v at the newest]: the whole queue, and the prior of the disturbances
+    w = [F s + d; v],   covariance C C',   C = [F, 0; 0, I] R^-1
+
+A sample is in the window while it is less than round(window/dt) dt old: at equality it has left, so that regular
+samples are those of the fixed gains. The prior holds at the oldest sample, missing or not.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_work, rare
+from ...engine.errors import InputError
+from ...engine.qr import invert, solve_triangular, triangularise
+from ..adaptive_gain.step import take_inputs
+from .gains import WORST, Coordinates, Design, require_usable
+from .row import DETERMINED, TIME, along, elapse, observe, places, report
+from .segment import Layout, coordinates, driven, layout
+from .stacks import COUNT, FRONT, MARKS, Bench, Queue, append, drop_older, join_all, move_over
+
+ROUNDING = 4 * float(np.finfo(float).eps)  # of an instant
+SAME = 1e-9  # ages that differ by less, relative to the window, are the same
+
+
+class QueueForm(NamedTuple):
+    """The fields of `row.Common`; the plant in coordinates w = [s; v] that do not grow, z = V w; sizes of the queue."""
+
+    n: float
+    m: float
+    inputs: float
+    outputs: float
+    dt: float
+    settle: float
+    H: Vector
+    D: Vector
+    r: Vector
+    rows: Vector
+    feeds: Vector
+    tolerance: Vector
+    marks: float
+    s: float  # modes that stay
+    straight: float  # 1: the input is a straight line between its samples
+    window: float  # age at which a sample leaves
+    capacity: float  # most samples in the queue
+    block: float
+    plant: Vector  # As, Bs, Au, Bu; outputs as measured in units of their noise (`segment.Layout`)
+    V: Vector  # z and the derived outputs are V w
+    prior: Vector  # 1 / prior deviation of each w at the window's start
+
+
+class Row(NamedTuple):
+    """Views of one state row."""
+
+    head: np.ndarray
+    z: np.ndarray
+    std: np.ndarray
+    ahead: np.ndarray
+    held: np.ndarray
+    marks: np.ndarray
+    w: np.ndarray  # estimate in coordinates of its own
+    C: np.ndarray  # its covariance is C C'
+    queue: Queue
+
+
+class Work(NamedTuple):
+    """Layout of segments, and scratch."""
+
+    at: Layout
+    z: np.ndarray
+    ahead: np.ndarray
+    y: np.ndarray
+    before: np.ndarray  # inputs of the sample before
+    w: np.ndarray
+    X: np.ndarray
+    bench: Bench
+
+
+def build(est, common) -> QueueForm:
+    """Return the form of a `WindowObserver`."""
+    plant, n, m, length = est.plant, est.plant.n, est.plant.m, est.length
+    if est.capacity < 2:
+        raise InputError(f"capacity must be at least 2 samples, got {est.capacity}")
+    usual = Design(plant, est.dt, min(length, est.capacity), np.sqrt(common["r"]), est.hold)
+    require_usable(usual, None if est.noise_std is None else est.tolerance[:m])
+    V, inverse, s = coordinates(Coordinates(plant, length * est.dt), plant.A, n)
+    A, B = inverse @ plant.A @ V, inverse @ plant.B
+    weight = 1 / np.sqrt(common["r"])
+    E = weight[:, None] * plant.H @ V
+    prior = np.zeros(m)
+    with np.errstate(divide="ignore"):
+        prior[s - (m - n) : s] = V[range(n, m), range(s - (m - n), s)] / plant.prior_std[n:]
+    return QueueForm(
+        **common, s=s, straight=est.hold == "foh", window=length * est.dt, capacity=est.capacity,
+        block=math.ceil(math.sqrt(est.capacity)), V=np.vstack([V, est.derived_rows @ V]).ravel(), prior=prior,
+        plant=np.concatenate([x.ravel() for x in (A[:s, :s], B[:s], A[s:, s:], B[s:], E, plant.D, weight)]),
+    )  # fmt: skip
+
+
+@kernel
+def laid_out(form):
+    """Return the layout."""
+    return layout(int(form.s), int(form.m), int(form.inputs), int(form.outputs), int(form.straight))
+
+
+def fields(form) -> list[tuple]:
+    """Return the fields of a row behind the common ones."""
+    at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
+    return [
+        ("w", "f8", (at.m,)), ("C", "f8", (at.m, at.m)), ("queue", "f8", (MARKS,)), ("moves", "f8", (at.moves,)),
+        ("ring", "f8", (capacity, 1 + at.k + at.p)), ("behind", "f8", (at.size,)), ("block", "f8", (block, at.size)),
+        ("blocks", "f8", (capacity // block, at.size)),
+    ]  # fmt: skip
+
+
+def scratch_size(form) -> int:
+    """Return how many numbers `Work` takes."""
+    m, k, p, size = int(form.m), int(form.inputs), int(form.outputs), laid_out(form).size
+    return 2 * m + 2 * p + k + (m + 1) * (2 * m + p) + m * m + 5 * m * max(m, k) + 2 * size
+
+
+@open_row.on(QueueForm)
+def _(form, row):
+    at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
+    m, wide = at.m, 1 + at.k + at.p
+    z, std, ahead, held, marks, w = places(form)
+    C = w + m
+    queue = C + m * m
+    moves = queue + MARKS
+    ring = moves + at.moves
+    behind = ring + capacity * wide
+    use = behind + at.size
+    blocks = use + block * at.size
+    return Row(
+        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:w], row[w:C],
+        row[C:queue].reshape(m, m),
+        Queue(
+            row[queue:moves], row[moves:ring], row[ring:behind].reshape(capacity, wide), row[behind:use],
+            row[use:blocks].reshape(block, at.size), row[blocks:].reshape(capacity // block, at.size),
+        ),
+    )  # fmt: skip
+
+
+@open_work.on(QueueForm)
+def _(form, scratch):
+    at = laid_out(form)
+    m, k = at.m, at.k
+    ahead = m
+    y = ahead + at.p
+    before = y + at.p
+    w = before + k
+    X = w + m
+    M = X + m * m
+    powers = M + (m + 1) * (2 * m + at.p)
+    leaf = powers + 5 * m * max(m, k)
+    whole = leaf + at.size
+    return Work(
+        at, scratch[:ahead], scratch[ahead:y], scratch[y:before], scratch[before:w], scratch[w:X],
+        scratch[X:M].reshape(m, m),
+        Bench(
+            scratch[M:powers].reshape(m + 1, 2 * m + at.p), scratch[powers:leaf].reshape(5, m * max(m, k)),
+            scratch[leaf:whole], scratch[whole : whole + at.size],
+        ),
+    )  # fmt: skip
+
+
+# --- the estimate ------------------------------------------------------------------------------------------
+
+
+@kernel
+def gather(at, queue, bench, prior):
+    """Stack what is known of [s; v], the whole queue and the prior; return how many rows."""
+    M, c, m = bench.M, bench.whole, at.m
+    join_all(at, queue, bench)
+    rows = int(c[at.rows])
+    for j in range(m + 1):
+        is_out = j < m and prior[j] == np.inf  # known to be 0: its column leaves, but for a row of its own
+        for i in range(rows):
+            M[j, i] = 0.0 if is_out else c[at.R + i * (m + 1) + j]
+    for j in range(m):
+        if prior[j] > 0.0:
+            for l in range(m + 1):
+                M[l, rows] = 0.0
+            M[j, rows] = prior[j] if prior[j] < np.inf else 1.0
+            rows += 1
+    return rows
+
+
+@rare
+def estimate(at, prior, queue, bench, w, C, w0, X):
+    """Fill w and C from all that is in the queue, and the prior; say whether that determines them."""
+    M, c, m, s = bench.M, bench.whole, at.m, at.s
+    rows = gather(at, queue, bench, prior)
+    if rows < m:
+        return False
+    triangularise(M, rows, m)
+    if not invert(M, m, X) <= m * WORST:
+        return False
+    solve_triangular(M, m, w0)
+    for j in range(m):
+        if prior[j] == np.inf:
+            X[j, j] = 0.0
+    for i in range(m):  # from the start of the window to its end
+        w[i] = c[at.d + i] if i < s else w0[i]
+        for j in range(m):
+            C[i, j] = 0.0 if i < s else X[i, j]
+        for l in range(s if i < s else 0):
+            w[i] += c[i * s + l] * w0[l]
+            for j in range(l, m):
+                C[i, j] += c[i * s + l] * X[l, j]
+    return True
+
+
+@kernel
+def square(row, at, C, spare):
+    """Return the squared length of C' row."""
+    total = 0.0
+    for j in range(spare.size):
+        spare[j] = 0.0
+    for i in range(spare.size):
+        for j in range(spare.size):
+            spare[j] += row[at + i] * C[i, j]
+    for j in range(spare.size):
+        total += spare[j] * spare[j]
+    return total
+
+
+@rare
+def carry(at, moves, before, u, w0, C0, w, C):
+    """Fill w and C with the state w0, whose covariance is C0 C0', after the interval just found."""
+    s, v, m = at.s, at.v, at.m
+    for i in range(m):
+        n, where, first, own = (s, 0, 0, i) if i < s else (v, at.ahead, s, i - s)
+        w[i] = driven(at, moves, where, n, own, before, u)
+        for j in range(m):
+            C[i, j] = 0.0
+        for l in range(n):
+            f = moves[where + own * n + l]
+            w[i] += f * w0[first + l]
+            for j in range(m):
+                C[i, j] += f * C0[first + l, j]
+
+
+@advance.on(QueueForm)
+def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+    head, queue, at, bench, w, X, m = state.head, state.queue, work.at, work.bench, work.w, work.X, work.at.m
+    seconds = elapse(form, state, u, t)
+    rounding = ROUNDING * abs(head[TIME])
+    if abs(seconds - form.dt) <= min(rounding, SAME * form.dt):  # instants tell no more: equal moves are found once
+        seconds = form.dt
+    for l in range(at.k):
+        work.before[l] = state.held[l]
+    status = take_inputs(state, u, t)
+
+    # what is too old leaves
+    age = form.window - max(SAME * form.window, rounding)
+    if seconds >= age:
+        queue.marks[COUNT] = queue.marks[FRONT] = head[DETERMINED] = 0.0
+    drop_older(at, form.plant, queue, bench, age - seconds)
+
+    # predict
+    if queue.marks[COUNT] > 0.0 or head[DETERMINED] > 0.0:
+        move_over(at, form.plant, queue, bench, seconds)
+    if head[DETERMINED] > 0.0:
+        carry(at, queue.moves, work.before, state.held, state.w, state.C, w, X)
+        for i in range(m):
+            work.z[i] = along(form.V, i * m, w)
+        for i in range(at.p):
+            work.ahead[i] = form.r[i] * (1.0 + square(form.plant, at.E + i * m, X, w))
+    alarm = observe(form, scale, detector, state, work, y, out, t)
+
+    # correct
+    append(at, form.plant, queue, bench, seconds, work.before, state.held, work.y)
+    head[DETERMINED] = 0.0
+    if estimate(at, form.prior, queue, bench, state.w, state.C, w, X):
+        head[DETERMINED] = 1.0
+        for i in range(state.std.size):
+            if i < m:
+                state.z[i] = along(form.V, i * m, state.w)
+            state.std[i] = math.sqrt(square(form.V, i * m, state.C, w))
+    report(form, scale, state, out, t, status, alarm)

@@ -1,0 +1,89 @@
+"""Samples of many series, in any order, through the compiled loop: sorted by row, split over threads."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..engine import compile, simd_fleet
+from ..engine.errors import InputError
+from ..estimators.common.vectorizable import FIT
+from .grouping import group_samples, place
+
+SMALL = 4096  # samples for which a second thread is not worth waking
+MANY = 50_000_000  # samples after which the lanes' loop, which takes half a minute to compile once, is worth having
+LONG = 16  # samples of a series at a time for which eight states are worth interleaving
+
+
+class Crew:
+    """The compiled loop of one form of estimator, and the threads that share it."""
+
+    def __init__(self, estimator, threads: int | None = None, lanes: bool | None = None):
+        policies = estimator.policies
+        self.fits_lanes = all(type(policy) in FIT for policy in policies)
+        self.lanes, self.seen = lanes, 0
+        self.kinds, self.sizes = tuple(map(type, policies)), compile.sizes(policies[0])
+        self.width = estimator.dtype.itemsize // 8
+        self.outputs, self.inputs = getattr(estimator.model, "outputs", 1), estimator.model.inputs
+        self.numbers, self.room = len(estimator.spec), estimator.scratch_size
+        self.told = estimator.columns * self.outputs
+        self.threads = threads or os.cpu_count() or 1
+        self._pool: ThreadPoolExecutor | None = None
+
+    def shapes(self, columns: int) -> tuple[int, ...]:
+        """Return the sizes that a loop is compiled for, where it writes so many columns."""
+        if columns != 4 * self.outputs and columns < self.told:  # the loop would write beyond a row
+            raise InputError(f"columns must be {4 * self.outputs}, or {self.told} and more, got {columns}")
+        return self.width, self.outputs, self.inputs, columns, self.numbers, self.room
+
+    def loop(self, columns: int) -> Any:
+        """Return the compiled loop that writes so many columns."""
+        return compile.crew(self.kinds, self.sizes, self.shapes(columns))
+
+    def is_wide(self, samples: int, members: int) -> bool:
+        """Say whether eight series at a time shall take these samples."""
+        is_worth_it = self.seen > MANY if self.lanes is None else self.lanes
+        return is_worth_it and self.fits_lanes and samples >= LONG * members
+
+    def fetch(self, rows) -> None:
+        """Bring the rows here: they are."""
+
+    def advance(self, rows, at, ys, us, specs, group, columns: int) -> np.ndarray:
+        """Advance ``rows`` in place, sample i belonging to row ``at[i]``; return what each showed, (n, columns).
+
+        Samples of one row are taken in the order they stand in; rows may be mixed in any way. Each thread takes series
+        that have about as many samples as those of the others, and nothing is copied: the loop finds a sample by its
+        number.
+        """
+        outs = np.empty((len(at), columns))
+        if not len(at):
+            return outs
+        at = np.ascontiguousarray(at, np.int64)
+        members, starts, order, is_open = group_samples(at, len(rows))
+        self.seen += len(at)
+        is_wide, shapes = self.is_wide(len(at), len(members)), self.shapes(columns)
+        loop = simd_fleet.lane_crew(self.kinds, self.sizes, shapes) if is_wide else self.loop(columns)
+        count = 1 if len(at) < SMALL else min(self.threads, len(members))
+        cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
+
+        def part(first, last):
+            if first < last:
+                own = members[first:last], starts[first : last + 1]
+                if is_open:
+                    place(at, *own, order)
+                space = [simd_fleet.room(shapes)] if is_wide else []
+                loop(rows, *own, order, ys, us, outs, specs, group, np.empty(self.room), *space)
+
+        if count == 1:
+            part(0, len(members))
+        else:
+            self._pool = self._pool or ThreadPoolExecutor(self.threads - 1)
+            others = [self._pool.submit(part, *cut) for cut in pairwise(cuts[1:])]
+            part(cuts[0], cuts[1])  # this thread takes its share
+            for other in others:
+                other.result()
+        return outs

@@ -1,0 +1,76 @@
+"""Samples of many series on a GPU: the rows stay there until they are asked for."""
+
+from __future__ import annotations
+
+import os
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from ..engine.errors import InputError
+from .crew import Crew
+
+SIMULATOR = "To try it without one, slowly, start Python with NUMBA_ENABLE_CUDASIM=1"
+
+
+class CudaCrew(Crew):
+    """The loop of one form of estimator on a GPU, and the rows that are there.
+
+    Rows are here or there, never in both places: `advance` takes them there, `fetch` brings them back.
+    """
+
+    def __init__(self, estimator):
+        super().__init__(estimator)
+        require_device()
+        self._there: Any = None  # rows upright (W, S), so that series stand side by side; their settings; their groups
+
+    def loop(self, columns: int) -> Any:
+        """Return the compiled grid that writes so many columns."""
+        from ..engine import device
+
+        return device.grid(self.kinds, self.sizes, self.shapes(columns))
+
+    def fetch(self, rows) -> None:
+        """Bring the rows back, if they are there: from now on they are here."""
+        if self._there is not None:
+            rows[:] = self._there[0].copy_to_host().T
+            self._there = None
+
+    def advance(self, rows, at, ys, us, specs, group, columns: int) -> np.ndarray:
+        """Advance the rows there, sample i belonging to row ``at[i]``; return what each showed, (n, columns)."""
+        from numba import cuda
+
+        from ..engine.device import THREADS
+
+        if not len(at):
+            return np.empty((0, columns))
+        if self._there is None:
+            self._there = tuple(map(cuda.to_device, (np.ascontiguousarray(rows.T), specs, group)))
+        upright, settings, groups = self._there
+        order = np.argsort(at, kind="stable")
+        mixed = at[order]
+        first = np.flatnonzero(np.append(True, mixed[1:] != mixed[:-1]))
+        numbers = np.ascontiguousarray(mixed[first], np.int64), np.append(first, len(at)), order
+        members, starts, order = map(cuda.to_device, numbers)
+        outs = cuda.device_array((len(at), columns))
+        there = cuda.to_device(np.ascontiguousarray(ys)), cuda.to_device(np.ascontiguousarray(us))
+        go = self.loop(columns)[-(-members.size // THREADS), THREADS]
+        go(upright, members, starts, order, *there, outs, settings, groups)
+        return outs.copy_to_host()
+
+
+def require_device() -> None:
+    """Raise InputError with the remedy where no GPU can be used."""
+    if os.environ.get("NUMBA_ENABLE_CUDASIM", "0") not in ("", "0"):
+        return
+    if find_spec("numba_cuda") is None:
+        raise InputError(
+            f"device='cuda' needs NVIDIA's numba-cuda: pip install driftwise[cuda], where there is a GPU. {SIMULATOR}"
+        )
+    from numba import cuda
+
+    if not cuda.is_available():
+        raise InputError(
+            f"device='cuda' finds no GPU that it can use: does nvidia-smi list one? Else leave device out. {SIMULATOR}"
+        )

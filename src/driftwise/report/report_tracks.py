@@ -1,0 +1,201 @@
+"""The page of tracks: what was there and what turned, the plan view, one track over time, the table of tracks."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+from driftwise.report import report_page as html
+from driftwise.report import report_parts as common
+from driftwise.report import report_plan, track_words
+from driftwise.report.report_tracked import Panels
+from driftwise.report.wording import fixed, number
+from driftwise.results.clock_words import lasting
+
+__all__ = ["write"]
+
+CHOICE = 20  # tracks that can be looked at over time: the busiest
+TABLE = 300  # rows of the table
+
+
+def write(tracks, path, title: str = "Tracks", *, sites=(), notes=()) -> Path:
+    """Write the page of some `Tracks` and return its path.
+
+    Parameters
+    ----------
+    tracks : Tracks
+    path : file to write
+    title : headline
+    sites : (name, latitude, longitude) of radars; range rings are drawn about them
+    notes : sentences about what was read
+    """
+    rows = track_words.rows(tracks)
+    figures, panels = {}, None
+    if rows:
+        figures["plan"] = report_plan.plan(rows, min(CHOICE, len(rows)), _placed(sites, tracks.origin))
+        panels = Panels(rows[:CHOICE])
+        if len(rows) > 1:
+            panels.link(figures["plan"].select_one({"name": "tracks"}))
+        figures |= panels.figures
+    script, parts = common.components(figures) if figures else ("", {})
+    told = track_words.faults_told(tracks.faults)
+    sections = [_plan(parts, rows, tracks.origin), _tracked(parts, rows, panels)] if rows else []
+    sections.append(_table(rows))
+    folds = [_skipped(tracks.faults, told), _read([*notes, *filter(None, [track_words.counted(tracks.counts)])])]
+    return common.write(
+        path,
+        title=title,
+        facts=_facts(rows),
+        lead=track_words.lead(rows, tracks.counts),
+        cards=_cards(rows, tracks.faults),
+        sections=sections,
+        folds=folds,
+        script=script,
+    )
+
+
+def _facts(rows) -> str:
+    if not rows:
+        return ""
+    start, end = min(r.start for r in rows), max(r.end for r in rows)
+    facts = [f"{sum(r.plots for r in rows)} plots", f"{track_words.when(start)} to {track_words.when(end)}"]
+    sensors = sorted({sensor for r in rows for sensor in r.track.plots.sensor if sensor})
+    return " \u00b7 ".join([*facts, *([f"seen by {', '.join(sensors)}"] if 0 < len(sensors) <= 8 else [])])
+
+
+def _placed(sites, origin):
+    """Return the sites as (name, East, North)."""
+    if origin is None or not sites:
+        return []
+    import numpy as np
+
+    from driftwise.tracking.frames import east_north
+
+    names, latitude, longitude = zip(*sites)
+    return [(name, *map(float, place)) for name, place in
+            zip(names, east_north(np.array(latitude), np.array(longitude), origin))]  # fmt: skip
+
+
+def _cards(rows, faults) -> list[str]:
+    if not rows:
+        return []
+    start, end = min(r.start for r in rows), max(r.end for r in rows)
+    plots, missed = sum(r.plots for r in rows), sum(r.missed for r in rows)
+    objects = track_words.objects(rows)
+    value, _, unit = lasting(end - start).partition(" ")
+    there = [
+        html.card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
+        html.card("Time", value, "first plot to last", unit=unit),
+        html.card(
+            "Plots",
+            str(plots),
+            f"{missed} missed, {track_words.count_of(track_words.skipped(faults), 'record')} skipped",
+        ),
+    ]
+    turning, speeds = [r for r in rows if r.turns], [r.speed for r in rows if r.speed == r.speed]
+    whose = f", by {track_words.objects(turning)} of {objects}" if objects > 1 else ""
+    moved = [html.card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
+    if speeds:
+        moved.append(html.card("Median speed", *_speed(speeds), unit="m/s"))
+    nis, held = track_words.mean(rows, "nis"), track_words.mean(rows, "coverage")
+    sure = [
+        html.card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
+        html.card("Held by 95 % bands", fixed(100 * held, 1), "about 95 is right",
+                  _graded(held, (0.92, 0.975), (0.85, 1.0)), "%"),
+    ]  # fmt: skip
+    return [html.group("What was there", there), html.group("How it moved", moved), html.group("How sure", sure)]
+
+
+def _speed(speeds) -> tuple[str, str]:
+    low, high = min(speeds), max(speeds)
+    shown = sorted(speeds)[len(speeds) // 2]
+    note = f"of the tracks: {number(low, 3)} to {number(high, 3)}" if len(speeds) > 1 else "along the track"
+    return number(shown, 3), note
+
+
+def _graded(value, good, fair) -> str:
+    if value != value:
+        return ""
+    return common.grade(good[0] <= value <= good[1], fair[0] <= value <= fair[1])
+
+
+def _plan(parts, rows, origin) -> str:
+    words = (
+        "East and North in kilometres, at equal scales. Arrow heads show the direction of flight or travel; a wide "
+        "band marks where, over five scans, a manoeuvre was more likely than not."
+    )
+    if origin is not None:
+        words += f" The origin lies at {_degrees(origin[0], 'NS')} {_degrees(origin[1], 'EW')}."
+    more = "Drag to zoom, Ctrl and wheel to zoom at the pointer, double click for the whole plan."
+    if len(rows) > 1:
+        more += " Click on a track to see it below."
+    if len(rows) > CHOICE:
+        more += f" The {CHOICE} tracks with most plots are coloured."
+    return html.section(
+        "plan", "Plan view", words, common.plot(parts["plan"]), f'<p class="say howto">{escape(more)}</p>'
+    )
+
+
+def _degrees(value: float, letters: str) -> str:
+    return f"{abs(value):.5f}\u00b0 {letters[value < 0]}"
+
+
+def _tracked(parts, rows, panels) -> str:
+    words = (
+        "Shaded: 95 % bands. Innovations are what each plot differs by from where it was predicted to be; a triangle "
+        "marks the onset of a manoeuvre. The running mean of the NIS should stay in its band about 1."
+    )
+    if panels.is_thinned:
+        words += (
+            " Of a long track the extremes of every stretch are drawn, so that innovations look larger than most are."
+        )
+    choice = _choice(rows[:CHOICE]) if len(rows) > 1 else ""
+    title = "One track over time" if len(rows) > 1 else f"{rows[0].name or rows[0].track.key or 'The track'} over time"
+    divs = [common.plot(parts[name]) for name in panels.figures]
+    return html.section("track", title, words, choice, *divs, common.zoom_words(panels.line))
+
+
+def _choice(rows) -> str:
+    """Return the list to choose a track from; it sets what is selected in the plan view."""
+    options = "".join(
+        f'<option value="{k}">{escape(_option(r))}</option>' for k, r in enumerate(rows)
+    )  # fmt: skip
+    choose = "Bokeh.documents[0].get_model_by_name('tracks').selected.indices = [Number(this.value)]"
+    return f'<p class="choice"><label>Track <select id="which" onchange="{choose}">{options}</select></label></p>'
+
+
+def _option(r) -> str:
+    name = f"{r.name} ({r.label})" if r.name and r.name != r.label else r.label
+    turned = f", turned {track_words.times(len(r.turns))}" if r.turns else ""
+    return f"{name}: {r.plots} plots{turned}"
+
+
+def _table(rows) -> str:
+    words = (
+        "The busiest first. NIS should be about 1, and the 95 % bands hold 95 %; the first 3 plots settle speed and "
+        "noise."
+    )
+    if len(rows) > TABLE:
+        words += f" {TABLE} of {len(rows)} tracks are listed."
+    if not rows:
+        return html.section("tracks", "Tracks", "None: no object was seen often enough.")
+    body = [track_words.cells(r, with_day=True) for r in rows[:TABLE]]
+    return html.section("tracks", "Tracks", words, html.table(list(track_words.HEAD), body, text=(0, 1, 2, 3, 10)))
+
+
+def _skipped(faults, told: str) -> str:
+    if not faults:
+        return ""
+    some = [[f.source, f.offset, f.what] for f in faults[:200]]
+    return html.fold(
+        "skipped", "What was skipped", track_words.count_of(track_words.skipped(faults), "record"), told,
+        html.table(["source", "at", "what is wrong"], some, text=(0, 2)),
+    )  # fmt: skip
+
+
+def _read(notes) -> str:
+    if not notes:
+        return ""
+    return html.fold(
+        "read", "What became of the plots", track_words.count_of(len(notes), "note"), "", "".join(map(html.say, notes))
+    )

@@ -1,0 +1,127 @@
+"""What a model average said at every sample of a record."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..engine.status import Status
+from ..engine.validation import floats
+from ..estimators.model_average import step
+from .frames import as_frame
+from .mixture import half_width, normal_score
+
+
+class AverageTrace:
+    """Columns of one run of a `ModelAverage`, time first.
+
+    ``prediction``, ``innovation``, ``variance`` and the density belong to y(t) given the samples before it;
+    ``weights`` are those it was made with. ``state`` continues where the trace ends.
+    """
+
+    def __init__(self, estimator, y, u, outs, state, time=None):
+        self.estimator, self.state, self.outs = estimator, state, outs
+        self.y, self.u, self.dt = y.copy(), u.copy(), estimator.dt
+        self.time = self.dt * np.arange(len(y)) if time is None else floats("time", time)
+
+    def __len__(self):
+        return len(self.y)
+
+    def __repr__(self):
+        return f"AverageTrace({len(self)} samples, {self.leader} leads)"
+
+    @property
+    def prediction(self) -> np.ndarray:
+        """Prediction of y(t) from the samples before it, (T,)."""
+        return self.outs[:, step.PREDICTION]
+
+    @property
+    def innovation(self) -> np.ndarray:
+        """y(t) minus its prediction; NaN where y is missing, (T,)."""
+        return self.outs[:, step.INNOVATION]
+
+    @property
+    def variance(self) -> np.ndarray:
+        """Variance of the prediction error, (T,)."""
+        return self.outs[:, step.VARIANCE]
+
+    @property
+    def status(self) -> np.ndarray:
+        """Bits of `driftwise.Status`, (T,)."""
+        return self.outs[:, step.STATUS].astype(np.int64)
+
+    @property
+    def log_score(self) -> np.ndarray:
+        """Log density that the forecast gave to y(t); NaN where it is missing, (T,)."""
+        return self.outs[:, step.SCORE]
+
+    @property
+    def normal_score(self) -> np.ndarray:
+        """Where y(t) lies in its forecast, as a deviate of N(0, 1), whatever the tails; NaN where missing, (T,)."""
+        return normal_score(self.outs[:, step.LOWER], self.outs[:, step.UPPER])
+
+    @property
+    def is_used(self) -> np.ndarray:
+        """Whether the sample taught anything, (T,)."""
+        return (self.status & int(Status.MISSING_OUTPUT | Status.BAD_VALUE)) == 0
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weight of each member and of the naive forecasters in the prediction, (T, M), in the order of ``names``."""
+        return self.outs[:, step.TOLD + step.SCALES :]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns of ``weights``."""
+        return self.estimator.all_names
+
+    @property
+    def leader(self) -> str:
+        """The member of the largest weight at the end."""
+        return self.names[int(np.argmax(self.weights[-1]))]
+
+    def tails(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return what the density is made of: weights and standard deviations of normal components, (T, J) each."""
+        base, level = self.outs[:, [step.BASE]], self.outs[:, [step.LEVEL]]
+        scales = np.hstack([base * np.array(step.FAST), level * np.array(step.SLOW)])
+        least = self.outs[:, [step.FLOOR]]
+        return self.outs[:, step.TOLD : step.TOLD + step.SCALES], np.sqrt(np.maximum(scales, least))
+
+    def band(self, level: float = 0.95) -> np.ndarray:
+        """Half-width of the prediction interval at each sample, a quantile of the density, (T,)."""
+        weight, scale = self.tails()
+        return half_width(level, weight, np.zeros_like(scale), scale, np.full(len(self), math.inf))
+
+    # --- in numbers ----------------------------------------------------------------------------------------
+
+    def fit(self, first: int = 0) -> float:
+        """Return the one-step fit 100 (1 - |e|/|y - mean y|) in per cent, from sample ``first`` on."""
+        e, y = self.innovation[first:], self.y[first:]
+        e, y = e[np.isfinite(e)], y[np.isfinite(e)]
+        return 100 * (1 - math.sqrt((e @ e) / ((y - y.mean()) @ (y - y.mean())))) if np.ptp(y) > 0 else math.nan
+
+    def nis(self, first: int = 0) -> float:
+        """Return the mean of e^2/variance from sample ``first`` on: 1 where the variance is right."""
+        z2 = self.innovation[first:] ** 2 / self.variance[first:]
+        return float(np.nanmean(z2))
+
+    def coverage(self, level: float = 0.95, first: int = 0) -> float:
+        """Return the share of outputs within their band, from sample ``first`` on."""
+        used = self.is_used[first:]
+        outside = np.minimum(self.outs[first:, step.LOWER], self.outs[first:, step.UPPER])[used] < 0.5 * (1 - level)
+        return float(1 - outside.mean()) if used.any() else math.nan
+
+    # --- out -----------------------------------------------------------------------------------------------
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns by name."""
+        u = {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
+        table = {"time": self.time, "y": self.y, **u, "prediction": self.prediction, "innovation": self.innovation}
+        table |= {"variance": self.variance, "status": self.status, "log_score": self.log_score}
+        table |= {"normal_score": self.normal_score}
+        return {name: np.ascontiguousarray(c) for name, c in table.items()}
+
+    def to_frame(self, backend: str = "pandas"):
+        """Return the columns as a data frame of "pandas", "polars" or "pyarrow"."""
+        return as_frame(self.columns(), backend)

@@ -1,0 +1,130 @@
+"""What happened in a run besides ordinary samples: events, jumps among them with what moved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..detect.variance import VarianceChange
+from ..engine.status import MEANING, Status
+
+SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
+RESTS = 10  # samples at rest that are told; regressors are all small at once by chance, too
+MOVED = 3.0  # deviations by which an estimate has moved
+MOST_ODDS = 1e6  # beyond them odds are no longer told apart
+SOMETHING = "parameters jumped"  # of a jump that names none
+VERBS = {"width": ("widened", "narrowed"), "level": ("rose", "fell")}
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a sample.
+
+    A jump also has ``statistic`` (the detector's, over its threshold), ``since`` (the first sample after the change, as
+    the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess),
+    ``direction`` (1 up, -1 down, 0 not known), ``moved`` (the last two in words) and, where explanations were weighed,
+    ``odds``. `Auto` and `RunLengths` wait a few samples more and name the parameter whose estimate moved most.
+    """
+
+    sample: int
+    time: float
+    kind: str
+    text: str
+    statistic: float | None = None
+    since: int | None = None
+    parameter: str | None = None
+    direction: int = 0
+    moved: str = ""
+    odds: float | None = None
+
+
+def watched(options) -> str:
+    """Return what tells the jumps of an estimator: "width" or "level" of its innovations, or "" (its memory)."""
+    detector = getattr(options.get("memory"), "detector", None) or options.get("detector")
+    return "" if detector is None else "width" if isinstance(detector, VarianceChange) else "level"
+
+
+def events_of(columns, limit: int) -> list[Event]:
+    """Return what happened in the columns of one output (a `Trace`, an `Output`), in order."""
+    found = jumps_of(columns, limit)
+    for bit, text in MEANING.items():
+        if bit == Status.JUMP:
+            continue
+        for k, end in runs(columns.status, bit)[:limit].tolist():
+            more = f" ({end - k + 1} samples)" if end > k else ""
+            found.append(Event(int(k), float(columns.time[k]), str(bit.name), text + more))
+    return sorted(found, key=lambda event: event.sample)[:limit]
+
+
+def runs(status, bit: Status) -> np.ndarray:
+    """Return first and last sample of each run of a status bit, (runs, 2); of rest, those that are no chance."""
+    on = (status & int(bit)) != 0
+    starts = np.flatnonzero(on & ~np.concatenate([[False], on[:-1]]))
+    ends = np.flatnonzero(on & ~np.concatenate([on[1:], [False]]))
+    found = np.column_stack([starts, ends])
+    return found[ends - starts >= RESTS - 1] if bit == Status.AT_REST else found
+
+
+def jumps_of(columns, limit: int) -> list[Event]:
+    """Return an event for each alarm."""
+    where = np.flatnonzero(columns.status & int(Status.JUMP))[:limit]
+    if columns.odds is not None and columns.has_bars:
+        return [weighed(columns, int(k), int(end)) for k, end in zip(where, [*where[1:], len(columns)])]
+    return [jump(int(k), float(columns.time[k]), columns.names, columns.alarm(k), columns.watches) for k in where]
+
+
+def jump(sample, time, names, alarm, watches: str = "level") -> Event:
+    """Return what a detector said at an alarm."""
+    kind = str(Status.JUMP.name)
+    if alarm is None:
+        return Event(sample, time, kind, MEANING[Status.JUMP])
+    statistic, since, which = alarm
+    name, direction = names[int(which)] if which >= 0 else None, int(np.sign(since)) if watches else 0
+    moved = SOMETHING if since else MEANING[Status.JUMP]
+    if watches and since:
+        way = VERBS[watches][0 if since > 0 else 1]
+        moved = f"{name or 'the innovations'} {way}"
+        if name and abs(since) < len(names):
+            moved = f"a parameter changed, perhaps {name}, which then {way}"
+    when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
+    text = f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
+    first = max(sample + 1 - max(int(abs(since)), 1), 0)
+    return Event(sample, time, kind, text, float(statistic), first, name, direction, moved)
+
+
+def weighed(columns, sample: int, end: int) -> Event:
+    """Return a jump that won against other explanations, with the parameter whose estimate it moved most.
+
+    The estimate is that of some samples later (before ``end``), against the last one before the jump, in units of both
+    their deviations; below three of them no parameter is named.
+    """
+    statistic, since, _ = columns.alarm(sample)
+    odds, first = columns.odds ** min(statistic, 100.0), max(sample + 1 - int(since), 0)
+    theta, std = columns.parameters, columns.parameters_std
+    later = min(sample + SAMPLES_LATER * len(columns.names), end - 1)
+    before, name, way, moved = max(first - 1, 0), None, 0, SOMETHING
+    change, spread = theta[later] - theta[before], np.hypot(std[later], std[before])
+    z = np.divide(change, spread, out=np.zeros(len(change)), where=spread > 0)
+    most = int(np.argmax(abs(z)))
+    if later > sample and abs(z[most]) > MOVED:
+        name, way = columns.names[most], int(np.sign(change[most]))
+        others = int(sum(abs(z) > MOVED)) - 1
+        more = f" (and {others} more)" if others else ""
+        moved = f"{name} jumped from {theta[before, most]:.3g} to {theta[later, most]:.3g}{more}"
+    ago = f"it began about {int(since)} samples ago" if since > 1 else "it began just then"
+    text = f"{moved}, {ago} (odds {odds_words(odds)})"
+    kind, time = str(Status.JUMP.name), float(columns.time[sample])
+    return Event(sample, time, kind, text, float(statistic), first, name, way, moved, float(odds))
+
+
+def weighed_words(event: Event) -> str:
+    """Return what a jump moved and at what odds, where explanations were weighed."""
+    if event.odds is None:
+        return ""
+    return f"{event.moved}, odds {odds_words(event.odds)}" if event.parameter else f"odds {odds_words(event.odds)}"
+
+
+def odds_words(odds: float) -> str:
+    """Return odds as one writes them."""
+    return "beyond a million to one" if odds > MOST_ODDS else f"{odds:.0f}:1"

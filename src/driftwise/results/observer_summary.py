@@ -1,0 +1,187 @@
+"""What a run of an observer amounts to: the last estimates, since when they are ready, and how well outputs fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar, cast
+
+import numpy as np
+
+from ..engine.status import Status
+from .events import Event
+from .observer_trace import ObserverTrace
+from .summary import Summary, _finite
+from .whiteness import Nis
+
+
+class ObserverSummary:
+    """Numbers of a run of an observer; add one trace after the other, memory does not grow.
+
+    ``outputs`` holds a `Summary` of the one-step predictions of each output. Those of a finite window are slightly
+    correlated even where the plant is right, so no verdict on whiteness is given for one.
+    """
+
+    def __init__(self, estimator):
+        self.estimator = estimator
+        form = estimator.model
+        self.outputs = [Summary(estimator, 0) for _ in range(form.outputs)]
+        self.names = form.state_names + form.names
+        self.state = estimator.start()
+        self.samples = self.unready = self.jumps = 0
+        self.first_ready = self.last_jump = math.nan  # seconds
+        self.last, self.last_std = np.full((2, len(self.names)), np.nan)
+        self._begin = math.nan
+
+    def add(self, trace: ObserverTrace) -> ObserverSummary:
+        """Take in one more stretch of the run."""
+        if not len(trace):
+            return self
+        self.state = trace.state
+        if not self.samples:
+            self._begin = float(trace.time[0])
+        for part, one in zip(self.outputs, views(trace)):
+            part.add(cast(Any, one))
+        ready = trace.ready
+        if ready.any():
+            if math.isnan(self.first_ready):
+                self.first_ready = float(trace.time[np.argmax(ready)])
+            if trace.keep == "std":
+                at = np.flatnonzero(ready)[-1]
+                self.last, self.last_std = trace.estimates[at].copy(), trace.std[at].copy()
+        self.samples += len(trace)
+        self.unready += int(np.count_nonzero(~ready))
+        found = trace.jumps()
+        if found:
+            self.jumps, self.last_jump = self.jumps + len(found), found[-1].time
+        return self
+
+    @property
+    def estimates(self) -> list[tuple[str, float, float]]:
+        """(name, value, standard deviation) of each state, disturbance and derived output, the last that was ready."""
+        return [(name, float(v), float(s)) for name, v, s in zip(self.names, self.last, self.last_std)]
+
+    @property
+    def ready(self) -> float:
+        """Share of the samples with an estimate."""
+        return 1 - self.unready / self.samples if self.samples else math.nan
+
+    @property
+    def loglik(self) -> float:
+        """Log likelihood of the outputs from the first that was predicted; NaN for the theorem, which has none."""
+        own = getattr(self.estimator, "loglik", None)
+        return math.nan if own is None else own(self.state)
+
+    @property
+    def settling(self) -> float:
+        """Seconds from the first sample to the first estimate."""
+        return self.first_ready - self._begin
+
+    @property
+    def nis(self) -> list[Nis]:
+        """Mean normalised innovation squared of each output, and the interval that should hold it."""
+        return [part.nis_interval for part in self.outputs]
+
+    @property
+    def words(self) -> str:
+        """The run in a few plain sentences."""
+        if not self.samples:
+            return "0 samples."
+        if math.isnan(self.first_ready):
+            return (
+                f"No estimate was ready in {self.samples} samples: fewer than there are unknowns, or deviations above "
+                "the tolerance."
+            )
+        said = [f"The first estimate was ready after {self.settling:.3g} s."]
+        if self.ready < 0.99:
+            said.append(f"In {100 * (1 - self.ready):.0f} % of the samples there was none.")
+        for name, nis in zip(self.estimator.model.output_names, self.nis):
+            if not nis.samples:
+                continue
+            size = math.sqrt(nis.value)
+            if not size:
+                said.append(
+                    f"{name} is predicted without any error: is the sensor stuck, or the record no measurement?"
+                )
+            elif nis.is_consistent or abs(size - 1) < 0.05:
+                said.append(f"{name} is predicted as well as the plant and the noise say (NIS {nis.value:.2f}).")
+            else:
+                more, why = (
+                    ("larger", "the plant, the disturbances or noise_std are not what was stated")
+                    if size > 1
+                    else ("smaller", "noise_std or a walk was stated too large")
+                )
+                said.append(
+                    f"{name}: prediction errors are {max(size, 1 / size):.2g} times {more} than stated (NIS "
+                    f"{nis.value:.2g}): {why}, and so are the error bars."
+                )
+        missing = self.outputs[0].missing_inputs
+        if missing:
+            said.append(f"In {missing} samples an input was missing and held; the error bars do not know of it.")
+        if self.jumps:
+            said.append(f"The plant changed or a fault began: {self.jumps} alarms, the last at {self.last_jump:g} s.")
+        return " ".join(said)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, ready for JSON (NaN becomes None)."""
+        names = self.estimator.model.output_names
+        return _finite({
+            "samples": self.samples, "ready": self.ready, "first_ready": self.first_ready, "settling": self.settling,
+            "missing_inputs": self.outputs[0].missing_inputs, "jumps": self.jumps, "last_jump": self.last_jump,
+            "loglik": self.loglik,
+            "outputs": [
+                {
+                    "name": name, "observed": s.observed, "missing": s.missing_outputs, "rmse": s.rmse, "fit": s.fit,
+                    "nis": s.nis, "nis_interval": [s.nis_interval.low, s.nis_interval.high], "coverage": s.coverage,
+                }
+                for name, s in zip(names, self.outputs)
+            ],
+            "estimates": [{"name": n, "value": v, "std": s} for n, v, s in self.estimates],
+            "words": self.words,
+        })  # fmt: skip
+
+
+@dataclass(frozen=True)
+class View:
+    """One output's columns of an observer's trace, as `Summary` and the figures read them, (T,) each."""
+
+    trace: ObserverTrace
+    time: np.ndarray
+    y: np.ndarray
+    prediction: np.ndarray
+    innovation: np.ndarray
+    variance: np.ndarray
+    status: np.ndarray
+    dof: np.ndarray
+    is_used: np.ndarray
+
+    is_mixture: ClassVar[bool] = False
+
+    @property
+    def state(self):
+        """The state after the last sample."""
+        return self.trace.state
+
+    def jumps(self) -> list[Event]:
+        """Return the alarms of the run."""
+        return self.trace.jumps()
+
+    def band(self, level: float = 0.95) -> np.ndarray:
+        """Half-width of the prediction interval; NaN while nothing is determined."""
+        from .trace import quantile
+
+        std = np.where(np.isfinite(self.variance), np.sqrt(self.variance), np.nan)
+        return quantile(0.5 + level / 2, self.dof) * std
+
+    def __len__(self):
+        return len(self.time)
+
+
+def views(trace: ObserverTrace) -> list[View]:
+    """Return the columns of each output."""
+    T, p = len(trace), trace.estimator.model.outputs
+    names = ("y", "prediction", "innovation", "variance", "status", "dof", "is_used")
+    columns = [np.asarray(getattr(trace, name)).reshape(T, p).T for name in names]
+    jump = ~int(Status.JUMP)
+    columns[4] = np.vstack([columns[4][:1], columns[4][1:] & jump])  # an alarm is told once
+    return [View(trace, trace.time, *one) for one in zip(*columns)]

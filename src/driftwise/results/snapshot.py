@@ -1,0 +1,196 @@
+"""States and estimators as text: readable, versioned, safe to ship to another machine."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ..detect.gain import GainProbes, PullTest
+from ..detect.gate import Gate
+from ..detect.glr import GLR
+from ..detect.hinkley import Hinkley
+from ..detect.parity import Parity
+from ..detect.probes import ProbeBank
+from ..detect.score import Score
+from ..detect.self_starting import SelfStarting
+from ..detect.variance import VarianceChange
+from ..engine.errors import InputError
+from ..estimators.algebraic_observer.relation import Relation
+from ..estimators.algebraic_start.start import AlgebraicStart
+from ..estimators.base import Rows
+from ..memory.auto import Auto
+from ..memory.auxiliary import AuxiliaryFilter
+from ..memory.bank import Bank, Interacting
+from ..memory.correlation import Correlation
+from ..memory.directional import DirectionalForgetting
+from ..memory.drift import Inflate, Never, UntilJump, Walk
+from ..memory.fading import LimitedGain, VariableForgetting, Weighted
+from ..memory.fuzzy import FuzzyDrift
+from ..memory.likelihood import LikelihoodDrift
+from ..memory.matching import CovarianceMatching
+from ..memory.restart import GainReset
+from ..memory.run_lengths import RunLengths
+from ..memory.transition import Drift
+from ..memory.variational import VariationalBayes
+from ..memory.window import Window
+from ..models.disturbance import Disturbance
+from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
+from ..models.plant import Plant, Polynomial, Sinusoid
+from ..models.scale import UnknownScale
+
+SCHEMA = 4  # 4: a trace keeps the degrees of freedom of each prediction
+KINDS = {
+    k.__name__: k
+    for k in (
+        EquationError,
+        OutputError,
+        NoisePolynomial,
+        UnknownPolynomial,
+        NoiseCovariance,
+        Never,
+        Walk,
+        Drift,
+        Disturbance,
+        Auto,
+        Bank,
+        Interacting,
+        FuzzyDrift,
+        CovarianceMatching,
+        AuxiliaryFilter,
+        Correlation,
+        LikelihoodDrift,
+        VariationalBayes,
+        LimitedGain,
+        Weighted,
+        VariableForgetting,
+        DirectionalForgetting,
+        Window,
+        RunLengths,
+        UntilJump,
+        Inflate,
+        GainReset,
+        Hinkley,
+        Score,
+        VarianceChange,
+        Parity,
+        GLR,
+        SelfStarting,
+        ProbeBank,
+        GainProbes,
+        PullTest,
+        Gate,
+        UnknownScale,
+        Plant,
+        Polynomial,
+        Sinusoid,
+        Relation,
+        AlgebraicStart,
+    )
+}
+
+
+def _plain(value: Any) -> Any:
+    if type(value).__name__ in KINDS:
+        return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
+    if isinstance(value, dict):
+        return {"kind": "dict", **{k: _plain(v) for k, v in value.items()}}
+    if isinstance(value, Rows):
+        return {"kind": "estimator", "text": describe(value)}
+    if isinstance(value, np.ndarray):
+        return np.asarray(value, float).tolist()
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    value = value.item() if isinstance(value, np.generic) else value
+    return {"kind": "complex", "real": value.real, "imag": value.imag} if isinstance(value, complex) else value
+
+
+def _rich(value: Any) -> Any:
+    if isinstance(value, dict) and value["kind"] == "estimator":
+        return rebuild(value["text"])
+    if isinstance(value, dict):
+        fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
+        return {"complex": complex, "dict": dict, **KINDS}[value["kind"]](**fields)
+    if isinstance(value, list):
+        return [_rich(v) for v in value]
+    return value
+
+
+def is_described(estimator) -> bool:
+    """Say whether all policies of an estimator are driftwise's own, so that `describe` covers them."""
+    return all(map(_is_ours, estimator.options.values()))
+
+
+def _is_ours(value) -> bool:
+    if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
+        return all(map(_is_ours, value))
+    if isinstance(value, Rows):
+        return is_described(value)
+    return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
+
+
+def describe(estimator) -> str:
+    """Return the settings of an estimator as JSON; a user's own policies are not covered."""
+    if not is_described(estimator):
+        raise InputError(f"{estimator!r} has a policy that is not driftwise's own: keep its settings yourself")
+    options = {k: _plain(v) for k, v in estimator.options.items()}
+    return json.dumps({"schema": SCHEMA, "estimator": type(estimator).__name__, "options": options})
+
+
+def rebuild(text: str):
+    """Return the estimator that `describe` described."""
+    from ..estimators.adaptive_gain.estimator import AdaptiveGain
+    from ..estimators.adaptive_observer.estimator import AdaptiveObserver
+    from ..estimators.algebraic_observer.estimator import AlgebraicObserver
+    from ..estimators.armax.estimator import ARMA, ARMAX, BJ, OE
+    from ..estimators.arx.estimator import AR, ARX
+    from ..estimators.arx.regression import Regression
+    from ..estimators.arx_mimo.estimator import ARXMIMO
+    from ..estimators.continuous.estimator import ContinuousJoint
+    from ..estimators.joint.estimator import Joint
+    from ..estimators.joint_mimo.estimator import JointMIMO
+    from ..estimators.manoeuvre.estimator import Manoeuvre
+    from ..estimators.model_average.estimator import ModelAverage
+    from ..estimators.window_observer.estimator import WindowObserver
+
+    data = json.loads(text)
+    if data.get("schema") != SCHEMA:
+        found = data.get("schema")
+        newer = isinstance(found, int) and found > SCHEMA
+        advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
+        raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
+    recursive = AR, ARX, Regression, ARMA, ARMAX, OE, BJ, ARXMIMO, AdaptiveObserver
+    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, Manoeuvre, WindowObserver, AlgebraicObserver, ModelAverage
+    kinds: dict[str, Any] = {k.__name__: k for k in (*known, *recursive)}
+    return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
+
+
+def save_state(estimator, state, path) -> None:
+    """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives."""
+    if not hasattr(estimator, "options") or getattr(state, "dtype", None) != estimator.dtype:
+        raise InputError("save_state takes (estimator, state, path): the state is one of that estimator's own")
+    rows = np.atleast_1d(state).view(np.float64).reshape(np.size(state), -1)
+    data = json.loads(describe(estimator)) | {
+        "shape": list(np.shape(state)),
+        "rows": [[float.hex(v) for v in row] for row in rows],
+    }
+    with open(path, "w") as f:
+        json.dump(data, f)
+
+
+def load_state(path):
+    """Return (estimator, state) as saved."""
+    try:
+        with open(path) as f:
+            data = json.load(f)
+    except ValueError:
+        raise InputError(f"{path} is no file that save_state wrote. A trace is read by Trace.load") from None
+    est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
+    rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
+    if rows.size and 8 * rows.shape[1] != est.dtype.itemsize:
+        raise InputError(
+            f"the states in {path} have {rows.shape[1]} numbers, those of {est!r} have {est.dtype.itemsize // 8}: they "
+            "were written by an earlier version and cannot be continued; start afresh"
+        )
+    return est, rows.view(est.dtype).reshape(data["shape"])

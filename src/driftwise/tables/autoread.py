@@ -1,0 +1,174 @@
+"""A newcomer's table, read without a single option: recognised, cleaned, on a regular clock."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from driftwise.engine.errors import InputError
+from driftwise.tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
+
+__all__ = ["Stretches", "gathered", "read"]
+
+
+class Stretches:
+    """Iterates over (time (T,), y (T,), u (T, k)), NaN where missing, cleaned and on a regular clock.
+
+    Attributes
+    ----------
+    rows : row of the table that each sample of the last stretch came from, from 0; -1 where it was put in
+    table : the `OpenTable` that is read; its `fraction` says how far
+    clock : the `Regular` clock; it counts the rows put in and left out
+    cleaned : values taken as missing so far, per column name
+    """
+
+    def __init__(self, table: OpenTable, found: Any):
+        from driftwise.tables.cleaning import Cleaner
+        from driftwise.tables.sampling import Regular
+
+        self.table, self.found = table, found
+        self.signals = (found.output, *found.inputs)
+        self._cleaner = Cleaner(found[name].belief for name in self.signals)
+        self.clock = Regular(found.sampling, [False] + [True] * len(found.inputs))
+        self.rows: Any = None
+        self._stretches = self._read()
+
+    @property
+    def cleaned(self) -> dict[str, int]:
+        return dict(zip(self.signals, self._cleaner.cleaned.tolist(), strict=True))
+
+    def losses(self) -> list[str]:
+        """Return which cells and rows could not be read so far, a sentence each."""
+        told = [
+            f"{count} cell{'s' * (count > 1)} of {name!r} cannot be read as a number: taken as missing."
+            for name, count in self.table.bad.items()
+            if count and name in self.signals
+        ]
+        if self.table.ragged:
+            many = "1 row has" if self.table.ragged == 1 else f"{self.table.ragged} rows have"
+            told.append(f"{many} too many or too few cells: taken as missing.")
+        return told
+
+    def notes(self) -> list[str]:
+        """Return what reading the whole table has brought up, a sentence each; of the part read so far."""
+        told = self.losses()
+        cleaned = ", ".join(f"{count} of {name!r}" for name, count in self.cleaned.items() if count)
+        if cleaned:
+            told.append(f"Values not believed and taken as missing: {cleaned}.")
+        clock = self.clock
+        if clock.inserted or clock.dropped:
+            told.append(
+                f"On the clock of {self.found.dt:.6g}, {clock.inserted} missing samples were put in and "
+                f"{clock.dropped} rows left out; it started again {clock.restarts} times."
+            )
+        return told
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        return next(self._stretches)
+
+    def _read(self):
+        import numpy as np
+
+        clock = self.found.time
+        names = [*self.signals, *([clock] if clock else [])]
+        waiting = np.empty(0)  # stamps of the rows that the cleaner holds back
+        for chunk in self.table.chunks(names):
+            values = self._cleaner.push(np.column_stack([chunk[name] for name in self.signals]))
+            if clock:
+                waiting = np.concatenate((waiting, self.found.time_scale * chunk[clock]))
+            yield from self._handed(self.clock.push(waiting[: len(values)] if clock else None, values))
+            waiting = waiting[len(values) :]
+        yield from self._handed(self.clock.push(waiting if clock else None, self._cleaner.flush()))
+        yield from self._handed(self.clock.flush())
+
+    def _handed(self, stretch):
+        time, values, self.rows = stretch
+        if len(time):
+            yield time, values[:, 0].copy(), values[:, 1:].copy()
+
+
+def gathered(stretches, rows: int = CHUNK_ROWS):
+    """Yield the same as arrays of at least so many rows each, the last one shorter."""
+    import numpy as np
+
+    parts: list[Any] = []
+    for stretch in stretches:
+        parts.append(stretch)
+        if sum(len(part[0]) for part in parts) >= rows:
+            yield tuple(map(np.concatenate, zip(*parts)))
+            parts = []
+    if parts:
+        yield tuple(map(np.concatenate, zip(*parts)))
+
+
+def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS, dt=None):
+    """Return (`Table`, iterator of (time, y, u)) of a table that nobody described.
+
+    Parameters
+    ----------
+    data : file name ("-" for standard input), data frame, or mapping from column name to array
+    output, inputs, time : names of columns, where they are known; what is not given is recognised
+    chunk_rows : rows that are read at a time; what comes out does not depend on it
+    head_rows : rows by which the table is recognised. A shorter table is recognised as a whole: to score predictions
+        of its later part, give the length of the earlier one. A drop-out is known only from up to 16 rows after it.
+    dt : seconds between rows, where no clock of the table says so
+
+    Returns
+    -------
+    table : what was recognised, with `words` and `notes`
+    stretches : `Stretches`, to be iterated once
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> u = np.repeat([0.0, 1.0, 0.0, 2.0], 25)
+    >>> y = np.convolve(u, 0.5 ** np.arange(1, 12))[:100]
+    >>> table, stretches = read({"time": np.arange(100.0), "valve": u, "level": y})
+    >>> table.output, table.inputs
+    ('level', ('valve',))
+    >>> sum(len(y) for time, y, u in stretches)
+    100
+    """
+    from driftwise.tables.recognise import on_clock, recognise
+    from driftwise.tables.source import resolve
+
+    table = open_table(data, chunk_rows, head_rows)
+    try:
+        output = None if output is None else resolve(table.names, output, "output")
+        time = None if time is None else resolve(table.names, time, "time")
+        if inputs is not None:
+            inputs = [inputs] if isinstance(inputs, str) else inputs
+            inputs = tuple(resolve(table.names, name, "input") for name in inputs)
+        if output is not None and output in (*(inputs or ()), time):
+            part = "time" if output == time else "input"
+            raise InputError(f"column {output!r} is asked for as output and as {part}; it can be one of them only.")
+        stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
+        turned = _turned(table, time, stamps)
+        head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
+        found = recognise(head, output, inputs, time, table.units, stamps)
+        if dt is not None:
+            found = on_clock(found, dt)
+        found = replace(found, notes=(*turned, *found.notes))
+    except InputError as error:
+        raise InputError(f"{table.title}: {error}") from None
+    return found, Stretches(table, found)
+
+
+def _turned(table: OpenTable, time, stamps) -> list[str]:
+    """Turn a table round whose newest row comes first; return what was done, in words."""
+    import numpy as np
+
+    from driftwise.tables.column_roles import parse
+
+    for name in [time] if time is not None else table.names:
+        values = table.head[name]
+        if values is None or (name not in stamps and name != time and "time" not in parse(name).kinds):
+            continue
+        steps = np.diff(values[np.isfinite(values)])
+        if len(steps) > 1 and np.mean(steps < 0) > 0.9:
+            table.turn(name)
+            return [f"{name!r} runs backwards, the newest row first: the rows were turned round."]
+    return []

@@ -1,0 +1,203 @@
+"""Turn columns of cells into float64, whole columns at a time."""
+
+from __future__ import annotations
+
+import re
+
+from driftwise.engine.errors import InputError
+from driftwise.tables.dialect import MISSING
+
+__all__ = ["numbers", "seconds", "switched", "trimmed"]
+
+LARGEST = 1e100  # whose square is a number yet
+ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no", "aus", "nein", "falsch"}
+
+_GROUPED = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?$"  # 1.234,5 with thousands dots
+_NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
+
+
+def numbers(column, decimal: str = "."):
+    """Return (values, bad): float64, NaN where missing, and a mask of the cells that are no number, or beyond 1e100.
+
+    Parameters
+    ----------
+    column : pyarrow Array of numbers, booleans or text
+    decimal : decimal mark of the text cells
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.dictionary_decode(), kind.value_type
+    if is_text(kind):
+        values, bad = _parse(column, decimal)
+    elif pa.types.is_null(kind):
+        values, bad = np.full(len(column), np.nan), np.zeros(len(column), bool)
+    elif (
+        pa.types.is_floating(kind)
+        or pa.types.is_integer(kind)
+        or pa.types.is_boolean(kind)
+        or pa.types.is_decimal(kind)
+    ):
+        column = column.cast(pa.uint8()) if pa.types.is_boolean(kind) else column
+        column = column.cast(pa.float64(), safe=False)
+        values, bad = column.to_numpy(zero_copy_only=False), None
+    else:
+        raise InputError(f"a column of type {kind} cannot be used as numbers")
+    infinite = np.abs(values) > LARGEST
+    if infinite.any():
+        values = np.where(infinite, np.nan, values)
+    return values, infinite if bad is None else bad | infinite
+
+
+def is_text(kind) -> bool:
+    import pyarrow as pa
+
+    return pa.types.is_string(kind) or pa.types.is_large_string(kind) or str(kind) == "string_view"
+
+
+def switched(column):
+    """Return (values, bad) of a column of words such as on and off: 1 and 0, NaN where missing.
+
+    >>> import pyarrow as pa
+    >>> switched(pa.array(["on", "OFF", None, "?!"]))
+    (array([ 1.,  0., nan, nan]), array([False, False, False,  True]))
+    """
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = pc.utf8_lower(trimmed(column))
+    on, off = (pc.is_in(cells, value_set=pa.array(sorted(words))).to_numpy(False) for words in (ON, OFF))
+    bad = pc.is_valid(cells).to_numpy(False) & ~on & ~off
+    return np.where(on, 1.0, np.where(off, 0.0, np.nan)), bad
+
+
+def _parse(column, decimal):
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = trimmed(column)
+    if decimal == ",":
+        grouped = pc.fill_null(pc.match_substring_regex(cells, _GROUPED), False)
+        if pc.any(grouped).as_py():
+            cells = pc.if_else(grouped, pc.replace_substring(cells, ".", ""), cells)
+        cells = pc.replace_substring(cells, ",", ".")
+    cells = pc.replace_substring_regex(cells, r"^\+", "")
+    cells = pc.replace_substring_regex(cells, "[dD]([+-]?[0-9]+)$", r"e\1")
+    good = pc.fill_null(pc.match_substring_regex(cells, _NUMBER), False)
+    bad = pc.and_(pc.is_valid(cells), pc.invert(good))
+    values = pc.if_else(good, cells, pa.scalar(None, cells.type)).cast(pa.float64())
+    return values.to_numpy(zero_copy_only=False), bad.to_numpy(zero_copy_only=False)
+
+
+def trimmed(column):
+    """Return the text cells without blanks around them, markers of a missing value as nulls."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = pc.utf8_trim_whitespace(column.cast(pa.string()))
+    missing = pc.is_in(cells, value_set=pa.array(sorted(MISSING), pa.string()))
+    return pc.if_else(missing, pa.scalar(None, pa.string()), cells)
+
+
+def seconds(column, decimal: str = ".", day_first: bool = True):
+    """Return (values, bad, is_stamp): time in its own unit, or int64 nanoseconds since 1970 for time stamps.
+
+    A missing stamp is the smallest int64 (what NumPy calls NaT). Text is read as ISO 8601 or a date with dots or
+    slashes; `day_first` says whether 1/2/2024 is in February.
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.dictionary_decode(), kind.value_type
+    if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
+        return (
+            _nanoseconds(column.cast(pa.timestamp("ns", getattr(kind, "tz", None)))),
+            np.zeros(len(column), bool),
+            True,
+        )
+    if pa.types.is_duration(kind):
+        values = column.cast(pa.duration("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
+        return values.to_numpy(zero_copy_only=False) / 1e9, np.zeros(len(column), bool), False
+    if not is_text(kind):
+        return (*numbers(column), False)
+    values, bad = numbers(column, decimal)
+    if np.isfinite(values).any() or not bad.any():
+        return values, bad, False
+    return (*_stamps(column, day_first), True)
+
+
+def _stamps(column, day_first):
+    """Return (int64 nanoseconds, bad) of time stamps in text."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = trimmed(column)
+    cells = pc.replace_substring_regex(cells, r"(:\d\d),(\d+)", r"\1.\2")
+    if pc.any(pc.match_substring_regex(cells, r"^\d+[./]|[AaPp][Mm]$")).as_py():
+        cells = _iso(cells, day_first)
+    for kind in (pa.timestamp("ns"), pa.timestamp("ns", "UTC")):
+        try:
+            stamps = _nanoseconds(cells.cast(kind))
+            break
+        except pa.ArrowInvalid:
+            continue
+    else:
+        stamps = _one_by_one(cells)
+    bad = pc.is_valid(cells).to_numpy(zero_copy_only=False) & (stamps == _nat())
+    return stamps, bad
+
+
+def _iso(cells, day_first):
+    """Return stamps such as 31.12.2024 13:45, 12/31/2024 1:45 PM or 2024/12/31 as ISO 8601 text."""
+    import pyarrow.compute as pc
+
+    day, month = (1, 2) if day_first else (2, 1)
+    for old, new in (
+        (r"^(\d+)\.(\d+)\.(\d\d)( |$)", r"\1.\2.20\3\4"),
+        (r"^(\d+)\.(\d+)\.(\d{4})", r"\3-\2-\1"),
+        (r"^(\d{4})/(\d+)/(\d+)", r"\1-\2-\3"),
+        (r"^(\d+)/(\d+)/(\d{4})", rf"\3-\{month}-\{day}"),
+        (r"^(\d{4})-(\d)-", r"\1-0\2-"),
+        (r"^(\d{4}-\d\d)-(\d)( |T|$)", r"\1-0\2\3"),
+        (r"[ T]+(\d):", r" 0\1:"),
+    ):
+        cells = pc.replace_substring_regex(cells, old, new)
+    cells = pc.replace_substring_regex(cells, r"[ T]12(:[0-9:.]+)\s*[Aa][Mm]$", r" 00\1")
+    cells = pc.replace_substring_regex(cells, r"\s*[Aa][Mm]$", "")
+    for hour in range(1, 12):
+        cells = pc.replace_substring_regex(cells, rf"[ T]{hour:02d}(:[0-9:.]+)\s*[Pp][Mm]$", rf" {hour + 12}\1")
+    return pc.replace_substring_regex(cells, r"\s*[Pp][Mm]$", "")
+
+
+def _one_by_one(cells):
+    """Read each stamp by itself: slow, for batches where one cell is not a time stamp or the zones differ."""
+    from datetime import UTC, datetime
+
+    import numpy as np
+
+    def nanoseconds(cell):
+        try:
+            stamp = datetime.fromisoformat(re.sub(r"(\.\d{6})\d+", r"\1", cell.replace(" ", "T", 1).replace(" ", "")))
+        except (ValueError, AttributeError):
+            return _nat()
+        stamp = stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
+        delta = stamp - datetime(1970, 1, 1, tzinfo=UTC)
+        return ((delta.days * 86_400 + delta.seconds) * 1_000_000 + delta.microseconds) * 1000
+
+    return np.array([nanoseconds(cell) for cell in cells.to_pylist()], np.int64)
+
+
+def _nanoseconds(stamps):
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    return pc.fill_null(stamps.cast(pa.int64()), _nat()).to_numpy(zero_copy_only=False)
+
+
+def _nat() -> int:
+    return -(2**63)

@@ -1,0 +1,110 @@
+"""Which column is proposed as the output and which as the inputs: by name, then by what helps to predict."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .column_roles import SCORES, Name
+from .screening import screen
+
+__all__ = ["because", "propose_inputs", "propose_output"]
+
+MOST_INPUTS = 4
+HELPS = 0.002  # share of the residual variance that an input must take away to be proposed
+HELPS_MUCH = 0.05  # the same for a column whose name says nothing, beside inputs whose names do
+LEAK = 1e-4  # share of the output left, where a column is computed from it in the same row
+
+
+def propose_output(free: list[str], names: dict[str, Name], taken) -> tuple[str, str]:
+    """Return the column that looks most like an effect, and why; in doubt the last."""
+    free = [name for name in free if name not in taken]
+    aimed = {name for name in free if names[name].score > -2 and _has_setpoint(name, names)}
+    scores = {name: names[name].score + 2.0 * (name in aimed) for name in free}
+    best = max(scores.values())
+    if best > 0:
+        name = next(name for name in free if scores[name] == best)
+        return name, "a set point is named after it" if name in aimed else because(names[name], "output")
+    electric = [name for name in free if {"voltage", "spannung"} & set(names[name].words)]
+    if best < 0 and electric:  # a current and its voltage
+        return electric[-1], "the voltage beside a current"
+    return [name for name in free if scores[name] == best][-1], "the last column of numbers that could be one"
+
+
+def _has_setpoint(name: str, names: dict[str, Name]) -> bool:
+    """Whether another column is a set point for it, by its name."""
+    mine = set(names[name].words)
+    return any(mine < set(other.words) for other in names.values() if "setpoint" in other.kinds)
+
+
+def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
+    """Return (the inputs proposed, why per name, how much each helps): by name, then by how much they help."""
+    y = clean[output]
+    why: dict[str, str] = {}
+    causes = [name for name in free if names[name].score <= -1]
+    setpoints = [name for name in causes if "setpoint" in names[name].kinds]
+    acting = [name for name in causes if "actuator" in names[name].kinds and name not in setpoints]
+    for name in list(acting) if setpoints else ():
+        if _is_computed(y, [clean[name], *(clean[s] for s in setpoints)], clean[setpoints[0]]):
+            acting.remove(name)
+            causes.remove(name)
+            free = [other for other in free if other != name]
+            why[name] = "computed from the output and the set point in the same row"
+    if acting:
+        for name in setpoints:
+            causes.remove(name)
+            free = [other for other in free if other != name]
+            why[name] = "a set point, which acts through the drive that is recorded"
+    others = [name for name in free if name not in causes]
+    if causes:
+        others = [name for name in others if names[name].words and not name.startswith("column")]
+    certain = causes if len(causes) <= MOST_INPUTS else []  # few enough: names decide
+    helps = dict(_screened(y, [*causes, *others], clean, 2 * MOST_INPUTS))
+    least = {name: HELPS_MUCH if causes and name in others else HELPS for name in helps}
+    more = [name for name in helps if name not in certain and helps[name] >= least[name]]
+    chosen = [*certain, *more[: MOST_INPUTS - len(certain)]] or causes[:1]
+    for name in chosen:
+        why[name] = because(names[name], "input") + (f", {100 * helps[name]:.2g} %" if name in helps else "")
+    for name in free:
+        if name not in chosen:
+            why.setdefault(name, "helps too little to predict the output" if name in [*causes, *others] else "no name")
+    return tuple(name for name in clean if name in chosen), why, helps
+
+
+def _screened(y, candidates: list[str], clean, most: int) -> list[tuple[str, float]]:
+    if not candidates:
+        return []
+    return [(candidates[j], gain) for j, gain in screen(y, np.column_stack([clean[n] for n in candidates]), most)]
+
+
+def _is_computed(y, columns, setpoint) -> bool:
+    """Whether the output is a linear function of these columns in the same row, and not of the set point alone."""
+    rows = np.isfinite(y) & np.all([np.isfinite(c) for c in columns], axis=0)
+    if np.count_nonzero(rows) < 20:
+        return False
+    y = y[rows] - y[rows].mean()
+
+    def left(regressors) -> float:
+        A = np.column_stack([c[rows] - c[rows].mean() for c in regressors])
+        theta = np.linalg.lstsq(A, y, rcond=None)[0]
+        return float(np.sum((y - A @ theta) ** 2))
+
+    total = float(np.sum(y**2))
+    return total > 0 and left(columns) < LEAK * total and left(columns) < 0.1 * left([setpoint])
+
+
+def because(name: Name, part: str) -> str:
+    """Return why a column plays its part, in a few words."""
+    kinds = sorted(kind for kind in name.kinds if (SCORES.get(kind, 0.0) > 0) == (part == "output") and kind in SCORES)
+    if kinds:
+        return f"{_CALLED[kinds[0]]}, by its name"
+    return "the only one left" if part == "output" else "its past helps"
+
+
+_CALLED = {
+    "setpoint": "a set point",
+    "actuator": "an actuator",
+    "disturbance": "a disturbance",
+    "source": "a cause",
+    "quantity": "a measured quantity",
+    "output": "an output",
+}

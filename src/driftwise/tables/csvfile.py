@@ -1,0 +1,184 @@
+"""Delimited text, block by block: any length in the memory of one block."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from driftwise.engine.errors import InputError
+from driftwise.tables.dialect import MISSING, Dialect, sniff
+from driftwise.tables.marks import plain
+
+__all__ = ["CsvSource"]
+
+BLOCK = 1 << 21
+HEAD = 1 << 18
+_COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")
+
+
+class CsvSource:
+    """Rows of a delimited text file or stream, as batches of pyarrow columns.
+
+    Blank lines are skipped (in a file of one column they are missing values), lines that begin with # or %
+    are comments. A line with too many or too few cells becomes a row of missing values, counted in `ragged`:
+    a sample was taken, only its values are lost.
+    """
+
+    rows = None
+
+    def __init__(self, stream, size: int | None = None):
+        self.size = size
+        self.position = 0
+        self.ragged = 0
+        self._stream = stream
+        head = self._read(HEAD)
+        if not head.strip(b"\xef\xbb\xbf \t\r\n"):
+            raise InputError(
+                "the table is empty: it holds no characters. Was the recording ever started, or the pipe cut?"
+            )
+        _refuse_binary(head)
+        head = head.removeprefix(b"\xef\xbb\xbf")
+        self._old_mac = b"\n" not in head and b"\r" in head
+        head = self._line_ends(head)
+        lines = head.split(b"\n")
+        complete = lines[:-1] if len(head) >= HEAD // 2 and len(lines) > 1 else lines
+        self.dialect: Dialect = sniff([_decode(line).rstrip("\r") for line in complete])
+        self._rest = b"\n".join(lines[self.dialect.skip :])
+        self.names = self.dialect.names
+        self.decimal = self.dialect.decimal
+        self.units = self.dialect.units
+        self.day_first = self.dialect.day_first
+
+    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
+        """Yield (pyarrow arrays in the order of `columns`, positions of the ragged rows among them).
+
+        Called again, it goes on where the last batch ended: the columns may change on the way.
+        """
+        for block in self._blocks():
+            block = self._tidy(block)
+            if block:
+                yield self._parse(block, columns)
+
+    def _read(self, size: int) -> bytes:
+        """Read until `size` bytes or the end: a pipe hands over less at a time."""
+        parts = []
+        while size > 0:
+            part = bytes(self._stream.read(size))
+            if not part:
+                break
+            parts.append(part)
+            size -= len(part)
+            self.position += len(part)
+        return b"".join(parts)
+
+    def _line_ends(self, block: bytes) -> bytes:
+        return block.replace(b"\r", b"\n") if self._old_mac else block
+
+    def _blocks(self) -> Iterator[bytes]:
+        """Yield blocks of whole lines; blank lines at its end go with the next; the last are dropped."""
+        rest, self._rest = self._rest, b""
+        while True:
+            fresh = self._line_ends(self._read(BLOCK))
+            buffer = rest + fresh
+            if not fresh:
+                self._rest = b""
+                yield buffer.rstrip(b"\r\n")
+                return
+            cut = _cut(buffer)
+            block = buffer[:cut].rstrip(b"\r\n")
+            rest = buffer[len(block) :]
+            if block and rest:  # the line end that belongs to the block
+                rest = rest.removeprefix(b"\r").removeprefix(b"\n")
+            self._rest = rest
+            yield block
+
+    def _tidy(self, block: bytes) -> bytes:
+        if block.lstrip(b" \t")[:1] in (b"#", b"%") or re.search(rb"\n[ \t]*[#%]", block):
+            block = _COMMENT_LINE.sub(b"", block).rstrip(b"\r\n")
+        if block.count(b'"') % 2:  # a stray quote would swallow every line up to the next one
+            block = b"\n".join(line.replace(b'"', b"") if line.count(b'"') % 2 else line for line in block.split(b"\n"))
+        if self.dialect.delimiter == " ":
+            block = re.sub(rb"(?m)^[ \t]+|[ \t\r]+$", b"", re.sub(rb"[ \t]+", b" ", block))
+        return block
+
+    def _parse(self, block, columns):
+        import pyarrow as pa
+
+        try:
+            return self._table(block, columns, pa.float64())
+        except (
+            pa.ArrowInvalid,
+            pa.ArrowKeyError,
+        ):  # some cell is no number: read text, convert column by column
+            return self._table(_utf8(block), columns, pa.string())
+
+    def _table(self, block, columns, kind):
+        import pyarrow as pa
+        from pyarrow import csv
+
+        bad: list[int] = []
+
+        def skip(row):
+            bad.append(row.number - 1)
+            return "skip"
+
+        marks = self.dialect.marks
+        words = self.dialect.stamps | self.dialect.texts | marks.keys()
+        kinds = {name: pa.string() if name in words else kind for name in columns}
+        table = csv.read_csv(
+            pa.BufferReader(block),
+            csv.ReadOptions(column_names=list(self.names), use_threads=False, block_size=len(block) + 1),
+            csv.ParseOptions(
+                delimiter=self.dialect.delimiter,
+                newlines_in_values=b'"' in block,
+                ignore_empty_lines=len(self.names) > 1,
+                invalid_row_handler=skip,
+            ),
+            csv.ConvertOptions(
+                include_columns=columns,
+                column_types=kinds,
+                null_values=sorted(MISSING),
+                decimal_point=self.decimal,
+                check_utf8=False,
+            ),
+        )
+        self.ragged += len(bad)
+        arrays = [table[name].combine_chunks() for name in columns]
+        return [plain(a, marks[name]) if name in marks else a for name, a in zip(columns, arrays)], bad
+
+
+def _cut(buffer: bytes) -> int:
+    """Return the length of the part made of whole lines; a line end inside quotes does not count."""
+    cut = end = buffer.rfind(b"\n") + 1
+    quotes = buffer.count(b'"', 0, cut)
+    while quotes % 2 and cut:
+        before = buffer.rfind(b"\n", 0, cut - 1) + 1
+        quotes -= buffer.count(b'"', before, cut)
+        cut = before
+    return cut or end
+
+
+def _decode(line: bytes) -> str:
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _utf8(block: bytes) -> bytes:
+    try:
+        block.decode()
+    except UnicodeDecodeError:
+        return block.decode("latin-1").encode()
+    return block
+
+
+def _refuse_binary(head: bytes) -> None:
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise InputError("the table is written in UTF-16 (Excel's 'Unicode text'); save it as 'CSV UTF-8' instead.")
+    if head.startswith(b"PK\x03\x04"):
+        raise InputError("the table is a zip archive or an Excel workbook; export the sheet as CSV and pass that file.")
+    if b"\x00" in head:
+        raise InputError(
+            "the table is not text: it holds zero bytes. CSV and Parquet can be read; is it another format?"
+        )

@@ -1,0 +1,256 @@
+"""Find out how a delimited text file is written, from its first lines."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+
+from driftwise.engine.errors import InputError
+from driftwise.tables.marks import Marks, marks_of
+
+__all__ = ["COMMENTS", "MISSING", "Dialect", "kind", "sniff", "split"]
+
+MISSING = frozenset(
+    "|-|--|.|?|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT".split("|")
+)
+COMMENTS = ("#", "%")
+DELIMITERS = ("\t", ";", "|", ",", " ")
+SAMPLE_LINES = 200
+HEADER_LINES = 5
+
+_DOT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?inf(inity)?$", re.I)
+_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eEdD][+-]?\d+)?$")
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+$")  # 1.234 in a table whose decimal mark is a comma
+_STAMP = re.compile(
+    r"(\d{4}-\d\d-\d\d|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.(\d{4}|\d\d)|\d\d?/\d\d?/\d{4})"
+    r"([T ]+\d\d?:\d\d(:\d\d([.,]\d+)?)?\s*([AaPp][Mm])?(Z|[+-]\d\d:?(\d\d)?)?)?$"
+)
+_SLASHED = re.compile(r"(\d\d?)/(\d\d?)/\d{4}")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a file is written: `names` of the columns, lines to `skip` before the first row of numbers."""
+
+    delimiter: str
+    decimal: str
+    names: tuple[str, ...]
+    skip: int
+    has_header: bool
+    units: dict[str, str] = field(default_factory=dict)
+    stamps: frozenset[str] = frozenset()  # columns of time stamps
+    texts: frozenset[str] = frozenset()  # columns of words
+    day_first: bool = True  # whether 1/2/2024 is the first of February
+    marks: dict[str, Marks] = field(default_factory=dict)  # what cells carry beside numbers
+
+
+def kind(cell: str) -> str:
+    """Return what a cell holds: "number", "comma" (with a decimal comma), "missing", "stamp" or "text"."""
+    cell = cell.strip()
+    if cell in MISSING:
+        return "missing"
+    if _DOT.match(cell):
+        return "number"
+    if _COMMA.match(cell):
+        return "comma"
+    return "stamp" if _STAMP.match(cell) else "text"
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Split one line into stripped cells, honouring double quotes."""
+    if delimiter == " ":
+        return line.split()
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+    except csv.Error:
+        return line.split(delimiter)
+
+
+def sniff(lines: list[str]) -> Dialect:
+    """Return the dialect of a file from its first lines (physical lines, without line ends)."""
+    content, comments = [], []
+    for number, line in enumerate(lines):
+        if line.lstrip().startswith(COMMENTS):
+            comments.append((number, line.lstrip()[1:].strip()))
+        elif line.strip():
+            content.append((number, line))
+        if len(content) == SAMPLE_LINES:
+            break
+    forced = None
+    if content and re.fullmatch(r"sep=.", content[0][1].strip("\r \n").lower() or ""):
+        forced = content.pop(0)[1].strip()[-1]  # what Excel writes as its first line
+    if not content:
+        raise InputError("the table holds no rows: every line is blank or a comment. Was the recording ever started?")
+    delimiter = forced or _delimiter([line for _, line in content])
+    numbers = [number for number, _ in content]
+    rows = [split(line, delimiter) for _, line in content]
+    width = _width(rows)
+    first = next(i for i, row in enumerate(rows) if len(row) == width)
+    body = [row for row in rows[first + 1 :] if len(row) == width]
+    marks = [_marks([row[j] for row in body]) for j in range(width)]
+    if any(marks):
+        rows = [
+            [m.bare(cell) if m else cell for m, cell in zip(marks, row)] if len(row) == width else row for row in rows
+        ]
+        body = [row for row in rows[first + 1 :] if len(row) == width]
+    numeric = [j for j in range(width) if _mostly_values([row[j] for row in body])]
+
+    header, units, start = _header(rows, first, width, numeric)
+    if header is None:
+        header = _commented_header([text for n, text in comments if n < numbers[start]], delimiter, width)
+    names = _unique(header or [], width)
+    skip = numbers[start] if start < len(rows) else numbers[-1] + 1
+    kinds = [Counter(kind(row[j]) for row in body) for j in range(width)]
+    total = sum(kinds, Counter())
+    return Dialect(
+        delimiter=delimiter,
+        decimal="," if total["comma"] > 0 and not _has_dots(body) else ".",
+        day_first=_day_first(body),
+        names=tuple(names),
+        skip=skip,
+        has_header=header is not None,
+        units={name: mark.unit for name, mark in zip(names, marks) if mark and mark.unit}
+        | {name: unit.strip("[]() ") for name, unit in zip(names, units) if unit.strip("[]() ")},
+        stamps=frozenset(n for n, k in zip(names, kinds) if k["stamp"] > k["number"] + k["comma"] + k["text"]),
+        texts=frozenset(n for n, k in zip(names, kinds) if k["text"] > k["number"] + k["comma"] + k["stamp"]),
+        marks={name: mark for name, mark in zip(names, marks) if mark},
+    )
+
+
+def _marks(cells: list[str]) -> Marks | None:
+    """Return what the cells of a column of words carry beside numbers, None where they are none."""
+    known = [(cell, kind(cell)) for cell in cells if kind(cell) != "missing"]
+    return marks_of([cell for cell, _ in known]) if any(what == "text" for _, what in known) else None
+
+
+def _delimiter(lines: list[str]) -> str:
+    """Return the delimiter that cuts most lines into the same number (two or more) of sensible cells."""
+    best, best_score = ",", 0.0
+    for delimiter in DELIMITERS:
+        rows = [split(line, delimiter) for line in lines]
+        width = _width(rows)
+        if width < 2:
+            continue
+        alike = [row for row in rows if len(row) == width]
+        cells = [cell for row in (alike[1:] or alike) for cell in row]
+        sensible = sum(kind(cell) != "text" for cell in cells) / len(cells)
+        score = len(alike) / len(rows) * (0.25 + sensible) * (0.9 if delimiter == " " else 1.0)
+        if score > best_score + 1e-9:
+            best, best_score = delimiter, score
+    return best
+
+
+def _width(rows: list[list[str]]) -> int:
+    """Return the commonest number of cells; of equally common ones the largest."""
+    counts = Counter(len(row) for row in rows)
+    return max(counts, key=lambda width: (counts[width], width))
+
+
+def _mostly_values(cells: list[str]) -> bool:
+    kinds = Counter(kind(cell) for cell in cells)
+    return kinds["number"] + kinds["comma"] + kinds["stamp"] > kinds["text"]
+
+
+def _is_words(row: list[str]) -> bool:
+    kinds = {kind(cell) for cell in row}
+    return "text" in kinds and not kinds & {"comma", "stamp", "number"}
+
+
+def _is_header(row: list[str], numeric: list[int]) -> bool:
+    if numeric:
+        return any(kind(row[j]) == "text" for j in numeric)
+    return _is_words(row)
+
+
+def _header(rows, first, width, numeric):
+    """Return (names or None, units, index of the first row of data).
+
+    A header may have several lines: titles, names of groups over names, and a last one of units.
+    """
+    if not _is_header(rows[first], numeric):
+        start = first
+        while start and first - start < HEADER_LINES and _is_words(rows[start - 1]):
+            start -= 1
+        lines = [row for row in rows[start:first] if len(row) == len(rows[first - 1]) > 1]
+        if lines:  # a header with fewer or more cells than the rows
+            return *_names_and_units(lines, len(lines[0])), first
+        return None, [], first
+    start = first + 1
+    while start < min(len(rows), first + HEADER_LINES) and len(rows[start]) == width and _is_words(rows[start]):
+        if not numeric:  # a table of words: nothing tells a second line from data
+            break
+        start += 1
+    return *_names_and_units(rows[first:start], width), start
+
+
+def _names_and_units(lines, width):
+    """Return names and units from the lines of a header."""
+    named = [line for line in lines if width <= 2 or sum(map(bool, line)) > 1]  # one cell in a wide line is a title
+    lines = named or lines[-1:]
+    units: list[str] = []
+    if len(lines) > 1 and (_are_units(lines[-1]) or (len(lines) == 2 and _are_short(lines))):
+        units = lines.pop()
+    return _joined(lines), units
+
+
+def _are_units(line: list[str]) -> bool:
+    """Whether most cells of a line of words are units."""
+    from driftwise.tables.column_roles import is_unit
+
+    cells = [cell for cell in line if cell]
+    return sum(is_unit(cell) for cell in cells) > 0.5 * len(cells)
+
+
+def _are_short(lines: list[list[str]]) -> bool:
+    """Whether a second line of words can be units of its own: short, under a line of names without blanks."""
+    return all(lines[0]) and max(map(len, lines[1])) <= 8
+
+
+def _joined(lines: list[list[str]]) -> list[str]:
+    """Return one name per column; the name of a group stands for the blanks to its right."""
+    whole = []
+    for line in lines[:-1]:
+        filled, last = [], ""
+        for cell in line:
+            last = cell or last
+            filled.append(last)
+        whole.append(filled)
+    return [" ".join(dict.fromkeys(cell for cell in cells if cell)) for cells in zip(*whole, lines[-1])]
+
+
+def _commented_header(comments: list[str], delimiter: str, width: int):
+    """Return the last comment line that names every column (what numpy.savetxt writes), or None."""
+    for text in reversed(comments):
+        for cells in (split(text, delimiter), text.split()):
+            if len(cells) == width and _is_words(cells):
+                return cells
+    return None
+
+
+def _unique(header: list[str], width: int) -> list[str]:
+    """Return `width` different names: blanks become column3, repetitions get .2, .3 appended."""
+    names: list[str] = []
+    for j in range(width):
+        name = header[j].strip() if j < len(header) else ""
+        name = base = name or f"column{j + 1}"
+        count = 1
+        while name in names:
+            count += 1
+            name = f"{base}.{count}"
+        names.append(name)
+    return names
+
+
+def _has_dots(body: list[list[str]]) -> bool:
+    return any("." in cell and kind(cell) == "number" and not _GROUPED.match(cell) for row in body for cell in row)
+
+
+def _day_first(body: list[list[str]]) -> bool:
+    """Whether dates with slashes begin with the day: what exceeds 12, or else changes more often, is the day."""
+    dates = [match.groups() for row in body for cell in row if (match := _SLASHED.match(cell))]
+    first, second = ({int(date[j]) for date in dates} for j in (0, 1))
+    if max(first | {0}) > 12 or max(second | {0}) > 12:
+        return max(first) > 12
+    return len(first) >= len(second)

@@ -1,0 +1,134 @@
+"""Parquet and data in memory, batch by batch: any length in the memory of a few batches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from driftwise.engine.errors import InputError
+from driftwise.tables.cells import is_text
+
+__all__ = ["MemorySource", "ParquetSource"]
+
+BATCH = 1 << 16
+
+
+class ParquetSource:
+    """Rows of a Parquet file as batches of pyarrow columns; only the columns asked for are read.
+
+    ``words`` are columns of text that come as dictionaries; ``least`` are the rows there must be.
+    """
+
+    decimal = "."
+    day_first = True
+    ragged = 0
+
+    def __init__(self, path, words=(), least: int = 1):
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            self._file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)
+            kinds = {field.name: field.type for field in self._file.schema_arrow}
+            found = [name for name in words if name in kinds and is_text(kinds[name])]
+            if found:
+                options: Any = dict(pre_buffer=False, buffer_size=1 << 20, read_dictionary=found)
+                self._file = pq.ParquetFile(path, metadata=self._file.metadata, **options)
+        except (pa.ArrowInvalid, OSError) as error:
+            raise InputError(
+                f"{path} begins like a Parquet file but cannot be read ({error}). Was the copy cut short?"
+            ) from None
+        self.rows = self._file.metadata.num_rows
+        schema = self._file.schema_arrow
+        self.names = tuple(schema.names)
+        self.units = {f.name: f.metadata[b"unit"].decode() for f in schema if f.metadata and b"unit" in f.metadata}
+        self.size, self.position = self.rows, 0
+        if self.rows < least:
+            raise InputError(
+                "the table is empty: it has columns but no rows. Was the recording stopped before it began?"
+            )
+
+    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
+        """Yield (pyarrow arrays in the order of `columns`, no ragged rows).
+
+        Called again, it goes on where the last batch ended: the columns may change on the way. Row groups before
+        ``position`` are not read.
+        """
+        taken, row, groups = self.position, 0, list(range(self._file.num_row_groups))
+        while groups and row + self._file.metadata.row_group(groups[0]).num_rows <= taken:
+            row += self._file.metadata.row_group(groups.pop(0)).num_rows
+        for batch in self._file.iter_batches(BATCH, row_groups=groups, columns=columns, use_threads=False):
+            row += batch.num_rows
+            if row <= taken:
+                continue
+            batch = batch.slice(max(0, batch.num_rows - (row - taken)))
+            self.position = row
+            yield [batch.column(name) for name in columns], []
+
+
+class MemorySource:
+    """Rows of a data frame (pandas, polars, pyarrow ...) or of a mapping from name to array, like a file."""
+
+    decimal = "."
+    day_first = True
+    ragged = 0
+
+    def __init__(self, data):
+        self._table = _mapped(data) if isinstance(data, Mapping) else _framed(data)
+        self.rows = self.size = self._table.num_rows
+        self.position = 0
+        self.names = tuple(str(name) for name in self._table.column_names)
+        self.units: dict[str, str] = {}
+        if not self.rows:
+            raise InputError("the data have no rows. Was a filter too strict?")
+
+    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
+        """Yield (pyarrow arrays in the order of `columns`, no ragged rows), from where the last batch ended."""
+        at = [self.names.index(name) for name in columns]
+        while self.position < self.rows:
+            part = self._table.slice(self.position, BATCH)
+            self.position += part.num_rows
+            yield [part.column(j).combine_chunks() for j in at], []
+
+
+def _mapped(data) -> Any:
+    import numpy as np
+    import pyarrow as pa
+
+    columns = {}
+    for name, values in data.items():
+        array = np.asarray(values)
+        if array.ndim != 1:
+            raise InputError(
+                f"column {name!r} has shape {array.shape}; a column is an array of one dimension. Is it a table?"
+            )
+        try:
+            columns[str(name)] = pa.array(array, from_pandas=array.dtype == object)
+        except pa.ArrowException:
+            raise InputError(f"column {name!r} of type {array.dtype} cannot be used as numbers or words.") from None
+    lengths = {name: len(column) for name, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise InputError(f"the columns differ in length: {lengths}. Do they come from different recordings?")
+    if not columns:
+        raise InputError("the data have no columns; give a mapping from name to array.")
+    return pa.table(columns)
+
+
+def _framed(data) -> Any:
+    import narwhals as nw
+    import pyarrow as pa
+
+    try:
+        frame: Any = nw.from_native(data)
+    except TypeError:
+        raise InputError(
+            f"data must be a file name, a data frame or a mapping from column name to array, got "
+            f"{type(data).__name__}. An array has no names: give {{'y': y, 'u': u}}."
+        ) from None
+    if isinstance(frame, nw.LazyFrame):
+        frame = frame.collect()
+    index = nw.maybe_get_index(frame)
+    table = nw.maybe_reset_index(frame).to_arrow()
+    if index is not None and getattr(index, "nlevels", 1) == 1 and getattr(index.dtype, "kind", "") == "M":
+        table = table.add_column(0, str(index.name or "time"), pa.array(index))  # pandas keeps its clock in the index
+    return table

@@ -1,0 +1,161 @@
+"""What a long table is made of: files in a folder, what their folders' names tell, frames; one reader after another."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from driftwise.engine.errors import InputError
+from driftwise.tables.csvfile import CsvSource
+from driftwise.tables.parquetfile import MemorySource, ParquetSource
+from driftwise.tables.source import missing, source_of
+
+__all__ = ["Part", "parts_of"]
+
+PARQUET = (".parquet", ".parq", ".pq")
+TEXT = (".csv", ".tsv", ".txt", ".dat")
+PACKED = (".gz", ".bz2", ".xz", ".zst")
+NO_VALUE = "__HIVE_DEFAULT_PARTITION__"
+
+
+@dataclass
+class Part:
+    """A file or frame with rows.
+
+    opened : returns a fresh reader; given the column of keys, a file says what is written there, not a number it reads
+    fixed : columns that are the same for all rows, which the names of the folders tell
+    size : bytes or rows, for progress
+    """
+
+    title: str
+    opened: Callable[[str | None], Any]
+    fixed: dict[str, Any] = field(default_factory=dict)
+    size: int = 1
+
+
+def parts_of(source) -> tuple[list[Part], list[str]]:
+    """Return what a source is made of, in order, and the files of its folder that are passed over."""
+    import pyarrow.dataset as ds
+
+    if isinstance(source, str | Path):
+        return _of_folder(Path(source)) if os.path.isdir(source) else ([_of_file(source)], [])
+    if isinstance(source, list | tuple):
+        if not source:
+            raise InputError("the list of files is empty. Did a pattern match nothing?")
+        return [_of_file(path) for path in source], []
+    if isinstance(source, ds.Dataset):
+        return [Part("the dataset", lambda by: ScannedSource(source))], []
+    table = MemorySource(source)
+    what = "mapping" if isinstance(source, Mapping) else "data frame"
+
+    def rewound(by):
+        table.position = 0
+        return table
+
+    return [Part(f"the {what}", rewound)], []
+
+
+class ScannedSource:
+    """Rows of a pyarrow Dataset, wherever it lies, in its own order."""
+
+    decimal = "."
+    day_first = True
+    ragged = 0
+
+    def __init__(self, dataset):
+        self._dataset = dataset
+        self.names = tuple(dataset.schema.names)
+        self.units: dict[str, str] = {}
+        self.rows = self.size = dataset.count_rows()
+        self.position = 0
+
+    def batches(self, columns):
+        """Yield (pyarrow arrays in the order of `columns`, no ragged rows), from ``position`` on."""
+        ahead = dict(batch_readahead=1, fragment_readahead=1, use_threads=False)
+        skip = self.position
+        for batch in self._dataset.to_batches(columns=list(dict.fromkeys(columns)), batch_size=1 << 16, **ahead):
+            if skip >= batch.num_rows:
+                skip -= batch.num_rows
+                continue
+            batch, skip = batch.slice(skip), 0
+            self.position += batch.num_rows
+            yield [batch.column(name) for name in columns], []
+
+
+def _of_file(path, fixed=None) -> Part:
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"a list of files holds file names, got {path!r}. Give one data frame, or files")
+    if str(path) == "-":
+        raise InputError("a fleet reads its table more than once: standard input will not do, give a file")
+    missing(path)
+    is_parquet = str(path).lower().endswith(PARQUET)
+    return Part(str(path), lambda by: _opened(path, by, is_parquet), fixed or {}, max(os.path.getsize(path), 1))
+
+
+def _opened(path, by, is_parquet):
+    """Return a reader of a file, keys as they are written."""
+    with open(path, "rb") as file:
+        magic = file.read(4)
+    if magic == b"PAR1":
+        return ParquetSource(path, words=[by] if by else (), least=0)
+    if is_parquet:
+        raise InputError("it is called Parquet but is none. Was the copy cut short?")
+    source = source_of(path)
+    if isinstance(source, CsvSource) and by:
+        source.dialect = replace(source.dialect, texts=source.dialect.texts | {by})
+    return source
+
+
+def _of_folder(folder: Path) -> tuple[list[Part], list[str]]:
+    """Return the tables of a folder and all below it, names with numbers in them in the order of these."""
+    files = [
+        Path(root, name)
+        for root, folders, names in os.walk(folder, followlinks=True)
+        if not any(part.startswith((".", "_")) for part in Path(root).relative_to(folder).parts)
+        for name in names
+        if not name.startswith((".", "_"))
+    ]
+    files.sort(key=lambda path: _natural(path.relative_to(folder)))
+    for endings in (PARQUET, TEXT):
+        tables = [path for path in files if _bare(path).endswith(endings)]
+        if tables:
+            fixed = _fixed(folder, tables)
+            others = [str(path) for path in files if path not in set(tables)]
+            return [_of_file(path, told) for path, told in zip(tables, fixed)], others
+    there = ", ".join(path.name for path in files[:5]) or "nothing"
+    raise InputError(f"{folder} holds no table: files called {', '.join(PARQUET + TEXT)} are read, there is {there}.")
+
+
+def _bare(path: Path) -> str:
+    """Return a file's name in small letters without the ending of a packed one."""
+    name = path.name.lower()
+    return next((name[: -len(ending)] for ending in PACKED if name.endswith(ending)), name)
+
+
+def _natural(path: Path):
+    """Return what sorts part-2 before part-10."""
+    return [
+        [(int(piece), "") if piece.isdigit() else (-1, piece) for piece in re.split(r"(\d+)", step)]
+        for step in path.parts
+    ]
+
+
+def _fixed(folder: Path, tables: list[Path]) -> list[dict[str, Any]]:
+    """Return what the folders between tell of each file, asset=7: whole numbers where all values are."""
+    told: list[dict[str, Any]] = []
+    for path in tables:
+        steps = [step.partition("=") for step in path.relative_to(folder).parts[:-1]]
+        told.append({unquote(name): unquote(value) for name, equals, value in steps if equals})
+    for name in {name for pairs in told for name in pairs}:
+        values = {pairs[name] for pairs in told if name in pairs} - {NO_VALUE}
+        is_whole = all(re.fullmatch(r"-?(0|[1-9]\d{0,17})", value) for value in values)
+        for pairs in told:
+            if name in pairs:
+                value = pairs[name]
+                pairs[name] = None if value == NO_VALUE else int(value) if is_whole else value
+    return told

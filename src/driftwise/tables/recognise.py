@@ -1,0 +1,339 @@
+"""What the columns of a newcomer's table are: the clock, the output, what drives it, and what is neither."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from driftwise.engine.errors import InputError
+
+from ..engine.validation import positive
+from ..results.clock_words import instant, lasting
+from .cleaning import Belief, believe, doubtful
+from .column_candidates import propose_inputs, propose_output
+from .column_roles import SECONDS, Name, parse
+from .sampling import Sampling, judge_sampling
+from .stuck_sensor import LEAST, Stretch, stuck
+from .table_words import notes_of, words_of
+
+__all__ = ["Column", "Table", "on_clock", "recognise"]
+
+SHOWN = 8  # columns that a message lists
+DAY = 86_400.0
+STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet
+OUT_OF_STEP = 0.05  # share of stamps that may go back
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    role : "time", "output", "input", or why it is neither: "text", "empty", "constant", "duplicate", "counter",
+        "label", "stuck", "spare"
+    why : the reason, in a few words
+    unit : from a row of units or from the name, "" if there is none
+    missing : share of the first rows without a value
+    resolution : the step in which values are written, 0 where none shows
+    belief : range, drop-outs and codes for "missing" (`Belief`), None where the column holds no numbers
+    doubted : values of the first rows that are not believed
+    helps : share of the error variance of a prediction that a proposed input takes away
+    stuck : stretches of the first rows in which the sensor is stuck
+    """
+
+    name: str
+    role: str = "spare"
+    why: str = ""
+    unit: str = ""
+    missing: float = 0.0
+    resolution: float = 0.0
+    belief: Belief | None = None
+    doubted: int = 0
+    helps: float = 0.0
+    stuck: tuple[Stretch, ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """What was recognised of a table from its first rows.
+
+    Attributes
+    ----------
+    columns : `Column` of each column, in the order of the table
+    output, inputs, time : the names that play a part; time None where there is no clock
+    sampling : `Sampling`, in seconds where the unit of the clock is known
+    time_scale : what the numbers of the time column are multiplied with
+    timed : whether the clock is in seconds; if not, its unit is not known
+    rows : rows that were looked at
+    given : the parts that the caller gave
+    notes : what an engineer should know, a sentence each
+    words : the proposal in one paragraph
+    """
+
+    columns: tuple[Column, ...]
+    output: str
+    inputs: tuple[str, ...]
+    time: str | None
+    sampling: Sampling
+    time_scale: float
+    timed: bool
+    rows: int
+    given: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+    words: str = ""
+
+    @property
+    def dt(self) -> float:
+        """Step of the clock; 1 without a time column."""
+        return self.sampling.dt
+
+    @property
+    def step(self) -> str:
+        """How often a sample comes, in words."""
+        if self.timed:
+            return f"every {lasting(self.dt)}"
+        return "no clock" if self.time is None else f"clock {self.time!r}, unit unknown"
+
+    def lasting(self, span: float) -> str:
+        """Return a span of the clock as one would say it: in samples where its unit is not known."""
+        return lasting(span) if self.timed else f"{span / self.dt:.3g} samples"
+
+    def at(self, time: float, origin: str | None = None) -> str:
+        """Return an instant of the clock as a phrase; ``origin`` is the time stamp of second 0."""
+        if self.timed or origin is not None:
+            return f"at {instant(time, origin)}"
+        return f"at {self.time} = {time:.6g}" if self.sampling.kind != "none" else f"at sample {time:.0f}"
+
+    def __getitem__(self, name: str) -> Column:
+        return next(column for column in self.columns if column.name == name)
+
+    def __str__(self) -> str:
+        return "\n".join([self.words, *self.notes])
+
+
+def recognise(
+    columns: Mapping[str, Any],
+    output: str | None = None,
+    inputs=None,
+    time: str | None = None,
+    units: Mapping[str, str] | None = None,
+    stamps=(),
+) -> Table:
+    """Recognise a table by the first rows of its columns.
+
+    Names decide first, statistics where they are silent; what is proposed is said in `words`, and is a proposal.
+
+    Parameters
+    ----------
+    columns : name -> float array (T,), NaN where missing; None for a column of text
+    output, inputs, time : names, where they are known; `inputs=()` for none
+    units : unit per name, where a row of units gives one
+    stamps : names of the columns that were time stamps and are seconds now
+
+    Examples
+    --------
+    >>> t = np.arange(300) * 0.5
+    >>> heat = np.sign(np.sin(t)) + 2
+    >>> table = recognise({"t_s": t, "heater [%]": heat, "temp [degC]": 20 + np.cumsum(heat - 2), "fault": 0 * t})
+    >>> table.time, table.inputs, table.output, table.dt
+    ('t_s', ('heater [%]',), 'temp [degC]', 0.5)
+    """
+    units = units or {}
+    rows = max((len(values) for values in columns.values() if values is not None), default=0)
+    if not rows:
+        raise InputError("the table has no column of numbers: nothing can be estimated. Is the decimal mark unusual?")
+    given = {"output": output, "inputs": inputs, "time": time}
+    inputs = (inputs,) if isinstance(inputs, str) else inputs
+    for name in (output, time, *(inputs or ())):
+        if name is not None and columns.get(name) is None:
+            there = ", ".join(n for n, values in columns.items() if values is not None)
+            raise InputError(f"no column of numbers {name!r}; those of numbers are: {there}.")
+    names = {name: parse(name, units.get(name, "")) for name in columns}
+    found = {name: _measured(name, values, names[name].unit) for name, values in columns.items()}
+    for name in (output, time):
+        if name is not None and found[name].role in ("constant", "empty"):
+            raise InputError(
+                f"column {name!r} in the first {rows} rows: {found[name].why}, which tells nothing. Is it "
+                "a set point, or was the sensor not connected?"
+            )
+    wanted = {name for name in (output, *(inputs or ())) if name is not None}
+    if time is None:
+        time = _clock(columns, names, frozenset(stamps), wanted)
+    clock = columns[time] if time is not None else None
+    scale = _seconds(clock, names[time].unit) if time is not None and time not in stamps and clock is not None else 1.0
+    sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
+    clean = {
+        name: np.where(doubtful(values, belief), np.nan, values)
+        for name, values in columns.items()
+        if values is not None and (belief := found[name].belief) is not None
+    }
+    _take_stuck(found, clean, names, {time, *stamps})
+    first_of: dict[bytes, str] = {}
+    twins = {name: first_of.setdefault(values.tobytes(), name) for name, values in clean.items()}
+    barred = {name: _barred(name, names, found, clean, twins) for name in clean if name not in wanted and name != time}
+    for stamp in stamps:
+        barred[stamp] = ("counter", "a second clock")
+    free = [name for name in clean if name != time and not barred.get(name)]
+    chosen = "given"
+    if output is None and not set(free) - set(inputs or ()):
+        why = {n: barred[n][1] if barred.get(n) else "the clock" if n == time else "an input" for n in clean}
+        why |= {name: found[name].why for name in columns if name not in why}
+        shown = [f"{name!r} ({reason})" for name, reason in why.items()][:SHOWN]
+        more = f" and {len(why) - SHOWN} more" if len(why) > SHOWN else ""
+        raise InputError(f"no column looks like an output: {', '.join(shown)}{more}. If one is, name it as the output.")
+    if output is None:
+        output, chosen = propose_output(free, names, set(inputs or ()))
+    if inputs is None and free == [output]:  # a step and its response: the mark may be the input
+        marks = [name for name, bar in barred.items() if bar and bar[0] == "label" and names[name].may_act]
+        free += marks
+        barred = {name: bar for name, bar in barred.items() if name not in marks}
+    if inputs is None:
+        inputs, why, helps = propose_inputs(output, [name for name in free if name != output], names, clean)
+    else:
+        why, helps = {}, {}
+    final = []
+    for name, column in found.items():
+        role, reason = barred.get(name) or (column.role, column.why)
+        if name == time:
+            role, reason = "time", "given" if given["time"] else "the clock"
+        elif name == output:
+            role, reason = "output", chosen
+        elif name in inputs:
+            role, reason = "input", "given" if given["inputs"] is not None else why.get(name, "")
+        elif role == "spare":
+            reason = why.get(name, reason)
+        final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0)))
+    timed = time in stamps or (time is not None and (names[time].unit in SECONDS or scale != 1.0))
+    told = frozenset(key for key, value in given.items() if value is not None)
+    table = Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, told)
+    table = replace(table, notes=tuple(notes_of(table)))
+    return replace(table, words=words_of(table))
+
+
+def on_clock(table: Table, dt: float) -> Table:
+    """Return the table with rows ``dt`` seconds apart; an error where its clock says otherwise.
+
+    Examples
+    --------
+    >>> on_clock(recognise({"y": np.sin(np.arange(50.0))}), 0.1).step
+    'every 0.1 s'
+    """
+    dt = positive("dt", dt)
+    if table.timed and abs(table.dt - dt) > 0.01 * dt:
+        raise InputError(f"dt is {dt:g} s, but {table.time!r} steps by {table.dt:g} s. Leave dt out, or that column.")
+    if table.timed:
+        return table
+    s, unit = table.sampling, dt / table.dt
+    s = s._replace(dt=dt, longest=unit * s.longest, low=unit * s.low, high=unit * s.high)
+    table = replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True)
+    table = replace(table, notes=tuple(notes_of(table)))
+    return replace(table, words=words_of(table))
+
+
+def _measured(name: str, values, unit: str) -> Column:
+    """Return what the values of one column say of it alone."""
+    if values is None:
+        return Column(name, "text", "words, not numbers", unit)
+    values = np.asarray(values, float)
+    belief = believe(values)
+    doubt = doubtful(values, belief)
+    fine = values[np.isfinite(values) & ~doubt]
+    column = Column(
+        name, "spare", "", unit, float(np.mean(~np.isfinite(values))), _resolution(fine), belief, int(doubt.sum())
+    )
+    if not fine.size:
+        return replace(column, role="empty", why="no value")
+    if fine.min() == fine.max():
+        return replace(column, role="constant", why=f"always {fine[0]:g}")
+    moves = np.flatnonzero(np.diff(fine))
+    still = fine.size - 1 - moves[-1]
+    if still > 50 and still >= 0.5 * fine.size and moves.size > 0.5 * (fine.size - still):
+        return replace(column, role="stuck", why=f"reads {fine[-1]:g} for the last {still} of {fine.size} values")
+    return column
+
+
+def _take_stuck(found: dict[str, Column], clean, names: dict[str, Name], clocks) -> None:
+    """Take the readings of stuck sensors out of the columns, and note them; what is set by somebody may rest."""
+    moving = {n: v for n, v in clean.items() if n not in clocks and not np.all(np.diff(v[np.isfinite(v)]) >= 0)}
+    sensors = [n for n in moving if not names[n].kinds & {"setpoint", "actuator", "label", "counter"}]
+    stretches = {n: stuck(moving[n], [v for other, v in moving.items() if other != n]) for n in sensors}
+    for name in sensors:
+        belief = found[name].belief
+        if stretches[name] and belief is not None:
+            found[name] = replace(found[name], stuck=tuple(stretches[name]), belief=belief._replace(still=LEAST))
+            for one in stretches[name]:
+                clean[name][one.start : one.stop] = np.nan
+
+
+def _resolution(values) -> float:
+    """Return the step of a column that is written in steps, 0 where none shows."""
+    levels = np.unique(values)
+    if levels.size < 2 or levels.size > 0.5 * values.size:
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(np.quantile(gaps, 0.05))
+    gaps = gaps[gaps > 0.5 * step] / step
+    return float(f"{step:.6g}") if np.mean(np.abs(gaps - np.round(gaps)) < 0.15) > 0.9 else 0.0
+
+
+def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> str | None:
+    """Return the name of the time column, None if there is none."""
+    best, best_score = None, 0.0
+    for j, (name, values) in enumerate(columns.items()):
+        if values is None or name in wanted:
+            continue
+        score = 3.0 if name in stamps else 2.0 if "time" in names[name].kinds else 0.0
+        steps = np.diff(values[np.isfinite(values)])
+        if not steps.size or not np.any(steps > 0) or np.mean(steps < 0) > OUT_OF_STEP:
+            continue
+        if score == 0.0:  # no word for it: the first column, if it ticks
+            ticks = j == 0 and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
+            if not ticks or names[name].kinds:
+                continue
+            score = 1.0
+        score += 0.5 * (np.mean(steps > 0) > 0.9)
+        if score > best_score:
+            best, best_score = name, score
+    return best
+
+
+def _seconds(time, unit: str) -> float:
+    """Return the factor that makes seconds of a clock of numbers; 1 where its unit is not known."""
+    if unit in SECONDS:
+        return SECONDS[unit]
+    middle = float(np.nanmedian(time))
+    for digits in (1e9, 1e12, 1e15, 1e18):  # seconds, ms, us, ns since 1970, from 2001 to 2065
+        if digits <= middle < 3 * digits:
+            return 1e9 / digits
+    return DAY if _counts_days(time) else 1.0
+
+
+def _counts_days(time) -> bool:
+    """Whether a clock is that of a spreadsheet: days since 1900, of the years 2000 to 2050, and a usual step."""
+    time = time[np.isfinite(time)]
+    if time.size < 3 or not (36526 <= time.min() and time.max() < 54789):
+        return False
+    step = DAY * float(np.median(np.diff(time)))
+    return any(abs(step - usual) < 0.003 * usual for usual in STEPS)
+
+
+def _barred(name: str, names: dict[str, Name], found: dict[str, Column], clean, twins: dict[str, str]):
+    """Return (role, why) of a column that takes no part, None if it may."""
+    if found[name].role != "spare":
+        return found[name].role, found[name].why
+    kinds, values = names[name].kinds, clean[name]
+    fine = values[np.isfinite(values)]
+    whole = bool(np.all(fine == np.round(fine)))
+    if "label" in kinds and "output" not in kinds:
+        return "label", "a mark that somebody set, by its name"
+    steps = np.diff(fine)
+    if whole and steps.size and np.all((steps == 0) | (steps == 1)) and not kinds & {"quantity", "output", "actuator"}:
+        if steps.sum() >= 2:
+            return "counter", "counts upwards"
+    if "counter" in kinds and whole and np.mean(steps >= 0) > 0.95:
+        return "counter", "counts, by its name"
+    if twins[name] != name:
+        return "duplicate", f"the same as {twins[name]!r}"
+    return None

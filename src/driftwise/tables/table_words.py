@@ -1,0 +1,129 @@
+"""What was recognised of a table, in plain sentences."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..results.clock_words import lasting
+from .sampling import LONGEST_GAP, RESTART_ROWS
+
+__all__ = ["notes_of", "words_of"]
+
+SHOWN = 3  # stretches that a note lists
+
+
+def words_of(table: Any) -> str:
+    """Return the proposal in one paragraph."""
+    output = table[table.output]
+    inputs = [table[name] for name in table.inputs]
+    driven = f"driven by {_listed([f'{_called(c)} ({c.why})' for c in inputs])}" if inputs else "with no input"
+    said = [f"The output is {_called(output)} ({output.why}), {driven}."]
+    if any(column.helps for column in inputs):
+        said.append(
+            "Percentages are what its past takes off the error variance of a prediction, beside inputs that help more."
+        )
+    if table.sampling.kind == "none":
+        still = f"{table.time!r} does not tick" if table.time else "There is no clock"
+        apart = lasting(table.dt) if table.timed else "one step"
+        said.append(f"{still}: rows are samples {apart} apart.")
+    else:
+        step = lasting(table.sampling.dt) if table.timed else f"{table.sampling.dt:.6g} in its own unit"
+        said.append(f"The clock is {table.time!r}, one sample every {step}.")
+    reasons: dict[str, list[str]] = {}
+    for column in table.columns:
+        if column.role not in ("time", "output", "input"):
+            reasons.setdefault(column.why or column.role, []).append(repr(column.name))
+    if reasons:
+        shown = [f"{_listed(names[:6] + ['others'] * (len(names) > 6))} ({why})" for why, names in reasons.items()]
+        said.append(f"Left out: {'; '.join(shown)}.")
+    if not {"output", "inputs"} <= table.given:
+        said.append("Name the columns if that is not what you meant.")
+    return " ".join(said)
+
+
+def notes_of(table: Any) -> list[str]:
+    """Return what an engineer should know of the table, a sentence each."""
+    return [*_sampling_notes(table), *_value_notes(table)]
+
+
+def _sampling_notes(table: Any) -> list[str]:
+    s, unit = table.sampling, " s" if table.timed else ""
+    told = []
+    if table.time is not None and table.time_scale == 86_400.0 and not table[table.time].unit:
+        told.append(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
+    if s.kind == "uneven":
+        told.append(
+            f"{table.time!r} steps unevenly, {s.low:.3g} to {s.high:.3g}{unit}: samples are taken as {s.dt:.4g}{unit} "
+            "apart, which blurs time constants by about that spread."
+        )
+    if s.kind == "irregular":
+        told.append(
+            f"{table.time!r} steps by {s.low:.3g} to {s.high:.3g}{unit}: rows are sampled every {s.dt:.4g}{unit}. "
+            "Inputs are held between rows, outputs are missing there, and of rows closer than that the last counts."
+        )
+    if s.gaps:
+        told.append(
+            f"{_count(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are "
+            "put in, so that time moves."
+        )
+    if s.restarts:
+        told.append(
+            f"{table.time!r} starts again {_count(s.restarts, 'time')} (it goes back, or is silent for more than "
+            f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break."
+        )
+    if s.duplicates:
+        told.append(f"{_count(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.")
+    if s.late:
+        told.append(f"{_count(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.")
+    return told
+
+
+def _value_notes(table: Any) -> list[str]:
+    told = []
+    for column in table.columns:
+        if column.role not in ("output", "input", "stuck"):
+            continue
+        called = _called(column)
+        belief = column.belief
+        if column.doubted:
+            what = []
+            if belief.codes:
+                what.append(f"{_listed([f'{code:g}' for code in belief.codes])} for a missing value")
+            if belief.rail == belief.rail:
+                what.append(f"drop-outs to {belief.rail:g}")
+            if belief.seen:
+                what.append("single samples far outside that return")
+            told.append(
+                f"{_count(column.doubted, 'value')} of {called} not believed ({_listed(what)}) and taken as missing; "
+                f"the rest is between {belief.low:.6g} and {belief.high:.6g}."
+            )
+        if column.missing > 0.0:
+            told.append(f"{100 * column.missing:.2g} % of {called} is missing.")
+        if column.role == "stuck":
+            told.append(f"{called} {column.why}: stuck, and left out.")
+        elif column.stuck:
+            told.append(f"{called} {_stuck(column.stuck, table.rows)}: stuck, and taken as missing there.")
+        if column.resolution and column.role == "output":
+            told.append(f"{called} is written in steps of {column.resolution:g}: nothing finer can be known of it.")
+    return told
+
+
+def _stuck(stretches: Any, rows: int) -> str:
+    """Return which reading was repeated where, rows counted from 1."""
+    said = []
+    for start, stop, value in stretches[:SHOWN]:
+        where = f"from row {start + 1} on" if stop == rows else f"from row {start + 1} to {stop}"
+        said.append(f"{value:.6g} {where}")
+    return f"reads {_listed(said)}" + (f" and {len(stretches) - SHOWN} times more" if len(stretches) > SHOWN else "")
+
+
+def _called(column: Any) -> str:
+    return f"{column.name!r}" + (f" in {column.unit}" if column.unit and column.unit not in column.name else "")
+
+
+def _listed(items: list[str]) -> str:
+    return items[0] if len(items) == 1 else ", ".join(items[:-1]) + " and " + items[-1]
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}" + ("" if number == 1 else "s")

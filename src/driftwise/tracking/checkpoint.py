@@ -1,0 +1,112 @@
+"""A tracker on disk: JSON and arrays of numbers in one ``.npz`` file; every bit survives, nothing is pickled."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..engine.errors import InputError
+from ..estimators.track.estimator import TrackEstimator
+from .live import Event, Live, Plot
+from .plots import Fault
+
+SCHEMA = 1
+PLAIN = "id key follows clock name code status period count allowance place due rival".split()  # of a track
+COUNTED = "counts time begun numbers".split()  # of the targets
+
+
+def save(tracker, path) -> None:
+    """Write a tracker to a file."""
+    targets, inbox = tracker.targets, tracker.inbox
+    tracks = [*targets.live.values(), *targets.ended]
+    facts = {
+        "schema": SCHEMA,
+        "estimator": tracker.estimator.options,
+        "rules": tracker.rules._asdict(),
+        "origin": tracker.origin,
+        "faults": [(f.source, f.offset, f.what) for f in tracker.faults],
+        "newest": inbox.newest,
+        "held": inbox.held,
+        "arrivals": inbox.arrivals,
+        "strange": inbox.strange,
+        "dropped": inbox.dropped,
+        "pooled": targets.scans.pooled,
+        "free": targets.places.free,
+        "events": targets.events,
+        "suspects": targets.suspects,
+        "past": targets.past,
+        "due": targets.due,
+        "live": len(targets.live),
+        "keys": {key: [t.id for t in alive] for key, alive in targets.of_key.items()},
+        "tracks": [_facts(track) for track in tracks],
+        **{name: getattr(targets, name) for name in COUNTED},
+    }
+    arrays = {"facts": np.frombuffer(json.dumps(facts).encode(), np.uint8), "places": targets.places.table}
+    if tracks:
+        arrays |= {"states": np.stack([t.state for t in tracks]), "rows": np.concatenate([t.rows for t in tracks])}
+    with open(path, "wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def restore(kind, path):
+    """Return the tracker in a file."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = dict(file)
+        facts = json.loads(arrays["facts"].tobytes())
+    except (ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
+        raise InputError(f"{path} is no file that Tracker.save wrote ({error})") from None
+    if facts["schema"] != SCHEMA:
+        raise InputError(f"{path} was written with schema {facts['schema']}, this version reads {SCHEMA}")
+    tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
+    tracker.origin = tuple(facts["origin"]) if facts["origin"] else None
+    tracker.faults = [Fault(*f) for f in facts["faults"]]
+    inbox = tracker.inbox
+    inbox.newest, inbox.arrivals, inbox.dropped = facts["newest"], facts["arrivals"], facts["dropped"]
+    inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
+    inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
+    _put_back(tracker.targets, facts, arrays)
+    return tracker
+
+
+def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    """Put the tracks where they were."""
+    for name in COUNTED:
+        setattr(targets, name, facts[name])
+    targets.scans.pooled = facts["pooled"]
+    targets.events = [Event(*e) for e in facts["events"]]
+    targets.suspects = {key: [_plot(p) for p in some] for key, some in facts["suspects"].items()}
+    targets.past = {key: (follows, clock) for key, (follows, clock) in facts["past"].items()}
+    targets.due = [(due, id) for due, id in facts["due"]]
+    places = targets.places
+    places.table, places.free, places.who = arrays["places"], facts["free"], [None] * len(arrays["places"])
+    tables = np.split(arrays["rows"], np.cumsum([t["count"] for t in facts["tracks"]])[:-1]) if facts["tracks"] else []
+    for k, (kept, table) in enumerate(zip(facts["tracks"], tables)):
+        track = _track(kept, arrays["states"][k].copy(), table.copy())
+        if k < facts["live"]:
+            targets.live[track.id] = places.who[track.place] = track
+        else:
+            targets.ended.append(track)
+    targets.of_key = {key: [targets.live[id] for id in ids] for key, ids in facts["keys"].items()}
+
+
+def _facts(track: Live) -> dict[str, Any]:
+    told = {"last": track.last, "motion": track.motion, "events": track.events}
+    return {name: getattr(track, name) for name in PLAIN} | told
+
+
+def _track(kept: dict[str, Any], state: np.ndarray, table: np.ndarray) -> Live:
+    track = Live(kept["id"], kept["key"], state, kept["follows"], kept["clock"])
+    for name in PLAIN:
+        setattr(track, name, kept[name])
+    track.table, track.last, track.motion = table, _plot(kept["last"]), tuple(kept["motion"])
+    track.events = [Event(*e) for e in kept["events"]]
+    return track
+
+
+def _plot(row) -> Plot:
+    plot = Plot(*row)
+    return plot._replace(covariance=tuple(plot.covariance))
