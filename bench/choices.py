@@ -18,8 +18,8 @@ def verdicts(samples: int = 10_000) -> Iterator[Verdict]:
     y, u = record(samples)
     plain = dw.Joint(3, 1, True)
     choices = {
-        "memory Walk": dict(memory=dw.Walk(1e-6)),
-        "memory UntilJump": dict(memory=dw.UntilJump()),
+        "memory Walk": dict(memory=dw.RandomWalk(1e-6)),
+        "memory RestartOnChange": dict(memory=dw.RestartOnChange()),
         "noise UnknownPolynomial": dict(noise=dw.UnknownPolynomial()),
         "noise OutputError": dict(noise=dw.OutputError()),
     }

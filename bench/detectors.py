@@ -45,7 +45,7 @@ def verdicts() -> Iterator[Verdict]:
 
 
 def _against_page_hinkley(every: int, jump: float) -> Iterator[Verdict]:
-    ours = dw.Hinkley(every, jump=jump)
+    ours = dw.PageHinkley(every, jump=jump)
     glr = dw.GLR(every, window=200)
     thresholds = [_threshold(every, jump / 2, alpha) for alpha in ALPHAS]
     for before in (1000, 100):
@@ -58,7 +58,7 @@ def _against_page_hinkley(every: int, jump: float) -> Iterator[Verdict]:
         if before == 1000:
             any_size, _ = simulated_delay(glr.resolve(), jump, 500, 300)
             note += f"; GLR, jump not known, {any_size:.1f}"
-        name = f"delay, 1 false alarm per {every}, jump {jump:g} sd at sample {before}: Hinkley over PageHinkley"
+        name = f"delay, 1 false alarm per {every}, jump {jump:g} sd at sample {before}: PageHinkley over river's"
         value = mine / min(theirs)
         yield at_most(name, value, 1.0, "x", SOURCE, note).beside(
             "river", value, "the same test; our threshold comes from a formula, theirs was simulated"
@@ -76,26 +76,26 @@ def _against_adwin(drift) -> Iterator[Verdict]:
             at = _first(detector, z)
             if at > 1000:
                 delays.append(at - 1000)
-        mine = dw.Hinkley(every, jump=jump).delay(jump)
+        mine = dw.PageHinkley(every, jump=jump).delay(jump)
         note = f"ours {mine:.1f} samples, ADWIN(delta=.3) {np.mean(delays):.1f}, at its own run length of {every:.0f}"
-        name = f"delay, jump {jump:g} sd at sample 1000: Hinkley over ADWIN"
+        name = f"delay, jump {jump:g} sd at sample 1000: PageHinkley over ADWIN"
         value = mine / float(np.mean(delays))
         yield at_most(name, value, 1.0, "x", SOURCE, note).beside("river", value)
 
 
 def _where_the_mean_is_unknown() -> Iterator[Verdict]:
-    detector = dw.Hinkley(10_000, jump=1.0).resolve()
+    detector = dw.PageHinkley(10_000, jump=1.0).resolve()
     h, k = float(detector.h[0]), float(detector.k[0])
     off = 0.25
     left = 1 / (1 / run_length(h, k, mean=off) + 1 / run_length(h, k, mean=-off))
-    why = "Hinkley takes the mean before the change for known; PageHinkley learns it, as an estimator would"
+    why = "PageHinkley takes the mean before the change for known; PageHinkley learns it, as an estimator would"
     name = f"samples between false alarms, promised 10000, where the mean is wrong by {off:g} sd"
     yield for_information(name, left, "samples", SOURCE, why).beside("river", 10_000 / left, why)
 
 
 def _costs(drift, samples: int = 20_000) -> Iterator[Verdict]:
     z = np.random.default_rng(0).standard_normal(samples)
-    detectors = {"Hinkley": dw.Hinkley(), "VarianceChange": dw.VarianceChange(), "GLR, window 200": dw.GLR()}
+    detectors = {"PageHinkley": dw.PageHinkley(), "VarianceCUSUM": dw.VarianceCUSUM(), "GLR, window 200": dw.GLR()}
     river = _microseconds(lambda: [_first(d, z) for d in [drift.PageHinkley(threshold=1e9)]], samples)
     for name, detector in detectors.items():
         value = _microseconds(lambda d=detector: d.scan(z), samples)
@@ -103,7 +103,7 @@ def _costs(drift, samples: int = 20_000) -> Iterator[Verdict]:
         yield at_most(
             f"a record through {name}, over river's PageHinkley", value / river, 1.0, "x", SOURCE, note
         ).beside("river", value / river)
-    monitor, few = dw.Monitor(dw.Hinkley(threshold=1e9)), z[:2000].tolist()
+    monitor, few = dw.Monitor(dw.PageHinkley(threshold=1e9)), z[:2000].tolist()
 
     def one_by_one():
         state = monitor.start()

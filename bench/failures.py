@@ -46,7 +46,7 @@ def _one_nan(samples: int) -> Table:
     half = samples // 2
     no_y, no_h = y.copy(), h.copy()
     no_y[half] = no_h[half, 1] = np.nan
-    est = dw.Regression(4, memory=dw.Walk(Q), variance=R, P0=P0)
+    est = dw.Regression(4, memory=dw.RandomWalk(Q), variance=R, P0=P0)
     everybody = {"driftwise": lambda y, h: est.scan(y, h).parameters, **PEERS}
     rows = [(name, _lost(run, no_y, h, half), _lost(run, y, no_h, half)) for name, run in everybody.items()]
     text = f"Estimates of a drifting regression lost of the {samples - half} from the NaN on. Nobody raises or warns."

@@ -21,12 +21,12 @@ SOURCE = "bench/fleets.py"
 SERIES, BATCH, PLANTS, PAST = 100_000, 1 << 18, 1000, 200
 KINDS = {
     "Joint(3)": (lambda: dw.Joint(3), 5.0),
-    "ARX(2, 2), Auto": (lambda: dw.ARX(2, 2, memory=dw.Auto()), 1.0),
+    "ARX(2, 2), AutoMemory": (lambda: dw.ARX(2, 2, memory=dw.AutoMemory()), 1.0),
 }
 
 
 def verdicts(big: bool = False) -> Iterator[Verdict]:
-    """Yield the budgets of fleets, over 24 batches (6 with `Auto`), or over 1000 samples of each series."""
+    """Yield the budgets of fleets, over 24 batches (6 with `AutoMemory`), or over 1000 samples of each series."""
     for name, (make, budget) in KINDS.items():
         batches = SERIES * 1000 // BATCH if big else 24 if budget > 1 else 6
         yield from _rates(name, make(), budget, batches)

@@ -13,26 +13,26 @@ from .verdicts import Verdict, at_least, at_most, for_information
 
 SOURCE = "bench/memories.py"
 MEMORIES = (
-    dw.LimitedGain(100),
-    dw.Weighted(0.99),
+    dw.GainFloor(100),
+    dw.ExponentialForgetting(0.99),
     dw.VariableForgetting(),
     dw.DirectionalForgetting(0.99),
-    dw.Walk(1e-6),
-    dw.UntilJump(dw.Score(), dw.GainReset()),
+    dw.RandomWalk(1e-6),
+    dw.RestartOnChange(dw.ScoreCUSUM(), dw.GainReset()),
     dw.Window(100),
-    dw.RunLengths(0.1, 500),
+    dw.BayesianChangePoint(0.1, 500),
     dw.Drift(nvr=1e-3),
     dw.FuzzyDrift(),
     dw.CovarianceMatching(),
     dw.AuxiliaryFilter(),
-    dw.Correlation(),
+    dw.AutocovarianceLS(),
     dw.LikelihoodDrift(),
     dw.VariationalBayes(rule="drift"),
-    dw.Bank(),
-    dw.Interacting(),
-    dw.Auto(),
+    dw.MultipleModel(),
+    dw.IMM(),
+    dw.AutoMemory(),
 )
-MOST = 3.0  # us a sample of `Auto`
+MOST = 3.0  # us a sample of `AutoMemory`
 
 
 def verdicts(samples: int = 10_000) -> Iterator[Verdict]:
@@ -42,14 +42,14 @@ def verdicts(samples: int = 10_000) -> Iterator[Verdict]:
     for memory in MEMORIES:
         est = dw.ARX(2, 2, memory=memory)
         value, ours, theirs = ratio(lambda: est.scan(y, u), lambda: plain.scan(y, u), rounds=7)
-        note = f"{ours / samples * 1e9:.0f} ns a sample, Never {theirs / samples * 1e9:.0f} ns"
-        yield for_information(f"ARX(2, 2), memory {type(memory).__name__}", value, "x Never", SOURCE, note)
-        if isinstance(memory, dw.Auto):
-            yield at_most("Auto, four parameters, a record", ours / samples * 1e6, MOST, "us a sample", SOURCE)
+        note = f"{ours / samples * 1e9:.0f} ns a sample, Constant {theirs / samples * 1e9:.0f} ns"
+        yield for_information(f"ARX(2, 2), memory {type(memory).__name__}", value, "x Constant", SOURCE, note)
+        if isinstance(memory, dw.AutoMemory):
+            yield at_most("AutoMemory, four parameters, a record", ours / samples * 1e6, MOST, "us a sample", SOURCE)
             lean, ours, _ = ratio(lambda: est.scan(y, u, keep="means"), lambda: _three_filters(y, u), rounds=3)
             note = f"filterpy's IMMEstimator of three filters with known speeds {ours / lean / samples * 1e6:.0f} us"
             yield at_least(
-                "Auto, filterpy's interacting filters' time over ours", 1 / lean, 100, "x", SOURCE, note
+                "AutoMemory, filterpy's interacting filters' time over ours", 1 / lean, 100, "x", SOURCE, note
             ).beside("filterpy", lean)
 
 

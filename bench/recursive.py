@@ -20,7 +20,7 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
     rng = np.random.default_rng(1)
     phi = rng.standard_normal((samples, 4))
     y = phi @ [-1.2, 0.5, 0.7, 0.8] + 0.2 * rng.standard_normal(samples)
-    est = dw.Regression(4, memory=dw.Weighted(P))
+    est = dw.Regression(4, memory=dw.ExponentialForgetting(P))
 
     def stream():
         state = est.start()

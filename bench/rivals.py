@@ -28,7 +28,7 @@ def data(samples: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
 
 def verdicts(samples: int = 2_000, many: int = 10) -> Iterator[Verdict]:
     """Yield the time of each over ours, on a record and in a stream, and what one sample more costs."""
-    est = dw.Regression(4, memory=dw.Walk(Q), variance=R, P0=P0)
+    est = dw.Regression(4, memory=dw.RandomWalk(Q), variance=R, P0=P0)
     y, h = data(samples)
     ours = est.scan(y, h).parameters
     long_y, long_h = np.tile(y, many), np.tile(h, (many, 1))
@@ -80,7 +80,7 @@ def _appended(samples: int = 500) -> Verdict:
     from statsmodels.tsa.statespace.structural import UnobservedComponents
 
     y = data(samples)[0]
-    est = dw.Regression(1, memory=dw.Walk(Q), variance=R, P0=1e6)
+    est = dw.Regression(1, memory=dw.RandomWalk(Q), variance=R, P0=1e6)
     state = est.scan(y[:-1], np.ones(samples - 1)).state
     results = UnobservedComponents(y[:-1], "llevel").filter([R, Q])
 

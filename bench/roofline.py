@@ -68,7 +68,7 @@ def verdicts(series: int = 100_000) -> Iterator[Table | Verdict]:
         "Joint(3)": dw.Joint(3),
         "Joint(3), input, direct": dw.Joint(3, inputs=1, direct=True),
         "ARX(2, 2)": dw.ARX(2, 2),
-        "ARX(2, 2), Auto": dw.ARX(2, 2, memory=dw.Auto()),
+        "ARX(2, 2), AutoMemory": dw.ARX(2, 2, memory=dw.AutoMemory()),
     }
     points = [point for name, est in kinds.items() for point in _points(name, est, top, series)]
     in_c = _in_c(top)

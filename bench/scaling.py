@@ -110,7 +110,10 @@ def _batches(series: int = 100_000) -> Table:
 
 def _threads(rounds: int = 10) -> Table:
     """Return the wall time of a batch shared by threads, at its best."""
-    kinds = {"Joint(3)": (dw.Joint(3), 100_000), "ARX(2, 2), Auto": (dw.ARX(2, 2, memory=dw.Auto()), 20_000)}
+    kinds = {
+        "Joint(3)": (dw.Joint(3), 100_000),
+        "ARX(2, 2), AutoMemory": (dw.ARX(2, 2, memory=dw.AutoMemory()), 20_000),
+    }
     counts = sorted({1, 2, os.cpu_count() or 1})
     best = np.full((len(counts), len(kinds)), np.inf)
     for column, (est, series) in enumerate(kinds.values()):

@@ -14,8 +14,8 @@ def verdicts() -> Iterator[Table]:
     kinds = {
         "AR(1)": dw.AR(1),
         "ARX(2, 2)": dw.ARX(2, 2),
-        "ARX(2, 2), UntilJump": dw.ARX(2, 2, memory=dw.UntilJump()),
-        "ARX(2, 2), Auto": dw.ARX(2, 2, memory=dw.Auto()),
+        "ARX(2, 2), RestartOnChange": dw.ARX(2, 2, memory=dw.RestartOnChange()),
+        "ARX(2, 2), AutoMemory": dw.ARX(2, 2, memory=dw.AutoMemory()),
         "ARMAX(2, 2, 1)": dw.ARMAX(2, 2, 1),
         "Joint(1)": dw.Joint(1),
         "Joint(3)": dw.Joint(3),

@@ -25,7 +25,7 @@ def estimators() -> dict[str, object]:
         "Joint(3)": dw.Joint(3),
         "Joint(3), input, direct": dw.Joint(3, inputs=1, direct=True),
         "ARX(2, 2)": dw.ARX(2, 2),
-        "ARX(2, 2), Auto": dw.ARX(2, 2, memory=dw.Auto()),
+        "ARX(2, 2), AutoMemory": dw.ARX(2, 2, memory=dw.AutoMemory()),
     }
 
 

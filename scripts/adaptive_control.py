@@ -44,22 +44,22 @@ def plant(after, before=BEFORE):
 
 def tuner(memory=None, **options):
     """Return a self-tuning controller of the plant's structure."""
-    est = dw.ARX(2, 2, memory=dw.Auto() if memory is None else memory)
+    est = dw.ARX(2, 2, memory=dw.AutoMemory() if memory is None else memory)
     return create_adaptive_controller(est, limits=LIMITS, name="controller", **options)
 
 
 def fixed(theta):
     """Return the regulator of known parameters."""
-    return tuner(dw.Never(), every=0, gain=cautious_gain(Lagged(2, 2, 1), theta, EXACT))
+    return tuner(dw.Constant(), every=0, gain=cautious_gain(Lagged(2, 2, 1), theta, EXACT))
 
 
 WAYS = {
     "fixed: knows the plant before": lambda: fixed(BEFORE),
-    "adaptive: `Auto()`": tuner,
-    "adaptive: `Auto()`, caution=0": lambda: tuner(caution=0.0),
-    "adaptive: `Auto()`, caution=1": lambda: tuner(caution=1.0),
-    "adaptive: `Weighted(0.98)`": lambda: tuner(dw.Weighted(0.98)),
-    "adaptive: `Never()`": lambda: tuner(dw.Never()),
+    "adaptive: `AutoMemory()`": tuner,
+    "adaptive: `AutoMemory()`, caution=0": lambda: tuner(caution=0.0),
+    "adaptive: `AutoMemory()`, caution=1": lambda: tuner(caution=1.0),
+    "adaptive: `ExponentialForgetting(0.98)`": lambda: tuner(dw.ExponentialForgetting(0.98)),
+    "adaptive: `Constant()`": lambda: tuner(dw.Constant()),
 }
 
 

@@ -13,7 +13,7 @@ from driftwise.models.gain import noise_of_gain
 
 PHI = 0.99
 PAPER = dict(K0=0.0, x0=0.0)
-PRIOR = dw.UnknownScale(2.5, 2.5)  # five samples of variance 1
+PRIOR = dw.InverseGamma(2.5, 2.5)  # five samples of variance 1
 SLOW = dict(K0=0.0, P0=0.04, x0=0.0)  # the prior of the tables of 1981's successors: K = 0 +- .2
 
 
@@ -55,26 +55,26 @@ def found(alarms, segment=500, ways=(1, -1, 1)):
 
 
 WAYS = {
-    "plr, 1/n (the paper's first)": dict(method="plr", memory=dw.Never(), **PAPER),
-    "plr, forgetting .996 (its second)": dict(method="plr", memory=dw.Weighted(0.996), **PAPER),
-    "plr, limited gain 250": dict(method="plr", memory=dw.LimitedGain(250), **PAPER),
+    "plr, 1/n (the paper's first)": dict(method="plr", memory=dw.Constant(), **PAPER),
+    "plr, forgetting .996 (its second)": dict(method="plr", memory=dw.ExponentialForgetting(0.996), **PAPER),
+    "plr, limited gain 250": dict(method="plr", memory=dw.GainFloor(250), **PAPER),
     "plr, Hinkley on Z (its third)": dict(
-        method="plr", memory=dw.Never(), detector=dw.PullTest(), restart=(6, 15), **PAPER
+        method="plr", memory=dw.Constant(), detector=dw.PullTest(), restart=(6, 15), **PAPER
     ),
     "plr, Hinkley on Z, one alarm per 2000": dict(
-        method="plr", memory=dw.Never(), detector=dw.PullTest((0.15, 0.07), (18.3, 24.4)), restart=26.5, **PAPER
+        method="plr", memory=dw.Constant(), detector=dw.PullTest((0.15, 0.07), (18.3, 24.4)), restart=26.5, **PAPER
     ),
     "plr, probes": dict(
-        method="plr", memory=dw.Never(), scale_samples=50, detector=dw.GainProbes(), restart=26.5, **PAPER
+        method="plr", memory=dw.Constant(), scale_samples=50, detector=dw.GainProbes(), restart=26.5, **PAPER
     ),
     "rpem, 1/n, probes": dict(
-        memory=dw.Never(), scale_samples=50, detector=dw.GainProbes(threshold=5.64), restart=10, **PAPER
+        memory=dw.Constant(), scale_samples=50, detector=dw.GainProbes(threshold=5.64), restart=10, **PAPER
     ),
-    "rpem, matched walk": dict(memory=dw.Walk(8e-5), **SLOW),
-    "rpem, matched walk, prior scale": dict(memory=dw.Walk(8e-5), scale=PRIOR, **SLOW),
-    "rpem, walk too slow (1e-5)": dict(memory=dw.Walk(1e-5), scale_samples=50, **SLOW),
+    "rpem, matched walk": dict(memory=dw.RandomWalk(8e-5), **SLOW),
+    "rpem, matched walk, prior scale": dict(memory=dw.RandomWalk(8e-5), scale=PRIOR, **SLOW),
+    "rpem, walk too slow (1e-5)": dict(memory=dw.RandomWalk(1e-5), scale_samples=50, **SLOW),
     "rpem, walk too slow, probes": dict(
-        memory=dw.Walk(1e-5), scale_samples=50, detector=dw.GainProbes(threshold=5.68), restart=0.5**0.5, **SLOW
+        memory=dw.RandomWalk(1e-5), scale_samples=50, detector=dw.GainProbes(threshold=5.68), restart=0.5**0.5, **SLOW
     ),
     "the defaults": {},
     "the defaults, prior scale": dict(scale=PRIOR),
@@ -86,7 +86,7 @@ def table(runs, **options):
     """Print one line for each way."""
     x, y, K, Q, R = records(runs, **options)
     best = np.mean((optimal(y, Q, R) - x) ** 2)
-    fixed = {"fixed at the middle of the levels": dict(memory=dw.Walk(0.0), K0=K.mean(), P0=0.0, x0=0.0)}
+    fixed = {"fixed at the middle of the levels": dict(memory=dw.RandomWalk(0.0), K0=K.mean(), P0=0.0, x0=0.0)}
     for name, settings in (fixed | WAYS).items():
         gains, states, alarms = run(dw.AdaptiveGain(PHI, **settings), y)
         error = 1000 * (gains - K) ** 2
@@ -140,7 +140,7 @@ if __name__ == "__main__":
         print(f"\n{title}: K-MSE x 1000 | by segment | state error / best")
         table(runs, **options)
     for q in (1e-4, 1e-2, 1.0):
-        for name, settings in {"the defaults": {}, "memory=Never()": dict(memory=dw.Never())}.items():
+        for name, settings in {"the defaults": {}, "memory=Constant()": dict(memory=dw.Constant())}.items():
             print(f"\nconstant-velocity tracker, Q/R = {q:g}, {name}")
             tracker(q=q, **settings)
     print(f"{time.perf_counter() - begin:.0f} s")

@@ -1,4 +1,5 @@
-"""What a sample of `Auto` costs in a fleet, and how far its numbers are from those of another version (docs/decisions).
+"""What a sample of `AutoMemory` costs in a fleet, and how far its numbers are from those of another version
+(docs/decisions).
 
 python scripts/auto_speed.py                       # processor time a sample
 python scripts/auto_speed.py --save before.npz     # with one version
@@ -36,7 +37,7 @@ def plant(series, samples, kind, seed=1):
 
 def speed(kind):
     """Print nanoseconds of processor time a sample, one core."""
-    est, at, found = dw.ARX(2, 2, memory=dw.Auto()), np.repeat(np.arange(SERIES), SAMPLES), []
+    est, at, found = dw.ARX(2, 2, memory=dw.AutoMemory()), np.repeat(np.arange(SERIES), SAMPLES), []
     y, u = (np.ascontiguousarray(x.reshape(-1, 1)) for x in plant(SERIES, SAMPLES, kind))
     dw.Fleet(est, range(1), threads=1).advance(at[:1], y[:1], u[:1])
     for _ in range(5):
@@ -53,7 +54,7 @@ def numbers():
     for kind in ("constant", "drifts", "jumps", "outliers", "gaps", "wide"):
         y, u = plant(1, LONG, kind)
         options = {"P0": 1e12} if kind == "wide" else {}
-        trace = dw.ARX(2, 2, memory=dw.Auto(), **options).scan(y[0], u[0])
+        trace = dw.ARX(2, 2, memory=dw.AutoMemory(), **options).scan(y[0], u[0])
         found |= {f"{kind} theta": trace.parameters, f"{kind} std": trace.parameters_std, f"{kind} bits": trace.status}
     return found
 

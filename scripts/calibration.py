@@ -23,12 +23,14 @@ def estimators(sensors):
         "one of its members: pole .8, NVR 3e-4": dw.Regression(
             sensors, disturbance=colour, memory=dw.Drift(nvr=nvr), **plain
         ),
-        "Regression, Auto, disturbance": dw.Regression(
-            sensors, disturbance=colour, memory=dw.Auto("outliers"), **plain
+        "Regression, AutoMemory, disturbance": dw.Regression(
+            sensors, disturbance=colour, memory=dw.AutoMemory("outliers"), **plain
         ),
-        "Regression, Auto": dw.Regression(sensors, memory=dw.Auto(), **plain),
-        "Regression, Weighted(.98)": dw.Regression(sensors, memory=dw.Weighted(0.98), **plain),
-        "Regression, Never": dw.Regression(sensors, **plain),
+        "Regression, AutoMemory": dw.Regression(sensors, memory=dw.AutoMemory(), **plain),
+        "Regression, ExponentialForgetting(.98)": dw.Regression(
+            sensors, memory=dw.ExponentialForgetting(0.98), **plain
+        ),
+        "Regression, Constant": dw.Regression(sensors, **plain),
     }
 
 

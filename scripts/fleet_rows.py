@@ -21,7 +21,7 @@ from driftwise.fleet.fleet_order import FleetOrder
 from driftwise.fleet.fleet_run import run_fleet
 from driftwise.fleet.run import FleetRun
 
-ESTIMATORS = {"ar": lambda: dw.AR(1), "joint": lambda: dw.Joint(3), "arx": lambda: dw.ARX(2, 2, memory=dw.Auto())}
+ESTIMATORS = {"ar": lambda: dw.AR(1), "joint": lambda: dw.Joint(3), "arx": lambda: dw.ARX(2, 2, memory=dw.AutoMemory())}
 BATCH = 1 << 18
 
 

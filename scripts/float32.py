@@ -133,7 +133,7 @@ def main():
     for offset in (0.0, 1e3):
         y, u = data(offset, np.random.default_rng(2))
         where = f", y about {offset:g}" if offset else ""
-        for memory in (dw.Never(), dw.Weighted(0.99), dw.Walk(1e-4)):
+        for memory in (dw.Constant(), dw.ExponentialForgetting(0.99), dw.RandomWalk(1e-4)):
             errors(f"`ARX(2, 2, memory={type(memory).__name__})`{where}", dw.ARX(2, 2, memory=memory), y, u)
         errors(f"`Joint(3)`{where}", dw.Joint(3), y, u)
     few = [Series(dw.Joint(3), 1, *WAYS["stored in 32"]) for _ in range(2)]

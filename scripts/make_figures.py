@@ -60,9 +60,9 @@ def surprises(seed=3):
 
 
 def auto():
-    """One record with everything `dw.Auto` tells apart: truth, estimate, bars, events."""
+    """One record with everything `dw.AutoMemory` tells apart: truth, estimate, bars, events."""
     y, u, b1 = surprises()
-    trace = dw.ARX(1, 1, memory=dw.Auto()).scan(y, u)
+    trace = dw.ARX(1, 1, memory=dw.AutoMemory()).scan(y, u)
     error, bar = trace.innovation, trace.band(0.95)
 
     fig, axes = plt.subplots(3, 1, figsize=(9, 6.5), sharex=True, height_ratios=(2, 3, 2), layout="constrained")
@@ -98,7 +98,11 @@ def auto():
     inside = np.abs(trace.parameters - theta)[50:] < 1.96 * trace.parameters_std[50:]
     print(f"  95 % bars of a1, b1 hold {inside.mean(axis=0).round(3)}", end="; ")
     print(f"bands of the prediction {np.mean(np.abs(error[50:]) < bar[50:]):.3f}")
-    for name, memory in {"Auto()": dw.Auto(), "Weighted(.98)": dw.Weighted(0.98), "Never()": dw.Never()}.items():
+    for name, memory in {
+        "AutoMemory()": dw.AutoMemory(),
+        "ExponentialForgetting(.98)": dw.ExponentialForgetting(0.98),
+        "Constant()": dw.Constant(),
+    }.items():
         other = dw.ARX(1, 1, memory=memory).scan(y, u).parameters
         print(f"  {name}: error of a1, b1 {np.sqrt(np.mean((other - theta)[50:] ** 2, axis=0)).round(4)}")
     plt.close(fig)

@@ -36,15 +36,15 @@ def table_of_jumps():
     """Mean square error of a jumping constant, by jump size over noise."""
     print("\n| memory | " + " | ".join(f"d = {d}" for d in (0.2, 0.5, 1.0, 2.0)) + " |\n|---|---|---|---|---|")
     memories = {
-        "`Walk(matched=(d, 500))`": lambda d: dw.Walk(matched=(d, 500)),
+        "`RandomWalk(matched=(d, 500))`": lambda d: dw.RandomWalk(matched=(d, 500)),
         "`VariableForgetting(100, .5)`": lambda d: dw.VariableForgetting(100, 0.5),
-        "`Weighted(1 - d / sqrt(500))`": lambda d: dw.Weighted(1 - d / 500**0.5),
+        "`ExponentialForgetting(1 - d / sqrt(500))`": lambda d: dw.ExponentialForgetting(1 - d / 500**0.5),
         "`Window(60)`": lambda d: dw.Window(60),
-        "`UntilJump(Hinkley, GainReset(1 + 1/d^2))`": lambda d: dw.UntilJump(
-            dw.Hinkley(false_alarms="1 per 5000", jump=d), dw.GainReset(1 + 1 / d**2), settle=0
+        "`RestartOnChange(PageHinkley, GainReset(1 + 1/d^2))`": lambda d: dw.RestartOnChange(
+            dw.PageHinkley(false_alarms="1 per 5000", jump=d), dw.GainReset(1 + 1 / d**2), settle=0
         ),
-        "`RunLengths(d, 500)`": lambda d: dw.RunLengths(d, 500),
-        "`RunLengths(d, 500, 60)`": lambda d: dw.RunLengths(d, 500, 60),
+        "`BayesianChangePoint(d, 500)`": lambda d: dw.BayesianChangePoint(d, 500),
+        "`BayesianChangePoint(d, 500, 60)`": lambda d: dw.BayesianChangePoint(d, 500, 60),
     }
     for name, make in memories.items():
         row = []
@@ -66,7 +66,7 @@ def table_of_directions(samples=4000):
     records = [dw.simulate([-1.5, 0.7], b, u=u, noise_std=0.1, seed=99 + seed) for seed, u in enumerate(inputs)]
     print("\n| memory | before | " + " | ".join(f"+{k}" for k in after[1:]) + " |\n|---|---|---|---|---|---|")
     for name, memory in {
-        "`Weighted(.99)`": dw.Weighted(0.99),
+        "`ExponentialForgetting(.99)`": dw.ExponentialForgetting(0.99),
         "`DirectionalForgetting(.99)`": dw.DirectionalForgetting(0.99),
         "`DirectionalForgetting(.96)`": dw.DirectionalForgetting(0.96),
     }.items():
@@ -98,8 +98,15 @@ def likeliest(memory, noise_std, y, u):
 def table_of_noise():
     """Learnt standard deviation of the noise over the true one, where jumps are rare."""
     print("\n| memory | noise .1 | noise .01 |\n|---|---|---|")
-    walk, records = dw.Walk(matched=(0.3, 1500)), {n: [rare_jump(n, seed) for seed in range(10)] for n in (0.1, 0.01)}
-    rows = {"Never()": dw.Never(), "RunLengths(.3, 1500)": dw.RunLengths(0.3, 1500), "Walk(matched=(.3, 1500))": walk}
+    walk, records = (
+        dw.RandomWalk(matched=(0.3, 1500)),
+        {n: [rare_jump(n, seed) for seed in range(10)] for n in (0.1, 0.01)},
+    )
+    rows = {
+        "Constant()": dw.Constant(),
+        "BayesianChangePoint(.3, 1500)": dw.BayesianChangePoint(0.3, 1500),
+        "RandomWalk(matched=(.3, 1500))": walk,
+    }
     for name, memory in rows.items():
         est = dw.ARX(2, 2, memory=memory)
         found = [[est.sigma2(est.scan(*r).state) ** 0.5 / noise for r in many] for noise, many in records.items()]
@@ -109,16 +116,16 @@ def table_of_noise():
 
 
 RESTED = {
-    "`Never()`": dw.Never(),
-    "`LimitedGain(50)`": dw.LimitedGain(50),
-    "`Weighted(.98)`": dw.Weighted(0.98),
+    "`Constant()`": dw.Constant(),
+    "`GainFloor(50)`": dw.GainFloor(50),
+    "`ExponentialForgetting(.98)`": dw.ExponentialForgetting(0.98),
     "`VariableForgetting(50)`": dw.VariableForgetting(50),
     "`DirectionalForgetting(.98)`": dw.DirectionalForgetting(0.98),
-    "`Walk(2e-4)`": dw.Walk(2e-4),
-    "`Walk(matched=(.1, 500))`": dw.Walk(matched=(0.1, 500)),
+    "`RandomWalk(2e-4)`": dw.RandomWalk(2e-4),
+    "`RandomWalk(matched=(.1, 500))`": dw.RandomWalk(matched=(0.1, 500)),
     "`Window(50)`": dw.Window(50),
-    "`RunLengths(.2, 500)`": dw.RunLengths(0.2, 500),
-    "`UntilJump(Score(), GainReset(10))`": dw.UntilJump(dw.Score(), dw.GainReset(10)),
+    "`BayesianChangePoint(.2, 500)`": dw.BayesianChangePoint(0.2, 500),
+    "`RestartOnChange(ScoreCUSUM(), GainReset(10))`": dw.RestartOnChange(dw.ScoreCUSUM(), dw.GainReset(10)),
 }
 
 

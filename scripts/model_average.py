@@ -4,8 +4,8 @@
 
 One step ahead, nothing tuned, second half scored, as in docs/score.md. Members are the linear candidates of `identify`,
 each with all memories. "normal": the density N(m, s) instead of the learnt mixture. "no floor": the same record with a
-millionth of its deviation of noise added, so that its smallest step says nothing any more. `Auto` is slow with many
-parameters: records up to 2500 samples only.
+millionth of its deviation of noise added, so that its smallest step says nothing any more. `AutoMemory` is slow with
+many parameters: records up to 2500 samples only.
 """
 
 import sys
@@ -20,14 +20,14 @@ from driftwise.analysis.candidates import candidates
 from driftwise.analysis.identifier import PILOT
 from driftwise.estimators.model_average.step import BASE
 
-LONGEST = 2500  # samples of a record on which Auto is tried
+LONGEST = 2500  # samples of a record on which AutoMemory is tried
 EDGE = 1.959963984540054
 
 
 def members(inputs, auto=False, fading=True):
     """Return the linear candidates, each with the memories asked for."""
     linear = [c for c in candidates(inputs) if c.is_linear]
-    others = [dw.Auto()] if auto else []
+    others = [dw.AutoMemory()] if auto else []
     return [c.estimator(memory) for c in linear for memory in (*(c.memories if fading else ()), *others)]
 
 
@@ -65,12 +65,12 @@ def variants(y, u) -> dict[str, Score]:
     tiny = 1e-6 * np.nanstd(y) * np.random.default_rng(0).standard_normal(len(y))
     found["no floor"] = score(averaged(y + tiny, u, own))
     if len(y) <= LONGEST:
-        found["with Auto"] = score(averaged(y, u, members(u.shape[1], auto=True)))
-        found["Auto only"] = score(averaged(y, u, members(u.shape[1], auto=True, fading=False)))
+        found["with AutoMemory"] = score(averaged(y, u, members(u.shape[1], auto=True)))
+        found["AutoMemory only"] = score(averaged(y, u, members(u.shape[1], auto=True, fading=False)))
     return found
 
 
-NAMES = ("all", "normal", "window 1e-9", "phi 1", "no floor", "with Auto", "Auto only")
+NAMES = ("all", "normal", "window 1e-9", "phi 1", "no floor", "with AutoMemory", "AutoMemory only")
 
 
 def main(*wanted: str) -> None:
@@ -93,7 +93,7 @@ def main(*wanted: str) -> None:
         print(f"{n}: of {len(some)} NIS in .8-1.25 {nis}, bands hold 92-97 % {held};", end=" ")
         print(f"against all: fit {worse[0]:+.2f} points, log score {worse[1]:+.3f}")
     y, u, _ = read("hair_dryer", where)
-    print(f"hair_dryer: {price(y, u, False):.0f} us a sample, with Auto {price(y, u, True):.0f}")
+    print(f"hair_dryer: {price(y, u, False):.0f} us a sample, with AutoMemory {price(y, u, True):.0f}")
 
 
 if __name__ == "__main__":

@@ -18,17 +18,17 @@ import driftwise as dw
 
 SKIP = 50  # samples that do not count
 DIRTY = {
-    'Auto("both")': dict(memory=dw.Auto()),
-    'Auto("outliers")': dict(memory=dw.Auto("outliers")),
-    'Auto("jumps")': dict(memory=dw.Auto("jumps")),
-    "Interacting()": dict(memory=dw.Interacting()),
-    "Bank()": dict(memory=dw.Bank()),
-    "Bank(), gate=Gate(5)": dict(memory=dw.Bank(), gate=dw.Gate(5)),
+    'AutoMemory("both")': dict(memory=dw.AutoMemory()),
+    'AutoMemory("outliers")': dict(memory=dw.AutoMemory("outliers")),
+    'AutoMemory("jumps")': dict(memory=dw.AutoMemory("jumps")),
+    "IMM()": dict(memory=dw.IMM()),
+    "MultipleModel()": dict(memory=dw.MultipleModel()),
+    "MultipleModel(), gate=InnovationGate(5)": dict(memory=dw.MultipleModel(), gate=dw.InnovationGate(5)),
     "LikelihoodDrift()": dict(memory=dw.LikelihoodDrift()),
-    "LikelihoodDrift(), gate=Gate(5)": dict(memory=dw.LikelihoodDrift(), gate=dw.Gate(5)),
+    "LikelihoodDrift(), gate=InnovationGate(5)": dict(memory=dw.LikelihoodDrift(), gate=dw.InnovationGate(5)),
     "CovarianceMatching()": dict(memory=dw.CovarianceMatching()),
     "FuzzyDrift()": dict(memory=dw.FuzzyDrift()),
-    "Weighted(.98)": dict(memory=dw.Weighted(0.98)),
+    "ExponentialForgetting(.98)": dict(memory=dw.ExponentialForgetting(0.98)),
 }
 
 
@@ -53,7 +53,7 @@ def table_of_ranks(seeds):
     for (name, how), one in lines.items():
         if how == KNOWN and (name, LEARNT) not in lines:
             print(f"sigma^2 known only: {name} mean {one.mean:.2f}, worst {one.worst:.2f}, {one.ns:.0f} ns")
-    for expect in ("Auto", "Auto, expect jumps", "Auto, expect outliers"):
+    for expect in ("AutoMemory", "AutoMemory, expect jumps", "AutoMemory, expect outliers"):
         d, e = (
             automatic.detection(lines[expect, LEARNT].outcome[c].status, j) for c, j in (("d", (200, 400)), ("e", ()))
         )
@@ -87,12 +87,12 @@ def table_of_surprises(records=40):
     print("|---" * 7 + "|")
     made = [surprises(seed) for seed in range(records)]
     for name in (
-        'Auto("both")',
-        "Interacting()",
-        "Bank()",
+        'AutoMemory("both")',
+        "IMM()",
+        "MultipleModel()",
         "LikelihoodDrift()",
-        "LikelihoodDrift(), gate=Gate(5)",
-        "Weighted(.98)",
+        "LikelihoodDrift(), gate=InnovationGate(5)",
+        "ExponentialForgetting(.98)",
     ):
         est, told = dw.ARX(1, 1, **DIRTY[name]), []
         for y, u, b1 in made:
@@ -125,8 +125,12 @@ def table_of_costs(samples=100_000, sizes=(1, 2, 4, 8)):
     """Processor time a sample of a long record, ns."""
     print(f"\n| memory | {' | '.join(f'N = {N}' for N in sizes)} |\n|---" + "|---" * len(sizes) + "|")
     rng = np.random.default_rng(1)
-    memories = {"Never()": dw.Never(), "LikelihoodDrift()": dw.LikelihoodDrift(), "Bank()": dw.Bank()}
-    for name, memory in {**memories, "Interacting()": dw.Interacting(), "Auto()": dw.Auto()}.items():
+    memories = {
+        "Constant()": dw.Constant(),
+        "LikelihoodDrift()": dw.LikelihoodDrift(),
+        "MultipleModel()": dw.MultipleModel(),
+    }
+    for name, memory in {**memories, "IMM()": dw.IMM(), "AutoMemory()": dw.AutoMemory()}.items():
         row = []
         for N in sizes:
             psi, est, spent = rng.standard_normal((samples, N)), dw.Regression(N, memory=memory), []
@@ -147,7 +151,7 @@ def told_jumps(size, seeds):
         b1 = np.where(np.arange(1000)[:, None] < 500, [1.0, 0.5], [1.0 + 0.1 * size, 0.5])
         u = rng.standard_normal(1000)
         y, u = dw.simulate([-1.2, 0.5], b1, u=u, samples=1000, noise_std=0.1, seed=seed)
-        told += any(500 <= jump.sample < 550 for jump in dw.ARX(2, 2, memory=dw.Auto()).scan(y, u).jumps())
+        told += any(500 <= jump.sample < 550 for jump in dw.ARX(2, 2, memory=dw.AutoMemory()).scan(y, u).jumps())
     return told / seeds
 
 
@@ -158,13 +162,13 @@ def walker(n, seeds):
         rng = np.random.default_rng([78, seed])
         phi, walk = rng.standard_normal((3000, n)), 1 + np.cumsum(0.01 * rng.standard_normal(3000))
         y = phi[:, 0] * walk + phi[:, 1:].sum(axis=1) + 0.3 * rng.standard_normal(3000)
-        trace = dw.Regression(n, memory=dw.Auto()).scan(y, phi)
+        trace = dw.Regression(n, memory=dw.AutoMemory()).scan(y, phi)
         held.append(np.abs(trace.parameters[300:, 0] - walk[300:]) < 1.96 * trace.parameters_std[300:, 0])
     return np.mean(held)
 
 
 def limits():
-    """Print what `Auto` is bad at: small jumps, and one walk among constants."""
+    """Print what `AutoMemory` is bad at: small jumps, and one walk among constants."""
     print("\nauto tells a jump of b1 within 50 samples, by its size over the noise (40 records):", end=" ")
     print(", ".join(f"{size}: {told_jumps(size, 40):.2f}" for size in (2, 3, 4, 5, 7)))
     print("its 95 % bars hold the one of n coefficients that walks (20 records):", end=" ")

@@ -11,7 +11,9 @@ from driftwise.adapters.control import MISSING, create_adaptive_controller, crea
 from driftwise.adapters.regulator import Lagged, cautious_gain  # noqa: E402
 
 
-@pytest.mark.parametrize("est", [dw.ARX(2, 2, memory=dw.Auto(), dt=0.5), dw.Joint(2, inputs=1)], ids=["ARX", "Joint"])
+@pytest.mark.parametrize(
+    "est", [dw.ARX(2, 2, memory=dw.AutoMemory(), dt=0.5), dw.Joint(2, inputs=1)], ids=["ARX", "Joint"]
+)
 def test_the_system_says_what_the_estimator_says(est):
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=60, noise_std=0.1, seed=1)
     y[20], u[30] = np.nan, np.nan
@@ -76,7 +78,7 @@ def loop(controller, jump, samples=300, dither=0.1, lost=None):
 
 
 def tuner(**options):
-    est = dw.ARX(2, 2, memory=dw.Auto())
+    est = dw.ARX(2, 2, memory=dw.AutoMemory())
     return create_adaptive_controller(est, limits=(-10, 10), name="tuner", **options)
 
 

@@ -20,7 +20,7 @@ def test_river_checks(check):
     check(DriftRegressor())
 
 
-@pytest.mark.parametrize("memory", [None, dw.Never()], ids=["Auto", "Never"])
+@pytest.mark.parametrize("memory", [None, dw.Constant()], ids=["AutoMemory", "Constant"])
 def test_clones_start_afresh_and_copies_go_on(memory):
     model = DriftRegressor(memory)
     model.learn_one({"a": 2.0}, 3.0)
@@ -52,7 +52,7 @@ def test_features_known_from_the_start_give_the_estimators_numbers():
     assert model.weights == dict(zip("ab", state["theta"].tolist())) and model.intercept == state["theta"][2]
 
 
-@pytest.mark.parametrize("memory", [None, dw.Never()], ids=["Auto", "Never"])
+@pytest.mark.parametrize("memory", [None, dw.Constant()], ids=["AutoMemory", "Constant"])
 def test_a_feature_that_joins_keeps_what_was_learnt(memory):
     rng, model = np.random.default_rng(0), DriftRegressor(memory)
     nis = []
@@ -73,7 +73,7 @@ def test_a_feature_that_joins_keeps_what_was_learnt(memory):
 
 def test_never_is_least_squares_whenever_features_join():
     """With all of the data kept, the order in which features appear does not matter: zero before is zero."""
-    rng, model = np.random.default_rng(2), DriftRegressor(dw.Never(), offset=False)
+    rng, model = np.random.default_rng(2), DriftRegressor(dw.Constant(), offset=False)
     X = rng.standard_normal((60, 3))
     X[:20, 1], X[:40, 2] = 0.0, 0.0
     y = X @ [1.0, -2.0, 0.5] + 0.1 * rng.standard_normal(60)

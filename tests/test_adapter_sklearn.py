@@ -58,7 +58,7 @@ def test_predictions_are_those_of_the_next_sample(data):
 
 def test_it_goes_with_pipelines_and_splits_in_time(data):
     X, y = np.nan_to_num(data[0]), np.nan_to_num(data[1], nan=5.0)
-    pipeline = make_pipeline(StandardScaler(), DriftRegressor(dw.Weighted(0.95)))
+    pipeline = make_pipeline(StandardScaler(), DriftRegressor(dw.ExponentialForgetting(0.95)))
     assert cross_val_score(pipeline, X, y, cv=TimeSeriesSplit(3)).shape == (3,)
 
 

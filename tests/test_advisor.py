@@ -156,7 +156,7 @@ def scans(q2, window, seeds, **options):
     ask = dict(dt=1e-3, noise_std=SIGMA, band=(10.0, 200.0), into=INTO, disturbances=CONSTANT, hold="foh") | options
     for seed in range(seeds):
         y = truth.x[:, 0] + np.random.default_rng(seed).uniform(-0.015, 0.015, len(t))
-        yield dw.scan_frequency(MOTOR, y, truth.u, window=window, **ask)
+        yield dw.find_frequency(MOTOR, y, truth.u, window=window, **ask)
 
 
 SLOW = pytest.param(2.0, 49.7, 50.3, marks=pytest.mark.slow)
@@ -181,7 +181,7 @@ def test_a_weak_line_is_called_not_identifiable():
 def test_noise_alone_is_a_line_as_rarely_as_promised():
     level, rng = dw.Plant([[0.0]]), np.random.default_rng(0)
     ask = dict(dt=0.1, noise_std=1.0, band=(5.0, 11.0), outputs=1.0, risk=0.1)
-    share = np.mean([dw.scan_frequency(level, rng.standard_normal(100), **ask).is_visible for _ in range(200)])
+    share = np.mean([dw.find_frequency(level, rng.standard_normal(100), **ask).is_visible for _ in range(200)])
     assert 0.03 < share < 0.15  # the bound is nearly sharp; standard error .02
 
 
@@ -193,9 +193,9 @@ def test_a_line_in_two_outputs_with_gaps_and_a_soft_prior():
     y = x.real.T + [0.01, 0.05] * rng.standard_normal((600, 2))
     y[rng.random((600, 2)) < 0.2] = np.nan
     ask = dict(dt=0.01, noise_std=[0.01, 0.05], band=(5, 40), into=[0, 1])
-    line = dw.scan_frequency(plant, y, disturbances=dw.Polynomial([0, 1], 0.5), **ask)
+    line = dw.find_frequency(plant, y, disturbances=dw.Polynomial([0, 1], 0.5), **ask)
     assert abs(line.w - 17) < 4 * line.w_std < 0.5 and abs(line.amplitude - 2) < 4 * line.amplitude_std < 0.5
-    taken = dw.scan_frequency(plant, y, disturbances=dw.Sinusoid(17.0, [0, 1], np.inf), **ask)
+    taken = dw.find_frequency(plant, y, disturbances=dw.Sinusoid(17.0, [0, 1], np.inf), **ask)
     assert not taken.is_visible  # already explained
 
 
@@ -215,7 +215,7 @@ def test_a_line_in_two_outputs_with_gaps_and_a_soft_prior():
 def test_scans_that_cannot_be(change, words):
     ask = dict(dt=1e-3, noise_std=SIGMA, band=(10.0, 200.0), into=INTO, disturbances=CONSTANT, hold="foh") | change
     with pytest.raises(dw.InputError, match=words):
-        dw.scan_frequency(MOTOR, np.zeros(2000), np.zeros(2000), **ask)
+        dw.find_frequency(MOTOR, np.zeros(2000), np.zeros(2000), **ask)
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ def test_golden_limits():
     given, expected, _ = golden.case("G13")
     stated = zip(given["d_assumed"], *(expected[k] for k in ("a_star", "pred_var", "std1000")), strict=True)
     for d, a_printed, variance, std in stated:
-        limit = dw.wrong_noise_limit(*PAPER, d)
+        limit = dw.asymptotic_bias(*PAPER, d)
         golden.assert_close(-limit.a, a_printed, 1e-8)
         golden.assert_close(limit.prediction_variance, variance, 1e-8)
         golden.assert_close(np.sqrt(np.diag(limit.reported) / 1000), std, 1e-8)
@@ -37,12 +37,12 @@ def test_golden_limits():
     ],
 )
 def test_sandwich_is_that_of_the_theory(d, std):
-    limit = dw.wrong_noise_limit(*PAPER, d)
+    limit = dw.asymptotic_bias(*PAPER, d)
     np.testing.assert_allclose(np.sqrt(np.diag(limit.covariance) / 1000), std, atol=6e-5)
 
 
 def test_the_right_model_has_no_bias_and_one_covariance():
-    limit = dw.wrong_noise_limit(*PAPER, PAPER[1], var_v=7.0)
+    limit = dw.asymptotic_bias(*PAPER, PAPER[1], var_v=7.0)
     np.testing.assert_allclose(limit.a, PAPER[0], atol=1e-9)
     assert limit.prediction_variance == pytest.approx(7.0)
     np.testing.assert_allclose(limit.covariance, limit.reported, rtol=1e-6)
@@ -54,7 +54,7 @@ def test_the_right_model_has_no_bias_and_one_covariance():
 def test_limit_and_sandwich_by_simulation(assumed):
     """Least squares on filtered records: mean and covariance within four standard errors of 1500 records."""
     records, T, m = 1500, 1500, len(assumed)
-    limit = dw.wrong_noise_limit(*POSED, assumed)
+    limit = dw.asymptotic_bias(*POSED, assumed)
     v = np.random.default_rng(5).standard_normal((records, T + 300))
     y = lfilter(q(POSED[1]), np.convolve(q(POSED[0]), q(assumed)), v)[:, 300 - m :]
     psi = np.stack([-y[:, j : j + T] for j in range(m)], axis=2)
@@ -210,10 +210,10 @@ def test_record_warns_where_a_is_not_to_be_trusted():
         (lambda: dw.cramer_rao([-0.5], [0.5], [1.0, 2.0], samples=9), "b must list 1"),
         (lambda: dw.cramer_rao([-0.5], [0.5], direct=[1.0], samples=9), "no b"),
         (lambda: dw.cramer_rao([-0.5], [0.5], [1.0], direct=[1.0, 2.0], samples=9), "direct must list 1"),
-        (lambda: dw.wrong_noise_limit([-0.5], [0.5], [2.0]), "d_assumed.*reflect"),
-        (lambda: dw.wrong_noise_limit([-0.5], [0.5], []), "order of the filter"),
-        (lambda: dw.wrong_noise_limit([-0.5], [0.5, 0.1], [0.0]), "one order"),
-        (lambda: dw.wrong_noise_limit([-0.5], [0.5], [0.0], var_v=-1), "var_v"),
+        (lambda: dw.asymptotic_bias([-0.5], [0.5], [2.0]), "d_assumed.*reflect"),
+        (lambda: dw.asymptotic_bias([-0.5], [0.5], []), "order of the filter"),
+        (lambda: dw.asymptotic_bias([-0.5], [0.5, 0.1], [0.0]), "one order"),
+        (lambda: dw.asymptotic_bias([-0.5], [0.5], [0.0], var_v=-1), "var_v"),
         (lambda: dw.cramer_rao_of_record([1.0, np.nan] * 9, a=[0.0], d=[0.1]), "complete stretch"),
         (lambda: dw.cramer_rao_of_record([1.0, 2.0], a=[0.0], d=[0.1]), "too few"),
         (lambda: dw.cramer_rao_of_record(np.zeros(40), a=[0.0], d=[0.1]), "residuals are zero"),

@@ -1,4 +1,4 @@
-"""What `Auto` promises on two hundred records of each test system: errors, bars, jumps, noise, rest, gaps, outliers."""
+"""What `AutoMemory` promises on 200 records of each test system: errors, bars, jumps, noise, rest, gaps, outliers."""
 
 from functools import cache
 from types import SimpleNamespace
@@ -15,8 +15,8 @@ SIGMA2 = 0.02
 
 
 def follow(s, expect="both", psi=False, **options):
-    """Run `Auto` over all records of a system: ARX where it is one, or (``psi``) regression on clean regressors."""
-    options = dict(memory=dw.Auto(expect, phi=tuple(s.phi)), at_rest=True) | options
+    """Run `AutoMemory` over all records of a system: ARX, or (``psi``) regression on clean regressors."""
+    options = dict(memory=dw.AutoMemory(expect, phi=tuple(s.phi)), at_rest=True) | options
     is_arx = s.u.shape[2] == 1 and not psi
     est = dw.ARX(2, 2, **options) if is_arx else dw.Regression(4, **options)
     u = np.ascontiguousarray(s.u if is_arx else s.psi)
@@ -53,7 +53,7 @@ def rms(x):
 def run(name):
     """One system with its scores; f10 and f01 are told a noise variance ten times wrong, to begin with."""
     s = system(name, SEEDS)
-    wrong = dict(variance=s.told, scale=dw.UnknownScale(-1.5, 1e-20)) if s.told != s.sigma2 else {}
+    wrong = dict(variance=s.told, scale=dw.InverseGamma(-1.5, 1e-20)) if s.told != s.sigma2 else {}
     r = follow(s, **wrong)
     errors, knowing = (r.theta - s.theta)[:, 50:], (kalman(s) - s.theta)[:, 50:]
     r.ratio, r.covered = rms(errors) / rms(knowing), np.mean(abs(errors) < 1.96 * r.std[:, 50:])
@@ -153,7 +153,7 @@ def test_one_wrong_number_does_no_harm_however_wrong(size):
 def test_gaps(missing):
     """A tenth of the outputs is missing, each of them a regressor twice: little is lost, and bars say how much."""
     s, whole = system("missing", 300), system("missing", 300, share=0.0)
-    for memory, low in ((dw.Never(), 0.8), (dw.Auto(), 0.4)):  # which allows for drift, and there is none
+    for memory, low in ((dw.Constant(), 0.8), (dw.AutoMemory(), 0.4)):  # which allows for drift, and there is none
         r, complete = follow(s, memory=memory, missing=missing), follow(whole, memory=memory)
         error = r.theta[:, -1] - s.theta[:, -1]
         assert rms(error) <= 1.35 * rms(complete.theta[:, -1] - s.theta[:, -1])
@@ -165,12 +165,12 @@ def test_collinear_regressors_and_a_diffuse_start():
     """P(0) = 1e8, sigma^2 = 1e-8: the short form and Joseph's lose positivity; UD keeps eight digits."""
     s = system("collinear", 3, sigma2=1e-8)
     for y, psi in zip(s.y, s.psi):
-        state = dw.Regression(4, memory=dw.Never(), variance=1e-8, P0=1e8, at_rest=True).scan(y, psi).state
+        state = dw.Regression(4, memory=dw.Constant(), variance=1e-8, P0=1e8, at_rest=True).scan(y, psi).state
         P = ud.unpack(state["U"], state["D"])
         exact = np.linalg.inv((psi.T @ psi).astype(float) / 1e-8 + np.eye(4) / 1e8)
         np.testing.assert_allclose(np.diag(P), np.diag(exact), rtol=1e-5)
         assert np.linalg.eigvalsh(P).min() > 0
-        own = dw.Regression(4, memory=dw.Auto(), y_scale=1e-4, P0=1e16, at_rest=True)
+        own = dw.Regression(4, memory=dw.AutoMemory(), y_scale=1e-4, P0=1e16, at_rest=True)
         trace = own.scan(y, psi, keep="covariance")
         root = np.sqrt(np.einsum("tii->ti", trace.covariance))
         shape = trace.covariance / (root[:, :, None] * root[:, None])
@@ -191,5 +191,7 @@ def test_local_level_whose_variances_nobody_told():
     assert y[-1] == pytest.approx(7.168442, abs=1e-6) and m == pytest.approx(8.224452, abs=1e-6)
     best = rms((known - x)[10_000:])
     for variance in (0.01, 1.0, 100.0):
-        est = dw.Regression(1, memory=dw.Auto(), variance=variance, scale=dw.UnknownScale(0.0, 1e-20), at_rest=True)
+        est = dw.Regression(
+            1, memory=dw.AutoMemory(), variance=variance, scale=dw.InverseGamma(0.0, 1e-20), at_rest=True
+        )
         assert rms((est.scan(y, np.ones((20_000, 1))).parameters[:, 0] - x)[10_000:]) <= 1.05 * best

@@ -11,7 +11,7 @@ from driftwise.engine import compile
 from driftwise.engine.dispatch import flatten
 from driftwise.estimators.model_average import step
 
-MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.Weighted(0.98)), dw.AR(1)]
+MEMBERS = [dw.ARX(1, 1), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)), dw.AR(1)]
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +141,7 @@ def test_bands_hold_what_they_promise_whatever_the_tails(noise):
     y = np.zeros(4000)
     for t in range(1, 4000):
         y[t] = 0.8 * y[t - 1] + e[t]
-    trace = dw.ModelAverage([dw.AR(1), dw.AR(1, memory=dw.Weighted(0.98))]).scaled_to(y).scan(y)
+    trace = dw.ModelAverage([dw.AR(1), dw.AR(1, memory=dw.ExponentialForgetting(0.98))]).scaled_to(y).scan(y)
     z = trace.normal_score[500:]
     # of 3500 independent ones, five standard deviations
     assert abs(np.mean(abs(z) < 1.96) - 0.95) < 0.02 and abs(np.mean(abs(z) < 0.6745) - 0.5) < 0.045

@@ -23,40 +23,41 @@ MODELS = {
 
 
 def until(detector):
-    return dict(memory=dw.UntilJump(detector))
+    return dict(memory=dw.RestartOnChange(detector))
 
 
 OPTIONS = [
-    (dict(memory=dw.Weighted), "were the brackets forgotten"),
-    (dict(memory=0.98), r"Weighted\(0.98\)"),
-    (dict(memory=100), r"LimitedGain\(100\)"),
-    (dict(memory=dw.Weighted(0.0)), "p must be a positive finite number, got 0.0"),
-    (dict(memory=dw.Weighted(1.1)), "at most 1, got 1.1"),
-    (dict(memory=dw.Weighted(NAN)), "p must be a positive finite number, got nan"),
-    (dict(memory=dw.Walk(NAN)), "q must be a finite number.* got nan"),
-    (dict(memory=dw.Walk(1.0, matched=(1, 2))), r"got q = 1.0 and matched = \(1, 2\)"),
+    (dict(memory=dw.ExponentialForgetting), "were the brackets forgotten"),
+    (dict(memory=0.98), r"ExponentialForgetting\(0.98\)"),
+    (dict(memory=100), r"GainFloor\(100\)"),
+    (dict(memory=dw.ExponentialForgetting(0.0)), "p must be a positive finite number, got 0.0"),
+    (dict(memory=dw.ExponentialForgetting(1.1)), "at most 1, got 1.1"),
+    (dict(memory=dw.ExponentialForgetting(NAN)), "p must be a positive finite number, got nan"),
+    (dict(memory=dw.RandomWalk(NAN)), "q must be a finite number.* got nan"),
+    (dict(memory=dw.RandomWalk(1.0, matched=(1, 2))), r"got q = 1.0 and matched = \(1, 2\)"),
     (dict(memory=dw.Window(0)), "samples must be a whole number of at least 1, got 0"),
-    (dict(memory=dw.UntilJump(restart=dw.GainReset(0.5))), "samples must exceed 1"),
-    (dict(memory=dw.UntilJump(restart=dw.GainReset)), "brackets"),
-    (dict(memory=dw.UntilJump(restart=dw.Inflate(1.0, only_named="b1"))), "only_named must be True or False, got 'b1'"),
-    (until(dw.Hinkley), "brackets"),
-    (until(dw.Hinkley(threshold=np.inf)), "threshold must be positive and finite"),
-    (until(dw.Hinkley(threshold=1e30)), "threshold must be at most 1e.12, got 1e.30: it never alarms"),
-    (until(dw.VarianceChange(threshold=1e30)), "it never alarms"),
+    (dict(memory=dw.RestartOnChange(restart=dw.GainReset(0.5))), "samples must exceed 1"),
+    (dict(memory=dw.RestartOnChange(restart=dw.GainReset)), "brackets"),
+    (dict(memory=dw.RestartOnChange(restart=dw.CovarianceInflation(1.0, only_named="b1"))),
+     "only_named must be True or False, got 'b1'"),
+    (until(dw.PageHinkley), "brackets"),
+    (until(dw.PageHinkley(threshold=np.inf)), "threshold must be positive and finite"),
+    (until(dw.PageHinkley(threshold=1e30)), "threshold must be at most 1e.12, got 1e.30: it never alarms"),
+    (until(dw.VarianceCUSUM(threshold=1e30)), "it never alarms"),
     (until(dw.GLR(threshold=1e30)), "it never alarms"),
-    (until(dw.Score(threshold=1e30)), "it never alarms"),
-    (until(dw.Hinkley("1 per 1e300")), "at most 1e.18 samples between false alarms"),
+    (until(dw.ScoreCUSUM(threshold=1e30)), "it never alarms"),
+    (until(dw.PageHinkley("1 per 1e300")), "at most 1e.18 samples between false alarms"),
     (until(dw.GLR("1 per 1e40")), "never alarms"),
-    (until(dw.Hinkley(sides=["up"])), "sides must be 'both', 'up' or 'down', got"),
+    (until(dw.PageHinkley(sides=["up"])), "sides must be 'both', 'up' or 'down', got"),
     (until(dw.ProbeBank([1.0, 1.0])), "which only AdaptiveGain runs"),
     (until(dw.GainProbes()), "which only AdaptiveGain runs"),
     (until(dw.PullTest()), "which only AdaptiveGain runs"),
-    (dict(gate=dw.Gate(settle=-1)), "settle must be a whole number of at least 0, got -1"),
-    (dict(gate=dw.Gate(settle=NAN)), "settle must be a whole number of at least 0, got nan"),
-    (dict(gate=dw.Gate), "brackets"),
+    (dict(gate=dw.InnovationGate(settle=-1)), "settle must be a whole number of at least 0, got -1"),
+    (dict(gate=dw.InnovationGate(settle=NAN)), "settle must be a whole number of at least 0, got nan"),
+    (dict(gate=dw.InnovationGate), "brackets"),
     (dict(offset="yes"), "offset must be True or False, got 'yes'"),
-    (dict(scale=3.0), r"scale must be UnknownScale\(alpha, beta\).*got 3.0"),
-    (dict(scale=dw.UnknownScale(1.0, np.inf)), "finite numbers"),
+    (dict(scale=3.0), r"scale must be InverseGamma\(alpha, beta\).*got 3.0"),
+    (dict(scale=dw.InverseGamma(1.0, np.inf)), "finite numbers"),
     (dict(missing=["hold"]), "missing must be one of predict, hold, skip, got"),
     (dict(y_scale=1e200), "y_scale must lie between 1e-100 and 1e.100, got 1e.200. Is the unit right"),
     (dict(theta0=np.array([1j, 0.0])), "theta0 must hold numbers"),
@@ -76,12 +77,12 @@ REFUSED = [
     (lambda: dw.AdaptiveGain(1.0, "a"), "H must hold numbers"),
     (lambda: dw.AdaptiveGain(1.0, B="a"), "B must hold numbers"),
     (lambda: dw.AdaptiveGain(limits=("a", "b")), "limits must be"),
-    (lambda: dw.AdaptiveGain(scale=3.0), "scale must be UnknownScale"),
+    (lambda: dw.AdaptiveGain(scale=3.0), "scale must be InverseGamma"),
     (lambda: dw.AdaptiveGain(detector=dw.GainProbes), "brackets"),
     (lambda: dw.AdaptiveGain(detector=dw.GainProbes([NAN])), "no number"),
     (lambda: dw.AdaptiveGain(detector=dw.ProbeBank([1.0])), "got ProbeBank"),
     (lambda: dw.AdaptiveGain(detector=dw.GainProbes(threshold=1e30)), "it never alarms"),
-    (lambda: dw.AdaptiveGain(memory=dw.UntilJump()), r"option of its own here: detector"),
+    (lambda: dw.AdaptiveGain(memory=dw.RestartOnChange()), r"option of its own here: detector"),
     (lambda: dw.ARX(1, 1, method=["ls"]), "method must be one of ls, iv, nlms, lms, got"),
     (lambda: dw.OE(1, 1, method=["ls"]), "method must be one of rpem, plr, got"),
     (lambda: dw.Regression(1.5), "regressors must be a whole number"),
@@ -113,8 +114,8 @@ def test_numpy_integers_and_names_are_welcome():
     assert dw.Regression(np.int64(2)).names == ["theta1", "theta2"]
     assert dw.Regression(np.array(["a", "b"])).names == ["a", "b"]
     assert (
-        dw.AdaptiveGain(memory=dw.Walk(matched=(0.1, 400))).policies[2]
-        == dw.AdaptiveGain(memory=dw.Walk(0.1**2 / 400)).policies[2]
+        dw.AdaptiveGain(memory=dw.RandomWalk(matched=(0.1, 400))).policies[2]
+        == dw.AdaptiveGain(memory=dw.RandomWalk(0.1**2 / 400)).policies[2]
     )
 
 
@@ -123,7 +124,7 @@ def test_numpy_integers_and_names_are_welcome():
 def test_a_variance_change_is_designed_or_refused(ratio, sides):
     """Where the numerics end (small ratios, rare alarms) there are words, not a threshold that is none."""
     for wanted in (1e3, 1e6):
-        detector = dw.VarianceChange(ratio, false_alarms=wanted, sides=sides)
+        detector = dw.VarianceCUSUM(ratio, false_alarms=wanted, sides=sides)
         if ratio < 1.5 and wanted > 1e5:
             with pytest.raises(dw.InputError, match="cannot be computed"):
                 detector.resolve()
@@ -133,7 +134,9 @@ def test_a_variance_change_is_designed_or_refused(ratio, sides):
 
 def test_score_watches_for_jumps_in_units_of_the_data():
     """A jump of b has the units of y over u, as the prior and the step of a restart have."""
-    est = dw.ARX(1, 1, offset=True, memory=dw.UntilJump(dw.Score(jump=[0.1, 0.2, 0.3])), y_scale=8.0, u_scale=2.0)
+    est = dw.ARX(
+        1, 1, offset=True, memory=dw.RestartOnChange(dw.ScoreCUSUM(jump=[0.1, 0.2, 0.3])), y_scale=8.0, u_scale=2.0
+    )
     np.testing.assert_allclose(est.policies[-1].d, [0.1, 0.2 * 4.0, 0.3 * 8.0])
 
 

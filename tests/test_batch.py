@@ -139,8 +139,8 @@ def test_memory_is_that_of_the_record():
     [
         (dict(noise=dw.OutputError()), "not OutputError; use scan"),
         (dict(noise=dw.NoiseCovariance(np.eye(2), [0, 0], 1.0)), "not NoiseCovariance; use scan"),
-        (dict(memory=dw.Walk(1e-6)), "stay constant"),
-        (dict(gate=dw.Gate()), "no gate"),
+        (dict(memory=dw.RandomWalk(1e-6)), "stay constant"),
+        (dict(gate=dw.InnovationGate()), "no gate"),
         (dict(noise=dw.EquationError(0.0)), "needs noise"),
         (dict(noise=dw.NoisePolynomial((0.5, 1.6))), "moduli.*reflect.*scan does not mind"),
         (dict(noise=dw.NoisePolynomial((1.0, 0.0))), "inside the unit circle"),

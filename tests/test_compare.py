@@ -14,7 +14,7 @@ from driftwise.engine.errors import CommandError, InputError
 
 
 def entrants():
-    return {"first": dw.ARX(1, 1), "second": dw.ARX(2, 2), "auto": dw.ARX(2, 2, memory=dw.Auto())}
+    return {"first": dw.ARX(1, 1), "second": dw.ARX(2, 2), "auto": dw.ARX(2, 2, memory=dw.AutoMemory())}
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_densities_are_those_of_the_books(record):
     np.testing.assert_allclose(found.log_density[use], book[use], rtol=1e-9)
     np.testing.assert_array_equal(found.is_inside[use], abs(trace.innovation[use]) <= trace.band()[use])
     assert np.isnan(found.log_density[np.isnan(y)]).all() and not found.is_inside[np.isnan(y)].any()
-    auto = dw.ARX(2, 2, memory=dw.Auto()).scan(y, u)
+    auto = dw.ARX(2, 2, memory=dw.AutoMemory()).scan(y, u)
     weight, offset, scale, dof = (part[use] for part in auto.mixture())
     e = auto.innovation[use]
     parts = weight * t.pdf((e[:, None] - offset) / scale, np.minimum(dof, 1e9)[:, None]) / scale
@@ -121,10 +121,10 @@ def test_specs():
     found = specs.estimators(asked, ("u", "v"), 0.5)
     assert list(found) == asked
     arx, joint = found["arx:2,2/1,1@weighted:0.99"], found["joint:3,unknown@jump"]
-    assert arx.options["memory"] == dw.Weighted(0.99) and arx.model.nb == (2, 1)
-    assert isinstance(found["ar:2"].options["memory"], dw.Auto) and found["ar:2"].model.inputs == 0
+    assert arx.options["memory"] == dw.ExponentialForgetting(0.99) and arx.model.nb == (2, 1)
+    assert isinstance(found["ar:2"].options["memory"], dw.AutoMemory) and found["ar:2"].model.inputs == 0
     assert joint.model.n == 3
-    assert isinstance(joint.options["memory"], dw.UntilJump) and joint.dt == 0.5
+    assert isinstance(joint.options["memory"], dw.RestartOnChange) and joint.dt == 0.5
     assert found["average"].names == ["arx:2,2/1,1@weighted:0.99", "ar:2", "joint:3,unknown@jump"]
     for wrong, why in (
         (["foo:1"], "is not known"), (["arx:2,2,1@"], "a memory is expected"), (["ar:1", "ar:1"], "given twice"),

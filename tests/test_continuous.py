@@ -99,7 +99,7 @@ def test_learnt_scale_is_that_of_the_regression():
     time, y, u = problem(3)
     s0, P0, given = prior(3, 2, 1)
     est = dw.ContinuousJoint(
-        2, 1, observer=C, noise=dw.EquationError(1.0), scale=dw.UnknownScale(2.0, 0.5), floor=0.0, **given
+        2, 1, observer=C, noise=dw.EquationError(1.0), scale=dw.InverseGamma(2.0, 0.5), floor=0.0, **given
     )
     state = est.scan(y, u, time=time).state
     H, z, _, _ = oracle.regression(C, 2, time, y, u)

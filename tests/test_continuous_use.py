@@ -19,7 +19,7 @@ ESTIMATORS = {
     "default": dw.ContinuousJoint(2, 1),
     "no input": dw.ContinuousJoint(3, observer=2.0),
     "two inputs, walk, gate": dw.ContinuousJoint(
-        1, 2, dt=0.1, noise=dw.EquationError(0.01), memory=dw.Walk(1e-4), gate=dw.Gate(), P0=100.0
+        1, 2, dt=0.1, noise=dw.EquationError(0.01), memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate(), P0=100.0
     ),
     "exact": dw.ContinuousJoint(2, 1, noise=dw.EquationError(0.0), P0=100.0),
 }
@@ -33,7 +33,7 @@ def test_law(name, law):
 
 def test_time_stamps_one_by_one_in_halves_and_as_a_fleet():
     time, y, u = problem(11)
-    est = dw.ContinuousJoint(2, 1, observer=C, memory=dw.Walk(1e-3), gate=dw.Gate())
+    est = dw.ContinuousJoint(2, 1, observer=C, memory=dw.RandomWalk(1e-3), gate=dw.InnovationGate())
     whole = est.scan(y, u, time=time)
     state = est.start()
     for t in range(len(y)):
@@ -58,7 +58,7 @@ def test_dt_is_the_clock_without_stamps():
 
 def test_a_walk_goes_by_the_second():
     """Ten empty samples within a second widen as much as one second does, and never beyond the prior."""
-    est = dw.ContinuousJoint(1, 1, observer=1.0, noise=dw.EquationError(0.01), memory=dw.Walk(1e-3), P0=2.0)
+    est = dw.ContinuousJoint(1, 1, observer=1.0, noise=dw.EquationError(0.01), memory=dw.RandomWalk(1e-3), P0=2.0)
     y, u = dw.simulate_continuous([1.0], [1.0], time=np.arange(50) * 0.3)
     state = est.scan(y, u, time=np.arange(50) * 0.3).state
     one, _ = est.update(state, np.nan, 0.0, time=15.7)
@@ -77,7 +77,7 @@ def test_a_walk_goes_by_the_second():
 def test_an_outlier_is_passed_by():
     time, y, u = problem(12, gaps=False, late=False)
     y = oracle.own_law(C, [1.0, 2.0], [[0.0, 1.0]], [0, 0], time, u, np.zeros(60))
-    est = dw.ContinuousJoint(2, 1, observer=C, noise=dw.EquationError(1e-4), gate=dw.Gate(6.0, settle=20))
+    est = dw.ContinuousJoint(2, 1, observer=C, noise=dw.EquationError(1e-4), gate=dw.InnovationGate(6.0, settle=20))
     spoiled, gap = y.copy(), y.copy()
     spoiled[40], gap[40] = 1e3, np.nan
     a, b = est.scan(spoiled, u, time=time), est.scan(gap, u, time=time)
@@ -114,7 +114,7 @@ def test_a_stream_does_not_go_back():
     [
         (dict(observer=0.0), "observer must be a positive"),
         (dict(noise=dw.OutputError()), "noise must be EquationError"),
-        (dict(memory=0.98), "memory must be Never"),
+        (dict(memory=0.98), "memory must be Constant"),
         (dict(order=13), "order must be at most 12"),
         (dict(dt=-1.0), "dt must be a positive"),
     ],
@@ -126,7 +126,7 @@ def test_bad_options_are_named(options, words):
 
 def test_save_and_load(tmp_path):
     time, y, u = problem(14)
-    est = dw.ContinuousJoint(2, 1, observer=C, memory=dw.Walk(1e-3))
+    est = dw.ContinuousJoint(2, 1, observer=C, memory=dw.RandomWalk(1e-3))
     trace = est.scan(y, u, time=time)
     trace.save(tmp_path / "run.npz")
     back = dw.Trace.load(tmp_path / "run.npz")
@@ -216,7 +216,7 @@ def test_the_gate_goes_by_the_prediction_and_its_variance():
     y, u = dw.simulate_continuous([1.0, 2.0], [0.0, 2.0], time=time, noise_std=0.02, seed=4)
     y += 0.15 * (rng.random(300) < 0.2) * rng.standard_normal(300)
     est = dw.ContinuousJoint(
-        2, 1, observer=4.0, noise=dw.EquationError(4e-4), gate=dw.Gate(3.0, patience=1e9, settle=30)
+        2, 1, observer=4.0, noise=dw.EquationError(4e-4), gate=dw.InnovationGate(3.0, patience=1e9, settle=30)
     )
     trace = est.scan(y, u, time=time)
     rejected = (trace.status & int(dw.Status.REJECTED)) != 0

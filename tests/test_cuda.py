@@ -17,7 +17,7 @@ from driftwise.fleet import cuda as on_gpu
 CASES = {
     "joint": dw.Joint(3),
     "arx": dw.ARX(2, 2),
-    "auto": dw.ARX(2, 2, memory=dw.Auto()),
+    "auto": dw.ARX(2, 2, memory=dw.AutoMemory()),
 }
 SERIES, SAMPLES = 5, 60
 
@@ -106,7 +106,7 @@ def test_so_it_does_with_auto(simulated):
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs pip install numba-cuda[cu13]")
 @pytest.mark.parametrize(("name", "tolerance"), [("joint", 0.0), ("arx", 0.0), ("auto", 1e-11)])
 def test_the_code_compiled_for_a_gpu_gives_the_numbers_of_the_processor(name, tolerance, tmp_path):
-    """The assembly, run instruction by instruction: all bits, but for log, exp, lgamma and powers in `Auto`."""
+    """The assembly, run instruction by instruction: all bits, but for log, exp, lgamma and powers in `AutoMemory`."""
     from driftwise.engine import device
 
     rng, fleet = np.random.default_rng(0), dw.Fleet(CASES[name], range(3), threads=1)

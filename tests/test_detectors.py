@@ -16,11 +16,11 @@ from driftwise.engine.dispatch import flatten
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())
 DETECTORS = {
-    "hinkley": dw.Hinkley(50, jump=1.0),
-    "hinkley, up": dw.Hinkley(50, jump=0.6, sides="up"),
-    "hinkley, each side its own": dw.Hinkley(jump=(1.0, 0.5), threshold=(3.0, 5.0)),
-    "hinkley, growing": dw.Hinkley(jump=1.0, threshold=2.0, growing=True),
-    "variance": dw.VarianceChange(threshold=2.0, sides="both"),
+    "hinkley": dw.PageHinkley(50, jump=1.0),
+    "hinkley, up": dw.PageHinkley(50, jump=0.6, sides="up"),
+    "hinkley, each side its own": dw.PageHinkley(jump=(1.0, 0.5), threshold=(3.0, 5.0)),
+    "hinkley, growing": dw.PageHinkley(jump=1.0, threshold=2.0, growing=True),
+    "variance": dw.VarianceCUSUM(threshold=2.0, sides="both"),
     "GLR": dw.GLR(100, window=12),
 }
 
@@ -68,12 +68,12 @@ def two_sums(Z, k, h):
 def test_golden_hinkley_two_sided():
     case = golden("hinkley_two_sided")
     given, expected = case["input"], case["expected"]
-    found = dw.Hinkley(jump=2 * given["dmu"], threshold=given["h"]).scan(given["Z"])
+    found = dw.PageHinkley(jump=2 * given["dmu"], threshold=given["h"]).scan(given["Z"])
     assert [[int(s) + 1, int(d)] for s, d in zip(found.samples, found.directions)] == expected["alarms_with_reset"]
     assert found.samples[0] + 1 == expected["first_up_alarm"]
     assert found.changes[0] == expected["change_time_estimate"]  # 2 samples before the change: the third is the first
     for side, name in (("up", "delta_up"), ("down", "Delta_down")):
-        never = dw.Hinkley(jump=2 * given["dmu"], threshold=1e6, sides=side)  # no alarm: the whole path
+        never = dw.PageHinkley(jump=2 * given["dmu"], threshold=1e6, sides=side)  # no alarm: the whole path
         np.testing.assert_allclose(1e6 * never.scan(given["Z"]).statistic, expected[name], rtol=0, atol=1e-9)
 
 
@@ -81,7 +81,7 @@ def test_golden_hinkley_two_sided():
 def test_two_sums_equal_the_batch_formulas(seed):
     rng = np.random.default_rng(seed)
     Z = rng.standard_normal(400) + np.repeat(rng.choice([-1.0, 0.0, 1.0], 8), 50)
-    found = dw.Hinkley(jump=0.8, threshold=4.0).scan(Z)
+    found = dw.PageHinkley(jump=0.8, threshold=4.0).scan(Z)
     told = list(zip(found.samples.tolist(), found.changes.tolist(), found.directions.tolist()))
     assert told == two_sums(Z, 0.4, 4.0)
     assert told
@@ -95,7 +95,7 @@ def test_one_sum_for_both_directions_is_wrong():
     assert fired.any(axis=1).all()
     printed = np.mean(np.argmax(fired, axis=1) + 1)
     assert abs(printed - 201) < 15
-    down = dw.Hinkley(jump=2 * k / G, threshold=h / G, sides="down").resolve()
+    down = dw.PageHinkley(jump=2 * k / G, threshold=h / G, sides="down").resolve()
     assert run_length(down, 400) > 1300
 
 
@@ -103,21 +103,21 @@ def test_one_sum_for_both_directions_is_wrong():
 @pytest.mark.parametrize("k, h, G, expected", [(0.5, 4, 1, 334.5), (0.15, 15, 1.01, 2524), (0.07, 20, 1.01, 1501)])
 def test_one_sided_run_lengths(k, h, G, expected, runs):
     """Against an independent study of 40 000 runs (its standard error .5 %), four standard errors together."""
-    detector = dw.Hinkley(jump=2 * k / G, threshold=h / G, sides="up")
+    detector = dw.PageHinkley(jump=2 * k / G, threshold=h / G, sides="up")
     measured = run_length(detector.resolve(), runs, seed=runs)
     assert abs(measured / expected - 1) < 4 * np.hypot(runs**-0.5, 0.005)
     assert abs(measured / detector.run_length - 1) < 4 * runs**-0.5
 
 
 def test_two_sided_keeps_its_promise():
-    detector = dw.Hinkley("1 per 1000", jump=1.0)
+    detector = dw.PageHinkley("1 per 1000", jump=1.0)
     assert np.isclose(detector.run_length, 1000, rtol=1e-6)
     assert abs(run_length(detector.resolve(), 10_000) / 1000 - 1) < 0.03
 
 
 @pytest.mark.parametrize("jump", [0.5, -1.0])
 def test_delay_is_that_of_simulation(jump):
-    detector = dw.Hinkley("1 per 10_000", jump=1.0)
+    detector = dw.PageHinkley("1 per 10_000", jump=1.0)
     mean, error = simulated_delay(detector.resolve(), jump, runs=8000, seed=1)
     assert abs(mean - detector.delay(jump)) < 3.5 * error
     assert detector.delay(jump, start="zero") > detector.delay(jump)
@@ -125,7 +125,7 @@ def test_delay_is_that_of_simulation(jump):
 
 @pytest.mark.parametrize("start", ["steady", "zero"])
 def test_delay_of_a_change_of_variance_is_that_of_simulation(start):
-    detector, rng, runs = dw.VarianceChange(ratio=2.0, false_alarms="1 per 10_000"), np.random.default_rng(7), 20_000
+    detector, rng, runs = dw.VarianceCUSUM(ratio=2.0, false_alarms="1 per 10_000"), np.random.default_rng(7), 20_000
     h, g, delay, n = detector.resolve().h[0], np.zeros(runs), np.zeros(runs), 0
     for t in range(-200 if start == "steady" else 0, 1000):
         z = rng.standard_normal(len(g)) * (2.0**0.5 if t >= 0 else 1.0)
@@ -143,12 +143,12 @@ def test_delay_of_a_change_of_variance_is_that_of_simulation(start):
 
 def test_the_growing_threshold_lets_false_alarms_die_out():
     z = np.random.default_rng(0).standard_normal(300_000)
-    fixed = dw.Hinkley(jump=0.5, threshold=6.0).scan(z)
-    growing = dw.Hinkley(jump=0.5, threshold=6.0, growing=True).scan(z)
+    fixed = dw.PageHinkley(jump=0.5, threshold=6.0).scan(z)
+    growing = dw.PageHinkley(jump=0.5, threshold=6.0, growing=True).scan(z)
     assert len(fixed) > 1500
     assert len(growing) <= 3
     n = 1000
-    state = dw.Hinkley(jump=0.5, threshold=6.0, growing=True).scan(z[:n]).state
+    state = dw.PageHinkley(jump=0.5, threshold=6.0, growing=True).scan(z[:n]).state
     assert np.isclose(state[OWN + 4], 6.0 + 1.1 / (2 * 0.25) * np.log(n), rtol=1e-12)
 
 
@@ -158,7 +158,7 @@ def test_change_times():
     for _ in range(300):
         z = rng.standard_normal(400)
         z[200:] += 1.0
-        found = dw.Hinkley("1 per 10_000", jump=1.0).scan(z)
+        found = dw.PageHinkley("1 per 10_000", jump=1.0).scan(z)
         off += [int(c) - 200 for s, c in zip(found.samples, found.changes) if s >= 200][:1]
     assert len(off) >= 299
     assert abs(np.median(off)) <= 1
@@ -170,7 +170,7 @@ def test_change_times():
 
 @pytest.mark.parametrize("sides, ratio", [("up", 4.0), ("down", 4.0), ("both", 2.0)])
 def test_variance_change_keeps_its_promise(sides, ratio):
-    detector = dw.VarianceChange(ratio, "1 per 500", sides=sides)
+    detector = dw.VarianceCUSUM(ratio, "1 per 500", sides=sides)
     assert np.isclose(detector.run_length, 500, rtol=1e-6)
     assert abs(run_length(detector.resolve(), 6000) / 500 - 1) < 0.05
 
@@ -178,7 +178,7 @@ def test_variance_change_keeps_its_promise(sides, ratio):
 def test_variance_change_names_the_direction():
     rng = np.random.default_rng(0)
     z = rng.standard_normal(900) * np.repeat([1.0, 3.0, 0.2], 300)
-    found = dw.VarianceChange(false_alarms="1 per 100_000", sides="both").scan(z)
+    found = dw.VarianceCUSUM(false_alarms="1 per 100_000", sides="both").scan(z)
     first = {d: int(s) for s, d in zip(found.samples[::-1], found.directions[::-1])}
     assert 300 <= first[1] < 320
     assert 600 <= first[-1] < 630
@@ -224,7 +224,7 @@ def hostile(rng, T):
 
 @pytest.mark.parametrize("jump", [0.3, 1.0, 3.0])
 def test_the_likelihood_ratio_sums_keep_their_guarantee_whatever_the_slopes(jump):
-    detector = dw.Score("1 per 400", jump=jump)
+    detector = dw.ScoreCUSUM("1 per 400", jump=jump)
     assert np.isclose(detector.run_length(4), 400)
     assert run_length(detector.resolve(4), 500, make=hostile) > 400
 
@@ -235,7 +235,7 @@ def test_calibrated_score_is_sooner_and_nearly_at_its_rate():
     def make(rng, T):
         return rng.standard_normal(T), slopes * rng.choice([-1.0, 1.0], (T, 3))
 
-    safe = dw.Score("1 per 1000", jump=0.5)
+    safe = dw.ScoreCUSUM("1 per 1000", jump=0.5)
     near = safe.calibrated_to(slopes)
     assert np.isclose(near.typical_run_length(slopes), 1000, rtol=1e-4)
     assert near.resolve(3).h[0] < safe.resolve(3).h[0] - 1
@@ -248,9 +248,9 @@ def test_score_names_parameter_and_direction_where_the_mean_tells_nothing():
         slopes, z = rng.standard_normal((400, 4)), rng.standard_normal(400)
         which, sign = i % 4, 1 - 2 * (i // 4 % 2)
         z[200:] += 0.7 * sign * slopes[200:, which]
-        found = dw.Score("1 per 10_000", jump=0.7).scan(z, slopes)
+        found = dw.ScoreCUSUM("1 per 10_000", jump=0.7).scan(z, slopes)
         right += len(found) > 0 and (found.which[0], found.directions[0]) == (which, sign)
-        silent += len(dw.Hinkley("1 per 10_000", jump=0.7).scan(z)) == 0
+        silent += len(dw.PageHinkley("1 per 10_000", jump=0.7).scan(z)) == 0
     assert right >= 190
     assert silent >= 150
 
@@ -260,7 +260,7 @@ def test_probes_of_a_regression_are_the_score():
     slopes, z = rng.standard_normal((500, 2)), rng.standard_normal(500)
     z[250:] -= 0.8 * slopes[250:, 1]
     shifted = np.stack([z - s * d[i] * slopes[:, i] for i in range(2) for s in (1, -1)], axis=1)
-    score = dw.Score(threshold=6.0, jump=d).scan(z, slopes)
+    score = dw.ScoreCUSUM(threshold=6.0, jump=d).scan(z, slopes)
     bank = dw.probe_bank(3.0 * z, 3.0 * shifted, 9.0, threshold=6.0)
     np.testing.assert_allclose(bank.statistic, score.statistic, atol=1e-12)
     assert np.array_equal(bank.samples, score.samples)
@@ -372,7 +372,7 @@ def test_the_statistic_is_relative_to_the_threshold(name):
 
 def test_a_change_before_the_record_has_a_negative_date():
     z = np.full(6, 1.0)
-    detector = dw.Hinkley(jump=1.0, threshold=3.0, sides="up")
+    detector = dw.PageHinkley(jump=1.0, threshold=3.0, sides="up")
     first = detector.scan(z[:4])
     assert first.changes.size == 0
     assert detector.scan(z[4:], state=first.state).changes.tolist() == [-4]
@@ -380,45 +380,48 @@ def test_a_change_before_the_record_has_a_negative_date():
 
 
 def test_words():
-    assert "a shift of -0.8 sd is found after" in dw.Hinkley("1 per 10_000", jump=0.8, sides="down").words
-    words = dw.Hinkley("1 per 10_000", jump=1.0).words
+    assert "a shift of -0.8 sd is found after" in dw.PageHinkley("1 per 10_000", jump=0.8, sides="down").words
+    words = dw.PageHinkley("1 per 10_000", jump=1.0).words
     assert "one false alarm per 10 000 samples on average (exact" in words
     assert "a shift of 1 sd is found after 15.7 samples" in words
     assert "approximately" in dw.GLR(1000, window=20).words
-    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.Score(1000).words
-    assert "per 202 samples" in dw.Score(threshold=6.0).words and "for each parameter" in dw.Score(threshold=6.0).words
-    calibrated = dw.Score("1 per 1000", jump=0.5).calibrated_to([-1.0, 0.3]).words
+    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.ScoreCUSUM(1000).words
+    assert (
+        "per 202 samples" in dw.ScoreCUSUM(threshold=6.0).words
+        and "for each parameter" in dw.ScoreCUSUM(threshold=6.0).words
+    )
+    calibrated = dw.ScoreCUSUM("1 per 1000", jump=0.5).calibrated_to([-1.0, 0.3]).words
     assert (
         calibrated.startswith("one false alarm per 1 000 samples") and "slopes of size 1, 0.3; no guarant" in calibrated
     )
-    assert "no fixed rate" in dw.Hinkley(threshold=4.0, growing=True).words
-    assert "4 times as large is found after 16.7 samples" in dw.VarianceChange().words
+    assert "no fixed rate" in dw.PageHinkley(threshold=4.0, growing=True).words
+    assert "4 times as large is found after 16.7 samples" in dw.VarianceCUSUM().words
 
 
 @pytest.mark.parametrize(
     "call, words",
     [
-        (lambda: dw.Hinkley("0 per 100").resolve(), "false alarms"),
-        (lambda: dw.Hinkley(2, jump=1.0, sides="up").resolve(), "impossible"),
-        (lambda: dw.Hinkley(jump=-1.0).resolve(), "jump"),
-        (lambda: dw.Hinkley(jump=(1.0, 2.0, 3.0)).resolve(), "jump"),
-        (lambda: dw.Hinkley(sides="left").resolve(), "sides"),
-        (lambda: dw.Hinkley(growing=True).resolve(), "growing"),
-        (lambda: dw.Hinkley(threshold=3.0, growing=True).run_length, "no run length"),
-        (lambda: dw.Hinkley(sides="up").delay(-1.0), "does not watch"),
-        (lambda: dw.Hinkley().scan(np.zeros((3, 2))), r"signal must be \(T,\)"),
-        (lambda: dw.Hinkley().scan([np.inf]), "infinite"),
-        (lambda: dw.Hinkley().scan(["a"]), "numbers"),
-        (lambda: dw.Hinkley().scan([1.0], std=0.0), "std"),
-        (lambda: dw.Hinkley().scan([1.0], state=np.zeros(3)), "state"),
-        (lambda: dw.VarianceChange(ratio=0.5).resolve(), "ratio > 1"),
-        (lambda: dw.VarianceChange().delay(0.5), "does not watch"),
-        (lambda: dw.VarianceChange().delay(start="late"), "steady"),
+        (lambda: dw.PageHinkley("0 per 100").resolve(), "false alarms"),
+        (lambda: dw.PageHinkley(2, jump=1.0, sides="up").resolve(), "impossible"),
+        (lambda: dw.PageHinkley(jump=-1.0).resolve(), "jump"),
+        (lambda: dw.PageHinkley(jump=(1.0, 2.0, 3.0)).resolve(), "jump"),
+        (lambda: dw.PageHinkley(sides="left").resolve(), "sides"),
+        (lambda: dw.PageHinkley(growing=True).resolve(), "growing"),
+        (lambda: dw.PageHinkley(threshold=3.0, growing=True).run_length, "no run length"),
+        (lambda: dw.PageHinkley(sides="up").delay(-1.0), "does not watch"),
+        (lambda: dw.PageHinkley().scan(np.zeros((3, 2))), r"signal must be \(T,\)"),
+        (lambda: dw.PageHinkley().scan([np.inf]), "infinite"),
+        (lambda: dw.PageHinkley().scan(["a"]), "numbers"),
+        (lambda: dw.PageHinkley().scan([1.0], std=0.0), "std"),
+        (lambda: dw.PageHinkley().scan([1.0], state=np.zeros(3)), "state"),
+        (lambda: dw.VarianceCUSUM(ratio=0.5).resolve(), "ratio > 1"),
+        (lambda: dw.VarianceCUSUM().delay(0.5), "does not watch"),
+        (lambda: dw.VarianceCUSUM().delay(start="late"), "steady"),
         (lambda: dw.GLR(window=0).resolve(), "window"),
         (lambda: dw.GLR(1.5).resolve(), "too often"),
-        (lambda: dw.Score().scan(np.zeros(3), np.zeros(3)), "slopes"),
-        (lambda: dw.Score(jump=[1.0, 2.0]).scan(np.zeros(3), np.zeros((3, 3))), "jump"),
-        (lambda: dw.Score().scan(np.zeros(3), np.zeros((4, 3))), r"\(4, 3\)"),
+        (lambda: dw.ScoreCUSUM().scan(np.zeros(3), np.zeros(3)), "slopes"),
+        (lambda: dw.ScoreCUSUM(jump=[1.0, 2.0]).scan(np.zeros(3), np.zeros((3, 3))), "jump"),
+        (lambda: dw.ScoreCUSUM().scan(np.zeros(3), np.zeros((4, 3))), r"\(4, 3\)"),
         (lambda: dw.probe_bank(np.zeros(3), np.zeros(3)), "probe_innovations"),
         (lambda: dw.probe_bank(np.zeros(3), np.zeros((3, 2)), variance=-1.0), "variance"),
         (lambda: dw.score_test(np.zeros((3, 2)), np.zeros(4), 1.0), "Transposed"),
@@ -434,7 +437,7 @@ def test_bad_settings_are_told(call, words):
 
 @pytest.mark.parametrize(
     "detector",
-    [dw.Hinkley(threshold=2.0), dw.VarianceChange(threshold=2.0, sides="both"), dw.GLR(threshold=2.0, window=5)],
+    [dw.PageHinkley(threshold=2.0), dw.VarianceCUSUM(threshold=2.0, sides="both"), dw.GLR(threshold=2.0, window=5)],
     ids=["hinkley", "variance", "GLR"],
 )
 def test_every_detector_of_innovations_obeys_the_laws_in_an_estimator(detector):
@@ -459,7 +462,9 @@ def _(detector, marks, z, slope):
 def test_a_detector_of_ones_own():
     dw.check_policy(Loud(2.0))
     y, u = dw.simulate([-0.5], [1.0], samples=300, noise_std=0.1, seed=1)
-    trace = dw.Joint(1, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(Loud(2.5), dw.Inflate(0.01), 9)).scan(y, u)
+    trace = dw.Joint(
+        1, 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(Loud(2.5), dw.CovarianceInflation(0.01), 9)
+    ).scan(y, u)
     z = trace.innovation / np.sqrt(trace.variance)
     expected = (abs(z) >= 2.5) & (np.arange(300) >= 9)
     assert expected.any()
@@ -469,8 +474,8 @@ def test_a_detector_of_ones_own():
 def test_an_estimator_watches_as_the_detector_alone_would():
     """Until the first alarm the marks in the state are those of a scan of the whitened innovations."""
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
-    detector = dw.Hinkley(jump=0.4, threshold=1e3)
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(detector, settle=50))
+    detector = dw.PageHinkley(jump=0.4, threshold=1e3)
+    est = dw.Joint(2, 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(detector, settle=50))
     trace = est.scan(y, u)
     z = trace.innovation[50:] / np.sqrt(trace.variance[50:])
     np.testing.assert_allclose(trace.state["marks"], detector.scan(z).state, rtol=1e-9, atol=1e-9)
@@ -482,8 +487,10 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
     rng, T = np.random.default_rng(0), 1500
     e = 0.1 * (rng.standard_normal((20, T)) + (np.arange(T) >= 1000))
     alarms = {}
-    for detector in (dw.Hinkley("1 per 100_000"), dw.VarianceChange(false_alarms="1 per 100_000")):
-        est = dw.Joint(1, noise=dw.EquationError(0.01), memory=dw.UntilJump(detector, dw.Inflate(0.01)))
+    for detector in (dw.PageHinkley("1 per 100_000"), dw.VarianceCUSUM(false_alarms="1 per 100_000")):
+        est = dw.Joint(
+            1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(detector, dw.CovarianceInflation(0.01))
+        )
         found = np.zeros((20, T), bool)
         for i in range(20):
             y = np.zeros(T)
@@ -492,14 +499,14 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
             found[i] = (est.scan(y).status & int(dw.Status.JUMP)) > 0
         assert found[:, :1000].sum() <= 1
         alarms[type(detector).__name__] = found[:, 1000:1050].any(axis=1).sum()
-    assert alarms["Hinkley"] >= 19
-    assert alarms["VarianceChange"] <= 15
+    assert alarms["PageHinkley"] >= 19
+    assert alarms["VarianceCUSUM"] <= 15
 
 
 def test_each_output_has_its_detector():
     y, u = dw.simulate(np.where(np.arange(1200)[:, None] < 600, [-1.5, 0.72], [-1.2, 0.5]), [1.0, 0.5],
                        samples=1200, noise_std=0.1, seed=3)  # fmt: skip
-    est = dw.JointMIMO((2, 2), 1, noise=dw.EquationError(0.01), memory=dw.UntilJump(dw.VarianceChange()))
+    est = dw.JointMIMO((2, 2), 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(dw.VarianceCUSUM()))
     still, _ = dw.simulate([-1.5, 0.72], [1.0, 0.5], u=u, samples=1200, noise_std=0.1, seed=4)
     status = est.scan(np.column_stack([y, still]), u).status & int(dw.Status.JUMP)
     assert 600 <= np.flatnonzero(status[:, 0])[0] < 620
@@ -513,19 +520,19 @@ def test_continuous_time_until_a_jump():
         a = 1.0 if t < 1000 else 3.0
         y[t] = np.exp(-a * dt) * y[t - 1] + (1 - np.exp(-a * dt)) / a * u[t - 1]
     y += 0.02 * rng.standard_normal(T)
-    est = dw.ContinuousJoint(1, 1, noise=dw.EquationError(0.0004), dt=dt, memory=dw.UntilJump())
+    est = dw.ContinuousJoint(1, 1, noise=dw.EquationError(0.0004), dt=dt, memory=dw.RestartOnChange())
     trace = est.scan(y, u)
     alarms = np.flatnonzero(trace.status & int(dw.Status.JUMP))
     assert 1000 <= alarms[0] < 1050
     stubborn = dw.ContinuousJoint(1, 1, noise=dw.EquationError(0.0004), dt=dt).scan(y, u)
     assert abs(trace.parameters[-1, 0] - 3.0) < 0.2 < abs(stubborn.parameters[-1, 0] - 3.0)
-    dw.check_estimator(dw.ContinuousJoint(1, 1, memory=dw.UntilJump(dw.Hinkley(threshold=2.0), settle=10)))
+    dw.check_estimator(dw.ContinuousJoint(1, 1, memory=dw.RestartOnChange(dw.PageHinkley(threshold=2.0), settle=10)))
 
 
 def test_a_detector_is_saved_with_its_estimator(tmp_path):
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=200, noise_std=0.1, seed=1)
-    for detector in (dw.Hinkley(jump=(1.0, 0.5)), dw.GLR(window=20), dw.VarianceChange(false_alarms=1e5)):
-        est = dw.Joint(2, 1, memory=dw.UntilJump(detector, settle=20))
+    for detector in (dw.PageHinkley(jump=(1.0, 0.5)), dw.GLR(window=20), dw.VarianceCUSUM(false_alarms=1e5)):
+        est = dw.Joint(2, 1, memory=dw.RestartOnChange(detector, settle=20))
         state = est.scan(y[:100], u[:100]).state
         dw.save_state(est, state, tmp_path / "state.json")
         other, back = dw.load_state(tmp_path / "state.json")
@@ -535,7 +542,7 @@ def test_a_detector_is_saved_with_its_estimator(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "detector", [dw.Hinkley("1/200"), dw.VarianceChange(false_alarms="1/200"), dw.GLR("1/200", window=20)], ids=repr
+    "detector", [dw.PageHinkley("1/200"), dw.VarianceCUSUM(false_alarms="1/200"), dw.GLR("1/200", window=20)], ids=repr
 )
 def test_sample_by_sample_is_the_record(detector):
     z = np.random.default_rng(5).standard_normal(600)
@@ -559,8 +566,8 @@ def test_a_monitor_takes_slopes_and_refuses_nonsense():
     rng = np.random.default_rng(6)
     slopes, z = rng.standard_normal((400, 2)), rng.standard_normal(400)
     z[200:] += 1.5 * slopes[200:, 1]
-    found = dw.Score(jump=1.5).scan(z, slopes)
-    monitor = dw.Monitor(dw.Score(jump=1.5), parameters=2)
+    found = dw.ScoreCUSUM(jump=1.5).scan(z, slopes)
+    monitor = dw.Monitor(dw.ScoreCUSUM(jump=1.5), parameters=2)
     state, alarms = monitor.start(), []
     for t in range(400):
         state, sign = monitor.update(state, z[t], slopes[t])

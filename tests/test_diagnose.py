@@ -126,7 +126,7 @@ def test_constancy_where_there_are_no_odds(gain, is_fine):
 def test_a_memory_that_tells_is_heard():
     late = np.arange(1000)[:, None] >= 600
     y, u = plant(b=np.where(late, [2.0, 0.5], B))
-    verdict = found(dw.ARX(2, 2, memory=dw.Auto()), y, u, "drift or jump")
+    verdict = found(dw.ARX(2, 2, memory=dw.AutoMemory()), y, u, "drift or jump")
     assert verdict.is_fine and "1 jump, the last at 6" in verdict.advice
 
 
@@ -158,7 +158,7 @@ def test_missing_rejected_and_saturated_samples():
     y, u = plant()
     spoilt = y.copy()
     spoilt[50:990:40] += 60
-    verdicts = run(dw.Joint(2, inputs=1, gate=dw.Gate(6, settle=40)), spoilt, u).diagnose()
+    verdicts = run(dw.Joint(2, inputs=1, gate=dw.InnovationGate(6, settle=40)), spoilt, u).diagnose()
     assert not verdicts.find("rejected").is_fine
     assert verdicts.find("rejected").value == pytest.approx(0.024, abs=0.002)
     few, many = y.copy(), y.copy()

@@ -62,8 +62,8 @@ def test_a_forecast_is_what_the_filter_says_of_samples_without_a_reference(recor
 def test_learnt_speeds_leave_the_colour_to_the_disturbance(record):
     _, phi, d = record
     y = phi @ [2.0, -1.0] + d  # of white noise there is next to none
-    plain = dw.Regression(["a", "b"], offset=True, memory=dw.Auto("outliers"))
-    beside = dw.Regression(["a", "b"], offset=True, disturbance=COLOUR, memory=dw.Auto("outliers"))
+    plain = dw.Regression(["a", "b"], offset=True, memory=dw.AutoMemory("outliers"))
+    beside = dw.Regression(["a", "b"], offset=True, disturbance=COLOUR, memory=dw.AutoMemory("outliers"))
     slopes = [np.std(est.scan(y, phi).parameters[100:, :2] - [2.0, -1.0]) for est in (plain, beside)]
     assert slopes[1] < slopes[0]
 
@@ -80,7 +80,7 @@ def test_settings_survive_being_written_down(record, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"memory": dw.Weighted(0.99)}, "fades by itself"),
+        ({"memory": dw.ExponentialForgetting(0.99)}, "fades by itself"),
         ({"disturbance": 0.8}, "Disturbance"),
         ({"disturbance": dw.Disturbance(1.0)}, "pole"),
         ({"disturbance": dw.Disturbance(0.5, 0.0)}, "ratio"),
@@ -112,7 +112,7 @@ def test_a_calibration_follows_the_sensor_and_not_the_weather(record):
     y = np.where(np.arange(T) // 24 % 5 == 0, truth, np.nan)
     hidden = np.isnan(y) & (np.arange(T) > 1000)
     trace = dw.sensor_calibration(["sensor"]).scan(y, sensor)
-    plain = dw.Regression(["sensor"], offset=True, memory=dw.Auto("outliers")).scan(y, sensor)
+    plain = dw.Regression(["sensor"], offset=True, memory=dw.AutoMemory("outliers")).scan(y, sensor)
     error, other = ((one.prediction - truth)[hidden] for one in (trace, plain))
     assert np.std(error) < 1.12 * d.std()  # what nobody can know is there
     assert np.mean(error**2) < 0.9 * np.mean(other**2)

@@ -45,7 +45,7 @@ def test_a_speed_that_was_said_is_read_back():
     y, phi = drifting()
     est = regression(dw.Drift(nvr=[1e-2, 1e-4]))
     np.testing.assert_allclose(est.drift_of(est.scan(y, phi).state).memory, [10, 100])
-    walks = regression(dw.Walk([1e-2, 1e-4]))
+    walks = regression(dw.RandomWalk([1e-2, 1e-4]))
     known = walks.scan(y, phi).state
     P, s2 = np.diag(walks.covariance(known)), walks.sigma2(known)
     np.testing.assert_allclose(P / [1e-2, 1e-4], [10, 100], rtol=0.5)
@@ -53,14 +53,14 @@ def test_a_speed_that_was_said_is_read_back():
         (walks.options["memory"], np.array([1e-2, 1e-4])),
         (dw.Drift(q=[1e-2, 1e-4]), np.array([1e-2, 1e-4])),
         (dw.Drift(np.eye(2), [[2e-2, 1e-3], [1e-3, 3e-4]]), np.array([2e-2, 3e-4])),
-        (dw.Walk(matched=([0.5, 0.1], 25)), np.array([1e-2, 4e-4]) / s2),
+        (dw.RandomWalk(matched=([0.5, 0.1], 25)), np.array([1e-2, 4e-4]) / s2),
     ):
         est = regression(memory)
         state = est.start()
         for name in ("U", "D", "observed", "count", "chi2"):
             state[name] = known[name]
         np.testing.assert_allclose(est.drift_of(state).memory, P / q, rtol=1e-9)
-    est = regression(dw.Never())
+    est = regression(dw.Constant())
     assert est.drift_of(est.start()) is None and est.scan(y, phi).summary().drift is None
     with pytest.raises(dw.InputError, match="one state is expected"):
         est.drift_of(est.start(3))
@@ -68,7 +68,7 @@ def test_a_speed_that_was_said_is_read_back():
 
 def test_auto_finds_the_speeds_and_says_so():
     y, phi = drifting()
-    est = regression(dw.Auto())
+    est = regression(dw.AutoMemory())
     summary = est.scan(y, phi).summary()
     found = summary.drift
     slope, other = found.memory
@@ -89,7 +89,7 @@ def test_what_happened_is_counted_and_said_and_outliers_are_left_out_of_the_numb
     phi[1400:] *= 0.01
     y = phi[:, 0] + np.where(np.arange(1500) < 600, 2.0, 6.0) * phi[:, 1] + e
     y[400] += 20
-    est = regression(dw.Auto())
+    est = regression(dw.AutoMemory())
     trace = est.scan(y, phi)
     summary = trace.summary()
     outliers, rises, rest = (summary.happened[name] for name in ("outliers", "noise_rises", "at_rest"))
@@ -124,7 +124,7 @@ def test_several_outputs_say_each_its_own():
     for t in range(1, 800):
         y[t] = 0.5 * y[t - 1] + [u[t - 1], (1.0 if t < 500 else 3.0) * u[t - 1]] + e[t]
     orders = dict(na=[[1, 0], [0, 1]], nb=1)
-    est = dw.ARXMIMO(2, 1, **orders, memory=dw.RunLengths(1.0, 500))
+    est = dw.ARXMIMO(2, 1, **orders, memory=dw.BayesianChangePoint(1.0, 500))
     trace = est.scan(y, u)
     (jump,) = trace.jumps()
     assert jump in trace.events() and jump.text.startswith("output 2: b1.21 jumped from 0.99") and jump.odds > 100
@@ -135,7 +135,7 @@ def test_several_outputs_say_each_its_own():
     (bare,) = est.scan(y, u, keep="means").jumps()
     assert bare.text.startswith("output 2: jump: parameters jumped (statistic ")
     assert bare.direction == 0 and bare.parameter is None
-    walks = dw.ARXMIMO(2, 1, **orders, memory=dw.Walk(1e-5))
+    walks = dw.ARXMIMO(2, 1, **orders, memory=dw.RandomWalk(1e-5))
     summary = walks.scan(y, u).summary()
     first, second = walks.drift_of(summary.state)
     assert first.names == ["a1.11", "b1.11"] and second.names == ["a1.22", "b1.21"]
@@ -146,7 +146,7 @@ def test_several_outputs_say_each_its_own():
 
 def test_a_jump_dated_to_the_first_sample_is_judged_from_there():
     y, phi = drifting(300)
-    trace = regression(dw.Never()).scan(y, phi)
+    trace = regression(dw.Constant()).scan(y, phi)
     event = Event(20, 20.0, "JUMP", "", since=0)
     assert repr(trace.what_changed(event)) == repr(trace.what_changed(0)) != repr(trace.what_changed(20))
 

@@ -46,8 +46,8 @@ def test_help_does_not_load_numba_or_numpy():
 
 
 def test_numbers_never_recompile():
-    a = dw.Joint(2, inputs=1, noise=dw.EquationError(0.1), memory=dw.Walk(1e-3))
-    b = dw.Joint(5, inputs=3, direct=True, noise=dw.EquationError(7.0), memory=dw.Walk(np.arange(23.0)))
+    a = dw.Joint(2, inputs=1, noise=dw.EquationError(0.1), memory=dw.RandomWalk(1e-3))
+    b = dw.Joint(5, inputs=3, direct=True, noise=dw.EquationError(7.0), memory=dw.RandomWalk(np.arange(23.0)))
     a.update(a.start(), 0.0, 0.0)
     b.update(b.start(), 0.0, [0.0, 0.0, 0.0])
     assert a.drive is b.drive

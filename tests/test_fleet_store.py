@@ -192,9 +192,9 @@ def _(detector, marks, z, slope):
 
 
 def test_policies_of_ones_own_are_given_again(tmp_path):
-    est = dw.AR(1, memory=dw.UntilJump(Mine(3.0)))
+    est = dw.AR(1, memory=dw.RestartOnChange(Mine(3.0)))
     fleet = dw.Fleet(est, ["a"])
-    fleet.add(["b"], dw.AR(1, memory=dw.UntilJump(Mine(3.0)), y_scale=4.0))
+    fleet.add(["b"], dw.AR(1, memory=dw.RestartOnChange(Mine(3.0)), y_scale=4.0))
     fleet.save(tmp_path / "fleet.parquet")
     for given in None, dw.Joint(1):
         with pytest.raises(dw.InputError, match=r"a policy of your own.*Fleet.load\(path, AR"):

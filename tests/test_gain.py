@@ -13,8 +13,8 @@ from driftwise.models import gain as gains
 
 CASES = {c["name"]: c for c in json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())["cases"]}
 PHI = 0.99
-PRIOR = dw.UnknownScale(2.5, 2.5)
-SLOW = dict(memory=dw.Walk(8e-5), K0=0.0, P0=0.04, x0=0.0)
+PRIOR = dw.InverseGamma(2.5, 2.5)
+SLOW = dict(memory=dw.RandomWalk(8e-5), K0=0.0, P0=0.04, x0=0.0)
 TRACKER = np.array([[1.0, 1.0], [0.0, 1.0]])
 
 
@@ -48,7 +48,7 @@ def k_mse(est, y, K):
 def test_golden_hampton():
     case = CASES["hampton_as_engine"]
     given, expected = case["input"], case["expected"]
-    plain = dict(method="plr", memory=dw.Never(), limits=None, x0=0.0)
+    plain = dict(method="plr", memory=dw.Constant(), limits=None, x0=0.0)
     trace = dw.AdaptiveGain(given["Phi"], K0=given["K0"], P0=given["R0"], **plain).scan(given["y"])
     np.testing.assert_allclose(trace.parameters[:, 0], expected["K"], rtol=1e-10)
     np.testing.assert_allclose(trace.innovation, expected["eps"], rtol=1e-10)
@@ -87,7 +87,7 @@ def weighted(weight):
 
 
 @pytest.mark.parametrize("method", ["plr", "rpem"])
-@pytest.mark.parametrize("memory, gain", [(dw.Never(), decreasing), (dw.Weighted(0.98), weighted)])
+@pytest.mark.parametrize("memory, gain", [(dw.Constant(), decreasing), (dw.ExponentialForgetting(0.98), weighted)])
 def test_equals_the_direct_recursion_over_20000_samples(method, memory, gain):
     y = records(1, seed=3, segment=5000)[1][0]
     # P0 is 1/R before it has been divided by p: the first forgetting comes after the first lesson here
@@ -112,7 +112,7 @@ def test_rpem_equals_the_general_engine():
         W = (F + before * np.outer(G, H)) @ W + G * nu
         x = F @ x + G * before * nu + np.array([0, 1.0]) * y[t]
         expected[t] = K
-    est = dw.AdaptiveGain(PHI, memory=dw.Never(), K0=0.3, P0=1 / 200, x0=0.0, limits=None)
+    est = dw.AdaptiveGain(PHI, memory=dw.Constant(), K0=0.3, P0=1 / 200, x0=0.0, limits=None)
     np.testing.assert_allclose(est.scan(y).parameters[:, 0], expected, atol=1e-12)
 
 
@@ -150,12 +150,12 @@ def tracked(samples, q=0.01, seed=0, runs=1):
     return x, x[:, 0] + rng.standard_normal(samples)
 
 
-@pytest.mark.parametrize("scale", [None, dw.UnknownScale(2.5, 5.0)])
+@pytest.mark.parametrize("scale", [None, dw.InverseGamma(2.5, 5.0)])
 def test_walk_equals_the_dense_recursion(scale):
     _, y = tracked(500)
     y[[100, 101, 250]] = np.nan
     P0 = np.array([[0.3, 0.05], [0.05, 0.1]])
-    est = dw.AdaptiveGain(TRACKER, memory=dw.Walk([1e-3, 1e-4]), K0=[0.4, 0.1], P0=P0, x0=[0.0, 0.0], scale=scale)
+    est = dw.AdaptiveGain(TRACKER, memory=dw.RandomWalk([1e-3, 1e-4]), K0=[0.4, 0.1], P0=P0, x0=[0.0, 0.0], scale=scale)
     expected, x, P, c = dense(
         y, TRACKER, np.array([1.0, 0]), np.array([1e-3, 1e-4]), np.array([0.4, 0.1]), P0,
         *((0.0, 0.0, 5) if scale is None else (2.0, 5.0, 0)),
@@ -170,7 +170,7 @@ def test_walk_equals_the_dense_recursion(scale):
 
 def test_gradient_of_the_state_against_central_differences():
     _, y = tracked(60)
-    fixed = dict(memory=dw.Walk(0.0), P0=0.0, x0=[0.0, 0.0])
+    fixed = dict(memory=dw.RandomWalk(0.0), P0=0.0, x0=[0.0, 0.0])
     W = dw.AdaptiveGain(TRACKER, K0=[0.4, 0.1], **fixed).scan(y).state["W"]
     h = 1e-5
     for i, step in enumerate(h * np.eye(2)):
@@ -182,7 +182,7 @@ def test_gradient_of_the_state_against_central_differences():
 
 
 @pytest.mark.parametrize(
-    "memory, expected", [(dw.Never(), 13.35), (dw.Weighted(0.996), 11.98), (dw.LimitedGain(250), 12.25)]
+    "memory, expected", [(dw.Constant(), 13.35), (dw.ExponentialForgetting(0.996), 11.98), (dw.GainFloor(250), 12.25)]
 )
 def test_plates_of_1981(memory, expected):
     _, y, K = records(200, seed=2)
@@ -202,7 +202,7 @@ def test_matched_walk_is_better_than_all_of_them():
 def test_steady_variance_under_forgetting(method, expected):
     """tau/(2 Phi^2) and tau (1 - Phi^2 (1 - K)^2)/(2 Phi^2): the paper's method pays twice."""
     _, y, K = records(200, levels=(0.3,), seed=7, segment=6000)
-    est = dw.AdaptiveGain(PHI, method=method, memory=dw.Weighted(0.996), K0=0.3, x0=0.0)
+    est = dw.AdaptiveGain(PHI, method=method, memory=dw.ExponentialForgetting(0.996), K0=0.3, x0=0.0)
     found = k_mse(est, y, K)[:, 1500:].mean() / 1000
     assert found == pytest.approx(0.004 * expected, rel=0.07)
 
@@ -282,7 +282,7 @@ GRID = (0.05, 0.12, 0.25, 0.45, 0.75)
 def test_alarms_equal_the_plain_recursion(detector, oracle, N0):
     y = records(1, levels=(0.1, 0.5, 0.1), seed=3)[1][0]
     est = dw.AdaptiveGain(
-        PHI, method="plr", memory=dw.Never(), K0=0.0, x0=0.0, detector=detector, restart=N0, scale_samples=50
+        PHI, method="plr", memory=dw.Constant(), K0=0.0, x0=0.0, detector=detector, restart=N0, scale_samples=50
     )
     trace = est.scan(y)
     K, alarms = followed(y, oracle, N0)
@@ -296,7 +296,7 @@ def test_alarms_equal_the_plain_recursion(detector, oracle, N0):
 
 def test_a_detector_that_never_alarms_changes_nothing():
     y = records(1, seed=3)[1][0]
-    for memory in (dw.Walk(1e-4), dw.Never()):
+    for memory in (dw.RandomWalk(1e-4), dw.Constant()):
         plain = dw.AdaptiveGain(PHI, memory=memory).scan(y)
         quiet = dw.AdaptiveGain(PHI, memory=memory, detector=dw.GainProbes(threshold=1e9)).scan(y)
         assert np.array_equal(plain.outs[:, 8:], quiet.outs[:, 8:])
@@ -305,7 +305,7 @@ def test_a_detector_that_never_alarms_changes_nothing():
 def test_an_alarm_lifts_a_walk_to_its_share_of_the_prior():
     y = records(1, levels=(0.05, 0.7), seed=3)[1][0]
     for restart, lifted in ((0.5, 0.1), (1.0, 0.2)):
-        est = dw.AdaptiveGain(PHI, detector=dw.GainProbes(), restart=restart, **{**SLOW, "memory": dw.Walk(0.0)})
+        est = dw.AdaptiveGain(PHI, detector=dw.GainProbes(), restart=restart, **{**SLOW, "memory": dw.RandomWalk(0.0)})
         status = est.scan(y).status
         first = int(np.flatnonzero(status & dw.Status.JUMP)[0])
         state = est.scan(y[: first + 1]).state
@@ -315,7 +315,7 @@ def test_an_alarm_lifts_a_walk_to_its_share_of_the_prior():
 @pytest.mark.slow
 def test_probes_find_the_decrease_that_the_paper_misses():
     _, y, _ = records(1000, seed=11)
-    plain = dict(method="plr", memory=dw.Never(), K0=0.0, x0=0.0, restart=26.5)
+    plain = dict(method="plr", memory=dw.Constant(), K0=0.0, x0=0.0, restart=26.5)
     shares = []
     for detector in (dw.GainProbes(threshold=6.17), dw.PullTest((0.15, 0.07), (18.3, 24.4))):
         _, alarms = run(dw.AdaptiveGain(PHI, detector=detector, scale_samples=50, **plain), y)
@@ -331,7 +331,8 @@ def test_probes_find_the_decrease_that_the_paper_misses():
 
 
 @pytest.mark.parametrize(
-    "memory, off, ratio", [(None, (0.05, 0.02), (1.12, 1.25)), (dw.Weighted(0.999), (0.015, 0.005), (1.02, 1.02))]
+    "memory, off, ratio",
+    [(None, (0.05, 0.02), (1.12, 1.25)), (dw.ExponentialForgetting(0.999), (0.015, 0.005), (1.02, 1.02))],
 )
 def test_tracker_learns_the_gain_of_the_riccati_equation(memory, off, ratio):
     Q = 0.01 * np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
@@ -411,7 +412,7 @@ def test_the_model_out_is_the_innovations_model():
     Phi, B = np.array([[0.9, 0.2], [-0.1, 0.7]]), np.array([[0.3], [1.0]])
     rng = np.random.default_rng(4)
     y, u = rng.standard_normal((2, 200))
-    trace = dw.AdaptiveGain(Phi, [1.0, 0.5], B, x0=[0, 0], memory=dw.Walk(0.0), K0=[0.5, 0.2], P0=0.0).scan(y, u)
+    trace = dw.AdaptiveGain(Phi, [1.0, 0.5], B, x0=[0, 0], memory=dw.RandomWalk(0.0), K0=[0.5, 0.2], P0=0.0).scan(y, u)
     model = trace.model()
     a, b = model.form.polynomials(model.values)
     e = trace.innovation
@@ -441,18 +442,18 @@ def test_summary_words_and_file():
         (dict(Phi=TRACKER, B=np.ones((3, 1))), "B must be"),
         (dict(Phi=TRACKER, method="plr"), "one direction"),
         (dict(method="lms"), "rpem"),
-        (dict(memory=dw.UntilJump()), "detector=VarianceChange"),
-        (dict(memory=dw.Window(50)), r"or Walk\(q\), got Window"),
+        (dict(memory=dw.RestartOnChange()), "detector=VarianceCUSUM"),
+        (dict(memory=dw.Window(50)), r"or RandomWalk\(q\), got Window"),
         (dict(detector=dw.PullTest()), "PullTest"),
         (dict(detector=3.0), "detector must be"),
         (dict(detector=dw.GainProbes([3.0])), "unstable"),
         (dict(detector=dw.GainProbes([[0.1, 0.2]])), "gains"),
-        (dict(memory=dw.Never(), restart=1.0), "samples above 1"),
+        (dict(memory=dw.Constant(), restart=1.0), "samples above 1"),
         (dict(restart=2.0), "share of the prior"),
         (dict(Phi=TRACKER, K0=[0.0, 0.0]), "K0 must keep"),
         (dict(Phi=TRACKER, limits=(0, 1)), "limits"),
         (dict(limits=(-1, 1)), "limits must keep"),
-        (dict(scale=dw.UnknownScale(-0.5, 1.0)), "UnknownScale"),
+        (dict(scale=dw.InverseGamma(-0.5, 1.0)), "InverseGamma"),
         (dict(P0=-1.0), "P0"),
     ],
 )

@@ -77,7 +77,7 @@ def test_a_forecast_from_within_a_gap_knows_what_is_unknown():
     np.testing.assert_allclose(std**2, conditional(A, mean, y, noise)[1][57:], rtol=1e-6)
 
 
-@pytest.mark.parametrize("memory", [dw.Never(), dw.Auto()])
+@pytest.mark.parametrize("memory", [dw.Constant(), dw.AutoMemory()])
 def test_bands_hold_within_a_gap_and_after_it(memory):
     """300 records; 40 samples without an output after 300 with one. Bands of 95 % are taken at 1.96 deviations."""
     runs, gap, T = 300, slice(300, 340), 360

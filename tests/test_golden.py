@@ -141,7 +141,7 @@ def test_missing_sample_ud():
 
 def test_unknown_scale():
     given, expected, tolerance = golden.case("G10")
-    est = joint(given, scale=dw.UnknownScale(given["alpha0"], given["beta0"]))
+    est = joint(given, scale=dw.InverseGamma(given["alpha0"], given["beta0"]))
     got, states = follow(est, given["y"], given["u"])
     before = [est.start(), *states[:-1]]
     trace = [(*est.scale_posterior(state), T) for state, T in zip(before, got["T"], strict=True)]

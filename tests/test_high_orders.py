@@ -30,7 +30,7 @@ def test_many_unknowns_are_told_before_the_work_and_too_many_refused(call, recor
 
 
 def test_odds_that_would_take_minutes_are_not_asked_for(record, monkeypatch):
-    trace = dw.ARX(2, 2, memory=dw.Never()).scan(*record)
+    trace = dw.ARX(2, 2, memory=dw.Constant()).scan(*record)
     assert "odds" in trace.diagnose().find("drift or jump").advice
     monkeypatch.setattr(diagnose, "WORK", 100 * 4**4 - 1)
     monkeypatch.setattr(diagnose, "odds", None)  # not to be called

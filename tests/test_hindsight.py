@@ -98,7 +98,7 @@ class TestResult:
         made = system("c", 1)
         y = made.y[0].copy()
         y[300] += 40.0
-        found = dw.Regression(4, gate=dw.Gate()).smooth(y, made.psi[0], drift="walk", jumps=None)
+        found = dw.Regression(4, gate=dw.InnovationGate()).smooth(y, made.psi[0], drift="walk", jumps=None)
         assert not found.is_used[300] and found.noise_std < 0.2
 
     def test_words_columns_and_picture(self, jumping):

@@ -356,7 +356,10 @@ STARTS_REFUSED = [
     (lambda: dw.Joint(2, 1, noise=dw.OutputError(0.0), start="algebraic"), "a start needs noise"),
     (lambda: dw.ARX(2, 1, start="algebraic"), "equation of a sampled plant.*nb = n, nk = 1"),
     (lambda: dw.Regression(2, start="algebraic"), "equation of a sampled plant"),
-    (lambda: dw.ARX(2, 2, memory=dw.Weighted(0.99), start="algebraic"), "memory Never.*Walk.*UntilJump"),
+    (
+        lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.99), start="algebraic"),
+        "memory Constant.*RandomWalk.*RestartOnChange",
+    ),
     (lambda: dw.ARX(2, 2, method="iv", start="algebraic"), "only method='ls'"),
     (lambda: dw.Joint(2, 1, **OE).smooth(Y, SQUARE), "start=None"),
     (lambda: dw.Joint(2, 1, start="algebraic").batch(Y, SQUARE), "start=None"),

@@ -87,8 +87,8 @@ def estimator(problem, form, **options):
     return dw.Joint(
         *(st.n, st.inputs, st.direct),
         noise=problem.noise,
-        memory=dw.Never() if problem.walk is None else dw.Walk(newest_first(st, problem.walk)),
-        scale=None if problem.scale is None else dw.UnknownScale(*problem.scale),
+        memory=dw.Constant() if problem.walk is None else dw.RandomWalk(newest_first(st, problem.walk)),
+        scale=None if problem.scale is None else dw.InverseGamma(*problem.scale),
         **{"s0": problem.s0, "P0": problem.P0, "form": form, **options},
     )
 
@@ -152,9 +152,13 @@ def test_a_certain_unknown_scale_is_a_known_scale(form, gaps):
     holes = [6, 13, 14, 21]
     y[holes if gaps == "outputs" else []] = np.nan
     u[holes if gaps == "inputs" else []] = np.nan
-    known = dw.Joint(2, 1, True, noise=dw.EquationError(sigma2), P0=sigma2, memory=dw.Walk(1e-3 * sigma2), form=form)
-    scale = dw.UnknownScale(certain, certain * sigma2)
-    unknown = dw.Joint(2, 1, True, noise=dw.EquationError(1.0), P0=1.0, scale=scale, memory=dw.Walk(1e-3), form=form)
+    known = dw.Joint(
+        2, 1, True, noise=dw.EquationError(sigma2), P0=sigma2, memory=dw.RandomWalk(1e-3 * sigma2), form=form
+    )
+    scale = dw.InverseGamma(certain, certain * sigma2)
+    unknown = dw.Joint(
+        2, 1, True, noise=dw.EquationError(1.0), P0=1.0, scale=scale, memory=dw.RandomWalk(1e-3), form=form
+    )
     expected, got = known.scan(y, u), unknown.scan(y, u)
     assert got.prediction == pytest.approx(expected.prediction, rel=TOLERANCE, abs=TOLERANCE)
     assert got.variance == pytest.approx(expected.variance, rel=TOLERANCE)
@@ -172,7 +176,7 @@ def test_gated_outlier_is_a_missing_sample(form):
     problem = Problem(st, noise, matrices, np.zeros(6), np.eye(6), y, u, 1e-3, None)
     spoiled, gap = y.copy(), y.copy()
     spoiled[17], gap[17] = 1e3, np.nan
-    gated = estimator(problem, form, gate=dw.Gate(sigmas=8.0, patience=5, settle=0))
+    gated = estimator(problem, form, gate=dw.InnovationGate(sigmas=8.0, patience=5, settle=0))
     plain = estimator(problem, form)
     got, expected = gated.scan(spoiled, u), plain.scan(gap, u)
     assert got.status[17] & dw.Status.REJECTED

@@ -37,35 +37,37 @@ def rms(errors, first, stop):
 @pytest.mark.parametrize("noise", [None, dw.EquationError()], ids=["known noise", "learnt noise"])
 def test_a_jump_is_found_and_learnt_anew(records, noise):
     """Median delay at most 10 samples, none missed, no false alarm in 50 000 samples, rms error of a at most .03."""
-    alarms, errors = follow(dw.UntilJump(), records, noise)
+    alarms, errors = follow(dw.RestartOnChange(), records, noise)
     assert not alarms[:JUMP].any()
     delay = [int(np.argmax(found)) if found.any() else SAMPLES for found in alarms[JUMP:].T]
     assert np.median(delay) <= 10
     assert max(delay) < 150
     assert rms(errors, 560, 1000) <= 0.03
-    constant = follow(dw.Never(), records, noise)[1]
+    constant = follow(dw.Constant(), records, noise)[1]
     assert np.array_equal(errors[:JUMP], constant[:JUMP])
     assert rms(constant, 560, 1000) > 5 * rms(errors, 560, 1000)
 
 
 def test_better_than_any_random_walk(records):
-    until = follow(dw.UntilJump(), records)[1]
+    until = follow(dw.RestartOnChange(), records)[1]
     for q in (1e-5, 1e-4, 1e-3):
-        walking = follow(dw.Walk(q), records)[1]
+        walking = follow(dw.RandomWalk(q), records)[1]
         # a walk pays in every quiet stretch for what it gains at the jump
         assert rms(until, 300, 500) < rms(walking, 300, 500)
         assert rms(until, 300, 1000) < rms(walking, 300, 1000) or rms(until, 600, 1000) < rms(walking, 600, 1000)
 
 
 def test_no_parameter_becomes_wider_than_its_prior(records):
-    est = dw.Joint(2, 1, noise=dw.EquationError(NOISE**2), memory=dw.UntilJump(restart=dw.Inflate(1e6)), P0=2.0)
+    est = dw.Joint(
+        2, 1, noise=dw.EquationError(NOISE**2), memory=dw.RestartOnChange(restart=dw.CovarianceInflation(1e6)), P0=2.0
+    )
     trace = est.scan(records[0][0], records[1][0], keep="covariance")
     assert (trace.status & int(dw.Status.JUMP)).any()
     assert np.all(trace.parameters_std**2 <= 2.0 * (1 + 1e-9))
 
 
 def test_the_event_is_told(records):
-    trace = dw.Joint(2, 1, memory=dw.UntilJump()).scan(records[0][0], records[1][0])
+    trace = dw.Joint(2, 1, memory=dw.RestartOnChange()).scan(records[0][0], records[1][0])
     told = [e for e in trace.events() if e.kind == "JUMP"]
     assert told and JUMP <= told[0].sample < JUMP + 20
 
@@ -73,12 +75,12 @@ def test_the_event_is_told(records):
 @pytest.mark.parametrize(
     "memory, words",
     [
-        (dw.UntilJump(dw.VarianceChange(0.5)), "ratio > 1"),
-        (dw.UntilJump(12.0), "detector"),
-        (dw.UntilJump(dw.Score()), "slopes"),
-        (dw.UntilJump(dw.ProbeBank([1.0])), "probes"),
-        (dw.UntilJump(restart=dw.Inflate([1.0, 2.0])), "step"),
-        (dw.UntilJump(settle=-1), "settle"),
+        (dw.RestartOnChange(dw.VarianceCUSUM(0.5)), "ratio > 1"),
+        (dw.RestartOnChange(12.0), "detector"),
+        (dw.RestartOnChange(dw.ScoreCUSUM()), "slopes"),
+        (dw.RestartOnChange(dw.ProbeBank([1.0])), "probes"),
+        (dw.RestartOnChange(restart=dw.CovarianceInflation([1.0, 2.0])), "step"),
+        (dw.RestartOnChange(settle=-1), "settle"),
     ],
 )
 def test_bad_settings_are_told(memory, words):
@@ -90,7 +92,13 @@ def test_bad_settings_are_told(memory, words):
 def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, noise):
     """In the units of the data: variances of a gain step^2, those of b step^2 times (y_scale / u_scale)^2."""
     est = dw.Joint(
-        2, 1, noise=noise, memory=dw.UntilJump(restart=dw.Inflate(0.5), settle=10), P0=1e6, y_scale=2.0, u_scale=4.0
+        2,
+        1,
+        noise=noise,
+        memory=dw.RestartOnChange(restart=dw.CovarianceInflation(0.5), settle=10),
+        P0=1e6,
+        y_scale=2.0,
+        u_scale=4.0,
     )
     state = est.scan(records[0][0][:100], records[1][0][:100]).state
     calm, alarmed = state.copy(), state.copy()
@@ -105,7 +113,7 @@ def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, 
 def test_the_sum_grows_by_the_log_likelihood_ratio():
     from scipy.stats import norm
 
-    detector = dw.VarianceChange(ratio=3.0, threshold=100.0, sides="both")
+    detector = dw.VarianceCUSUM(ratio=3.0, threshold=100.0, sides="both")
     for z in (0.5, 1.7, 4.0):
         up, down = (norm.logpdf(z, scale=s) - norm.logpdf(z) for s in (np.sqrt(3.0), np.sqrt(1 / 3.0)))
         start = detector.scan([]).state
@@ -117,7 +125,7 @@ def test_an_event_can_be_read_without_words():
     y, u = dw.simulate(
         np.where(np.arange(900)[:, None] < 600, [-1.5, 0.7], [-1.4, 0.7]), B, samples=900, noise_std=0.3, seed=1
     )
-    trace = dw.ARX(2, 2, memory=dw.UntilJump(dw.Score("1 per 1000", jump=0.1))).scaled_to(y, u).scan(y, u)
+    trace = dw.ARX(2, 2, memory=dw.RestartOnChange(dw.ScoreCUSUM("1 per 1000", jump=0.1))).scaled_to(y, u).scan(y, u)
     (event,) = trace.jumps()
     assert event.parameter == "a1" and event.direction == 1 and event.statistic >= 1
     assert 590 <= event.since <= event.sample and "a1 rose" in event.text
@@ -126,7 +134,7 @@ def test_an_event_can_be_read_without_words():
 def test_a_score_scales_with_the_data():
     y, u = dw.simulate([-0.6], [1.0], samples=300, noise_std=0.3, seed=2)
     y[200:] += 1.0 * np.roll(u, 1)[200:]
-    est = dw.ARX(1, 1, memory=dw.UntilJump(dw.Score(1000, 0.3), dw.GainReset(10)))
+    est = dw.ARX(1, 1, memory=dw.RestartOnChange(dw.ScoreCUSUM(1000, 0.3), dw.GainReset(10)))
     one, other = (est.scaled_to(y * k, u).scan(y * k, u) for k in (1.0, 1024.0))
     assert np.array_equal(one.statistic, other.statistic, equal_nan=True)
     assert len(one.jumps()) >= 1

@@ -29,33 +29,39 @@ ESTIMATORS = {
     "noise on the parameters": dw.Joint(
         2, inputs=1, noise=dw.NoiseCovariance(FULL, [0.1, 0.02, 1e-3, 0, 0, 0], 0.5), P0=10.0
     ),
-    "walk": dw.Joint(2, inputs=1, memory=dw.Walk(1e-4)),
-    "gate": dw.Joint(2, inputs=1, gate=dw.Gate(4.0)),
+    "walk": dw.Joint(2, inputs=1, memory=dw.RandomWalk(1e-4)),
+    "gate": dw.Joint(2, inputs=1, gate=dw.InnovationGate(4.0)),
     "all together": dw.Joint(
-        3, inputs=2, direct=True, noise=dw.OutputError(0.01), memory=dw.Walk(1e-6), gate=dw.Gate(), P0=100.0
+        3,
+        inputs=2,
+        direct=True,
+        noise=dw.OutputError(0.01),
+        memory=dw.RandomWalk(1e-6),
+        gate=dw.InnovationGate(),
+        P0=100.0,
     ),
-    "until a jump": dw.Joint(2, inputs=1, memory=dw.UntilJump(settle=10)),
+    "until a jump": dw.Joint(2, inputs=1, memory=dw.RestartOnChange(settle=10)),
     "unknown polynomial": dw.Joint(2, inputs=1, noise=dw.UnknownPolynomial()),
     "extended least squares": dw.Joint(
-        1, inputs=2, direct=True, noise=dw.UnknownPolynomial(variance=0.01, method="els"), memory=dw.Walk(1e-5)
+        1, inputs=2, direct=True, noise=dw.UnknownPolynomial(variance=0.01, method="els"), memory=dw.RandomWalk(1e-5)
     ),
     "dead-beat": dw.Joint(2, inputs=1, noise=dw.EquationError(0.0), P0=100.0),
     "ARX": dw.ARX(2, 2),
     "ARX, two inputs, delays, offset": dw.ARX(2, (2, 1), (1, 0), offset=True),
-    "ARX, weighted": dw.ARX(2, 2, memory=dw.Weighted(0.98)),
-    "ARX, limited gain": dw.ARX(2, 2, memory=dw.LimitedGain(50)),
-    "ARX, walk": dw.ARX(2, 2, memory=dw.Walk(1e-5)),
-    "ARX, known noise": dw.ARX(1, 1, variance=0.01, gate=dw.Gate(), P0=10.0),
+    "ARX, weighted": dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)),
+    "ARX, limited gain": dw.ARX(2, 2, memory=dw.GainFloor(50)),
+    "ARX, walk": dw.ARX(2, 2, memory=dw.RandomWalk(1e-5)),
+    "ARX, known noise": dw.ARX(1, 1, variance=0.01, gate=dw.InnovationGate(), P0=10.0),
     "ARX, missing held": dw.ARX(2, 2, missing="hold"),
-    "ARX, missing skipped": dw.ARX(2, 2, missing="skip", memory=dw.Weighted(0.95)),
+    "ARX, missing skipped": dw.ARX(2, 2, missing="skip", memory=dw.ExponentialForgetting(0.95)),
     "AR": dw.AR(3),
     "regression": dw.Regression(3, offset=True),
     "ARX, variable forgetting": dw.ARX(2, 2, memory=dw.VariableForgetting(50)),
     "ARX, directional forgetting": dw.ARX(2, 2, memory=dw.DirectionalForgetting(0.95)),
-    "ARX, matched walk": dw.ARX(2, 2, memory=dw.Walk(matched=(0.1, 100))),
+    "ARX, matched walk": dw.ARX(2, 2, memory=dw.RandomWalk(matched=(0.1, 100))),
     "ARX, window": dw.ARX(2, 2, memory=dw.Window(20)),
     "ARX, window of one": dw.ARX(1, 1, memory=dw.Window(1), variance=0.01),
-    "ARX, run lengths": dw.ARX(2, 2, memory=dw.RunLengths(0.3, 50, 5)),
+    "ARX, run lengths": dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 50, 5)),
     "ARX, fuzzy drift": dw.ARX(2, 2, memory=dw.FuzzyDrift()),
     "ARX, fuzzy drift as published": dw.ARX(2, 2, memory=dw.FuzzyDrift(geometric=True, as_published=True, phi=0.9)),
     "ARX, scalar matching": dw.ARX(2, 2, memory=dw.CovarianceMatching()),
@@ -63,55 +69,67 @@ ESTIMATORS = {
     "ARX, Myers-Tapley": dw.ARX(2, 2, memory=dw.CovarianceMatching("myers-tapley")),
     "ARX, on-line EM": dw.ARX(2, 2, memory=dw.CovarianceMatching("em")),
     "ARX, auxiliary filter": dw.ARX(2, 2, memory=dw.AuxiliaryFilter()),
-    "ARX, correlation": dw.ARX(2, 2, memory=dw.Correlation(3)),
+    "ARX, correlation": dw.ARX(2, 2, memory=dw.AutocovarianceLS(3)),
     "ARX, likelihood drift": dw.ARX(2, 2, memory=dw.LikelihoodDrift(phi=(1.0, 0.5, 1.0, 0.0))),
     "ARX, likelihood drift, shared": dw.ARX(2, 2, memory=dw.LikelihoodDrift(shared=True)),
     "ARX, variational drift": dw.ARX(2, 2, memory=dw.VariationalBayes()),
     "ARX, variational noise": dw.ARX(2, 2, memory=dw.VariationalBayes("noise")),
     "ARX, variational, both": dw.ARX(2, 2, memory=dw.VariationalBayes("both")),
-    "ARX, bank": dw.ARX(2, 2, memory=dw.Bank(phi=(1.0, 0.5, 1.0, 0.0))),
-    "ARX, interacting": dw.ARX(2, 2, memory=dw.Interacting()),
-    "ARX, interacting, two speeds": dw.ARX(2, 2, memory=dw.Interacting((0.0, 1e-2), 0.9, 0.0, phi=0.9)),
-    "ARX, auto": dw.ARX(2, 2, memory=dw.Auto()),
-    "ARX, auto, only outliers": dw.ARX(2, 2, memory=dw.Auto("outliers"), missing="skip"),
-    "regression, auto, no outliers": dw.Regression(3, memory=dw.Auto("jumps", phi=0.95), offset=True),
-    "ARX, auto, known noise": dw.ARX(2, 2, memory=dw.Auto(), variance=0.01, P0=10.0),
-    "ARX, until the mean jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.Hinkley(threshold=2.0), settle=10)),
+    "ARX, bank": dw.ARX(2, 2, memory=dw.MultipleModel(phi=(1.0, 0.5, 1.0, 0.0))),
+    "ARX, interacting": dw.ARX(2, 2, memory=dw.IMM()),
+    "ARX, interacting, two speeds": dw.ARX(2, 2, memory=dw.IMM((0.0, 1e-2), 0.9, 0.0, phi=0.9)),
+    "ARX, auto": dw.ARX(2, 2, memory=dw.AutoMemory()),
+    "ARX, auto, only outliers": dw.ARX(2, 2, memory=dw.AutoMemory("outliers"), missing="skip"),
+    "regression, auto, no outliers": dw.Regression(3, memory=dw.AutoMemory("jumps", phi=0.95), offset=True),
+    "ARX, auto, known noise": dw.ARX(2, 2, memory=dw.AutoMemory(), variance=0.01, P0=10.0),
+    "ARX, until the mean jumps": dw.ARX(2, 2, memory=dw.RestartOnChange(dw.PageHinkley(threshold=2.0), settle=10)),
     "ARX, until the score jumps": dw.ARX(
-        2, (2, 1), memory=dw.UntilJump(dw.Score(jump=0.5, threshold=1.0), dw.Inflate(0.5, only_named=True), settle=10)
+        2,
+        (2, 1),
+        memory=dw.RestartOnChange(
+            dw.ScoreCUSUM(jump=0.5, threshold=1.0), dw.CovarianceInflation(0.5, only_named=True), settle=10
+        ),
     ),
-    "ARX, until the variance jumps": dw.ARX(2, 2, memory=dw.UntilJump(dw.VarianceChange(threshold=1.0), settle=10)),
+    "ARX, until the variance jumps": dw.ARX(
+        2, 2, memory=dw.RestartOnChange(dw.VarianceCUSUM(threshold=1.0), settle=10)
+    ),
     "ARX, until the likelihood jumps": dw.ARX(
-        2, 2, memory=dw.UntilJump(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10)
+        2, 2, memory=dw.RestartOnChange(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10)
     ),
-    "ARX, self-starting": dw.ARX(2, 2, memory=dw.UntilJump(dw.SelfStarting(), settle=10)),
+    "ARX, self-starting": dw.ARX(2, 2, memory=dw.RestartOnChange(dw.SelfStarting(), settle=10)),
     "regression, disturbance": dw.Regression(
         2, offset=True, disturbance=dw.Disturbance(0.8), memory=dw.Drift(nvr=(1e-3, 1e-4, 0.0))
     ),
-    "matched walk": dw.Joint(2, inputs=1, memory=dw.Walk(matched=(0.1, 100))),
-    "proper scale": dw.Joint(2, inputs=1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
+    "matched walk": dw.Joint(2, inputs=1, memory=dw.RandomWalk(matched=(0.1, 100))),
+    "proper scale": dw.Joint(2, inputs=1, scale=dw.InverseGamma(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
     "ARMA": dw.ARMA(2, 1),
     "ARMAX": dw.ARMAX(2, 2, 2),
     "ARMAX, pseudolinear, offset": dw.ARMAX(2, (2, 1), 1, (1, 0), method="plr", offset=True),
     "ARMAX, missing skipped": dw.ARMAX(1, 1, 1, missing="skip"),
-    "output error, polynomials": dw.OE((1, 2), (1, 2), (0, 2), offset=True, gate=dw.Gate()),
+    "output error, polynomials": dw.OE((1, 2), (1, 2), (0, 2), offset=True, gate=dw.InnovationGate()),
     "Box-Jenkins": dw.BJ(2, 1, 1, 2),
-    "Box-Jenkins, walk": dw.BJ((2, 1), 1, 2, (1, 0), memory=dw.Walk(1e-5)),
+    "Box-Jenkins, walk": dw.BJ((2, 1), 1, 2, (1, 0), memory=dw.RandomWalk(1e-5)),
     "Box-Jenkins, missing held": dw.BJ(1, 1, 1, 1, missing="hold"),
     "adaptive gain": dw.AdaptiveGain(0.9),
     "adaptive gain, plr, pull test": dw.AdaptiveGain(
-        0.9, method="plr", memory=dw.Weighted(0.98), detector=dw.PullTest(threshold=2.0), gate=dw.Gate()
+        0.9,
+        method="plr",
+        memory=dw.ExponentialForgetting(0.98),
+        detector=dw.PullTest(threshold=2.0),
+        gate=dw.InnovationGate(),
     ),
     "adaptive gain, two states, input, probes": dw.AdaptiveGain(
-        [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.UnknownScale(2.0, 1.0)
+        [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.InverseGamma(2.0, 1.0)
     ),
     "manoeuvre": dw.Manoeuvre(),
     "ARX, instruments": dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv"),
-    "ARX, delayed instruments": dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.98)),
-    "ARX, normalised gradient": dw.ARX(2, 2, method="nlms", gate=dw.Gate()),
-    "ARX, gradient": dw.ARX(2, 2, method="lms", step=0.01, memory=dw.Weighted(0.99)),
+    "ARX, delayed instruments": dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.ExponentialForgetting(0.98)),
+    "ARX, normalised gradient": dw.ARX(2, 2, method="nlms", gate=dw.InnovationGate()),
+    "ARX, gradient": dw.ARX(2, 2, method="lms", step=0.01, memory=dw.ExponentialForgetting(0.99)),
     "adaptive observer": dw.AdaptiveObserver(2, [0.5 + 0.2j, 0.5 - 0.2j], 2, offset=True),
-    "adaptive observer, weighted": dw.AdaptiveObserver(1, 0.3, 1, memory=dw.Weighted(0.98), missing="hold"),
+    "adaptive observer, weighted": dw.AdaptiveObserver(
+        1, 0.3, 1, memory=dw.ExponentialForgetting(0.98), missing="hold"
+    ),
 }
 
 OBSERVERS = {
@@ -125,7 +143,7 @@ OBSERVERS = {
     ),
     "window, unstable, noise learnt": dw.WindowObserver(
         dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.02,
-        detector=dw.Hinkley(),
+        detector=dw.PageHinkley(),
     ),
 }  # fmt: skip
 
@@ -241,9 +259,9 @@ def _(detector, marks, z, slope):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
-@pytest.mark.parametrize("restart", [dw.Inflate(0.5), dw.GainReset(5)], ids=lambda r: type(r).__name__)
+@pytest.mark.parametrize("restart", [dw.CovarianceInflation(0.5), dw.GainReset(5)], ids=lambda r: type(r).__name__)
 def test_law_of_restarts(restart, law):
-    est = dw.ARX(2, 2, memory=dw.UntilJump(Impatient(15.0), restart, settle=5))
+    est = dw.ARX(2, 2, memory=dw.RestartOnChange(Impatient(15.0), restart, settle=5))
     law(est, *example(est))
 
 
@@ -260,9 +278,9 @@ def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
 
 
 IDLE = [
-    (dict(memory=dw.Walk(0.0)), {}),
-    (dict(gate=dw.Gate(1e9)), {}),
-    (dict(memory=dw.UntilJump(dw.VarianceChange(4.0, threshold=1e9))), {}),
+    (dict(memory=dw.RandomWalk(0.0)), {}),
+    (dict(gate=dw.InnovationGate(1e9)), {}),
+    (dict(memory=dw.RestartOnChange(dw.VarianceCUSUM(4.0, threshold=1e9))), {}),
     (dict(floor=0.0), dict(floor=1e-300)),
 ]
 
@@ -277,13 +295,13 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
 @pytest.mark.parametrize(
     "policy",
     [
-        dw.Score(jump=0.5, threshold=1.0),
-        dw.UntilJump(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10),
-        dw.Inflate(0.5, only_named=True),
+        dw.ScoreCUSUM(jump=0.5, threshold=1.0),
+        dw.RestartOnChange(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10),
+        dw.CovarianceInflation(0.5, only_named=True),
         dw.GainReset(5),
         dw.GainProbes(threshold=1.0),
         dw.PullTest(threshold=2.0),
-        dw.Gate(4.0),
+        dw.InnovationGate(4.0),
         dw.FuzzyDrift(),
         dw.LikelihoodDrift(shared=True),
     ],
@@ -326,10 +344,10 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
 @pytest.mark.parametrize(
     "est",
     [
-        dw.ARMAX(2, 2, 1, memory=dw.Auto()),
-        dw.BJ(1, 1, 1, 1, memory=dw.Auto("jumps")),
-        dw.ARXMIMO(2, 1, memory=dw.Auto()),
-        dw.ARXMIMO(2, 1, memory=dw.Bank()),
+        dw.ARMAX(2, 2, 1, memory=dw.AutoMemory()),
+        dw.BJ(1, 1, 1, 1, memory=dw.AutoMemory("jumps")),
+        dw.ARXMIMO(2, 1, memory=dw.AutoMemory()),
+        dw.ARXMIMO(2, 1, memory=dw.MultipleModel()),
     ],
     ids=repr,
 )
@@ -343,7 +361,7 @@ def test_a_broken_policy_is_named():
     with pytest.raises(AssertionError, match="breaks a law"):
         dw.check_policy(Deaf())
     with pytest.raises(dw.InputError, match=r"were the brackets forgotten"):
-        dw.check_policy(dw.Weighted)
+        dw.check_policy(dw.ExponentialForgetting)
     with pytest.raises(dw.InputError, match="check GainProbes"):
         dw.check_policy(dw.ProbeBank([1.0]))
     with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
@@ -377,7 +395,7 @@ def test_threads_share_a_driver():
 
 @pytest.mark.slow
 def test_covariance_stays_non_negative_over_ten_million_samples():
-    est = dw.Joint(2, inputs=1, noise=dw.OutputError(0.01), memory=dw.Walk(1e-9), P0=1e16)
+    est = dw.Joint(2, inputs=1, noise=dw.OutputError(0.01), memory=dw.RandomWalk(1e-9), P0=1e16)
     state = est.start()
     for k in range(100):
         y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=100_000, noise_std=0.1, missing=0.01, seed=k % 7)

@@ -6,7 +6,7 @@ from oracle import golden
 
 import driftwise as dw
 
-KNOWN = dw.UnknownScale(1e15, 1e15)  # a noise that is known, by the code that learns it
+KNOWN = dw.InverseGamma(1e15, 1e15)  # a noise that is known, by the code that learns it
 
 
 def track(samples=200, sigma=170.0, offset=2e5, seed=3):

@@ -11,15 +11,15 @@ from driftwise.analysis.laws import same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 
 MEMORIES = {
-    "never": dw.Never(),
-    "limited": dw.LimitedGain(50),
-    "weighted": dw.Weighted(0.98),
+    "never": dw.Constant(),
+    "limited": dw.GainFloor(50),
+    "weighted": dw.ExponentialForgetting(0.98),
     "variable": dw.VariableForgetting(50),
     "directional": dw.DirectionalForgetting(0.98),
-    "walk": dw.Walk(2e-4),
-    "matched": dw.Walk(matched=(0.2, 500)),
+    "walk": dw.RandomWalk(2e-4),
+    "matched": dw.RandomWalk(matched=(0.2, 500)),
     "window": dw.Window(50),
-    "run lengths": dw.RunLengths(0.2, 500, 8),
+    "run lengths": dw.BayesianChangePoint(0.2, 500, 8),
 }
 
 
@@ -65,10 +65,10 @@ def started(est, weight):
 
 
 SEQUENCES = {
-    "step_limit": dw.LimitedGain(5),
-    "one_over_n": dw.Never(),
-    "forgetting_08": dw.Weighted(0.8),
-    "forgetting_0996": dw.Weighted(0.996),
+    "step_limit": dw.GainFloor(5),
+    "one_over_n": dw.Constant(),
+    "forgetting_08": dw.ExponentialForgetting(0.8),
+    "forgetting_0996": dw.ExponentialForgetting(0.996),
 }
 
 
@@ -82,8 +82,8 @@ def test_golden_gains(name, memory):
 
 
 CASES = {
-    "arx11_decreasing": dw.Never(),
-    "reset_gain_equals_forgetting_factor": dw.UntilJump(At(4), dw.GainReset(3), settle=0),
+    "arx11_decreasing": dw.Constant(),
+    "reset_gain_equals_forgetting_factor": dw.RestartOnChange(At(4), dw.GainReset(3), settle=0),
 }
 
 
@@ -114,10 +114,10 @@ def gains(kind, n):
 
 
 GAINS = {
-    "never": dw.Weighted(1.0),
-    "limited": dw.LimitedGain(30),
-    "weighted": dw.Weighted(0.97),
-    "reset": dw.UntilJump(At(99), dw.GainReset(4), settle=0),
+    "never": dw.ExponentialForgetting(1.0),
+    "limited": dw.GainFloor(30),
+    "weighted": dw.ExponentialForgetting(0.97),
+    "reset": dw.RestartOnChange(At(99), dw.GainReset(4), settle=0),
 }
 
 
@@ -141,7 +141,7 @@ def test_gains_and_forgetting_are_one_recursion(kind, memory):
 
 def after_twenty(memory, phi, y):
     """Learn twenty samples without forgetting (at first the prior would cap P), the rest with the memory."""
-    calm, est = (dw.Regression(3, memory=m, variance=0.25, P0=4.0) for m in (dw.Never(), memory))
+    calm, est = (dw.Regression(3, memory=m, variance=0.25, P0=4.0) for m in (dw.Constant(), memory))
     learnt, state = calm.scan(y[:20], phi[:20]).state, est.start()
     for name in ("theta", "U", "D", "weight"):
         state[name] = learnt[name]
@@ -189,7 +189,7 @@ def test_directional_forgetting_remembers_a_memory_for_each_direction():
     assert abs(np.mean(traces) / (1 - p) - 1) < 0.1  # N directions, (1 - p)/N each
 
 
-@pytest.mark.parametrize("memory, p", [(dw.Weighted(0.995), 0.995), (dw.LimitedGain(200), 0.995)], ids=str)
+@pytest.mark.parametrize("memory, p", [(dw.ExponentialForgetting(0.995), 0.995), (dw.GainFloor(200), 0.995)], ids=str)
 def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, p):
     """The variance of the estimate is P/(1 + p), P after the correction; the state's is that over p."""
     rng = np.random.default_rng(21)
@@ -205,7 +205,7 @@ def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, 
 def test_the_noise_is_learnt_before_anything_is_forgotten():
     """Two samples per parameter (six for a mixture) count in full; the one after them is the first to fade."""
     phi, y = excite(13, 40)
-    for memory, first in ((dw.VariableForgetting(50), 6), (dw.RunLengths(0.2, 500, 8), 18)):
+    for memory, first in ((dw.VariableForgetting(50), 6), (dw.BayesianChangePoint(0.2, 500, 8), 18)):
         weight = dw.Regression(3, memory=memory).scan(y, phi).weight
         assert np.array_equal(weight[: first + 1], np.arange(1.0, first + 2)), memory
         assert weight[first + 1] < first + 2, memory
@@ -215,7 +215,7 @@ def test_a_variance_is_held_at_that_of_one_typical_sample():
     """That is the geometric mean of weight * P so far; while held it rises e-fold in a hundred memories."""
     phi, y = excite(14, 700, 1)
     phi[300:] = 0.0
-    trace = dw.Regression(1, memory=dw.Weighted(0.98), variance=0.25, P0=1e3).scan(y, phi)
+    trace = dw.Regression(1, memory=dw.ExponentialForgetting(0.98), variance=0.25, P0=1e3).scan(y, phi)
     P, first = trace.parameters_std[:, 0] ** 2, np.flatnonzero(trace.status & dw.Status.CAPPED)[0]
     assert first > 300
     assert P[first + 1] == pytest.approx(np.exp(np.mean(np.log(trace.weight * P)[:first])), rel=1e-9)
@@ -223,7 +223,7 @@ def test_a_variance_is_held_at_that_of_one_typical_sample():
 
 
 def test_a_walk_that_reaches_the_prior_says_so():
-    est = dw.Regression(3, memory=dw.Walk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
+    est = dw.Regression(3, memory=dw.RandomWalk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
     status = est.scan(np.full(10, np.nan), np.zeros((10, 3))).status & dw.Status.CAPPED
     assert np.all(status)
     phi, y = excite(4)
@@ -251,7 +251,7 @@ def peers_task(samples=10_000):
 def test_a_walk_is_the_textbook_kalman_filter():
     phi, y, u, true, Q = peers_task()
     twin, e, S, _ = kalman(phi, y[2:], Q, 0.04, np.zeros(4), 100 * np.eye(4))
-    options = dict(memory=dw.Walk(np.diag(Q)), variance=0.04, P0=np.full(4, 1e3))
+    options = dict(memory=dw.RandomWalk(np.diag(Q)), variance=0.04, P0=np.full(4, 1e3))
     for est, data in ((dw.Regression(4, **options), (y[2:], phi)), (dw.ARX(2, 2, **options, at_rest=True), (y, u))):
         state = est.start()
         if est.model.na:  # the first two samples only fill the registers
@@ -269,10 +269,10 @@ def test_a_walk_is_the_textbook_kalman_filter():
 def test_a_matched_walk_is_absolute():
     """q = jump^2/every, divided by the current sigma^2 where that is learnt."""
     phi, y = excite(4)
-    matched = dw.Regression(3, memory=dw.Walk(matched=([0.1, 0.2, 0.0], 50)), variance=0.25, P0=4.0)
-    plain = dw.Regression(3, memory=dw.Walk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
+    matched = dw.Regression(3, memory=dw.RandomWalk(matched=([0.1, 0.2, 0.0], 50)), variance=0.25, P0=4.0)
+    plain = dw.Regression(3, memory=dw.RandomWalk([0.0002, 0.0008, 0.0]), variance=0.25, P0=4.0)
     np.testing.assert_allclose(matched.scan(y, phi).parameters, plain.scan(y, phi).parameters, rtol=1e-12)
-    learnt = dw.Regression(3, memory=dw.Walk(matched=(0.1, 50)))
+    learnt = dw.Regression(3, memory=dw.RandomWalk(matched=(0.1, 50)))
     calm = dw.Regression(3)
     state = calm.scan(y, phi).state
     one, two = (e.update(state, y[0], phi[0])[0] for e in (learnt, calm))
@@ -326,18 +326,18 @@ def test_a_window_forgets_completely():
 
 
 def until(restart, about=-1.0, n=49):
-    return dw.UntilJump(At(n, about), restart, settle=0)
+    return dw.RestartOnChange(At(n, about), restart, settle=0)
 
 
 def test_an_alarm_frees_all_or_the_one_that_is_named():
     phi, y = excite(8)
     calm = dw.Regression(3, variance=0.25, P0=4.0).scan(y[:50], phi[:50]).state
     for restart, about, gained in (
-        (dw.Inflate(0.5), 1.0, [0.25, 0.25, 0.25]),
-        (dw.Inflate([0.5, 0.2, 0.0]), -1.0, [0.25, 0.04, 0.0]),
-        (dw.Inflate(0.5, only_named=True), 1.0, [0.0, 0.25, 0.0]),
-        (dw.Inflate(0.5, only_named=True), -1.0, [0.25, 0.25, 0.25]),
-        (dw.Inflate(100.0), -1.0, 4.0 - np.diag(dw.Regression(3, variance=0.25, P0=4.0).covariance(calm))),
+        (dw.CovarianceInflation(0.5), 1.0, [0.25, 0.25, 0.25]),
+        (dw.CovarianceInflation([0.5, 0.2, 0.0]), -1.0, [0.25, 0.04, 0.0]),
+        (dw.CovarianceInflation(0.5, only_named=True), 1.0, [0.0, 0.25, 0.0]),
+        (dw.CovarianceInflation(0.5, only_named=True), -1.0, [0.25, 0.25, 0.25]),
+        (dw.CovarianceInflation(100.0), -1.0, 4.0 - np.diag(dw.Regression(3, variance=0.25, P0=4.0).covariance(calm))),
     ):
         est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(restart, about))
         trace = est.scan(y[:50], phi[:50])
@@ -367,13 +367,13 @@ def test_a_reset_scales_the_covariance_and_stays_below_the_prior():
 @pytest.mark.parametrize(
     "idle",
     [
-        dw.Weighted(1.0),
-        dw.LimitedGain(1e9),
-        dw.Walk(0.0),
+        dw.ExponentialForgetting(1.0),
+        dw.GainFloor(1e9),
+        dw.RandomWalk(0.0),
         dw.VariableForgetting(least=1.0),
         dw.DirectionalForgetting(1.0),
         until(dw.GainReset(2), n=1e9),
-        until(dw.Inflate(1.0), n=1e9),
+        until(dw.CovarianceInflation(1.0), n=1e9),
     ],
     ids=str,
 )
@@ -393,7 +393,7 @@ def test_a_window_longer_than_the_record_is_no_window():
 def test_runs_that_never_end_are_no_runs():
     y, u = record()
     one = dw.ARX(2, 2, variance=0.09).scan(y, u)
-    two = dw.ARX(2, 2, variance=0.09, memory=dw.RunLengths(0.1, 1e15)).scan(y, u)
+    two = dw.ARX(2, 2, variance=0.09, memory=dw.BayesianChangePoint(0.1, 1e15)).scan(y, u)
     np.testing.assert_allclose(one.outs[:, 8:], two.outs[:, 8:], rtol=1e-8)
 
 
@@ -434,7 +434,7 @@ def mixture(phi, y, R, P0, q, rate, M):
 def test_the_mixture_equals_dense_filters():
     phi, y = excite(10, 150)
     y[80:] += phi[80:] @ [2.0, -1.0, 0.0]
-    est = dw.Regression(3, memory=dw.RunLengths([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
+    est = dw.Regression(3, memory=dw.BayesianChangePoint([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
     trace = est.scan(y, phi, keep="covariance")
     means, covariances, lengths, chi2 = mixture(phi, y, 0.25, 1e3 * np.eye(3), np.array([1.0, 0.25, 0.04]), 1 / 40, 6)
     np.testing.assert_allclose(trace.parameters, means, rtol=1e-9, atol=1e-10)
@@ -460,7 +460,7 @@ def test_jumps_do_not_spoil_what_is_learnt_of_the_noise(noise_std, every, jump):
     found = []
     for seed in range(5):
         y, u = with_jumps(seed, noise_std, 0.3, every)
-        est = dw.ARX(2, 2, memory=dw.RunLengths(jump, every))
+        est = dw.ARX(2, 2, memory=dw.BayesianChangePoint(jump, every))
         found.append(np.sqrt(est.sigma2(est.scan(y, u, keep="innovations").state)) / noise_std)
     assert abs(np.mean(found) - 1) < 0.03, found
 
@@ -471,7 +471,7 @@ def test_a_matched_walk_learns_the_noise_of_a_walk():
         rng = np.random.default_rng(seed)
         phi, steps, e = rng.standard_normal((3, 3000, 3))
         y = np.sum(phi * np.cumsum(0.3 / np.sqrt(1500) * steps, axis=0), axis=1) + 0.1 * e[:, 0]
-        est = dw.Regression(3, memory=dw.Walk(matched=(0.3, 1500)))
+        est = dw.Regression(3, memory=dw.RandomWalk(matched=(0.3, 1500)))
         found.append(np.sqrt(est.sigma2(est.scan(y, phi).state)) / 0.1)
     assert abs(np.mean(found) - 1) < 0.03, found
 
@@ -480,7 +480,7 @@ def test_the_mixture_tells_when_the_parameters_jumped():
     """b2 of row 1500 multiplies u(1500) in y(1502)."""
     for seed, size, late in ((0, 0.3, 10), (1, -0.3, 10), (2, 3.0, 1)):
         y, u = with_jumps(seed, 0.1, size)
-        trace = dw.ARX(2, 2, memory=dw.RunLengths(0.3, 1500)).scan(y, u)
+        trace = dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 1500)).scan(y, u)
         (told,) = trace.jumps()
         began = told.sample - trace.outs[told.sample, 6] + 1
         assert told.sample < 1502 + late and abs(began - 1502) <= 1, (told.sample, began)
@@ -490,7 +490,7 @@ def test_the_mixture_tells_when_the_parameters_jumped():
 
 def test_the_mixture_seldom_tells_of_a_jump_that_was_none():
     """False events are 100 * every samples apart or more: here four at most are to be expected."""
-    est, told = dw.ARX(2, 2, memory=dw.RunLengths(0.3, 500)), 0
+    est, told = dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 500)), 0
     for seed in range(20):
         y, u = with_jumps(seed, 1.0, 0.0, samples=10_000)
         told += len(est.scan(y, u, keep="innovations").jumps())
@@ -500,7 +500,7 @@ def test_the_mixture_seldom_tells_of_a_jump_that_was_none():
 def test_a_gap_gives_jumps_time():
     """Without data the spread grows by what one jump adds, and the mean waits."""
     phi, y = excite(11, 100)
-    est = dw.Regression(3, memory=dw.RunLengths(1.0, 50), variance=0.25, P0=1e3)
+    est = dw.Regression(3, memory=dw.BayesianChangePoint(1.0, 50), variance=0.25, P0=1e3)
     state = est.scan(y, phi).state
     before = est.covariance(state)
     for n in (10, 1000):
@@ -528,11 +528,11 @@ PUBLISHED = {0.5: (0.0201, 0.0226, 0.0265), 1.0: (0.0280, 0.0442, 0.0377), 2.0: 
 @pytest.mark.parametrize("d, expected", PUBLISHED.items(), ids=str)
 def test_when_does_starting_anew_pay(d, expected):
     """Mean square errors within 5 % of a reference computed by other code on other seeds."""
-    detector = dw.Hinkley(false_alarms="1 per 5000", jump=d)
+    detector = dw.PageHinkley(false_alarms="1 per 5000", jump=d)
     memories = (
-        dw.RunLengths(d, 500, 60),
-        dw.Walk(matched=(d, 500)),
-        dw.UntilJump(detector, dw.GainReset(1 + 1 / d**2), settle=0),
+        dw.BayesianChangePoint(d, 500, 60),
+        dw.RandomWalk(matched=(d, 500)),
+        dw.RestartOnChange(detector, dw.GainReset(1 + 1 / d**2), settle=0),
     )
     for memory, published in zip(memories, expected):
         est, found = dw.Regression(1, memory=memory, variance=1.0, P0=1e3), []
@@ -549,22 +549,22 @@ def test_when_does_starting_anew_pay(d, expected):
 @pytest.mark.parametrize(
     "memory, words",
     [
-        (dw.LimitedGain(1.0), "samples must exceed 1"),
-        (dw.Weighted(1.2), "at most 1"),
+        (dw.GainFloor(1.0), "samples must exceed 1"),
+        (dw.ExponentialForgetting(1.2), "at most 1"),
         (dw.DirectionalForgetting(0.0), "positive"),
         (dw.VariableForgetting(1.0), "samples must exceed 1"),
         (dw.VariableForgetting(least=1.5), "least is the smallest lambda"),
         (dw.Window(4), "needs 5 samples"),
         (dw.Window(0), "whole number"),
-        (dw.Walk(-1.0), "must not be negative"),
-        (dw.Walk(1e-3, matched=(1.0, 100)), "either q or matched"),
-        (dw.Walk(matched=(0.0, 100)), "jump is the size"),
-        (dw.RunLengths(0.0, 100), "jump is the size"),
-        (dw.RunLengths(1.0, 1.0), "every must exceed 1"),
-        (dw.RunLengths(1.0, 100, 1), "hypotheses must be a whole number of at least 2"),
-        (dw.UntilJump(3.0), "detector must be"),
-        (dw.UntilJump(At(3), restart=3.0), r"Inflate\(step\) or GainReset"),
-        (dw.UntilJump(At(3), dw.GainReset(1.0)), "samples must exceed 1"),
+        (dw.RandomWalk(-1.0), "must not be negative"),
+        (dw.RandomWalk(1e-3, matched=(1.0, 100)), "either q or matched"),
+        (dw.RandomWalk(matched=(0.0, 100)), "jump is the size"),
+        (dw.BayesianChangePoint(0.0, 100), "jump is the size"),
+        (dw.BayesianChangePoint(1.0, 1.0), "every must exceed 1"),
+        (dw.BayesianChangePoint(1.0, 100, 1), "hypotheses must be a whole number of at least 2"),
+        (dw.RestartOnChange(3.0), "detector must be"),
+        (dw.RestartOnChange(At(3), restart=3.0), r"CovarianceInflation\(step\) or GainReset"),
+        (dw.RestartOnChange(At(3), dw.GainReset(1.0)), "samples must exceed 1"),
         (0.99, "memory must be"),
     ],
 )
@@ -574,13 +574,13 @@ def test_bad_settings_are_told(memory, words):
 
 
 def test_the_joint_filter_says_what_it_cannot():
-    for restart in (dw.GainReset(5), dw.Inflate(1.0, only_named=True)):
+    for restart in (dw.GainReset(5), dw.CovarianceInflation(1.0, only_named=True)):
         with pytest.raises(dw.InputError, match="for all parameters at once"):
-            dw.Joint(2, 1, memory=dw.UntilJump(restart=restart))
+            dw.Joint(2, 1, memory=dw.RestartOnChange(restart=restart))
     y, u = record()
     options = dict(noise=dw.EquationError(0.09), P0=1e3)
-    plain = dw.Joint(2, 1, memory=dw.Walk([0.0002, 0.0002, 0.0008, 0.0008]), **options)
-    matched = dw.Joint(2, 1, memory=dw.Walk(matched=([0.1, 0.1, 0.2, 0.2], 50)), **options)
+    plain = dw.Joint(2, 1, memory=dw.RandomWalk([0.0002, 0.0002, 0.0008, 0.0008]), **options)
+    matched = dw.Joint(2, 1, memory=dw.RandomWalk(matched=([0.1, 0.1, 0.2, 0.2], 50)), **options)
     np.testing.assert_allclose(plain.scan(y, u).parameters, matched.scan(y, u).parameters, rtol=1e-9, atol=1e-12)
 
 
@@ -589,7 +589,9 @@ def test_memories_pass_the_public_check(name):
     dw.check_policy(MEMORIES[name])
 
 
-@pytest.mark.parametrize("est", [dw.ARX(2, 2, memory=dw.Weighted(0.98)), dw.ARMAX(2, 2, 2)], ids=["weighted", "young"])
+@pytest.mark.parametrize(
+    "est", [dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)), dw.ARMAX(2, 2, 2)], ids=["weighted", "young"]
+)
 def test_the_likelihood_of_a_fading_memory_is_that_of_its_predictions(est):
     """What has faded is not in chi2 any more, so the closed form of constant parameters does not hold."""
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=500, noise_std=0.3, missing=0.1, seed=1)

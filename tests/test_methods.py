@@ -33,7 +33,7 @@ def test_equals_batch_instrumental_variables(p):
     rng = np.random.default_rng(4)
     u = rng.standard_normal((T, 2))
     y = scipy.signal.lfilter([0, 1.0, 0.5], [1, -1.5, 0.7], u[:, 0]) + rng.standard_normal(T)
-    memory = dw.Never() if p == 1 else dw.Weighted(p)
+    memory = dw.Constant() if p == 1 else dw.ExponentialForgetting(p)
     est = dw.ARX(
         2, (2, 1), (1, 0), offset=True, method="iv", instruments="delayed", memory=memory, P0=1e3, at_rest=True
     )
@@ -95,7 +95,9 @@ def test_a_sample_without_instruments_is_skipped():
     """An input that does nothing: 1 + phi' P zeta comes near zero now and then; all stays finite."""
     rng = np.random.default_rng(0)
     y, u = scipy.signal.lfilter([1], [1, -0.9], rng.standard_normal((2, 20_000)))[0], rng.standard_normal(20_000)
-    trace = dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.9), at_rest=True).scan(y, u)
+    trace = dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.ExponentialForgetting(0.9), at_rest=True).scan(
+        y, u
+    )
     skipped = (trace.status & int(dw.Status.SKIPPED)) != 0
     assert 0 < skipped.sum() < 2000
     at = np.flatnonzero(skipped)
@@ -106,7 +108,7 @@ def test_a_sample_without_instruments_is_skipped():
 def test_tracks_with_a_memory():
     y, u = plant(3000, 1, measurement=0.3, std=0.0)
     more, v = plant(3000, 2, measurement=0.3, std=0.0)
-    est = dw.ARX(2, 2, method="iv", memory=dw.Weighted(0.99)).scaled_to(y, u)
+    est = dw.ARX(2, 2, method="iv", memory=dw.ExponentialForgetting(0.99)).scaled_to(y, u)
     end = est.scan(np.append(y, -2 * more), np.append(u, v)).parameters[-1]  # the gain changes its sign and doubles
     np.testing.assert_allclose(end, TRUTH * [1, 1, -2, -2], atol=0.3)
 
@@ -115,7 +117,7 @@ def test_a_reset_of_the_gain_frees_the_instruments_too():
     """After the alarm both matrices have grown: the new plant is found soon."""
     y, u = plant(1500, 1, measurement=0.1, std=0.0)
     more, v = plant(300, 2, measurement=0.1, std=0.0)
-    memory = dw.UntilJump(dw.Hinkley(threshold=12.0), dw.GainReset(8))
+    memory = dw.RestartOnChange(dw.PageHinkley(threshold=12.0), dw.GainReset(8))
     est = dw.ARX(2, 2, method="iv", memory=memory).scaled_to(y, u)
     trace = est.scan(np.append(y, -2 * more), np.append(u, v))
     assert np.any(trace.status[1500:1520] & dw.Status.JUMP)
@@ -165,7 +167,7 @@ def test_a_gradient_claims_no_accuracy(tmp_path):
 
     matplotlib.use("Agg")
     y, u = example(dw.ARX(2, 2), samples=600)
-    trace = dw.ARX(2, 2, method="nlms", memory=dw.Weighted(0.99)).scaled_to(y, u).scan(y, u)
+    trace = dw.ARX(2, 2, method="nlms", memory=dw.ExponentialForgetting(0.99)).scaled_to(y, u).scan(y, u)
     assert np.all(np.isinf(trace.parameters_std)) and trace.state["U"].size == 0
     summary = trace.summary()
     assert all(np.isinf(std) for *_, std in summary.parameters) and summary.unlearned == []
@@ -295,10 +297,10 @@ BAD = {
     'instruments must be "model" or "delayed"': lambda: dw.ARX(2, 2, method="iv", instruments="u"),
     "instruments are made of inputs": lambda: dw.AR(2, method="iv"),
     "na = 0 has none": lambda: dw.Regression(2, method="iv"),
-    "with method='iv' memory must be": lambda: dw.ARX(2, 2, method="iv", memory=dw.Walk(1e-4)),
+    "with method='iv' memory must be": lambda: dw.ARX(2, 2, method="iv", memory=dw.RandomWalk(1e-4)),
     "step must lie between 0 and 2": lambda: dw.ARX(2, 2, method="nlms", step=2.0),
     "has no covariance, so P0": lambda: dw.ARX(2, 2, method="nlms", P0=1.0),
-    "memory says how the variance does": lambda: dw.ARX(2, 2, method="lms", memory=dw.Walk(1e-4)),
+    "memory says how the variance does": lambda: dw.ARX(2, 2, method="lms", memory=dw.RandomWalk(1e-4)),
     "inside the unit circle": lambda: dw.AdaptiveObserver(2, 1.0),
     "conjugates": lambda: dw.AdaptiveObserver(2, [0.5j, 0.5]),
     "poles must be a finite number, or 2": lambda: dw.AdaptiveObserver(2, [0.5]),

@@ -53,9 +53,9 @@ NOISES = [
     dict(),
     dict(noise=dw.NoisePolynomial((0.1, -0.4), 0.01), P0=10.0),
     dict(noise=dw.NoiseCovariance([[0.3, 0.1], [0.1, 0.2]], [0.1, 0.05], 0.5), P0=10.0),
-    dict(memory=dw.Walk(1e-4)),
-    dict(gate=dw.Gate(2.5)),
-    dict(scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0)),
+    dict(memory=dw.RandomWalk(1e-4)),
+    dict(gate=dw.InnovationGate(2.5)),
+    dict(scale=dw.InverseGamma(2.0, 0.1), noise=dw.EquationError(1.0)),
 ]
 
 
@@ -87,7 +87,7 @@ def test_coupled_is_split_where_nothing_links_the_outputs(nu):
     y, u = dw.simulate_mimo(nu, theta, samples=300, inputs=1, direct=True, noise_std=0.1, seed=1)
     d, R = tuple(0.3 * rng.standard_normal(v) for v in nu), 0.01 * np.arange(1.0, len(nu) + 1)
     for noise in (dw.EquationError(R), dw.NoisePolynomial(d, R)):
-        options = dict(noise=noise, P0=rng.uniform(0.5, 2.0, form.N), memory=dw.Walk(1e-6))
+        options = dict(noise=noise, P0=rng.uniform(0.5, 2.0, form.N), memory=dw.RandomWalk(1e-6))
         one, two = dw.JointMIMO(nu, 1, True, **options), dw.JointMIMO(nu, 1, True, split=False, **options)
         assert one.is_split and not two.is_split
         a, b = one.scan(y, u), two.scan(y, u)
@@ -110,7 +110,7 @@ def test_each_output_learns_its_own_scale():
     assert np.all(abs(inside - 0.95) < 0.012)  # three standard errors of 3000
     alpha, beta = est.scale_posterior(trace.state)
     assert alpha.tolist() == [1500 + (1 - 7) / 2, 1500 + (1 - 5) / 2] and np.all(beta > 0)  # 7 and 5 unknowns
-    coupled = dw.JointMIMO((2, 1), 1, split=False, noise=dw.EquationError((1.0, 400.0)), scale=dw.UnknownScale(1, 1))
+    coupled = dw.JointMIMO((2, 1), 1, split=False, noise=dw.EquationError((1.0, 400.0)), scale=dw.InverseGamma(1, 1))
     state = coupled.scan(y, u).state
     assert np.sqrt(coupled.sigma2(state)) == pytest.approx([0.1, 0.1], rel=0.05)
 
@@ -236,7 +236,7 @@ def test_a_certain_scale_is_a_known_one():
     """Products of two errors are absolute: in the moments relative to sigma^2 each carries one more sigma^2."""
     y, u = gappy(1)
     known = dw.JointMIMO((2, 1), 1, True, noise=dw.EquationError(0.25), P0=0.5, split=False)
-    scale = dw.UnknownScale(1e12, 0.25e12)
+    scale = dw.InverseGamma(1e12, 0.25e12)
     learnt = dw.JointMIMO((2, 1), 1, True, noise=dw.EquationError(1.0), scale=scale, P0=2.0, split=False)
     one, other = known.scan(y, u), learnt.scan(y, u)
     assert np.allclose(one.prediction, other.prediction, rtol=1e-6, atol=1e-8)
@@ -247,7 +247,7 @@ def test_a_certain_scale_is_a_known_one():
 def test_a_restart_of_one_output_is_joints():
     y, u = dw.simulate([-1.3], [1.0], samples=60, noise_std=0.1, seed=1)
     y, u = np.concatenate([y[:30], np.full(300, np.nan), y[30:]]), np.concatenate([u[:30], np.ones(300), u[30:]])
-    scale = dw.UnknownScale(2.0, 0.02)
+    scale = dw.InverseGamma(2.0, 0.02)
     one = dw.Joint(1, 1, scale=scale).scan(y, u)
     several = dw.JointMIMO((1,), 1, scale=scale).scan(y[:, None], u)
     assert (one.status & int(dw.Status.LOST)).any()
@@ -259,7 +259,11 @@ def test_each_group_jumps_by_its_own_steps():
     y, u = gappy(2)
     steps = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     est = dw.JointMIMO(
-        (1, 1), 1, noise=dw.EquationError(1.0), memory=dw.UntilJump(restart=dw.Inflate(steps), settle=5), P0=1e6
+        (1, 1),
+        1,
+        noise=dw.EquationError(1.0),
+        memory=dw.RestartOnChange(restart=dw.CovarianceInflation(steps), settle=5),
+        P0=1e6,
     )
     assert est.is_split
     y, u = np.nan_to_num(y), np.nan_to_num(u)
@@ -273,7 +277,7 @@ def test_each_group_jumps_by_its_own_steps():
 
 def test_each_output_of_a_group_has_a_detector_of_its_own():
     y, u = (np.nan_to_num(v) for v in gappy(2))
-    memory = dw.UntilJump(dw.VarianceChange(4.0, threshold=1e9), settle=5)
+    memory = dw.RestartOnChange(dw.VarianceCUSUM(4.0, threshold=1e9), settle=5)
     est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(0.2), memory=memory, split=False)
     state = est.scan(y[:50], u[:50]).state
     state["marks"][:, OWN] = 3.0, 4.0

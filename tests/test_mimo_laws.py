@@ -14,18 +14,19 @@ ESTIMATORS = {
     "split": dw.JointMIMO((2, 1), 1),
     "coupled": dw.JointMIMO((2, 1), 1, split=False),
     "linked noise": dw.JointMIMO((2, 1), 1, noise=LINKED),
-    "walk": dw.JointMIMO((2, 1), 1, memory=dw.Walk(1e-4)),
-    "until a jump": dw.JointMIMO((2, 1), 1, memory=dw.UntilJump(settle=10)),
-    "gate": dw.JointMIMO((2, 1), 1, gate=dw.Gate(4.0)),
-    "linked, gate": dw.JointMIMO((1, 2), 1, True, noise=LINKED, gate=dw.Gate(4.0)),
+    "walk": dw.JointMIMO((2, 1), 1, memory=dw.RandomWalk(1e-4)),
+    "until a jump": dw.JointMIMO((2, 1), 1, memory=dw.RestartOnChange(settle=10)),
+    "gate": dw.JointMIMO((2, 1), 1, gate=dw.InnovationGate(4.0)),
+    "linked, gate": dw.JointMIMO((1, 2), 1, True, noise=LINKED, gate=dw.InnovationGate(4.0)),
     "proper scale": dw.JointMIMO(
-        (1, 2, 1), 1, noise=dw.EquationError((1.0, 2.0, 3.0)), scale=dw.UnknownScale(2.0, 0.1), P0=100.0
+        (1, 2, 1), 1, noise=dw.EquationError((1.0, 2.0, 3.0)), scale=dw.InverseGamma(2.0, 0.1), P0=100.0
     ),
     "one output": dw.JointMIMO(3, 2),
     "no input": dw.JointMIMO((1, 1)),
     "dead-beat": dw.JointMIMO((2, 1), 1, noise=dw.EquationError(0.0), P0=100.0),
     "all together": dw.JointMIMO(
-        (2, 1), 2, True, noise=dw.NoisePolynomial(((0.1, -0.4), (0.3,)), 0.01), memory=dw.Walk(1e-5), gate=dw.Gate()
+        (2, 1), 2, True, noise=dw.NoisePolynomial(((0.1, -0.4), (0.3,)), 0.01), memory=dw.RandomWalk(1e-5),
+        gate=dw.InnovationGate()
     ),
 }  # fmt: skip
 
@@ -74,7 +75,7 @@ def test_a_rejected_outlier_is_a_missing_sample():
         for i in range(2):
             spoiled, gap = y.copy(), y.copy()
             spoiled[90, i], gap[90, i] = 1e3, np.nan
-            gated = dw.JointMIMO((2, 1), 1, noise=noise, P0=10.0, floor=0.0, gate=dw.Gate(8.0, settle=50))
+            gated = dw.JointMIMO((2, 1), 1, noise=noise, P0=10.0, floor=0.0, gate=dw.InnovationGate(8.0, settle=50))
             plain = dw.JointMIMO((2, 1), 1, noise=noise, P0=10.0, floor=0.0)
             got, expected = gated.scan(spoiled, u), plain.scan(gap, u)
             assert got.status[90, i] & dw.Status.REJECTED and not np.any(got.status[90, 1 - i])

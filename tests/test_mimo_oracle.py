@@ -58,7 +58,7 @@ def test_follows_the_oracle(structure, lost_y, lost_u, kind):
     matrices, noise, P0 = kind(rng, plant)
     plain = dw.JointMIMO(*structure, s0=s0, P0=P0)
     assert plain.model.N == plant.size
-    est = dw.JointMIMO(*structure, noise=noise, memory=dw.Walk(by_lag(plain, q)), s0=s0, P0=P0, floor=0.0)
+    est = dw.JointMIMO(*structure, noise=noise, memory=dw.RandomWalk(by_lag(plain, q)), s0=s0, P0=P0, floor=0.0)
     assert est.is_split == (kind is separate)
     expected = dense_mimo.run(plant, matrices, s0, P0, y, u, q, est.is_split)
     trace = est.scan(y, u if plant.inputs else None, keep="covariance")

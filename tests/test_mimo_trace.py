@@ -48,7 +48,7 @@ def trace():
 
 def test_one_output_has_the_summary_of_joint():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=600, noise_std=0.1, missing=0.05, seed=3)
-    gate = dict(gate=dw.Gate(3.0))
+    gate = dict(gate=dw.InnovationGate(3.0))
     one = dw.Joint(2, 1, **gate).scaled_to(y, u).scan(y, u).summary()
     many = dw.JointMIMO((2,), 1, **gate).scaled_to(y, u).scan(y, u).summary()
     got = many.outputs[0]
@@ -141,7 +141,7 @@ def test_words_name_what_is_wrong():
     low = dw.JointMIMO((1, 1), 1).scaled_to(y, u).scan(y, u).summary()
     assert not low.outputs[0].whiteness.is_white and "try a larger index" in low.words
     y[50, 1], u[60] = 500.0, np.nan
-    lost = dw.JointMIMO((2, 1), 1, gate=dw.Gate(5.0)).scaled_to(y, u).scan(y, u).summary()
+    lost = dw.JointMIMO((2, 1), 1, gate=dw.InnovationGate(5.0)).scaled_to(y, u).scan(y, u).summary()
     assert "y2: " in lost.words and "1 outlier ignored" in lost.words and "1 of 300 samples lack" in lost.words
     nothing = dw.SummaryMIMO(est).as_dict()
     assert nothing["words"].startswith("0 and 0 measured outputs are too few") and nothing["poles"][0]["std"] is None

@@ -37,7 +37,7 @@ def mixture_of(trace):
 def test_a_trace_tells_the_mixture_behind_its_band():
     """Mean zero, the variance it publishes; by drawing from it, as many in the band as it says; Student's t."""
     s = system("d", 1)
-    trace = dw.ARX(2, 2, memory=dw.Auto(), at_rest=True).scan(s.y[0], s.u[0])
+    trace = dw.ARX(2, 2, memory=dw.AutoMemory(), at_rest=True).scan(s.y[0], s.u[0])
     w, m, v = mixture_of(trace)
     np.testing.assert_allclose(w.sum(axis=1), 1, rtol=1e-12)
     np.testing.assert_allclose((w * m).sum(axis=1), 0, atol=1e-9)
@@ -51,7 +51,7 @@ def test_a_trace_tells_the_mixture_behind_its_band():
         assert np.mean(abs(drawn) < trace.band(0.9)[k]) == pytest.approx(0.9, abs=0.003)
 
 
-@pytest.mark.parametrize("memory", [dw.Auto(), dw.Bank(), dw.Interacting()], ids=lambda m: type(m).__name__)
+@pytest.mark.parametrize("memory", [dw.AutoMemory(), dw.MultipleModel(), dw.IMM()], ids=lambda m: type(m).__name__)
 def test_bands_cover_what_comes(memory):
     s, inside = system("c", 40), []
     for y, psi in zip(s.y, s.psi):
@@ -67,7 +67,7 @@ def test_bands_cover_what_comes(memory):
 
 @pytest.fixture(scope="module")
 def plant():
-    """The plant of the tests, its input and its noise, and what `Auto` tells of a record."""
+    """The plant of the tests, its input and its noise, and what `AutoMemory` tells of a record."""
     rng = np.random.default_rng(11)
     u, e = rng.choice([-1.0, 1.0], 600), 0.1 * rng.standard_normal(600)
 
@@ -81,7 +81,7 @@ def plant():
         for k in range(2, 600):
             y[k] = theta[k] @ [-y[k - 1], -y[k - 2], inputs[k - 1], inputs[k - 2]] + noise[k]
         y[300] += glitch
-        return dw.ARX(2, 2, memory=dw.Auto()).scan(y, inputs)
+        return dw.ARX(2, 2, memory=dw.AutoMemory()).scan(y, inputs)
 
     return told
 

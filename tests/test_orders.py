@@ -82,7 +82,7 @@ def test_prior_of_the_scale_matters_little(alpha, factor):
     for y, u in records(8):
         plain = dw.choose_order(y, u)
         beta = plain.summaries[2].estimator.scale.beta
-        other = dw.choose_order(y, u, scale=dw.UnknownScale(alpha, beta * factor))
+        other = dw.choose_order(y, u, scale=dw.InverseGamma(alpha, beta * factor))
         assert other.best == plain.best == 2
         change = other.log_evidence - plain.log_evidence
         if factor <= 1:  # 1e3 outweighs the data: the choice stays, the odds do not
@@ -123,7 +123,7 @@ def test_a_relative_prior_would_choose_wrongly_on_clean_records():
     y, u = records(1, 1e-5)[0]
     found = []
     for n in range(1, 6):
-        est = Joint(n, inputs=1, scale=dw.UnknownScale(0.5, 1e-12)).scaled_to(y, u)
+        est = Joint(n, inputs=1, scale=dw.InverseGamma(0.5, 1e-12)).scaled_to(y, u)
         found.append(est.loglik(est.scan(y, u, keep="innovations").state))
     assert np.argmax(found) + 1 > 2
     assert dw.choose_order(y, u).best == 2
@@ -224,8 +224,8 @@ def test_it_says_when_the_noise_is_another():
         (lambda y, u: dw.choose_order(y, u, []), "orders is empty"),
         (lambda y, u: dw.choose_order(y, u, 3), r"for one order n give \[n\]"),
         (lambda y, u: dw.choose_order(y, u, [0, 1]), "at least 1"),
-        (lambda y, u: dw.choose_order(y, u, gate=dw.Gate()), "takes no gate: it rejects other samples"),
-        (lambda y, u: dw.choose_order(y, u, scale=dw.UnknownScale(-1.0, 1.0)), "proper prior"),
+        (lambda y, u: dw.choose_order(y, u, gate=dw.InnovationGate()), "takes no gate: it rejects other samples"),
+        (lambda y, u: dw.choose_order(y, u, scale=dw.InverseGamma(-1.0, 1.0)), "proper prior"),
         (lambda y, u: dw.choose_order(y, u, P0=0.0), "P0 must be a positive"),
         (lambda y, u: dw.choose_order(y, u[:-1]), "they must be simultaneous"),
         (lambda y, u: dw.choose_order(y, u).odds(2, 9), "must be among those compared"),

@@ -67,7 +67,7 @@ def test_columns_are_what_the_estimator_says_of_each_series(est):
 
 
 def test_drift_is_read_as_from_one_state():
-    est = dw.ARX(1, 1, memory=dw.Auto())
+    est = dw.ARX(1, 1, memory=dw.AutoMemory())
     y, u = plants(3, 200, np.random.default_rng(2), b=np.array([1.0, 1.0, 2.0]))
     y[:, 1] = np.cumsum(0.2 * np.random.default_rng(3).standard_normal(200))
     fleet = dw.Fleet(est, range(3))
@@ -204,7 +204,7 @@ def test_who_stands_still_is_rarely_said_to_drift_and_who_drifts_is_found():
     u, y = rng.choice([-1.0, 1.0], (T, S)), 0.1 * rng.standard_normal((T, S))
     for t in range(1, T):
         y[t] += 0.8 * y[t - 1] + (1 + walk[t]) * u[t - 1]
-    fleet = dw.Fleet(dw.ARX(1, 1, memory=dw.Auto()), range(S))
+    fleet = dw.Fleet(dw.ARX(1, 1, memory=dw.AutoMemory()), range(S))
     step = fleet.scan(np.tile(np.arange(S), T), y.ravel(), u.ravel())
     drifts = census(fleet).still < STILL
     assert drifts[100:].sum() < 12, "these stand still"

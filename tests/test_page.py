@@ -55,7 +55,7 @@ def trace():
     y, u = dw.simulate(a, [1.0, 0.5], samples=LONG, noise_std=0.1, seed=4)
     y[SPIKE] += 60
     y[80_000:81_000] = np.nan
-    return dw.Joint(2, inputs=1, memory=dw.UntilJump(), dt=60.0).scaled_to(y, u).scan(y, u)
+    return dw.Joint(2, inputs=1, memory=dw.RestartOnChange(), dt=60.0).scaled_to(y, u).scan(y, u)
 
 
 @pytest.fixture(scope="module")

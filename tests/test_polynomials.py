@@ -221,7 +221,7 @@ def test_a_memory_follows_a_change():
     y1, u1 = one.records(1, 2000, 0.2, seed=1)
     y2, u2 = two.records(1, 2000, 0.2, seed=2)
     y, u = np.append(y1, y2), np.concatenate([u1[0], u2[0]])
-    trace = dw.OE(1, 1, memory=dw.Weighted(0.99)).scan(y, u)
+    trace = dw.OE(1, 1, memory=dw.ExponentialForgetting(0.99)).scan(y, u)
     for at, s in ((1999, one), (3999, two)):
         assert np.all(abs(trace.parameters[at] - s.theta) < 4 * trace.parameters_std[at])
     never = dw.OE(1, 1).scan(y, u).parameters[-1]

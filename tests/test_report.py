@@ -21,7 +21,7 @@ from driftwise.report.wording import fixed, interval, number, plus_minus, probab
 def trace():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=1200, noise_std=0.1, missing=0.03, seed=4)
     y[600] += 50
-    est = dw.Joint(2, inputs=1, gate=dw.Gate(6, settle=40), dt=0.1).scaled_to(y, u)
+    est = dw.Joint(2, inputs=1, gate=dw.InnovationGate(6, settle=40), dt=0.1).scaled_to(y, u)
     return est.scan(y, u)
 
 
@@ -105,7 +105,7 @@ def test_report_without_input_and_of_a_short_record(tmp_path):
 
 def test_report_draws_smoothed_orders_and_zeros(tmp_path):
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=600, noise_std=0.5, seed=4)
-    est = dw.Joint(2, inputs=1, memory=dw.Walk(1e-6)).scaled_to(y, u)
+    est = dw.Joint(2, inputs=1, memory=dw.RandomWalk(1e-6)).scaled_to(y, u)
     trace, smoothed = est.scan(y, u), est.smooth(y, u, lag=50)
     path = trace.report(tmp_path / "r.html", smoothed=smoothed, orders=dw.choose_order(y, u, [1, 2]))
     page = Page(path.read_text(encoding="utf-8"))

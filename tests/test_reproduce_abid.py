@@ -34,11 +34,11 @@ POLICIES = [
     *(f"error on {name} " for name in RANKED),
     *(f"bars and NIS on {name}" for name in RANKED if name != "a"),
     "geometric mean and worst",
-    "Auto, jumps",
+    "AutoMemory, jumps",
     "louder noise is told",
     "louder noise does not",
     "a rest",
-    "outputs missing, Auto",
+    "outputs missing, AutoMemory",
     "outliers, expect='both'",
     "outliers, expect='outliers'",
     "the peers' test: from",
@@ -143,15 +143,16 @@ def swapped(follow, seeds):
 
 
 def test_checks_catch_a_default_that_forgets(monkeypatch):
-    """`Auto` replaced by plain forgetting fails on error, bars and jumps."""
+    """`AutoMemory` replaced by plain forgetting fails on error, bars and jumps."""
     ranking.line.cache_clear()
     slow = [
-        one._replace(memory=lambda phi: dw.Weighted(0.98)) if one.name == "Auto" else one for one in entrants.ENTRANTS
+        one._replace(memory=lambda phi: dw.ExponentialForgetting(0.98)) if one.name == "AutoMemory" else one
+        for one in entrants.ENTRANTS
     ]
     monkeypatch.setattr(ranking, "ENTRANTS", slow)
     failed = [verdict.name for verdict in automatic.section(20).verdicts if verdict.fails]
     ranking.line.cache_clear()
-    for part in ("error on a", "error on d", "geometric mean", "bars and NIS on c", "Auto, jumps"):
+    for part in ("error on a", "error on d", "geometric mean", "bars and NIS on c", "AutoMemory, jumps"):
         assert any(part in name for name in failed), part
 
 

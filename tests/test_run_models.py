@@ -34,10 +34,10 @@ def run(call, record, tmp_path, *options):
 @pytest.mark.parametrize(
     ("memory", "policy"),
     [
-        ("never", dw.Never()),
-        ("weighted:0.98", dw.Weighted(0.98)),
-        ("limited:80", dw.LimitedGain(80)),
-        ("walk:1e-6", dw.Walk(1e-6)),
+        ("never", dw.Constant()),
+        ("weighted:0.98", dw.ExponentialForgetting(0.98)),
+        ("limited:80", dw.GainFloor(80)),
+        ("walk:1e-6", dw.RandomWalk(1e-6)),
     ],
 )
 def test_every_number_is_the_librarys(call, record, tmp_path, memory, policy):
@@ -52,12 +52,12 @@ def test_every_number_is_the_librarys(call, record, tmp_path, memory, policy):
 
 
 def test_the_default_finds_out_and_looks_back_from_the_command_line(call, record, tmp_path):
-    """Memory Auto without being asked; --smooth is what `smooth` returns for the same rows."""
+    """Memory AutoMemory without being asked; --smooth is what `smooth` returns for the same rows."""
     saved = tmp_path / "s.parquet"
     options = ("--model", "arx:2,1/1,1/0", "--smooth", "all", "--save", saved, "--report", tmp_path / "r.html")
     found, out = run(call, record, tmp_path, *options)
     _, y, u = record
-    est = dw.ARX(2, (1, 1), (1, 0), memory=dw.Auto()).scaled_to(y, u)
+    est = dw.ARX(2, (1, 1), (1, 0), memory=dw.AutoMemory()).scaled_to(y, u)
     trace, smoothed = est.scan(y, u), est.smooth(y, u)
     assert found["estimator"]["memory"] == "auto" and "parameters that may drift or jump" in out
     assert [row["value"] for row in found["summary"]["parameters"]] == trace.parameters[-1].tolist()
@@ -89,31 +89,31 @@ def test_a_regression_uses_the_names_of_the_columns(call, record, tmp_path):
 
 def test_every_memory_is_written_as_it_is_called():
     for text, policy in {
-        "auto": dw.Auto(),
-        "auto:outliers": dw.Auto("outliers"),
-        "auto:jumps": dw.Auto("jumps"),
-        "bank": dw.Bank(),
-        "interacting": dw.Interacting(),
+        "auto": dw.AutoMemory(),
+        "auto:outliers": dw.AutoMemory("outliers"),
+        "auto:jumps": dw.AutoMemory("jumps"),
+        "bank": dw.MultipleModel(),
+        "interacting": dw.IMM(),
         "variable:100": dw.VariableForgetting(100.0),
         "directional:0.98": dw.DirectionalForgetting(0.98),
         "window:60": dw.Window(60),
-        "runlengths:0.3/500": dw.RunLengths(0.3, 500.0),
-        "runlengths:0.3,0.1/500": dw.RunLengths((0.3, 0.1), 500.0),
-        "walk:1e-3": dw.Walk(1e-3),
-        "walk:0.3/500": dw.Walk(matched=(0.3, 500.0)),
-        "jump:0.3": dw.UntilJump(restart=dw.Inflate(0.3)),
-        "reset:10": dw.UntilJump(restart=dw.GainReset(10.0)),
+        "runlengths:0.3/500": dw.BayesianChangePoint(0.3, 500.0),
+        "runlengths:0.3,0.1/500": dw.BayesianChangePoint((0.3, 0.1), 500.0),
+        "walk:1e-3": dw.RandomWalk(1e-3),
+        "walk:0.3/500": dw.RandomWalk(matched=(0.3, 500.0)),
+        "jump:0.3": dw.RestartOnChange(restart=dw.CovarianceInflation(0.3)),
+        "reset:10": dw.RestartOnChange(restart=dw.GainReset(10.0)),
     }.items():
         assert specs.memory(text) == policy
     for text, detector in {
-        "parameters:10000": dw.Score("10000"),
-        "parameters:1 per 10_000,0.3,0.2": dw.Score("1 per 10_000", (0.3, 0.2)),
-        "level:10000,0.5": dw.Hinkley("10000", 0.5),
-        "noise:1/10000,2": dw.VarianceChange(2.0, false_alarms="1/10000"),
+        "parameters:10000": dw.ScoreCUSUM("10000"),
+        "parameters:1 per 10_000,0.3,0.2": dw.ScoreCUSUM("1 per 10_000", (0.3, 0.2)),
+        "level:10000,0.5": dw.PageHinkley("10000", 0.5),
+        "noise:1/10000,2": dw.VarianceCUSUM(2.0, false_alarms="1/10000"),
         "glr:10000,50": dw.GLR("10000", 50),
     }.items():
-        assert specs.policy("never", text, False) == dw.UntilJump(detector)
-        assert specs.policy("reset:10", text, False) == dw.UntilJump(detector, dw.GainReset(10.0))
+        assert specs.policy("never", text, False) == dw.RestartOnChange(detector)
+        assert specs.policy("reset:10", text, False) == dw.RestartOnChange(detector, dw.GainReset(10.0))
 
 
 def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
@@ -126,7 +126,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
     options = ("--model", "arx:1,1", "--jumps", "parameters:10000,0.15", "--memory", "reset:10", "--center", "none")
     code, out, err = call("run", path, "-o", "y", "-i", "u", *options, "--report", page, "--json", result)
     assert (code, err) == (0, "")
-    est = dw.ARX(1, 1, memory=dw.UntilJump(dw.Score(10_000, 0.15), dw.GainReset(10))).scaled_to(y, u)
+    est = dw.ARX(1, 1, memory=dw.RestartOnChange(dw.ScoreCUSUM(10_000, 0.15), dw.GainReset(10))).scaled_to(y, u)
     trace = est.scan(y, u)
     found = json.loads(result.read_text())["jumps"]
     assert [(jump["sample"], jump["words"]) for jump in found] == [(e.sample, e.text) for e in trace.jumps()]
@@ -134,7 +134,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
     assert f"jumps noticed at: sample {found[0]['sample']} (b1 rose)" in " ".join(out.split())
     assert trace.weight[found[0]["sample"] - 1] > 490 and trace.weight[found[0]["sample"] + 1] < 12
     text = page.read_text()
-    assert "Score promises at most one false alarm per 10" in text
+    assert "ScoreCUSUM promises at most one false alarm per 10" in text
     assert "statistic / threshold" in text and "memory (samples)" in text and found[0]["words"] in text
 
 
@@ -154,7 +154,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
             ["--model", "armax:2,1,1", "--smooth", "all"],
             "--smooth is for ar, arx, regression, whose regressors are data",
         ),
-        (["--model", "arx:400,400"], "Auto of 1200 parameters keeps 8.8e+08 numbers"),
+        (["--model", "arx:400,400"], "AutoMemory of 1200 parameters keeps 8.8e+08 numbers"),
         (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
         (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (how fast each parameter drifts"),
         (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),

@@ -56,7 +56,7 @@ def test_smoothed_columns_are_those_of_the_library(call, record, tmp_path, endin
     old, new = read(plain), read(wide)
     for name in old.column_names:
         np.testing.assert_array_equal(np.asarray(old[name], float), np.asarray(new[name], float))
-    est = dw.Joint(2, inputs=1, memory=dw.UntilJump()).scaled_to(y[:300], u[:300])
+    est = dw.Joint(2, inputs=1, memory=dw.RestartOnChange()).scaled_to(y[:300], u[:300])
     by_hand = est.smooth(y, u, lag=None if smooth == "all" else int(smooth))
     for j, name in enumerate(est.names):
         np.testing.assert_array_equal(np.asarray(new[f"{name}_smoothed"]), by_hand.parameters[:, j])
@@ -91,7 +91,7 @@ def test_orders_are_those_of_the_library(call, record, tmp_path):
     code, out, _ = call(*options, "--orders", "1-3", "-n", 3, "--json", result, "--report", page)
     assert code == 0
     data = json.loads(result.read_text())["orders"]
-    by_hand = dw.choose_order(y, u, [1, 2, 3], memory=dw.UntilJump())
+    by_hand = dw.choose_order(y, u, [1, 2, 3], memory=dw.RestartOnChange())
     assert data["order"] == [1, 2, 3]
     assert data["best"] == by_hand.best == 2
     np.testing.assert_allclose(data["log_evidence"], by_hand.log_evidence, rtol=1e-12)

@@ -62,7 +62,7 @@ def test_scaling_the_output_by_a_power_of_two_changes_no_bit(form):
 
     def run(c):
         noise, units = dw.EquationError(0.09 * c**2), c**unit
-        est = dw.Joint(2, 1, True, noise=noise, P0=5 * units**2, memory=dw.Walk(1e-6 * units[2:] ** 2), form=form)
+        est = dw.Joint(2, 1, True, noise=noise, P0=5 * units**2, memory=dw.RandomWalk(1e-6 * units[2:] ** 2), form=form)
         trace = est.scan(c * y, u)
         state = trace.state
         mean, covariance = est.mean(state) / units, est.covariance(state) / np.outer(units, units)
@@ -254,7 +254,7 @@ def test_student_bands_cover_what_they_say():
     u = rng.standard_normal((records, T))
     noise = np.zeros((records, T, 2)), sigma * rng.standard_normal((records, T))
     y, _ = canonical(s[:, 2:4], *noise, s[:, 4:], u, x0=s[:, :2])
-    est = dw.Joint(2, 1, noise=dw.EquationError(1.0), scale=dw.UnknownScale(alpha, beta), s0=s0, P0=P0)
+    est = dw.Joint(2, 1, noise=dw.EquationError(1.0), scale=dw.InverseGamma(alpha, beta), s0=s0, P0=P0)
     traces = over_records(est, y, u)
     assert traces[0].dof == pytest.approx(2 * alpha + np.arange(T))
     inside = np.array([np.abs(trace.innovation) <= trace.band(0.95) for trace in traces])

@@ -35,7 +35,7 @@ def test_the_promise_is_kept_whatever_the_tails(make, noise):
 
 def test_a_plain_sum_does_not_keep_it():
     e = CLEAN["Student's t, 3"](np.random.default_rng(0))
-    assert len(dw.Hinkley("1 per 1000", jump=3.0).scan(e)) > 400
+    assert len(dw.PageHinkley("1 per 1000", jump=3.0).scan(e)) > 400
 
 
 def test_colour_is_learnt():
@@ -43,7 +43,7 @@ def test_colour_is_learnt():
     e = coloured(np.random.default_rng(1), 0.6, N) * (1 - 0.36) ** 0.5
     found = dw.SelfStarting("1 per 1000").scan(e)
     assert np.count_nonzero(found.samples > N // 2) <= 60
-    assert np.count_nonzero(dw.Hinkley("1 per 1000", jump=1.5).scan(e).samples > N // 2) > 300
+    assert np.count_nonzero(dw.PageHinkley("1 per 1000", jump=1.5).scan(e).samples > N // 2) > 300
 
 
 @pytest.mark.parametrize("noise", ["given", "learnt"])
@@ -57,7 +57,7 @@ def test_the_delay_is_near_that_of_a_sum_that_is_told_everything(noise):
         later = found.samples >= at
         assert later.any()
         delays.append(found.samples[later][0] - at + 1)
-    best = dw.Hinkley("1 per 1000", jump=shift).delay()
+    best = dw.PageHinkley("1 per 1000", jump=shift).delay()
     assert 0.9 * best < np.mean(delays) < 1.5 * best
 
 

@@ -11,19 +11,21 @@ NA, NB, NK = [[2, 1], [0, 3]], [[1, 2], [2, 0]], [[1, 0], [2, 1]]
 ESTIMATORS = {
     "default": dw.ARXMIMO(2, 1),
     "orders, delays, offset": dw.ARXMIMO(2, 2, NA, NB, NK, offset=True),
-    "weighted": dw.ARXMIMO(2, 1, memory=dw.Weighted(0.98)),
-    "limited gain": dw.ARXMIMO(2, 1, memory=dw.LimitedGain(50)),
-    "walk": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.Walk(1e-5)),
-    "known noise, gate": dw.ARXMIMO(2, 1, 1, 1, variance=(0.01, 0.04), gate=dw.Gate(), P0=10.0),
-    "until a jump": dw.ARXMIMO(2, 1, memory=dw.UntilJump(dw.Hinkley(threshold=4.0), dw.GainReset(10), settle=10)),
+    "weighted": dw.ARXMIMO(2, 1, memory=dw.ExponentialForgetting(0.98)),
+    "limited gain": dw.ARXMIMO(2, 1, memory=dw.GainFloor(50)),
+    "walk": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.RandomWalk(1e-5)),
+    "known noise, gate": dw.ARXMIMO(2, 1, 1, 1, variance=(0.01, 0.04), gate=dw.InnovationGate(), P0=10.0),
+    "until a jump": dw.ARXMIMO(
+        2, 1, memory=dw.RestartOnChange(dw.PageHinkley(threshold=4.0), dw.GainReset(10), settle=10)
+    ),
     "variable forgetting": dw.ARXMIMO(2, 1, memory=dw.VariableForgetting(50)),
     "window": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.Window(30)),
-    "run lengths": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.RunLengths(0.3, 50, 5)),
+    "run lengths": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.BayesianChangePoint(0.3, 50, 5)),
     "missing held": dw.ARXMIMO(2, 1, missing="hold"),
-    "missing skipped": dw.ARXMIMO(2, 1, missing="skip", memory=dw.Weighted(0.95)),
+    "missing skipped": dw.ARXMIMO(2, 1, missing="skip", memory=dw.ExponentialForgetting(0.95)),
     "no input": dw.ARXMIMO(3, 0, 1, offset=True),
     "one output": dw.ARXMIMO(1, 1),
-    "proper scale": dw.ARXMIMO(2, 1, scale=dw.UnknownScale(2.0, 0.1), P0=1e3),
+    "proper scale": dw.ARXMIMO(2, 1, scale=dw.InverseGamma(2.0, 0.1), P0=1e3),
 }
 
 
@@ -135,7 +137,8 @@ def test_equals_batch_least_squares():
 
 @pytest.mark.parametrize(
     "options",
-    [{}, dict(memory=dw.Weighted(0.98), gate=dw.Gate(3.0)), dict(missing="hold", memory=dw.Walk(1e-5)),
+    [{}, dict(memory=dw.ExponentialForgetting(0.98), gate=dw.InnovationGate(3.0)),
+     dict(missing="hold", memory=dw.RandomWalk(1e-5)),
      dict(missing="skip", offset=True, variance=0.01, P0=10.0)],
     ids=str,
 )  # fmt: skip
@@ -212,7 +215,7 @@ def test_error_bars_of_parameters_hold():
 
 
 def test_covariance_of_the_noises():
-    """Lambda: the weighed sums exactly under Never; near the truth with gaps and forgetting."""
+    """Lambda: the weighed sums exactly under Constant; near the truth with gaps and forgetting."""
     R = np.array([[0.01, 0.018], [0.018, 0.09]])
     noise = dw.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
     y, u = dw.simulate_mimo((2, 1), TRUTH, samples=4000, inputs=1, noise=noise, seed=3)
@@ -229,7 +232,7 @@ def test_covariance_of_the_noises():
     products = np.prod(e.innovation * w, axis=1).sum() / np.prod(w, axis=1).sum()
     assert known.noise_covariance(e.state)[0, 1] == pytest.approx(products, rel=1e-9)
     y[np.random.default_rng(0).random(y.shape) < 0.2] = np.nan
-    fading = dw.ARXMIMO(2, 1, **ORDERS, memory=dw.Weighted(0.999)).scaled_to(y, u)
+    fading = dw.ARXMIMO(2, 1, **ORDERS, memory=dw.ExponentialForgetting(0.999)).scaled_to(y, u)
     state = fading.scan(y, u).state
     np.testing.assert_allclose(fading.noise_covariance(state), R, rtol=0.15)
     assert 500 < state["weights"][0, 0] < 1000  # a memory of 1000 samples, less what gaps cost
@@ -285,7 +288,7 @@ def test_each_equation_has_a_detector_of_its_own():
     changed = [*TRUTH[:7], 0.9, 0.0]
     theta = np.repeat([TRUTH, changed], [700, 300], axis=0)
     y, u = dw.simulate_mimo((2, 1), theta, samples=1000, inputs=1, noise_std=0.1, seed=5)
-    memory = dw.UntilJump(dw.Score("1 per 1_000_000", jump=0.3), dw.GainReset(5))
+    memory = dw.RestartOnChange(dw.ScoreCUSUM("1 per 1_000_000", jump=0.3), dw.GainReset(5))
     trace = dw.ARXMIMO(2, 1, **ORDERS, memory=memory).scaled_to(y, u).scan(y, u)
     first, *_ = (event for event in trace.events() if event.kind == "JUMP")
     assert 700 <= first.sample < 720 and first.text.startswith("output 2: jump: ")
@@ -295,7 +298,7 @@ def test_each_equation_has_a_detector_of_its_own():
 
 def test_evidence_is_the_sum_over_equations():
     y, u = dw.simulate_mimo((2, 1), TRUTH, samples=300, inputs=1, noise_std=0.1, seed=2)
-    prior = dict(scale=dw.UnknownScale(2.0, 0.1), P0=10.0)
+    prior = dict(scale=dw.InverseGamma(2.0, 0.1), P0=10.0)
     one = dw.ARX(2, (2, 2), **prior).scan(y[:, 0], np.column_stack([-y[:, 1], u])).summary()
     two = dw.ARX(1, (1, 1), **prior).scan(y[:, 1], np.column_stack([-y[:, 0], u])).summary()
     est = dw.ARXMIMO(2, 1, **ORDERS, **prior)

@@ -104,7 +104,7 @@ def backwards(est, y, u):
 
 def test_means_agree_with_rauch_tung_striebel():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=60, noise_std=0.5, seed=3)
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.25), memory=dw.Walk(1e-3), P0=10.0)
+    est = dw.Joint(2, 1, noise=dw.EquationError(0.25), memory=dw.RandomWalk(1e-3), P0=10.0)
     smoothed = est.smooth(y, u, keep="means")
     golden.assert_close(smoothed.outs, backwards(est, y, u), 1e-7)
 
@@ -112,10 +112,10 @@ def test_means_agree_with_rauch_tung_striebel():
 def options():
     return [
         dict(order=2, inputs=1),
-        dict(order=2, inputs=1, direct=True, noise=dw.OutputError(), memory=dw.Walk(1e-5)),
+        dict(order=2, inputs=1, direct=True, noise=dw.OutputError(), memory=dw.RandomWalk(1e-5)),
         dict(order=3, noise=dw.NoisePolynomial((0.1, 0.2, -0.3))),
-        dict(order=1, inputs=2, noise=dw.UnknownPolynomial(), gate=dw.Gate()),
-        dict(order=2, inputs=1, memory=dw.UntilJump(), scale=dw.UnknownScale(2.0, 1.0)),
+        dict(order=1, inputs=2, noise=dw.UnknownPolynomial(), gate=dw.InnovationGate()),
+        dict(order=2, inputs=1, memory=dw.RestartOnChange(), scale=dw.InverseGamma(2.0, 1.0)),
     ]
 
 
@@ -172,7 +172,7 @@ class TestLaws:
         assert np.isfinite(smoothed.outs).all()
         s2 = est.sigma2(smoothed.state)
         filtered = trace.outs[:, 4 + est.model.N :]
-        if not isinstance(est.scale, dw.UnknownScale):
+        if not isinstance(est.scale, dw.InverseGamma):
             assert np.all(smoothed.outs[:, est.model.N :] <= filtered * (1 + 1e-6) + 1e-6)
         assert s2 > 0
 
@@ -219,7 +219,9 @@ def drifting(rng, T, walk, R, n=1):
 def test_error_bars_of_drifting_parameters():
     """200 records, truth from the prior: NEES per dimension within [.9, 1.1], and smoothing beats filtering."""
     rng, T, walk, R = np.random.default_rng(7), 120, 0.01, 0.04
-    est = dw.Joint(1, 1, noise=dw.EquationError(R), memory=dw.Walk(walk**2), s0=[0, -0.5, 1.0], P0=[1, 0.01, 0.01])
+    est = dw.Joint(
+        1, 1, noise=dw.EquationError(R), memory=dw.RandomWalk(walk**2), s0=[0, -0.5, 1.0], P0=[1, 0.01, 0.01]
+    )
     uncapped = est.policies[2]._replace(cap=np.full(2, 1e9))
     est.policies = (*est.policies[:2], uncapped, *est.policies[3:])
     est.spec = flatten(est.policies)

@@ -33,7 +33,7 @@ def test_a_series_as_bytes_comes_back_whole_or_is_refused():
         with pytest.raises(InputError, match="state"):
             parcel.unpack(settings, broken)
     with pytest.raises(InputError, match="other settings"):
-        parcel.unpack(parcel.digest(dw.AR(1, memory=dw.Weighted(0.9))), blob)
+        parcel.unpack(parcel.digest(dw.AR(1, memory=dw.ExponentialForgetting(0.9))), blob)
     with pytest.raises(InputError, match="update it"):
         parcel.unpack(settings, blob[:3] + bytes([parcel.VERSION + 1]) + blob[4:])
 
@@ -204,8 +204,8 @@ nowhere = {f"spark.executorEnv.{name}": "/proc/nowhere" for name in names}
 session = local_session(pyspark, **nowhere, **{"spark.executorEnv.PYTHONPATH": sys.argv[1]})
 session.addArtifact(loud.__file__, pyfile=True)
 table = plants()
-own = dw.Joint(1, noise=dw.EquationError(0.5), memory=dw.UntilJump(loud.Loud(2.0), dw.Inflate(0.01), 9))
-for est in (dw.AR(1), own):
+own = dw.Joint(1, noise=dw.EquationError(0.5), memory=dw.RestartOnChange(loud.Loud(2.0), dw.CovarianceInflation(0.01),
+9)) for est in (dw.AR(1), own):
     fleet, columns = expected(table, est)
     assert_same(in_order(dw.spark.scan(frame(session, table), est, **COLUMNS)), columns)
 assert np.any(columns["status"] & int(dw.Status.JUMP))

@@ -35,10 +35,10 @@ def test_words_are_those_that_the_options_take():
 @pytest.mark.parametrize(
     "said, instead",
     [
-        ("try memory=Auto()", "try --memory auto"),
-        ("walk or jump (memory=Walk(q) or UntilJump())", "walk or jump (--memory walk:Q or jump)"),
+        ("try memory=AutoMemory()", "try --memory auto"),
+        ("walk or jump (memory=RandomWalk(q) or RestartOnChange())", "walk or jump (--memory walk:Q or jump)"),
         ("try noise=UnknownPolynomial(), or a higher order", "try --noise unknown, or a higher order"),
-        ("try AR(3, memory=Auto())", "try --model ar:3 --memory auto"),
+        ("try AR(3, memory=AutoMemory())", "try --model ar:3 --memory auto"),
         ("both can be the time; say which: columns={'time': 'a b'}",
          "both can be the time; call one of them time in the header, and leave the other out"),
         ("a dict() and memory=Mine() stay", "a dict() and memory=Mine() stay"),
@@ -50,10 +50,13 @@ def test_python_words_become_options(said, instead):
 
 def test_neither_the_memory_in_use_nor_one_it_cannot_have_is_advised():
     for value in (0.5, 2.0):
-        assert "Auto" in for_bars(value, Run(dw.ARX(2, 2, memory=dw.Never())))
-        assert "Auto" not in for_bars(value, Run(dw.ARX(2, 2, memory=dw.Auto())))
-    assert memories(dw.Joint(3, 1), "memory=UntilJump()") == "memory=UntilJump() or ARX(3, 3, memory=Auto())"
-    assert memories(dw.Joint(3)) == "AR(3, memory=Auto())"
+        assert "AutoMemory" in for_bars(value, Run(dw.ARX(2, 2, memory=dw.Constant())))
+        assert "AutoMemory" not in for_bars(value, Run(dw.ARX(2, 2, memory=dw.AutoMemory())))
+    assert (
+        memories(dw.Joint(3, 1), "memory=RestartOnChange()")
+        == "memory=RestartOnChange() or ARX(3, 3, memory=AutoMemory())"
+    )
+    assert memories(dw.Joint(3)) == "AR(3, memory=AutoMemory())"
 
 
 @pytest.fixture
@@ -75,7 +78,7 @@ def test_a_run_says_options_on_the_terminal_on_the_page_and_as_json(call, bent, 
     assert code == 0, err
     assert "try --memory jump or --model arx:1,1 --memory auto" in out
     for text in (out, page.read_text(), results.read_text()):
-        assert "Auto()" not in text and "UntilJump()" not in text
+        assert "AutoMemory()" not in text and "RestartOnChange()" not in text
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from driftwise.memory.unknown import Sample, open_ground, revise
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parent / "golden" / "abid.json").read_text())["cases"]}
 PHI = (0.5, 0.3, 1.0, 0.09)
-CERTAIN = dw.UnknownScale(
+CERTAIN = dw.InverseGamma(
     1e15, 1e15
 )  # sigma^2 is learnt, and known to 1e-12: the same compiled code as for a learnt one
 
@@ -157,7 +157,7 @@ TWINS: dict[str, tuple] = {
     "myers-tapley": (dw.CovarianceMatching("myers-tapley"), matched.MyersTapley),
     "em": (dw.CovarianceMatching("em"), matched.OnlineEM),
     "auxiliary": (dw.AuxiliaryFilter(), matched.Auxiliary),
-    "correlation": (dw.Correlation(), learnt.Correlation),
+    "correlation": (dw.AutocovarianceLS(), learnt.Correlation),
     "likelihood": (dw.LikelihoodDrift(), learnt.Likelihood),
     "likelihood, shared": (dw.LikelihoodDrift(shared=True), lambda: learnt.Likelihood(shared=True)),
     "variational drift": (dw.VariationalBayes(), lambda: learnt.Huang(fixed=True)),
@@ -176,7 +176,7 @@ def records():
 def test_every_policy_is_its_plain_twin(name, records):
     memory, twin = TWINS[name]
     weight = PRIORS.get(name)
-    scale, more = (dw.UnknownScale(weight, weight), {}) if weight else (CERTAIN, {"discount": 1.0})
+    scale, more = (dw.InverseGamma(weight, weight), {}) if weight else (CERTAIN, {"discount": 1.0})
     for which, s in records.items():
         options = dict(memory=memory._replace(phi=tuple(s.phi)), at_rest=True, variance=0.02, scale=scale, P0=1000.0)
         est = dw.ARX(2, 2, **options) if which == "a" else dw.Regression(4, **options)
@@ -235,7 +235,7 @@ def test_covariance_matching_on_unequal_speeds():
 def test_correlation_learns_speeds_where_the_noise_is_unknown():
     """Without being told sigma^2, least squares on correlations orders the speeds of (c): 1e-3, 1e-4, 1e-5, 0."""
     s = system("c", 20)
-    est = dw.Regression(4, memory=dw.Correlation(), at_rest=True)
+    est = dw.Regression(4, memory=dw.AutocovarianceLS(), at_rest=True)
     states, _ = est.tick(est.start(20), s.y, s.u)
     own = states["cells"][:, -correlation.own_cells(4, 10) :]
     x = np.median([correlation.open_design(row, 4, 10).x for row in own], axis=0)
@@ -268,8 +268,8 @@ def test_a_variance_that_relaxes_to_nothing_leaves_no_infinity():
         (dw.CovarianceMatching("sage"), "rule must be one of scalar, gain"),
         (dw.CovarianceMatching(gain=2.0), "gain is a share"),
         (dw.AuxiliaryFilter(forgetting=1.1), "forgetting is a share"),
-        (dw.Correlation(lags=0), "lags must be a whole number of at least 1"),
-        (dw.Correlation(lags=10_000_000), "take fewer lags"),
+        (dw.AutocovarianceLS(lags=0), "lags must be a whole number of at least 1"),
+        (dw.AutocovarianceLS(lags=10_000_000), "take fewer lags"),
         (dw.LikelihoodDrift(start=100.0), "start lies between least and most"),
         (dw.LikelihoodDrift(phi=1.5), "phi is a share that remains"),
         (dw.VariationalBayes("noise"), "variance=.. says it is known"),

@@ -42,7 +42,7 @@ def test_equals_the_dense_form(method, inputs, direct):
 def test_a_learnt_scale_multiplies_second_order_terms():
     rng, n, inputs, direct, s, P = problem(2)
     noise = dw.UnknownPolynomial(radius=0.999999)
-    est = dw.Joint(n, inputs, direct, noise=noise, scale=dw.UnknownScale(3.0, 6.0), s0=s, P0=P)
+    est = dw.Joint(n, inputs, direct, noise=noise, scale=dw.InverseGamma(3.0, 6.0), s0=s, P0=P)
     state, alpha, beta = est.start(), 3.0, 6.0
     for y, u in zip(rng.standard_normal(20), rng.standard_normal((20, 1)), strict=True):
         H = armax.row(n, inputs, direct, u)

@@ -248,7 +248,7 @@ def test_noise_that_is_learnt_and_a_jump_that_is_told():
     truth, forced = motor(4000, 0.0)
     y = truth[:, 0] - forced[:, 0] + np.random.default_rng(0).normal(0, SIGMA, 4000)
     y[3000:] += 0.2
-    est = dw.WindowObserver(SILENT, 0.3, noise_std=None, disturbances=CONSTANT, dt=FS, detector=dw.Hinkley())
+    est = dw.WindowObserver(SILENT, 0.3, noise_std=None, disturbances=CONSTANT, dt=FS, detector=dw.PageHinkley())
     trace = est.scan(y)
     before = est.scan(y[:3000])
     assert math.sqrt(est.sigma2(before.state)) == pytest.approx(SIGMA, rel=0.05)
@@ -385,7 +385,7 @@ BAD = {
         half_a_second(dw.Sinusoid(np.pi / FS, [0, 1], INF), plant=dw.Plant([[0, 1], [0, -2]])),
         r"sample faster \(pi/dt = 3141\.59 is the limit",
     ),
-    "detector": (half_a_second(detector=dw.Score()), "Score watches parameters"),
+    "detector": (half_a_second(detector=dw.ScoreCUSUM()), "ScoreCUSUM watches parameters"),
     "dates": (scanned(np.zeros(3), time=np.arange(3).astype("M8[s]")), "got dates: take"),
     "clock": (scanned(np.zeros(3), time=[0.0, 1e-3, 5e-3]), r"say irregular=True"),
     "backwards": (scanned(np.zeros(3), time=[0.0, 1e-3, 0.0]), "time must increase"),

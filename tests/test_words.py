@@ -47,17 +47,17 @@ def test_bars_of_a_pseudolinear_regression_come_with_a_caveat():
 # --- what to write instead -------------------------------------------------------------------------------------
 
 CLASSES = {
-    "memory": lambda: dw.ARX(1, 1, memory=dw.Weighted),
-    "memory, Joint": lambda: dw.Joint(1, memory=dw.Never),
-    "memory, continuous": lambda: dw.ContinuousJoint(1, memory=dw.Never),
-    "memory, several outputs": lambda: dw.JointMIMO((1, 1), memory=dw.Walk),
-    "memory, gain": lambda: dw.AdaptiveGain(1.0, memory=dw.Never),
-    "gate": lambda: dw.ARX(1, 1, gate=dw.Gate),
-    "detector": lambda: dw.ARX(1, 1, memory=dw.UntilJump(dw.Hinkley)),
-    "detector, Monitor": lambda: dw.Monitor(dw.Hinkley),
+    "memory": lambda: dw.ARX(1, 1, memory=dw.ExponentialForgetting),
+    "memory, Joint": lambda: dw.Joint(1, memory=dw.Constant),
+    "memory, continuous": lambda: dw.ContinuousJoint(1, memory=dw.Constant),
+    "memory, several outputs": lambda: dw.JointMIMO((1, 1), memory=dw.RandomWalk),
+    "memory, gain": lambda: dw.AdaptiveGain(1.0, memory=dw.Constant),
+    "gate": lambda: dw.ARX(1, 1, gate=dw.InnovationGate),
+    "detector": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(dw.PageHinkley)),
+    "detector, Monitor": lambda: dw.Monitor(dw.PageHinkley),
     "detector, gain": lambda: dw.AdaptiveGain(1.0, detector=dw.GainProbes),
-    "restart": lambda: dw.ARX(1, 1, memory=dw.UntilJump(restart=dw.GainReset)),
-    "restart, Joint": lambda: dw.Joint(1, memory=dw.UntilJump(restart=dw.Inflate)),
+    "restart": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(restart=dw.GainReset)),
+    "restart, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(restart=dw.CovarianceInflation)),
 }
 
 
@@ -68,9 +68,10 @@ def test_a_class_in_place_of_a_policy(case):
 
 
 ALL = (
-    dw.Never(), dw.LimitedGain(50), dw.Weighted(0.98), dw.VariableForgetting(50), dw.DirectionalForgetting(0.98),
-    dw.Walk(1e-4), dw.Walk(matched=(0.1, 500)), dw.Window(50), dw.RunLengths(0.1, 500),
-    dw.UntilJump(restart=dw.Inflate()), dw.UntilJump(restart=dw.GainReset(10)),
+    dw.Constant(), dw.GainFloor(50), dw.ExponentialForgetting(0.98), dw.VariableForgetting(50),
+    dw.DirectionalForgetting(0.98),
+    dw.RandomWalk(1e-4), dw.RandomWalk(matched=(0.1, 500)), dw.Window(50), dw.BayesianChangePoint(0.1, 500),
+    dw.RestartOnChange(restart=dw.CovarianceInflation()), dw.RestartOnChange(restart=dw.GainReset(10)),
 )  # fmt: skip
 NEVER, LIMITED, WEIGHTED, VARIABLE, _, WALK, MATCHED, *_, INFLATE, RESET = ALL
 TAKES = {
@@ -94,22 +95,22 @@ def test_who_takes_which_memory_is_as_the_page_says(name):
         if any(memory is one for one in taken):  # tuples of equal numbers are equal
             make(memory=memory)
         else:
-            with pytest.raises(dw.InputError, match=r"memory|restart|Walk"):
+            with pytest.raises(dw.InputError, match=r"memory|restart|RandomWalk"):
                 make(memory=memory)
 
 
 @pytest.mark.parametrize("make", [dw.ARX, lambda **options: dw.Joint(1, **options)])
 def test_a_walk_needs_its_speed(make):
     with pytest.raises(dw.InputError, match="a walk needs its speed"):
-        make(memory=dw.Walk())
+        make(memory=dw.RandomWalk())
     with pytest.raises(dw.InputError, match="either q or matched"):
-        make(memory=dw.Walk(1e-4, matched=(0.1, 500)))
-    make(memory=dw.Walk(0.0)), make(memory=dw.Walk(matched=(0.1, 500)))
+        make(memory=dw.RandomWalk(1e-4, matched=(0.1, 500)))
+    make(memory=dw.RandomWalk(0.0)), make(memory=dw.RandomWalk(matched=(0.1, 500)))
 
 
 @pytest.mark.parametrize("slopes", [(), 1.0, [1.0], [[1.0, 2.0]]], ids=str)
 def test_a_monitor_of_slopes_says_how_many(slopes):
-    monitor = dw.Monitor(dw.Score(), parameters=2)
+    monitor = dw.Monitor(dw.ScoreCUSUM(), parameters=2)
     with pytest.raises(dw.InputError, match="slopes must be 2 numbers"):
         monitor.update(monitor.start(), 1.0, slopes)
 

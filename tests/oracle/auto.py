@@ -1,4 +1,4 @@
-"""`Auto` (5.14, 5.15), dense, many series at once; shares no code with the library.
+"""`AutoMemory` (5.14, 5.15), dense, many series at once; shares no code with the library.
 
 A bank of NVR 0, .1 and one learnt mode, outliers, and a challenger against a rival. The learner is recursive maximum
 likelihood (5.8) of the learnt mode itself, in units relative to its sigma^2.

@@ -202,7 +202,7 @@ def where(seen, a, b):
 
 @dataclass
 class Run:
-    """What a run over records leaves: (S, T, ..) arrays, and for `Auto` its events (series, sample, kind)."""
+    """What a run over records leaves: (S, T, ..) arrays, and for `AutoMemory` its events (series, sample, kind)."""
 
     theta: np.ndarray
     P: np.ndarray  # diagonal

@@ -127,7 +127,7 @@ def create_adaptive_controller(
     Parameters
     ----------
     estimator : ARX
-        With one input and nk >= 1; ``memory=Auto()`` for plants that drift and jump.
+        With one input and nk >= 1; ``memory=AutoMemory()`` for plants that drift and jump.
     tracking, integral, effort : float
         Prices of y^2, of the squared sum of errors, and of u^2.
     caution : float
@@ -162,7 +162,7 @@ def create_adaptive_controller(
     >>> from driftwise.adapters.control import create_adaptive_controller
     >>> plant = control.nlsys(lambda t, x, u, p: 0.9 * x + (0.2 if t < 300 else 1.0) * u, lambda t, x, u, p: x,
     ...     inputs=["u"], outputs=["y"], states=1, dt=1, name="plant")
-    >>> tuner = create_adaptive_controller(dw.ARX(1, 1, memory=dw.Auto()), limits=(-5, 5), name="tuner")
+    >>> tuner = create_adaptive_controller(dw.ARX(1, 1, memory=dw.AutoMemory()), limits=(-5, 5), name="tuner")
     >>> loop = control.interconnect([plant, tuner], inputs=["r", "v"], outputs=["y", "u", "b1"],
     ...     check_unused=False)
     >>> t, rng = np.arange(600), np.random.default_rng(0)

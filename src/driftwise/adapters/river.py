@@ -18,9 +18,9 @@ from ..engine.errors import InputError
 from ..estimators.arx.estimator import AR
 from ..estimators.arx.regression import Regression
 from ..estimators.arx.row import INPUT
-from ..memory.auto import Auto
+from ..memory.auto import AutoMemory
 from ..models.canonical import power_of_two
-from ..models.scale import UnknownScale
+from ..models.scale import InverseGamma
 
 CARRIED = 10.0  # samples at most that sigma^2 counts for when a feature joins
 
@@ -35,11 +35,11 @@ class DriftRegressor(base.Regressor):
     Parameters
     ----------
     memory : policy, optional
-        How the past is forgotten: `Auto` if omitted, or any memory of `Regression`.
+        How the past is forgotten: `AutoMemory` if omitted, or any memory of `Regression`.
     offset : bool
         Estimate a constant besides.
-    gate : Gate, optional
-        Treat outliers as missing (`Auto` has its own way).
+    gate : InnovationGate, optional
+        Treat outliers as missing (`AutoMemory` has its own way).
     missing : "predict", "hold" or "skip"
         What stands for a missing feature: see `ARX`.
 
@@ -48,9 +48,9 @@ class DriftRegressor(base.Regressor):
     The prior's units are the sizes of the first values (rounded to powers of two); where the first value of a feature
     is thousands of times its usual size its coefficient is held back.
 
-    Bad at: thousands of features (P is a matrix, and `Auto` keeps nine of them), words (encode them). When a feature
-    joins, coefficients and their covariance carry over, but what the memory has learnt, such as speeds of drift,
-    starts anew.
+    Bad at: thousands of features (P is a matrix, and `AutoMemory` keeps nine of them), words (encode them). When a
+    feature joins, coefficients and their covariance carry over, but what the memory has learnt, such as speeds of
+    drift, starts anew.
 
     Examples
     --------
@@ -144,18 +144,19 @@ class DriftRegressor(base.Regressor):
     def _build(self, scale):
         """Return the estimator for the features so far."""
         options = dict(
-            memory=Auto() if self.memory is None else self.memory, offset=self.offset, gate=self.gate, scale=scale,
+            memory=AutoMemory() if self.memory is None else self.memory, offset=self.offset, gate=self.gate,
+            scale=scale,
             missing=self.missing, y_scale=self._y_scale,
         )  # fmt: skip
         scales = list(self._scales.values())
         return Regression(len(scales), **options, u_scale=scales) if scales else AR(0, **options)
 
 
-def carried(est, state) -> UnknownScale | None:
+def carried(est, state) -> InverseGamma | None:
     """Return what is known of sigma^2 as a prior that new samples soon outweigh; None where too little is."""
     alpha, beta = est.scale_posterior(state)
     share = min(1.0, CARRIED / (2 * alpha)) if alpha > 1 else 0.0
-    return UnknownScale(share * alpha, share * beta) if share > 0 and beta > 0 else None
+    return InverseGamma(share * alpha, share * beta) if share > 0 and beta > 0 else None
 
 
 def _number(name, value) -> float:

@@ -15,7 +15,7 @@ except ImportError:
 from ..engine.errors import InputError
 from ..engine.validation import numbers
 from ..estimators.arx.regression import Regression
-from ..memory.auto import Auto
+from ..memory.auto import AutoMemory
 
 CHUNK = 1024  # rows with gaps predicted at once
 
@@ -29,11 +29,11 @@ class DriftRegressor(RegressorMixin, BaseEstimator):
     Parameters
     ----------
     memory : policy, optional
-        How the past is forgotten: `Auto` if omitted, or any memory of `Regression`.
+        How the past is forgotten: `AutoMemory` if omitted, or any memory of `Regression`.
     offset : bool
         Estimate a constant besides.
-    gate : Gate, optional
-        Treat outliers as missing (`Auto` has its own way).
+    gate : InnovationGate, optional
+        Treat outliers as missing (`AutoMemory` has its own way).
     missing : "predict", "hold" or "skip"
         What stands for a missing number of X: see `ARX`.
 
@@ -50,8 +50,9 @@ class DriftRegressor(RegressorMixin, BaseEstimator):
     The typical sizes of X and y are those of the first batch; ``partial_fit`` in pieces and ``fit`` at once differ by
     that alone, not at all where the first batch has sizes like the rest (they are rounded to powers of two).
 
-    Bad at: rows in random order (nothing drifts then: ``memory=dw.Never()``, or scikit-learn's own), cross-validation
-    that shuffles (use TimeSeriesSplit), and hundreds of features: P is a matrix, and `Auto` keeps nine of them.
+    Bad at: rows in random order (nothing drifts then: ``memory=dw.Constant()``, or scikit-learn's own),
+    cross-validation that shuffles (use TimeSeriesSplit), and hundreds of features: P is a matrix, and `AutoMemory`
+    keeps nine of them.
 
     Examples
     --------
@@ -133,7 +134,7 @@ class DriftRegressor(RegressorMixin, BaseEstimator):
             if np.isnan(y).all():
                 raise InputError("y has no measured value, only NaN; is it the right column?")
             names = getattr(self, "feature_names_in_", self.n_features_in_)
-            memory = Auto() if self.memory is None else self.memory
+            memory = AutoMemory() if self.memory is None else self.memory
             est = Regression(names, memory=memory, offset=self.offset, gate=self.gate, missing=self.missing)
             self.estimator_ = est.scaled_to(y, X)
             self.state_ = self.estimator_.start()

@@ -11,12 +11,17 @@ from typing import Any, NamedTuple
 from ..detect.self_starting import SelfStarting
 from ..estimators.armax.estimator import ARMA, ARMAX, OE
 from ..estimators.arx.estimator import AR, ARX
-from ..memory.auto import Auto
-from ..memory.drift import Never, UntilJump
-from ..memory.fading import Weighted
+from ..memory.auto import AutoMemory
+from ..memory.drift import Constant, RestartOnChange
+from ..memory.fading import ExponentialForgetting
 
-FORGETTING = (Never(), Weighted(0.999), Weighted(0.995), Weighted(0.98))  # speeds of change that compete
-LEVEL, JUMPS = "level", UntilJump(SelfStarting("1 per 1500"))  # a constant that jumps now and then
+FORGETTING = (
+    Constant(),
+    ExponentialForgetting(0.999),
+    ExponentialForgetting(0.995),
+    ExponentialForgetting(0.98),
+)  # speeds of change that compete
+LEVEL, JUMPS = "level", RestartOnChange(SelfStarting("1 per 1500"))  # a constant that jumps now and then
 ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 0), (3, 3, 1), (4, 4, 0), (4, 4, 1),
        (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
@@ -45,7 +50,7 @@ class Candidate(NamedTuple):
         """Whether its regressors are data, so that any memory fits it at little cost."""
         return self.kind in ("AR", "ARX")
 
-    def estimator(self, memory: Any = Never()) -> Any:
+    def estimator(self, memory: Any = Constant()) -> Any:
         """Return its estimator with a memory."""
         if self.kind == LEVEL:
             return AR(0, memory=JUMPS, offset=True, dt=self.dt)
@@ -55,12 +60,12 @@ class Candidate(NamedTuple):
     @property
     def memories(self) -> tuple[Any, ...]:
         """The memories it competes with."""
-        return (JUMPS,) if self.kind == LEVEL else FORGETTING if self.is_linear else (Never(),)
+        return (JUMPS,) if self.kind == LEVEL else FORGETTING if self.is_linear else (Constant(),)
 
     @property
     def best(self) -> Any:
-        """Its estimator as a user is shown it: with `Auto`, which tells drift, jumps and outliers, where it can."""
-        return self.estimator(Auto() if self.is_linear else Never())
+        """Its estimator as a user is shown it: with `AutoMemory`, where it can."""
+        return self.estimator(AutoMemory() if self.is_linear else Constant())
 
     @property
     def reach(self) -> int:

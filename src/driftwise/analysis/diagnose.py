@@ -132,19 +132,19 @@ def identifiability_verdict(found: Identifiability) -> Verdict:
 
 def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Verdict:
     """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
-    from ..memory.auto import Auto
-    from ..memory.drift import Never
+    from ..memory.auto import AutoMemory
+    from ..memory.drift import Constant
 
     memory = s.estimator.options.get("memory")
     name, speeds = "drift or jump", s.drift
-    if isinstance(memory, Never):
+    if isinstance(memory, Constant):
         is_short = y is not None and len(y) <= ROWS and len(y) * s.estimator.model.N**4 <= WORK
         against = odds(s.estimator, y, u) if is_short else None
         return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
     jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}"
     jumped += f", the last at {instant(s.last_jump, s.origin, s.unit)}" if s.jumps else ""
     also = "" if are_told else f"; {jumped}"
-    if isinstance(memory, Auto) and speeds is not None and speeds.weights:
+    if isinstance(memory, AutoMemory) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
         value = min((1 - still) / max(still, 1 / MOST), MOST)
         return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}{also}; both are followed")
@@ -154,7 +154,7 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
     if are_told and (s.jumps or trace.watches):
         return Verdict(name, math.nan, ANY, True, "jumps are followed; between them the parameters stay")
-    if s.jumps or trace.watches or isinstance(memory, Auto):
+    if s.jumps or trace.watches or isinstance(memory, AutoMemory):
         return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
     advice = f"this memory forgets without asking why: {memories(s.estimator)} tells drift from jumps, with odds"
     return Verdict(name, math.nan, ANY, True, advice)
@@ -168,7 +168,7 @@ def _by_odds(found, name, est, is_white) -> Verdict:
     if found.jump >= found.drift:
         than = _than(found.jump - found.drift, "drift")
         return Verdict(name, value, (0.0, SURE), False, f"the parameters jumped, {found.jumped} ({than}): try "
-                       f"{memories(est, 'memory=UntilJump()')}")  # fmt: skip
+                       f"{memories(est, 'memory=RestartOnChange()')}")  # fmt: skip
     than = _than(found.drift - found.jump, "jumps")
     advice = f"the parameters drift, most of all {found.drifted} ({than}): try {memories(est)}"
     more = ", unless it is the colour of the noise that looks like it: see whiteness"
@@ -193,7 +193,7 @@ def _constant(trace, name) -> Verdict:
         return Verdict(name, moved.deviations, (0.0, most), True, advice)
     advice = (
         f"{moved.name} moved by {moved.deviations:.1f} deviations since sample {moved.sample}: let the parameters walk "
-        "or jump (memory=Walk(q) or UntilJump()), or the noise has another colour than the model says"
+        "or jump (memory=RandomWalk(q) or RestartOnChange()), or the noise has another colour than the model says"
     )
     return Verdict(name, moved.deviations, (0.0, most), False, advice)
 

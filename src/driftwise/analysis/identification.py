@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..memory.drift import UntilJump
+from ..memory.drift import RestartOnChange
 from ..results.average_trace import AverageTrace
 from ..results.forecast_summary import ForecastSummary, Own
 from ..results.frames import as_frame
@@ -215,7 +215,7 @@ class Finder:
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
         self.own_summary.add(Own(trace))
-        if isinstance(self.estimator.options["memory"], UntilJump):  # it is watched itself, at the same rate
+        if isinstance(self.estimator.options["memory"], RestartOnChange):  # it is watched itself, at the same rate
             alarms = trace.jumps()
         else:
             alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)

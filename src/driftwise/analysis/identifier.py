@@ -11,7 +11,7 @@ from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.model_average.estimator import ModelAverage
 from ..estimators.model_average.step import NAIVE, SCALES, SEEN, TOLD
-from ..memory.fading import Weighted
+from ..memory.fading import ExponentialForgetting
 from ..results.average_trace import AverageTrace
 from .candidates import Candidate, candidates
 
@@ -162,7 +162,7 @@ class Identifier:
 
 def memory_words(memory) -> str:
     """Return how fast a memory of the candidates forgets."""
-    return f"forgetting {memory.p:g}" if isinstance(memory, Weighted) else "constant"
+    return f"forgetting {memory.p:g}" if isinstance(memory, ExponentialForgetting) else "constant"
 
 
 def joined(parts, time) -> AverageTrace:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..detect.gain import GainProbes, PullTest
-from ..detect.gate import Gate, admit
+from ..detect.gate import InnovationGate, admit
 from ..detect.probes import ProbeBank
-from ..detect.score import Score
+from ..detect.score import ScoreCUSUM
 from ..detect.watch import watch
 from ..engine import compile
 from ..engine.errors import InputError, refuse_class
@@ -22,8 +22,8 @@ from ..estimators.observing import Observing
 from ..fleet.fleet import Fleet
 from ..memory.adapt import learn
 from ..memory.adaptation import resolve
-from ..memory.drift import Inflate, UntilJump, drift
-from ..memory.fading import Weighted
+from ..memory.drift import CovarianceInflation, RestartOnChange, drift
+from ..memory.fading import ExponentialForgetting
 from ..memory.restart import GainReset
 from ..models.noise import EquationError
 from ..models.simulate_mimo import simulate_mimo
@@ -305,7 +305,7 @@ def check_policy(policy) -> None:
     Examples
     --------
     >>> import driftwise as dw
-    >>> dw.check_policy(dw.Walk(1e-4))
+    >>> dw.check_policy(dw.RandomWalk(1e-4))
     """
     for estimator in _homes(policy):
         check_estimator(estimator)
@@ -319,23 +319,25 @@ def _homes(policy) -> list:
         raise InputError("a ProbeBank alone compares probes of your own: check GainProbes(gains) instead")
     if isinstance(policy, GainProbes | PullTest):
         plr: dict[str, Any] = (
-            {"method": "plr", "memory": Weighted(0.98), "gate": Gate()} if isinstance(policy, PullTest) else {}
+            {"method": "plr", "memory": ExponentialForgetting(0.98), "gate": InnovationGate()}
+            if isinstance(policy, PullTest)
+            else {}
         )
         return [AdaptiveGain(0.9, detector=policy, **plr)]
-    if isinstance(policy, Inflate | GainReset):
-        return [ARX(2, 2, memory=UntilJump(Score(threshold=1.0), policy, settle=10))]
+    if isinstance(policy, CovarianceInflation | GainReset):
+        return [ARX(2, 2, memory=RestartOnChange(ScoreCUSUM(threshold=1.0), policy, settle=10))]
     if kind in admit.table:
         return [Joint(2, inputs=1, gate=policy, **joint), ARX(2, 2, gate=policy)]
-    if isinstance(policy, Score) or (isinstance(policy, UntilJump) and not _fits_joint(policy)):
-        return [ARX(2, 2, memory=policy if isinstance(policy, UntilJump) else UntilJump(policy, settle=10))]
-    if kind in drift.table or isinstance(policy, UntilJump):
+    if isinstance(policy, ScoreCUSUM) or (isinstance(policy, RestartOnChange) and not _fits_joint(policy)):
+        return [ARX(2, 2, memory=policy if isinstance(policy, RestartOnChange) else RestartOnChange(policy, settle=10))]
+    if kind in drift.table or isinstance(policy, RestartOnChange):
         homes = [Joint(2, inputs=1, memory=policy, **joint)]
-        is_both = kind in learn.table or isinstance(policy, UntilJump)
+        is_both = kind in learn.table or isinstance(policy, RestartOnChange)
         return [*homes, ARX(2, 2, memory=policy)] if is_both else homes
     if kind in learn.table or kind in resolve.registry:
         return [ARX(2, 2, memory=policy)]
     if kind in watch.table or hasattr(policy, "resolve"):
-        return [Joint(2, inputs=1, memory=UntilJump(policy, settle=10), **joint)]
+        return [Joint(2, inputs=1, memory=RestartOnChange(policy, settle=10), **joint)]
     raise InputError(
         "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), or a "
         f"restart, got {policy!r}"
@@ -343,6 +345,10 @@ def _homes(policy) -> list:
 
 
 def _fits_joint(memory) -> bool:
-    """Say whether `Joint` takes this `UntilJump`: it tells no slopes, and frees all parameters at once."""
+    """Say whether `Joint` takes this `RestartOnChange`: it tells no slopes, and frees all parameters at once."""
     restart = memory.restart
-    return not isinstance(memory.detector, Score) and isinstance(restart, Inflate) and not restart.only_named
+    return (
+        not isinstance(memory.detector, ScoreCUSUM)
+        and isinstance(restart, CovarianceInflation)
+        and not restart.only_named
+    )

@@ -13,7 +13,7 @@ from ..engine.errors import InputError
 from ..estimators.joint.estimator import WIDTH, Joint
 from ..models.canonical import power_of_two
 from ..models.noise import EquationError
-from ..models.scale import KnownScale, UnknownScale
+from ..models.scale import InverseGamma, KnownScale
 from ..results.frames import as_frame
 from ..results.summary import Summary
 
@@ -44,7 +44,7 @@ class OrderEvidence:
         Prior variance of every unknown in units of the data: a's have 1, b's those of y / u, the state those of y. The
         default 10 expects coefficients of a few units: at 1 a fifth order with poles near 1 (coefficients up to 9) is
         overfitted, at 100 second orders that show weakly are missed.
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         Prior of sigma^2 where the noise variance is to be learnt, the same for every order. By default
         alpha = 1/2, beta = s^2 / 2: the weight of one sample, at the noise level s^2 of the pilot.
     **options
@@ -89,7 +89,7 @@ class OrderEvidence:
         *,
         noise: Any = EquationError(),
         P0: float | None = None,
-        scale: UnknownScale | None = None,
+        scale: InverseGamma | None = None,
         **options,
     ):
         try:
@@ -107,7 +107,7 @@ class OrderEvidence:
             if options.get(name) is not None:
                 why = "it rejects other samples for each order" if name == "gate" else "it is set for each order here"
                 raise InputError(f"choose_order takes no {name}: {why}")
-        if scale is not None and not (isinstance(scale, UnknownScale) and scale.alpha > 0 and scale.beta > 0):
+        if scale is not None and not (isinstance(scale, InverseGamma) and scale.alpha > 0 and scale.beta > 0):
             raise InputError(f"orders are compared under a proper prior: alpha and beta > 0, got {scale!r}")
         self.options = {k: v for k, v in options.items() if v is not None}
         self.samples = 0
@@ -161,7 +161,7 @@ class OrderEvidence:
         est = self._joint(n, units)
         is_learnt = not isinstance(est.scale, KnownScale)
         P = np.diag(est.prior_covariance)[est.model.kernel] * (self.P0 / WIDTH / (level if is_learnt else 1.0))
-        scale = (self.scale or UnknownScale(0.5, 0.5 * level)) if is_learnt else None
+        scale = (self.scale or InverseGamma(0.5, 0.5 * level)) if is_learnt else None
         return Joint(**{**est.options, "P0": P, "scale": scale})
 
     def _noise_level(self, y, u, units) -> float:

@@ -6,8 +6,8 @@ from ..estimators.armax.estimator import ARMA, ARMAX, BJ, OE
 from ..estimators.arx.estimator import AR, ARX
 from ..estimators.arx.regression import Regression
 from ..estimators.joint.estimator import Joint
-from ..memory.auto import Auto
-from ..memory.drift import Never
+from ..memory.auto import AutoMemory
+from ..memory.drift import Constant
 from ..models.noise import UnknownPolynomial
 from ..models.scale import KnownScale
 from ..results.whiteness import LAGS
@@ -45,7 +45,7 @@ def for_colour(s=None, share: float = 0.0) -> str:
         tried = "a higher order"
     else:
         tried = "a higher order, or another noise model"
-    walks = ", or parameters that walk or jump" if isinstance(_memory(est), Never) else ""
+    walks = ", or parameters that walk or jump" if isinstance(_memory(est), Constant) else ""
     return f"try {tried}{walks}"
 
 
@@ -59,7 +59,7 @@ def for_bars(value: float, s=None) -> str:
     est = None if s is None else s.estimator
     if value < 1:
         why = "the noise has become quieter, or the drift allowed for is too fast"
-    elif est is None or isinstance(_memory(est), Never):
+    elif est is None or isinstance(_memory(est), Constant):
         why = "let the parameters drift or jump, or the variance of the noise"
     else:
         why = "the plant changes faster than the memory forgets, or the noise became louder"
@@ -67,13 +67,13 @@ def for_bars(value: float, s=None) -> str:
 
 
 def memories(est=None, plain: str = "") -> str:
-    """Return the memory to try, ``plain`` or `Auto`: never the one in use, nor one that the estimator cannot have."""
-    if isinstance(_memory(est), Auto):
+    """Return the memory to try, ``plain`` or `AutoMemory`: neither the one in use, nor one the estimator cannot have."""
+    if isinstance(_memory(est), AutoMemory):
         return "a higher order, or another noise model"
-    auto = "memory=Auto()"
+    auto = "memory=AutoMemory()"
     if isinstance(est, Joint):
         n = est.options["order"]
-        auto = f"ARX({n}, {n}, memory=Auto())" if est.options["inputs"] else f"AR({n}, memory=Auto())"
+        auto = f"ARX({n}, {n}, memory=AutoMemory())" if est.options["inputs"] else f"AR({n}, memory=AutoMemory())"
     return f"{plain} or {auto.removeprefix('memory=')}" if plain else auto
 
 

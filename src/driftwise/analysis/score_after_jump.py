@@ -9,7 +9,7 @@ from ..engine.errors import InputError
 from ..estimators.arx.estimator import Recursive
 from ..estimators.arx.forecast import STEP
 from ..estimators.arx.methods import LeastSquares
-from ..memory.drift import Never
+from ..memory.drift import Constant
 
 __all__ = ["what_changed"]
 
@@ -23,7 +23,7 @@ def what_changed(trace, sample: int, samples: int) -> ScoreTest:
     if not (isinstance(est, Recursive) and isinstance(est.policies[1], LeastSquares)):
         raise InputError("what_changed() is for ARX, Regression, ARMAX and their kin with method 'ls', 'rpem' or 'plr'")
     before = trace.state_before(sample)
-    held = type(est)(**{**est.options, "memory": Never(), "gate": None})
+    held = type(est)(**{**est.options, "memory": Constant(), "gate": None})
     y, u = trace.y[sample : sample + samples], trace.u[sample : sample + samples] if trace.u.shape[1] else None
 
     def innovations(theta):

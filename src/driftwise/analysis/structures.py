@@ -13,9 +13,9 @@ from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.joint_mimo import door as mimo_door
 from ..estimators.joint_mimo.estimator import JointMIMO
-from ..memory.drift import Never
+from ..memory.drift import Constant
 from ..models.noise import EquationError
-from ..models.scale import UnknownScale
+from ..models.scale import InverseGamma
 from .orders import CLOSE, PILOT, SMALLEST, VAGUE, _ratio
 
 MOST = 256  # structures compared at once
@@ -72,7 +72,7 @@ def choose_structure(
     direct: bool = False,
     noise: EquationError = EquationError(),
     P0: float = VAGUE,
-    memory: Any = Never(),
+    memory: Any = Constant(),
 ) -> StructureEvidence:
     """Return what the record says about the structure indices of its model.
 
@@ -139,7 +139,7 @@ def choose_structure(
     options |= dict(y_scale=scaled.y_scale, u_scale=scaled.u_scale if inputs else 1.0)
     if noise.variance is None:
         noise = EquationError(cast(Any, _noise_levels(biggest, inputs, *pilot, P0, options)))
-        options["scale"] = UnknownScale(0.5, 0.5)
+        options["scale"] = InverseGamma(0.5, 0.5)
     found = []
     for nu in tried:
         est = _with_prior(nu, inputs, noise, P0, options)
@@ -164,7 +164,7 @@ def _noise_levels(nu, inputs, y, u, P0, options) -> np.ndarray:
     level = np.ones(len(unit))
     while True:
         noise = EquationError(cast(Any, level * unit))
-        est = _with_prior(nu, inputs, noise, P0, {**options, "scale": UnknownScale(0.5, 0.5)})
+        est = _with_prior(nu, inputs, noise, P0, {**options, "scale": InverseGamma(0.5, 0.5)})
         state = est.scan(y, u, keep="innovations").state
         known = state["observed"] >= 2 * np.array(est.unknowns)
         ratio = np.maximum(level * est.sigma2(state), SMALLEST)

@@ -33,8 +33,8 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     Notes
     -----
     Candidates (AR, ARX, ARMA, ARMAX, OE, Joint; orders and delays) predict every sample from those before; the one with
-    the fewest parameters among the most likely is taken (prequential evidence, Dawid 1984) and followed with `Auto`,
-    which tells drift, jumps and outliers. The forecast is made from all candidates (`ModelAverage`).
+    the fewest parameters among the most likely is taken (prequential evidence, Dawid 1984) and followed with
+    `AutoMemory`, which tells drift, jumps and outliers. The forecast is made from all candidates (`ModelAverage`).
 
     Bad at: several outputs (one is taken), nonlinear plants, long delays (above 8 samples), inputs that follow the
     output in closed loop without excitation of their own.

@@ -126,7 +126,7 @@ class Plan(NamedTuple):
         if self.gate is not None:
             if not self.gate > 0:
                 raise InputError(f"--gate must be a positive number of standard deviations, got {self.gate:g}.")
-            gate = dw.Gate(sigmas=self.gate)
+            gate = dw.InnovationGate(sigmas=self.gate)
         if self.model is not None:
             return self._recursive(gate, dt)
         if not isinstance(self.order, int):

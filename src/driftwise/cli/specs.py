@@ -114,13 +114,13 @@ def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
             f"--jumps {jumps} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) "
             "watches its innovations: --jumps level, noise or glr."
         )
-    if not isinstance(found, dw.Never | dw.UntilJump):
+    if not isinstance(found, dw.Constant | dw.RestartOnChange):
         raise InputError(
             f"--jumps {jumps} restarts a memory that forgets nothing in between, and --memory {text} forgets all the "
             "time: leave one of them out, or say --memory jump:STEP."
         )
     watching = detector(jumps)
-    return found._replace(detector=watching) if isinstance(found, dw.UntilJump) else dw.UntilJump(watching)
+    return found._replace(detector=watching) if isinstance(found, dw.RestartOnChange) else dw.RestartOnChange(watching)
 
 
 def detector(text: str) -> Any:
@@ -141,12 +141,12 @@ def detector(text: str) -> Any:
         raise InputError(f"--jumps {text}: SIZE is {DETECTORS[kind][1]}, a whole number.")
     try:
         if kind == "parameters":
-            found: Any = dw.Score(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
+            found: Any = dw.ScoreCUSUM(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
             found.resolve(max(len(sizes), 1))
         else:
             found = {
-                "level": lambda: dw.Hinkley(rate, *sizes),
-                "noise": lambda: dw.VarianceChange(*sizes, false_alarms=rate),
+                "level": lambda: dw.PageHinkley(rate, *sizes),
+                "noise": lambda: dw.VarianceCUSUM(*sizes, false_alarms=rate),
                 "glr": lambda: dw.GLR(rate, *map(int, sizes)),
             }[kind]()
             found.resolve()
@@ -161,30 +161,30 @@ def memory(text: str) -> Any:
 
     kind, colon, numbers = text.partition(":")
     plain: dict[str, Callable[[], Any]] = {
-        "auto": dw.Auto,
-        "bank": dw.Bank,
-        "interacting": dw.Interacting,
-        "never": dw.Never,
-        "jump": dw.UntilJump,
+        "auto": dw.AutoMemory,
+        "bank": dw.MultipleModel,
+        "interacting": dw.IMM,
+        "never": dw.Constant,
+        "jump": dw.RestartOnChange,
         "likelihood": dw.LikelihoodDrift,
         "fuzzy": dw.FuzzyDrift,
         "matching": dw.CovarianceMatching,
         "auxiliary": dw.AuxiliaryFilter,
-        "correlation": dw.Correlation,
+        "correlation": dw.AutocovarianceLS,
         "variational": dw.VariationalBayes,
     }
     ruled: dict[str, Callable[[str], Any]] = {
-        "auto": dw.Auto,
+        "auto": dw.AutoMemory,
         "matching": dw.CovarianceMatching,
         "variational": dw.VariationalBayes,
     }
     one: dict[str, Callable[[float], Any]] = {
-        "limited": dw.LimitedGain,
-        "weighted": dw.Weighted,
+        "limited": dw.GainFloor,
+        "weighted": dw.ExponentialForgetting,
         "variable": dw.VariableForgetting,
         "directional": dw.DirectionalForgetting,
         "window": lambda number: dw.Window(_whole(text, number)),
-        "reset": lambda number: dw.UntilJump(restart=dw.GainReset(number)),
+        "reset": lambda number: dw.RestartOnChange(restart=dw.GainReset(number)),
     }
     if kind in plain and not colon:
         return plain[kind]()
@@ -201,16 +201,16 @@ def memory(text: str) -> Any:
 
         raise InputError(f"--memory ekf: {EKF}.")
     if kind == "runlengths" and numbers:
-        return dw.RunLengths(*_jump_every(text, numbers))
+        return dw.BayesianChangePoint(*_jump_every(text, numbers))
     if kind == "walk" and "/" in numbers:
-        return dw.Walk(matched=_jump_every(text, numbers))
+        return dw.RandomWalk(matched=_jump_every(text, numbers))
     if kind == "walk" and numbers:
-        return dw.Walk(_one_or_each(floats("--memory walk:", numbers)))
+        return dw.RandomWalk(_one_or_each(floats("--memory walk:", numbers)))
     if kind == "jump" and numbers:
         steps = floats("--memory jump:", numbers)
         if not all(step > 0 for step in steps):
             raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
-        return dw.UntilJump(restart=dw.Inflate(_one_or_each(steps)))
+        return dw.RestartOnChange(restart=dw.CovarianceInflation(_one_or_each(steps)))
     raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
 
 

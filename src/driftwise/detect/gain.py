@@ -14,7 +14,7 @@ class PullTest(NamedTuple):
     a <- max(0, a + Z - drift), b <- max(0, b - Z - drift), alarm beyond the threshold. ``drift`` is half the mean of Z
     after the change; that mean is not symmetric (`mean_pull`), hence pairs. The defaults are the paper's.
     Source: Perriot-Mathonna (1981), section 4. Bad at decreases of the gain: few are found (use `GainProbes`); only for
-    a scalar state and a memory with a gain sequence (not `Walk`).
+    a scalar state and a memory with a gain sequence (not `RandomWalk`).
     """
 
     drift: Any = (0.15, 0.07)
@@ -33,9 +33,9 @@ class GainProbes(NamedTuple):
     g_m <- max(0, g_m + (nu^2 - nu_m^2)/(2 c)) for every probe m; alarm when one reaches ``threshold``. ``gains``: (M,)
     for a scalar state or (M, n); by default .05, .12, .25, .45, .75 (of 1/H), or the Kalman gains of six
     signal-to-noise ratios. No size of jump need be stated: while K is right, every probe is worse.
-    False alarms at a gain of .1 / .3 / .5, one in so many samples: threshold 6.17 with "plr", `Never` and restart 26.5
-    2000 / 2100 / 1600, with the defaults 1000 / 1800 / 1500; 5.64 with "rpem", `Never` and restart 10 2900 / 1500 /
-    1000. So calibrate for the working range.
+    False alarms at a gain of .1 / .3 / .5, one in so many samples: threshold 6.17 with "plr", `Constant` and restart
+    26.5 2000 / 2100 / 1600, with the defaults 1000 / 1800 / 1500; 5.64 with "rpem", `Constant` and restart 10 2900 /
+    1500 / 1000. So calibrate for the working range.
     Bad at: small upward jumps; a jump of R, whose first alarm may be about the scale rather than the gain.
     """
 

@@ -10,7 +10,7 @@ class Always(NamedTuple):
     """Every sample is believed."""
 
 
-class Gate(NamedTuple):
+class InnovationGate(NamedTuple):
     """An innovation beyond ``sigmas`` predicted standard deviations is an outlier, treated as missing.
 
     After ``patience`` rejections in a row it is not an outlier but a change: the next ``settle`` samples are
@@ -33,7 +33,7 @@ def _(gate, e, f, D, R, s2, rejected, observed):
     return True
 
 
-@admit.on(Gate)
+@admit.on(InnovationGate)
 def _(gate, e, f, D, R, s2, rejected, observed):
     if observed < gate.settle or rejected < 0.0 or rejected >= gate.patience:
         return True
@@ -50,7 +50,7 @@ def _(gate, rejected, is_rejected):
     return 0.0
 
 
-@count_rejections.on(Gate)
+@count_rejections.on(InnovationGate)
 def _(gate, rejected, is_rejected):
     if is_rejected:
         return rejected + 1.0

@@ -38,7 +38,8 @@ class GLR(NamedTuple):
     -----
     The threshold for a rate is an approximation (Siegmund and Venkatraman 1995, their integral over the window's
     lengths as a sum): simulated run lengths are up to 15 % longer (window 200; 2 % for 20). Bad at: a shift known
-    beforehand (`Hinkley` set for it is sooner), shifts so small that they need more than ``window`` samples, and cost.
+    beforehand (`PageHinkley` set for it is sooner), shifts so small that they need more than ``window`` samples, and
+    cost.
 
     References
     ----------
@@ -83,7 +84,7 @@ class GLR(NamedTuple):
         return f"{told}; {delay_words(1.0, self.delay(1.0))} (simulated)"
 
     def scan(self, signal, *, mean: float = 0.0, std: float = 1.0, state=None) -> Alarms:
-        """Return the alarms in a signal (T,) of known mean and standard deviation; see `Hinkley.scan`."""
+        """Return the alarms in a signal (T,) of known mean and standard deviation; see `PageHinkley.scan`."""
         return scan(self.resolve(), signal, mean, std, state)
 
 

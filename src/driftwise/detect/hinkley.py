@@ -16,7 +16,7 @@ from .settings import delay_words, each, rate_words, reachable, together, watche
 from .watch import OWN, accumulate, conclude, side, watch
 
 
-class Hinkley(NamedTuple):
+class PageHinkley(NamedTuple):
     """Alarms where the mean of whitened innovations z has moved: Hinkley's test, also called CUSUM.
 
     With ``k = jump / 2``, for an increase and for a decrease,
@@ -51,7 +51,7 @@ class Hinkley(NamedTuple):
     -----
     Bad at: innovations that are not white with the stated variance (an estimator whose noise variance is wrong breaks
     the promise), changes much smaller than `jump`, parameters with a zero-mean regressor (their jumps do not move the
-    mean of z: use `Score` or `VarianceChange`), and with `growing` at changes late in a long run: delays grow too.
+    mean of z: use `ScoreCUSUM` or `VarianceCUSUM`), and with `growing` at changes late in a long run: delays grow too.
 
     References
     ----------
@@ -63,7 +63,7 @@ class Hinkley(NamedTuple):
     >>> import numpy as np, driftwise as dw
     >>> z = np.random.default_rng(1).standard_normal(1000)
     >>> z[600:] += 1.0
-    >>> detector = dw.Hinkley(false_alarms="1 per 10_000", jump=1.0, sides="up")
+    >>> detector = dw.PageHinkley(false_alarms="1 per 10_000", jump=1.0, sides="up")
     >>> found = detector.scan(z)
     >>> int(found.samples[0]), int(found.changes[0])
     (605, 601)
@@ -138,7 +138,7 @@ class Hinkley(NamedTuple):
 
 
 class TwoSums(NamedTuple):
-    """What the kernel sees of `Hinkley`: (up, down) reference and threshold, and growth times reference."""
+    """What the kernel sees of `PageHinkley`: (up, down) reference and threshold, and growth times reference."""
 
     k: Vector
     h: Vector

@@ -32,14 +32,14 @@ class Monitor:
 
     Parameters
     ----------
-    detector : Hinkley, VarianceChange, GLR or Score
+    detector : PageHinkley, VarianceCUSUM, GLR or ScoreCUSUM
     mean, std : what the signal is like in control
-    parameters : how many slopes come with each sample (`Score`)
+    parameters : how many slopes come with each sample (`ScoreCUSUM`)
 
     Examples
     --------
     >>> import driftwise as dw
-    >>> monitor = dw.Monitor(dw.Hinkley("1 per 10_000", jump=2.0))
+    >>> monitor = dw.Monitor(dw.PageHinkley("1 per 10_000", jump=2.0))
     >>> state = monitor.start()
     >>> for t, z in enumerate([0.1, -0.4, 0.3, 2.2, 1.9, 2.4, 2.6, 1.7, 2.1, 2.3]):
     ...     state, sign = monitor.update(state, z)
@@ -54,7 +54,9 @@ class Monitor:
         found = resolve(parameters) if resolve else detector
         kind: Any = type(found)
         if kind not in watch.table:
-            raise InputError(f"detector must be Hinkley(), VarianceChange(), GLR() or Score(), got {detector!r}")
+            raise InputError(
+                f"detector must be PageHinkley(), VarianceCUSUM(), GLR() or ScoreCUSUM(), got {detector!r}"
+            )
         self.mean, self.std = float(mean), positive("std", std)
         self._size, self._parameters = found.marks(parameters), parameters
         self._spec = flatten((found,))

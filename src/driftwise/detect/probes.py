@@ -71,7 +71,7 @@ def probe_bank(innovation, probe_innovations, variance=1.0, threshold=None, *, f
         g_m <- max(0, g_m + (nu^2 - nu_m^2) / (2 c)),   alarm when the largest reaches the threshold
 
     While the estimator is right the sums fall on average, whatever the probes, so no size of change need be named. For
-    a linear regression, probes with parameter i shifted by +d or -d make this `Score`.
+    a linear regression, probes with parameter i shifted by +d or -d make this `ScoreCUSUM`.
 
     Parameters
     ----------

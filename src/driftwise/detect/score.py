@@ -15,11 +15,11 @@ from .settings import each, rate_words, reachable
 from .watch import OWN, WHICH, accumulate, conclude, side, watch
 
 
-class Score(NamedTuple):
+class ScoreCUSUM(NamedTuple):
     """Alarms where a parameter has jumped, and says which and in which direction: likelihood ratios of the score.
 
     A jump of parameter i by d moves the mean of the whitened innovation z by d s_i, s_i its slope, which changes from
-    sample to sample with the regressor: where that has mean zero, so has z, and `Hinkley` sees nothing. The exact
+    sample to sample with the regressor: where that has mean zero, so has z, and `PageHinkley` sees nothing. The exact
     log likelihood ratio of the jump is summed instead, for each parameter and each sign of d:
 
         g <- max(0, g + d s_i z - (d s_i)^2 / 2),   alarm when one reaches the threshold
@@ -59,7 +59,7 @@ class Score(NamedTuple):
     >>> slopes = rng.standard_normal((1000, 2))
     >>> z = rng.standard_normal(1000)
     >>> z[600:] -= 0.8 * slopes[600:, 1]                      # parameter 1 has fallen by 0.8
-    >>> dw.Score("1 per 10_000", jump=0.8).scan(z[:640], slopes[:640])
+    >>> dw.ScoreCUSUM("1 per 10_000", jump=0.8).scan(z[:640], slopes[:640])
     1 alarm in 640 samples: #1 down at 618 since 592
     """
 
@@ -72,8 +72,8 @@ class Score(NamedTuple):
         """Return what the kernel sees, for so many parameters."""
         if parameters < 1:
             raise InputError(
-                "Score watches parameters: it needs the slopes of a regression. Where only innovations are watched, "
-                "use VarianceChange, Hinkley or GLR"
+                "ScoreCUSUM watches parameters: it needs the slopes of a regression. Where only innovations are "
+                "watched, use VarianceCUSUM, PageHinkley or GLR"
             )
         if self.threshold is None:
             h = math.log(2 * parameters * rate(self.false_alarms))
@@ -95,7 +95,7 @@ class Score(NamedTuple):
         a = found.d * slopes
         return 0.5 / sum(1.0 / run_length(h / x, x / 2) for h, x in zip(found.h[::2].tolist(), a.tolist()))
 
-    def calibrated_to(self, slopes) -> Score:
+    def calibrated_to(self, slopes) -> ScoreCUSUM:
         """Return the same detector with the threshold at which `typical_run_length` keeps the promised rate.
 
         Parameters
@@ -146,7 +146,7 @@ class Score(NamedTuple):
 
 
 class ScoreSums(NamedTuple):
-    """What the kernel sees of `Score`: size of jump (m,), threshold (2 m,)."""
+    """What the kernel sees of `ScoreCUSUM`: size of jump (m,), threshold (2 m,)."""
 
     d: Vector
     h: Vector

@@ -12,10 +12,10 @@ from ..engine.errors import InputError
 from ..engine.normal import deviate, tail
 from .alarms import Alarms, scan
 from .brownian import positive
-from .hinkley import Hinkley
+from .hinkley import PageHinkley
 from .run_length import rate
 from .settings import each, rate_words
-from .variance import VarianceChange
+from .variance import VarianceCUSUM
 from .watch import OWN, accumulate, conclude, watch
 
 LEVEL_MEMORY, TAIL_MEMORY = 0.995, 0.9995  # of noise level and tails, a sample
@@ -67,15 +67,15 @@ class SelfStarting(NamedTuple):
     Simulated false alarms over promised, at 1 per 1000, noise given (learnt): Gaussian 0.6 (0.3), Student's t with 3
     degrees of freedom 0.5 (0.6), Laplace 0.9 (0.5), rounded to whole standard deviations 0.5 (0.3). An AR(1) with
     coefficient 0.6 left in the innovations: 0.8 (0.3) in the long run, but 8 (4) in a record of a thousand samples,
-    before it is known. A shift of 1.5 sd is found after 6.4 (7.1) samples on average, 5.7 where `Hinkley` is told it.
-    Its constants were chosen with sight of labelled records (SKAB, Nile, a heat exchanger, a motor, groundwater), so
-    what it reaches on those is no independent evidence; that the promise is kept was simulated.
+    before it is known. A shift of 1.5 sd is found after 6.4 (7.1) samples on average, 5.7 where `PageHinkley` is told
+    it. Its constants were chosen with sight of labelled records (SKAB, Nile, a heat exchanger, a motor, groundwater),
+    so what it reaches on those is no independent evidence; that the promise is kept was simulated.
 
     Bad at: single outliers and short bursts, which are tails to it (that is meant); shifts well below the smallest of
     ``shifts``; noise whose variance comes in clusters (GARCH: up to four times the promised 1 per 10 000); several true
     changes in a row, which raise b like false alarms; changes during the first ``warm`` samples and the 10 after an
-    alarm; changes that the estimator absorbs within a few samples (let it forget slowly, or restart: `UntilJump`, with
-    ``noise="learnt"``); naming the parameter (`Score`).
+    alarm; changes that the estimator absorbs within a few samples (let it forget slowly, or restart: `RestartOnChange`,
+    with ``noise="learnt"``); naming the parameter (`ScoreCUSUM`).
 
     References
     ----------
@@ -89,7 +89,7 @@ class SelfStarting(NamedTuple):
     >>> e[600:] += 20.0
     >>> dw.SelfStarting("1 per 1000", noise="learnt").scan(e)
     1 alarm in 620 samples: up at 604 since 600
-    >>> dw.Hinkley("1 per 1000").scan(e, std=7.0 * 3.0**0.5)
+    >>> dw.PageHinkley("1 per 1000").scan(e, std=7.0 * 3.0**0.5)
     3 alarms in 620 samples: up at 603 since 600, up at 610 since 604, up at 616 since 611
     """
 
@@ -110,8 +110,8 @@ class SelfStarting(NamedTuple):
         if isinstance(self.warm, bool) or not isinstance(self.warm, int | np.integer) or self.warm < 10:
             raise InputError(f"warm must be a whole number of samples, at least 10, got {self.warm!r}")
         wanted = rate(self.false_alarms) * (2 * d.size + 1) * SHARES[self.noise]
-        means = [x * Hinkley(wanted, jump=x, sides="up").resolve().h[0] for x in np.repeat(d, 2).tolist()]
-        h = np.array([*means, VarianceChange(ratio, wanted).resolve().h[0]])
+        means = [x * PageHinkley(wanted, jump=x, sides="up").resolve().h[0] for x in np.repeat(d, 2).tolist()]
+        h = np.array([*means, VarianceCUSUM(ratio, wanted).resolve().h[0]])
         signs = np.tile([1.0, -1.0], d.size)
         return Learning(np.repeat(d, 2) * signs, ratio, h, float(self.noise == "learnt"), float(self.warm))
 

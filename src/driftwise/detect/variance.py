@@ -17,7 +17,7 @@ from .settings import rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 
 
-class VarianceChange(NamedTuple):
+class VarianceCUSUM(NamedTuple):
     """Alarms where the innovations look ``ratio`` times wider in variance than predicted, or as much narrower.
 
     With z = e/sqrt(T), the logarithm of the likelihood ratio of variance ratio (up), or 1/ratio (down), against 1:
@@ -41,13 +41,13 @@ class VarianceChange(NamedTuple):
 
     Notes
     -----
-    Bad at outliers, which look the same (put a `Gate` before it), and at small jumps hidden in the noise. The direction
-    is that of the variance: nobody can say which way a parameter moved.
+    Bad at outliers, which look the same (put a `InnovationGate` before it), and at small jumps hidden in the noise. The
+    direction is that of the variance: nobody can say which way a parameter moved.
 
     Examples
     --------
     >>> import driftwise as dw
-    >>> print(dw.VarianceChange(false_alarms="1 per 10_000").words)
+    >>> print(dw.VarianceCUSUM(false_alarms="1 per 10_000").words)
     one false alarm per 10 000 samples on average (numerically, for independent Gaussian innovations); a variance 4
     times as large is found after 10.0 samples
     """
@@ -100,12 +100,12 @@ class VarianceChange(NamedTuple):
         return f"{told}; a variance {change} times as large is found after {self.delay():.1f} samples"
 
     def scan(self, signal, *, mean: float = 0.0, std: float = 1.0, state=None) -> Alarms:
-        """Return the alarms in a signal (T,) of known mean and standard deviation; see `Hinkley.scan`."""
+        """Return the alarms in a signal (T,) of known mean and standard deviation; see `PageHinkley.scan`."""
         return scan(self.resolve(), signal, mean, std, state)
 
 
 class VarianceSums(NamedTuple):
-    """What the kernel sees of `VarianceChange`."""
+    """What the kernel sees of `VarianceCUSUM`."""
 
     ratio: float
     h: Vector

@@ -218,7 +218,7 @@ class Reading(Rows):
         """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
 
         Under the reference prior of an unknown scale it is known up to a constant only, which depends on N:
-        compare orders with a proper `UnknownScale(alpha, beta)`.
+        compare orders with a proper `InverseGamma(alpha, beta)`.
         """
         count, chi2, logdet = (float(state[k]) for k in ("observed", "chi2", "logdet"))
         base = -0.5 * (count * math.log(2 * math.pi) + logdet)

@@ -24,7 +24,7 @@ class Census(NamedTuple):
     noise: np.ndarray  # (S,) standard deviation of the noise, in units of y
     freedom: np.ndarray  # (S,) degrees of freedom behind it
     untaught: np.ndarray  # (S,) posterior over prior variance of the least known combination: near 1, nothing is known
-    still: np.ndarray  # (S,) probability that no parameter drifts (`Auto`)
+    still: np.ndarray  # (S,) probability that no parameter drifts (`AutoMemory`)
     memory: np.ndarray  # (S, N) samples that each parameter remembers, where drift is learnt
     moves: np.ndarray  # (S, k) whether each input ever moved
 

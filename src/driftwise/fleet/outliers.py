@@ -29,7 +29,7 @@ NIS, HELD = (0.8, 1.25), (0.92, 0.975)  # no closer than matters in practice
 LEAST = 8  # series that make a fleet
 MISSING, BAD = 0.2, 0.01  # shares beyond which data are poor; BAD also of late and duplicate rows
 SHORT = 4  # measured samples for each unknown
-ALARMS = 1e-5  # false jumps of `Auto`, at most, a sample
+ALARMS = 1e-5  # false jumps of `AutoMemory`, at most, a sample
 
 
 class Found(NamedTuple):
@@ -99,9 +99,9 @@ def outliers(fleet, tally, *, inputs=(), when: Callable[[float], str] = "{:.6g}"
     anybody at all. Offsets are not compared. NIS and coverage are judged at the same rate, and no closer than matters
     (0.8 to 1.25, 92 to 97.5 %).
 
-    Drift is what `Auto` says of the end of the record: standing still is less than 20 % likely; of those that do stand
-    still at most 1 in 200 is named. Jumps are counted as they were told, false alarms and all (`Auto`: at most 1 in
-    100 000 samples).
+    Drift is what `AutoMemory` says of the end of the record: standing still is less than 20 % likely; of those that do
+    stand still at most 1 in 200 is named. Jumps are counted as they were told, false alarms and all (`AutoMemory`: at
+    most 1 in 100 000 samples).
 
     Bad at: fleets of several kinds side by side (the smaller kind differs), and fewer than 8 series, which nobody can
     differ from; a series that drifted, jumped or differed and is as it should be now.

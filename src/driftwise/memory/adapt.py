@@ -6,7 +6,7 @@ P = U D U' is relative to s2 and belongs to the next sample, as in every state o
 from ..engine.dispatch import choice, kernel
 from ..engine.status import CAPPED, JUMP
 from ..engine.ud import correct
-from .drift import Matched, Never, Walk, widen_within
+from .drift import Constant, Matched, RandomWalk, widen_within
 
 
 @choice
@@ -129,11 +129,11 @@ def stay(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     return 1.0, 0
 
 
-plain(Never, Walk, Matched)
-age.on(Never)(stay)
+plain(Constant, RandomWalk, Matched)
+age.on(Constant)(stay)
 
 
-@age.on(Walk)
+@age.on(RandomWalk)
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     return 1.0, wander(memory, 1.0, U, D, work)
 

@@ -12,7 +12,7 @@ from ..engine.errors import InputError, refuse_class
 from ..models.scale import KnownScale
 from . import directional, fading, restart, run_lengths, window
 from .adapt import learn
-from .drift import Inflate, UntilJump, Walk
+from .drift import CovarianceInflation, RandomWalk, RestartOnChange
 from .hold import MEMORIES
 from .resolve import jump_size, resolve_walk, resolve_watch
 
@@ -56,13 +56,13 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
     """
     refuse_class("memory", memory)
     detector, settle = resolve_watch(memory, setting.N, setting.units)
-    if isinstance(memory, UntilJump):
+    if isinstance(memory, RestartOnChange):
         return resolve_restart(memory.restart, setting), detector, settle, 0
     found, cells = resolve(memory, setting)
     if cells > LARGEST:
         raise InputError(
             f"{type(memory).__name__} of {setting.N} parameters keeps {cells:.2g} numbers, more than {LARGEST:.0e}: "
-            "take a smaller model, or a memory that keeps few, such as Never() or Weighted(p)"
+            "take a smaller model, or a memory that keeps few, such as Constant() or ExponentialForgetting(p)"
         )
     return found, detector, settle, cells
 
@@ -70,12 +70,12 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
 def resolve_restart(answer, setting) -> Any:
     """Return the kernel's answer to an alarm."""
     refuse_class("restart", answer)
-    if isinstance(answer, Inflate):
+    if isinstance(answer, CovarianceInflation):
         q = jump_size("step", answer.step, setting.N) ** 2 * setting.units
         return restart.Jolt(q, float(validation.yes("only_named", answer.only_named)), setting.cap)
     if isinstance(answer, restart.GainReset):
         return restart.Reset(more_than_one("samples", answer.samples), setting.cap)
-    raise InputError(f"restart must be Inflate(step) or GainReset(samples), got {answer!r}")
+    raise InputError(f"restart must be CovarianceInflation(step) or GainReset(samples), got {answer!r}")
 
 
 @singledispatch
@@ -83,10 +83,11 @@ def resolve(memory, setting) -> tuple[Any, int]:
     """Return the kernel's memory, and how many numbers it keeps."""
     if type(memory) not in learn.table:
         raise InputError(
-            "memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N), DirectionalForgetting(p), "
-            "Walk(q), Window(T), UntilJump(), RunLengths(jump, every), Drift(phi, q) or, where q is not known, "
-            "Auto(), Bank(), Interacting(), LikelihoodDrift(), FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
-            f"Correlation() or VariationalBayes(), got {memory!r}{_meant(memory)}"
+            "memory must be Constant(), GainFloor(N), ExponentialForgetting(p), VariableForgetting(N), "
+            "DirectionalForgetting(p), RandomWalk(q), Window(T), RestartOnChange(), BayesianChangePoint(jump, every), "
+            "Drift(phi, q) or, where q is not known, AutoMemory(), MultipleModel(), IMM(), LikelihoodDrift(), "
+            "FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
+            f"AutocovarianceLS() or VariationalBayes(), got {memory!r}{_meant(memory)}"
         )
     return memory, 0
 
@@ -95,22 +96,24 @@ def resolve(memory, setting) -> tuple[Any, int]:
 def _(memory: str, setting):
     if memory.lower() in ("ekf", "augmented ekf"):
         raise InputError(EKF)
-    raise InputError(f"memory is a policy, such as Weighted(0.99), not the word {memory!r}: words are for --memory")
+    raise InputError(
+        f"memory is a policy, such as ExponentialForgetting(0.99), not the word {memory!r}: words are for --memory"
+    )
 
 
 @resolve.register
-def _(memory: Walk, setting):
+def _(memory: RandomWalk, setting):
     return resolve_walk(memory, setting.units, setting.cap), 0
 
 
 @resolve.register
-def _(memory: fading.LimitedGain, setting):
+def _(memory: fading.GainFloor, setting):
     samples = more_than_one("samples", memory.samples)
     return fading.Fade(1.0, samples, MEMORIES * samples, setting.cap), 1 + setting.N
 
 
 @resolve.register
-def _(memory: fading.Weighted, setting):
+def _(memory: fading.ExponentialForgetting, setting):
     p, horizon = _weight(memory.p)
     return fading.Fade(p, np.inf, horizon, setting.cap), 1 + setting.N
 
@@ -141,13 +144,13 @@ def _(memory: window.Window, setting):
     if cells > LARGEST:
         raise InputError(
             f"a window of {samples} samples of {setting.N} parameters keeps {cells:.2g} numbers, more than "
-            f"{LARGEST:.0e}: take a shorter one, or LimitedGain(samples), which keeps next to nothing"
+            f"{LARGEST:.0e}: take a shorter one, or GainFloor(samples), which keeps next to nothing"
         )
     return window.Slide(samples, freedom, chi2, *setting.prior), cells
 
 
 @resolve.register
-def _(memory: run_lengths.RunLengths, setting):
+def _(memory: run_lengths.BayesianChangePoint, setting):
     q = jump_size("jump", memory.jump, setting.N) ** 2 * setting.units
     rate = 1 / more_than_one("every", memory.every)
     count = validation.count("hypotheses", memory.hypotheses, least=2)
@@ -158,7 +161,11 @@ def _(memory: run_lengths.RunLengths, setting):
 def _meant(memory) -> str:
     """Return the likely cause where something else came in place of a memory."""
     if isinstance(memory, int | float) and not isinstance(memory, bool):
-        return f". A weight per sample is Weighted({memory})" if memory <= 1 else f". Samples are LimitedGain({memory})"
+        return (
+            f". A weight per sample is ExponentialForgetting({memory})"
+            if memory <= 1
+            else f". Samples are GainFloor({memory})"
+        )
     return ""
 
 

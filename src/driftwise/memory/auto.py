@@ -37,7 +37,7 @@ JUMP_ODDS, LEVEL_ODDS, AHEAD = math.log(5.0), math.log(20.0), math.log(3.0)
 LEVEL_AGE, OLDEST, HOPELESS, IMPOSSIBLE = 8.0, 16.0, -6.0, -1e300
 
 
-class Auto(NamedTuple):
+class AutoMemory(NamedTuple):
     """Nothing to tune: how fast each parameter drifts, sigma^2, outliers, jumps and louder noise are found out.
 
     Three Kalman filters interact: one that never forgets, one that does so fast (NVR .1), and one whose speeds are
@@ -63,7 +63,7 @@ class Auto(NamedTuple):
 
 
 class Contest(NamedTuple):
-    """What the kernel sees of `Auto`."""
+    """What the kernel sees of `AutoMemory`."""
 
     R: float
     phi: Vector
@@ -88,7 +88,7 @@ class Contest(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """Views of everything `Auto` keeps."""
+    """Views of everything `AutoMemory` keeps."""
 
     ground: Ground
     own: Cells
@@ -99,7 +99,7 @@ class Parts(NamedTuple):
 
 
 def auto_cells(N: int, M: int) -> int:
-    """Return how many numbers `Auto` keeps beyond the ground of all policies."""
+    """Return how many numbers `AutoMemory` keeps beyond the ground of all policies."""
     return own_cells(N, M) + TRIAL + 2 * M * size_of(N) + learner_cells(N, N)
 
 

@@ -18,13 +18,13 @@ JUMP, AGAIN = 1.0, 0.1  # NVR of the jump mode, and how likely one jump follows 
 FREEDOM_NOW, SIGMA2_NOW, TOLD, WAITS, OWN_HEAD = range(5)  # WAITS: P of the modes is in ``dense``, to be mixed
 
 
-class Bank(NamedTuple):
+class MultipleModel(NamedTuple):
     """Drift of unknown speed: one filter for each NVR of ``levels``, weighted by how well each predicts.
 
     Weights fade (``forgetting``, to its power at every sample), so that the bank follows a plant whose drift changes
-    speed. Each filter learns its own sigma^2 where that is unknown. Simpler than `Auto`, not cheaper: no speeds are
-    learnt, no outliers and no jumps told. All parameters drift at one speed in units of y: bad at speeds that differ
-    much.
+    speed. Each filter learns its own sigma^2 where that is unknown. Simpler than `AutoMemory`, not cheaper: no speeds
+    are learnt, no outliers and no jumps told. All parameters drift at one speed in units of y: bad at speeds that
+    differ much.
     Source: Abid and Kamoun (2008), section 5 ("multiple model"); Magill (1965).
     """
 
@@ -33,13 +33,13 @@ class Bank(NamedTuple):
     phi: Any = 1.0
 
 
-class Interacting(NamedTuple):
+class IMM(NamedTuple):
     """A bank whose filters exchange what they know, with a mode for jumps: IMM.
 
     From sample to sample a filter stays at its speed with probability ``stay``; ``jumps`` is the probability of a jump
     of about the size that one unit of noise hides (0: no such mode). A jump is told (``JUMP``) when its mode is
     likelier than all others. Source: Blom and Bar-Shalom (1988). Bad at: constant parameters, which the jump mode makes
-    restless, and outliers, which look like jumps (use `Auto`).
+    restless, and outliers, which look like jumps (use `AutoMemory`).
     """
 
     levels: tuple[float, ...] = LEVELS
@@ -49,7 +49,7 @@ class Interacting(NamedTuple):
 
 
 class Fading(NamedTuple):
-    """What the kernel sees of a `Bank`; ``freedom`` and ``chi2`` are where each sigma^2 begins, where it is learnt."""
+    """What the kernel sees of a `MultipleModel`; each learnt sigma^2 begins at ``freedom`` and ``chi2``."""
 
     R: float
     phi: Vector
@@ -65,7 +65,7 @@ class Fading(NamedTuple):
 
 
 class Mixing(NamedTuple):
-    """What the kernel sees of `Interacting`: A is the (M, M) matrix of the transitions."""
+    """What the kernel sees of `IMM`: A is the (M, M) matrix of the transitions."""
 
     R: float
     phi: Vector

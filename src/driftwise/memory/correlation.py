@@ -18,7 +18,7 @@ from .transition import relax
 from .unknown import START, adaptive, revise
 
 
-class Correlation(NamedTuple):
+class AutocovarianceLS(NamedTuple):
     """The speed of drift of each parameter by autocovariance least squares over ``lags``, fading in ``memory`` samples.
 
     It reads the innovations of a design filter beside the estimator, which forgets 5 % a sample and knows nothing of
@@ -33,7 +33,7 @@ class Correlation(NamedTuple):
 
 
 class Correlations(NamedTuple):
-    """What the kernel sees of a `Correlation`."""
+    """What the kernel sees of a `AutocovarianceLS`."""
 
     R: float
     phi: Vector

@@ -15,12 +15,12 @@ class DirectionalForgetting(NamedTuple):
     Before each correction P <- P + (1/p - 1) d d', d = P psi/sqrt(psi' P psi): the prediction's variance psi' P psi
     grows by 1/p. In terms of information R <- R - (1 - p) psi psi'/(psi' P psi), which cannot lose positivity, and
     knows no units. One direction of N is forgotten per sample, so the memory is N/(1 - p) samples, N times that of
-    `Weighted`, even where all are excited; directions that never are, are never forgotten.
+    `ExponentialForgetting`, even where all are excited; directions that never are, are never forgotten.
 
     Source: Kulhavy (1987), Automatica 23, 589-600. Bad at: following jumps and drift (unless p makes up for N; after a
     jump the bars are too narrow for two or three memories); a regressor hundreds of times larger than the others, whose
     direction then stays put for long; and regressors that shrink to noise, which forget as much as large ones and teach
-    nothing (held as in `Weighted`). On constant parameters bars are too wide, as there.
+    nothing (held as in `ExponentialForgetting`). On constant parameters bars are too wide, as there.
     """
 
     p: float

@@ -2,17 +2,17 @@
 
 from typing import Any, NamedTuple
 
-from ..detect.variance import VarianceChange
+from ..detect.variance import VarianceCUSUM
 from ..engine.dispatch import Vector, choice, kernel
 from ..engine.status import CAPPED, JUMP
 from ..engine.ud import variance, widen
 
 
-class Never(NamedTuple):
+class Constant(NamedTuple):
     """Nothing is forgotten: constant parameters, gain 1/n. Bad at plants that change."""
 
 
-class Walk(NamedTuple):
+class RandomWalk(NamedTuple):
     """Each parameter takes a random step of variance ``q`` per sample, never wider than its prior.
 
     ``q`` is one number or one per parameter (order of ``state["theta"]``), in the units of `y_scale` and `u_scale`,
@@ -30,13 +30,13 @@ class Walk(NamedTuple):
 
 
 class Matched(NamedTuple):
-    """What the kernel sees of a `Walk` that is matched to jumps: q is absolute."""
+    """What the kernel sees of a `RandomWalk` that is matched to jumps: q is absolute."""
 
     q: Vector
     cap: Vector
 
 
-class Inflate(NamedTuple):
+class CovarianceInflation(NamedTuple):
     """After an alarm each parameter gains variance ``step`` squared, at most up to its prior.
 
     ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
@@ -48,25 +48,25 @@ class Inflate(NamedTuple):
     only_named: bool = False
 
 
-class UntilJump(NamedTuple):
+class RestartOnChange(NamedTuple):
     """Nothing is forgotten until the parameters jump; then they are freed as ``restart`` says.
 
-    ``restart`` is `Inflate` (the default: each parameter gains variance 1 in the units of `y_scale` and `u_scale`) or,
-    for recursive estimators, `GainReset`. The detector (`VarianceChange`, `Hinkley`, `GLR`; for recursive estimators
-    also `Score`) watches the whitened innovations after ``settle`` measured samples (None: six times the number of
-    unknowns); with several outputs, each has one of its own. No parameter becomes wider than its prior. Bad at slow
-    drift, which never alarms (use `Walk`), at noise whose variance grows (it looks like a jump), and at dating a jump:
-    the samples between jump and alarm are taken for the old parameters, so bars are too short there, smoothed ones
-    (`Joint.smooth`) also before.
+    ``restart`` is `CovarianceInflation` (the default: each parameter gains variance 1 in the units of `y_scale` and
+    `u_scale`) or, for recursive estimators, `GainReset`. The detector (`VarianceCUSUM`, `PageHinkley`, `GLR`; for
+    recursive estimators also `ScoreCUSUM`) watches the whitened innovations after ``settle`` measured samples (None:
+    six times the number of unknowns); with several outputs, each has one of its own. No parameter becomes wider than
+    its prior. Bad at slow drift, which never alarms (use `RandomWalk`), at noise whose variance grows (it looks like a
+    jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so bars are too
+    short there, smoothed ones (`Joint.smooth`) also before.
     """
 
-    detector: Any = VarianceChange()
-    restart: Any = Inflate()
+    detector: Any = VarianceCUSUM()
+    restart: Any = CovarianceInflation()
     settle: float | None = None
 
 
 class Restart(NamedTuple):
-    """What the kernel sees of `UntilJump`."""
+    """What the kernel sees of `RestartOnChange`."""
 
     q: Vector
     cap: Vector
@@ -91,12 +91,12 @@ def drift(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     """
 
 
-@drift.on(Never)
+@drift.on(Constant)
 def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     return 0
 
 
-@drift.on(Walk)
+@drift.on(RandomWalk)
 def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):

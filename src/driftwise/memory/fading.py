@@ -7,11 +7,11 @@ from .adapt import age, plain
 from .hold import shrink
 
 
-class LimitedGain(NamedTuple):
+class GainFloor(NamedTuple):
     """The gain falls like 1/n and stops at 1/``samples``: then the past fades with that many samples of memory.
 
     Without excitation no variance exceeds that of one typical sample (status CAPPED). Where the parameters are in fact
-    constant, their bars are 1.4 times too wide, as those of `Weighted`.
+    constant, their bars are 1.4 times too wide, as those of `ExponentialForgetting`.
     Source: Perriot-Mathonna (1981), eq. 6. Bad at: both ends, as every constant gain is (slow after a jump, restless
     without one).
     """
@@ -19,7 +19,7 @@ class LimitedGain(NamedTuple):
     samples: float
 
 
-class Weighted(NamedTuple):
+class ExponentialForgetting(NamedTuple):
     """A sample of age k counts ``p`` to the power k: exponential forgetting, gain (1 - p)/(1 - p^n).
 
     The memory is 1/(1 - p) samples. Without excitation no variance exceeds that of one typical sample (status CAPPED).
@@ -36,9 +36,9 @@ class VariableForgetting(NamedTuple):
 
     While the model fits, the memory is ``samples`` long; an error of k standard deviations forgets as much as k^2
     usual ones. Where the noise variance is learnt, the memory keeps two samples per parameter. Where the parameters are
-    in fact constant, their bars are about 1.4 times too wide, as those of `Weighted`.
+    in fact constant, their bars are about 1.4 times too wide, as those of `ExponentialForgetting`.
     Source: Fortescue, Kershenbaum and Ydstie (1981): constant information. Bad at: outliers and noise
-    that grows, both of which it takes for a change (put a `Gate` before it).
+    that grows, both of which it takes for a change (put a `InnovationGate` before it).
     """
 
     samples: float = 100.0
@@ -46,7 +46,7 @@ class VariableForgetting(NamedTuple):
 
 
 class Fade(NamedTuple):
-    """What the kernel sees of `LimitedGain` and `Weighted`: lambda = min(p, (samples - 1)/weight)."""
+    """What the kernel sees of `GainFloor` and `ExponentialForgetting`: lambda = min(p, (samples - 1)/weight)."""
 
     p: float
     samples: float

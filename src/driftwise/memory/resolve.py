@@ -8,28 +8,30 @@ from typing import Any
 import numpy as np
 
 from ..detect.gain import GainProbes, PullTest
-from ..detect.gate import Always, Gate, admit
+from ..detect.gate import Always, InnovationGate, admit
 from ..detect.probes import ProbeBank
 from ..detect.score import ScoreSums
 from ..detect.watch import Silent, watch
 from ..engine import validation
 from ..engine.errors import InputError, refuse_class
-from ..models.scale import KnownScale, UnknownScale
-from .drift import Inflate, Matched, Restart, UntilJump, Walk, drift
+from ..models.scale import InverseGamma, KnownScale
+from .drift import CovarianceInflation, Matched, RandomWalk, Restart, RestartOnChange, drift
 
 
 def resolve_memory(memory, units, cap) -> Any:
     """Return the kernel's memory; ``units`` and ``cap`` are the squared units and prior variances of theta."""
     refuse_class("memory", memory)
-    if isinstance(memory, Walk):
+    if isinstance(memory, RandomWalk):
         return resolve_walk(memory, units, np.array(cap))
-    if isinstance(memory, UntilJump):
+    if isinstance(memory, RestartOnChange):
         refuse_class("restart", memory.restart)
-        if not isinstance(memory.restart, Inflate) or memory.restart.only_named:
-            raise InputError(f"restart must be Inflate(step) here, for all parameters at once, got {memory.restart!r}")
+        if not isinstance(memory.restart, CovarianceInflation) or memory.restart.only_named:
+            raise InputError(
+                f"restart must be CovarianceInflation(step) here, for all parameters at once, got {memory.restart!r}"
+            )
         return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
     if type(memory) not in drift.table:
-        raise InputError(f"memory must be Never(), Walk(q) or UntilJump(), got {memory!r}")
+        raise InputError(f"memory must be Constant(), RandomWalk(q) or RestartOnChange(), got {memory!r}")
     return memory
 
 
@@ -38,13 +40,14 @@ def resolve_walk(memory, units, cap) -> Any:
     if isinstance(memory.matched, tuple | list) and not memory.matched:
         if not np.size(memory.q):
             raise InputError(
-                "a walk needs its speed: Walk(q), the variance of a step per sample, or Walk(matched=(jump, every)); "
-                "for constant parameters use Never()"
+                "a walk needs its speed: RandomWalk(q), the variance of a step per sample, or "
+                "RandomWalk(matched=(jump, every)); "
+                "for constant parameters use Constant()"
             )
         q = validation.each("q", memory.q, len(units))
         if np.any(q < 0):
             raise InputError(f"q must not be negative (it is a variance), got {memory.q!r}")
-        return Walk(q * units, cap)
+        return RandomWalk(q * units, cap)
     if np.any(memory.q) or not isinstance(memory.matched, tuple | list) or len(memory.matched) != 2:
         raise InputError(
             f"a walk has either q or matched=(jump, every), got q = {memory.q!r} and matched = {memory.matched!r}"
@@ -63,7 +66,7 @@ def jump_size(name, value, size) -> np.ndarray:
 
 def resolve_watch(memory, unknowns: int, units=()) -> tuple[Any, float]:
     """Return the kernel's detector, and how many samples it waits for: for ever, where the memory has no use for it."""
-    if not isinstance(memory, UntilJump):
+    if not isinstance(memory, RestartOnChange):
         return Silent(), np.inf
     settle = 6 * unknowns if memory.settle is None else validation.count("settle", memory.settle)
     return resolve_detector(memory.detector, units), float(settle)
@@ -72,7 +75,11 @@ def resolve_watch(memory, unknowns: int, units=()) -> tuple[Any, float]:
 def resolve_detector(detector, units=()) -> Any:
     """Return the kernel's detector; ``units`` are the squared units of the parameters whose slopes it is told."""
     parameters = len(units)
-    told = "VarianceChange(), Hinkley(), GLR() or Score()" if parameters else "VarianceChange(), Hinkley() or GLR()"
+    told = (
+        "VarianceCUSUM(), PageHinkley(), GLR() or ScoreCUSUM()"
+        if parameters
+        else "VarianceCUSUM(), PageHinkley() or GLR()"
+    )
     if isinstance(detector, ProbeBank | GainProbes | PullTest):
         raise InputError(
             f"detector must be {told}, got {detector!r}: it compares probes of a gain, which only AdaptiveGain runs"
@@ -89,18 +96,18 @@ def check_scale(scale, proper: bool = False) -> None:
     """Raise InputError unless ``scale`` is None or a prior; a proper one has a positive alpha."""
     if scale is None:
         return
-    numbers = tuple(scale) if isinstance(scale, UnknownScale) else ()
+    numbers = tuple(scale) if isinstance(scale, InverseGamma) else ()
     if not numbers or not all(isinstance(n, int | float | np.number) and math.isfinite(n) for n in numbers):
-        raise InputError(f"scale must be UnknownScale(alpha, beta) of finite numbers or None, got {scale!r}")
+        raise InputError(f"scale must be InverseGamma(alpha, beta) of finite numbers or None, got {scale!r}")
     if scale.beta <= 0 or (proper and scale.alpha <= 0):
         which = "a positive alpha and a positive beta" if proper else "a finite alpha and a positive beta"
-        raise InputError(f"UnknownScale needs {which}, got {scale!r}. It is the prior of a variance, beta/alpha")
+        raise InputError(f"InverseGamma needs {which}, got {scale!r}. It is the prior of a variance, beta/alpha")
 
 
 def resolve_scale(scale, is_relative: bool, unknowns: int) -> Any:
     """Return the prior of sigma^2: the one given, or the reference prior that spends one half on each unknown."""
     check_scale(scale)
-    return (scale or UnknownScale(0.5 - unknowns / 2, 1e-20)) if is_relative else KnownScale()
+    return (scale or InverseGamma(0.5 - unknowns / 2, 1e-20)) if is_relative else KnownScale()
 
 
 def resolve_gate(gate, unknowns: int) -> Any:
@@ -108,11 +115,11 @@ def resolve_gate(gate, unknowns: int) -> Any:
     refuse_class("gate", gate)
     if gate is None:
         return Always()
-    if isinstance(gate, Gate):
+    if isinstance(gate, InnovationGate):
         settle = 6 * unknowns if gate.settle is None else validation.count("settle", gate.settle)
-        return Gate(
+        return InnovationGate(
             validation.positive("sigmas", gate.sigmas), validation.positive("patience", gate.patience), float(settle)
         )
     if type(gate) not in admit.table:
-        raise InputError(f"gate must be None or Gate(sigmas), got {gate!r}")
+        raise InputError(f"gate must be None or InnovationGate(sigmas), got {gate!r}")
     return gate

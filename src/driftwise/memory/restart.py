@@ -21,7 +21,7 @@ class GainReset(NamedTuple):
 
 
 class Jolt(NamedTuple):
-    """What the kernel sees of `Inflate`: variances q, absolute; ``is_named``: only for the parameter that is named."""
+    """What the kernel sees of `CovarianceInflation`: variances q, absolute; ``is_named``: for the parameter named."""
 
     q: Vector
     is_named: float

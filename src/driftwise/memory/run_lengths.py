@@ -18,7 +18,7 @@ LOG, RUN, CHI2, OWN = range(4)
 ODDS = 100.0  # a jump is told when it is so many times likelier than none
 
 
-class RunLengths(NamedTuple):
+class BayesianChangePoint(NamedTuple):
     """Jumps of size ``jump``, one every so many samples on average: all instants are considered, the likely ones kept.
 
     The ``hypotheses`` most likely answers to "when was the last jump?" each have their own Kalman filter; theta and P
@@ -27,8 +27,8 @@ class RunLengths(NamedTuple):
     likelier than none, and since when. A sample costs more than ``hypotheses`` updates. ``jump`` is one number or one
     per parameter, in the units of `y_scale` and `u_scale`. Source: Adams and MacKay (2007); here the least likely run
     is dropped. Bars of the prediction hold the jump that may come: where it would be large they are too wide until it
-    does (NIS below 1). Bad at: jumps below half the noise (dropping hurts there: use `Walk`), drift, noise that grows,
-    speed.
+    does (NIS below 1). Bad at: jumps below half the noise (dropping hurts there: use `RandomWalk`), drift, noise that
+    grows, speed.
     """
 
     jump: Any
@@ -42,7 +42,7 @@ class RunLengths(NamedTuple):
 
 
 class Mixture(NamedTuple):
-    """What the kernel sees of `RunLengths`: a jump has probability ``rate`` and variances q (absolute)."""
+    """What the kernel sees of `BayesianChangePoint`: a jump has probability ``rate`` and variances q (absolute)."""
 
     rate: float
     hypotheses: float

@@ -15,8 +15,8 @@ class Drift(NamedTuple):
     ``phi`` is one number, one per parameter, or a matrix; 1 is a random walk. How fast they wander is said either as
     ``nvr``, the noise variance ratio q ms/sigma^2 (ms: the mean square of the regressor so far), which has no units
     and means a memory of about 1/sqrt(nvr) samples; or as ``q``, variances per sample (or a covariance matrix) in
-    the units of `Walk`: relative to sigma^2 where that is learnt. Source: Abid and Kamoun (2008), eqs. 7-12, with the
-    gain L = Phi P psi/S that their (9) and (11) print without Phi. Between the samples a state holds theta and P of
+    the units of `RandomWalk`: relative to sigma^2 where that is learnt. Source: Abid and Kamoun (2008), eqs. 7-12, with
+    the gain L = Phi P psi/S that their (9) and (11) print without Phi. Between the samples a state holds theta and P of
     the next sample; a trace shows those given its own. No variance exceeds twice its prior. Bad at: a speed that is
     not known (use a policy that learns it), and |phi| < 1 with little q, which pulls the parameters to zero with bars
     that soon call them known.

@@ -87,7 +87,7 @@ def _(memory: auxiliary.AuxiliaryFilter, setting):
 
 
 @resolve.register
-def _(memory: correlation.Correlation, setting):
+def _(memory: correlation.AutocovarianceLS, setting):
     lags, samples = validation.count("lags", memory.lags, least=1), more_than_one("memory", memory.memory)
     cells = unknown.cells_of(setting.N, correlation.own_cells(setting.N, lags))
     if cells > LARGEST:
@@ -123,7 +123,7 @@ def _(memory: variational.VariationalBayes, setting):
         if isinstance(setting.scale, KnownScale):
             raise InputError(
                 f"VariationalBayes(rule={name!r}) learns the variance of the noise, and variance=.. says it is known: "
-                "leave variance out, add a prior (scale=UnknownScale(alpha, beta)), or take rule='drift'"
+                "leave variance out, add a prior (scale=InverseGamma(alpha, beta)), or take rule='drift'"
             )
         common["discount"], weight, chi2 = variational.FADING[name], 2 * setting.scale.alpha, 2 * setting.scale.beta
     kernel = variational.Nominal(

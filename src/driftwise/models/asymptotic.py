@@ -9,7 +9,7 @@ import numpy as np
 from ..engine.errors import InputError
 from .spectral import inside, noise_polynomial
 
-__all__ = ["WrongNoiseLimit", "wrong_noise_limit"]
+__all__ = ["WrongNoiseLimit", "asymptotic_bias"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class WrongNoiseLimit:
     reported: np.ndarray
 
 
-def wrong_noise_limit(a, d_true, d_assumed, var_v: float = 1.0) -> WrongNoiseLimit:
+def asymptotic_bias(a, d_true, d_assumed, var_v: float = 1.0) -> WrongNoiseLimit:
     """Return the limit of `Joint` with ``NoisePolynomial(d_assumed)`` on long records of A(q) y = C(q) v.
 
     Parameters
@@ -63,7 +63,7 @@ def wrong_noise_limit(a, d_true, d_assumed, var_v: float = 1.0) -> WrongNoiseLim
 
     Examples
     --------
-    >>> limit = wrong_noise_limit([-0.8], [0.5], [0.0])
+    >>> limit = asymptotic_bias([-0.8], [0.5], [0.0])
     >>> print(limit.a.round(4), round(limit.prediction_variance, 4))
     [-0.8878] 1.2061
     """

@@ -39,7 +39,7 @@ class NoisePolynomial(NamedTuple):
     """Coloured noise C(z) v with known C: w = d v, w_n = v, Salut's own assumption.
 
     ``d`` lists d_0 .. d_{n-1} of C(z) = z^n + d_{n-1} z^{n-1} + ... + d_0; ``variance`` is that of v
-    (None: learnt). A wrong d biases the parameters: `wrong_noise_limit` gives the limit. Zeros of C outside the circle
+    (None: learnt). A wrong d biases the parameters: `asymptotic_bias` gives the limit. Zeros of C outside the circle
     do no harm: the filter then predicts as with their reflections (`reflect`). On the circle it settles as 1/t.
     """
 

@@ -88,7 +88,7 @@ def _given(noise, form):
     if (Q.shape, S.shape, R.shape) != ((n, n), (n, p), (p, p)):
         raise InputError(
             f"Q must be ({n}, {n}), S ({n}, {p}) and R ({p}, {p}) for the stacked states and outputs; "
-            f"got {Q.shape}, {S.shape} and {R.shape}. (Noise on the parameters is memory=Walk(q).)"
+            f"got {Q.shape}, {S.shape} and {R.shape}. (Noise on the parameters is memory=RandomWalk(q).)"
         )
     if not all(np.isfinite(v).all() for v in (Q, S, R)) or not np.allclose(Q, Q.T) or not np.allclose(R, R.T):
         raise InputError("Q, S and R must be finite, Q and R symmetric")

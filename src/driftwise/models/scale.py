@@ -10,7 +10,7 @@ class KnownScale(NamedTuple):
     """Variances are what they say: Gaussian bands."""
 
 
-class UnknownScale(NamedTuple):
+class InverseGamma(NamedTuple):
     """sigma^2 ~ IG(alpha, beta), everything else relative to it: Student-t bands with 2 alpha degrees.
 
     The conjugate case: means and gains do not change, alpha gains 1/2 and beta e^2/(2T) at every sample.
@@ -37,7 +37,7 @@ def _(scale, observed, chi2):
     return 1.0
 
 
-@sigma2.on(UnknownScale)
+@sigma2.on(InverseGamma)
 def _(scale, observed, chi2):
     return (scale.beta + 0.5 * chi2) / max(scale.alpha + 0.5 * observed, 0.5)
 
@@ -47,6 +47,6 @@ def _(scale, observed):
     return math.inf
 
 
-@freedom.on(UnknownScale)
+@freedom.on(InverseGamma)
 def _(scale, observed):
     return max(2.0 * scale.alpha + observed, 1.0)

@@ -9,7 +9,8 @@ __all__ = ["spoken", "spoken_verdicts"]
 
 # what the estimators' words become behind --memory and --noise
 WORDS = {
-    "Auto()": "auto", "Never()": "never", "UntilJump()": "jump", "Walk(q)": "walk:Q", "UnknownPolynomial()": "unknown",
+    "AutoMemory()": "auto", "Constant()": "never", "RestartOnChange()": "jump", "RandomWalk(q)": "walk:Q",
+    "UnknownPolynomial()": "unknown",
     "OutputError()": "output-error", "EquationError()": "equation-error",
 }  # fmt: skip
 # advice that no option follows
@@ -32,7 +33,7 @@ _CHOICE = re.compile(r"say which: columns=\{'(\w+)': .*?\}")
 def spoken(text: str) -> str:
     """Return the text in the words of the command line.
 
-    >>> spoken("try memory=UntilJump() or Auto()"), spoken("try ARX(2, 2, memory=Auto())")
+    >>> spoken("try memory=RestartOnChange() or AutoMemory()"), spoken("try ARX(2, 2, memory=AutoMemory())")
     ('try --memory jump or auto', 'try --model arx:2,2 --memory auto')
     """
     for said, instead in PHRASES.items():

@@ -144,9 +144,9 @@ def _numbers(study) -> list[list]:
 
 def has_weight(memory) -> bool:
     """Whether a memory counts samples: not where it adds a variance that was told at every one."""
-    from driftwise.memory.drift import Walk
+    from driftwise.memory.drift import RandomWalk
 
-    return not isinstance(memory, Walk)
+    return not isinstance(memory, RandomWalk)
 
 
 def memory(figures: list[str], estimator) -> str:

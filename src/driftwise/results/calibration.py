@@ -40,7 +40,7 @@ def calibration(normal_score, settle: int = 0) -> Diagnosis:
     >>> print(calibration(2 * z))
       verdict    value  fine
     ! NIS         4.11  0.8 to 1.25    the error bars are 103 % too narrow: let the parameters drift or jump, or
-                                       the variance of the noise: try memory=Auto()
+                                       the variance of the noise: try memory=AutoMemory()
     ! coverage   0.656  0.92 to 0.975  the 95 % bands hold 66 % of the samples: they are too narrow
       whiteness      0  0 to 0.035     nothing is left to predict that would matter
     """

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..detect.variance import VarianceChange
+from ..detect.variance import VarianceCUSUM
 from ..engine.status import MEANING, Status
 
 SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
@@ -24,7 +24,8 @@ class Event:
     A jump also has ``statistic`` (the detector's, over its threshold), ``since`` (the first sample after the change, as
     the detector dates it), ``parameter`` (if it names one; in fewer samples than parameters it can only guess),
     ``direction`` (1 up, -1 down, 0 not known), ``moved`` (the last two in words) and, where explanations were weighed,
-    ``odds``. `Auto` and `RunLengths` wait a few samples more and name the parameter whose estimate moved most.
+    ``odds``. `AutoMemory` and `BayesianChangePoint` wait a few samples more and name the parameter whose estimate moved
+    most.
     """
 
     sample: int
@@ -42,7 +43,7 @@ class Event:
 def watched(options) -> str:
     """Return what tells the jumps of an estimator: "width" or "level" of its innovations, or "" (its memory)."""
     detector = getattr(options.get("memory"), "detector", None) or options.get("detector")
-    return "" if detector is None else "width" if isinstance(detector, VarianceChange) else "level"
+    return "" if detector is None else "width" if isinstance(detector, VarianceCUSUM) else "level"
 
 
 def events_of(columns, limit: int) -> list[Event]:

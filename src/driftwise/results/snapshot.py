@@ -8,37 +8,37 @@ from typing import Any
 import numpy as np
 
 from ..detect.gain import GainProbes, PullTest
-from ..detect.gate import Gate
+from ..detect.gate import InnovationGate
 from ..detect.glr import GLR
-from ..detect.hinkley import Hinkley
+from ..detect.hinkley import PageHinkley
 from ..detect.parity import Parity
 from ..detect.probes import ProbeBank
-from ..detect.score import Score
+from ..detect.score import ScoreCUSUM
 from ..detect.self_starting import SelfStarting
-from ..detect.variance import VarianceChange
+from ..detect.variance import VarianceCUSUM
 from ..engine.errors import InputError
 from ..estimators.algebraic_observer.relation import Relation
 from ..estimators.algebraic_start.start import AlgebraicStart
 from ..estimators.base import Rows
-from ..memory.auto import Auto
+from ..memory.auto import AutoMemory
 from ..memory.auxiliary import AuxiliaryFilter
-from ..memory.bank import Bank, Interacting
-from ..memory.correlation import Correlation
+from ..memory.bank import IMM, MultipleModel
+from ..memory.correlation import AutocovarianceLS
 from ..memory.directional import DirectionalForgetting
-from ..memory.drift import Inflate, Never, UntilJump, Walk
-from ..memory.fading import LimitedGain, VariableForgetting, Weighted
+from ..memory.drift import Constant, CovarianceInflation, RandomWalk, RestartOnChange
+from ..memory.fading import ExponentialForgetting, GainFloor, VariableForgetting
 from ..memory.fuzzy import FuzzyDrift
 from ..memory.likelihood import LikelihoodDrift
 from ..memory.matching import CovarianceMatching
 from ..memory.restart import GainReset
-from ..memory.run_lengths import RunLengths
+from ..memory.run_lengths import BayesianChangePoint
 from ..memory.transition import Drift
 from ..memory.variational import VariationalBayes
 from ..memory.window import Window
 from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant, Polynomial, Sinusoid
-from ..models.scale import UnknownScale
+from ..models.scale import InverseGamma
 
 SCHEMA = 4  # 4: a trace keeps the degrees of freedom of each prediction
 KINDS = {
@@ -49,39 +49,39 @@ KINDS = {
         NoisePolynomial,
         UnknownPolynomial,
         NoiseCovariance,
-        Never,
-        Walk,
+        Constant,
+        RandomWalk,
         Drift,
         Disturbance,
-        Auto,
-        Bank,
-        Interacting,
+        AutoMemory,
+        MultipleModel,
+        IMM,
         FuzzyDrift,
         CovarianceMatching,
         AuxiliaryFilter,
-        Correlation,
+        AutocovarianceLS,
         LikelihoodDrift,
         VariationalBayes,
-        LimitedGain,
-        Weighted,
+        GainFloor,
+        ExponentialForgetting,
         VariableForgetting,
         DirectionalForgetting,
         Window,
-        RunLengths,
-        UntilJump,
-        Inflate,
+        BayesianChangePoint,
+        RestartOnChange,
+        CovarianceInflation,
         GainReset,
-        Hinkley,
-        Score,
-        VarianceChange,
+        PageHinkley,
+        ScoreCUSUM,
+        VarianceCUSUM,
         Parity,
         GLR,
         SelfStarting,
         ProbeBank,
         GainProbes,
         PullTest,
-        Gate,
-        UnknownScale,
+        InnovationGate,
+        InverseGamma,
         Plant,
         Polynomial,
         Sinusoid,

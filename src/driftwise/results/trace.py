@@ -169,7 +169,7 @@ class Trace:
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval at each sample (Student-t where the scale is learnt), (T,).
 
-        Where the memory is a mixture (`Auto`, `Bank`, `Interacting`), it is that of the mixture.
+        Where the memory is a mixture (`AutoMemory`, `MultipleModel`, `IMM`), it is that of the mixture.
         """
         if not 0 < level < 1:
             raise InputError(f"level is a share between 0 and 1, got {level!r}. Is it a percentage? 95 % is 0.95")
@@ -222,7 +222,7 @@ class Trace:
         Notes
         -----
         Where nothing is wrong a verdict of chance fails in at most one run of a hundred. Drift and jumps are weighed
-        where the memory is ``Never``; other memories say themselves what they found. Bad at: several faults at once,
+        where the memory is ``Constant``; other memories say themselves what they found. Bad at: several faults at once,
         each of which may look like the others, and records of fewer samples than twenty times the unknowns.
 
         Examples
@@ -236,7 +236,7 @@ class Trace:
         ['NIS', 'coverage', 'whiteness', 'drift or jump']
         >>> print(found.find("drift or jump").advice)
         the parameters jumped, b1 by +1 at sample 401 (odds beyond a million to one against drift): try
-        memory=UntilJump() or Auto()
+        memory=RestartOnChange() or AutoMemory()
         """
         from ..analysis.diagnose import diagnose
 
@@ -284,7 +284,7 @@ class Trace:
         >>> import numpy as np, driftwise as dw
         >>> a = np.where(np.arange(2000)[:, None] < 1500, [-1.5, 0.7], [-1.45, 0.7])
         >>> y, u = dw.simulate(a, [1.0, 0.5], samples=2000, noise_std=0.1, seed=1)
-        >>> trace = dw.ARX(2, 2, memory=dw.UntilJump()).scaled_to(y, u).scan(y, u)
+        >>> trace = dw.ARX(2, 2, memory=dw.RestartOnChange()).scaled_to(y, u).scan(y, u)
         >>> trace.jumps()[0].text
         'jump: the innovations widened, it began about 2 samples ago (statistic 1.06 times its threshold)'
         >>> trace.what_changed(trace.jumps()[0])

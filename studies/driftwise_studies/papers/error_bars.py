@@ -68,7 +68,7 @@ def student(scaled: Scaled) -> Verdict:
     s = s0 + sigma * np.sqrt(P0) * rng.standard_normal((records, 6))
     u, noise = rng.standard_normal((records, T)), sigma * rng.standard_normal((records, T))
     y, _ = canonical(s[:, 2:4], np.zeros((records, T, 2)), noise, b=s[:, 4:], u=u, x0=s[:, :2])
-    est = dw.Joint(2, 1, noise=dw.EquationError(1.0), scale=dw.UnknownScale(alpha, beta), s0=s0, P0=P0)
+    est = dw.Joint(2, 1, noise=dw.EquationError(1.0), scale=dw.InverseGamma(alpha, beta), s0=s0, P0=P0)
     traces = [est.scan(y[i], u[i]) for i in range(records)]
     rate = np.mean([np.abs(trace.innovation) <= trace.band(0.95) for trace in traces])
     tolerance = scaled.wide(0.006)

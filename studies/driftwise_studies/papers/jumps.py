@@ -24,10 +24,10 @@ def section(seeds: int) -> Section:
     records = scaled.records(100)
     y, u, truth = jumping_records(records)
     memories: dict[str, Any] = {
-        "never": dw.Never(),
-        "walk, Q_π = 1e-5": dw.Walk(1e-5),
-        "walk, Q_π = 1e-4": dw.Walk(1e-4),
-        "until a jump (VarianceChange), P_rr += I": dw.UntilJump(),
+        "never": dw.Constant(),
+        "walk, Q_π = 1e-5": dw.RandomWalk(1e-5),
+        "walk, Q_π = 1e-4": dw.RandomWalk(1e-4),
+        "until a jump (VarianceCUSUM), P_rr += I": dw.RestartOnChange(),
     }
     rows, errors = [], {}
     for name, memory in memories.items():
@@ -72,7 +72,7 @@ def _walk(errors):
 
 def _until_jump(memories, y, u, errors, scaled):
     """The detector's row: how soon it alarms, how often it should not have, how well a is known afterwards."""
-    name = "until a jump (VarianceChange), P_rr += I"
+    name = "until a jump (VarianceCUSUM), P_rr += I"
     est = dw.Joint(2, 1, noise=dw.EquationError(R), memory=memories[name], P0=100.0)
     alarms = np.array([(est.scan(y[i], u[i]).status & JUMPED) != 0 for i in range(len(y))])
     false, found = int(alarms[:, :JUMP].sum()), alarms[:, JUMP:]

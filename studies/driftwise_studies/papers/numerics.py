@@ -86,7 +86,12 @@ def scaling() -> Verdict:
     def run(c):
         units = c**unit
         est = dw.Joint(
-            2, 1, True, noise=dw.EquationError(0.09 * c**2), P0=5 * units**2, memory=dw.Walk(1e-6 * units[2:] ** 2)
+            2,
+            1,
+            True,
+            noise=dw.EquationError(0.09 * c**2),
+            P0=5 * units**2,
+            memory=dw.RandomWalk(1e-6 * units[2:] ** 2),
         )
         trace = est.scan(c * y, u)
         covariance = est.covariance(trace.state) / np.outer(units, units)

@@ -75,7 +75,7 @@ def joint(y, period, rho, m, speed=SPEED) -> dw.Joint:
     return dw.Joint(
         3,
         noise=dw.NoisePolynomial(polynomial(rho, m)),
-        scale=dw.UnknownScale(1.5, 1.5),
+        scale=dw.InverseGamma(1.5, 1.5),
         s0=[0, 0, 0, *NULL],
         P0=np.diag(np.repeat([(speed * period) ** 2, 0.2], 3)),
         y_scale=start_noise(y),

@@ -51,7 +51,7 @@ def adaptive(q, memory=None, spread=1e4) -> dw.Joint:
     F, Q = filters.singer(ALPHA, q, 1.0)
     d, variance = filters.canonical_noise(F, Q, SIGMA**2)
     return dw.Joint(
-        3, noise=dw.NoisePolynomial(d, variance), memory=memory or dw.Never(), P0=[spread**2] * 3 + [1.0] * 3
+        3, noise=dw.NoisePolynomial(d, variance), memory=memory or dw.Constant(), P0=[spread**2] * 3 + [1.0] * 3
     )
 
 
@@ -87,7 +87,7 @@ def _against_fixed(y):
 
 def _offset(y, scaled):
     def row(offset):
-        return [rms(errors(adaptive(400.0, dw.Walk(q) if q else None), y + offset), LATE) for q in WALKS]
+        return [rms(errors(adaptive(400.0, dw.RandomWalk(q) if q else None), y + offset), LATE) for q in WALKS]
 
     centred, raw = row(-y[0]), row(OFFSET)
     rows = [

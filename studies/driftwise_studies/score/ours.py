@@ -65,7 +65,7 @@ def between_jumps(y, u, nk: int, at: float) -> Steady:
     """
     pilot = slice(PILOT)
     middle, rest = float(np.median(y[pilot])), np.median(u[pilot], axis=0)
-    est = dw.ARX(1, 1, nk, memory=dw.UntilJump(dw.SelfStarting()), offset=True)
+    est = dw.ARX(1, 1, nk, memory=dw.RestartOnChange(dw.SelfStarting()), offset=True)
     est = est.scaled_to(y[pilot] - middle, u[pilot] - rest)
     found = _steady(est, y - middle, u - rest, at - rest[0])
     return found._replace(level=found.level + middle)

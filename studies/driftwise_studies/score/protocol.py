@@ -42,7 +42,7 @@ def inside_and_density(e, variance, inside=None, log_score=None):
 
 
 def judge(y, prediction, variance, inside=None, log_score=None) -> Score:
-    """Return the `Score` of a forecast of y (T,); Gaussian where ``inside`` and ``log_score`` (T,) are not given.
+    """Return the `ScoreCUSUM` of a forecast of y (T,); Gaussian where ``inside`` and ``log_score`` (T,) are not given.
 
     A prediction that is not finite makes the score so: it must show.
 
@@ -51,7 +51,7 @@ def judge(y, prediction, variance, inside=None, log_score=None) -> Score:
     >>> import numpy as np
     >>> y, half = np.array([9.0, 9.0, 0.0, 2.0]), np.array([0.0, 0.0, 0.5, 1.5])
     >>> judge(y, half, np.full(4, 0.25))
-    Score(fit=50.0, nis=1.0, share=100.0, log_score=-0.7257913526447274)
+    ScoreCUSUM(fit=50.0, nis=1.0, share=100.0, log_score=-0.7257913526447274)
     """
     used, e = second_half(y), y - prediction
     inside, log_score = inside_and_density(e, variance, inside, log_score)

@@ -12,12 +12,12 @@ from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.adaptation import Setting, adaptation
-from ...memory.drift import Matched, UntilJump, Walk
+from ...memory.drift import Matched, RandomWalk, RestartOnChange
 from ...memory.resolve import check_scale, resolve_detector, resolve_gate
 from ...models.canonical import power_of_two
 from ...models.convert import Model
 from ...models.gain import GainPlant
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import InverseGamma, KnownScale
 from ..arx.methods import LeastSquares
 from ..base import Reading
 from . import step as _step  # registers the step
@@ -52,21 +52,21 @@ class AdaptiveGain(Reading):
         Gradient of the prediction with respect to K: whole, or (Hampton's) through the last innovation only, which
         can move a scalar K and no other.
     memory : policy
-        How the past of K is forgotten; by default a `Walk` matched to jumps of half the prior deviation every 400
+        How the past of K is forgotten; by default a `RandomWalk` matched to jumps of half the prior deviation every 400
         samples (q = P0/1600). q is in squared units of K.
     detector : GainProbes, PullTest or any detector of innovations, optional
         Frees K when it alarms; an alarm never moves K itself.
     restart : float, or (up, down), optional
-        What an alarm does: with `Walk`, K regains at least this share of its prior standard deviation (0.5); with the
-        other memories it is the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
-    gate : Gate, optional
+        What an alarm does: with `RandomWalk`, K regains at least this share of its prior standard deviation (0.5); with
+        the other memories it is the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
+    gate : InnovationGate, optional
         Treat outliers as missing.
     limits : (low, high), "stable" or None
         Limits of H K of a scalar state (by default 0 and 1), poles of the filter inside 1 - 1e-3 by halving the step
         (the default of several states and of unstable ones), or neither: then K may make the filter unstable.
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         Prior of the innovation variance, relative to y_scale^2: 2 alpha samples of variance beta/alpha. Worth giving;
-        without it K waits for five innovations (`Walk`).
+        without it K waits for five innovations (`RandomWalk`).
     scale_samples : int
         Memory of the innovation variance.
     K0, P0 : (n,), and scalar, (n,) or (n, n), optional
@@ -120,7 +120,7 @@ class AdaptiveGain(Reading):
         restart: Any = None,
         gate: Any = None,
         limits: Any = "default",
-        scale: UnknownScale | None = None,
+        scale: InverseGamma | None = None,
         scale_samples: int = 100,
         K0=None,
         P0=None,
@@ -140,11 +140,11 @@ class AdaptiveGain(Reading):
             )
         self.dt, self.y_scale = validation.positive("dt", dt), validation.size("y_scale", y_scale)
         usual = plant.gain(USUAL)
-        is_walk = memory is None or isinstance(memory, Walk)
+        is_walk = memory is None or isinstance(memory, RandomWalk)
         self._set_prior(usual, is_walk)
         prior = np.diag(self.prior_covariance)[plant.n :].copy()
-        given = Walk(prior / 1600) if memory is None else memory
-        if isinstance(memory, UntilJump):
+        given = RandomWalk(prior / 1600) if memory is None else memory
+        if isinstance(memory, RestartOnChange):
             raise InputError(
                 "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
                 f"detector={memory.detector!r}, and restart= says what an alarm does"
@@ -152,11 +152,14 @@ class AdaptiveGain(Reading):
         memory, _, _, cells = adaptation(
             given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale(), 1.0, plant.n)
         )
-        memory = Walk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
+        memory = RandomWalk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
         if type(memory) not in _step.reopen.table:
-            raise InputError(f"memory must be None, Never(), LimitedGain(N), Weighted(p) or Walk(q), got {given!r}")
+            raise InputError(
+                "memory must be None, Constant(), GainFloor(N), ExponentialForgetting(p) or RandomWalk(q), got "
+                f"{given!r}"
+            )
         check_scale(scale, proper=True)
-        self.scale = scale or UnknownScale(0.0, 0.0)
+        self.scale = scale or InverseGamma(0.0, 0.0)
         signal, probes, detector = self._resolve_detector(detector, is_walk)
         low, high, radius = _limits(limits, plant, self._s0[plant.n :])
         poles, moves = plant.closed
@@ -198,7 +201,7 @@ class AdaptiveGain(Reading):
             probes = _probes(detector.gains, self.model)
             return PROBES, probes, detector.resolve(len(probes))
         if isinstance(detector, PullTest) and is_walk:
-            raise InputError("PullTest needs a memory with a gain sequence, not Walk: use GainProbes")
+            raise InputError("PullTest needs a memory with a gain sequence, not RandomWalk: use GainProbes")
         if isinstance(detector, PullTest):
             return PULL, none, detector.resolve(n)
         return INNOVATION, none, resolve_detector(detector, np.ones(n))
@@ -228,7 +231,7 @@ class AdaptiveGain(Reading):
         return float(state["chi2"] / state["count"]) if state["count"] > 0 else self.y_scale**2
 
     def _covariance(self, state) -> np.ndarray:
-        """Return the covariance of [x; K] given all so far; relative to the innovation variance without `Walk`."""
+        """Return the covariance of [x; K] given all so far; relative to the innovation variance, if no `RandomWalk`."""
         n, W, K = self.model.n, state["W"], state["theta"]
         P, hk = ud.unpack(state["U"], state["D"]), K @ self.model.H
         c = np.where(state["count"] > 0, state["chi2"] / np.maximum(state["count"], 1e-300), self.y_scale**2)

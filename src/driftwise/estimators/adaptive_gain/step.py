@@ -10,7 +10,7 @@ from ...engine.dispatch import advance, choice, kernel
 from ...engine.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, variance
 from ...memory.adapt import age, learn
-from ...memory.drift import Never, Walk, widen_within
+from ...memory.drift import Constant, RandomWalk, widen_within
 from ...memory.fading import Fade
 from ...memory.hold import hold_within
 from ...models.stability import is_inside
@@ -99,7 +99,7 @@ def reopen(memory, form, strength, weight, U, D, work):
     """Let K move again after an alarm; return the new effective number of samples."""
 
 
-@reopen.on(Never, Fade)
+@reopen.on(Constant, Fade)
 def _(memory, form, strength, weight, U, D, work):
     lam = (strength - 1.0) / weight if weight > 0.0 else 1.0
     if lam >= 1.0:
@@ -110,7 +110,7 @@ def _(memory, form, strength, weight, U, D, work):
     return lam * weight
 
 
-@reopen.on(Walk)
+@reopen.on(RandomWalk)
 def _(memory, form, strength, weight, U, D, work):
     for i in range(D.size):
         widen_within(U, D, i, strength * strength * form.cap[i] - variance(U, D, i), form.cap[i], work.b)

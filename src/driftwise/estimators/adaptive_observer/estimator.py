@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...engine import validation
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...models.equation import Equation
-from ...models.scale import UnknownScale
+from ...models.scale import InverseGamma
 from ..arx.estimator import Recursive
 from ..base import Reading
 from .step import Filtered
@@ -71,11 +71,11 @@ class AdaptiveObserver(Recursive):
         poles=0.5,
         inputs: int = 1,
         *,
-        memory: Any = Never(),
-        gate: Gate | None = None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
         offset: bool = False,
         variance: float | None = None,
-        scale: UnknownScale | None = None,
+        scale: InverseGamma | None = None,
         missing: str = "predict",
         at_rest: bool = False,
         theta0=None,

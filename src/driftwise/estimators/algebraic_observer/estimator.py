@@ -13,8 +13,8 @@ from ...detect.watch import Silent
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Never
-from ...models.scale import KnownScale, UnknownScale
+from ...memory.drift import Constant
+from ...models.scale import InverseGamma, KnownScale
 from ..observing import Observed, Observing, check_names
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
@@ -123,8 +123,8 @@ class AlgebraicObserver(Observing):
         limits = self._limits(tolerance, len(rows))
         wait = 0.0 if epsilon is None else math.ceil(validation.positive("epsilon", epsilon) / self.dt - 1e-9)
         form = self._form_of(rows, feeds, slopes, limits, wait)
-        self.scale = UnknownScale(0.5, 1e-20) if noise_std is None else KnownScale()
-        self.policies = (form, KnownScale(), Never(), Always(), self.scale, Silent())
+        self.scale = InverseGamma(0.5, 1e-20) if noise_std is None else KnownScale()
+        self.policies = (form, KnownScale(), Constant(), Always(), self.scale, Silent())
         self.spec = flatten(self.policies)
         self.dtype, self.scratch_size, self.columns = np.dtype(fields(form)), scratch_size(form), COLUMNS
 

@@ -10,7 +10,7 @@ from ...engine import validation
 from ...engine.errors import InputError, refuse_class
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT, NOT_STARTED, REJECTED, STARTED
 from ...engine.ud import factor_root, unpack_root
-from ...memory.drift import Never, UntilJump, Walk
+from ...memory.drift import Constant, RandomWalk, RestartOnChange
 from ...models.canonical import Canonical
 from ...models.noise import Unknown
 from ...models.scale import KnownScale
@@ -120,10 +120,10 @@ def prepare_equation(est, noise) -> Starting | None:
             "nk = 1 (hold='zoh') or nb = n + 1, nk = 0 (hold='foh'); "
             f"got na = {equation.na}, nb = {equation.nb}, nk = {equation.nk}"
         )
-    if options["method"] != "ls" or not isinstance(options["memory"], Never | Walk | UntilJump):
+    if options["method"] != "ls" or not isinstance(options["memory"], Constant | RandomWalk | RestartOnChange):
         raise InputError(
-            "a start replaces estimate and covariance, which only method='ls' with memory Never(), Walk(q) or "
-            "UntilJump() has no other record of"
+            "a start replaces estimate and covariance, which only method='ls' with memory Constant(), RandomWalk(q) or "
+            "RestartOnChange() has no other record of"
         )
     extra = int(equation.has_offset)
     at = np.where(at < form.n * (equation.inputs + 1), at, at + form.n * extra)

@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory import banks as _banks  # noqa: F401  (registers the policies)
 from ...memory import unknown_noise as _unknown_noise  # noqa: F401  (registers the policies)
 from ...memory.adaptation import Setting, adaptation
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_scale
 from ...models.canonical import power_of_two
 from ...models.convert import Model
 from ...models.equation import Equation
 from ...models.noise import White
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import InverseGamma, KnownScale
 from ..algebraic_start.start import AlgebraicStart, prepare_equation
 from ..base import Reading
 from ..joint.estimator import WIDTH
@@ -67,7 +67,7 @@ class Recursive(Reading):
             N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing, told=told
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
-        scale = UnknownScale(0.0, 0.0) if is_relative else KnownScale()
+        scale = InverseGamma(0.0, 0.0) if is_relative else KnownScale()
         if hasattr(form, "R"):
             form = form._replace(R=R, cap=np.diag(self.prior_covariance))
         self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
@@ -142,9 +142,9 @@ class Recursive(Reading):
     def drift_of(self, state):
         """Return how fast each parameter drifts, as the memory has it; None where it knows of no drift.
 
-        That is what was learnt (`Auto`, `LikelihoodDrift` and their kin), the mean of the speeds that compete (`Bank`,
-        `Interacting`), or what was said (`Drift`, `Walk`). Where it was said in the units of theta, an NVR is read off
-        the variance that such a drift leaves, which takes a few memories to settle.
+        That is what was learnt (`AutoMemory`, `LikelihoodDrift` and their kin), the mean of the speeds that compete
+        (`MultipleModel`, `IMM`), or what was said (`Drift`, `RandomWalk`). Where it was said in the units of theta, an
+        NVR is read off the variance that such a drift leaves, which takes a few memories to settle.
 
         Returns
         -------
@@ -156,7 +156,7 @@ class Recursive(Reading):
         >>> import numpy as np, driftwise as dw
         >>> rng = np.random.default_rng(1)
         >>> phi, slope = rng.standard_normal((800, 2)), np.cumsum(0.05 * rng.standard_normal(800))
-        >>> est = dw.Regression(["slope", "other"], memory=dw.Auto())
+        >>> est = dw.Regression(["slope", "other"], memory=dw.AutoMemory())
         >>> est.drift_of(est.scan(phi[:, 0] * slope + 2 * phi[:, 1] + 0.5 * rng.standard_normal(800), phi).state)
         slope forgets in about 10, other in about 43 samples (96 % likely)
         """
@@ -255,13 +255,13 @@ class ARX(InHindsight, Recursive):
         Delay of each input in samples; 0 acts at once.
     memory : policy
         How the past is forgotten.
-    gate : Gate, optional
+    gate : InnovationGate, optional
         Treat outliers as missing.
     offset : bool
         Estimate a constant besides.
     variance : float, optional
         Variance of e; learnt if omitted (Student-t bands).
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         Prior of that variance.
     missing : "predict", "hold" or "skip"
         What stands for a missing number among the regressors: its prediction (whose variance counts), the last value
@@ -303,7 +303,7 @@ class ARX(InHindsight, Recursive):
     --------
     >>> import driftwise as dw
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
-    >>> trace = dw.ARX(2, 2, memory=dw.Weighted(0.99)).scan(y, u)
+    >>> trace = dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.99)).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
     ['a1 -1.51', 'a2 0.71', 'b1 1.00', 'b2 0.47']
     """
@@ -314,11 +314,11 @@ class ARX(InHindsight, Recursive):
         nb=1,
         nk=1,
         *,
-        memory: Any = Never(),
-        gate: Gate | None = None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
         offset: bool = False,
         variance: float | None = None,
-        scale: UnknownScale | None = None,
+        scale: InverseGamma | None = None,
         missing: str = "predict",
         at_rest: bool = False,
         method: str = "ls",

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...engine.dispatch import Vector, advance, open_row, open_work
 from ...engine.errors import InputError
-from ...memory.drift import Never
-from ...memory.fading import LimitedGain, Weighted
+from ...memory.drift import Constant
+from ...memory.fading import ExponentialForgetting, GainFloor
 from .methods import correct_by
 from .row import HEAD, Lags, Row, Work, regress, renew
 from .step import fill_lags
@@ -89,9 +89,9 @@ def gradient(kind, step, memory, units, y_scale, R) -> Gradient:
     """Return the method "nlms" or "lms"."""
     if not (isinstance(step, int | float | np.number) and 0 < step < 2):
         raise InputError(f"step must lie between 0 and 2, where the recursion is stable, got {step!r}")
-    if type(memory) not in (Never, LimitedGain, Weighted):
+    if type(memory) not in (Constant, GainFloor, ExponentialForgetting):
         raise InputError(
             f"with method={kind!r} a constant step forgets by itself; memory says how the variance does: "
-            f"Never(), LimitedGain(N) or Weighted(p), got {memory!r}"
+            f"Constant(), GainFloor(N) or ExponentialForgetting(p), got {memory!r}"
         )
     return Gradient(R, float(step), float(kind == "lms"), y_scale**2, units)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 from ...engine.dispatch import Vector, advance, kernel, open_row, open_work
 from ...engine.errors import InputError
 from ...engine.ud import correct, predicted_variance, widen_along
-from ...memory.drift import Never, UntilJump
-from ...memory.fading import LimitedGain, VariableForgetting, Weighted
+from ...memory.drift import Constant, RestartOnChange
+from ...memory.fading import ExponentialForgetting, GainFloor, VariableForgetting
 from ...memory.restart import GainReset
 from ...models.stability import is_inside
 from .methods import correct_by
@@ -127,10 +127,11 @@ def instruments(kind, model, memory) -> int:
         raise InputError("instruments stand for past outputs, and na = 0 has none: least squares is right there")
     if not model.inputs or not sum(model.nb):
         raise InputError("instruments are made of inputs: give the model one (nb), or use method='ls'")
-    is_reset = isinstance(memory, UntilJump) and isinstance(memory.restart, GainReset)
-    if not is_reset and not isinstance(memory, Never | LimitedGain | Weighted | VariableForgetting):
+    is_reset = isinstance(memory, RestartOnChange) and isinstance(memory.restart, GainReset)
+    if not is_reset and not isinstance(memory, Constant | GainFloor | ExponentialForgetting | VariableForgetting):
         raise InputError(
-            "with method='iv' memory must be Never(), LimitedGain(N), Weighted(p), VariableForgetting(N) or "
-            f"UntilJump(restart=GainReset(N)), which scale all of P alike; got {memory!r}"
+            "with method='iv' memory must be Constant(), GainFloor(N), ExponentialForgetting(p), VariableForgetting(N) "
+            "or "
+            f"RestartOnChange(restart=GainReset(N)), which scale all of P alike; got {memory!r}"
         )
     return model.nk[0] + model.nb[0] if kind == "delayed" else 0

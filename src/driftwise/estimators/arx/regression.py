@@ -8,7 +8,7 @@ import numpy as np
 
 from ...engine import validation
 from ...engine.errors import InputError
-from ...memory.auto import Auto
+from ...memory.auto import AutoMemory
 from ...memory.likelihood import LikelihoodDrift
 from ...memory.transition import Drift
 from ...models.disturbance import Disturbance
@@ -26,8 +26,8 @@ class Regression(ARX):
     disturbance : Disturbance, optional
         Coloured noise d, a state beside the parameters (and the last of them in the trace). Without it the
         autocorrelation of the noise is taken for drift, and what was learnt at the last reference is carried on for
-        ever. Needs ``memory=Drift(..)``, `Auto` or `LikelihoodDrift`; the numbers of a `Drift` are those of the other
-        parameters, relative to the *white* noise, of which there may be little (``Disturbance.ratio``).
+        ever. Needs ``memory=Drift(..)``, `AutoMemory` or `LikelihoodDrift`; the numbers of a `Drift` are those of the
+        other parameters, relative to the *white* noise, of which there may be little (``Disturbance.ratio``).
     offset, memory, gate, ... : as for `ARX`
 
     Notes
@@ -69,9 +69,10 @@ class Regression(ARX):
         if self.disturbance is None:
             return memory
         pole, nvr, others = self.disturbance.pole, self.disturbance.nvr, self.model.N - 1
-        if not isinstance(memory, Drift | Auto | LikelihoodDrift):
+        if not isinstance(memory, Drift | AutoMemory | LikelihoodDrift):
             raise InputError(
-                "a disturbance fades by itself, which memory=Drift(nvr=..), Auto() and LikelihoodDrift() can say, "
+                "a disturbance fades by itself, which memory=Drift(nvr=..), AutoMemory() and LikelihoodDrift() can "
+                "say, "
                 f"got {memory!r}"
             )
         if np.ndim(memory.phi) == 2 or (isinstance(memory, Drift) and np.ndim(memory.q) == 2):

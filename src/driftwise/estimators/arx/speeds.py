@@ -10,12 +10,12 @@ import numpy as np
 
 from ...engine import ud
 from ...memory import auto, bank
-from ...memory.drift import Matched, Walk
+from ...memory.drift import Matched, RandomWalk
 from ...memory.modes import WEIGHT, mode
 from ...memory.transition import Coupled, Drifting
 from ...memory.unknown import open_ground
 
-EXPLANATIONS = ("still", "fast", "learnt")  # the modes of `Auto`
+EXPLANATIONS = ("still", "fast", "learnt")  # the modes of `AutoMemory`
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,7 +28,8 @@ class Speeds:
     nvr : (N,), variance of a parameter's step per sample, in units of sigma^2 / mean(psi_i^2); NaN where its regressor
         has been nothing but zero
     samples : how many measured samples taught it
-    weights : where several speeds compete, the probability of each; of `Auto`: that the parameters stand "still", drift
+    weights : where several speeds compete, the probability of each; of `AutoMemory`: that the parameters stand "still",
+    drift
         "fast" (NVR 0.1), or as "learnt" (that is ``nvr``)
     """
 
@@ -53,7 +54,7 @@ class Speeds:
 
     @property
     def explanation(self) -> str:
-        """The likeliest explanation of `Auto`: "still", "fast" or "learnt", which other memories have alone."""
+        """The likeliest explanation of `AutoMemory`: "still", "fast" or "learnt", which other memories have alone."""
         found = max(self.weights, key=lambda name: (self.weights or {})[name]) if self.weights else "learnt"
         return found if found in EXPLANATIONS else "learnt"
 
@@ -100,7 +101,7 @@ class Speeds:
 def read(est, state, names: list[str]) -> Speeds | None:
     """Return the speeds in a state of a recursive estimator; None where its memory knows of no drift."""
     memory, N = est.policies[2], est.model.N
-    if isinstance(memory, Walk | Matched | Drifting | Coupled):
+    if isinstance(memory, RandomWalk | Matched | Drifting | Coupled):
         return Speeds(names, _by_variance(memory, est, state), int(state["observed"]))
     if not hasattr(memory, "moving"):
         return None

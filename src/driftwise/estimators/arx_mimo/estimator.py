@@ -7,15 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...models.canonical import power_of_two
 from ...models.equations import Equations
 from ...models.model_mimo import ModelMIMO
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import InverseGamma, KnownScale
 from ..arx.estimator import Recursive
 from ..arx.row import COLUMNS
 from ..arx.speeds import read as read_speeds
@@ -69,7 +69,7 @@ class ARXMIMO(ReadingMIMO):
     memory, gate, offset, missing, at_rest, dt : as in `ARX`, for every equation on its own
     variance : float or (p,), optional
         Variance of each e_i; learnt if omitted (Student-t bands).
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         Prior of each variance.
     theta0, P0 : (N,), and scalar, (N,) or (N, N), optional
         Prior mean and covariance in the order of ``names``, the latter without links between equations.
@@ -92,7 +92,7 @@ class ARXMIMO(ReadingMIMO):
     >>> import driftwise as dw
     >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.0]
     >>> y, u = dw.simulate_mimo((2, 1), truth, samples=800, inputs=1, noise_std=0.1, seed=1)
-    >>> est = dw.ARXMIMO(2, 1, na=[[2, 2], [1, 1]], nb=[2, 1], memory=dw.Weighted(0.995))
+    >>> est = dw.ARXMIMO(2, 1, na=[[2, 2], [1, 1]], nb=[2, 1], memory=dw.ExponentialForgetting(0.995))
     >>> trace = est.scaled_to(y, u).scan(y, u)
     >>> [f"{name} {value:.1f}" for name, value in zip(trace.names, trace.parameters[-1])][:4]
     ['a1.11 -1.2', 'a2.11 0.5', 'a1.12 0.0', 'a2.12 -0.1']
@@ -110,11 +110,11 @@ class ARXMIMO(ReadingMIMO):
         nb=2,
         nk=1,
         *,
-        memory: Any = Never(),
-        gate: Gate | None = None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
         offset: bool = False,
         variance=None,
-        scale: UnknownScale | None = None,
+        scale: InverseGamma | None = None,
         missing: str = "predict",
         at_rest: bool = False,
         theta0=None,
@@ -140,7 +140,7 @@ class ARXMIMO(ReadingMIMO):
         self.parts = self._equations()
         first = self.parts[0]
         is_reference = scale is None and not isinstance(first.scale, KnownScale)
-        self.scale = UnknownScale(0.5, 1e-20) if is_reference else first.scale
+        self.scale = InverseGamma(0.5, 1e-20) if is_reference else first.scale
         self.spent = np.array(form.sizes, float) * is_reference
         self._s0 = np.concatenate([part._s0 for part in self.parts])
         self._D0 = np.concatenate([part._D0 for part in self.parts])

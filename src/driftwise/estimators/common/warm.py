@@ -1,11 +1,11 @@
 """Compile ahead, so that the first estimate of a process starts at once.
 
-* `Joint`: every noise whose coefficients are known, constant parameters or `Walk`, with and without a gate, the scale
-  known or learnt; and with its defaults otherwise, `UntilJump` and `UnknownPolynomial`
-* `Joint.smooth`: the defaults, also with `Walk` or `UntilJump`
+* `Joint`: every noise whose coefficients are known, constant parameters or `RandomWalk`, with and without a gate, the
+  scale known or learnt; and with its defaults otherwise, `RestartOnChange` and `UnknownPolynomial`
+* `Joint.smooth`: the defaults, also with `RandomWalk` or `RestartOnChange`
 * `JointMIMO` (split) and `ContinuousJoint`: the defaults
-* `ARX`, with it `AR` and `Regression`: constant parameters, `Weighted`, `Walk`, `UntilJump` (default, `Score`,
-  `SelfStarting`), `Auto`
+* `ARX`, with it `AR` and `Regression`: constant parameters, `ExponentialForgetting`, `RandomWalk`, `RestartOnChange`
+  (default, `ScoreCUSUM`, `SelfStarting`), `AutoMemory`
 * their `smooth` and `tune`, whatever the settings
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`; `Manoeuvre`: the defaults
 * `WindowObserver` on regular samples
@@ -22,13 +22,13 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from ...detect.gate import Gate
-from ...detect.score import Score
+from ...detect.gate import InnovationGate
+from ...detect.score import ScoreCUSUM
 from ...detect.self_starting import SelfStarting
 from ...engine import compile
-from ...memory.auto import Auto
-from ...memory.drift import Never, UntilJump, Walk
-from ...memory.fading import Weighted
+from ...memory.auto import AutoMemory
+from ...memory.drift import Constant, RandomWalk, RestartOnChange
+from ...memory.fading import ExponentialForgetting
 from ...models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from ...models.plant import Plant
 from ..adaptive_gain.estimator import AdaptiveGain
@@ -53,8 +53,8 @@ def combinations() -> list[dict[str, Any]]:
         for noise, variance, memory, gate in product(
             kinds,
             (None, 1.0),
-            (Never(), Walk(1e-6)),
-            (None, Gate()),
+            (Constant(), RandomWalk(1e-6)),
+            (None, InnovationGate()),
         )
     ]
 
@@ -71,14 +71,22 @@ def prune() -> None:
 def warm() -> Iterator[str]:
     """Compile one combination after the other and yield its name."""
     prune()
-    for settings in [*combinations(), dict(memory=UntilJump()), dict(noise=UnknownPolynomial())]:
+    for settings in [*combinations(), dict(memory=RestartOnChange()), dict(noise=UnknownPolynomial())]:
         est = Joint(1, **settings)
         est.update(est.start(), 0.0)
         yield repr(est)
-    for est in (Joint(1), Joint(1, memory=Walk(1e-6)), Joint(1, memory=UntilJump())):
+    for est in (Joint(1), Joint(1, memory=RandomWalk(1e-6)), Joint(1, memory=RestartOnChange())):
         est.smooth([0.0])
         yield f"{est!r}.smooth"
-    memories = (Never(), Weighted(0.99), Walk(1e-6), UntilJump(), UntilJump(Score()), UntilJump(SelfStarting()), Auto())
+    memories = (
+        Constant(),
+        ExponentialForgetting(0.99),
+        RandomWalk(1e-6),
+        RestartOnChange(),
+        RestartOnChange(ScoreCUSUM()),
+        RestartOnChange(SelfStarting()),
+        AutoMemory(),
+    )
     recursive = [ARX(1, 1, memory=memory) for memory in memories]
     window = WindowObserver(Plant([[0.0]]), 2.0, noise_std=1.0, dt=1.0)
     others = JointMIMO((1, 1)), ContinuousJoint(1), ARMAX(1, 1, 1), ARXMIMO(1, 1), AdaptiveGain(), Manoeuvre(), window

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError, refuse_class
-from ...memory.drift import Never, UntilJump, Walk
+from ...memory.drift import Constant, RandomWalk, RestartOnChange
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
-from ...models.scale import UnknownScale
+from ...models.scale import InverseGamma
 from ..base import Reading, Step
 from ..common.times import instants
 from ..joint.estimator import WIDTH
@@ -49,12 +49,12 @@ class ContinuousJoint(Reading):
         five to fifty samples.
     noise : EquationError
         White v_k; without a variance its scale is learnt.
-    memory : Never, Walk or UntilJump
+    memory : Constant, RandomWalk or RestartOnChange
         Constant parameters, a random walk whose q is a variance per *second*, capped at the prior, or constant until
         a detector alarms.
-    gate : Gate, optional
+    gate : InnovationGate, optional
         Treat outliers as missing: the straight line passes them by.
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         All variances relative to an unknown sigma^2 with this inverse-gamma prior.
     s0, P0 : (N,), and scalar, (N,) or (N, N), optional
         Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0..], x being x(t0). The default is wide, in
@@ -100,9 +100,9 @@ class ContinuousJoint(Reading):
         *,
         observer: float | None = None,
         noise: Any = noises.EquationError(),
-        memory: Any = Never(),
-        gate: Gate | None = None,
-        scale: UnknownScale | None = None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
+        scale: InverseGamma | None = None,
         s0=None,
         P0=None,
         y_scale: float = 1.0,
@@ -185,12 +185,14 @@ class ContinuousJoint(Reading):
 
     def _resolve_memory(self, memory):
         refuse_class("memory", memory)
-        if not isinstance(memory, Never | Walk | UntilJump):
-            raise InputError(f"memory must be Never(), Walk(q) or UntilJump() in continuous time, got {memory!r}")
+        if not isinstance(memory, Constant | RandomWalk | RestartOnChange):
+            raise InputError(
+                f"memory must be Constant(), RandomWalk(q) or RestartOnChange() in continuous time, got {memory!r}"
+            )
         n = self.model.n
         found = resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:])
         if type(found) not in drift_over.table:
-            raise InputError(f"in continuous time a walk has q, a variance per second: Walk(q), got {memory!r}")
+            raise InputError(f"in continuous time a walk has q, a variance per second: RandomWalk(q), got {memory!r}")
         return found
 
     def scaled_to(self, y, u=None, *, time=None) -> ContinuousJoint:

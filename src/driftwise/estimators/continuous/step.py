@@ -19,7 +19,7 @@ from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import Vector, advance, choice, kernel, open_row, open_work, rare, watch
 from ...engine.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, widen
-from ...memory.drift import Never, Restart, Walk, drift
+from ...memory.drift import Constant, RandomWalk, Restart, drift
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
 from ..joint.row import HUGE
@@ -116,12 +116,12 @@ def drift_over(memory, U, D, n, seconds, scratch):
     """Widen U D U' by the drift of so many seconds and return a status bit."""
 
 
-@drift_over.on(Never, Restart)
+@drift_over.on(Constant, Restart)
 def _(memory, U, D, n, seconds, scratch):
     return 0
 
 
-@drift_over.on(Walk)
+@drift_over.on(RandomWalk)
 def _(memory, U, D, n, seconds, scratch):
     status = 0
     for i in range(memory.q.size):

@@ -9,7 +9,7 @@ import numpy as np
 from ...detect.gate import Always
 from ...engine import ud, validation
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...models.noise import EquationError, NoisePolynomial
 from ...models.rows import regression_rows, triangle
 from ...models.scale import sigma2
@@ -28,7 +28,7 @@ def batch(est, y, u=None, state=None):
     Parameters
     ----------
     est : Joint
-        With `EquationError` or `NoisePolynomial`, `Never`, and no gate.
+        With `EquationError` or `NoisePolynomial`, `Constant`, and no gate.
     y : (T,) complete outputs
     u : (T,) or (T, k) complete inputs
     state : state to start from; a fresh one if omitted
@@ -117,8 +117,8 @@ def _check(est):
         )
     if not isinstance(noise, EquationError | NoisePolynomial):
         raise InputError(f"batch needs EquationError() or NoisePolynomial(d), not {type(noise).__name__}; use scan")
-    if not isinstance(est.policies[2], Never):
-        raise InputError("batch needs parameters that stay constant (memory=Never()); use scan")
+    if not isinstance(est.policies[2], Constant):
+        raise InputError("batch needs parameters that stay constant (memory=Constant()); use scan")
     if not isinstance(est.policies[3], Always):
         raise InputError("batch has no gate: an outlier must be found sample by sample; use scan")
     if not est.policies[1].R > 0:

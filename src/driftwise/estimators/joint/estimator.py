@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
-from ...models.scale import UnknownScale
+from ...models.scale import InverseGamma
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..base import Reading
 from . import step as _step  # noqa: F401  (registers the step)
@@ -48,11 +48,11 @@ class Joint(Reading):
         Whether u(t) acts on y(t) at once (the term b0).
     noise : EquationError, OutputError, NoisePolynomial, UnknownPolynomial or NoiseCovariance
         What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
-    memory : Never, Walk or UntilJump
+    memory : Constant, RandomWalk or RestartOnChange
         Constant parameters, a capped random walk, or constant between detected jumps.
-    gate : Gate, optional
+    gate : InnovationGate, optional
         Treat outliers as missing, before they enter F.
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         All variances relative to an unknown sigma^2 with this inverse-gamma prior.
     s0, P0 : (N,), and scalar, (N,) or (N, N), optional
         Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]. The default is wide, in the
@@ -73,7 +73,7 @@ class Joint(Reading):
 
     Notes
     -----
-    Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Never`, orders far
+    Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Constant`, orders far
     above the truth (nearly cancelling poles and zeros are not identifiable: see `excitation`), irregular sampling,
     offsets (subtract them first).
 
@@ -93,9 +93,9 @@ class Joint(Reading):
         direct: bool = False,
         *,
         noise: Any = noises.EquationError(),
-        memory: Any = Never(),
-        gate: Gate | None = None,
-        scale: UnknownScale | None = None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
+        scale: InverseGamma | None = None,
         s0=None,
         P0=None,
         y_scale: float = 1.0,
@@ -216,8 +216,8 @@ class Joint(Reading):
 
         The modified Bryson-Frazier recursion in the coordinates of the filter's own factors (F and P are singular here,
         so neither may be inverted). Exact where the filter is; around missing samples it is the best linear smoother of
-        the filter's moments. Constant parameters have one value for the whole record; `Walk` and `UntilJump` are where
-        smoothing pays. The record is held in memory, its covariances are not.
+        the filter's moments. Constant parameters have one value for the whole record; `RandomWalk` and
+        `RestartOnChange` are where smoothing pays. The record is held in memory, its covariances are not.
 
         Parameters
         ----------
@@ -229,7 +229,7 @@ class Joint(Reading):
         -----
         Bad at: a fixed lag, whose cost grows with it; and priors 1e14 times wider than what the record teaches, where a
         variance is no better than round-off of the prior's (its standard deviation is then too large, not too small);
-        and the samples between a jump and its alarm (`UntilJump`), which count as the old parameters.
+        and the samples between a jump and its alarm (`RestartOnChange`), which count as the old parameters.
 
         Examples
         --------

@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
 from ...models import noise_many
 from ...models.canonical import power_of_two
 from ...models.model_mimo import ModelMIMO
-from ...models.scale import KnownScale, UnknownScale, sigma2
+from ...models.scale import InverseGamma, KnownScale, sigma2
 from ...models.structure import Structure, indices
 from ..base import directions
 from ..joint.estimator import WIDTH
@@ -58,11 +58,11 @@ class JointMIMO(ReadingMIMO):
         ``EquationError(variance)`` with one variance or one per output; ``NoisePolynomial((d^1, .., d^p), variance)``;
         ``NoiseCovariance(Q (n, n), S (n, p), R (p, p))`` of the stacked system in Salut's order, n = sum nu_i. Without
         a variance, the scale is learnt (Student-t bands).
-    memory : Never, Walk or UntilJump
+    memory : Constant, RandomWalk or RestartOnChange
         Constant parameters, a capped random walk, or constant between jumps (split: of each output on its own).
-    gate : Gate, optional
+    gate : InnovationGate, optional
         Treat outliers of each output as missing.
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         All variances relative to an unknown sigma^2 with this inverse-gamma prior (split: one for each output).
     s0, P0 : (N,), and scalar, (N,) or (N, N), optional
         Prior mean and covariance in Salut's order (`Structure`). The default is wide, in the units of the scales.
@@ -103,9 +103,9 @@ class JointMIMO(ReadingMIMO):
         direct: bool = False,
         *,
         noise: Any = noises.EquationError(),
-        memory: Any = Never(),
-        gate: Gate | None = None,
-        scale: UnknownScale | None = None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
+        scale: InverseGamma | None = None,
         s0=None,
         P0=None,
         y_scale=1.0,
@@ -147,7 +147,9 @@ class JointMIMO(ReadingMIMO):
         n, N, m = form.n, form.N, form.N - form.n
         found = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
         if type(found) not in share.table:
-            raise InputError(f"memory must be Never(), Walk(q) or UntilJump() with several outputs, got {memory!r}")
+            raise InputError(
+                f"memory must be Constant(), RandomWalk(q) or RestartOnChange() with several outputs, got {memory!r}"
+            )
         self.policies = (shape, kernel_noise, found, resolve_gate(gate, longest), self.scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
@@ -272,7 +274,7 @@ class JointMIMO(ReadingMIMO):
         """Return log p(y_1..y_t), parameters (and scales) integrated out: the evidence, ready to compare.
 
         Under the reference prior of an unknown scale it is known up to a constant only, which depends on the structure:
-        compare structures with a proper `UnknownScale(alpha, beta)`.
+        compare structures with a proper `InverseGamma(alpha, beta)`.
         """
         total = 0.0
         for count, chi2, logdet, spent in self._counts(state):

@@ -8,7 +8,7 @@ from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, choice, kernel, rare, watch
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variances
-from ...memory.drift import Never, Restart, Walk, drift
+from ...memory.drift import Constant, RandomWalk, Restart, drift
 from ...models.scale import sigma2
 from ..joint.row import HUGE
 from ..joint.step import LIMIT, take_inputs
@@ -21,14 +21,14 @@ def share(memory, first, last):
     """Return the memory of parameters first .. last - 1: what one group of outputs forgets by."""
 
 
-@share.on(Never)
+@share.on(Constant)
 def _(memory, first, last):
     return memory
 
 
-@share.on(Walk)
+@share.on(RandomWalk)
 def _(memory, first, last):
-    return Walk(memory.q[first:last], memory.cap[first:last])
+    return RandomWalk(memory.q[first:last], memory.cap[first:last])
 
 
 @share.on(Restart)

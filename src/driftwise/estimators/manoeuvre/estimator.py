@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-from ...detect.gate import Gate
+from ...detect.gate import InnovationGate
 from ...detect.watch import Silent
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_scale
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
-from ...models.scale import UnknownScale
+from ...models.scale import InverseGamma
 from ..base import Reading
 from ..joint.estimator import WIDTH
 from ..joint.row import Form, marks_at, scratch_size
@@ -53,9 +53,9 @@ class Manoeuvre(Reading):
         Variance of the step that phi takes each scan (relative to sigma^2 where that is learnt).
     limit : float
         phi is kept within -limit..limit.
-    gate : Gate, optional
+    gate : InnovationGate, optional
         Treat outliers as missed.
-    scale : UnknownScale, optional
+    scale : InverseGamma, optional
         Prior of the noise variance, relative to y_scale^2.
     y_scale : float
         Roughly the standard deviation of a plot; `scaled_to` sets it from the first ten.
@@ -101,8 +101,8 @@ class Manoeuvre(Reading):
         pole_std: float = 0.45,
         walk: float = 1e-4,
         limit: float = 0.98,
-        gate: Gate | None = None,
-        scale: UnknownScale | None = None,
+        gate: InnovationGate | None = None,
+        scale: InverseGamma | None = None,
         y_scale: float = 1.0,
         dt: float = 1.0,
     ):
@@ -119,7 +119,7 @@ class Manoeuvre(Reading):
             raise InputError(f"variance must be positive, got {variance!r}: a plot without noise is no radar's")
         self.scale = resolve_scale(scale, variance is None, model.N)
         if scale is None and variance is None:
-            self.scale = UnknownScale(1.5, 1.5)
+            self.scale = InverseGamma(1.5, 1.5)
         P = np.diag(np.repeat([WIDTH * self.y_scale**2, 0.0], 3))
         P[3:, 3:] = pole_std**2 * np.outer(ALONG, ALONG)
         self._s0 = np.concatenate([np.zeros(3), STILL + pole * ALONG])
@@ -128,7 +128,7 @@ class Manoeuvre(Reading):
         form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf)
         self.policies = (
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),
-            noise, Never(), resolve_gate(gate, model.N), self.scale, Silent(),
+            noise, Constant(), resolve_gate(gate, model.N), self.scale, Silent(),
         )  # fmt: skip
         self.spec, self.scratch_size = flatten(self.policies), scratch_size(form)
         head = ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")

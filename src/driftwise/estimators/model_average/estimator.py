@@ -63,7 +63,7 @@ class ModelAverage:
     --------
     >>> import driftwise as dw
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=500, noise_std=0.3, seed=1)
-    >>> average = dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.Weighted(0.98))])
+    >>> average = dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))])
     >>> trace = average.scaled_to(y, u).scan(y, u)
     >>> trace.leader, round(float(trace.nis(100)), 1)
     ('ARX(na=2, nb=2)', 0.8)

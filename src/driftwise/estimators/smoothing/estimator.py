@@ -22,7 +22,7 @@ class InHindsight:
 
         The parameters take random walks (or integrated ones: straight lines that bend), each at its own speed, which
         is found by maximum likelihood; jumps are found by the smoother and left free. The memory of the estimator does
-        not matter, but for its ``phi``, and outliers that its gate rejects, or `Auto` finds, count as missing. No
+        not matter, but for its ``phi``, and outliers that its gate rejects, or `AutoMemory` finds, count as missing. No
         imputation: a sample with a missing number in it, or among its regressors, teaches nothing.
 
         Parameters

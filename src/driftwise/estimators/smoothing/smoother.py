@@ -9,7 +9,7 @@ import numpy as np
 from ...engine import ud, validation
 from ...engine.errors import InputError
 from ...engine.status import OUTLIER, REJECTED
-from ...memory.auto import Auto
+from ...memory.auto import AutoMemory
 from ..arx.row import HUGE
 from . import jumps as found_jumps
 from .average import average, points
@@ -93,7 +93,7 @@ def readable(est, y, u):
         )
     y, u = validation.record(y, u, est.model.inputs)
     y, u = (np.where(np.abs(values) < HUGE, values, np.nan) for values in (y, u))
-    if est.options["gate"] is not None or isinstance(est.options["memory"], Auto):
+    if est.options["gate"] is not None or isinstance(est.options["memory"], AutoMemory):
         trace = est.scan(y, u if est.model.inputs else None, keep="innovations")
         y = np.where(trace.status & (REJECTED | OUTLIER), np.nan, y)
     return record_of(est, y, u, transition(est))

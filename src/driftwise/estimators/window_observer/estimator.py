@@ -13,10 +13,10 @@ from ...detect.watch import Silent
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Never
+from ...memory.drift import Constant
 from ...memory.resolve import resolve_detector
 from ...models.plant import Augmented
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import InverseGamma, KnownScale
 from ..observing import Observed, Observing, check_names
 from . import fir, growing, queue
 from .gains import LONGEST
@@ -59,7 +59,7 @@ class WindowObserver(Observing):
         its deviation infinite, the status NOT_READY.
     derived : dict, optional
         Further outputs by name, each a row on x or z, or a pair of rows on x or z and on u.
-    detector : Parity, Hinkley, GLR or VarianceChange, optional
+    detector : Parity, PageHinkley, GLR or VarianceCUSUM, optional
         `Parity` compares the estimates of consecutive windows of regular samples, and may empty the window. The others
         watch the innovations: an alarm is told (JUMP), the window forgets by itself.
     x0, x_std : (n,) and number or (n,)
@@ -147,7 +147,7 @@ class WindowObserver(Observing):
         )  # fmt: skip
         check_names(self.model)
         self.derived_rows, self.derived_feeds = rows, feeds
-        self.scale = UnknownScale(0.5, 1e-20) if noise_std is None else KnownScale()
+        self.scale = InverseGamma(0.5, 1e-20) if noise_std is None else KnownScale()
         self.parity = detector if isinstance(detector, Parity) else None
         if self.parity is not None and (self.is_growing or self.irregular):
             raise InputError(
@@ -161,7 +161,7 @@ class WindowObserver(Observing):
             feeds=feeds.ravel(), tolerance=self.tolerance, marks=kernel_detector.marks(0),
         )  # fmt: skip
         self._form, form = self._build()
-        self.policies = (form, KnownScale(), Never(), Always(), self.scale, kernel_detector)
+        self.policies = (form, KnownScale(), Constant(), Always(), self.scale, kernel_detector)
         self.spec = flatten(self.policies)
         self.dtype = np.dtype(common_fields(form) + self._form.fields(form))
         self.scratch_size = self._form.scratch_size(form)

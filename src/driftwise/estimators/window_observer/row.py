@@ -17,7 +17,7 @@ import numpy as np
 
 from ...engine.dispatch import Vector, choice, kernel, watch
 from ...engine.status import BAD_VALUE, JUMP, MISSING_OUTPUT, NOT_READY
-from ...models.scale import KnownScale, UnknownScale
+from ...models.scale import InverseGamma, KnownScale
 from ..arx.row import HUGE
 
 # determined: z has a finite covariance; ready: its deviations meet the tolerance, too
@@ -77,7 +77,7 @@ def _(scale, head):
     return 1.0
 
 
-@unit.on(UnknownScale)
+@unit.on(InverseGamma)
 def _(scale, head):
     return head[CHI2] / head[OBSERVED] if head[OBSERVED] >= SETTLED else math.inf
 

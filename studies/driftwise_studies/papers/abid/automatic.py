@@ -28,7 +28,7 @@ SOON = 20
 
 
 def section(seeds: int) -> Section:
-    """The lines of `Auto`, judged."""
+    """The lines of `AutoMemory`, judged."""
     scaled = Scaled(seeds, 200)
     nothing, told = (ranking.line(seeds, AUTO, how) for how in (LEARNT, TOLD))
     jumps = {
@@ -46,7 +46,7 @@ def section(seeds: int) -> Section:
         for how in jumps
     ]
     return Section(
-        "Auto, the default",
+        "AutoMemory, the default",
         [
             "Nothing is told: neither Q nor σ², nor where to begin. Bounds hold for 200 records; with fewer they are "
             "as much wider as the standard error.",
@@ -56,7 +56,7 @@ def section(seeds: int) -> Section:
         ],
         [
             Table(
-                "Jumps told by Auto (d: two jumps a record; e: none)",
+                "Jumps told by AutoMemory (d: two jumps a record; e: none)",
                 ["σ²", "seen within 20", "mean delay", "false, a record of d", "false, a record of e"],
                 rows,
             )
@@ -98,14 +98,14 @@ def _errors(nothing, told, scaled):
     ]
     for name, ratio, words in cases:
         yield Verdict(
-            f"Auto, error on {name} over the reference{words}",
+            f"AutoMemory, error on {name} over the reference{words}",
             f"{ratio:.3f}",
             f"at most {BOUNDS[name] + more:.2f}",
             ratio <= BOUNDS[name] + more,
             OURS,
         )
     yield Verdict(
-        "Auto, geometric mean and worst over all eight, nothing told",
+        "AutoMemory, geometric mean and worst over all eight, nothing told",
         f"{nothing.mean:.3f}, {nothing.worst:.2f}",
         f"at most {MEAN + more / 2:.2f}, {WORST + more:.2f}",
         nothing.mean <= MEAN + more / 2 and nothing.worst <= WORST + more,
@@ -122,7 +122,7 @@ def _bars(nothing, scaled):
             holds = holds and NIS[0] - 2 * more <= one.nis <= NIS[1] + 2 * more
         span = f"{low - more:.2f} to {high + more:.2f}" if high < 1 else f"at least {low - more:.2f}"
         yield Verdict(
-            f"Auto, 95 % bars and NIS on {name}",
+            f"AutoMemory, 95 % bars and NIS on {name}",
             f"bars hold {one.inside:.3f}, NIS {one.nis:.2f}",
             span + ("" if name == "d" else f"; NIS {NIS[0] - 2 * more:.2f} to {NIS[1] + 2 * more:.2f}"),
             bool(holds),
@@ -133,7 +133,7 @@ def _bars(nothing, scaled):
 def _jumps(d, e, scaled):
     more = slack(scaled, 0.02)
     return Verdict(
-        "Auto, jumps: told soon, and not told where there are none",
+        "AutoMemory, jumps: told soon, and not told where there are none",
         f"{100 * d[0]:.1f} % of those of d within 20 samples (mean delay {d[1]:.1f}), {d[2]:.3f} false a record; e: "
         f"{e[2]:.3f} a record",
         f"at least {92 - 100 * more:.0f} %, at most {0.05 + more:.2f}; at most {0.02 + more:.2f}",
@@ -146,7 +146,7 @@ def _variance(told, scaled):
     medians = [float(np.median(told.outcome[name].sigma2)) for name in ("f10", "f01")]
     near = 0.002 + 0.02 * slack(scaled, 0.03)
     return Verdict(
-        "Auto learns σ² that was told ten times wrong",
+        "AutoMemory learns σ² that was told ten times wrong",
         f"median at the last sample: f10 {medians[0]:.4f}, f01 {medians[1]:.4f}",
         f".02 ± {near:.4f}",
         all(abs(median - 0.02) <= near for median in medians),

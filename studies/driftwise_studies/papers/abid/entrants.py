@@ -50,17 +50,17 @@ def matching(rule):
 
 def automatic(expect):
     """Return the default memory."""
-    return lambda phi: dw.Auto(expect, phi=phi)
+    return lambda phi: dw.AutoMemory(expect, phi=phi)
 
 
 KNOWN_Q = "known Q"
-AUTO = "Auto"
+AUTO = "AutoMemory"
 ENTRANTS = [
     Entrant(KNOWN_Q, lambda phi: None),
-    *each("Never (RLS)", lambda phi: dw.Never(), LEARNT),
+    *each("Constant (RLS)", lambda phi: dw.Constant(), LEARNT),
     *each("Drift, NVR 1e-3", lambda phi: dw.Drift(phi, nvr=1e-3), LEARNT),
-    *each("Weighted .98", lambda phi: dw.Weighted(0.98), LEARNT),
-    *each("Weighted .95", lambda phi: dw.Weighted(0.95), LEARNT),
+    *each("ExponentialForgetting .98", lambda phi: dw.ExponentialForgetting(0.98), LEARNT),
+    *each("ExponentialForgetting .95", lambda phi: dw.ExponentialForgetting(0.95), LEARNT),
     *each("VariableForgetting", lambda phi: dw.VariableForgetting(), LEARNT),
     *each("FuzzyDrift", lambda phi: dw.FuzzyDrift(phi=phi)),
     *each("FuzzyDrift, as published", lambda phi: dw.FuzzyDrift(as_published=True, phi=phi), KNOWN),
@@ -69,18 +69,18 @@ ENTRANTS = [
     *each("CovarianceMatching, Myers-Tapley", matching("myers-tapley")),
     *each("CovarianceMatching, EM", matching("em"), KNOWN),
     *each("AuxiliaryFilter", lambda phi: dw.AuxiliaryFilter(phi=phi)),
-    *each("Correlation", lambda phi: dw.Correlation(phi=phi)),
+    *each("AutocovarianceLS", lambda phi: dw.AutocovarianceLS(phi=phi)),
     *each("LikelihoodDrift, shared", lambda phi: dw.LikelihoodDrift(shared=True, phi=phi)),
     *each("LikelihoodDrift, each", lambda phi: dw.LikelihoodDrift(phi=phi)),
     *each("VariationalBayes, noise", lambda phi: dw.VariationalBayes("noise", phi=phi), PRIOR),
     *each("VariationalBayes, both", lambda phi: dw.VariationalBayes("both", phi=phi), PRIOR),
     *each("VariationalBayes, drift", lambda phi: dw.VariationalBayes("drift", phi=phi), KNOWN),
-    *each("Bank", lambda phi: dw.Bank(phi=phi)),
-    *each("Interacting", lambda phi: dw.Interacting(phi=phi)),
-    *each("Interacting, no jump mode", lambda phi: dw.Interacting(jumps=0.0, phi=phi), KNOWN),
+    *each("MultipleModel", lambda phi: dw.MultipleModel(phi=phi)),
+    *each("IMM", lambda phi: dw.IMM(phi=phi)),
+    *each("IMM, no jump mode", lambda phi: dw.IMM(jumps=0.0, phi=phi), KNOWN),
     *each(AUTO, automatic("both"), KNOWN, TOLD, LEARNT),
-    *each("Auto, expect jumps", automatic("jumps"), KNOWN, LEARNT),
-    *each("Auto, expect outliers", automatic("outliers"), LEARNT),
+    *each("AutoMemory, expect jumps", automatic("jumps"), KNOWN, LEARNT),
+    *each("AutoMemory, expect outliers", automatic("outliers"), LEARNT),
 ]
 
 
@@ -95,7 +95,7 @@ def options(s: System, sigma2: str) -> dict[str, Any]:
         return {}
     if sigma2 in (TOLD, PRIOR):
         alpha = 0.5 - s.psi.shape[2] / 2 if sigma2 == TOLD else 0.5
-        return dict(scale=dw.UnknownScale(alpha, 0.5 * s.told), P0=1000.0 / s.told)
+        return dict(scale=dw.InverseGamma(alpha, 0.5 * s.told), P0=1000.0 / s.told)
     return dict(variance=s.told, P0=1000.0)
 
 

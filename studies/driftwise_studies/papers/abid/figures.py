@@ -71,7 +71,7 @@ def ranking(lines):
     figure, axes = panels(1, 1, 0.27 * len(lines) + 1.2)
     ax = axes[0, 0]
     for row, one in enumerate(lines):
-        color = RED if one.entrant.name.startswith("Auto") else BLUE if one.entrant.sigma2 == "known" else GREEN
+        color = RED if one.entrant.name.startswith("AutoMemory") else BLUE if one.entrant.sigma2 == "known" else GREEN
         ax.plot([min(one.ratio.values()), one.worst], [row, row], color=color, lw=1.6, alpha=0.6)
         ax.plot(one.mean, row, "o", color=color, ms=6)
         ax.text(1.03 * one.worst, row, f"{one.mean:.2f}", va="center", fontsize=8.5, color=INK)
@@ -83,7 +83,7 @@ def ranking(lines):
     ax.set_yticks(range(len(lines)), labels=[one.name for one in lines], fontsize=8.5)
     ax.set_ylim(len(lines) - 0.4, -0.6)
     ax.set_xlabel("parameter error over that of the filter that knows Q and σ²")
-    for color, words in ((RED, "Auto"), (GREEN, "σ² learnt"), (BLUE, "σ² known")):
+    for color, words in ((RED, "AutoMemory"), (GREEN, "σ² learnt"), (BLUE, "σ² known")):
         ax.plot([], [], "o-", color=color, label=words)
     legend(figure, ax)
     return figure

@@ -77,13 +77,13 @@ def _told(scaled):
         error = (path.filtered - s.theta)[:, SKIP:]
         held = float((np.abs(error) < 1.96 * np.sqrt(path.filtered_variance[:, SKIP:])).mean())
         ratio = float(np.sqrt(np.mean(error**2))) / reference(s)
-        mine = run(s, Entrant("Auto", lambda phi: dw.Auto(phi=phi), TOLD))
+        mine = run(s, Entrant("AutoMemory", lambda phi: dw.AutoMemory(phi=phi), TOLD))
         median, near = float(np.median(mine.sigma2)), float(scaled.wide(0.05))
         yield Verdict(
-            f"σ² told ten times too {size}: the filter with the true Q, and Auto, which learns σ²",
-            f"known Q: error {ratio:.2f}, 95 % bars hold {held:.2f}; Auto: {mine.rmse / reference(s):.2f}, "
+            f"σ² told ten times too {size}: the filter with the true Q, and AutoMemory, which learns σ²",
+            f"known Q: error {ratio:.2f}, 95 % bars hold {held:.2f}; AutoMemory: {mine.rmse / reference(s):.2f}, "
             f"{mine.inside:.2f}, median σ² at the end {median:.4f}",
-            f"{cost} and {inside} ± {near:.2f}; Auto at most {1.2 + slack(scaled, 0.05):.2f}, "
+            f"{cost} and {inside} ± {near:.2f}; AutoMemory at most {1.2 + slack(scaled, 0.05):.2f}, "
             f".02 ± {0.002 + 0.02 * slack(scaled, 0.03):.4f}",
             bool(
                 abs(ratio - cost) <= near and abs(held - inside) <= near

@@ -22,14 +22,14 @@ LISTED = {
     "CovarianceMatching, scalar": 1.49,
     "CovarianceMatching, gain": 1.60,
     "AuxiliaryFilter": 1.52,
-    "Correlation": 1.53,
+    "AutocovarianceLS": 1.53,
     "CovarianceMatching, EM": 1.82,
     "LikelihoodDrift, shared": 1.39,
     "LikelihoodDrift, each": 1.39,
     "VariationalBayes, drift": 1.61,
-    "Bank": 1.24,
-    "Interacting": 1.25,
-    "Interacting, no jump mode": 1.27,
+    "MultipleModel": 1.24,
+    "IMM": 1.25,
+    "IMM, no jump mode": 1.27,
 }
 
 
@@ -85,7 +85,8 @@ def section(seeds: int) -> Section:
             "How to read it: the geometric mean says how much a memory costs somebody who does not know his plant; the "
             "worst case what he risks. σ² known: the number told (0.02; on f10 and f01 the wrong one). σ² learnt: "
             "nothing told, so that c, f10 and f01 are one and the same. A small error with bars that hold 27 % "
-            "is not a good answer: look at the second table. Weighted and Never know no Φ, which they need on a.",
+            "is not a good answer: look at the second table. ExponentialForgetting and Constant know no Φ, which they "
+            "need on a.",
             *_lost(lines),
         ],
         [_errors(lines, seeds), _calibration(lines), _best(lines)],
@@ -140,7 +141,7 @@ def _calibration(lines):
 
 
 def rivals(lines):
-    """Return the lines that a user who knows neither Q nor sigma^2 could have chosen, but Auto."""
+    """Return the lines that a user who knows neither Q nor sigma^2 could have chosen, but AutoMemory."""
     return [one for one in lines if one.entrant.sigma2 == LEARNT and not one.entrant.name.startswith(AUTO)]
 
 
@@ -150,7 +151,9 @@ def _best(lines):
         first = min(rivals(lines), key=lambda one: one.ratio[name])
         rows.append([name, first.entrant.name, f"{first.ratio[name]:.2f}", f"{mine.ratio[name]:.2f}"])
     return Table(
-        "The best memory on each system, of those that are told nothing", ["system", "best", "its ratio", "Auto"], rows
+        "The best memory on each system, of those that are told nothing",
+        ["system", "best", "its ratio", "AutoMemory"],
+        rows,
     )
 
 
@@ -161,7 +164,8 @@ def _lost(lines):
         first = min(rivals(lines), key=lambda one: one.ratio[name])
         if mine.ratio[name] > 1.03 * first.ratio[name] and name not in ("f10", "f01"):
             yield (
-                f"Auto loses on {name}: {mine.ratio[name]:.2f}, and {first.entrant.name} has {first.ratio[name]:.2f} "
+                f"AutoMemory loses on {name}: {mine.ratio[name]:.2f}, and {first.entrant.name} has "
+                f"{first.ratio[name]:.2f} "
                 f"(on its own worst system {first.worst:.2f})."
             )
 
@@ -223,7 +227,7 @@ def _first(lines):
     second = min(others, key=lambda one: one.mean)
     safe = min(others, key=lambda one: one.worst)
     return Verdict(
-        "of all that are told nothing, Auto is the best on average and in the worst case",
+        "of all that are told nothing, AutoMemory is the best on average and in the worst case",
         f"geometric mean {mine.mean:.3f}, next {second.entrant.name} {second.mean:.3f}; worst {mine.worst:.2f}, next "
         f"{safe.entrant.name} {safe.worst:.2f}",
         "both smaller",

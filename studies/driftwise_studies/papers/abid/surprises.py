@@ -47,7 +47,7 @@ def section(seeds: int) -> Section:
 
 def regression(memory=None, **options):
     """Return a regression on four rows, told nothing."""
-    return dw.Regression(4, memory=dw.Auto() if memory is None else memory, **options)
+    return dw.Regression(4, memory=dw.AutoMemory() if memory is None else memory, **options)
 
 
 def _louder(seeds, scaled):
@@ -69,9 +69,9 @@ def _louder(seeds, scaled):
         OURS,
     )
     mine = _error([trace.parameters for trace in traces], s.theta)
-    plain = _error([regression(dw.Never()).scan(y, psi).parameters for y, psi in zip(s.y, s.psi)], s.theta)
+    plain = _error([regression(dw.Constant()).scan(y, psi).parameters for y, psi in zip(s.y, s.psi)], s.theta)
     part = slice(CHANGE, None)
-    anew = [regression(dw.Never()).scan(y[part], psi[part]).parameters for y, psi in zip(s.y, s.psi)]
+    anew = [regression(dw.Constant()).scan(y[part], psi[part]).parameters for y, psi in zip(s.y, s.psi)]
     fresh, wide = _error(anew, s.theta[:, part]), slack(scaled, 0.1)
     yield Verdict(
         "louder noise does not throw the estimate away",
@@ -100,7 +100,7 @@ def _rest(count, scaled):
     before, after = np.median(spread, axis=0)
     middle, high = np.median(worst), np.quantile(worst, 0.9)
     return Verdict(
-        "a rest of 1000 samples does not wind Auto up",
+        "a rest of 1000 samples does not wind AutoMemory up",
         f"trace of P {before:.1e} before, {after:.1e} at its end; worst error afterwards {middle:.2f} (90 %: "
         f"{high:.2f})",
         "at most 1; at most .4 (without the guard 6.4 and 1.3; forgetting .98: 5e5 and 18)",
@@ -113,7 +113,7 @@ def _missing(count, scaled):
     """Errors at the end; the estimator sees y and u, so a missing y is missing among the regressors as well."""
     more = slack(scaled, 0.15)
     known = dict(variance=SIGMA2, P0=1000.0)
-    for name, options, low in (("least squares", known, 0.8), ("Auto", dict(memory=dw.Auto()), 0.0)):
+    for name, options, low in (("least squares", known, 0.8), ("AutoMemory", dict(memory=dw.AutoMemory()), 0.0)):
         est, found = dw.ARX(2, 2, at_rest=True, **options), {}
         for share in (0.1, 0.0):
             s, square, nees = system("missing", count, share=share), [], []
@@ -140,7 +140,7 @@ def _dirty(count, scaled):
         found = []
         for name in "ce":
             s = system(name, count, dirty=True)
-            est = regression(dw.Auto(expect))
+            est = regression(dw.AutoMemory(expect))
             theta = np.array([est.scan(y, psi).parameters for y, psi in zip(s.y, s.psi)])
             found.append(float(np.sqrt(np.mean((theta - s.theta)[:, SKIP:] ** 2))))
         wide = [limit * (1 + slack(scaled, 0.1)) for limit in limits]
@@ -178,14 +178,15 @@ def local_level() -> Level:
 
 
 def _level():
-    """Return finding and table; Auto's only start is R (Q has no place in it)."""
+    """Return finding and table; AutoMemory's only start is R (Q has no place in it)."""
     level = local_level()
     rmse, best = level.error, level.best
     mine = {
-        R: rmse(memory=dw.Auto(), scale=dw.UnknownScale(0.5, 0.5 * R), P0=100.0 / R) for R in {R for _, R in STARTS}
+        R: rmse(memory=dw.AutoMemory(), scale=dw.InverseGamma(0.5, 0.5 * R), P0=100.0 / R)
+        for R in {R for _, R in STARTS}
     }
     nothing, wrong = (
-        rmse(memory=dw.Auto()) / best,
+        rmse(memory=dw.AutoMemory()) / best,
         [rmse(memory=dw.Drift(q=q), variance=R, P0=100.0) / best for q, R in STARTS],
     )
     # kalbee (best of its four), fast-kalman (best of its two), Viking: measured with their own packages
@@ -197,7 +198,7 @@ def _level():
     rows.append(["nothing told", "–", "–", "–", "–", f"{nothing:.3f}"])
     table = Table(
         "Local level, Q = .01, R = 1, 20 000 samples: error over the optimal filter's, second half",
-        ["start", "Kalman, not adapted", "kalbee", "fast-kalman", "Viking", "Auto"],
+        ["start", "Kalman, not adapted", "kalbee", "fast-kalman", "Viking", "AutoMemory"],
         rows,
     )
     ratios = [mine[R] / best for _, R in STARTS] + [nothing]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.signal import oaconvolve
 from scipy.stats import chi2
 
-from driftwise.analysis.lines import scan_frequency
+from driftwise.analysis.lines import find_frequency
 from driftwise.detect.parity import Parity, parity_statistic
 from driftwise.estimators.window_observer.gains import Design
 from driftwise.estimators.window_observer.horizon import Horizon
@@ -191,7 +191,7 @@ def frequency(seeds: int) -> Section:
         for T in (0.5, 1.0, 2.0):
             y = x[:, 0] + noise("uniform", range(seeds), len(t))
             lines[T] = [
-                scan_frequency(
+                find_frequency(
                     PLANT, one, u, dt=1 / RATE, noise_std=SIGMA, band=(10.0, 200.0), into=constant().into,
                     disturbances=constant(), window=T, hold="foh",
                 )

@@ -50,7 +50,7 @@ def ohmic(t, voltage, current):
     root = np.sqrt(np.diff(t))
     y = np.diff(voltage) / root
     phi = np.column_stack([np.diff(current), np.diff(slow_current(t, current))]) / root[:, None]
-    trace = dw.Regression(["R0", "R1"], memory=dw.Auto()).scan(y, phi)
+    trace = dw.Regression(["R0", "R1"], memory=dw.AutoMemory()).scan(y, phi)
     return trace.parameters[:, 0], trace
 
 
@@ -85,14 +85,14 @@ def ageing(where: Path) -> list[Verdict]:
     chance = 2 * student.sf(np.abs(trace.innovation) / np.sqrt(trace.variance), trace.dof)
     told = (np.flatnonzero(chance < RARE) + 2).tolist()  # cycles count from 1
     others = [cycle for cycle in told if cycle not in RECOVERIES]
-    auto = dw.Regression(["fade"], memory=dw.Auto()).scan(lost, one)
+    auto = dw.Regression(["fade"], memory=dw.AutoMemory()).scan(lost, one)
     doubted = np.flatnonzero(auto.status & int(dw.Status.OUTLIER | dw.Status.JUMP)) + 2
     return [
         verdict(18, "ageing cell: rms of the next capacity", f"{rms:.4f} Ah", "<= .0130 Ah", round(rms, 4) <= 0.0130),
         verdict(
             18,
             "ageing cell: recoveries told at one false alarm in 1000 cycles",
-            f"cycles {numbers(told, 0)} (Auto's outliers: {numbers(doubted, 0)})",
+            f"cycles {numbers(told, 0)} (AutoMemory's outliers: {numbers(doubted, 0)})",
             "48 and 90, at most 2 others",
             set(RECOVERIES) <= set(told) and len(others) <= 2,
         ),
