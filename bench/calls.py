@@ -53,7 +53,7 @@ def _fleet(what: str, **options) -> Iterator[Verdict]:
 
     def ticks():
         for t in range(20):
-            states[0], _ = est.tick(states[0], y[t], u[t])
+            states[0], _ = est.update_batch(states[0], y[t], u[t])
 
     rows, out, scratch = est.start(SERIES).view("f8").reshape(SERIES, -1), np.empty((SERIES, 1, 4)), est.scratch()
     inputs = np.zeros((SERIES, 1, est.model.inputs))
@@ -63,4 +63,6 @@ def _fleet(what: str, **options) -> Iterator[Verdict]:
             est.drive(rows, y[t].reshape(-1, 1, 1), inputs, out, est.spec, scratch)
 
     rates = 20 * SERIES / np.median(alternate(ticks, raw, rounds=7), axis=0) / 1e6
-    yield at_least(f"fleet, est.tick, {what}", rates[0], 5, "million/s", SOURCE, f"raw call {rates[1]:.1f} million/s")
+    yield at_least(
+        f"fleet, est.update_batch, {what}", rates[0], 5, "million/s", SOURCE, f"raw call {rates[1]:.1f} million/s"
+    )

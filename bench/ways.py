@@ -60,16 +60,16 @@ def _each(est) -> list[float]:
         for t in range(few):
             est.drive(rows, ys[t], us[t], out, est.spec, scratch)
 
-    def tick():
+    def update_batch():
         for t in range(2):
-            states[0], _ = est.tick(
+            states[0], _ = est.update_batch(
                 states[0], feed.y[200 + t].repeat(10), feed.u[200 + t].repeat(10) if est.model.inputs else None
             )
 
     def record(keep):
         return lambda: est.scan(y, inputs, keep=keep)
 
-    seconds = np.median(alternate(update, raw, tick, rounds=5), axis=0) / [few, few, 2 * SERIES]
+    seconds = np.median(alternate(update, raw, update_batch, rounds=5), axis=0) / [few, few, 2 * SERIES]
     scans = np.median(alternate(record("std"), record("innovations"), rounds=7), axis=0) / len(y)
     fleets = [np.median(seconds_of(feed.fleet(1), feed.batches(50_000, is_sorted))) for is_sorted in (False, True)]
     return [float(1e9 * s) for s in (seconds[0], seconds[1], *scans, *fleets, seconds[2])]

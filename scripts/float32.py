@@ -12,7 +12,7 @@ from numba import types
 
 import driftwise as dw
 from driftwise.engine import compile, ud
-from driftwise.engine.dispatch import advance, open_row, open_work, read_all
+from driftwise.engine.dispatch import advance, open_row, open_scratch, read_all
 from driftwise.fleet.crew import Crew
 
 WAYS = {"64 bits": ("float64", "float64"), "stored in 32": ("float32", "float64"), "all in 32": ("float32", "float32")}
@@ -32,7 +32,7 @@ def make(kinds, sizes, shapes):
             for j in range(width):
                 row[j] = rows[i, j]
             form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
-            work, state = open_work(form, scratch), open_row(form, row)
+            work, state = open_scratch(form, scratch), open_row(form, row)
             for t in range(starts[i], starts[i + 1]):
                 advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, t)
             for j in range(width):

@@ -58,7 +58,7 @@ def variants(y, u) -> dict[str, Score]:
     """Return the score of each variant."""
     own = members(u.shape[1])
     trace = averaged(y, u, own)
-    base = trace.outs[:, BASE]
+    base = trace.table[:, BASE]
     found = {"all": score(trace), "normal": judge(y, trace.prediction, base)}
     found["window 1e-9"] = score(averaged(y, u, own, window=1e-9))
     found["phi 1"] = score(averaged(y, u, own, forgetting=1.0))

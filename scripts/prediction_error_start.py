@@ -40,7 +40,7 @@ def start(name, samples, method="rpem", prior=None):
         P = 1e4 * est._theta_units()
         P[est.model.plain : est.model.plain + est.model.kept] = prior
         est = kind(**est.options | {"P0": P})
-    states, steps = est.tick(est.start(200), y, u)
+    states, steps = est.update_batch(est.start(200), y, u)
     error, info = est.mean(states) - s.theta, s.information(y[:10], u[:10], std)
     d = np.sqrt(np.einsum("si,ij,sj->s", error, info, error) / len(s.theta))
     late = slice(samples // 2, None)
@@ -56,7 +56,7 @@ def gaps(name, lost):
     rng = np.random.default_rng(3)
     gap, hole = rng.random(y.shape) < lost[0], rng.random(u.shape) < lost[1]
     est = kind(**orders).scaled_to(y[0], u[0])
-    states, steps = est.tick(est.start(100), np.where(gap, np.nan, y), np.where(hole, np.nan, u))
+    states, steps = est.update_batch(est.start(100), np.where(gap, np.nan, y), np.where(hole, np.nan, u))
     z2 = (steps.innovation**2 / steps.variance)[:, 1000:]
     after = (np.roll(gap, 1, axis=1) & ~gap)[:, 1000:]
     P = np.array([est.sigma2(x) * np.diag(est._theta_covariance(x)) for x in states])

@@ -101,7 +101,7 @@ def test_deviations_and_innovations_are_honest(motor):
     y = motor.x[:4001, 0] + SIGMA * math.sqrt(3) * rng.uniform(-1, 1, (seeds, 4001))
     y[:, 1500:1800] = np.where(rng.random((seeds, 300)) < 0.3, np.nan, y[:, 1500:1800])  # taken as predicted
     y[:, 2500:2600] = np.nan
-    states, steps = est.tick(est.start(seeds), y, np.tile(u, (seeds, 1)))
+    states, steps = est.update_batch(est.start(seeds), y, np.tile(u, (seeds, 1)))
     values, std = est.estimate(states)
     truth = [*motor.x[4000], 1 + math.cos(50 * 4.0)]
     nees = ((values[:, :4] - truth) / std[:, :4]) ** 2
@@ -111,7 +111,7 @@ def test_deviations_and_innovations_are_honest(motor):
     filled = int(dw.Status.MISSING_OUTPUT | dw.Status.FILLED)
     assert np.all(steps.status[:, 2500:2600] == filled) and np.isfinite(values).all()
     learnt = observer(noise_std=None)  # the same filter, the variance relative: no gain, so the estimates are equal
-    again, _ = learnt.tick(learnt.start(seeds), y, np.tile(u, (seeds, 1)))
+    again, _ = learnt.update_batch(learnt.start(seeds), y, np.tile(u, (seeds, 1)))
     np.testing.assert_allclose(learnt.estimate(again)[1], std, rtol=0.05)
 
 

@@ -174,7 +174,7 @@ def test_collinear_regressors_and_a_diffuse_start():
         trace = own.scan(y, psi, keep="covariance")
         root = np.sqrt(np.einsum("tii->ti", trace.covariance))
         shape = trace.covariance / (root[:, :, None] * root[:, None])
-        assert np.isfinite(trace.outs[:, :8]).all() and np.linalg.eigvalsh(shape).min() >= -1e-9
+        assert np.isfinite(trace.table[:, :8]).all() and np.linalg.eigvalsh(shape).min() >= -1e-9
 
 
 def test_local_level_whose_variances_nobody_told():

@@ -33,14 +33,14 @@ def test_stream_halves_and_fleet_equal_the_record_bit_for_bit(average, record):
     whole = average.scan(y, u)
     first = average.scan(y[:70], u[:70])
     second = average.scan(y[70:], u[70:], state=first.state)
-    assert same(np.vstack([first.outs, second.outs]), whole.outs) and same(second.state, whole.state)
+    assert same(np.vstack([first.table, second.table]), whole.table) and same(second.state, whole.state)
     state, steps = average.start(), []
     for t in range(len(y)):
         state, shown = average.update(state, y[t], u[t])
         steps.append(shown)
     assert same(state, whole.state)
     assert same(np.array([s.prediction for s in steps]), whole.prediction)
-    states, shown = average.tick(average.start(2), np.stack([y, y]), np.stack([u, u]))
+    states, shown = average.update_batch(average.start(2), np.stack([y, y]), np.stack([u, u]))
     assert same(states[1], whole.state) and same(shown.variance[0], whole.variance)
 
 
@@ -49,7 +49,7 @@ def test_a_saved_state_goes_on_where_it_was(average, record, tmp_path):
     state = average.scan(y[:70], u[:70]).state
     dw.save_state(average, state, tmp_path / "average.json")
     again, loaded = dw.load_state(tmp_path / "average.json")
-    assert same(again.scan(y[70:], u[70:], state=loaded).outs, average.scan(y[70:], u[70:], state=state).outs)
+    assert same(again.scan(y[70:], u[70:], state=loaded).table, average.scan(y[70:], u[70:], state=state).table)
 
 
 def test_scaling_the_data_scales_the_forecast(average, record):
@@ -77,10 +77,10 @@ def test_compiled_equals_plain(average, record):
     for i, member in enumerate(MEMBERS):
         own = member.scan(y[:60], u[:60] if member.model.inputs else None)
         means[:, i], variances[:, i] = own.prediction, own.variance
-    outs, numbers = np.empty_like(trace.outs), np.concatenate([step.fresh(average.task), np.empty(means.shape[1])])
+    outs, numbers = np.empty_like(trace.table), np.concatenate([step.fresh(average.task), np.empty(means.shape[1])])
     with np.errstate(all="ignore"):
         compile.plain_passage(step.Averaging)(y[:60, None], means, variances, outs, numbers, flatten([average.task]))
-    np.testing.assert_allclose(outs, trace.outs, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(outs, trace.table, rtol=1e-9, atol=1e-12)
 
 
 def oracle(task, y, means, variances, samples):

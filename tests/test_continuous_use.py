@@ -41,8 +41,8 @@ def test_time_stamps_one_by_one_in_halves_and_as_a_fleet():
     assert same(state, whole.state)
     first = est.scan(y[:33], u[:33], time=time[:33])
     second = est.scan(y[33:], u[33:], time=time[33:], state=first.state)
-    assert same(second.state, whole.state) and same(np.r_[first.outs, second.outs], whole.outs)
-    states, _ = est.tick(est.start(2), np.stack([y, y]), np.stack([u, u]), time=np.stack([time, time + 7.0]))
+    assert same(second.state, whole.state) and same(np.r_[first.table, second.table], whole.table)
+    states, _ = est.update_batch(est.start(2), np.stack([y, y]), np.stack([u, u]), time=np.stack([time, time + 7.0]))
     assert same(states[0], whole.state)
     np.testing.assert_allclose(states[1]["theta"], whole.state["theta"], rtol=1e-8)
     assert same(whole.time, time)
@@ -53,7 +53,7 @@ def test_dt_is_the_clock_without_stamps():
     est = dw.ContinuousJoint(2, 1, dt=0.25)
     plain, stamped = est.scan(y, u), est.scan(y, u, time=0.25 * np.arange(len(y)))
     np.testing.assert_array_equal(plain.time, stamped.time)
-    assert same(plain.outs, stamped.outs)
+    assert same(plain.table, stamped.table)
 
 
 def test_a_walk_goes_by_the_second():
@@ -131,7 +131,7 @@ def test_save_and_load(tmp_path):
     trace.save(tmp_path / "run.npz")
     back = dw.Trace.load(tmp_path / "run.npz")
     assert type(back.estimator) is type(est) and same(back.estimator.spec, est.spec)
-    assert same(back.outs, trace.outs) and same(back.time, time)
+    assert same(back.table, trace.table) and same(back.time, time)
     dw.save_state(est, trace.state, tmp_path / "s.json")
     other, state = dw.load_state(tmp_path / "s.json")
     a, b = (e.update(s, 1.0, 0.5, time=time[-1] + 1) for e, s in ((est, trace.state), (other, state)))

@@ -48,7 +48,7 @@ def story(fleet, inputs):
     for part in (slice(200, 260), slice(260, None)):  # 3 begins afresh
         scan(part)
     there = np.flatnonzero(np.isin(keys, (1, 4)))[:1]
-    shown.append(np.column_stack(fleet.tick(keys[there], y[there], u[there] if inputs else None)))
+    shown.append(np.column_stack(fleet.update_batch(keys[there], y[there], u[there] if inputs else None)))
     return np.concatenate(shown), fleet.states.view(float).reshape(len(fleet), -1)
 
 

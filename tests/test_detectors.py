@@ -36,7 +36,7 @@ def run_length(detector, alarms, seed=0, make=None, block=50_000):
         z, slopes = make(rng, block) if make else (rng.standard_normal(block), None)
         outs = np.empty((1, block, 1))
         slopes = np.zeros((1, block, 0)) if slopes is None else slopes[None]
-        state = np.zeros((1, detector.marks(slopes.shape[2]))) if state is None else state
+        state = np.zeros((1, detector.state_size(slopes.shape[2]))) if state is None else state
         compile.watcher(type(detector))(state, z[None], slopes, outs, flatten((detector,)))
         found, samples = found + np.count_nonzero(outs), samples + block
     return samples / found
@@ -334,7 +334,7 @@ def test_the_same_numbers_one_by_one_in_halves_and_uncompiled(name):
     assert np.array_equal(np.concatenate([first.statistic, rest.statistic]), whole.statistic, equal_nan=True)
     kernel = detector.resolve()
     there = z[np.isfinite(z)]
-    marks, outs = np.zeros((1, kernel.marks(0))), np.empty((1, len(there), 2))
+    marks, outs = np.zeros((1, kernel.state_size(0))), np.empty((1, len(there), 2))
     plain = compile.plain_watcher(type(kernel))
     plain(marks, there[None], np.zeros((1, len(there), 0)), outs, flatten((kernel,)))
     assert np.allclose(marks[0], whole.state, rtol=1e-12)
@@ -449,7 +449,7 @@ class Loud(NamedTuple):
 
     bound: float
 
-    def marks(self, parameters):
+    def state_size(self, parameters):
         return OWN
 
 
@@ -478,8 +478,8 @@ def test_an_estimator_watches_as_the_detector_alone_would():
     est = dw.Joint(2, 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(detector, settle=50))
     trace = est.scan(y, u)
     z = trace.innovation[50:] / np.sqrt(trace.variance[50:])
-    np.testing.assert_allclose(trace.state["marks"], detector.scan(z).state, rtol=1e-9, atol=1e-9)
-    assert trace.state["marks"][STATISTIC] > 0
+    np.testing.assert_allclose(trace.state["detector_state"], detector.scan(z).state, rtol=1e-9, atol=1e-9)
+    assert trace.state["detector_state"][STATISTIC] > 0
 
 
 def test_a_bias_that_widens_nothing_is_found_by_the_mean():
@@ -537,7 +537,7 @@ def test_a_detector_is_saved_with_its_estimator(tmp_path):
         dw.save_state(est, state, tmp_path / "state.json")
         other, back = dw.load_state(tmp_path / "state.json")
         assert np.array_equal(
-            est.scan(y[100:], u[100:], state=state).outs, other.scan(y[100:], u[100:], state=back).outs
+            est.scan(y[100:], u[100:], state=state).table, other.scan(y[100:], u[100:], state=back).table
         )
 
 

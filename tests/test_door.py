@@ -42,12 +42,13 @@ REFUSED = {
     "record in update": (lambda: dw.Joint(1).update(dw.Joint(1).start(), [1.0, 2.0]), "for records use scan"),
     "infinite sample": (lambda: dw.Joint(1).update(dw.Joint(1).start(), np.inf), "NaN where missing"),
     "input of update": (lambda: dw.Joint(1, inputs=2).update(dw.Joint(1, inputs=2).start(), 1.0, 1.0), "2 input(s)"),
-    "fleet size": (lambda: dw.Joint(1).tick(dw.Joint(1).start(3), [1.0, 2.0]), "one row per state"),
-    "fleet input": (lambda: dw.Joint(1, inputs=1).tick(dw.Joint(1, inputs=1).start(2), [1.0, 2.0]), "not given"),
-    "fleet in update": (lambda: dw.Joint(1).update(dw.Joint(1).start(3), 1.0), "advance a fleet with tick"),
-    "fleet in scan": (lambda: dw.Joint(1).scan(Y, state=dw.Joint(1).start(3)), "advance a fleet with tick"),
+    "fleet size": (lambda: dw.Joint(1).update_batch(dw.Joint(1).start(3), [1.0, 2.0]), "one row per state"),
+    "fleet input": (lambda: dw.Joint(1, inputs=1).update_batch(dw.Joint(1, inputs=1).start(2), [1.0, 2.0]), "
+    ""not given"),
+    "fleet in update": (lambda: dw.Joint(1).update(dw.Joint(1).start(3), 1.0), "advance a fleet with update_batch"),
+    "fleet in scan": (lambda: dw.Joint(1).scan(Y, state=dw.Joint(1).start(3)), "advance a fleet with update_batch"),
     "fleet input turned": (
-        lambda: dw.Joint(1, inputs=1).tick(dw.Joint(1, inputs=1).start(2), np.ones((2, 5)), np.ones((2, 1, 5))),
+        lambda: dw.Joint(1, inputs=1).update_batch(dw.Joint(1, inputs=1).start(2), np.ones((2, 5)), np.ones((2, 1, 5))),
         "inputs last",
     ),
     "noise as a word": (lambda: dw.Joint(1, noise="output-error"), "noise must be OutputError()"),

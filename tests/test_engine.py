@@ -61,7 +61,7 @@ def test_read_only_integer_float32_and_fortran_records_share_one_compilation():
     y.flags.writeable = u.flags.writeable = False
     whole = est.scan(y, u)
     again = est.scan(y.astype(float), np.ascontiguousarray(u, float))
-    assert np.array_equal(whole.outs, again.outs)
+    assert np.array_equal(whole.table, again.table)
     assert len(est.drive.signatures) == 1
 
 
@@ -106,10 +106,10 @@ def test_a_users_own_policy_runs_compiled_in_a_few_lines():
     est = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), memory=Breathing(7.0, np.array([1e-3, 1e-3])), P0=10.0)
     y, u = dw.simulate([-0.8], [1.0], samples=80, noise_std=0.1, noise="equation", seed=2)
     fast = est.scan(y, u)
-    rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
+    rows, outs = est._rows(est.start()), np.empty_like(fast.table[None])
     drive = compile.plain_driver(*map(type, est.policies))
     drive(rows, y.reshape(1, -1, 1), u.reshape(1, -1, 1), outs, est.spec, est.scratch())
-    np.testing.assert_allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(fast.table, outs[0], rtol=1e-9, atol=1e-12)
     dw.check_policy(Breathing(7.0, np.array([1e-9] * 4)))
     plain = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), P0=10.0).scan(y, u)
     assert fast.parameters_std[-1, 0] > plain.parameters_std[-1, 0]

@@ -54,7 +54,7 @@ def test_one_nan_costs_one_sample(task, memory, reach):
     if reach != "target":
         phi[1001, 0] = phi[1002, 1] = np.nan
     trace = est.scan(y, phi)
-    assert is_finite(trace.state) and np.isfinite(trace.outs[:, [0, 2, 3, 4]]).all()
+    assert is_finite(trace.state) and np.isfinite(trace.table[:, [0, 2, 3, 4]]).all()
     assert np.isnan(trace.innovation).sum() == 1 and trace.status[1000] & dw.Status.MISSING_OUTPUT
     if reach != "target":
         assert np.all(trace.status[1001:1003] & dw.Status.MISSING_INPUT)

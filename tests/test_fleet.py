@@ -76,9 +76,9 @@ def test_ticks_are_the_same_as_a_scan():
     one, other = (dw.Fleet(estimator, list("abcdefg")) for _ in range(2))
     for t, row in enumerate(y):
         if t % 2:
-            one.tick(None, row)
+            one.update_batch(None, row)
         else:
-            one.tick(list("gfedcba"), row[::-1])
+            one.update_batch(list("gfedcba"), row[::-1])
     step = other.scan(np.tile(list("abcdefg"), SAMPLES), y.ravel())
     assert bits(one.states) == bits(other.states) and step.prediction.shape == (SAMPLES * SERIES,)
 
@@ -86,7 +86,7 @@ def test_ticks_are_the_same_as_a_scan():
 def test_a_key_may_come_twice_in_one_tick():
     estimator = CASES["ar"]
     fleet = dw.Fleet(estimator, ["a", "b"])
-    fleet.tick(["a", "b", "a", "a"], [1.0, 5.0, 2.0, np.nan])
+    fleet.update_batch(["a", "b", "a", "a"], [1.0, 5.0, 2.0, np.nan])
     assert bits(fleet.state("a")) == bits(estimator.scan([1.0, 2.0, np.nan]).state)
 
 
@@ -101,7 +101,7 @@ def test_series_come_and_go_and_have_settings_of_their_own():
     fleet.add(range(20, 40))  # grows
     fleet.add([0])  # begins afresh
     with pytest.raises(dw.InputError, match="no series 9"):
-        fleet.tick([1, 9], [0.0, 0.0])
+        fleet.update_batch([1, 9], [0.0, 0.0])
     assert fleet.keys == [*range(1, 9), 10, *range(20, 40), 0]
     for key in fleet.keys:
         fleet.scan([key] * 20, y[key][10:])
@@ -114,15 +114,15 @@ def test_series_come_and_go_and_have_settings_of_their_own():
 
 def test_bad_input_is_refused_and_nothing_is_lost():
     fleet = dw.Fleet(dw.AR(1), ["a", "b"])
-    fleet.tick(None, [1.0, 2.0])
+    fleet.update_batch(None, [1.0, 2.0])
     before = bits(fleet.states)
     observer = dw.WindowObserver(dw.Plant([[0.9]], C=[[1.0]]), dt=1.0, window=3.0, noise_std=1.0)
     refused = [
-        (lambda: fleet.tick(["a", "c"], [1.0, 2.0]), "no series 'c'"),
-        (lambda: fleet.tick(None, [1.0, 2.0, 3.0]), "y must have 2 rows"),
-        (lambda: fleet.tick(None, [1.0, np.inf]), "infinite"),
-        (lambda: fleet.tick(None, [1.0, 2.0], [1.0, 2.0]), "no input"),
-        (lambda: fleet.tick("a", 1.0), r"keys must be several, as in \['a'\]"),
+        (lambda: fleet.update_batch(["a", "c"], [1.0, 2.0]), "no series 'c'"),
+        (lambda: fleet.update_batch(None, [1.0, 2.0, 3.0]), "y must have 2 rows"),
+        (lambda: fleet.update_batch(None, [1.0, np.inf]), "infinite"),
+        (lambda: fleet.update_batch(None, [1.0, 2.0], [1.0, 2.0]), "no input"),
+        (lambda: fleet.update_batch("a", 1.0), r"keys must be several, as in \['a'\]"),
         (lambda: dw.Fleet(dw.AR(1), [1]).mean("1"), "there is 1, and numbers are not text"),
         (lambda: fleet.add(["a"]), "'a' is there twice"),
         (lambda: fleet.add(["d", "c", "c"]), "'c' is there twice"),

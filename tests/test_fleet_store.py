@@ -46,7 +46,7 @@ def test_every_bit_of_a_fleet_comes_back(tmp_path):
     assert (bits(back._rows) == bits(fleet._rows[: len(fleet)])).all()
     assert [back.estimator_of(k).options for k in back.keys] == [fleet.estimator_of(k).options for k in fleet.keys]
     y = np.random.default_rng(1).standard_normal(len(fleet))
-    assert (bits(back.tick(None, y).prediction) == bits(fleet.tick(None, y).prediction)).all()
+    assert (bits(back.update_batch(None, y).prediction) == bits(fleet.update_batch(None, y).prediction)).all()
     back.add(["new"])
     back.drop(["pump 1"])
     back.save(path)
@@ -182,7 +182,7 @@ class Mine(NamedTuple):
 
     threshold: float
 
-    def marks(self, parameters):
+    def state_size(self, parameters):
         return OWN
 
 

@@ -287,7 +287,7 @@ def test_alarms_equal_the_plain_recursion(detector, oracle, N0):
     trace = est.scan(y)
     K, alarms = followed(y, oracle, N0)
     assert set(alarms) == {-1, 0, 1}
-    assert np.array_equal(np.sign(trace.outs[:, 6]), alarms)
+    assert np.array_equal(np.sign(trace.table[:, 6]), alarms)
     assert np.array_equal((trace.status & dw.Status.JUMP) != 0, alarms != 0)
     words = [event.text for event in trace.jumps()]
     assert any(w.startswith("jump: K rose") for w in words) and any(w.startswith("jump: K fell") for w in words)
@@ -299,7 +299,7 @@ def test_a_detector_that_never_alarms_changes_nothing():
     for memory in (dw.RandomWalk(1e-4), dw.Constant()):
         plain = dw.AdaptiveGain(PHI, memory=memory).scan(y)
         quiet = dw.AdaptiveGain(PHI, memory=memory, detector=dw.GainProbes(threshold=1e9)).scan(y)
-        assert np.array_equal(plain.outs[:, 8:], quiet.outs[:, 8:])
+        assert np.array_equal(plain.table[:, 8:], quiet.table[:, 8:])
 
 
 def test_an_alarm_lifts_a_walk_to_its_share_of_the_prior():
@@ -404,7 +404,7 @@ def test_a_long_gap_of_an_unstable_plant_is_survived():
     est = dw.AdaptiveGain(1.2, detector=dw.GainProbes())
     trace = est.scan(y)
     assert np.flatnonzero(trace.status & dw.Status.LOST).size
-    assert np.isfinite(trace.outs[:, [0, 2]]).all() and np.isfinite(np.atleast_1d(trace.state).view(float)).all()
+    assert np.isfinite(trace.table[:, [0, 2]]).all() and np.isfinite(np.atleast_1d(trace.state).view(float)).all()
     assert np.mean(trace.innovation[-500:] ** 2) < 3  # the best filter of white noise seen so: Phi^2 = 1.44
 
 

@@ -165,7 +165,7 @@ def test_laws():
     whole, state = other.scan(y, u, time=time), other.start()
     for t in range(50):
         state, step = other.update(state, y[t], u[t], time=time[t])
-        assert same(np.array(step), whole.outs[t, :4])
+        assert same(np.array(step), whole.table[t, :4])
     assert same(state, whole.state)
     assert same(other.scan(y, u, time=0.05 * np.arange(50)).ready, other.scan(y, u).ready)
 

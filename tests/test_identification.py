@@ -273,7 +273,7 @@ def test_a_fleet_starts_each_series_when_it_has_enough():
     y, u = example(est)
     later = y.copy()
     later[:20] = np.nan
-    states, steps = est.tick(est.start(2), np.stack([y, later]), np.stack([u, u]))
+    states, steps = est.update_batch(est.start(2), np.stack([y, later]), np.stack([u, u]))
     first = [int(np.flatnonzero(row & (STARTED | NOT_STARTED))[0]) for row in steps.status]
     assert first[0] == np.flatnonzero(np.isfinite(y))[0] + 29 and first[1] == np.flatnonzero(np.isfinite(later))[0] + 29
     assert same(states[1], est.scan(later, u).state)
@@ -322,7 +322,7 @@ def test_the_covariance_is_that_of_the_filters_own_noise(kind, noise):
         x = np.column_stack([x[:, 1], np.zeros(S)]) - a * drive + b * u[:, t : t + 1]
         x = x + d * v[:, t : t + 1] if kind == "d" else x
     est = dw.Joint(2, 1, noise=noise, dt=0.2, start=dw.AlgebraicStart(M))
-    states, _ = est.tick(est.start(S), y, u)
+    states, _ = est.update_batch(est.start(S), y, u)
     begun = (states["status"].astype(int) & STARTED) > 0
     assert begun.mean() > 0.75 + 0.2 * (kind == "oe")
     P = np.array([np.diag(est._covariance(state)) for state in states])
@@ -340,7 +340,7 @@ def test_a_start_that_would_do_harm_is_left_out():
         trace = dw.Joint(order, 1, start=dw.AlgebraicStart(40), **options).scan(y, v)
         assert np.flatnonzero(trace.status & NOT_STARTED).tolist() == [39] and not np.any(trace.status & STARTED)
         plain = dw.Joint(order, 1, **options).scan(y, v)
-        assert same(trace.outs[:, :3], plain.outs[:, :3])
+        assert same(trace.table[:, :3], plain.table[:, :3])
 
 
 STARTS_REFUSED = [

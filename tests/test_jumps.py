@@ -23,7 +23,7 @@ def follow(memory, records, noise=None):
     est = dw.Joint(2, 1, noise=noise or dw.EquationError(NOISE**2), memory=memory)
     states, alarms, errors = est.start(SEEDS), [], []
     for t in range(SAMPLES):
-        states, steps = est.tick(states, records[0][:, t], records[1][:, t])
+        states, steps = est.update_batch(states, records[0][:, t], records[1][:, t])
         alarms.append((steps.status & int(dw.Status.JUMP)) > 0)
         truth = BEFORE if t + 1 < JUMP else AFTER
         errors.append(np.sum((states["theta"][:, :2] - truth) ** 2, axis=1))
@@ -102,10 +102,10 @@ def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, 
     )
     state = est.scan(records[0][0][:100], records[1][0][:100]).state
     calm, alarmed = state.copy(), state.copy()
-    calm["marks"], alarmed["marks"][OWN] = 0.0, 1e3
+    calm["detector_state"], alarmed["detector_state"][OWN] = 0.0, 1e3
     (calm, _), (alarmed, step) = (est.update(s, records[0][0][100], records[1][0][100]) for s in (calm, alarmed))
     assert step.status & int(dw.Status.JUMP)
-    assert not alarmed["marks"][OWN:].any()
+    assert not alarmed["detector_state"][OWN:].any()
     gained = est.sigma2(state) * np.diag(est.covariance(alarmed) - est.covariance(calm))[2:]
     assert np.allclose(gained, 0.25 * np.array([1, 1, 0.25, 0.25]), rtol=1e-9)
 

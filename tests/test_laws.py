@@ -231,7 +231,7 @@ def test_an_event_is_replayed_bit_for_bit(name):
         at = slice(event.sample, event.sample + 1)
         before = trace.state_before(event.sample)
         again = est.scan(y[at], u[at], state=before)
-        assert same(again.outs, trace.outs[at])
+        assert same(again.table, trace.table[at])
         assert [(e.kind, e.time, e.text) for e in again.jumps()] == [("JUMP", event.time, event.text)]
         state, step = est.update(before, y[event.sample], u[event.sample])
         assert same(state, again.state) and step.status & dw.Status.JUMP
@@ -244,7 +244,7 @@ class Impatient(NamedTuple):
 
     every: float
 
-    def marks(self, parameters):
+    def state_size(self, parameters):
         return OWN + 1
 
 
@@ -289,7 +289,7 @@ IDLE = [
 def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
     est = dw.Joint(2, inputs=1, **plain)
     y, u = example(est)
-    assert same(est.scan(y, u).outs, dw.Joint(2, inputs=1, **idle).scan(y, u).outs)
+    assert same(est.scan(y, u).table, dw.Joint(2, inputs=1, **idle).scan(y, u).table)
 
 
 @pytest.mark.parametrize(
@@ -314,7 +314,7 @@ def test_every_policy_passes_the_public_check(policy):
 class Deaf(NamedTuple):
     """A detector that forgets to keep its state finite."""
 
-    def marks(self, parameters):
+    def state_size(self, parameters):
         return OWN
 
 

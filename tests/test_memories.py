@@ -29,7 +29,7 @@ class At(NamedTuple):
     n: float
     about: float = -1.0
 
-    def marks(self, parameters):
+    def state_size(self, parameters):
         return OWN + 1
 
 
@@ -77,7 +77,7 @@ def test_golden_gains(name, memory):
     given, expected = golden("gain_sequences")
     y, u = record(1000)
     trace = dw.ARX(1, 1, memory=memory, at_rest=True).scan(y, u)
-    gains = 1 / trace.outs[given["n"].astype(int) - 1, 4]
+    gains = 1 / trace.table[given["n"].astype(int) - 1, 4]
     np.testing.assert_allclose(gains, expected[name], rtol=1e-10)
 
 
@@ -98,7 +98,7 @@ def test_golden_recursions(case, memory):
     trace = est.scan(given["y"], given["u"], state=state)
     theta = trace.parameters * [-1.0, 1.0]
     np.testing.assert_allclose(theta, expected["theta"][:, 0], rtol=1e-10, atol=1e-13)
-    np.testing.assert_allclose(1 / trace.outs[:, 4], given["gamma"], rtol=1e-12)
+    np.testing.assert_allclose(1 / trace.table[:, 4], given["gamma"], rtol=1e-12)
     if "eps" in expected:
         np.testing.assert_allclose(trace.innovation, expected["eps"][:, 0], rtol=1e-10)
 
@@ -136,7 +136,7 @@ def test_gains_and_forgetting_are_one_recursion(kind, memory):
     after = {"limited": 29 / 30, "weighted": 0.97}.get(kind, 1.0)
     P = g[-1] * np.linalg.inv(R) / after
     assert np.max(np.abs(est.covariance(trace.state) - P)) < 1e-12 * np.max(P)
-    np.testing.assert_allclose(1 / trace.outs[:, 4], g, rtol=1e-12)
+    np.testing.assert_allclose(1 / trace.table[:, 4], g, rtol=1e-12)
 
 
 def after_twenty(memory, phi, y):
@@ -183,7 +183,7 @@ def test_directional_forgetting_remembers_a_memory_for_each_direction():
     phi = rng.standard_normal((64, 1500, 3)) @ np.array([[1.0, 0.5, 0.2], [0.0, 1.0, 0.3], [0.0, 0.0, 1.0]]) * scales
     y = phi @ (1 / scales) + 0.5 * rng.standard_normal((64, 1500))
     est = dw.Regression(3, memory=dw.DirectionalForgetting(p), variance=0.25, P0=1e6)
-    states, _ = est.tick(est.start(64), y, phi)
+    states, _ = est.update_batch(est.start(64), y, phi)
     moment = np.mean([phi[i].T @ phi[i] / 1500 for i in range(64)], axis=0)
     traces = [np.trace(est.covariance(state) @ moment) / 0.25 for state in states]
     assert abs(np.mean(traces) / (1 - p) - 1) < 0.1  # N directions, (1 - p)/N each
@@ -196,7 +196,7 @@ def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, 
     phi = rng.standard_normal((1000, 1500, 3))
     y = phi @ [1.0, 2.0, 3.0] + 0.5 * rng.standard_normal((1000, 1500))
     est = dw.Regression(3, memory=memory, variance=0.25)
-    states, _ = est.tick(est.start(1000), y, phi)
+    states, _ = est.update_batch(est.start(1000), y, phi)
     P = p * np.array([np.diag(est.covariance(state)) for state in states])
     squares = np.mean((states["theta"] - [1.0, 2.0, 3.0]) ** 2 / P)
     assert abs(squares * (1 + p) - 1) < 2.58 * np.sqrt(2 / 3000)  # 99 %: 3000 normalised squares
@@ -298,7 +298,7 @@ def test_a_window_is_batch_least_squares_of_its_rows(T, missing):
         theta, P, _ = ridge(phi[last] / 0.5, y[last] / 0.5, theta0, P0)
         assert np.max(np.abs(trace.parameters[t] - theta)) < 1e-10
         assert np.max(np.abs(est.covariance(state) - P)) < 1e-10
-    assert trace.outs[-1, 4] == T
+    assert trace.table[-1, 4] == T
 
 
 def test_a_window_learns_the_noise_from_its_rows():
@@ -341,7 +341,7 @@ def test_an_alarm_frees_all_or_the_one_that_is_named():
     ):
         est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(restart, about))
         trace = est.scan(y[:50], phi[:50])
-        assert trace.status[-1] == dw.Status.JUMP and np.array_equal(trace.outs[-1, 6:8], [1.0, about])
+        assert trace.status[-1] == dw.Status.JUMP and np.array_equal(trace.table[-1, 6:8], [1.0, about])
         np.testing.assert_allclose(np.diag(est.covariance(trace.state) - est.covariance(calm)), gained, atol=1e-12)
         wider = np.linalg.det(est.covariance(trace.state)) / np.linalg.det(est.covariance(calm))
         np.testing.assert_allclose(trace.state["weight"], 50 * wider ** (-1 / 3), rtol=1e-9)
@@ -381,20 +381,20 @@ def test_a_memory_with_nothing_to_do_changes_nothing(idle):
     y, u = record()
     plain, other = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=idle).scan(y, u)
     columns = [0, 1, 2, 3, 4, *range(8, 17)]  # all but what the detector says
-    assert same(plain.outs[:, columns], other.outs[:, columns])
+    assert same(plain.table[:, columns], other.table[:, columns])
 
 
 def test_a_window_longer_than_the_record_is_no_window():
     y, u = record()
     one, two = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=dw.Window(1000)).scan(y, u)
-    np.testing.assert_allclose(one.outs, two.outs, rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(one.table, two.table, rtol=1e-8, atol=1e-12)
 
 
 def test_runs_that_never_end_are_no_runs():
     y, u = record()
     one = dw.ARX(2, 2, variance=0.09).scan(y, u)
     two = dw.ARX(2, 2, variance=0.09, memory=dw.BayesianChangePoint(0.1, 1e15)).scan(y, u)
-    np.testing.assert_allclose(one.outs[:, 8:], two.outs[:, 8:], rtol=1e-8)
+    np.testing.assert_allclose(one.table[:, 8:], two.table[:, 8:], rtol=1e-8)
 
 
 # --- run lengths -----------------------------------------------------------------------------------------------
@@ -482,7 +482,7 @@ def test_the_mixture_tells_when_the_parameters_jumped():
         y, u = with_jumps(seed, 0.1, size)
         trace = dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 1500)).scan(y, u)
         (told,) = trace.jumps()
-        began = told.sample - trace.outs[told.sample, 6] + 1
+        began = told.sample - trace.table[told.sample, 6] + 1
         assert told.sample < 1502 + late and abs(began - 1502) <= 1, (told.sample, began)
         assert trace.statistic[told.sample] >= 1 and np.all(np.delete(trace.statistic, told.sample) < 1)
         assert abs(trace.weight[1499] - 1498) < 2 and abs(trace.weight[1600] - 99) < 2

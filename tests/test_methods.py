@@ -102,7 +102,7 @@ def test_a_sample_without_instruments_is_skipped():
     assert 0 < skipped.sum() < 2000
     at = np.flatnonzero(skipped)
     assert np.array_equal(trace.parameters[at], trace.parameters[at - 1])
-    assert np.isfinite(trace.outs).all() and np.all(trace.parameters_std >= 0)
+    assert np.isfinite(trace.table).all() and np.all(trace.parameters_std >= 0)
 
 
 def test_tracks_with_a_memory():

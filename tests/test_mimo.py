@@ -182,7 +182,7 @@ def test_the_trace_has_a_column_per_output(tmp_path):
     np.testing.assert_allclose(trace.model(30).values, trace.parameters[30])
     trace.save(tmp_path / "trace")
     back = dw.Trace.load(tmp_path / "trace")
-    assert np.array_equal(back.outs, trace.outs, equal_nan=True) and np.array_equal(back.dof, trace.dof)
+    assert np.array_equal(back.table, trace.table, equal_nan=True) and np.array_equal(back.dof, trace.dof)
     assert back.names == trace.names and repr(back.estimator) == repr(est)
     ratios = [ratio for ratio, _ in est.excitation(trace.state)]
     assert len(ratios) == 9 and max(ratios) < 0.5
@@ -212,7 +212,7 @@ REFUSED = {
     "u was not given": lambda: dw.JointMIMO((2, 1), 1).scan(np.zeros((5, 2))),
     "must be simultaneous": lambda: dw.JointMIMO((2, 1), 1).scan(np.zeros((5, 2)), np.zeros(4)),
     "one sample is 2 output": lambda: dw.JointMIMO((2, 1)).update(dw.JointMIMO((2, 1)).start(), 1.0),
-    "one row per state": lambda: dw.JointMIMO((2, 1)).tick(dw.JointMIMO((2, 1)).start(3), np.zeros((3, 4))),
+    "one row per state": lambda: dw.JointMIMO((2, 1)).update_batch(dw.JointMIMO((2, 1)).start(3), np.zeros((3, 4))),
     "another estimator": lambda: dw.JointMIMO((2, 1)).scan(np.zeros((5, 2)), state=dw.JointMIMO((1, 1)).start()),
     "parameters must list": lambda: dw.simulate_mimo((2, 1), [1.0], samples=3),
 }
@@ -269,7 +269,7 @@ def test_each_group_jumps_by_its_own_steps():
     y, u = np.nan_to_num(y), np.nan_to_num(u)
     state = est.scan(y[:50], u[:50]).state
     alarmed = state.copy()
-    alarmed["marks"][:, OWN] = 1e3
+    alarmed["detector_state"][:, OWN] = 1e3
     calm, alarmed = (est.update(s, y[50], u[50])[0] for s in (state, alarmed))
     gained = np.diag(est.covariance(alarmed) - est.covariance(calm))[2:]
     assert np.allclose(gained, steps**2, rtol=1e-9)
@@ -280,10 +280,10 @@ def test_each_output_of_a_group_has_a_detector_of_its_own():
     memory = dw.RestartOnChange(dw.VarianceCUSUM(4.0, threshold=1e9), settle=5)
     est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(0.2), memory=memory, split=False)
     state = est.scan(y[:50], u[:50]).state
-    state["marks"][:, OWN] = 3.0, 4.0
+    state["detector_state"][:, OWN] = 3.0, 4.0
     after, step = est.update(state, y[50], u[50])
     expected = [3.0, 4.0] - 0.5 * np.log(4.0) + 0.375 * step.innovation**2 / step.variance
-    assert np.allclose(after["marks"][:, OWN], expected, rtol=1e-12)
+    assert np.allclose(after["detector_state"][:, OWN], expected, rtol=1e-12)
 
 
 def test_poles_move_with_what_acts_at_once():

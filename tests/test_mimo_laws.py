@@ -64,7 +64,7 @@ def test_a_fleet_and_a_restart_of_the_state(name):
     assert np.isfinite(np.atleast_1d(gap.state).view(float)).all()
     after = est.scan(y, u, state=gap.state)
     assert abs(after.innovation[-20:]).max() < 1.0
-    states, steps = est.tick(est.start(2), np.stack([y, y]), np.stack([u, u]))
+    states, steps = est.update_batch(est.start(2), np.stack([y, y]), np.stack([u, u]))
     assert same(states[0], state) and same(states[1], state)
     assert steps.prediction.shape == (2, 150, 2)
 

@@ -27,7 +27,7 @@ def operations_of_one_step(n, noise):
     )  # nothing is zero by luck
     form, kernel_noise = est.policies[0], est.policies[1]
     state = joint_row.open_row(form, counted(rows[0]))
-    work = joint_row.open_work(form, counted(est.scratch() * 0))
+    work = joint_row.open_scratch(form, counted(est.scratch() * 0))
     state.held[0] = Counted(0.7)
     s, U, D = state.s, state.U, state.D
     with counting(free=FREE) as done:

@@ -123,7 +123,7 @@ def test_false_alarms_are_at_most_what_was_promised():
     rng, system = np.random.default_rng(3), Augmented(SPRING, PUSH)
     y = np.stack([simulate(system, [1, 1, 1], np.zeros((2000, 2)), rng) for _ in range(20)])
     est = observer(detector=dw.Parity(false_alarms="1 per 200"))
-    _, steps = est.tick(est.start(20), y, np.zeros_like(y))
+    _, steps = est.update_batch(est.start(20), y, np.zeros_like(y))
     alarms = np.count_nonzero(steps.status[..., 0] & dw.Status.JUMP)
     assert 20 < alarms < 20 * 2000 / 200
 
@@ -153,13 +153,13 @@ def test_stream_halves_fleet_and_saved_state_are_the_record(tmp_path):
     dw.save_state(est, first.state, tmp_path / "state")
     again, state = dw.load_state(tmp_path / "state")
     second = again.scan(y[125:], u[125:], state=state)
-    assert same(np.concatenate([first.outs, second.outs]), whole.outs)
+    assert same(np.concatenate([first.table, second.table]), whole.table)
     state, statuses = est.start(), []
     for t in range(len(y)):
         state, step = est.update(state, y[t], u[t])
         statuses.append(step.status)
     assert np.array_equal(statuses, whole.status) and same(state, whole.state)
-    states, steps = est.tick(est.start(2), np.stack([y, y]), np.stack([u, u]))
+    states, steps = est.update_batch(est.start(2), np.stack([y, y]), np.stack([u, u]))
     assert same(states[1], whole.state) and np.array_equal(steps.status[1], whole.status)
 
 

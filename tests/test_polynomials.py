@@ -45,7 +45,7 @@ def fleet(name, y, u, **options):
     """The final states of a fleet on records (S, T), and the steps."""
     est = estimator(name, **options)
     est = est.scaled_to(y[0], inputs(SYSTEMS[name], u[0]))
-    states, steps = est.tick(est.start(len(y)), y, inputs(SYSTEMS[name], u))
+    states, steps = est.update_batch(est.start(len(y)), y, inputs(SYSTEMS[name], u))
     return est, states, steps
 
 
@@ -159,7 +159,7 @@ def test_output_error_is_unbiased_where_least_squares_is_not(method):
     std = np.sqrt(w * (0.8 / 0.732 - 1))
     y, u = s.records(50, 4000, std, seed=2, hold=1)
     oe, arx = dw.OE(1, 1, method=method), dw.ARX(1, 1)
-    pole = [-e.mean(e.tick(e.start(50), y, u)[0])[:, i] for e, i in ((oe, 1), (arx, 0))]
+    pole = [-e.mean(e.update_batch(e.start(50), y, u)[0])[:, i] for e, i in ((oe, 1), (arx, 0))]
     se = [p.std() / np.sqrt(50) for p in pole]
     assert abs(pole[0].mean() - 0.8) < 4 * se[0] + 1e-3
     assert abs(pole[1].mean() - 0.732) < 4 * se[1] + 1e-3
@@ -170,7 +170,7 @@ def test_the_plant_is_found_under_a_wrong_noise_model():
     s = System(b=[[1.0, 0.5]], nk=[1], d=[-0.8], f=[[-1.2, 0.5]])
     y, u = s.records(60, 4000, 0.5, seed=4)
     for est, at in ((dw.OE(2, 2), [0, 1, 2, 3]), (dw.BJ(2, 1, 0, 2), [0, 1, 3, 4])):
-        error = est.mean(est.tick(est.start(60), y, u)[0])[:, at] - [1.0, 0.5, -1.2, 0.5]
+        error = est.mean(est.update_batch(est.start(60), y, u)[0])[:, at] - [1.0, 0.5, -1.2, 0.5]
         assert np.all(abs(error.mean(axis=0)) < 4 * error.std(axis=0) / np.sqrt(60) + 2e-3)
 
 

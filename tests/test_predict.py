@@ -38,7 +38,7 @@ def test_coverage(name, std, lost):
     seen[np.random.default_rng(5).random(seen.shape) < lost] = np.nan
     est = dw.ARX(2, 2) if name == "ARX" else estimator(name)
     est = est.scaled_to(seen[0], inputs(s, u[0, :300]))
-    states, _ = est.tick(est.start(150), seen, inputs(s, u[:, :300]))
+    states, _ = est.update_batch(est.start(150), seen, inputs(s, u[:, :300]))
     z = []
     for i in range(150):
         mean, spread = est.predict(states[i], *([u[i, 300:]] if s.b else [None, HORIZON]))

@@ -230,7 +230,7 @@ def test_exponential_intervals_with_missing_samples():
     trace = est.scan(y, u, time=t)
     assert abs(trace.estimates[500:, :3] - z[500:, :3]).max() < 4e-10
     noisy = y + rng.uniform(-0.015, 0.015, (series, samples))
-    states, _ = est.tick(est.start(series), noisy, np.tile(u, (series, 1, 1)), time=np.tile(t, (series, 1)))
+    states, _ = est.update_batch(est.start(series), noisy, np.tile(u, (series, 1, 1)), time=np.tile(t, (series, 1)))
     V = est.policies[0].V.reshape(6, 6)
     errors = np.linalg.solve(V @ states["C"], (states["z"] - z[-1])[..., None])
     assert 0.75 < np.mean(errors**2) < 1.25
@@ -358,10 +358,10 @@ def test_the_same_samples_at_instants_of_their_own_give_the_same_bits():
         state, _ = est.update(state, y[i], u[i], time=t[i])
     first = est.scan(y[:55], u[:55], time=t[:55])
     second = est.scan(y[55:], u[55:], time=t[55:], state=first.state)
-    states, _ = est.tick(est.start(2), np.stack([y[::-1], y]), np.stack([u, u]), time=np.stack([t, t]))
+    states, _ = est.update_batch(est.start(2), np.stack([y[::-1], y]), np.stack([u, u]), time=np.stack([t, t]))
     for found in (state, second.state, states[1]):
         assert found.tobytes() == whole.state.tobytes()
-    assert np.array_equal(np.concatenate([first.outs, second.outs]), whole.outs, equal_nan=True)
+    assert np.array_equal(np.concatenate([first.table, second.table]), whole.table, equal_nan=True)
 
 
 def test_samples_without_an_instant_are_one_dt_apart_however_late():
@@ -412,8 +412,8 @@ def test_uncompiled_equals_compiled():
     t = np.cumsum(rng.exponential(0.05, 60))
     y, u = rng.standard_normal((60, 2)), rng.standard_normal((60, 2))
     fast = est.scan(y, u, time=t)
-    rows, outs = est._rows(est.start()), np.empty((1, *fast.outs.shape))
+    rows, outs = est._rows(est.start()), np.empty((1, *fast.table.shape))
     stamped = np.column_stack([u, t])[None]
     with np.errstate(all="ignore"):
         compile.plain_driver(*map(type, est.policies))(rows, y[None], stamped, outs, est.spec, est.scratch())
-    assert np.allclose(outs[0], fast.outs, rtol=1e-9, atol=1e-12, equal_nan=True)
+    assert np.allclose(outs[0], fast.table, rtol=1e-9, atol=1e-12, equal_nan=True)

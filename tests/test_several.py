@@ -148,7 +148,7 @@ def test_one_output_is_arx_bit_for_bit(options):
         one = dw.ARX(2, (2, 1), (1, 0), **options).scan(y, u, keep=keep)
         got = dw.ARXMIMO(1, 2, 2, [[2, 1]], [[1, 0]], **options).scan(y[:, None], u, keep=keep)
         assert got.names == one.names
-        assert same(got.outs, one.outs)
+        assert same(got.table, one.table)
         assert same(got.dof[:, 0], one.dof)
     for name in ("theta", "D", "U", "ys", "ydoubt", "us", "udoubt", "steps"):
         assert same(got.state[name].ravel(), one.state[name].ravel()), name
@@ -177,7 +177,7 @@ def test_a_missing_output_skips_its_own_equation_only():
     gap[60, 1] = np.nan
     whole, got = est.scan(y, u), est.scan(gap, u)
     n = est.model.sizes[0]
-    assert same(got.outs[:61, 0::2][:, :4], whole.outs[:61, 0::2][:, :4])  # y1's columns, sample 60 included
+    assert same(got.table[:61, 0::2][:, :4], whole.table[:61, 0::2][:, :4])  # y1's columns, sample 60 included
     assert same(got.parameters[60, :n], whole.parameters[60, :n])
     assert same(got.parameters[60, n:], got.parameters[59, n:])
     assert got.status[60].tolist() == [0, dw.Status.MISSING_OUTPUT]
@@ -279,7 +279,7 @@ def test_trace_summary_and_picture(tmp_path):
     assert "the error bars can be believed" in summary.words and summary.as_dict()["loglik"] is not None
     trace.save(tmp_path / "run")
     again = dw.Trace.load(tmp_path / "run")
-    assert same(again.outs, trace.outs) and again.summary().words == summary.words
+    assert same(again.table, trace.table) and again.summary().words == summary.words
     assert trace.model(at=300).values[0] == trace.parameters[300, 0]
 
 

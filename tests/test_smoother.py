@@ -18,7 +18,7 @@ def test_exact_rationals():
     est = golden_joint(given)
     smoothed = est.smooth(given["y"], given["u"], keep="covariance")
     order = est.model.salut
-    golden.assert_close(smoothed.outs[:, : est.model.N][:, order], expected["s"], tolerance)
+    golden.assert_close(smoothed.table[:, : est.model.N][:, order], expected["s"], tolerance)
     golden.assert_close(smoothed.covariance[:, order][:, :, order], expected["P"], tolerance)
 
 
@@ -76,7 +76,7 @@ def test_moments_are_those_of_the_stacked_gaussian(kind, missing):
     means, covariances = stacked(st, matrices, s0, P0, y, u)
     order = est.model.salut
     smoothed = est.smooth(y, u, keep="covariance")
-    golden.assert_close(smoothed.outs[:, : st.size][:, order], means, 1e-9)
+    golden.assert_close(smoothed.table[:, : st.size][:, order], means, 1e-9)
     golden.assert_close(smoothed.covariance[:, order][:, :, order], covariances, 1e-9)
 
 
@@ -84,7 +84,7 @@ def backwards(est, y, u):
     """Smoothed means by Rauch, Tung and Striebel with a pseudo-inverse, from the filter's own trace."""
     trace = est.scan(y, u, keep="covariance")
     N, n = est.model.N, est.model.n
-    filtered, P = trace.outs[:, 4 : 4 + N], trace.covariance
+    filtered, P = trace.table[:, 4 : 4 + N], trace.covariance
     state, before = est.start(), []
     for t in range(len(y)):
         before.append((np.concatenate([state["x"], state["theta"]]), est.covariance(state)))
@@ -106,7 +106,7 @@ def test_means_agree_with_rauch_tung_striebel():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=60, noise_std=0.5, seed=3)
     est = dw.Joint(2, 1, noise=dw.EquationError(0.25), memory=dw.RandomWalk(1e-3), P0=10.0)
     smoothed = est.smooth(y, u, keep="means")
-    golden.assert_close(smoothed.outs, backwards(est, y, u), 1e-7)
+    golden.assert_close(smoothed.table, backwards(est, y, u), 1e-7)
 
 
 def options():
@@ -131,31 +131,31 @@ class TestLaws:
         est = dw.Joint(**given)
         y, u = record(est)
         N, trace = est.model.N, est.scan(y, u)
-        assert np.allclose(est.smooth(y, u).outs[-1], trace.outs[-1, 4:], rtol=1e-7, atol=1e-9)
-        still = est.smooth(y, u, lag=0).outs
-        assert np.allclose(still[:, :N], trace.outs[:, 4 : 4 + N], rtol=1e-7, atol=1e-9)
+        assert np.allclose(est.smooth(y, u).table[-1], trace.table[-1, 4:], rtol=1e-7, atol=1e-9)
+        still = est.smooth(y, u, lag=0).table
+        assert np.allclose(still[:, :N], trace.table[:, 4 : 4 + N], rtol=1e-7, atol=1e-9)
         free = np.ones(N, bool) if not est.model.coloured else ~np.isin(np.arange(N), [4])  # c is held at first
-        assert np.allclose(still[:, N:][:, free], trace.outs[:, 4 + N :][:, free], rtol=1e-6, atol=1e-9)
+        assert np.allclose(still[:, N:][:, free], trace.table[:, 4 + N :][:, free], rtol=1e-6, atol=1e-9)
 
     def test_a_long_lag_is_the_interval_and_a_short_one_sees_no_further(self, given):
         est = dw.Joint(**given)
         y, u = record(est)
-        assert np.allclose(est.smooth(y, u, lag=len(y)).outs, est.smooth(y, u).outs, rtol=1e-12, atol=1e-12)
+        assert np.allclose(est.smooth(y, u, lag=len(y)).table, est.smooth(y, u).table, rtol=1e-12, atol=1e-12)
         cut = 60
-        part = est.smooth(y[:cut], None if u is None else u[:cut], lag=5).outs
-        assert same(part[: cut - 5], est.smooth(y, u, lag=5).outs[: cut - 5])
+        part = est.smooth(y[:cut], None if u is None else u[:cut], lag=5).table
+        assert same(part[: cut - 5], est.smooth(y, u, lag=5).table[: cut - 5])
 
     def test_blocks_and_halves_change_no_bit(self, given, monkeypatch):
         est = dw.Joint(**given)
         y, u = record(est)
         whole, lagged = est.smooth(y, u), est.smooth(y, u, lag=3)
         monkeypatch.setattr(smoother, "BLOCK", 7)
-        assert same(whole.outs, est.smooth(y, u).outs)
-        assert same(lagged.outs, est.smooth(y, u, lag=3).outs)
+        assert same(whole.table, est.smooth(y, u).table)
+        assert same(lagged.table, est.smooth(y, u, lag=3).table)
         assert same(whole.state, est.scan(y, u).state)
         first = est.scan(y[:40], None if u is None else u[:40])
         rest = est.smooth(y[40:], None if u is None else u[40:], state=first.state)
-        assert same(rest.outs, whole.outs[40:])
+        assert same(rest.table, whole.table[40:])
 
     def test_compiled_equals_plain(self, given, monkeypatch):
         est = dw.Joint(**given)
@@ -163,17 +163,17 @@ class TestLaws:
         fast = est.smooth(y, u)
         monkeypatch.setattr(compile, "recorder", lambda *kinds: compile._make_recorder(kinds, 0))
         monkeypatch.setattr(compile, "smoother", lambda form: compile._make_smoother(form, 0))
-        assert np.allclose(fast.outs, est.smooth(y, u).outs, rtol=1e-6, atol=1e-9)
+        assert np.allclose(fast.table, est.smooth(y, u).table, rtol=1e-6, atol=1e-9)
 
     def test_spreads_shrink_and_stay_real(self, given):
         est = dw.Joint(**given)
         y, u = record(est)
         smoothed, trace = est.smooth(y, u), est.scan(y, u)
-        assert np.isfinite(smoothed.outs).all()
+        assert np.isfinite(smoothed.table).all()
         s2 = est.sigma2(smoothed.state)
-        filtered = trace.outs[:, 4 + est.model.N :]
+        filtered = trace.table[:, 4 + est.model.N :]
         if not isinstance(est.scale, dw.InverseGamma):
-            assert np.all(smoothed.outs[:, est.model.N :] <= filtered * (1 + 1e-6) + 1e-6)
+            assert np.all(smoothed.table[:, est.model.N :] <= filtered * (1 + 1e-6) + 1e-6)
         assert s2 > 0
 
 
@@ -229,7 +229,7 @@ def test_error_bars_of_drifting_parameters():
     for _ in range(200):
         y, u, truth = drifting(rng, T, walk, R)
         smoothed, trace = est.smooth(y, u, keep="covariance"), est.scan(y, u)
-        e = smoothed.outs[:, :3] - truth
+        e = smoothed.table[:, :3] - truth
         nees.append([e[t, 1:] @ np.linalg.solve(smoothed.covariance[t, 1:, 1:], e[t, 1:]) / 2 for t in (5, 60, 100)])
         error.append(e[60, 1:])
         filtered.append(trace.parameters[60] - truth[60, 1:])
@@ -270,5 +270,5 @@ def test_nothing_is_learnt_about_x_across_a_restart():
     lost = np.flatnonzero(est.scan(y, u).status & int(dw.Status.LOST))
     assert len(lost)
     whole, part = est.smooth(y, u), est.smooth(y[:40], u[:40])
-    assert np.allclose(whole.outs[:40], part.outs, rtol=1e-9, atol=1e-12)
+    assert np.allclose(whole.table[:40], part.table, rtol=1e-9, atol=1e-12)
     assert not np.allclose(whole.x[lost[-1] + 1 :], est.scan(y, u).x[lost[-1] + 1 :])  # after it, the future tells

@@ -186,7 +186,7 @@ from driftwise.detect.watch import OWN, STATISTIC, watch
 class Loud(NamedTuple):
     bound: float
 
-    def marks(self, parameters):
+    def state_size(self, parameters):
         return OWN
 
 

@@ -53,17 +53,19 @@ def test_frames(trace, backend):
 def test_saved_trace_comes_back(trace, tmp_path):
     trace.save(tmp_path / "t.npz")
     back = dw.Trace.load(tmp_path / "t.npz")
-    assert same(back.outs, trace.outs) and same(back.state, trace.state)
+    assert same(back.table, trace.table) and same(back.state, trace.state)
     assert describe(back.estimator) == describe(trace.estimator)
     more = [0.1, 0.2], [1.0, 1.0]
-    assert same(back.estimator.scan(*more, state=back.state).outs, trace.estimator.scan(*more, state=trace.state).outs)
+    assert same(
+        back.estimator.scan(*more, state=back.state).table, trace.estimator.scan(*more, state=trace.state).table
+    )
 
 
 def test_fleet_of_states_comes_back(tmp_path):
     est = dw.Joint(
         2, noise=dw.NoisePolynomial([0.1, 0.2]), memory=dw.RandomWalk([1e-3, 1e-4]), gate=dw.InnovationGate(4.0)
     )
-    states, _ = est.tick(est.start(5), np.random.default_rng(0).standard_normal((5, 30)))
+    states, _ = est.update_batch(est.start(5), np.random.default_rng(0).standard_normal((5, 30)))
     save_state(est, states, tmp_path / "s.json")
     other, back = load_state(tmp_path / "s.json")
     assert same(back, states) and describe(other) == describe(est)

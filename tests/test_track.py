@@ -41,7 +41,7 @@ def same_state(one, two):
 def test_record_halves_stream_and_bytes_are_one():
     first = EST.scan(T[:33], Y[:33])
     rest = EST.scan(T[33:], Y[33:], state=first.state)
-    assert same(np.concatenate([first.outs, rest.outs]), TRACE.outs) and same_state(rest, TRACE)
+    assert same(np.concatenate([first.table, rest.table]), TRACE.table) and same_state(rest, TRACE)
     state, others = EST.start(), EST.start(2)
     for k, (t, y) in enumerate(zip(T, Y)):
         state = np.frombuffer(state.tobytes(), EST.dtype)[0]
@@ -50,7 +50,7 @@ def test_record_halves_stream_and_bytes_are_one():
             EST.predict(state, t + 10), EST.density(state, t + 10, Y[0])
             assert state.tobytes() == kept
         state, told = EST.update(state, t, y)
-        others, _ = EST.tick(others, [t, t], [y, y + 1.0])
+        others, _ = EST.update_batch(others, [t, t], [y, y + 1.0])
         for name in ("prediction", "innovation", "position", "velocity", "acceleration", "turn_rate", "turn_rate_sd"):
             assert same(getattr(told, name), getattr(TRACE, name)[k]), (name, k)
         assert same(told.spread, TRACE.spread[k]) and same(told.manoeuvre, TRACE.manoeuvre[k])
@@ -64,7 +64,7 @@ def test_a_missed_scan_is_only_time():
     seen = np.isfinite(Y).all(axis=1)
     assert not seen.all()
     without = EST.scan(T[seen], Y[seen])
-    assert same(TRACE.outs[seen], without.outs) and same_state(TRACE, without)
+    assert same(TRACE.table[seen], without.table) and same_state(TRACE, without)
     one = np.where(np.arange(len(Y))[:, None] == 25, [1.0, np.nan], 1.0)  # half a plot is none
     half, none = EST.scan(T, Y * one), EST.scan(T, Y * one.min(axis=1, keepdims=True))
     assert same_state(half, none) and half.status[25] & int(dw.Status.MISSING_OUTPUT)
@@ -118,11 +118,11 @@ def test_compiled_equals_uncompiled(coordinates):
     est = dw.TrackEstimator(250.0, coordinates=coordinates)
     y, R = Y[:, :coordinates], np.full((len(T), coordinates), np.nan)
     trace = est.scan(T, y)
-    row, outs = np.zeros(bank.row_size(coordinates)), np.empty_like(trace.outs)
+    row, outs = np.zeros(bank.row_size(coordinates)), np.empty_like(trace.table)
     kept, spec = np.empty(step.room(coordinates)), flatten([est.task])
     compile.plain_passage(step.Tracking)(np.column_stack([T, y]), R, kept, outs, row, spec)
     # a part in 10^9 of what the column holds at most; entries of a covariance cancel
-    assert np.allclose(outs, trace.outs, rtol=1e-8, atol=1e-9, equal_nan=True)
+    assert np.allclose(outs, trace.table, rtol=1e-8, atol=1e-9, equal_nan=True)
     assert np.allclose(row, np.atleast_1d(trace.state).view(float), rtol=1e-8, atol=1e-9, equal_nan=True)
 
 
@@ -216,7 +216,7 @@ def test_stated_variances_are_a_start_and_their_ratios_are_believed():
     precise = np.where((np.arange(len(T)) == 40)[:, None, None], 1e-4 * R, R)
     assert np.all(EST.scan(T, Y, precise).position_sd[40] < 0.2 * stated.position_sd[40])
     unknown = EST.scan(T, Y, np.full((2, 2), np.nan))
-    assert same(unknown.outs, TRACE.outs)
+    assert same(unknown.table, TRACE.table)
 
 
 @pytest.mark.parametrize("variances", [(1e-30, 1e30), (1e-30, 1e-30), (1e200, 2500.0)])

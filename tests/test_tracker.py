@@ -74,7 +74,7 @@ def same(a, b):
         assert (s.id, s.key, s.status, s.follows, s.events) == (t.id, t.key, t.status, t.follows, t.events)
         for name in ("time", "position", "key", "sensor"):
             np.testing.assert_array_equal(getattr(s.plots, name), getattr(t.plots, name))
-        np.testing.assert_array_equal(s.outs, t.outs)
+        np.testing.assert_array_equal(s.table, t.table)
         assert s.state.tobytes() == t.state.tobytes()
 
 
@@ -109,7 +109,7 @@ def test_traffic_is_told_apart():
 def test_tracks_are_what_a_scan_says():
     for track in run(traffic()).tracks:
         scan = dw.TrackEstimator().scan(track.plots.time, track.plots.position)
-        np.testing.assert_array_equal(track.trace.outs, scan.outs)
+        np.testing.assert_array_equal(track.trace.table, scan.table)
         assert track.state.tobytes() == scan.state.tobytes()
 
 
@@ -176,7 +176,7 @@ def test_plots_in_disorder_wait_for_their_turn():
     assert np.any(np.diff(data.time[order]) < 0)
     patient, hasty = run(data[order], delay=10.0), run(data[order])
     assert patient.counts["late"] == 0 and hasty.counts["late"] > 3
-    np.testing.assert_array_equal(patient.tracks[0].outs, run(data).tracks[0].outs)
+    np.testing.assert_array_equal(patient.tracks[0].table, run(data).tracks[0].table)
     again = replace(data, position=data.position + 40.0)
     first = run(together(data, again), delay=10.0).tracks[0]  # of two at one time the one that came first
     np.testing.assert_array_equal(first.plots.position, data.position)
@@ -195,17 +195,17 @@ def test_two_nameless_ones_in_formation_are_two():
 def test_scan_periods_are_medians_of_the_slowest_sensor():
     scans, clock = Scans(), {}
     for time in (0.0, 4.0, 8.0, 12.0, 16.0, 916.0, 920.0, 924.0):
-        scans.tick(clock, "a", time)
+        scans.update_batch(clock, "a", time)
     assert clock["a"][1:] == [4.0] * 6 and scans.period(clock) == 4.0  # a pause is no scan
     new = {}
     for time in (0.0, 0.2):
-        scans.tick(new, "a", time)
+        scans.update_batch(new, "a", time)
     assert scans.period(new) == 4.0  # what others are seen with counts until there is enough of its own
     for time in (0.4, 0.6, 0.8, 1.0, 1.2):
-        scans.tick(new, "a", time)
+        scans.update_batch(new, "a", time)
     assert scans.period(new) == pytest.approx(0.2)
     for time in (0.0, 12.0, 24.0):
-        scans.tick(new, "b", time)
+        scans.update_batch(new, "b", time)
     assert scans.period(new) == 12.0 and Scans().period({}) == 0.0
 
 
@@ -213,10 +213,10 @@ def test_tracks_of_a_moment_do_not_change():
     tracker, data = Tracker(), flight(20, key="K")
     tracker.feed(data[:12])
     before = tracker.tracks[0]
-    state, outs = before.state.tobytes(), before.outs.copy()
+    state, outs = before.state.tobytes(), before.table.copy()
     tracker.feed(data[12:])
     assert before.state.tobytes() == state and len(tracker.tracks[0]) == 20
-    np.testing.assert_array_equal(before.outs, outs)
+    np.testing.assert_array_equal(before.table, outs)
 
 
 def test_one_wrong_clock_ends_nothing():

@@ -47,7 +47,7 @@ def follow(est, y, u):
             rows, y[None, k : k + 1, None], u[None, k : k + 1], outs, est.spec, est.scratch()
         )
         state = rows.view(est.dtype)
-        q = open_ground(state["cells"].ravel(), 4).q
+        q = open_ground(state["memory_state"].ravel(), 4).q
         found.append((outs[0, 0, est.columns : est.columns + 4].copy(), outs[0, 0, 1], q.copy()))
     return [np.array(each) for each in zip(*found)]
 
@@ -236,8 +236,8 @@ def test_correlation_learns_speeds_where_the_noise_is_unknown():
     """Without being told sigma^2, least squares on correlations orders the speeds of (c): 1e-3, 1e-4, 1e-5, 0."""
     s = system("c", 20)
     est = dw.Regression(4, memory=dw.AutocovarianceLS(), at_rest=True)
-    states, _ = est.tick(est.start(20), s.y, s.u)
-    own = states["cells"][:, -correlation.own_cells(4, 10) :]
+    states, _ = est.update_batch(est.start(20), s.y, s.u)
+    own = states["memory_state"][:, -correlation.own_cells(4, 10) :]
     x = np.median([correlation.open_design(row, 4, 10).x for row in own], axis=0)
     assert x[0] > 2 * x[1] > 0 and x[1] > 2 * x[2] and x[3] < 1e-3
 

@@ -76,7 +76,7 @@ def fleet(a, b, c, noise, *, seeds, samples=1000):
     est = dw.Joint(len(a), int(b is not None), noise=noise).scaled_to(
         y.ravel(), None if u is None else u.reshape(-1, 1)
     )
-    states, _ = est.tick(est.start(seeds), y, u)
+    states, _ = est.update_batch(est.start(seeds), y, u)
     return est, states
 
 
@@ -104,7 +104,7 @@ def test_prediction_is_repaired_although_nearly_cancelling_parameters_are_not():
     y = np.stack([dw.simulate(a, d=c, samples=1000, noise_std=1.0, seed=s)[0] for s in range(50)])
     fixed = dw.Joint(3, noise=dw.NoisePolynomial(wrong, 1.0))
     freed = dw.Joint(3, noise=dw.UnknownPolynomial(wrong, variance=1.0))
-    excess = [np.mean(est.tick(est.start(50), y)[1].innovation[:, 500:] ** 2) - 1 for est in (fixed, freed)]
+    excess = [np.mean(est.update_batch(est.start(50), y)[1].innovation[:, 500:] ** 2) - 1 for est in (fixed, freed)]
     assert excess[0] > 0.08
     assert excess[1] < 0.25 * excess[0]
 

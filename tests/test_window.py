@@ -281,11 +281,11 @@ def test_instants_of_a_regular_clock():
     est, y = observed(0.05, CONSTANT), np.sin(np.arange(100) * 0.01)
     clock = 1e4 + FS * np.arange(100)
     trace, plain = est.scan(y, time=clock), est.scan(y)
-    assert same(trace.time, clock) and same(trace.outs, plain.outs)
+    assert same(trace.time, clock) and same(trace.table, plain.table)
     assert same(plain.time, FS * np.arange(100)) and float(trace.state["time"]) == clock[-1]
     for run_ in (trace, plain):
         again = est.scan(y[60:], time=clock[60:] if run_ is trace else None, state=run_.state_before(60))
-        assert same(again.outs, run_.outs[60:]) and same(again.state, run_.state)
+        assert same(again.table, run_.table[60:]) and same(again.state, run_.state)
     state, _ = est.update(trace.state, 0.0, time=clock[-1] + FS)
     assert state["samples"] == 101
     with pytest.raises(dw.InputError, match=r"one step is 0\.002 s: mark the samples .*say irregular=True"):

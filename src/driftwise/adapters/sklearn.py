@@ -105,7 +105,7 @@ class DriftRegressor(RegressorMixin, BaseEstimator):
 
     def _with_gaps(self, X):
         """Return mean and variance of the next sample, missing regressors predicted as in learning."""
-        _, step = self.estimator_.tick(np.repeat(self.state_, len(X)), np.full(len(X), np.nan), X)
+        _, step = self.estimator_.update_batch(np.repeat(self.state_, len(X)), np.full(len(X), np.nan), X)
         return step.prediction, step.variance
 
     @property
@@ -138,7 +138,7 @@ class DriftRegressor(RegressorMixin, BaseEstimator):
             est = Regression(names, memory=memory, offset=self.offset, gate=self.gate, missing=self.missing)
             self.estimator_ = est.scaled_to(y, X)
             self.state_ = self.estimator_.start()
-        (self.state_,), _ = self.estimator_.tick(self.state_.reshape(1), y[None], X[None])
+        (self.state_,), _ = self.estimator_.update_batch(self.state_.reshape(1), y[None], X[None])
         return self
 
     def __sklearn_tags__(self):

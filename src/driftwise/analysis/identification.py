@@ -228,7 +228,7 @@ class Finder:
         self.last = found[-1] if found else self.last
         trace.y += center[0]
         trace.u += center[1:]
-        trace.outs[:, 0] += center[0]
+        trace.table[:, 0] += center[0]
         return forecast, trace
 
     def found(self, trace: Trace, forecast: AverageTrace) -> Identification:

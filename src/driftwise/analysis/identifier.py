@@ -177,6 +177,6 @@ def widened(part: AverageTrace, names) -> np.ndarray:
     """Return the columns of a piece with a weight for each of ``names``: zero for members that were left out."""
     head = TOLD + SCALES
     outs = np.zeros((len(part), head + len(names)))
-    outs[:, :head] = part.outs[:, :head]
-    outs[:, [head + names.index(name) for name in part.names]] = part.outs[:, head:]
+    outs[:, :head] = part.table[:, :head]
+    outs[:, [head + names.index(name) for name in part.names]] = part.table[:, head:]
     return outs

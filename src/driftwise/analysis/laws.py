@@ -113,14 +113,16 @@ def law_stream_record_halves_fleet(est, y, u):
         seen.append(step)
     assert same(state, whole.state), "one by one differs from the record"
     steps = np.array([s[:3] for s in seen]).reshape(len(y), -1)
-    assert same(steps, whole.outs[:, : steps.shape[1]]), "the steps differ from the trace"
+    assert same(steps, whole.table[:, : steps.shape[1]]), "the steps differ from the trace"
     half = len(y) // 2
     first = est.scan(y[:half], _part(u, slice(half)))
     second = est.scan(y[half:], _part(u, slice(half, None)), state=first.state)
-    assert same(np.concatenate([first.outs, second.outs]), whole.outs), "two halves differ from the whole"
+    assert same(np.concatenate([first.table, second.table]), whole.table), "two halves differ from the whole"
     assert same(first.dof, whole.dof[:half]), "the degrees of freedom of the first half differ"
     assert same(second.dof, whole.dof[half:]), "the degrees of freedom of the second half differ"
-    states, _ = est.tick(est.start(3), np.stack([y, y[::-1], y]), None if u is None else np.stack([u, u[::-1], u]))
+    states, _ = est.update_batch(
+        est.start(3), np.stack([y, y[::-1], y]), None if u is None else np.stack([u, u[::-1], u])
+    )
     assert same(states[0], whole.state) and same(states[2], whole.state), (
         "a series in a fleet differs from itself alone"
     )
@@ -140,7 +142,7 @@ def law_state_is_plain_numbers(est, y, u):
             other, back = load_state(Path(folder) / "state.json")
     assert same(state, back), "reading back changed the state"
     rest = y[half:], _part(u, slice(half, None))
-    assert same(est.scan(*rest, state=state).outs, other.scan(*rest, state=back).outs), "the resumed run differs"
+    assert same(est.scan(*rest, state=state).table, other.scan(*rest, state=back).table), "the resumed run differs"
 
 
 def law_nan_is_missing(est, y, u):
@@ -225,13 +227,13 @@ def law_compiled_equals_plain(est, y, u):
     """Compiled code and the same Python run line by line agree to 1e-12 (relative, prior-dominated start aside)."""
     y, u = y[:60], _part(u, slice(60))
     fast = est.scan(y, u)
-    rows, outs = est._rows(est.start()), np.empty_like(fast.outs[None])
+    rows, outs = est._rows(est.start()), np.empty_like(fast.table[None])
     us = np.zeros((1, len(y), 0)) if u is None else np.ascontiguousarray(u, float).reshape(1, len(y), -1)
     with np.errstate(all="ignore"):
         est._started(compile.plain_driver(*map(type, est.policies)))(
             rows, y.reshape(1, len(y), -1), us, outs, est.spec, est.scratch()
         )
-    assert np.allclose(fast.outs, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), (
+    assert np.allclose(fast.table, outs[0], rtol=1e-9, atol=1e-12, equal_nan=True), (
         "compiled and uncompiled traces differ"
     )
     a, b = np.atleast_1d(fast.state).view(float), rows[0]

@@ -67,7 +67,7 @@ def for_bars(value: float, s=None) -> str:
 
 
 def memories(est=None, plain: str = "") -> str:
-    """Return the memory to try, ``plain`` or `AutoMemory`: neither the one in use, nor one the estimator cannot have."""
+    """Return the memory to try, ``plain`` or `AutoMemory`: not the one in use, nor one it cannot have."""
     if isinstance(_memory(est), AutoMemory):
         return "a higher order, or another noise model"
     auto = "memory=AutoMemory()"

@@ -172,7 +172,7 @@ class Keeper(Thinning):
         self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
         self.state = trace.state
         watched = [*scores(trace), severity(trace.status), *trace.u.T[:WATCHED], *trace.parameters.T[:WATCHED]]
-        self.keep(watched, trace.time, trace.y, trace.u, trace.outs, trace.dof)
+        self.keep(watched, trace.time, trace.y, trace.u, trace.table, trace.dof)
 
     @property
     def events(self) -> list[Any]:
@@ -219,7 +219,7 @@ class ObserverKeeper(Thinning):
         self.events += [replace(event, sample=event.sample + self.samples) for event in found]
         alarms = severity(trace.status.reshape(len(trace), -1)[:, 0])
         watched = [*scores(trace), alarms, *trace.u.T[:WATCHED], trace.statistic, *trace.estimates.T[:WATCHED]]
-        self.keep(watched, trace.time, trace.y, trace.u, trace.outs)
+        self.keep(watched, trace.time, trace.y, trace.u, trace.table)
         self._last = trace
 
     def trace(self):

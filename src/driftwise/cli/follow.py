@@ -132,7 +132,7 @@ class _Lines:
         if known == len(track):
             return
         plots = track.plots[known:]
-        new = TrackTrace(track.estimator, plots.time, plots.position, track.outs[known:], track.state)
+        new = TrackTrace(track.estimator, plots.time, plots.position, track.table[known:], track.state)
         names = ("time", "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre")
         columns = {name: getattr(new, name).tolist() for name in names}
         for name, pair in (("", new.position), ("_sd", new.position_sd)):

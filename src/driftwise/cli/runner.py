@@ -149,7 +149,7 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
                 state = trace.state
                 if chunk.bad:
                     lost = np.logical_or.reduce([chunk.bad_cells[c] for c in (record.output, *record.inputs)])
-                    trace.outs[lost, 3] = trace.status[lost] | int(Status.BAD_VALUE)
+                    trace.table[lost, 3] = trace.status[lost] | int(Status.BAD_VALUE)
                 run.summary.add(trace)
                 run.keeper.add(trace)
                 run.held.add(trace.y, trace.u)

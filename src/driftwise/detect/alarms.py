@@ -61,18 +61,20 @@ def scan(detector: Any, signal, mean=0.0, std=1.0, state=None, slopes=None) -> A
     if np.isinf(z).any() or np.isinf(slopes).any():
         raise InputError("signal is infinite somewhere; mark missing samples by NaN. Was something divided by zero?")
     there = np.flatnonzero(np.isfinite(z) & np.isfinite(slopes).all(axis=1))
-    marks = np.zeros((1, detector.marks(slopes.shape[1]))) if state is None else _marks(detector, slopes, state)
+    detector_state = (
+        np.zeros((1, detector.state_size(slopes.shape[1]))) if state is None else _marks(detector, slopes, state)
+    )
     outs = np.empty((1, len(there), 1 + OWN))
     numbers = flatten((detector,))
     look: Any = compile.watcher(_kind(detector))
-    look(marks, z[None, there], np.ascontiguousarray(slopes[None, there]), outs, numbers)
+    look(detector_state, z[None, there], np.ascontiguousarray(slopes[None, there]), outs, numbers)
     alarm, level, since, which = outs[0].T
     statistic = np.full(len(z), np.nan)
     statistic[there] = level
     at = np.flatnonzero(alarm)
     first = at - since[at].astype(int) + 1
     changes = np.where(first >= 0, there[np.maximum(first, 0)] if len(there) else 0, first)
-    return Alarms(there[at], changes, alarm[at].astype(int), which[at].astype(int), statistic, marks[0])
+    return Alarms(there[at], changes, alarm[at].astype(int), which[at].astype(int), statistic, detector_state[0])
 
 
 def _kind(detector) -> Any:
@@ -80,7 +82,7 @@ def _kind(detector) -> Any:
 
 
 def _marks(detector, slopes, state) -> np.ndarray:
-    size = detector.marks(slopes.shape[1])
+    size = detector.state_size(slopes.shape[1])
     if np.shape(state) != (size,):
         raise InputError(
             f"state must be the {size} numbers of alarms.state, got {np.shape(state)}: another detector's?"
@@ -97,14 +99,20 @@ def simulated_delay(
     """
     rng, spec = np.random.default_rng(seed), flatten((detector,))
     look: Any = compile.watcher(_kind(detector))
-    marks, delay, first = np.zeros((runs, detector.marks(0))), np.zeros(runs), 0
+    detector_state, delay, first = np.zeros((runs, detector.state_size(0))), np.zeros(runs), 0
     block = before
-    look(marks, rng.standard_normal((runs, before)), np.zeros((runs, before, 0)), np.empty((runs, before, 1)), spec)
+    look(
+        detector_state,
+        rng.standard_normal((runs, before)),
+        np.zeros((runs, before, 0)),
+        np.empty((runs, before, 1)),
+        spec,
+    )
     while not delay.all():
         left = np.flatnonzero(delay == 0)
-        kept, outs = marks[left], np.empty((len(left), block, 1))
+        kept, outs = detector_state[left], np.empty((len(left), block, 1))
         look(kept, jump + rng.standard_normal((len(left), block)), np.zeros((len(left), block, 0)), outs, spec)
-        marks[left] = kept
+        detector_state[left] = kept
         found = outs[:, :, 0] * np.sign(jump) > 0
         delay[left] = np.where(found.any(axis=1), first + found.argmax(axis=1) + 1, 0)
         first += block

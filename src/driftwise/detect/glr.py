@@ -94,7 +94,7 @@ class Windowed(NamedTuple):
     window: float
     threshold: float
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: how many samples, where the next one goes, and the window."""
         return OWN + 2 + int(self.window)
 
@@ -113,16 +113,16 @@ def best_stretch(ring, newest, count):
 
 
 @watch.on(Windowed)
-def _(detector, marks, z, slope):
-    ring, newest = marks[OWN + 2 :], int(marks[OWN + 1])
+def _(detector, detector_state, z, slope):
+    ring, newest = detector_state[OWN + 2 :], int(detector_state[OWN + 1])
     ring[newest] = z
-    marks[OWN] = min(marks[OWN] + 1.0, detector.window)
-    marks[OWN + 1] = newest + 1.0 if newest + 1.0 < detector.window else 0.0
-    best, length, sign = best_stretch(ring, newest, int(marks[OWN]))
-    marks[STATISTIC] = best / detector.threshold
+    detector_state[OWN] = min(detector_state[OWN] + 1.0, detector.window)
+    detector_state[OWN + 1] = newest + 1.0 if newest + 1.0 < detector.window else 0.0
+    best, length, sign = best_stretch(ring, newest, int(detector_state[OWN]))
+    detector_state[STATISTIC] = best / detector.threshold
     if best < detector.threshold:
         return 0.0
-    marks[SINCE], marks[WHICH], marks[OWN] = length, -1.0, 0.0
+    detector_state[SINCE], detector_state[WHICH], detector_state[OWN] = length, -1.0, 0.0
     return sign
 
 

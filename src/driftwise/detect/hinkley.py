@@ -144,21 +144,21 @@ class TwoSums(NamedTuple):
     h: Vector
     growth: float
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: sums, samples since they were 0, thresholds now, samples."""
         return OWN + 7
 
 
 @watch.on(TwoSums)
-def _(detector, marks, z, slope):
-    g, since, h = marks[OWN : OWN + 2], marks[OWN + 2 : OWN + 4], marks[OWN + 4 : OWN + 6]
-    marks[OWN + 6] += 1.0
+def _(detector, detector_state, z, slope):
+    g, since, h = detector_state[OWN : OWN + 2], detector_state[OWN + 2 : OWN + 4], detector_state[OWN + 4 : OWN + 6]
+    detector_state[OWN + 6] += 1.0
     for i in range(2):
         accumulate(g, since, i, (z if i == 0 else -z) - detector.k[i])
         h[i] = detector.h[i]
         if detector.growth > 0.0:
-            h[i] += detector.growth / detector.k[i] * math.log(marks[OWN + 6])
-    return side(conclude(marks, g, since, h))
+            h[i] += detector.growth / detector.k[i] * math.log(detector_state[OWN + 6])
+    return side(conclude(detector_state, g, since, h))
 
 
 @lru_cache(maxsize=256)

@@ -58,7 +58,7 @@ class Monitor:
                 f"detector must be PageHinkley(), VarianceCUSUM(), GLR() or ScoreCUSUM(), got {detector!r}"
             )
         self.mean, self.std = float(mean), positive("std", std)
-        self._size, self._parameters = found.marks(parameters), parameters
+        self._size, self._parameters = found.state_size(parameters), parameters
         self._spec = flatten((found,))
         self._look: Any = compile.watcher(kind)
 
@@ -68,14 +68,14 @@ class Monitor:
 
     def update(self, state, value: float, slopes=()) -> tuple[np.ndarray, Sign]:
         """Return the next state and what this sample said; NaN is skipped."""
-        marks = np.array(state, float).reshape(1, -1)
-        if marks.size != self._size:
-            raise InputError(f"state must be {self._size} numbers, got {marks.size}: another detector's?")
+        detector_state = np.array(state, float).reshape(1, -1)
+        if detector_state.size != self._size:
+            raise InputError(f"state must be {self._size} numbers, got {detector_state.size}: another detector's?")
         z, m = (value - self.mean) / self.std, np.empty((1, 1, self._parameters))
         if math.isinf(z):
             raise InputError(f"value must be finite, or NaN where missing, got {value!r}")
         if z != z:
-            return marks[0], Sign(0, math.nan, 0, -1)
+            return detector_state[0], Sign(0, math.nan, 0, -1)
         if self._parameters:
             if np.shape(slopes) != (self._parameters,):
                 raise InputError(
@@ -84,6 +84,6 @@ class Monitor:
                 )
             m[0, 0] = np.divide(slopes, self.std)
         outs = np.empty((1, 1, 1 + OWN))
-        self._look(marks, np.array([[z]]), m, outs, self._spec)
+        self._look(detector_state, np.array([[z]]), m, outs, self._spec)
         alarm, statistic, since, which = outs[0, 0].tolist()
-        return marks[0], Sign(int(alarm), statistic, int(since) if alarm else 0, int(which) if alarm else -1)
+        return detector_state[0], Sign(int(alarm), statistic, int(since) if alarm else 0, int(which) if alarm else -1)

@@ -29,27 +29,27 @@ class ProbeBank(NamedTuple):
             raise InputError(f"this ProbeBank compares {np.size(self.h)} probes, but the estimator runs {parameters}")
         return ProbeBank(np.asarray(self.h, float))
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: a sum for each probe, and the samples since it was 0."""
         return OWN + 2 * len(self.h)
 
 
 @kernel
-def compare(marks, h, ratios):
+def compare(detector_state, h, ratios):
     """Let the sum of each probe grow by its log likelihood ratio; return the probe that alarms, or -1."""
     m = h.size
-    g, since = marks[OWN : OWN + m], marks[OWN + m : OWN + 2 * m]
+    g, since = detector_state[OWN : OWN + m], detector_state[OWN + m : OWN + 2 * m]
     for i in range(m):
         accumulate(g, since, i, ratios[i])
-    return conclude(marks, g, since, h)
+    return conclude(detector_state, g, since, h)
 
 
 @watch.on(ProbeBank)
-def _(detector, marks, z, slope):
-    best = compare(marks, detector.h, slope)
+def _(detector, detector_state, z, slope):
+    best = compare(detector_state, detector.h, slope)
     if best < 0:
         return 0.0
-    marks[WHICH] = best
+    detector_state[WHICH] = best
     return 1.0
 
 

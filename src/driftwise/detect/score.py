@@ -151,20 +151,20 @@ class ScoreSums(NamedTuple):
     d: Vector
     h: Vector
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: sums (up, down) of each parameter, and samples since they were 0."""
         return OWN + 4 * parameters
 
 
 @watch.on(ScoreSums)
-def _(detector, marks, z, slope):
+def _(detector, detector_state, z, slope):
     m = slope.size
-    g, since = marks[OWN : OWN + 2 * m], marks[OWN + 2 * m :]
+    g, since = detector_state[OWN : OWN + 2 * m], detector_state[OWN + 2 * m :]
     for i in range(m):
         a = detector.d[i] * slope[i]
         accumulate(g, since, 2 * i, a * z - 0.5 * a * a)
         accumulate(g, since, 2 * i + 1, -a * z - 0.5 * a * a)
-    best = conclude(marks, g, since, detector.h)
+    best = conclude(detector_state, g, since, detector.h)
     if best >= 0:
-        marks[WHICH] = best // 2
+        detector_state[WHICH] = best // 2
     return side(best)

@@ -139,7 +139,7 @@ class Learning(NamedTuple):
     learns: float  # 1: the noise level too
     warm: float
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: level and tails; of each sum its value, length, peak, excess, count."""
         return TAILS + SCALES + 6 * self.h.size
 
@@ -191,11 +191,13 @@ def learn_tails(q, level, e):
 
 
 @kernel
-def learn_level(marks, e):
+def learn_level(detector_state, e):
     """Follow the noise level: the mean of squares at first, then a running one that no outlier moves far."""
-    square = min(e * e, CLIP * marks[LEVEL]) if marks[WEIGHT] > STEADY else e * e
-    marks[WEIGHT] = LEVEL_MEMORY * marks[WEIGHT] + 1.0
-    marks[LEVEL] = max(marks[LEVEL] + (square - marks[LEVEL]) / marks[WEIGHT], LEAST)
+    square = min(e * e, CLIP * detector_state[LEVEL]) if detector_state[WEIGHT] > STEADY else e * e
+    detector_state[WEIGHT] = LEVEL_MEMORY * detector_state[WEIGHT] + 1.0
+    detector_state[LEVEL] = max(
+        detector_state[LEVEL] + (square - detector_state[LEVEL]) / detector_state[WEIGHT], LEAST
+    )
 
 
 @kernel
@@ -216,16 +218,16 @@ def count_peak(peak, excess, count, i, top):
 
 
 @watch.on(Learning)
-def _(detector, marks, z, slope):
-    m, q, own = detector.h.size, marks[TAILS : TAILS + SCALES], marks[TAILS + SCALES :]
+def _(detector, detector_state, z, slope):
+    m, q, own = detector.h.size, detector_state[TAILS : TAILS + SCALES], detector_state[TAILS + SCALES :]
     g, since, peak = own[:m], own[m : 2 * m], own[2 * m : 3 * m]
     excess, count, h = own[3 * m : 4 * m], own[4 * m : 5 * m], own[5 * m :]
-    e, level, best = max(min(z, HUGE), -HUGE), marks[LEVEL], -1
-    if marks[SEEN] == 0.0:
+    e, level, best = max(min(z, HUGE), -HUGE), detector_state[LEVEL], -1
+    if detector_state[SEEN] == 0.0:
         forget_tails(q)
-        level = marks[LEVEL] = 1.0
-    marks[SEEN] += 1.0
-    if marks[SEEN] > detector.warm:
+        level = detector_state[LEVEL] = 1.0
+    detector_state[SEEN] += 1.0
+    if detector_state[SEEN] > detector.warm:
         z = normal_score(q, level, e)
         for i in range(m):
             accumulate(g, since, i, log_ratio(detector, i, z))
@@ -233,15 +235,15 @@ def _(detector, marks, z, slope):
                 count_peak(peak, excess, count, i, h[i])
             peak[i] = max(peak[i], g[i])
             h[i] = detector.h[i] * max(1.0, (PEAKS + excess[i]) / (PEAKS + count[i]))
-        best = conclude(marks, g, since, h)
-    if marks[SEEN] > 0.5 * detector.warm:
+        best = conclude(detector_state, g, since, h)
+    if detector_state[SEEN] > 0.5 * detector.warm:
         learn_tails(q, level, e)
     if best >= 0:
         for i in range(m):
             count_peak(peak, excess, count, i, h[i])
         forget_tails(q)
-        marks[SEEN] = detector.warm - min(PAUSE, 0.5 * detector.warm)
-        marks[WEIGHT] = min(marks[WEIGHT], AFTER)
-    if detector.learns > 0.0 and marks[SEEN] > STARTS:
-        learn_level(marks, e)
+        detector_state[SEEN] = detector.warm - min(PAUSE, 0.5 * detector.warm)
+        detector_state[WEIGHT] = min(detector_state[WEIGHT], AFTER)
+    if detector.learns > 0.0 and detector_state[SEEN] > STARTS:
+        learn_level(detector_state, e)
     return -1.0 if best >= 0 and best < m - 1 and best % 2 else 1.0 if best >= 0 else 0.0

@@ -110,17 +110,17 @@ class VarianceSums(NamedTuple):
     ratio: float
     h: Vector
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: two sums and the samples since they were 0."""
         return OWN + 4
 
 
 @watch.on(VarianceSums)
-def _(detector, marks, z, slope):
-    g, since, r, surprise = marks[OWN : OWN + 2], marks[OWN + 2 : OWN + 4], detector.ratio, z * z
+def _(detector, detector_state, z, slope):
+    g, since, r, surprise = detector_state[OWN : OWN + 2], detector_state[OWN + 2 : OWN + 4], detector.ratio, z * z
     accumulate(g, since, 0, -0.5 * math.log(r) + 0.5 * surprise * (1.0 - 1.0 / r))
     accumulate(g, since, 1, 0.5 * math.log(r) - 0.5 * surprise * (r - 1.0))
-    return side(conclude(marks, g, since, detector.h))
+    return side(conclude(detector_state, g, since, detector.h))
 
 
 def _increments(ratio: float, i: int, variance: float):

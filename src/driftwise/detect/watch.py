@@ -11,7 +11,7 @@ STATISTIC, SINCE, WHICH, OWN = range(4)
 class Silent(NamedTuple):
     """No detector: nothing ever alarms."""
 
-    def marks(self, parameters: int) -> int:
+    def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
         return OWN
 
@@ -28,16 +28,16 @@ def accumulate(g, since, i, ratio):
 
 
 @kernel
-def conclude(marks, g, since, h):
+def conclude(detector_state, g, since, h):
     """Compare each sum with its threshold; return the index of the one that alarms, or -1. An alarm clears all."""
     best, most = 0, -1.0
     for i in range(g.size):
         if g[i] / h[i] > most:
             best, most = i, g[i] / h[i]
-    marks[STATISTIC] = most
+    detector_state[STATISTIC] = most
     if most < 1.0:
         return -1
-    marks[SINCE], marks[WHICH] = since[best], -1.0
+    detector_state[SINCE], detector_state[WHICH] = since[best], -1.0
     for i in range(g.size):
         g[i] = since[i] = 0.0
     return best
@@ -50,5 +50,5 @@ def side(best):
 
 
 @watch.on(Silent)
-def _(detector, marks, z, slope):
+def _(detector, detector_state, z, slope):
     return 0.0

@@ -26,7 +26,7 @@ from .dispatch import (
     advance,
     look_back,
     open_row,
-    open_work,
+    open_scratch,
     pass_over,
     read,
     read_all,
@@ -49,15 +49,15 @@ _lock = threading.RLock()
 def _make(kinds, fingerprint):
     """Return the driver: a loop over series, and a loop over samples inside it."""
 
-    def drive(rows, ys, us, outs, spec, scratch):
+    def drive(rows, ys, us, outs, spec, buffer):
         version = fingerprint  # part of the cache key; the code itself does not need it
         form, noise, memory, gate, scale, detector = read_all(kinds, (), spec)
-        work = open_work(form, scratch)
+        scratch = open_scratch(form, buffer)
         for i in range(rows.shape[0]):
             state = open_row(form, rows[i])
             y, u, out = ys[i], us[i], outs[i]
             for t in range(y.shape[0]):
-                advance(form, noise, memory, gate, scale, detector, state, work, y, u, out, t)
+                advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
         return version
 
     return drive
@@ -67,16 +67,16 @@ def _make_crew(kinds, sizes, shapes, fingerprint):
     """Return the loop of a fleet: over its members, and over the samples of each; ``sizes`` are constants."""
     width, outputs, inputs, columns, numbers, room = shapes
 
-    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, scratch):
+    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, buffer):
         version = fingerprint
-        if rows.shape[1] != width or scratch.size != room or scratch.shape[0] != room or specs.shape[1] != numbers:
+        if rows.shape[1] != width or buffer.size != room or buffer.shape[0] != room or specs.shape[1] != numbers:
             return -1  # never; but now the compiler knows these as constants too
         if ys.shape[1] != outputs or us.shape[1] != inputs or outs.shape[1] != columns:
             return -1
         for i in range(members.size):
             spec = specs[group[members[i]]]
             form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
-            work = open_work(form, scratch)
+            scratch = open_scratch(form, buffer)
             state = open_row(form, rows[members[i]])
             for j in range(starts[i], starts[i + 1]):
                 t = j
@@ -86,7 +86,7 @@ def _make_crew(kinds, sizes, shapes, fingerprint):
                     fetch(ys, ahead)
                     fetch(us, ahead)
                     fetch(outs, ahead)
-                advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, t)
+                advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
         return version
 
     return advance_members
@@ -95,16 +95,16 @@ def _make_crew(kinds, sizes, shapes, fingerprint):
 def _make_recorder(kinds, fingerprint):
     """Return the loop that steps through one series and keeps every state and what each step did."""
 
-    def record(row, history, y, u, out, spec, scratch):
+    def record(row, history, y, u, out, spec, buffer):
         version = fingerprint
         form, noise, memory, gate, scale, detector = read_all(kinds, (), spec)
-        work = open_work(form, scratch)
+        scratch = open_scratch(form, buffer)
         state = open_row(form, row)
         for t in range(y.shape[0]):
             for i in range(row.size):
                 history[t, i] = row[i]
-            advance(form, noise, memory, gate, scale, detector, state, work, y, u, out, t)
-            remember(form, scale, state, work, history[t, row.size :])
+            advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
+            remember(form, scale, state, scratch, history[t, row.size :])
         for i in range(row.size):
             history[y.shape[0], i] = row[i]
         return version
@@ -115,10 +115,10 @@ def _make_recorder(kinds, fingerprint):
 def _make_smoother(Form, fingerprint):
     """Return the loop back, over the whole history or ``lag`` samples for each; ``unknown`` is where it starts."""
 
-    def smooth(history, width, count, lag, s2, outs, spec, scratch, unknown, space):
+    def smooth(history, width, count, lag, s2, outs, spec, buffer, unknown, space):
         version = fingerprint
         form, _ = read(Form, spec, 0)
-        work = open_work(form, scratch)
+        scratch = open_scratch(form, buffer)
         size = history.shape[0] - 1
         for t in range(count - 1, -1, -1):
             last = t
@@ -128,7 +128,7 @@ def _make_smoother(Form, fingerprint):
                     for j in range(space.shape[1]):
                         space[i, j] = unknown[i, j]
             for j in range(last, t - 1, -1):
-                retreat(form, history[j, :width], history[j + 1, :width], history[j, width:], work, space)
+                retreat(form, history[j, :width], history[j + 1, :width], history[j, width:], scratch, space)
             look_back(form, history[t, :width], s2 if lag < 0 else history[last, width], space, outs[t])
         return version
 
@@ -138,14 +138,14 @@ def _make_smoother(Form, fingerprint):
 def _make_watcher(Detector, fingerprint):
     """Return the loop of a detector on its own: series, and samples inside; ``outs`` takes alarm and first marks."""
 
-    def look(marks, zs, slopes, outs, spec):
+    def look(detector_state, zs, slopes, outs, spec):
         version = fingerprint
         detector, _ = read(Detector, spec, 0)
-        for i in range(marks.shape[0]):
+        for i in range(detector_state.shape[0]):
             for t in range(zs.shape[1]):
-                outs[i, t, 0] = watch(detector, marks[i], zs[i, t], slopes[i, t])
+                outs[i, t, 0] = watch(detector, detector_state[i], zs[i, t], slopes[i, t])
                 for c in range(1, outs.shape[2]):
-                    outs[i, t, c] = marks[i, c - 1]
+                    outs[i, t, c] = detector_state[i, c - 1]
         return version
 
     return look
@@ -252,10 +252,10 @@ def smoother(form: type) -> Callable:
 
 @functools.cache
 def watcher(kind: type) -> Callable:
-    """Return the compiled ``look(marks, zs, slopes, outs, spec)`` of one detector: S series of T samples.
+    """Return the compiled ``look(detector_state, zs, slopes, outs, spec)`` of one detector: S series of T samples.
 
-    ``marks`` (S, M) are advanced in place, ``zs`` (S, T) the innovations and ``slopes`` (S, T, m) their slopes (m may
-    be 0); ``outs`` (S, T, C) receives the alarm and, as far as it is wide, what ``marks`` begins with.
+    ``detector_state`` (S, M) are advanced in place, ``zs`` (S, T) the innovations and ``slopes`` (S, T, m) their slopes
+    (m may be 0); ``outs`` (S, T, C) receives the alarm and, as far as it is wide, what ``detector_state`` begins with.
     """
     return _compile(lambda numbers: _make_watcher(kind, numbers), (kind,), (2, 2, 3, 3, 1))
 

@@ -14,7 +14,7 @@ import numba.cuda
 from numba import float64
 
 from . import compile, dispatch
-from .dispatch import advance, open_row, open_work, read_all
+from .dispatch import advance, open_row, open_scratch, read_all
 from .views import matrix
 
 cuda: Any = numba.cuda  # the simulator puts its own in this place
@@ -29,16 +29,16 @@ def _make_grid(kinds, sizes, shapes):
     def advance_member(rows, members, starts, order, ys, us, outs, specs, group):
         i = cuda.grid(1)
         if i < members.size:
-            row, scratch = cuda.local.array(width, float64), cuda.local.array(room, float64)
+            row, buffer = cuda.local.array(width, float64), cuda.local.array(room, float64)
             r = members[i]
             for j in range(width):
                 row[j] = rows[j, r]
             spec = specs[group[r]]
             form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
-            work = open_work(form, scratch)
+            scratch = open_scratch(form, buffer)
             state = open_row(form, row)
             for t in range(starts[i], starts[i + 1]):
-                advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, order[t])
+                advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, order[t])
             for j in range(width):
                 rows[j, r] = row[j]
 

@@ -137,22 +137,22 @@ def open_row(form, row):
 
 
 @choice
-def open_work(form, scratch):
+def open_scratch(form, buffer):
     """Return the sizes as integers, and named views of the scratch row."""
 
 
 @choice
-def advance(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     """Take sample ``t`` of ``y`` and ``u`` into ``state`` and write row ``t`` of ``out``."""
 
 
 @choice
-def remember(form, scale, state, work, note):
+def remember(form, scale, state, scratch, note):
     """Write into ``note`` what the step just taken did, as `retreat` needs it."""
 
 
 @choice
-def retreat(form, row, after, note, work, space):
+def retreat(form, row, after, note, scratch, space):
     """Take what later samples teach (in ``space``) from after a sample to before it; row, after are the states."""
 
 
@@ -162,12 +162,12 @@ def look_back(form, row, s2, space, out):
 
 
 @choice
-def watch(detector, marks, z, slope):
+def watch(detector, detector_state, z, slope):
     """Take one whitened innovation z = e/sqrt(T); return 0, or +1 or -1 where it alarms (the direction).
 
-    ``marks`` are the numbers the detector keeps. It leaves in them, at every sample, the largest ``STATISTIC`` relative
-    to its threshold (1 and more: alarm); at an alarm, ``SINCE``, the number of samples since the change by its own
-    estimate (this one included), and ``WHICH``, the index of the parameter that changed (-1: cannot say). It starts
+    ``detector_state`` are the numbers the detector keeps. It leaves in them, at every sample, the largest ``STATISTIC``
+    relative to its threshold (1 and more: alarm); at an alarm, ``SINCE``, the number of samples since the change by its
+    own estimate (this one included), and ``WHICH``, the index of the parameter that changed (-1: cannot say). It starts
     afresh after an alarm. ``slope`` (m,) says how the mean of z would move per unit of each parameter,
     -dz/dtheta = psi/sqrt(T); it is empty where the estimator cannot tell.
     """

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from . import compile, simd
-from .dispatch import advance, open_row, open_work, read_all
+from .dispatch import advance, open_row, open_scratch, read_all
 from .simd import LANES, disagreements, finite, interleave
 from .views import matrix
 
@@ -25,9 +25,9 @@ def _make(kinds, sizes, shapes, fingerprint):
     O = U + inputs
     end = O + columns
 
-    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, scratch, space):
+    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, buffer, space):
         version = fingerprint
-        if rows.shape[1] != width or scratch.size != own or scratch.shape[0] != own or specs.shape[1] != numbers:
+        if rows.shape[1] != width or buffer.size != own or buffer.shape[0] != own or specs.shape[1] != numbers:
             return -1  # never; but now the compiler knows these as constants too
         if ys.shape[1] != outputs or us.shape[1] != inputs or outs.shape[1] != columns:
             return -1
@@ -58,7 +58,7 @@ def _make(kinds, sizes, shapes, fingerprint):
                         row = rows[members[i + l]]
                         for c in range(width):
                             space[LANES * c + l] = row[c]
-                    state8, work8 = open_row(form, wide[:width]), open_work(form, wide[width:Y])
+                    state8, work8 = open_row(form, wide[:width]), open_scratch(form, wide[width:Y])
                     while taken < stretch:
                         for l in range(LANES):
                             t = starts[i + l] + done + taken
@@ -89,13 +89,13 @@ def _make(kinds, sizes, shapes, fingerprint):
                     else:
                         stretch = min(RESCUE, common - done)
                 if not is_done:
-                    work = open_work(form, scratch)
+                    scratch = open_scratch(form, buffer)
                     for l in range(count):
                         state = open_row(form, rows[members[i + l]])
                         first = starts[i + l] + done
                         for j in range(first, min(first + stretch, starts[i + l + 1])):
                             t = order[j] if order.size else j
-                            advance(form, noise, memory, gate, scale, detector, state, work, ys, us, outs, t)
+                            advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
                 done += stretch
             i += count
         return version

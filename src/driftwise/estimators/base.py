@@ -101,7 +101,7 @@ class Rows:
         if state.dtype != self.dtype:
             raise InputError("the state belongs to another estimator: start one with est.start()")
         if is_one and state.shape != ():
-            raise InputError(f"one state is expected, got {state.shape}: advance a fleet with tick")
+            raise InputError(f"one state is expected, got {state.shape}: advance a fleet with update_batch")
         if not state.flags.c_contiguous:
             state = np.ascontiguousarray(state)
         return np.ndarray(
@@ -156,7 +156,7 @@ class Reading(Rows):
         trace.begun = np.array(start)
         return trace
 
-    def tick(self, states, y, u=None):
+    def update_batch(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
 
         Parameters

@@ -115,7 +115,7 @@ class Observing(Rows):
         trace.begun, trace.is_stamped = np.array(start), is_stamped
         return trace
 
-    def tick(self, states, y, u=None, *, time=None):
+    def update_batch(self, states, y, u=None, *, time=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
 
         Parameters

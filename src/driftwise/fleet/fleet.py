@@ -88,7 +88,7 @@ class Fleet:
         if isinstance(estimator, Observing):
             raise InputError(
                 "a fleet is for estimators that learn parameters; for many observers of a known plant: "
-                "states, steps = est.tick(est.start(series), y, u)"
+                "states, steps = est.update_batch(est.start(series), y, u)"
             )
         if estimator.starting is not None:
             raise InputError("a fleet takes each sample as it comes: leave start='algebraic' out")
@@ -260,7 +260,7 @@ class Fleet:
 
     # --- running -------------------------------------------------------------------------------------------
 
-    def tick(self, keys, y, u=None) -> Step:
+    def update_batch(self, keys, y, u=None) -> Step:
         """Take one sample of each of these series (all of them if ``keys`` is None); return what it showed.
 
         Parameters
@@ -279,7 +279,7 @@ class Fleet:
     def scan(self, keys, y, u=None) -> Step:
         """Take a long table: the samples of each series in the order they stand in, mixed with others in any way.
 
-        Keys that are new begin afresh. Parameters and result are as in `tick`.
+        Keys that are new begin afresh. Parameters and result are as in `update_batch`.
         """
         keys = np.asarray(keys)
         names, first, codes = np.unique(keys, return_index=True, return_inverse=True)

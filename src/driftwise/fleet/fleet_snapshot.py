@@ -105,7 +105,7 @@ def _speeds(found: Census, at, est, states) -> None:
     memory, N = est.policies[2], est.model.N
     if not hasattr(memory, "moving"):
         return
-    cells = states["cells"]
+    cells = states["memory_state"]
     places = np.arange(cells.shape[1])  # views of these are where the numbers of each view are
     ground = open_ground(places, N)
     q, unit = cells[:, ground.q], cells[:, ground.unit]

@@ -10,15 +10,16 @@ from .drift import Constant, Matched, RandomWalk, widen_within
 
 
 @choice
-def learn(memory, cells, e, R, s2, theta, U, D, work):
-    """Take the innovation e of the row ``work.psi`` into theta and P (``work.f`` = U' psi); return T = psi' P psi + R.
+def learn(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    """Take the innovation e of the row ``scratch.psi`` into theta and P (``scratch.f`` = U' psi); return T = psi' P psi
+    + R.
 
-    ``cells`` are the numbers the memory keeps, ``work`` has the scratch vectors b, c, f.
+    ``memory_state`` are the numbers the memory keeps, ``scratch`` has the scratch vectors b, c, f.
     """
 
 
 @choice
-def reckon(memory, cells, count, chi2, weight, gain):
+def reckon(memory, memory_state, count, chi2, weight, gain):
     """Count the sample just learnt: return the new count and chi2 (of sigma^2) and the effective number of samples.
 
     ``gain`` is its e^2/T.
@@ -26,15 +27,16 @@ def reckon(memory, cells, count, chi2, weight, gain):
 
 
 @choice
-def notice(memory, cells, marks):
+def notice(memory, memory_state, detector_state):
     """Say whether the memory itself found, at the sample just learnt, that the parameters had jumped: 1, otherwise 0.
 
-    ``marks`` are those of a detector: statistic over threshold, and at an alarm since when and which parameter.
+    ``detector_state`` are those of a detector: statistic over threshold, and at an alarm since when and which
+    parameter.
     """
 
 
 @choice
-def age(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def age(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     """Forget, between two samples; return lambda, by which all sums over the past are to shrink, and status bits.
 
     ``weight`` is the effective number of samples taken in, ``surprise`` is e^2/(s2 T) of the last one (NaN where it
@@ -43,25 +45,25 @@ def age(memory, cells, weight, surprise, share, s2, theta, U, D, work):
 
 
 @choice
-def respond(memory, way, which, cells, weight, s2, U, D, work):
+def respond(memory, way, which, memory_state, weight, s2, U, D, scratch):
     """Answer an alarm of direction ``way`` about parameter ``which`` (-1: any); return the new weight, status bits."""
 
 
 @choice
-def distrust(memory, cells):
+def distrust(memory, memory_state):
     """Return the probability that the sample just learnt was an outlier: then it is no regressor to rely on."""
 
 
 @choice
-def begin(memory, cells, theta, U, D):
-    """Write into ``cells`` what the memory starts with, before the first sample, from the prior."""
+def begin(memory, memory_state, theta, U, D):
+    """Write into ``memory_state`` what the memory starts with, before the first sample, from the prior."""
 
 
 @choice
-def tell(memory, cells, R, s2, theta, work, out):
+def tell(memory, memory_state, R, s2, theta, scratch, out):
     """Write into ``out`` what a mixture's prediction is made of: weight, mean less the whole's, squared scale of each.
 
-    ``work.psi`` is the row. Memories that are no mixtures have nothing to tell.
+    ``scratch.psi`` is the row. Memories that are no mixtures have nothing to tell.
     """
 
 
@@ -80,51 +82,51 @@ def plain(*kinds: type):
 
 
 @kernel
-def by_least_squares(memory, cells, e, R, s2, theta, U, D, work):
+def by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Bierman's update of P, and theta by its gain."""
-    T = correct(U, D, work.f, R, work.b)
+    T = correct(U, D, scratch.f, R, scratch.b)
     if T > 0.0:
         for i in range(D.size):
-            theta[i] += work.b[i] * (e / T)
+            theta[i] += scratch.b[i] * (e / T)
     return T
 
 
 @kernel
-def one_more(memory, cells, count, chi2, weight, gain):
+def one_more(memory, memory_state, count, chi2, weight, gain):
     """Count one sample more."""
     return count + 1.0, chi2 + gain, weight + 1.0
 
 
 @kernel
-def nothing(memory, cells, marks):
+def nothing(memory, memory_state, detector_state):
     """Leave it to the detector."""
     return 0.0
 
 
 @kernel
-def unmoved(memory, way, which, cells, weight, s2, U, D, work):
+def unmoved(memory, way, which, memory_state, weight, s2, U, D, scratch):
     """Report the alarm, change nothing."""
     return weight, JUMP
 
 
 @kernel
-def trust(memory, cells):
+def trust(memory, memory_state):
     """Rely on every sample."""
     return 0.0
 
 
 @kernel
-def from_nothing(memory, cells, theta, U, D):
+def from_nothing(memory, memory_state, theta, U, D):
     """Start with zeros."""
 
 
 @kernel
-def silent(memory, cells, R, s2, theta, work, out):
+def silent(memory, memory_state, R, s2, theta, scratch, out):
     """Tell nothing."""
 
 
 @kernel
-def stay(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def stay(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     """Forget nothing."""
     return 1.0, 0
 
@@ -134,20 +136,20 @@ age.on(Constant)(stay)
 
 
 @age.on(RandomWalk)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    return 1.0, wander(memory, 1.0, U, D, work)
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    return 1.0, wander(memory, 1.0, U, D, scratch)
 
 
 @age.on(Matched)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    return 1.0, wander(memory, s2, U, D, work)
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    return 1.0, wander(memory, s2, U, D, scratch)
 
 
 @kernel
-def wander(memory, s2, U, D, work):
+def wander(memory, s2, U, D, scratch):
     """P <- P + diag(q)/s2, within its cap; return status bits."""
     status = 0
     for i in range(D.size):
-        if not widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], work.b):
+        if not widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], scratch.b):
             status = CAPPED
     return status

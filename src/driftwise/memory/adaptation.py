@@ -58,13 +58,14 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
     detector, settle = resolve_watch(memory, setting.N, setting.units)
     if isinstance(memory, RestartOnChange):
         return resolve_restart(memory.restart, setting), detector, settle, 0
-    found, cells = resolve(memory, setting)
-    if cells > LARGEST:
+    found, memory_size = resolve(memory, setting)
+    if memory_size > LARGEST:
         raise InputError(
-            f"{type(memory).__name__} of {setting.N} parameters keeps {cells:.2g} numbers, more than {LARGEST:.0e}: "
+            f"{type(memory).__name__} of {setting.N} parameters keeps {memory_size:.2g} numbers, more than "
+            f"{LARGEST:.0e}: "
             "take a smaller model, or a memory that keeps few, such as Constant() or ExponentialForgetting(p)"
         )
-    return found, detector, settle, cells
+    return found, detector, settle, memory_size
 
 
 def resolve_restart(answer, setting) -> Any:
@@ -140,13 +141,13 @@ def _(memory: window.Window, setting):
             f"a window of {samples} samples cannot learn {setting.N} parameters and the variance of the noise: "
             f"it needs {setting.N + 1} samples, better ten times that. Is the variance known? Then say variance=..."
         )
-    cells = window.cells_of(samples, setting.N)
-    if cells > LARGEST:
+    memory_size = window.cells_of(samples, setting.N)
+    if memory_size > LARGEST:
         raise InputError(
-            f"a window of {samples} samples of {setting.N} parameters keeps {cells:.2g} numbers, more than "
+            f"a window of {samples} samples of {setting.N} parameters keeps {memory_size:.2g} numbers, more than "
             f"{LARGEST:.0e}: take a shorter one, or GainFloor(samples), which keeps next to nothing"
         )
-    return window.Slide(samples, freedom, chi2, *setting.prior), cells
+    return window.Slide(samples, freedom, chi2, *setting.prior), memory_size
 
 
 @resolve.register

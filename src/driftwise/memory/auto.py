@@ -104,11 +104,11 @@ def auto_cells(N: int, M: int) -> int:
 
 
 @kernel
-def open_parts(memory, cells, N):
+def open_parts(memory, memory_state, N):
     """Return the views."""
     M = MODES
     size = M * size_of(N)
-    ground = open_ground(cells, N)
+    ground = open_ground(memory_state, N)
     own = open_cells(ground.own[TRIAL:], N, M)
     a = ground.own.size - 2 * size - learner_cells(N, N)
     b = a + size
@@ -117,8 +117,8 @@ def open_parts(memory, cells, N):
 
 
 @begin.on(Contest)
-def _(memory, cells, theta, U, D):
-    parts = open_parts(memory, cells, D.size)
+def _(memory, memory_state, theta, U, D):
+    parts = open_parts(memory, memory_state, D.size)
     open_bank(memory, parts.own.bank, theta, U, D)
 
 
@@ -138,13 +138,13 @@ def challenge(memory, parts, b):
 
 
 @rare
-def argue(memory, parts, e, R, theta, evidence, work, rests):
+def argue(memory, parts, e, R, theta, evidence, scratch, rests):
     """Let challenger and rival see the sample; return what is decided, NOTHING while the trial goes on."""
     trial, own, is_robust = parts.trial, parts.own, memory.outliers > 0.0
     noise = memory.R if trial[CLEAN] <= theta.size else R  # to both, what looked like an outlier is as it should be
     for which in (JUMPED, LOUDER):
         bank = parts.challenger if which == JUMPED else parts.rival
-        found, _ = update_bank(memory, bank, own.dense, e, noise, theta, work, own.logs, is_robust, rests, True)
+        found, _ = update_bank(memory, bank, own.dense, e, noise, theta, scratch, own.logs, is_robust, rests, True)
         trial[which] += found - evidence
     if memory.learns == 0.0:
         trial[LOUDER] = IMPOSSIBLE
@@ -169,31 +169,31 @@ def take_over(own, bank, trial):
 
 
 @learn.on(Contest)
-def _(memory, cells, e, R, s2, theta, U, D, work):
-    parts = open_parts(memory, cells, D.size)
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    parts = open_parts(memory, memory_state, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, M, T = D.size, MODES, predicted_variance(work.f, D, R)
-    rests = excite(memory, ground, work.psi)
+    N, M, T = D.size, MODES, predicted_variance(scratch.f, D, R)
+    rests = excite(memory, ground, scratch.psi)
     lean(ground, R, T)
     if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
         freedom = own.head[FREEDOM_NOW] if memory.learns > 0.0 else math.inf
         heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0
         if e * e > SURPRISE * heavy * s2 * T:
-            challenge(memory, parts, work.b)
+            challenge(memory, parts, scratch.b)
     evidence, trial[RHO] = update_bank(
-        memory, own.bank, own.dense, e, R, theta, work, own.logs, memory.outliers > 0.0, rests, rests
+        memory, own.bank, own.dense, e, R, theta, scratch, own.logs, memory.outliers > 0.0, rests, rests
     )
     own.head[WAITS] = 0.0 if rests else 1.0
     if rests:
         unfold(own.bank, own.dense, N)
     error, spread, own_s2, part = own.logs[M], own.logs[M + 1], own.logs[M + 2], own.logs[M + 3]
-    follow(learner, work.psi, work.b, error, spread, own_s2, part, work.c)
+    follow(learner, scratch.psi, scratch.b, error, spread, own_s2, part, scratch.c)
     if ground.head[SEEN] > 2.0 * N and not rests:
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     trial[VERDICT] = NOTHING
     trial[CLEAN] = 0.0 if trial[RHO] > 0.5 else trial[CLEAN] + 1.0
     if trial[ON] > 0.0:
-        trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, work, rests)
+        trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, scratch, rests)
         if trial[VERDICT] == A_JUMP:
             take_over(own, parts.challenger, trial)
             for j in range(N):
@@ -208,24 +208,24 @@ respond.on(Contest)(unmoved)
 
 
 @reckon.on(Contest)
-def _(memory, cells, count, chi2, weight, gain):
-    ground = open_ground(cells, memory.cap.size)
+def _(memory, memory_state, count, chi2, weight, gain):
+    ground = open_ground(memory_state, memory.cap.size)
     return reckon_mixture(memory, ground, ground.own[TRIAL:], count, chi2, gain)
 
 
 @distrust.on(Contest)
-def _(memory, cells):
-    trial = open_ground(cells, memory.cap.size).own
+def _(memory, memory_state):
+    trial = open_ground(memory_state, memory.cap.size).own
     return trial[RHO] if trial[VERDICT] == NOTHING else 0.0
 
 
 @notice.on(Contest)
-def _(memory, cells, marks):
-    trial = open_ground(cells, memory.cap.size).own
+def _(memory, memory_state, detector_state):
+    trial = open_ground(memory_state, memory.cap.size).own
     is_told = trial[VERDICT] == A_JUMP
-    marks[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
+    detector_state[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
     if is_told:
-        marks[SINCE], marks[WHICH] = trial[AGE], -1.0
+        detector_state[SINCE], detector_state[WHICH] = trial[AGE], -1.0
     return 1.0 if is_told else 0.0
 
 
@@ -241,8 +241,8 @@ def take_on(memory, parts, waits, b):
 
 
 @age.on(Contest)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    parts = open_parts(memory, cells, D.size)
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    parts = open_parts(memory, memory_state, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, q, status = D.size, MODES, own.q, 0
     rests, waits = ground.head[RESTS] > 0.0, own.head[WAITS] > 0.0
@@ -253,14 +253,14 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     if not waits:
         unfold(own.bank, own.dense, N)
     for i in range(N):
-        work.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
-    carry(learner, memory.phi, ground.q, work.c, memory.cap)
+        scratch.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
+    carry(learner, memory.phi, ground.q, scratch.c, memory.cap)
     if waits:
         is_capped = interact(memory, own, own.bank, q, N)
     else:
-        is_capped = drift_apart(memory, own.bank, q, work.b)
+        is_capped = drift_apart(memory, own.bank, q, scratch.b)
     if trial[ON] > 0.0:
-        take_on(memory, parts, waits, work.b)
+        take_on(memory, parts, waits, scratch.b)
     own.head[WAITS] = 0.0
     if surprise >= 0.0:
         status |= AT_REST if rests else 0
@@ -269,12 +269,12 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     if is_capped:
         merge_again(memory, own, theta, U, D)
         return 1.0, status | CAPPED
-    drift_together(memory, own, waits, theta, U, D, work)
+    drift_together(memory, own, waits, theta, U, D, scratch)
     return 1.0, status
 
 
 @kernel
-def drift_together(memory, own, waits, theta, U, D, work):
+def drift_together(memory, own, waits, theta, U, D, scratch):
     """Take the mixture on: what its modes are now, told without mixing them again."""
     N, M, total = D.size, MODES, 0.0
     for m in range(M):
@@ -283,22 +283,22 @@ def drift_together(memory, own, waits, theta, U, D, work):
         total += own.logs[m]
     inverse = 1.0 / total
     for i in range(N):
-        work.c[i] = 0.0
+        scratch.c[i] = 0.0
         for m in range(M):
-            work.c[i] += own.logs[m] * own.q[m * N + i]
-        work.c[i] *= inverse
+            scratch.c[i] += own.logs[m] * own.q[m * N + i]
+        scratch.c[i] *= inverse
     if waits:
         P = own.dense[M * own.P.size :]
         pass_time(theta, P, memory.phi)
         for i in range(N):
-            P[at(i, i)] += work.c[i]
+            P[at(i, i)] += scratch.c[i]
         factor_within(P, U, D)
     else:
-        relax(theta, U, D, memory.phi, work.b)
+        relax(theta, U, D, memory.phi, scratch.b)
         for i in range(N):
-            widen(U, D, i, work.c[i], work.b)
+            widen(U, D, i, scratch.c[i], scratch.b)
 
 
 @tell.on(Contest)
-def _(memory, cells, R, s2, theta, work, out):
-    tell_modes(memory, open_parts(memory, cells, theta.size).own.bank, R, s2, theta, work, out)
+def _(memory, memory_state, R, s2, theta, scratch, out):
+    tell_modes(memory, open_parts(memory, memory_state, theta.size).own.bank, R, s2, theta, scratch, out)

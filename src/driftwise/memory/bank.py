@@ -120,14 +120,14 @@ def cells_of_modes(memory, ground):
 
 
 @kernel
-def learn_in_bank(memory, cells, e, R, theta, U, D, work, is_apart):
+def learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, is_apart):
     """Every mode learns; theta and P become those of the mixture. Modes that do not stay apart wait to be mixed."""
-    ground = open_ground(cells, D.size)
-    own, T = cells_of_modes(memory, ground), predicted_variance(work.f, D, R)
-    rests = excite(memory, ground, work.psi)
+    ground = open_ground(memory_state, D.size)
+    own, T = cells_of_modes(memory, ground), predicted_variance(scratch.f, D, R)
+    rests = excite(memory, ground, scratch.psi)
     lean(ground, R, T)
     own.head[WAITS] = 0.0 if is_apart else 1.0
-    update(memory, own.bank, own.dense, e, R, theta, work, own.logs, False, rests, is_apart)
+    update(memory, own.bank, own.dense, e, R, theta, scratch, own.logs, False, rests, is_apart)
     if is_apart:
         unfold(own.bank, own.dense, D.size)
     own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
@@ -142,15 +142,15 @@ def merge_again(memory, own, theta, U, D):
 
 
 @learn.on(Mixing)
-def _(memory, cells, e, R, s2, theta, U, D, work):
-    return learn_in_bank(memory, cells, e, R, theta, U, D, work, False)
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    return learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, False)
 
 
 @learn.on(Fading)
-def _(memory, cells, e, R, s2, theta, U, D, work):
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Then the weights fade; P stays what it is, relative to the sigma^2 that is theirs."""
-    T = learn_in_bank(memory, cells, e, R, theta, U, D, work, True)
-    own = cells_of_modes(memory, open_ground(cells, D.size))
+    T = learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, True)
+    own = cells_of_modes(memory, open_ground(memory_state, D.size))
     total, before = 0.0, own.head[SIGMA2_NOW]
     for m in range(memory.levels.size):
         own.logs[m] = mode(own.bank, m, D.size).own[WEIGHT] ** memory.forgetting
@@ -167,8 +167,8 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
 
 
 @begin.on(Fading, Mixing)
-def _(memory, cells, theta, U, D):
-    own = cells_of_modes(memory, open_ground(cells, D.size))
+def _(memory, memory_state, theta, U, D):
+    own = cells_of_modes(memory, open_ground(memory_state, D.size))
     open_bank(memory, own.bank, theta, U, D)
 
 
@@ -181,8 +181,8 @@ def reckon_mixture(memory, ground, head, count, chi2, gain):
 
 
 @reckon.on(Fading, Mixing)
-def _(memory, cells, count, chi2, weight, gain):
-    ground = open_ground(cells, memory.cap.size)
+def _(memory, memory_state, count, chi2, weight, gain):
+    ground = open_ground(memory_state, memory.cap.size)
     return reckon_mixture(memory, ground, ground.own, count, chi2, gain)
 
 
@@ -216,59 +216,59 @@ def met(ground, is_capped, surprise):
 
 
 @age.on(Fading)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    ground = open_ground(cells, D.size)
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    ground = open_ground(memory_state, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
-    is_capped = drift_apart(memory, own.bank, own.q, work.b)
+    is_capped = drift_apart(memory, own.bank, own.q, scratch.b)
     merge_again(memory, own, theta, U, D)
     return 1.0, met(ground, is_capped, surprise)
 
 
 @age.on(Mixing)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    ground = open_ground(cells, D.size)
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    ground = open_ground(memory_state, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
     if own.head[WAITS] > 0.0:
         is_capped = interact(memory, own, own.bank, own.q, D.size)
     else:
-        is_capped = drift_apart(memory, own.bank, own.q, work.b)
+        is_capped = drift_apart(memory, own.bank, own.q, scratch.b)
     own.head[WAITS] = 0.0
     merge_again(memory, own, theta, U, D)
     return 1.0, met(ground, is_capped, surprise)
 
 
 @notice.on(Mixing)
-def _(memory, cells, marks):
+def _(memory, memory_state, detector_state):
     """Tell a jump when the jump mode is likelier than all others, once until it is not."""
-    own = cells_of_modes(memory, open_ground(cells, memory.cap.size))
+    own = cells_of_modes(memory, open_ground(memory_state, memory.cap.size))
     last = mode(own.bank, memory.levels.size - 1, memory.cap.size)
     if memory.jumps == 0.0:
         return 0.0
     w = last.own[WEIGHT]
-    marks[STATISTIC], was_told = 2.0 * w, own.head[TOLD] > 0.0
+    detector_state[STATISTIC], was_told = 2.0 * w, own.head[TOLD] > 0.0
     own.head[TOLD] = 1.0 if w > 0.5 else 0.0
     if was_told or w <= 0.5:
         return 0.0
-    marks[SINCE], marks[WHICH] = 1.0, -1.0
+    detector_state[SINCE], detector_state[WHICH] = 1.0, -1.0
     return 1.0
 
 
 @kernel
-def tell_modes(memory, bank, R, s2, theta, work, out):
+def tell_modes(memory, bank, R, s2, theta, scratch, out):
     """Write weight, mean less the mixture's, and squared scale of each mode's prediction."""
     N = theta.size
     for m in range(count_of(bank, N)):
         one, offset = mode(bank, m, N), 0.0
         for i in range(N):
-            offset += work.psi[i] * (one.theta[i] - theta[i])
-        project(one.U, work.psi, work.b)
+            offset += scratch.psi[i] * (one.theta[i] - theta[i])
+        project(one.U, scratch.psi, scratch.b)
         out[3 * m], out[3 * m + 1] = one.own[WEIGHT], offset
-        out[3 * m + 2] = own_sigma2(memory, one.own) * predicted_variance(work.b, one.D, R)
+        out[3 * m + 2] = own_sigma2(memory, one.own) * predicted_variance(scratch.b, one.D, R)
 
 
 @tell.on(Fading, Mixing)
-def _(memory, cells, R, s2, theta, work, out):
-    own = cells_of_modes(memory, open_ground(cells, theta.size))
-    tell_modes(memory, own.bank, R, s2, theta, work, out)
+def _(memory, memory_state, R, s2, theta, scratch, out):
+    own = cells_of_modes(memory, open_ground(memory_state, theta.size))
+    tell_modes(memory, own.bank, R, s2, theta, scratch, out)

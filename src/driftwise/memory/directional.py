@@ -38,19 +38,19 @@ plain(Along)
 
 
 @learn.on(Along)
-def _(memory, cells, e, R, s2, theta, U, D, work):
-    known = predicted_variance(work.f, D, 0.0)
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    known = predicted_variance(scratch.f, D, 0.0)
     if memory.p < 1.0 and known > 0.0:
-        covariances(U, D, work.f, work.c)
+        covariances(U, D, scratch.f, scratch.c)
         for i in range(D.size):
-            work.c[i] /= math.sqrt(known)
-        widen_along(U, D, work.c, 1.0 / memory.p - 1.0, D.size - 1)
-        project(U, work.psi, work.f)
-    return by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+            scratch.c[i] /= math.sqrt(known)
+        widen_along(U, D, scratch.c, 1.0 / memory.p - 1.0, D.size - 1)
+        project(U, scratch.psi, scratch.f)
+    return by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
 
 
 @age.on(Along)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     if not (surprise >= 0.0 and memory.p < 1.0):
         return 1.0, 0
-    return memory.p, shrink(U, D, 1.0, weight, memory.horizon, memory.cap, cells, work)
+    return memory.p, shrink(U, D, 1.0, weight, memory.horizon, memory.cap, memory_state, scratch)

@@ -68,18 +68,18 @@ plain(Fade, Alert)
 
 
 @age.on(Fade)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam = memory.p
     if weight > 0.0:
         lam = min(lam, (memory.samples - 1.0) / weight)
     if not (surprise >= 0.0 and lam < 1.0):
         return 1.0, 0
-    return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, cells, work)
+    return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, memory_state, scratch)
 
 
 @age.on(Alert)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam = max(1.0 - surprise / memory.samples, memory.least)
     if not (surprise >= 0.0 and lam < 1.0 and weight > memory.settle):
         return 1.0, 0
-    return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, cells, work)
+    return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, memory_state, scratch)

@@ -187,14 +187,14 @@ adaptive(Climb)
 
 
 @learn.on(Climb)
-def _(memory, cells, e, R, s2, theta, U, D, work):
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N = D.size
-    ground = open_ground(cells, N)
+    ground = open_ground(memory_state, N)
     learner = open_learner(ground.own, N, int(memory.ratios))
-    rests = excite(memory, ground, work.psi)
-    T = by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    rests = excite(memory, ground, scratch.psi)
+    T = by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
     if T > 0.0:
-        follow(learner, work.psi, work.b, e, T, s2, 1.0, work.c)
+        follow(learner, scratch.psi, scratch.b, e, T, s2, 1.0, scratch.c)
         if not rests:
             if ground.head[SEEN] > 2 * N:
                 climb(memory, learner, e / math.sqrt(s2 * T), 1.0)
@@ -204,10 +204,10 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
 
 
 @age.on(Climb)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    lam, status = wander(memory, cells, weight, surprise, share, s2, theta, U, D, work)
-    ground = open_ground(cells, D.size)
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    lam, status = wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch)
+    ground = open_ground(memory_state, D.size)
     learner = open_learner(ground.own, D.size, int(memory.ratios))
-    variances(U, D, work.c)
-    carry(learner, memory.phi, ground.q, work.c, memory.cap)
+    variances(U, D, scratch.c)
+    carry(learner, memory.phi, ground.q, scratch.c, memory.cap)
     return lam, status

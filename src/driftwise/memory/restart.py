@@ -50,21 +50,21 @@ def log_volume(D):
 
 
 @respond.on(Jolt)
-def _(memory, way, which, cells, weight, s2, U, D, work):
+def _(memory, way, which, memory_state, weight, s2, U, D, scratch):
     known = log_volume(D)
     for i in range(D.size):
         if memory.is_named == 0.0 or which < 0.0 or which == i:
-            widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], work.b)
+            widen_within(U, D, i, memory.q[i] / s2, memory.cap[i], scratch.b)
     # as many samples as would be left had all of P grown by one factor: |P'| = c^N |P|
     return weight * math.exp(min((known - log_volume(D)) / D.size, 0.0)), JUMP
 
 
 @respond.on(Reset)
-def _(memory, way, which, cells, weight, s2, U, D, work):
+def _(memory, way, which, memory_state, weight, s2, U, D, scratch):
     left = memory.samples - 1.0
     if weight <= left:
         return weight, JUMP
     for j in range(D.size):
         D[j] *= weight / left
-    hold_within(U, D, memory.cap, work.c, work.f, work.b)
+    hold_within(U, D, memory.cap, scratch.c, scratch.f, scratch.b)
     return left, JUMP

@@ -60,77 +60,77 @@ plain(Mixture)
 
 
 @kernel
-def hypothesis(cells, i, N):
+def hypothesis(memory_state, i, N):
     """Return views of hypothesis i: its own numbers (log weight, run, chi2), theta, D, U."""
     at = FIRST + i * (OWN + 2 * N + N * (N - 1) // 2)
     m, d, u = at + OWN, at + OWN + N, at + OWN + 2 * N
-    return cells[at:m], cells[m:d], cells[d:u], cells[u : u + N * (N - 1) // 2]
+    return memory_state[at:m], memory_state[m:d], memory_state[d:u], memory_state[u : u + N * (N - 1) // 2]
 
 
 @kernel
-def average(cells, which, N):
+def average(memory_state, which, N):
     """Return what the hypotheses' own number ``which`` is on average."""
     total = 0.0
-    for i in range(int(cells[COUNT])):
-        own = hypothesis(cells, i, N)[0]
+    for i in range(int(memory_state[COUNT])):
+        own = hypothesis(memory_state, i, N)[0]
         total += math.exp(own[LOG]) * own[which]
     return total
 
 
 @kernel
-def settle_in(cells, i, log_weight, theta, U, D):
+def settle_in(memory_state, i, log_weight, theta, U, D):
     """Write hypothesis i, of run 0, and make it the newest."""
-    own, m, d, u = hypothesis(cells, i, D.size)
+    own, m, d, u = hypothesis(memory_state, i, D.size)
     own[LOG], own[RUN], own[CHI2] = log_weight, 0.0, 0.0
     for j in range(D.size):
         m[j], d[j] = theta[j], D[j]
     for j in range(U.size):
         u[j] = U[j]
-    cells[NEWEST] = i
+    memory_state[NEWEST] = i
 
 
 @learn.on(Mixture)
-def _(memory, cells, e, R, s2, theta, U, D, work):
-    N, T, top = D.size, predicted_variance(work.f, D, R), -math.inf
-    if cells[COUNT] == 0.0:
-        settle_in(cells, 0, 0.0, theta, U, D)
-        cells[COUNT] = 1.0
-    for i in range(int(cells[COUNT])):
-        own, m, d, u = hypothesis(cells, i, N)
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    N, T, top = D.size, predicted_variance(scratch.f, D, R), -math.inf
+    if memory_state[COUNT] == 0.0:
+        settle_in(memory_state, 0, 0.0, theta, U, D)
+        memory_state[COUNT] = 1.0
+    for i in range(int(memory_state[COUNT])):
+        own, m, d, u = hypothesis(memory_state, i, N)
         error = e
         for j in range(N):
-            error += work.psi[j] * (theta[j] - m[j])
-        project(u, work.psi, work.f)
-        S = correct(u, d, work.f, R, work.b)
+            error += scratch.psi[j] * (theta[j] - m[j])
+        project(u, scratch.psi, scratch.f)
+        S = correct(u, d, scratch.f, R, scratch.b)
         for j in range(N):
-            m[j] += work.b[j] * (error / S)
+            m[j] += scratch.b[j] * (error / S)
         own[LOG] -= 0.5 * (error * error / (s2 * S) + math.log(S / T))
         own[RUN] += 1.0
         own[CHI2] += error * error / S
         top = max(top, own[LOG])
     total = 0.0
-    for i in range(int(cells[COUNT])):
-        total += math.exp(hypothesis(cells, i, N)[0][LOG] - top)
-    mix(cells, top + math.log(total), s2, theta, U, D, work.c)
+    for i in range(int(memory_state[COUNT])):
+        total += math.exp(hypothesis(memory_state, i, N)[0][LOG] - top)
+    mix(memory_state, top + math.log(total), s2, theta, U, D, scratch.c)
     return T
 
 
 @rare
-def mix(cells, evidence, s2, theta, U, D, a):
+def mix(memory_state, evidence, s2, theta, U, D, a):
     """Normalise the weights; let theta and U, D be mean and covariance of the mixture, by rank-one additions."""
     N = D.size
     for j in range(N):
         theta[j] = D[j] = 0.0
     for j in range(U.size):
         U[j] = 0.0
-    for i in range(int(cells[COUNT])):
-        own, m, d, u = hypothesis(cells, i, N)
+    for i in range(int(memory_state[COUNT])):
+        own, m, d, u = hypothesis(memory_state, i, N)
         own[LOG] -= evidence
         w = math.exp(own[LOG])
         for j in range(N):
             theta[j] += w * m[j]
-    for i in range(int(cells[COUNT])):
-        own, m, d, u = hypothesis(cells, i, N)
+    for i in range(int(memory_state[COUNT])):
+        own, m, d, u = hypothesis(memory_state, i, N)
         w = math.exp(own[LOG])
         for j in range(N):
             for k in range(j):
@@ -143,78 +143,78 @@ def mix(cells, evidence, s2, theta, U, D, a):
 
 
 @reckon.on(Mixture)
-def _(memory, cells, count, chi2, weight, gain):
+def _(memory, memory_state, count, chi2, weight, gain):
     """E-step of EM: chi2 is what it is on average over the hypotheses, each with the errors e_i^2/T_i of its own run.
 
     e^2/T of the mixture will not do: its T holds the jump that hardly ever comes, so sigma^2 would come out too small.
     Runs that turn out unlikely take their errors away again, at most half of chi2 at a time: it stays positive.
     """
     N = memory.q.size
-    added = max(average(cells, CHI2, N), -0.5 * chi2)
-    for i in range(int(cells[COUNT])):
-        own = hypothesis(cells, i, N)[0]
+    added = max(average(memory_state, CHI2, N), -0.5 * chi2)
+    for i in range(int(memory_state[COUNT])):
+        own = hypothesis(memory_state, i, N)[0]
         own[CHI2] -= added
-    return count + 1.0, chi2 + added, average(cells, RUN, N)
+    return count + 1.0, chi2 + added, average(memory_state, RUN, N)
 
 
 @notice.on(Mixture)
-def _(memory, cells, marks):
+def _(memory, memory_state, detector_state):
     """Tell a jump when runs that began after the last one told are ODDS times likelier than all others.
 
     While nothing jumps these odds grow by 1/every a sample on average (a martingale, Shiryaev 1963), so that false
     events are ODDS * every samples apart, or more, where the noise is known.
     """
     N, new, old, best, top = memory.q.size, 0.0, 1e-300, 0.0, -math.inf
-    cells[TOLD] += 1.0
-    for i in range(int(cells[COUNT])):
-        own = hypothesis(cells, i, N)[0]
-        if own[RUN] >= cells[TOLD]:
+    memory_state[TOLD] += 1.0
+    for i in range(int(memory_state[COUNT])):
+        own = hypothesis(memory_state, i, N)[0]
+        if own[RUN] >= memory_state[TOLD]:
             old += math.exp(own[LOG])
         else:
             new += math.exp(own[LOG])
             if own[LOG] > top:
                 best, top = own[RUN], own[LOG]
     odds = new / old
-    marks[STATISTIC] = math.log(odds) / math.log(ODDS) if odds > 1.0 else 0.0
+    detector_state[STATISTIC] = math.log(odds) / math.log(ODDS) if odds > 1.0 else 0.0
     if odds < ODDS:
         return 0.0
-    marks[SINCE], marks[WHICH], cells[TOLD] = best, -1.0, 0.0
+    detector_state[SINCE], detector_state[WHICH], memory_state[TOLD] = best, -1.0, 0.0
     return 1.0
 
 
 @age.on(Mixture)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    N, count = D.size, int(cells[COUNT])
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+    N, count = D.size, int(memory_state[COUNT])
     is_learnt = surprise >= 0.0
     if count < 2 and (weight <= memory.settle or not is_learnt):
         return 1.0, 0
-    is_held = hold_within(U, D, memory.cap, work.c, work.f, work.b)
+    is_held = hold_within(U, D, memory.cap, scratch.c, scratch.f, scratch.b)
     moved = memory.rate
     if is_learnt:
-        branch(memory, cells, count, theta, U, D, s2, work)
+        branch(memory, memory_state, count, theta, U, D, s2, scratch)
     else:  # the newest hypothesis has seen nothing yet: in a gap it takes later jumps in as well
-        moved *= 1.0 - math.exp(hypothesis(cells, int(cells[NEWEST]), N)[0][LOG])
+        moved *= 1.0 - math.exp(hypothesis(memory_state, int(memory_state[NEWEST]), N)[0][LOG])
         for i in range(count):
-            own = hypothesis(cells, i, N)[0]
+            own = hypothesis(memory_state, i, N)[0]
             own[LOG] += math.log1p(-memory.rate)
-            if i == int(cells[NEWEST]):
+            if i == int(memory_state[NEWEST]):
                 own[LOG] = math.log(math.exp(own[LOG]) + memory.rate)
     for i in range(N):  # the covariance of the mixture with a new member of the same mean
-        is_held |= not widen_within(U, D, i, moved * memory.q[i] / s2, memory.cap[i], work.b)
+        is_held |= not widen_within(U, D, i, moved * memory.q[i] / s2, memory.cap[i], scratch.b)
     return 1.0, CAPPED if is_held else 0
 
 
 @rare
-def branch(memory, cells, count, theta, U, D, s2, work):
+def branch(memory, memory_state, count, theta, U, D, s2, scratch):
     """Add the hypothesis that the parameters jump now; the least likely one goes where there is no room."""
     slot, least = count, math.inf
     for i in range(count):
-        own = hypothesis(cells, i, D.size)[0]
+        own = hypothesis(memory_state, i, D.size)[0]
         if count == int(memory.hypotheses) and own[LOG] < least:
             slot, least = i, own[LOG]
         own[LOG] += math.log1p(-memory.rate)
-    settle_in(cells, slot, math.log(memory.rate), theta, U, D)
-    cells[COUNT] = max(cells[COUNT], slot + 1.0)
-    _, _, d, u = hypothesis(cells, slot, D.size)
+    settle_in(memory_state, slot, math.log(memory.rate), theta, U, D)
+    memory_state[COUNT] = max(memory_state[COUNT], slot + 1.0)
+    _, _, d, u = hypothesis(memory_state, slot, D.size)
     for i in range(D.size):
-        widen_within(u, d, i, memory.q[i] / s2, memory.cap[i], work.b)
+        widen_within(u, d, i, memory.q[i] / s2, memory.cap[i], scratch.b)

@@ -65,27 +65,31 @@ def relax(theta, U, D, phi, a):
 
 
 @age.on(Drifting)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     status = 0
-    relax(theta, U, D, memory.phi, work.b)
+    relax(theta, U, D, memory.phi, scratch.b)
     for i in range(D.size):
-        if not widen_within(U, D, i, memory.q[i], memory.cap[i], work.b):
+        if not widen_within(U, D, i, memory.q[i], memory.cap[i], scratch.b):
             status = CAPPED
     return 1.0, status
 
 
 @age.on(Coupled)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     N = D.size
     Phi, G = memory.phi.reshape(N, N), memory.G.reshape(N, N)
-    Y, d, g = cells[: 2 * N * N].reshape(N, 2 * N), cells[2 * N * N : 2 * N * N + 2 * N], cells[2 * N * N + 2 * N :]
+    Y, d, g = (
+        memory_state[: 2 * N * N].reshape(N, 2 * N),
+        memory_state[2 * N * N : 2 * N * N + 2 * N],
+        memory_state[2 * N * N + 2 * N :],
+    )
     for i in range(N):
-        work.b[i] = theta[i]
+        scratch.b[i] = theta[i]
         d[i], d[N + i] = D[i], memory.d[i]
     for i in range(N):
         theta[i] = 0.0
         for j in range(N):
-            theta[i] += Phi[i, j] * work.b[j]
+            theta[i] += Phi[i, j] * scratch.b[j]
             Y[i, j], Y[i, N + j] = 0.0, G[i, j]
             for k in range(j + 1):
                 Y[i, j] += Phi[i, k] * entry(U, k, j)

@@ -62,12 +62,19 @@ def cells_of(N: int, own: int = 0) -> int:
 
 
 @kernel
-def open_ground(cells, N):
+def open_ground(memory_state, N):
     """Return the views."""
     a = HEAD + N
     b = a + N
     c = b + N
-    return Ground(cells[:HEAD], cells[HEAD:a], cells[a:b], cells[b:c], cells[c : c + N], cells[c + N :])
+    return Ground(
+        memory_state[:HEAD],
+        memory_state[HEAD:a],
+        memory_state[a:b],
+        memory_state[b:c],
+        memory_state[c : c + N],
+        memory_state[c + N :],
+    )
 
 
 @choice
@@ -110,14 +117,14 @@ def excite(memory, ground, psi):
 
 
 @kernel
-def learn_and_revise(memory, cells, e, R, s2, theta, U, D, work):
+def learn_and_revise(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Least squares, then the policy."""
-    ground = open_ground(cells, D.size)
-    rests = excite(memory, ground, work.psi)
-    T = by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    ground = open_ground(memory_state, D.size)
+    rests = excite(memory, ground, scratch.psi)
+    T = by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
     lean(ground, R, T)
     if T > 0.0 and not rests:
-        sample = Sample(work.psi, work.b, e, T, R, s2, ground.head[SEEN], ground.unit, memory.phi)
+        sample = Sample(scratch.psi, scratch.b, e, T, R, s2, ground.head[SEEN], ground.unit, memory.phi)
         revise(memory, ground.own, sample, theta, U, D, ground.q)
         for i in range(D.size):
             if not ground.q[i] >= 0.0:
@@ -140,21 +147,21 @@ def pace(ground):
 
 
 @kernel
-def count_unless_at_rest(memory, cells, count, chi2, weight, gain):
+def count_unless_at_rest(memory, memory_state, count, chi2, weight, gain):
     """Count one sample more for sigma^2, unless the plant is at rest: its noise may rest as well."""
-    ground = open_ground(cells, memory.cap.size)
+    ground = open_ground(memory_state, memory.cap.size)
     if ground.head[RESTS] > 0.0:
         return count, chi2, pace(ground)
     return count + 1.0, chi2 + gain, pace(ground)
 
 
 @kernel
-def wander(memory, cells, weight, surprise, share, s2, theta, U, D, work):
+def wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     """P <- Phi P Phi' + diag(q), no variance beyond its prior; what sigma^2 rests on fades."""
-    ground, status = open_ground(cells, D.size), 0
-    relax(theta, U, D, memory.phi, work.b)
+    ground, status = open_ground(memory_state, D.size), 0
+    relax(theta, U, D, memory.phi, scratch.b)
     for i in range(D.size):
-        if not widen_within(U, D, i, ground.q[i], memory.cap[i], work.b):
+        if not widen_within(U, D, i, ground.q[i], memory.cap[i], scratch.b):
             status = CAPPED
     rests = ground.head[RESTS] > 0.0
     if surprise >= 0.0 and rests:

@@ -89,16 +89,17 @@ def _(memory: auxiliary.AuxiliaryFilter, setting):
 @resolve.register
 def _(memory: correlation.AutocovarianceLS, setting):
     lags, samples = validation.count("lags", memory.lags, least=1), more_than_one("memory", memory.memory)
-    cells = unknown.cells_of(setting.N, correlation.own_cells(setting.N, lags))
-    if cells > LARGEST:
+    memory_size = unknown.cells_of(setting.N, correlation.own_cells(setting.N, lags))
+    if memory_size > LARGEST:
         raise InputError(
-            f"{lags} lags of {setting.N} parameters keep {cells:.2g} numbers, more than {LARGEST:.0e}: take fewer "
+            f"{lags} lags of {setting.N} parameters keep {memory_size:.2g} numbers, more than {LARGEST:.0e}: "
+            f"take fewer "
             "lags, or LikelihoodDrift(shared=True), which keeps few"
         )
     kernel = correlation.Correlations(
         **ground(setting, memory.phi), learns=learns(setting), lags=lags, samples=samples, prior=setting.cap
     )
-    return kernel, cells
+    return kernel, memory_size
 
 
 @resolve.register

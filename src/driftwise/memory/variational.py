@@ -58,14 +58,14 @@ adaptive(Nominal)
 
 
 @learn.on(Nominal)
-def _(memory, cells, e, R, s2, theta, U, D, work):
-    ground = open_ground(cells, D.size)
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    ground = open_ground(memory_state, D.size)
     own, seen = ground.own, ground.head[SEEN]
-    if excite(memory, ground, work.psi):
-        return by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+    if excite(memory, ground, scratch.psi):
+        return by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
     own[WEIGHT] = memory.discount * own[WEIGHT] + 1.0 if seen > 0.0 else memory.discount * memory.weight + 1.0
     own[CHI2] = memory.discount * own[CHI2] if seen > 0.0 else memory.discount * memory.chi2
-    p, is_relative = predicted_variance(work.f, D, 0.0), memory.rule == DRIFT
+    p, is_relative = predicted_variance(scratch.f, D, 0.0), memory.rule == DRIFT
     if not is_relative and seen < memory.settle:
         own[CHI2] += e / (p + R) * e
         own[FIRST] = own[CHI2] / max(own[WEIGHT], 1.0)
@@ -75,9 +75,9 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
     if memory.rule == NOISE:
         if not is_relative:
             own[CHI2] += residual(own, p, R, e, s2)
-        by_least_squares(memory, cells, e, R, s2, theta, U, D, work)
+        by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
     else:
-        adapt_covariance(memory, own, p, R, e, s2, is_relative, theta, U, D, work)
+        adapt_covariance(memory, own, p, R, e, s2, is_relative, theta, U, D, scratch)
     nvr = memory.nvr
     if not is_relative:  # P and q are absolute: what they are relative to changes
         after = own[CHI2] / own[WEIGHT]
@@ -90,9 +90,9 @@ def _(memory, cells, e, R, s2, theta, U, D, work):
 
 
 @reckon.on(Nominal)
-def _(memory, cells, count, chi2, weight, gain):
-    ground = open_ground(cells, memory.cap.size)
-    count, chi2, weight = count_unless_at_rest(memory, cells, count, chi2, weight, gain)
+def _(memory, memory_state, count, chi2, weight, gain):
+    ground = open_ground(memory_state, memory.cap.size)
+    count, chi2, weight = count_unless_at_rest(memory, memory_state, count, chi2, weight, gain)
     if memory.rule != DRIFT and ground.head[RESTS] == 0.0:
         return ground.own[WEIGHT], ground.own[CHI2], weight
     return count, chi2, weight
@@ -110,7 +110,7 @@ def residual(own, p, R, e, s2):
 
 
 @kernel
-def adapt_covariance(memory, own, p, R, e, s2, is_fixed, theta, U, D, work):
+def adapt_covariance(memory, own, p, R, e, s2, is_fixed, theta, U, D, scratch):
     """Huang's iteration. All its covariances are P + a b b'/p with b = P psi, p = psi' b: a number is iterated.
 
     P <- (tau P + P_f + (K e)(K e)')/(tau + 1), where K = k b and P_f = P less the share of b b'/p that is learnt.
@@ -129,11 +129,11 @@ def adapt_covariance(memory, own, p, R, e, s2, is_fixed, theta, U, D, work):
     if not is_fixed:
         own[CHI2] += z
     if room > 0.0:  # as if the noise had another variance
-        correct(U, D, work.f, r * R * (1.0 + a) * (p / room), work.b)
+        correct(U, D, scratch.f, r * R * (1.0 + a) * (p / room), scratch.b)
     else:
-        covariances(U, D, work.f, work.b)
+        covariances(U, D, scratch.f, scratch.b)
     for i in range(D.size):
-        theta[i] += k * work.b[i] * e
+        theta[i] += k * scratch.b[i] * e
     if p > 0.0 and not room > 0.0:
-        widen_along(U, D, work.b, ((1.0 + a) * (r * R / S) - 1.0) / p, D.size - 1)
-        hold_within(U, D, memory.cap, work.c, work.f, work.b)
+        widen_along(U, D, scratch.b, ((1.0 + a) * (r * R / S) - 1.0) / p, D.size - 1)
+        hold_within(U, D, memory.cap, scratch.c, scratch.f, scratch.b)

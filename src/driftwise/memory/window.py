@@ -102,36 +102,36 @@ def begin(now, width):
 
 
 @learn.on(Slide)
-def _(memory, cells, e, R, s2, theta, U, D, work):
+def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N = D.size
-    width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(work.f, D, R)
-    now, whole = cells[TRIANGLES : TRIANGLES + size], cells[TRIANGLES + size : TRIANGLES + 2 * size]
-    row = cells[TRIANGLES + 2 * size : TRIANGLES + 2 * size + width]
-    slots = cells[TRIANGLES + 2 * size + width :].reshape(int(memory.samples), size)
-    at = int(cells[AT])
-    if at == 0 and cells[IS_FULL] > 0.0:
+    width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(scratch.f, D, R)
+    now, whole = memory_state[TRIANGLES : TRIANGLES + size], memory_state[TRIANGLES + size : TRIANGLES + 2 * size]
+    row = memory_state[TRIANGLES + 2 * size : TRIANGLES + 2 * size + width]
+    slots = memory_state[TRIANGLES + 2 * size + width :].reshape(int(memory.samples), size)
+    at = int(memory_state[AT])
+    if at == 0 and memory_state[IS_FULL] > 0.0:
         turn(slots, now, row, size)
     elif at == 0:
         begin(now, width)
 
     # the new row in the prior's coordinates: theta = theta0 + U0 sqrt(D0) w
-    project(memory.U, work.psi, work.f)
+    project(memory.U, scratch.psi, scratch.f)
     y = e
     for i in range(N):
-        y += work.psi[i] * (theta[i] - memory.theta[i])
-        row[i] = work.f[i] * math.sqrt(memory.D[i] / R)
+        y += scratch.psi[i] * (theta[i] - memory.theta[i])
+        row[i] = scratch.f[i] * math.sqrt(memory.D[i] / R)
     row[N] = y / math.sqrt(R)
     for i in range(width):
         slots[at, i] = row[i]
     absorb(now, row, 0)
     for i in range(size):
         whole[i] = now[i]
-    if cells[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
+    if memory_state[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
         merge(whole, slots[at + 1], row)
-    cells[AT] = at + 1.0
+    memory_state[AT] = at + 1.0
     if at + 1 == slots.shape[0]:
-        cells[AT], cells[IS_FULL] = 0.0, 1.0
-    solve(memory, whole, theta, U, D, work.b, work.c)
+        memory_state[AT], memory_state[IS_FULL] = 0.0, 1.0
+    solve(memory, whole, theta, U, D, scratch.b, scratch.c)
     return T
 
 
@@ -172,8 +172,8 @@ def into_theta(memory, w, size):
 
 
 @reckon.on(Slide)
-def _(memory, cells, count, chi2, weight, gain):
+def _(memory, memory_state, count, chi2, weight, gain):
     size = int((memory.theta.size + 1) * (memory.theta.size + 2) // 2)
-    rho = cells[TRIANGLES + 2 * size - 1]
-    filled = memory.samples if cells[IS_FULL] > 0.0 else cells[AT]
+    rho = memory_state[TRIANGLES + 2 * size - 1]
+    filled = memory.samples if memory_state[IS_FULL] > 0.0 else memory_state[AT]
     return memory.freedom + filled, memory.chi2 + rho * rho, filled

@@ -21,7 +21,7 @@ class AverageTrace:
     """
 
     def __init__(self, estimator, y, u, outs, state, time=None):
-        self.estimator, self.state, self.outs = estimator, state, outs
+        self.estimator, self.state, self.table = estimator, state, outs
         self.y, self.u, self.dt = y.copy(), u.copy(), estimator.dt
         self.time = self.dt * np.arange(len(y)) if time is None else floats("time", time)
 
@@ -34,32 +34,32 @@ class AverageTrace:
     @property
     def prediction(self) -> np.ndarray:
         """Prediction of y(t) from the samples before it, (T,)."""
-        return self.outs[:, step.PREDICTION]
+        return self.table[:, step.PREDICTION]
 
     @property
     def innovation(self) -> np.ndarray:
         """y(t) minus its prediction; NaN where y is missing, (T,)."""
-        return self.outs[:, step.INNOVATION]
+        return self.table[:, step.INNOVATION]
 
     @property
     def variance(self) -> np.ndarray:
         """Variance of the prediction error, (T,)."""
-        return self.outs[:, step.VARIANCE]
+        return self.table[:, step.VARIANCE]
 
     @property
     def status(self) -> np.ndarray:
         """Bits of `driftwise.Status`, (T,)."""
-        return self.outs[:, step.STATUS].astype(np.int64)
+        return self.table[:, step.STATUS].astype(np.int64)
 
     @property
     def log_score(self) -> np.ndarray:
         """Log density that the forecast gave to y(t); NaN where it is missing, (T,)."""
-        return self.outs[:, step.SCORE]
+        return self.table[:, step.SCORE]
 
     @property
     def normal_score(self) -> np.ndarray:
         """Where y(t) lies in its forecast, as a deviate of N(0, 1), whatever the tails; NaN where missing, (T,)."""
-        return normal_score(self.outs[:, step.LOWER], self.outs[:, step.UPPER])
+        return normal_score(self.table[:, step.LOWER], self.table[:, step.UPPER])
 
     @property
     def is_used(self) -> np.ndarray:
@@ -69,7 +69,7 @@ class AverageTrace:
     @property
     def weights(self) -> np.ndarray:
         """Weight of each member and of the naive forecasters in the prediction, (T, M), in the order of ``names``."""
-        return self.outs[:, step.TOLD + step.SCALES :]
+        return self.table[:, step.TOLD + step.SCALES :]
 
     @property
     def names(self) -> list[str]:
@@ -83,10 +83,10 @@ class AverageTrace:
 
     def tails(self) -> tuple[np.ndarray, np.ndarray]:
         """Return what the density is made of: weights and standard deviations of normal components, (T, J) each."""
-        base, level = self.outs[:, [step.BASE]], self.outs[:, [step.LEVEL]]
+        base, level = self.table[:, [step.BASE]], self.table[:, [step.LEVEL]]
         scales = np.hstack([base * np.array(step.FAST), level * np.array(step.SLOW)])
-        least = self.outs[:, [step.FLOOR]]
-        return self.outs[:, step.TOLD : step.TOLD + step.SCALES], np.sqrt(np.maximum(scales, least))
+        least = self.table[:, [step.FLOOR]]
+        return self.table[:, step.TOLD : step.TOLD + step.SCALES], np.sqrt(np.maximum(scales, least))
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval at each sample, a quantile of the density, (T,)."""
@@ -109,7 +109,7 @@ class AverageTrace:
     def coverage(self, level: float = 0.95, first: int = 0) -> float:
         """Return the share of outputs within their band, from sample ``first`` on."""
         used = self.is_used[first:]
-        outside = np.minimum(self.outs[first:, step.LOWER], self.outs[first:, step.UPPER])[used] < 0.5 * (1 - level)
+        outside = np.minimum(self.table[first:, step.LOWER], self.table[first:, step.UPPER])[used] < 0.5 * (1 - level)
         return float(1 - outside.mean()) if used.any() else math.nan
 
     # --- out -----------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ class TraceMIMO(Trace):
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u = y.copy(), u.copy()
-        self.outs, self.observed_before = outs, np.asarray(observed_before, float)
+        self.table, self.observed_before = outs, np.asarray(observed_before, float)
         self.dt, self.begun = estimator.dt, None
         if time is None:
             time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
@@ -37,7 +37,7 @@ class TraceMIMO(Trace):
 
     def _of_outputs(self, which):
         p = self.estimator.model.outputs
-        return self.outs[:, which * p : (which + 1) * p]
+        return self.table[:, which * p : (which + 1) * p]
 
     @property
     def prediction(self) -> np.ndarray:
@@ -141,7 +141,7 @@ class TraceMIMO(Trace):
         columns = {name: getattr(self, name).T for name in names}
         each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
         p, at = self.y.shape[1], self.estimator.model.theta_at
-        alarms = [self.outs[:, 5 * p + i : 8 * p : p] for i in range(p)] if self.estimator.columns > 7 else [None] * p
+        alarms = [self.table[:, 5 * p + i : 8 * p : p] for i in range(p)] if self.estimator.columns > 7 else [None] * p
 
         def own(name, i):
             return getattr(self, name)[:, at[i] : at[i + 1]] if self.has_bars else None

@@ -36,7 +36,7 @@ class ObserverTrace(Trace):
         p = estimator.model.outputs
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u = (y[:, 0] if p == 1 and y.ndim == 2 else y).copy(), u.copy()
-        self.outs, self.observed_before = outs, float(observed_before)
+        self.table, self.observed_before = outs, float(observed_before)
         self.dt, self.begun = estimator.dt, None
         self.is_stamped = False  # whether the samples came with instants
         if time is None:
@@ -49,7 +49,7 @@ class ObserverTrace(Trace):
 
     def _of_outputs(self, which):
         p = self.estimator.model.outputs
-        return self.outs[:, which] if p == 1 else self.outs[:, which * p : (which + 1) * p]
+        return self.table[:, which] if p == 1 else self.table[:, which * p : (which + 1) * p]
 
     @property
     def prediction(self) -> np.ndarray:
@@ -74,7 +74,7 @@ class ObserverTrace(Trace):
     @property
     def statistic(self) -> np.ndarray:
         """The detector's statistic relative to its threshold: 1 and more is an alarm, (T,)."""
-        return self.outs[:, self.estimator.columns - 1]
+        return self.table[:, self.estimator.columns - 1]
 
     @property
     def is_used(self) -> np.ndarray:
@@ -110,7 +110,7 @@ class ObserverTrace(Trace):
         if KEEP.index(self.keep) < KEEP.index(least):
             raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
         N, first = self.estimator.model.N, self.estimator.columns
-        return self.outs[:, first + which * N : first + (which + 1) * N]
+        return self.table[:, first + which * N : first + (which + 1) * N]
 
     @property
     def _std(self):

@@ -26,7 +26,7 @@ class Smoothed:
 
     def __init__(self, estimator, y, u, outs, keep, state, lag, time=None):
         self.estimator, self.keep, self.state, self.lag = estimator, keep, state, lag
-        self.y, self.u, self.outs = y.copy(), u.copy(), outs
+        self.y, self.u, self.table = y.copy(), u.copy(), outs
         first = float(state["samples"]) - len(y)
         self.time = np.asarray(estimator.dt * (first + np.arange(len(y))) if time is None else time, float)
         if self.time.shape != self.y.shape:
@@ -47,12 +47,12 @@ class Smoothed:
     @property
     def x(self) -> np.ndarray:
         """State x(t), measured state first, (T, n)."""
-        return self.outs[:, : self.estimator.model.n]
+        return self.table[:, : self.estimator.model.n]
 
     @property
     def parameters(self) -> np.ndarray:
         """Parameters in the order of ``names``, (T, m)."""
-        return self.outs[:, self.estimator.model.n : self.estimator.model.N]
+        return self.table[:, self.estimator.model.n : self.estimator.model.N]
 
     @property
     def _std(self):
@@ -61,7 +61,7 @@ class Smoothed:
             return np.sqrt(np.einsum("tii->ti", self.covariance).clip(0))
         if self.keep == "means":
             raise InputError("this record kept means only; run smooth(..., keep='std')")
-        return self.outs[:, N:]
+        return self.table[:, N:]
 
     @property
     def x_std(self) -> np.ndarray:
@@ -78,4 +78,4 @@ class Smoothed:
         """Covariance of [x ; parameters], (T, N, N); needs keep="covariance"."""
         if self.keep != "covariance":
             raise InputError(f"this record kept {self.keep!r} only; run smooth(..., keep='covariance')")
-        return unpack(self.outs[:, self.estimator.model.N :], self.estimator.model.N)
+        return unpack(self.table[:, self.estimator.model.N :], self.estimator.model.N)

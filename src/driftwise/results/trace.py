@@ -42,7 +42,7 @@ class Trace:
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u = y.copy(), u.copy()
-        self.outs, self.observed_before = outs, observed_before
+        self.table, self.observed_before = outs, observed_before
         self.dt = estimator.dt
         self.begun: Any = None  # the state before the first sample
         if time is None:
@@ -62,27 +62,27 @@ class Trace:
     @property
     def prediction(self) -> np.ndarray:
         """Prediction of y(t) from the samples before it, (T,)."""
-        return self.outs[:, 0]
+        return self.table[:, 0]
 
     @property
     def innovation(self) -> np.ndarray:
         """y(t) minus its prediction; NaN where y is missing, (T,)."""
-        return self.outs[:, 1]
+        return self.table[:, 1]
 
     @property
     def variance(self) -> np.ndarray:
         """Squared scale of the prediction error (its variance where the noise is known), (T,)."""
-        return self.outs[:, 2]
+        return self.table[:, 2]
 
     @property
     def status(self) -> np.ndarray:
         """Bits of `driftwise.Status`, (T,)."""
-        return self.outs[:, 3].astype(np.int64)
+        return self.table[:, 3].astype(np.int64)
 
     def _extra(self, column):
         if self.estimator.columns <= column:
             raise InputError(f"{type(self.estimator).__name__} does not record it: recursive estimators do")
-        return self.outs[:, column]
+        return self.table[:, column]
 
     @property
     def weight(self) -> np.ndarray:
@@ -103,7 +103,7 @@ class Trace:
     def dof(self) -> np.ndarray:
         """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T,)."""
         if self.estimator.columns > 8:
-            return self.outs[:, 8]
+            return self.table[:, 8]
         scale = self.estimator.scale
         if isinstance(scale, KnownScale):
             return np.full(len(self), np.inf)
@@ -113,7 +113,7 @@ class Trace:
     def mixture(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return what the predictions of a mixture are made of: weights, offsets, scales (T, M), and dof (T,)."""
         M = (self.estimator.columns - TOLD) // 3
-        parts = self.outs[:, TOLD : TOLD + 3 * M].reshape(len(self), M, 3)
+        parts = self.table[:, TOLD : TOLD + 3 * M].reshape(len(self), M, 3)
         return parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof
 
     @property
@@ -125,7 +125,7 @@ class Trace:
         if KEEP.index(self.keep) < KEEP.index(least):
             raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
         first += self.estimator.columns
-        return self.outs[:, first : first + count]
+        return self.table[:, first : first + count]
 
     @property
     def x(self) -> np.ndarray:
@@ -263,7 +263,7 @@ class Trace:
 
     def alarm(self, k):
         """Return statistic, since and which of the detector, None where the estimator does not write them."""
-        return self.outs[k, 5:8] if self.estimator.columns > 7 else None
+        return self.table[k, 5:8] if self.estimator.columns > 7 else None
 
     def what_changed(self, event, samples: int = 100):
         """Return which parameter no longer fits after a jump: a `ScoreTest` of the samples since it began.
@@ -350,7 +350,7 @@ class Trace:
             header=header,
             y=self.y,
             u=self.u,
-            outs=self.outs,
+            outs=self.table,
             time=self.time,
             state=state,
             extra=extra,

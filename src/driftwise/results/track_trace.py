@@ -24,7 +24,7 @@ class TrackTrace:
     """
 
     def __init__(self, estimator, time, plot, outs, state):
-        self.estimator, self.outs, self.state = estimator, outs, state
+        self.estimator, self.table, self.state = estimator, outs, state
         self.time, self.plot = np.array(time, float), np.array(plot, float)
 
     def __len__(self):
@@ -37,10 +37,10 @@ class TrackTrace:
 
     def _per_coordinate(self, name) -> np.ndarray:
         C, what = self.estimator.coordinates, bank.OUTPUTS.index(name)
-        return self.outs[:, what * C : (what + 1) * C]
+        return self.table[:, what * C : (what + 1) * C]
 
     def _told(self, what) -> np.ndarray:
-        return self.outs[:, bank.at_told(self.estimator.coordinates) + what]
+        return self.table[:, bank.at_told(self.estimator.coordinates) + what]
 
     @property
     def prediction(self) -> np.ndarray:
@@ -75,7 +75,7 @@ class TrackTrace:
     def tails(self) -> np.ndarray:
         """Return the shares of the normal components of the forecast, (T, J); their variances are in `bank.SCALES`."""
         at = bank.at_shares(self.estimator.coordinates)
-        return self.outs[:, at : at + bank.TAILS]
+        return self.table[:, at : at + bank.TAILS]
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval of each coordinate, a quantile of the density, (T, C)."""
@@ -97,7 +97,7 @@ class TrackTrace:
     # --- motion --------------------------------------------------------------------------------------------
 
     def _state(self):
-        return unpacked(self.outs, self.estimator.coordinates)
+        return unpacked(self.table, self.estimator.coordinates)
 
     def _mean(self, what) -> np.ndarray:
         return self._state()[0][:, what::3]
@@ -206,7 +206,7 @@ class TrackTrace:
     @property
     def weights(self) -> np.ndarray:
         """Weight of each member in the prediction, (T, M), in the order of ``names``."""
-        return self.outs[:, bank.at_shares(self.estimator.coordinates) + bank.TAILS :]
+        return self.table[:, bank.at_shares(self.estimator.coordinates) + bank.TAILS :]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -46,8 +46,8 @@ def missing(scaled: Scaled) -> Verdict:
     y, u, truth = _lightly_damped(records, 400, 0.5, 21, on_sensor=False)
     y[np.random.default_rng(22).random(y.shape) < 0.3] = np.nan
     est = dw.Joint(2, 1, noise=dw.EquationError(0.25), P0=1.0)
-    early, _ = est.tick(est.start(records), y[:, :100], u[:, :100])
-    late, _ = est.tick(early, y[:, 100:], u[:, 100:])
+    early, _ = est.update_batch(est.start(records), y[:, :100], u[:, :100])
+    late, _ = est.update_batch(early, y[:, 100:], u[:, 100:])
     found = nees(est, early, truth).mean(), nees(est, late, truth).mean()
     low, high = 1 - scaled.wide(0.2), 1 + scaled.wide(0.3)
     return Verdict(
@@ -92,7 +92,7 @@ def output_error(scaled: Scaled):
         "EquationError()": dw.EquationError(0.25),
     }.items():
         est = dw.Joint(2, 1, noise=noise, P0=100.0)
-        states, _ = est.tick(est.start(records), y, u)
+        states, _ = est.update_batch(est.start(records), y, u)
         errors = np.array([est.mean(state)[2:] - truth for state in states])
         found[name] = np.sqrt(np.mean(errors**2, axis=0)), nees(est, states, truth).mean()
     (learning, bars), (knowing, _), (ignoring, biased) = found.values()

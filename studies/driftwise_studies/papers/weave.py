@@ -57,7 +57,7 @@ def adaptive(q, memory=None, spread=1e4) -> dw.Joint:
 
 def errors(est, y):
     """Return the innovations (LENGTH, records) of a fleet."""
-    _, steps = est.tick(est.start(y.shape[1]), np.ascontiguousarray(y.T))
+    _, steps = est.update_batch(est.start(y.shape[1]), np.ascontiguousarray(y.T))
     return steps.innovation.T
 
 

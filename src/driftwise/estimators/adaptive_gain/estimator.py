@@ -149,7 +149,7 @@ class AdaptiveGain(Reading):
                 "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
                 f"detector={memory.detector!r}, and restart= says what an alarm does"
             )
-        memory, _, _, cells = adaptation(
+        memory, _, _, memory_size = adaptation(
             given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale(), 1.0, plant.n)
         )
         memory = RandomWalk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
@@ -168,7 +168,8 @@ class AdaptiveGain(Reading):
             start=float(plant.n if x0 is None else 0), wait=float(WAIT if is_walk and scale is None else 0),
             samples=float(validation.count("scale_samples", scale_samples, least=2)), unit=self.y_scale**2,
             settle=float(SETTLE), signal=float(signal), low=low, high=high, radius=radius,
-            cells=float(cells), marks=float(detector.marks(plant.n)), Phi=plant.Phi.ravel(), H=plant.H,
+            memory_size=float(memory_size), detector_size=float(detector.state_size(plant.n)), Phi=plant.Phi.ravel(),
+            H=plant.H,
             B=plant.B.ravel(), dead_beat=plant.dead_beat, cap=prior, poles=poles, moves=moves.ravel(),
             reopen=_restart(restart, is_walk), probes=probes.ravel(),
         )  # fmt: skip

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, open_row, open_work
+from ...engine.dispatch import Vector, open_row, open_scratch
 from ..arx.row import HEAD
 
 COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
@@ -27,8 +27,8 @@ class GainForm(NamedTuple):
     low: float  # limits of H K, scalar state
     high: float
     radius: float  # poles of the filter stay inside; 0: not watched
-    cells: float
-    marks: float
+    memory_size: float
+    detector_size: float
     Phi: Vector
     H: Vector
     B: Vector
@@ -52,8 +52,8 @@ class Row(NamedTuple):
     held: np.ndarray  # inputs: last known value
     doubt: np.ndarray  # 1: an input was missing since the last measured output
     probes: np.ndarray  # predicted state of each probe
-    cells: np.ndarray
-    marks: np.ndarray
+    memory_state: np.ndarray
+    detector_state: np.ndarray
 
 
 class Work(NamedTuple):
@@ -79,8 +79,8 @@ def fields(form) -> list[tuple]:
         *((name, "f8") for name in HEAD),
         ("x", "f8", (n,)), ("theta", "f8", (n,)), ("D", "f8", (n,)), ("U", "f8", (n * (n - 1) // 2,)),
         ("W", "f8", (n, n)), ("held", "f8", (int(form.inputs),)), ("doubt", "f8", (1,)),
-        ("probes", "f8", (len(form.probes) // n, n)), ("cells", "f8", (int(form.cells),)),
-        ("marks", "f8", (int(form.marks),)),
+        ("probes", "f8", (len(form.probes) // n, n)), ("memory_state", "f8", (int(form.memory_size),)),
+        ("detector_state", "f8", (int(form.detector_size),)),
     ]  # fmt: skip
 
 
@@ -102,14 +102,14 @@ def _(form, row):
     d = h + int(form.inputs)
     p = d + 1
     c = p + M
-    m = c + int(form.cells)
+    m = c + int(form.memory_size)
     return Row(
         row[:s], row[s:theta], row[theta:D], row[D:U], row[U:W], row[W:h].reshape(n, n), row[h:d], row[d:p],
         row[p:c].reshape(M // n, n), row[c:m], row[m:],
     )  # fmt: skip
 
 
-@open_work.on(GainForm)
+@open_scratch.on(GainForm)
 def _(form, scratch):
     n = int(form.n)
     v, end = scratch[: 9 * n].reshape(9, n), 9 * n + n * n

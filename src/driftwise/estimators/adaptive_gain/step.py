@@ -74,7 +74,7 @@ def find_again(state):
 
 
 @kernel
-def bound(form, K, old, work):
+def bound(form, K, old, scratch):
     """Keep the filter stable: clip H K (scalar state), or halve the step until its poles lie inside."""
     if form.radius == 0.0:
         k = min(max(form.H[0] * K[0], form.low), form.high) / form.H[0]
@@ -84,8 +84,8 @@ def bound(form, K, old, work):
     n = K.size
     for turn in range(HALVINGS):
         for i in range(n):
-            work.polynomial[i] = form.poles[i] + dot(form.moves[i * n : (i + 1) * n], K)
-        if is_inside(work.polynomial, form.radius, work.p, work.q):
+            scratch.polynomial[i] = form.poles[i] + dot(form.moves[i * n : (i + 1) * n], K)
+        if is_inside(scratch.polynomial, form.radius, scratch.p, scratch.q):
             return PROJECTED if turn > 0 else 0
         for i in range(n):
             K[i] = 0.5 * (K[i] + old[i])
@@ -95,25 +95,25 @@ def bound(form, K, old, work):
 
 
 @choice
-def reopen(memory, form, strength, weight, U, D, work):
+def reopen(memory, form, strength, weight, U, D, scratch):
     """Let K move again after an alarm; return the new effective number of samples."""
 
 
 @reopen.on(Constant, Fade)
-def _(memory, form, strength, weight, U, D, work):
+def _(memory, form, strength, weight, U, D, scratch):
     lam = (strength - 1.0) / weight if weight > 0.0 else 1.0
     if lam >= 1.0:
         return weight
     for j in range(D.size):
         D[j] /= lam
-    hold_within(U, D, form.cap, work.c, work.f, work.b)
+    hold_within(U, D, form.cap, scratch.c, scratch.f, scratch.b)
     return lam * weight
 
 
 @reopen.on(RandomWalk)
-def _(memory, form, strength, weight, U, D, work):
+def _(memory, form, strength, weight, U, D, scratch):
     for i in range(D.size):
-        widen_within(U, D, i, strength * strength * form.cap[i] - variance(U, D, i), form.cap[i], work.b)
+        widen_within(U, D, i, strength * strength * form.cap[i] - variance(U, D, i), form.cap[i], scratch.b)
     return weight
 
 
@@ -126,7 +126,7 @@ def compare(form, state, z, e, c, ratios):
 
 
 @kernel
-def filter_probes(form, state, z, is_used, is_starting, work):
+def filter_probes(form, state, z, is_used, is_starting, scratch):
     """Let every probe take y in with its own gain, and predict."""
     n = state.x.size
     for m in range(state.probes.shape[0]):
@@ -136,11 +136,11 @@ def filter_probes(form, state, z, is_used, is_starting, work):
             e = z - dot(form.H, x)
             for i in range(n):
                 x[i] += K[i] * e
-        move(form, x, state.held, work.c)
+        move(form, x, state.held, scratch.c)
 
 
 @kernel
-def differentiate(form, state, e, is_used, work):
+def differentiate(form, state, e, is_used, scratch):
     """Carry W = dx/dK over the correction: W <- (I - K H) W + e I; only its last term for the pseudo-linear method."""
     K, W, n = state.theta, state.W, state.x.size
     if form.score == 0.0:
@@ -158,35 +158,35 @@ def differentiate(form, state, e, is_used, work):
 
 
 @kernel
-def push_gradient(form, W, work):
+def push_gradient(form, W, scratch):
     """W <- Phi W."""
     n = W.shape[0]
     for j in range(n):
         for i in range(n):
-            work.c[i] = 0.0
+            scratch.c[i] = 0.0
             for l in range(n):
-                work.c[i] += form.Phi[i * n + l] * W[l, j]
+                scratch.c[i] += form.Phi[i * n + l] * W[l, j]
         for i in range(n):
-            W[i, j] = work.c[i]
+            W[i, j] = scratch.c[i]
 
 
 @kernel
-def joint(state, work, i, j, s, c, share):
-    """Return the covariance of elements i <= j of [x; K]; ``share`` is 1/(H K) - 1, ``work.G`` = W U."""
+def joint(state, scratch, i, j, s, c, share):
+    """Return the covariance of elements i <= j of [x; K]; ``share`` is 1/(H K) - 1, ``scratch.G`` = W U."""
     n, D = state.x.size, state.D
     p = 0.0
     if j < n:
         for k in range(n):
-            p += work.G[i, k] * work.G[j, k] * D[k]
+            p += scratch.G[i, k] * scratch.G[j, k] * D[k]
         return s * p + c * share * state.theta[i] * state.theta[j]
     for k in range(j - n, n):
-        left = work.G[i, k] if i < n else entry(state.U, i - n, k) if k >= i - n else 0.0
+        left = scratch.G[i, k] if i < n else entry(state.U, i - n, k) if k >= i - n else 0.0
         p += left * entry(state.U, j - n, k) * D[k]
     return s * p
 
 
 @kernel
-def write(form, out, t, state, work, s, c):
+def write(form, out, t, state, scratch, s, c):
     """Write x, K, and their spread or covariance, behind the columns of the trace; ``s`` is the unit of P."""
     n, C = state.x.size, out.shape[1]
     N = 2 * n
@@ -198,22 +198,22 @@ def write(form, out, t, state, work, s, c):
         share = 1.0 / hk - 1.0 if 0.0 < hk < 1.0 else 0.0
         for i in range(n):
             for k in range(n):
-                work.G[i, k] = 0.0
+                scratch.G[i, k] = 0.0
                 for l in range(k + 1):
-                    work.G[i, k] += state.W[i, l] * entry(state.U, l, k)
+                    scratch.G[i, k] += state.W[i, l] * entry(state.U, l, k)
         at = COLUMNS + N
         for j in range(N):
             if C == COLUMNS + 2 * N:
-                out[t, at + j] = math.sqrt(max(joint(state, work, j, j, s, c, share), 0.0))
+                out[t, at + j] = math.sqrt(max(joint(state, scratch, j, j, s, c, share), 0.0))
             else:
                 for i in range(j + 1):
-                    out[t, at] = joint(state, work, i, j, s, c, share)
+                    out[t, at] = joint(state, scratch, i, j, s, c, share)
                     at += 1
 
 
 @advance.on(GainForm)
-def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
-    head, x, K, U, D, psi = state.head, state.x, state.theta, state.U, state.D, work.psi
+def _(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
+    head, x, K, U, D, psi = state.head, state.x, state.theta, state.U, state.D, scratch.psi
     n = x.size
     status = take_inputs(state, u, t)
     z = y[t, 0]
@@ -234,10 +234,10 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     # project: c is the innovation variance, s the unit of P
     c = head[CHI2] / head[COUNT] if head[COUNT] > 0.0 else form.unit
     R, s = (c, 1.0) if form.absolute > 0.0 else (1.0, c)
-    project(U, psi, work.f)
-    T = s * predicted_variance(work.f, D, R)
+    project(U, psi, scratch.f)
+    T = s * predicted_variance(scratch.f, D, R)
     if is_used and not is_starting:
-        is_used = admit(gate, e, work.f, D, R, s, head[IN_A_ROW], head[OBSERVED])
+        is_used = admit(gate, e, scratch.f, D, R, s, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_used)
         status |= 0 if is_used else REJECTED
     is_scored = is_used and state.doubt[0] == 0.0
@@ -246,33 +246,33 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
 
     # correct K, and keep the filter stable
     for i in range(n):
-        work.old[i] = K[i]
+        scratch.old[i] = K[i]
     surprise, z_pull = np.nan, 0.0
     if is_known and head[COUNT] >= form.wait and dot(psi, psi) > 0.0:
-        if learn(memory, state.cells, e, R, s, K, U, D, work) > 0.0:
+        if learn(memory, state.memory_state, e, R, s, K, U, D, scratch) > 0.0:
             surprise = e * e / T if T > 0.0 else 0.0
             head[WEIGHT] += 1.0
-            z_pull = head[WEIGHT] * (K[0] - work.old[0])
-            status |= bound(form, K, work.old, work)
+            z_pull = head[WEIGHT] * (K[0] - scratch.old[0])
+            status |= bound(form, K, scratch.old, scratch)
 
     # detect
     alarm = 0.0
     if is_known and head[OBSERVED] > form.settle and T > 0.0 and c > 0.0:
         spread = math.sqrt(T)
         if form.signal == PROBES:
-            compare(form, state, z, e, c, work.ratios)
-            alarm = watch(detector, state.marks, e / spread, work.ratios)
+            compare(form, state, z, e, c, scratch.ratios)
+            alarm = watch(detector, state.detector_state, e / spread, scratch.ratios)
             if alarm != 0.0:
-                best, step = int(state.marks[WHICH]), 0.0
+                best, step = int(state.detector_state[WHICH]), 0.0
                 for i in range(n):
-                    step += form.H[i] * (form.probes[best * n + i] - work.old[i])
+                    step += form.H[i] * (form.probes[best * n + i] - scratch.old[i])
                 alarm = 1.0 if step > 0.0 else -1.0
         else:
             for i in range(n):
-                work.slope[i] = psi[i] / spread
-            alarm = watch(detector, state.marks, z_pull if form.signal == PULL else e / spread, work.slope)
+                scratch.slope[i] = psi[i] / spread
+            alarm = watch(detector, state.detector_state, z_pull if form.signal == PULL else e / spread, scratch.slope)
         if alarm != 0.0 and form.signal != INNOVATION:  # it is about K; with several states, no single entry
-            state.marks[WHICH] = 0.0 if n == 1 else -1.0
+            state.detector_state[WHICH] = 0.0 if n == 1 else -1.0
 
     # the innovation variance: a mean over the last `samples`, taken in after use
     if is_known:
@@ -296,26 +296,26 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     if status & MISSING_INPUT:
         state.doubt[0] = 1.0
     if not is_starting:
-        differentiate(form, state, e, is_used, work)
-    filter_probes(form, state, z, is_used, is_starting, work)
+        differentiate(form, state, e, is_used, scratch)
+    filter_probes(form, state, z, is_used, is_starting, scratch)
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, T
     if out.shape[1] >= COLUMNS:
-        out[t, 4], out[t, 5] = head[WEIGHT], state.marks[STATISTIC]
-        out[t, 6], out[t, 7] = alarm * state.marks[SINCE], state.marks[WHICH]
+        out[t, 4], out[t, 5] = head[WEIGHT], state.detector_state[STATISTIC]
+        out[t, 6], out[t, 7] = alarm * state.detector_state[SINCE], state.detector_state[WHICH]
         c = head[CHI2] / head[COUNT] if head[COUNT] > 0.0 else form.unit
-        write(form, out, t, state, work, 1.0 if form.absolute > 0.0 else c, c)
+        write(form, out, t, state, scratch, 1.0 if form.absolute > 0.0 else c, c)
 
     # respond, forget, move on
     if alarm != 0.0:
-        head[WEIGHT] = reopen(memory, form, form.reopen[0 if alarm > 0.0 else 1], head[WEIGHT], U, D, work)
+        head[WEIGHT] = reopen(memory, form, form.reopen[0 if alarm > 0.0 else 1], head[WEIGHT], U, D, scratch)
         status |= JUMP
-    lam, moved = age(memory, state.cells, head[WEIGHT], surprise, 1.0, s, K, U, D, work)
+    lam, moved = age(memory, state.memory_state, head[WEIGHT], surprise, 1.0, s, K, U, D, scratch)
     if lam < 1.0:
         head[WEIGHT] *= lam
     status |= moved
-    move(form, x, state.held, work.c)
-    push_gradient(form, state.W, work)
+    move(form, x, state.held, scratch.c)
+    push_gradient(form, state.W, scratch)
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0

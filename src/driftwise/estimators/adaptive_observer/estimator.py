@@ -97,7 +97,8 @@ class AdaptiveObserver(Recursive):
         R = validation.size("y_scale", y_scale) ** 2 if variance is None else validation.positive("variance", variance)
         self._prepare(
             Filtered(
-                N=0.0, na=1.0, inputs=k, deep=1.0, registers=(1 + k) * n * (1 + n), cells=0.0, marks=0.0, missing=0.0,
+                N=0.0, na=1.0, inputs=k, deep=1.0, registers=(1 + k) * n * (1 + n), memory_size=0.0,
+                detector_size=0.0, missing=0.0,
                 settle=0.0, fill=_fading(self.filter), offset=float(offset), told=0.0, noise=R, lam=self.filter[1:],
             ), n
         )  # fmt: skip

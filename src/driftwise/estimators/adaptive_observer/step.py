@@ -8,7 +8,7 @@ be predicted.
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_work
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch
 from ..arx import step as _step  # noqa: F401  (registers the step)
 from ..arx.gaps import shift, spread
 from ..arx.row import Lags, push, regress, renew
@@ -24,8 +24,8 @@ class Filtered(NamedTuple):
     inputs: float
     deep: float  # 1: the inputs of this sample
     registers: float
-    cells: float
-    marks: float
+    memory_size: float
+    detector_size: float
     missing: float
     settle: float
     fill: float
@@ -36,14 +36,14 @@ class Filtered(NamedTuple):
 
 
 open_row.on(Filtered)(open_row.table[Lags])
-open_work.on(Filtered)(open_work.table[Lags])
+open_scratch.on(Filtered)(open_scratch.table[Lags])
 advance.on(Filtered)(advance.table[Lags])
 
 
 @regress.on(Filtered)
-def _(form, state, work, s2):
-    psi, theta, lam, registers = work.psi, state.theta, form.lam, state.registers
-    n, own = lam.size, work.own
+def _(form, state, scratch, s2):
+    psi, theta, lam, registers = scratch.psi, state.theta, form.lam, state.registers
+    n, own = lam.size, scratch.own
     yhat = added = 0.0
     for l in range(1 + state.held.size):
         w = registers[l * n : (l + 1) * n]
@@ -63,7 +63,7 @@ def _(form, state, work, s2):
 
 
 @kernel
-def filter_into(w, P, lam, value, doubt, scratch):
+def filter_into(w, P, lam, value, doubt, buffer):
     """w <- [value - lam' w; w shifted], the covariance P of its errors likewise; ``doubt`` is the variance of value."""
     n, new, top, known = w.size, value, doubt, 0.0
     for i in range(n):
@@ -73,21 +73,21 @@ def filter_into(w, P, lam, value, doubt, scratch):
     if doubt + known == 0.0:
         return
     for i in range(n):  # covariance of the new error with the old ones, and its variance
-        scratch[i] = 0.0
+        buffer[i] = 0.0
         for j in range(n):
-            scratch[i] -= lam[j] * P[j * n + i]
+            buffer[i] -= lam[j] * P[j * n + i]
     for i in range(n):
-        top -= lam[i] * scratch[i]
-    shift(P, n, max(top, 0.0), scratch)
+        top -= lam[i] * buffer[i]
+    shift(P, n, max(top, 0.0), buffer)
 
 
 @renew.on(Filtered)
-def _(form, state, work, y, doubt, e, T):
+def _(form, state, scratch, y, doubt, e, T):
     registers, n, k = state.registers, form.lam.size, state.held.size
     push(state.ys, y)
     push(state.ydoubt, doubt)
     for l in range(1 + k):
         at = (1 + k) * n + l * n * n
         value, unsure = (y, doubt) if l == 0 else (state.us[l - 1, 0], state.udoubt[l - 1, 0])
-        filter_into(registers[l * n : (l + 1) * n], registers[at : at + n * n], form.lam, value, unsure, work.own)
+        filter_into(registers[l * n : (l + 1) * n], registers[at : at + n * n], form.lam, value, unsure, scratch.own)
     return 0

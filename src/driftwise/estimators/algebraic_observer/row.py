@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, open_row, open_work
+from ...engine.dispatch import Vector, open_row, open_scratch
 from ..window_observer.row import HEAD
 
 COLUMNS = 5  # prediction, innovation, variance, status, statistic (0: nothing watches)
@@ -98,7 +98,7 @@ def _(form, row):
     )  # fmt: skip
 
 
-@open_work.on(Algebraic)
+@open_scratch.on(Algebraic)
 def _(form, scratch):
     N = int(form.N)
     v = scratch[: 8 * (N + 1)].reshape(8, N + 1)

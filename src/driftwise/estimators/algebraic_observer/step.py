@@ -39,9 +39,9 @@ def weigh(table, N, p, w):
 
 
 @kernel
-def integrate(form, state, work, now, y):
+def integrate(form, state, scratch, now, y):
     """Advance chi to the instant ``now``; leave w0 and w1 in work, and r^N behind p."""
-    N, k, chi, p = state.chi.size, state.held.size, state.chi, work.p
+    N, k, chi, p = state.chi.size, state.held.size, state.chi, scratch.p
     q, r = 1.0 / now, (now - 1.0) / now
     p[0] = 1.0
     for e in range(N):
@@ -50,24 +50,24 @@ def integrate(form, state, work, now, y):
     for e in range(N - 1, -1, -1):
         p[e] *= power
         power *= q
-    weigh(form.Y0, N, p, work.w0)
-    weigh(form.Y1, N, p, work.w1)
+    weigh(form.Y0, N, p, scratch.w0)
+    weigh(form.Y1, N, p, scratch.w1)
     for i in range(N):
-        work.chi[i] = p[N] * along(form.Phi, i * N, chi) + work.w0[i] * state.last[0] + work.w1[i] * y
+        scratch.chi[i] = p[N] * along(form.Phi, i * N, chi) + scratch.w0[i] * state.last[0] + scratch.w1[i] * y
     for j in range(k):
-        weigh(form.U0, N, p, work.f)
-        weigh(form.U1, N, p, work.g)
+        weigh(form.U0, N, p, scratch.f)
+        weigh(form.U1, N, p, scratch.g)
         for i in range(N):
-            work.chi[i] += work.f[i] * state.held[j] + work.g[i] * work.now[j]
+            scratch.chi[i] += scratch.f[i] * state.held[j] + scratch.g[i] * scratch.now[j]
     for i in range(N):
-        chi[i] = work.chi[i]
+        chi[i] = scratch.chi[i]
 
 
 @kernel
-def spread(form, state, work, is_filled):
+def spread(form, state, scratch, is_filled):
     """Advance the covariance of the errors of chi and of the newest y; work has w0, w1, and r^N behind p."""
-    N, P, M, c, s = state.chi.size, state.P, work.M, state.link, state.last[1]
-    size, w0, w1, f, g, h = work.p[state.chi.size], work.w0, work.w1, work.f, work.g, state.h
+    N, P, M, c, s = state.chi.size, state.P, scratch.M, state.link, state.last[1]
+    size, w0, w1, f, g, h = scratch.p[state.chi.size], scratch.w0, scratch.w1, scratch.f, scratch.g, state.h
     for i in range(N):
         f[i] = size * along(form.Phi, i * N, c)
         for j in range(N):
@@ -102,9 +102,9 @@ def spread(form, state, work, is_filled):
 
 
 @kernel
-def read_out(form, state, work, q):
+def read_out(form, state, scratch, q):
     """Fill T and z at the instant 1/q, and what the next sample is predicted from."""
-    N, T, z, at = state.chi.size, work.T, work.z, 0
+    N, T, z, at = state.chi.size, scratch.T, scratch.z, 0
     for mu in range(N):
         for i in range(mu + 1):
             T[mu, i] = form.powers[mu * N + i]
@@ -127,12 +127,12 @@ def read_out(form, state, work, q):
 
 
 @kernel
-def estimate(form, state, work, sigma):
+def estimate(form, state, scratch, sigma):
     """Fill the estimates and their deviations, relative to sigma; say whether these meet the tolerance."""
-    N, E, T, M, C = state.chi.size, state.estimates.size, work.T, work.M, work.C
+    N, E, T, M, C = state.chi.size, state.estimates.size, scratch.T, scratch.M, scratch.C
     d, k, slope, is_met = form.rows.size // state.estimates.size, state.held.size, 0.0, True
     for j in range(k):
-        slope += (work.now[j] - state.held[j]) / form.dt
+        slope += (scratch.now[j] - state.held[j]) / form.dt
     for mu in range(d):
         for j in range(N):
             M[mu, j] = 0.0
@@ -146,9 +146,9 @@ def estimate(form, state, work, sigma):
     for i in range(E):
         value, total = form.slopes[i] * slope, 0.0
         for j in range(k):
-            value += form.feeds[i] * work.now[j]
+            value += form.feeds[i] * scratch.now[j]
         for mu in range(d):
-            value += form.rows[i * d + mu] * work.z[mu]
+            value += form.rows[i * d + mu] * scratch.z[mu]
             for h in range(d):
                 total += form.rows[i * d + mu] * C[mu, h] * form.rows[i * d + h]
         state.estimates[i], state.std[i] = value, math.sqrt(max(total, 0.0))
@@ -158,7 +158,7 @@ def estimate(form, state, work, sigma):
 
 
 @advance.on(Algebraic)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, N, k, E = state.head, state.chi.size, state.held.size, state.estimates.size
     elapse(form, state, u, t)
     value, status, yhat, relative = y[t, 0], 0, np.nan, np.inf
@@ -166,15 +166,15 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         status = MISSING_OUTPUT if value != value else MISSING_OUTPUT | BAD_VALUE
         value = np.nan
     for j in range(k):
-        work.now[j] = u[t, j]
-        if not abs(work.now[j]) < HUGE:
+        scratch.now[j] = u[t, j]
+        if not abs(scratch.now[j]) < HUGE:
             status |= MISSING_INPUT
-            work.now[j] = state.held[j]
+            scratch.now[j] = state.held[j]
     is_known, is_ready, is_filled, s2 = head[DETERMINED] > 0.0, False, False, unit(scale, head)
     if is_known:
         yhat, relative = state.last[2], form.R
         for j in range(k):
-            yhat += form.ahead[0] * state.held[j] + form.ahead[1] * work.now[j]
+            yhat += form.ahead[0] * state.held[j] + form.ahead[1] * scratch.now[j]
         for i in range(N):
             relative += state.h[i] * along(state.P[i], 0, state.h)
     out[t, 0], out[t, 1], out[t, 2], out[t, 4] = yhat, value - yhat, s2 * relative, 0.0
@@ -195,16 +195,16 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         state.last[0], state.last[1], state.clock[0] = value, form.R, 1.0
     else:
         now = state.clock[0]
-        integrate(form, state, work, now, value)
-        spread(form, state, work, is_filled)
+        integrate(form, state, scratch, now, value)
+        spread(form, state, scratch, is_filled)
         state.last[0], state.clock[0] = value, now + 1.0
         if state.clock[0] >= form.least:
-            read_out(form, state, work, 1.0 / now)
-            is_met = estimate(form, state, work, math.sqrt(s2))
+            read_out(form, state, scratch, 1.0 / now)
+            is_met = estimate(form, state, scratch, math.sqrt(s2))
             is_ready = is_met and state.clock[0] > form.wait and s2 < np.inf
             head[DETERMINED] = 1.0
     for j in range(k):
-        state.held[j] = work.now[j]
+        state.held[j] = scratch.now[j]
     status |= 0 if is_ready else NOT_READY
     head[SAMPLES] += 1.0
     head[STATUS], head[READY], out[t, 3] = status, 1.0 if is_ready else 0.0, status

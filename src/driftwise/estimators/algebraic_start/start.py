@@ -198,7 +198,7 @@ class Starting:
             return NOT_STARTED
         state["x"], state["theta"] = start.mean[:n], start.mean[n:]
         state["D"], state["U"] = factor_root(start.root)
-        state["in_a_row"], state["marks"] = 0.0, 0.0
+        state["in_a_row"], state["detector_state"] = 0.0, 0.0
         if not isinstance(est.scale, KnownScale):
             # The evidence stays that of the predictions made; chi2 becomes what the samples would have shown.
             before = est.loglik(state)

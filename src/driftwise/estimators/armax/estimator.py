@@ -45,7 +45,8 @@ class _Member(ARX):
         is_exact = method == "rpem"
         registers, own = sizes(form.N, form.kept, is_exact)
         kernel_form = Polynomials(
-            N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=registers, cells=0.0, marks=0.0,
+            N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=registers, memory_size=0.0,
+            detector_size=0.0,
             missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), told=0.0, nb=np.array(nb, float),
             nk=np.array(nk, float),
             R=0.0, exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, nf=np.array(nf, float),

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, Vector, advance, kernel, open_row, open_work
+from ...engine.dispatch import Size, Vector, advance, kernel, open_row, open_scratch
 from ...engine.status import PROJECTED
 from ...memory.drift import widen_within
 from ...memory.hold import hold_within
@@ -37,8 +37,8 @@ class Polynomials(NamedTuple):
     inputs: Size
     deep: Size
     registers: Size
-    cells: Size
-    marks: Size
+    memory_size: Size
+    detector_size: Size
     missing: Size
     settle: float
     fill: float
@@ -96,22 +96,22 @@ def open_kept(form, state):
 
 
 @kernel
-def open_room(form, work):
+def open_room(form, scratch):
     """Return the named views of the scratch."""
-    N, own = int(form.N), work.own
+    N, own = int(form.N), scratch.own
     v = own[1 : 1 + 6 * N].reshape(6, N)
     squares = own[1 + 6 * N : 1 + 6 * N + 2 * N * N].reshape(2, N, N)
     return Room(own[:1], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
 
 
 open_row.on(Polynomials)(open_row.table[Lags])
-open_work.on(Polynomials)(open_work.table[Lags])
+open_scratch.on(Polynomials)(open_scratch.table[Lags])
 advance.on(Polynomials)(advance.table[Lags])
 
 
 @regress.on(Polynomials)
-def _(form, state, work, s2):
-    kept, room, theta, psi = open_kept(form, state), open_room(form, work), state.theta, work.psi
+def _(form, state, scratch, s2):
+    kept, room, theta, psi = open_kept(form, state), open_room(form, scratch), state.theta, scratch.psi
     phi, at = room.phi, state.ys.size
     for i in range(at):
         phi[i] = -state.ys[i]
@@ -145,8 +145,8 @@ def add_derivatives(psi, theta, dr, free, first, end):
 
 
 @renew.on(Polynomials)
-def _(form, state, work, y, doubt, innovation, T):
-    kept, room, theta = open_kept(form, state), open_room(form, work), state.theta
+def _(form, state, scratch, y, doubt, innovation, T):
+    kept, room, theta = open_kept(form, state), open_room(form, scratch), state.theta
     phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
     N, M = theta.size, kept.r.size
     free = N - M - (1 if form.offset != 0.0 else 0)
@@ -196,12 +196,12 @@ def _(form, state, work, y, doubt, innovation, T):
         b += nb
         f += nf
     push(state.ys, y)
-    begin(form, state, kept, work, free, room.s2[0])
+    begin(form, state, kept, scratch, free, room.s2[0])
     return status
 
 
 @kernel
-def begin(form, state, kept, work, free, s2):
+def begin(form, state, kept, scratch, free, s2):
     """Free c, d, f to a standard deviation of one; forget the first samples, which knew too little of e, v and w.
 
     1 - lambda falls from FIRST by the factor FADING per sample (Ljung and Soderstrom 1983, chapter 5).
@@ -213,11 +213,11 @@ def begin(form, state, kept, work, free, s2):
     kept.seen[0] = head[OBSERVED]
     if n == 0.0:
         for i in range(free, free + kept.r.size):
-            widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], work.b)
+            widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], scratch.b)
     lam = 1.0 - FIRST * FADING**n
     for j in range(state.D.size):
         state.D[j] /= lam
-    hold_within(state.U, state.D, form.cap, work.c, work.f, work.b)
+    hold_within(state.U, state.D, form.cap, scratch.c, scratch.f, scratch.b)
     head[COUNT] *= lam * lam
     head[CHI2] *= lam * lam
     head[WEIGHT] *= lam

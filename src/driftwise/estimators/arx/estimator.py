@@ -59,12 +59,18 @@ class Recursive(Reading):
         setting = Setting(
             self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale, R, N - constants
         )
-        memory, detector, settle, cells = adaptation(self._memory(R), setting)
+        memory, detector, settle, memory_size = adaptation(self._memory(R), setting)
         fill = 0.0 if options["at_rest"] else form.fill
         told = float(getattr(memory, "told", 0)) if self._tells else 0.0
         self.columns = COLUMNS + int(told)
         form = form._replace(
-            N=float(N), cells=cells, marks=detector.marks(N), settle=settle, fill=fill, missing=missing, told=told
+            N=float(N),
+            memory_size=memory_size,
+            detector_size=detector.state_size(N),
+            settle=settle,
+            fill=fill,
+            missing=missing,
+            told=told,
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = InverseGamma(0.0, 0.0) if is_relative else KnownScale()
@@ -357,7 +363,8 @@ class ARX(InHindsight, Recursive):
             deep = max(deep, first + form.na)
         self._prepare(
             METHODS[kind](
-                N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, cells=0.0, marks=0.0,
+                N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, memory_size=0.0,
+                detector_size=0.0,
                 missing=0.0, settle=0.0, fill=form.reach, offset=float(form.constants > 0), told=0.0,
                 nb=np.array(nb, float), nk=np.array(nk, float),
             ), own

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, advance, open_row, open_work
+from ...engine.dispatch import Vector, advance, open_row, open_scratch
 from ...engine.errors import InputError
 from ...memory.drift import Constant
 from ...memory.fading import ExponentialForgetting, GainFloor
@@ -45,7 +45,7 @@ def _(form, row):
     h = S + na * na
     u = h + 6 * k
     c = u + 2 * k * deep
-    m = c + int(form.cells)
+    m = c + int(form.memory_size)
     nothing = row[:0]
     inputs, lags = row[h:u].reshape(6, k), row[u:c].reshape(2, k, deep)
     return Row(
@@ -55,10 +55,10 @@ def _(form, row):
     )  # fmt: skip
 
 
-@open_work.on(LagsAlone)
-def _(form, scratch):
-    N, nothing = int(form.N), scratch[:0]  # the row of a covariance that is not there
-    return Work(nothing, nothing, scratch[N : 2 * N], nothing, nothing, scratch[:N])
+@open_scratch.on(LagsAlone)
+def _(form, buffer):
+    N, nothing = int(form.N), buffer[:0]  # the row of a covariance that is not there
+    return Work(nothing, nothing, buffer[N : 2 * N], nothing, nothing, buffer[:N])
 
 
 advance.on(LagsAlone)(advance.table[Lags])
@@ -66,13 +66,13 @@ renew.on(LagsAlone)(renew.table[Lags])
 
 
 @regress.on(LagsAlone)
-def _(form, state, work, s2):
-    return fill_lags(form, state, work.own, s2)
+def _(form, state, scratch, s2):
+    return fill_lags(form, state, scratch.own, s2)
 
 
 @correct_by.on(Gradient)
-def _(method, memory, state, e, R, s2, work):
-    theta, psi, units = state.theta, work.own, method.units
+def _(method, memory, state, e, R, s2, scratch):
+    theta, psi, units = state.theta, scratch.own, method.units
     size = 0.0
     for i in range(theta.size):
         size += units[i] * psi[i] * psi[i]

@@ -11,7 +11,7 @@ P is not symmetric. C, the covariance of theta, is P (sum zeta zeta') P' written
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_work
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch
 from ...engine.errors import InputError
 from ...engine.ud import correct, predicted_variance, widen_along
 from ...memory.drift import Constant, RestartOnChange
@@ -47,25 +47,25 @@ class Instruments(NamedTuple):
 
 
 open_row.on(InstrumentalLags)(open_row.table[Lags])
-open_work.on(InstrumentalLags)(open_work.table[Lags])
+open_scratch.on(InstrumentalLags)(open_scratch.table[Lags])
 advance.on(InstrumentalLags)(advance.table[Lags])
 
 
 @regress.on(InstrumentalLags)
-def _(form, state, work, s2):
-    return fill_lags(form, state, work.psi, s2)
+def _(form, state, scratch, s2):
+    return fill_lags(form, state, scratch.psi, s2)
 
 
 @renew.on(InstrumentalLags)
-def _(form, state, work, y, doubt, e, T):
+def _(form, state, scratch, y, doubt, e, T):
     # the auxiliary model: the same regressors, past outputs replaced by its own, with the new theta
     na, value = state.ys.size, 0.0
     xs = state.registers[state.registers.size - na :]
-    for i in range(work.psi.size):
-        value += state.theta[i] * (-xs[i] if i < na else work.psi[i])
-    is_sound = abs(value) <= NEAR * state.head[TOP] and is_inside(state.theta[:na], STEADY, work.f, work.b)
+    for i in range(scratch.psi.size):
+        value += state.theta[i] * (-xs[i] if i < na else scratch.psi[i])
+    is_sound = abs(value) <= NEAR * state.head[TOP] and is_inside(state.theta[:na], STEADY, scratch.f, scratch.b)
     push(xs, value if is_sound else y)
-    take_output(state, work, y, doubt, e, T)
+    take_output(state, scratch, y, doubt, e, T)
     return 0
 
 
@@ -81,10 +81,10 @@ def forget(P, ratio, cap):
 
 
 @correct_by.on(Instruments)
-def _(method, memory, state, e, R, s2, work):
-    theta, psi, N, na = state.theta, work.psi, state.theta.size, state.ys.size
+def _(method, memory, state, e, R, s2, scratch):
+    theta, psi, N, na = state.theta, scratch.psi, state.theta.size, state.ys.size
     P, head, at = state.registers, state.head, state.theta.size * state.theta.size
-    zeta, K, v = work.own[:N], work.own[N : 2 * N], work.own[2 * N :]
+    zeta, K, v = scratch.own[:N], scratch.own[N : 2 * N], scratch.own[2 * N :]
     if P[at] > 0.0 and head[WEIGHT] != P[at]:  # the memory has forgotten since: so does P
         forget(P[: N * N], head[WEIGHT] / P[at], method.cap)
     xs, first = P[at + 1 :], int(method.first)
@@ -92,7 +92,7 @@ def _(method, memory, state, e, R, s2, work):
         zeta[i] = psi[i]
         if i < na and head[OBSERVED] >= method.start:
             zeta[i] = method.unit * state.us[0, first + i] if first else -xs[i]
-    T = predicted_variance(work.f, state.D, R)
+    T = predicted_variance(scratch.f, state.D, R)
     bottom = R
     for i in range(N):
         K[i] = 0.0
@@ -112,9 +112,9 @@ def _(method, memory, state, e, R, s2, work):
             P[i * N + j] -= K[i] * v[j]
     P[at] = head[WEIGHT] + 1.0
     # C - b b'/T is what the best gain b/T leaves, T (K - b/T)(K - b/T)' what this one loses against it
-    T = correct(state.U, state.D, work.f, R, work.b)
+    T = correct(state.U, state.D, scratch.f, R, scratch.b)
     for i in range(N):
-        v[i] = K[i] - work.b[i] / T
+        v[i] = K[i] - scratch.b[i] / T
     widen_along(state.U, state.D, v, T, N - 1)
     return T
 

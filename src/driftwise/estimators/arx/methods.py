@@ -13,13 +13,13 @@ class LeastSquares(NamedTuple):
 
 
 @choice
-def correct_by(method, memory, state, e, R, s2, work):
-    """Take the innovation e of the row ``work.psi`` into the state; return the variance T it was expected to have.
+def correct_by(method, memory, state, e, R, s2, scratch):
+    """Take the innovation e of the row ``scratch.psi`` into the state; return the variance T it was expected to have.
 
     Minus T says that the sample could not be used.
     """
 
 
 @correct_by.on(LeastSquares)
-def _(method, memory, state, e, R, s2, work):
-    return learn(memory, state.cells, e, R, s2, state.theta, state.U, state.D, work)
+def _(method, memory, state, e, R, s2, scratch):
+    return learn(memory, state.memory_state, e, R, s2, state.theta, state.U, state.D, scratch)

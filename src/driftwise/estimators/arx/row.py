@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, Vector, choice, kernel, open_row, open_work
+from ...engine.dispatch import Size, Vector, choice, kernel, open_row, open_scratch
 from ...engine.views import matrix
 
 # head of the row, one number each: COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory; PAST: samples since
@@ -25,8 +25,8 @@ class Lags(NamedTuple):
     inputs: Size
     deep: Size  # lags kept of each input
     registers: Size  # more numbers that the form keeps
-    cells: Size  # numbers that the memory keeps
-    marks: Size  # numbers that the detector keeps
+    memory_size: Size  # numbers that the memory keeps
+    detector_size: Size  # numbers that the detector keeps
     missing: Size  # PREDICT, HOLD or SKIP
     settle: float  # measured samples before the detector counts
     fill: float  # samples until the registers hold no time before the record
@@ -54,8 +54,8 @@ class Row(NamedTuple):
     us: np.ndarray  # inputs (k, deep), newest first, and the variance of those that were predicted
     udoubt: np.ndarray
     registers: np.ndarray
-    cells: np.ndarray
-    marks: np.ndarray
+    memory_state: np.ndarray
+    detector_state: np.ndarray
 
 
 class Work(NamedTuple):
@@ -79,8 +79,8 @@ def fields(form) -> list[tuple]:
         ("ys", "f8", (na,)), ("ydoubt", "f8", (na * na,)),
         *((name, "f8", (k,)) for name in INPUT),
         ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),
-        ("registers", "f8", (int(form.registers),)), ("cells", "f8", (int(form.cells),)),
-        ("marks", "f8", (int(form.marks),)),
+        ("registers", "f8", (int(form.registers),)), ("memory_state", "f8", (int(form.memory_size),)),
+        ("detector_state", "f8", (int(form.detector_size),)),
     ]  # fmt: skip
 
 
@@ -96,7 +96,7 @@ def _(form, row):
     u = h + 6 * k
     r = u + 2 * k * deep
     c = r + int(form.registers)
-    m = c + int(form.cells)
+    m = c + int(form.memory_size)
     inputs, lags = matrix(row[h:u], 6, k), matrix(row[u:r], 2 * k, deep)
     return Row(
         row[:s], row[s:D], row[D:U], row[U:y], row[y:S], row[S:h],
@@ -108,20 +108,20 @@ def _(form, row):
 OWN = 0  # scratch of the form itself
 
 
-@open_work.on(Lags)
-def _(form, scratch):
+@open_scratch.on(Lags)
+def _(form, buffer):
     N = int(form.N)
-    v = matrix(scratch[: 5 * N], 5, N)
-    return Work(v[0], v[1], v[2], v[3], v[4], scratch[5 * N :])
+    v = matrix(buffer[: 5 * N], 5, N)
+    return Work(v[0], v[1], v[2], v[3], v[4], buffer[5 * N :])
 
 
 @choice
-def regress(form, state, work, s2):
-    """Fill ``work.psi``; return the prediction and the variance that predicted regressors add to it."""
+def regress(form, state, scratch, s2):
+    """Fill ``scratch.psi``; return the prediction and the variance that predicted regressors add to it."""
 
 
 @choice
-def renew(form, state, work, y, doubt, e, T):
+def renew(form, state, scratch, y, doubt, e, T):
     """Take y (of variance ``doubt``, where it was predicted) into the registers, with the new theta; return status.
 
     e is the innovation, NaN where y was predicted, T its variance.

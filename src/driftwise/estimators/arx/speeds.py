@@ -105,7 +105,7 @@ def read(est, state, names: list[str]) -> Speeds | None:
         return Speeds(names, _by_variance(memory, est, state), int(state["observed"]))
     if not hasattr(memory, "moving"):
         return None
-    ground = open_ground(np.array(state["cells"]), N)
+    ground = open_ground(np.array(state["memory_state"]), N)
     nvr = np.divide(ground.q, ground.unit, out=np.full(N, np.nan), where=ground.unit > 0)
     return Speeds(names, nvr, int(state["observed"]), _weights(memory, ground.own, N))
 

@@ -92,27 +92,27 @@ def fill_lags(form, state, psi, s2):
 
 
 @regress.on(Lags)
-def _(form, state, work, s2):
-    return fill_lags(form, state, work.psi, s2)
+def _(form, state, scratch, s2):
+    return fill_lags(form, state, scratch.psi, s2)
 
 
 @kernel
-def take_output(state, work, y, doubt, e, T):
+def take_output(state, scratch, y, doubt, e, T):
     """Take y into the past outputs."""
     na = state.ys.size
     if na > 0 and (doubt != 0.0 or not is_clear(state.ydoubt, na)):
-        pass_gap(state.ydoubt, state.ys, state.theta, work.b, y, doubt, e, T)
+        pass_gap(state.ydoubt, state.ys, state.theta, scratch.b, y, doubt, e, T)
     push(state.ys, y)
 
 
 @renew.on(Lags)
-def _(form, state, work, y, doubt, e, T):
-    take_output(state, work, y, doubt, e, T)
+def _(form, state, scratch, y, doubt, e, T):
+    take_output(state, scratch, y, doubt, e, T)
     return 0
 
 
 @kernel
-def write(out, t, state, work, s2, first):
+def write(out, t, state, scratch, s2, first):
     """Write theta, and its spread or covariance, from column ``first`` on; no D: nobody knows (infinite)."""
     N, C = state.theta.size, out.shape[1]
     if C >= first + N:
@@ -122,9 +122,9 @@ def write(out, t, state, work, s2, first):
         for at in range(first + N, C):
             out[t, at] = np.inf
     elif C == first + 2 * N:
-        variances(state.U, state.D, work.c)
+        variances(state.U, state.D, scratch.c)
         for i in range(N):
-            out[t, first + N + i] = math.sqrt(s2 * work.c[i])
+            out[t, first + N + i] = math.sqrt(s2 * scratch.c[i])
     elif C > first + N:
         at = first + N
         for j in range(N):
@@ -144,10 +144,10 @@ def known_so_far(scale, head):
 
 
 @advance.on(Lags)
-def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
-    head, theta, U, D, psi = state.head, state.theta, state.U, state.D, work.psi
+def _(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
+    head, theta, U, D, psi = state.head, state.theta, state.U, state.D, scratch.psi
     if head[SAMPLES] == 0.0:
-        begin(memory, state.cells, theta, U, D)
+        begin(memory, state.memory_state, theta, U, D)
     status = take_inputs(form, state, u, t)
     z = y[t, 0]
     is_used = abs(z) < HUGE
@@ -156,7 +156,7 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
 
     # predict
     s2 = known_so_far(scale, head)
-    yhat, doubt = regress(form, state, work, s2)
+    yhat, doubt = regress(form, state, scratch, s2)
     e = z - yhat if is_used else np.nan
     if doubt > 0.0:
         status |= SKIPPED if form.missing == SKIP else FILLED
@@ -170,35 +170,35 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
     if out.shape[1] >= COLUMNS:
         out[t, 8] = freedom(scale, head[COUNT])
         if form.told > 0.0:
-            tell(memory, state.cells, R, s2, theta, work, out[t, COLUMNS:])
+            tell(memory, state.memory_state, R, s2, theta, scratch, out[t, COLUMNS:])
 
     # project
-    project(U, psi, work.f)
-    T = predicted_variance(work.f, D, R)
+    project(U, psi, scratch.f)
+    T = predicted_variance(scratch.f, D, R)
 
     # detect
     alarm = 0.0
     if is_used:
-        is_used = admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        is_used = admit(gate, e, scratch.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_used)
         status |= 0 if is_used else REJECTED
     if is_used and head[OBSERVED] > form.settle and T > 0.0:
         spread = math.sqrt(s2 * T)
         for i in range(psi.size):
-            work.slope[i] = psi[i] / spread
-        alarm = watch(detector, state.marks, e / spread, work.slope)
+            scratch.slope[i] = psi[i] / spread
+        alarm = watch(detector, state.detector_state, e / spread, scratch.slope)
 
     # correct
     surprise = np.nan
     if is_used:
-        T = correct_by(method, memory, state, e, R, s2, work)
+        T = correct_by(method, memory, state, e, R, s2, scratch)
         if T > 0.0:
             surprise = e * e / (s2 * T)
             head[OBSERVED] += 1.0
             head[COUNT], head[CHI2], head[WEIGHT] = reckon(
-                memory, state.cells, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
+                memory, state.memory_state, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
-            alarm += notice(memory, state.cells, state.marks)
+            alarm += notice(memory, state.memory_state, state.detector_state)
             head[LOGDET] += math.log(T)
             head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
         else:
@@ -215,21 +215,25 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
             status |= LOST if head[OBSERVED] > theta.size else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
-        if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.cells) > 0.5:
+        if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.memory_state) > 0.5:
             doubt = GLITCH * e * e
-    status |= renew(form, state, work, z, doubt, seen, s2 * T)
+    status |= renew(form, state, scratch, z, doubt, seen, s2 * T)
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
     if out.shape[1] >= COLUMNS:
-        out[t, 4], out[t, 5] = head[WEIGHT], state.marks[STATISTIC]
-        out[t, 6], out[t, 7] = alarm * state.marks[SINCE], state.marks[WHICH]
-        write(out, t, state, work, known_so_far(scale, head), COLUMNS + int(form.told))
+        out[t, 4], out[t, 5] = head[WEIGHT], state.detector_state[STATISTIC]
+        out[t, 6], out[t, 7] = alarm * state.detector_state[SINCE], state.detector_state[WHICH]
+        write(out, t, state, scratch, known_so_far(scale, head), COLUMNS + int(form.told))
 
     # respond, forget
     if alarm != 0.0:
-        head[WEIGHT], moved = respond(memory, alarm, state.marks[WHICH], state.cells, head[WEIGHT], s2, U, D, work)
+        head[WEIGHT], moved = respond(
+            memory, alarm, state.detector_state[WHICH], state.memory_state, head[WEIGHT], s2, U, D, scratch
+        )
         status |= moved
-    lam, moved = age(memory, state.cells, head[WEIGHT], surprise, R / T if T > 0.0 else 1.0, s2, theta, U, D, work)
+    lam, moved = age(
+        memory, state.memory_state, head[WEIGHT], surprise, R / T if T > 0.0 else 1.0, s2, theta, U, D, scratch
+    )
     if lam < 1.0:
         head[WEIGHT] *= lam
         head[COUNT] *= lam

@@ -170,7 +170,8 @@ class ARXMIMO(ReadingMIMO):
         for i in range(p):
             mine = slice(at[i], at[i + 1])
             channel = Channel(
-                N=0.0, na=0.0, inputs=0.0, deep=0.0, registers=0.0, cells=0.0, marks=0.0, missing=0.0, settle=0.0,
+                N=0.0, na=0.0, inputs=0.0, deep=0.0, registers=0.0, memory_size=0.0, detector_size=0.0, missing=0.0,
+                settle=0.0,
                 fill=form.reach(i), offset=float(form.has_offset), told=0.0, past=np.array(form.na[i], float),
                 nb=np.array(form.nb[i], float), nk=np.array(form.nk[i], float),
             )  # fmt: skip
@@ -192,7 +193,7 @@ class ARXMIMO(ReadingMIMO):
         return Several(
             outputs=form.outputs, inputs=form.inputs, past=form.past, deep=form.deep, missing=channels[0].missing,
             theta_at=ends(form.sizes), U_at=ends(N * (N - 1) // 2 for N in form.sizes),
-            cells_at=ends(c.cells for c in channels), marks_at=ends(c.marks for c in channels),
+            memory_at=ends(c.memory_size for c in channels), detector_at=ends(c.detector_size for c in channels),
             spec_at=ends(map(len, specs)), spec=np.concatenate(specs),
         )  # fmt: skip
 
@@ -226,7 +227,13 @@ class ARXMIMO(ReadingMIMO):
     def _part(self, state, i) -> dict[str, np.ndarray]:
         """Return the numbers of equation i, under the names that the state of one output has."""
         shape = self.policies[0]
-        tables = dict(theta=shape.theta_at, D=shape.theta_at, U=shape.U_at, cells=shape.cells_at, marks=shape.marks_at)
+        tables = dict(
+            theta=shape.theta_at,
+            D=shape.theta_at,
+            U=shape.U_at,
+            memory_state=shape.memory_at,
+            detector_state=shape.detector_at,
+        )
         found = {name: state[name][..., int(at[i]) : int(at[i + 1])] for name, at in tables.items()}
         return found | {
             name: state[name][..., i] for name in ("observed", "count", "chi2", "logdet", "score", "weight")

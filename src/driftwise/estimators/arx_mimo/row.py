@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, kernel, open_row, open_work
+from ...engine.dispatch import Vector, kernel, open_row, open_scratch
 from ..arx.row import HEAD, INPUT, Lags
 
 FRESH = 5  # numbers that `renew` is given of an output, and one more
@@ -24,8 +24,8 @@ class Several(NamedTuple):
     missing: float
     theta_at: Vector  # where the parameters of each equation begin, and one past the last: (p + 1,) each
     U_at: Vector
-    cells_at: Vector
-    marks_at: Vector
+    memory_at: Vector
+    detector_at: Vector
     spec_at: Vector
     spec: Vector
 
@@ -38,8 +38,8 @@ class Channel(NamedTuple):
     inputs: float
     deep: float
     registers: float
-    cells: float
-    marks: float
+    memory_size: float
+    detector_size: float
     missing: float
     settle: float
     fill: float
@@ -70,8 +70,8 @@ class Row(NamedTuple):
     udoubt: np.ndarray
     products: np.ndarray  # (p, p) of the innovations, e_i e_j weighed by their variances, and the sum of the weights
     weights: np.ndarray
-    cells: np.ndarray
-    marks: np.ndarray
+    memory_state: np.ndarray
+    detector_state: np.ndarray
 
 
 class ChannelRow(NamedTuple):
@@ -93,8 +93,8 @@ class ChannelRow(NamedTuple):
     us: np.ndarray
     udoubt: np.ndarray
     fresh: np.ndarray  # what the output of this sample was: `Work`
-    cells: np.ndarray
-    marks: np.ndarray
+    memory_state: np.ndarray
+    detector_state: np.ndarray
 
 
 class Work(NamedTuple):
@@ -114,21 +114,22 @@ class Work(NamedTuple):
 def fields(form) -> list[tuple]:
     """Return the fields of a row as NumPy's dtype wants them; the order is that of `Row`."""
     p, k, past, deep = (int(v) for v in form[:4])
-    N, U, cells, marks = (int(table[-1]) for table in form[5:9])
+    N, U, memory_size, detector_size = (int(table[-1]) for table in form[5:9])
     return [
         ("samples", "f8"), ("clock", "f8", (p,)), *((name, "f8", (p,)) for name in HEAD[1:]),
         ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (N,)), ("U", "f8", (U,)),
         ("ys", "f8", (p, past)), ("ydoubt", "f8", ((p * past) ** 2,)),
         *((name, "f8", (k,)) for name in INPUT),
         ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),
-        ("products", "f8", (p, p)), ("weights", "f8", (p, p)), ("cells", "f8", (cells,)), ("marks", "f8", (marks,)),
+        ("products", "f8", (p, p)), ("weights", "f8", (p, p)), ("memory_state", "f8", (memory_size,)),
+        ("detector_state", "f8", (detector_size,)),
     ]  # fmt: skip
 
 
 @open_row.on(Several)
 def _(form, row):
     p, k, past, deep = int(form.outputs), int(form.inputs), int(form.past), int(form.deep)
-    N, cells = int(form.theta_at[p]), int(form.cells_at[p])
+    N, memory_size = int(form.theta_at[p]), int(form.memory_at[p])
     s = 1 + len(HEAD) * p
     D = s + N
     U = D + N
@@ -143,7 +144,7 @@ def _(form, row):
     return Row(
         row[:1], row[1:s].reshape(len(HEAD), p), row[s:D], row[D:U], row[U:y], row[y:S].reshape(p, past), row[S:h],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], lags[0], lags[1], pairs[0], pairs[1],
-        row[c : c + cells], row[c + cells :],
+        row[c : c + memory_size], row[c + memory_size :],
     )  # fmt: skip
 
 
@@ -166,8 +167,8 @@ def line_size(N):
     return 8 + 2 * N + N * (N + 1) // 2
 
 
-@open_work.on(Several)
-def _(form, scratch):
+@open_scratch.on(Several)
+def _(form, buffer):
     p, M, N = int(form.outputs), int(form.outputs * form.past), 0
     for i in range(p):
         N = max(N, int(form.theta_at[i + 1] - form.theta_at[i]))
@@ -175,23 +176,23 @@ def _(form, scratch):
     m = 1 + p * wide
     e, end = m + M, at + line_size(N)
     return Work(
-        scratch[:1].reshape(1, 1), scratch[:0].reshape(1, 0), scratch[1:m].reshape(p, wide), scratch[m:e],
-        scratch[e : e + p], scratch[e + p : e + 2 * p], scratch[e + 2 * p : at], scratch[at:end], scratch[end:],
+        buffer[:1].reshape(1, 1), buffer[:0].reshape(1, 0), buffer[1:m].reshape(p, wide), buffer[m:e],
+        buffer[e : e + p], buffer[e + p : e + 2 * p], buffer[e + 2 * p : at], buffer[at:end], buffer[end:],
     )  # fmt: skip
 
 
-open_work.on(Channel)(open_work.table[Lags])
+open_scratch.on(Channel)(open_scratch.table[Lags])
 
 
 @kernel
-def open_channel(form, state, work, i):
+def open_channel(form, state, scratch, i):
     """Return the views of equation i."""
     theta0, theta1 = int(form.theta_at[i]), int(form.theta_at[i + 1])
     nothing = state.theta[:0]
     return ChannelRow(
         state.heads[:, i], state.theta[theta0:theta1], state.D[theta0:theta1],
         state.U[int(form.U_at[i]) : int(form.U_at[i + 1])], state.ys[i], state.ys, state.ydoubt,
-        nothing, nothing, nothing, nothing, nothing, nothing, state.us, state.udoubt, work.fresh[i],
-        state.cells[int(form.cells_at[i]) : int(form.cells_at[i + 1])],
-        state.marks[int(form.marks_at[i]) : int(form.marks_at[i + 1])],
+        nothing, nothing, nothing, nothing, nothing, nothing, state.us, state.udoubt, scratch.fresh[i],
+        state.memory_state[int(form.memory_at[i]) : int(form.memory_at[i + 1])],
+        state.detector_state[int(form.detector_at[i]) : int(form.detector_at[i + 1])],
     )  # fmt: skip

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...engine.dispatch import advance, kernel, open_work, read, read_like
+from ...engine.dispatch import advance, kernel, open_scratch, read, read_like
 from ...models.scale import sigma2
 from ..arx.gaps import is_clear
 from ..arx.row import CHI2, COLUMNS, COUNT, OBSERVED, STATUS, Lags, push, regress
@@ -16,8 +16,8 @@ advance.on(Channel)(advance.table[Lags])
 
 
 @regress.on(Channel)
-def _(form, state, work, s2):
-    psi, added, at = work.psi, 0.0, 0
+def _(form, state, scratch, s2):
+    psi, added, at = scratch.psi, 0.0, 0
     for j in range(state.all_ys.shape[0]):
         for lag in range(int(form.past[j])):
             psi[at] = -state.all_ys[j, lag]
@@ -89,7 +89,7 @@ def link(products, weights, e, T, lam):
 
 
 @advance.on(Several)
-def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
+def _(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
     p, N = state.heads.shape[1], state.theta.size
     taken = take_inputs(form, state, u, t)
     for i in range(p):
@@ -99,29 +99,40 @@ def _(form, method, memory, gate, scale, detector, state, work, y, u, out, t):
         own_gate, at = read_like(gate, form.spec, at)
         own_scale, at = read_like(scale, form.spec, at)
         own_detector, at = read_like(detector, form.spec, at)
-        own, scratch = open_channel(form, state, work, i), open_work(channel, work.rest)
+        own, buffer = open_channel(form, state, scratch, i), open_scratch(channel, scratch.rest)
         n = own.theta.size
         C = columns_of(out.shape[1], p, N, n)
-        line, head = work.line[:C].reshape(1, C), own.head
+        line, head = scratch.line[:C].reshape(1, C), own.head
         s2, observed, count = sigma2(own_scale, head[COUNT], head[CHI2]), head[OBSERVED], head[COUNT]
-        work.y[0, 0] = y[t, i]
+        scratch.y[0, 0] = y[t, i]
         advance(
-            channel, own_method, own_memory, own_gate, own_scale, own_detector, own, scratch, work.y, work.u, line, 0
+            channel,
+            own_method,
+            own_memory,
+            own_gate,
+            own_scale,
+            own_detector,
+            own,
+            buffer,
+            scratch.y,
+            scratch.u,
+            line,
+            0,
         )
         status = int(line[0, 3]) | taken
         line[0, 3] = head[STATUS] = status
         spread_out(line, out, t, p, N, i, int(form.theta_at[i]), n)
         is_used = head[OBSERVED] > observed
-        work.T[i] = line[0, 2] / (s2 * own_method.R)
-        work.e[i] = line[0, 1] / math.sqrt(own_method.R) if is_used else np.nan
+        scratch.T[i] = line[0, 2] / (s2 * own_method.R)
+        scratch.e[i] = line[0, 1] / math.sqrt(own_method.R) if is_used else np.nan
         lam = head[COUNT] / (count + 1.0) if is_used and count + 1.0 != 0.0 else 1.0
-        work.lam[i] = min(max(lam, 0.0), 1.0)
-    link(state.products, state.weights, work.e, work.T, work.lam)
+        scratch.lam[i] = min(max(lam, 0.0), 1.0)
+    link(state.products, state.weights, scratch.e, scratch.T, scratch.lam)
     doubt = 0.0
     for i in range(p):
-        doubt += work.fresh[i, DOUBT]
+        doubt += scratch.fresh[i, DOUBT]
     if doubt != 0.0 or not is_clear(state.ydoubt, state.ys.size):
-        pass_gap(state.ydoubt, state.ys, work.fresh, work.moved)
+        pass_gap(state.ydoubt, state.ys, scratch.fresh, scratch.moved)
     for i in range(p):
-        push(state.ys[i], work.fresh[i, Y])
+        push(state.ys[i], scratch.fresh[i, Y])
     state.samples[0] += 1.0

@@ -156,7 +156,7 @@ class ContinuousJoint(Reading):
                 ("x", "f8", (n,)),
                 ("u", "f8", (inputs, n)),
                 ("held", "f8", (inputs,)),
-                ("marks", "f8", (detector.marks(0),)),
+                ("detector_state", "f8", (detector.state_size(0),)),
             ]
         )
 
@@ -264,7 +264,7 @@ class ContinuousJoint(Reading):
             "knows them given the whole record (trace.model(), trace.state)"
         )
 
-    def tick(self, states, y, u=None, *, time=None):
+    def update_batch(self, states, y, u=None, *, time=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
 
         Parameters

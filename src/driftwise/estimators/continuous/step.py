@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...engine.dispatch import Vector, advance, choice, kernel, open_row, open_work, rare, watch
+from ...engine.dispatch import Vector, advance, choice, kernel, open_row, open_scratch, rare, watch
 from ...engine.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, widen
 from ...memory.drift import Constant, RandomWalk, Restart, drift
@@ -55,7 +55,7 @@ class Row(NamedTuple):
     x: np.ndarray  # chain of the impulse that x(t0) stands for, there
     u: np.ndarray  # chains of the inputs (k, n), now
     held: np.ndarray  # inputs as held now
-    marks: np.ndarray  # what the detector keeps
+    detector_state: np.ndarray  # what the detector keeps
 
 
 class Work(NamedTuple):
@@ -100,29 +100,29 @@ def scratch_size(n: int, inputs: int) -> int:
     return 6 * n + 3 * N + (n + 1) * N
 
 
-@open_work.on(Continuous)
-def _(form, scratch):
+@open_scratch.on(Continuous)
+def _(form, buffer):
     n, k = int(form.n), int(form.inputs)
     N = n * (k + 2)
-    small = scratch[: 6 * n].reshape(6, n)
-    wide = scratch[6 * n : 6 * n + (n + 4) * N].reshape(n + 4, N)
+    small = buffer[: 6 * n].reshape(6, n)
+    wide = buffer[6 * n : 6 * n + (n + 4) * N].reshape(n + 4, N)
     return Work(
         n, k, small[0], small[1], small[2], small[3], small[4], small[5], wide[0], wide[1], wide[2], wide[3:]
     )  # fmt: skip
 
 
 @choice
-def drift_over(memory, U, D, n, seconds, scratch):
+def drift_over(memory, U, D, n, seconds, buffer):
     """Widen U D U' by the drift of so many seconds and return a status bit."""
 
 
 @drift_over.on(Constant, Restart)
-def _(memory, U, D, n, seconds, scratch):
+def _(memory, U, D, n, seconds, buffer):
     return 0
 
 
 @drift_over.on(RandomWalk)
-def _(memory, U, D, n, seconds, scratch):
+def _(memory, U, D, n, seconds, buffer):
     status = 0
     for i in range(memory.q.size):
         q = memory.q[i] * seconds
@@ -131,7 +131,7 @@ def _(memory, U, D, n, seconds, scratch):
             if room < q:
                 q = max(room, 0.0)
                 status = CAPPED
-            widen(U, D, n + i, q, scratch)
+            widen(U, D, n + i, q, buffer)
     return status
 
 
@@ -146,27 +146,27 @@ def mix(form, n, i, j, chain):
 
 
 @kernel
-def fill_row(form, state, work, i, h):
+def fill_row(form, state, scratch, i, h):
     """Fill h with the row of x_i(t) on s = [x(t0); a; b]; return what does not depend on s."""
-    n, known = work.n, 0.0
+    n, known = scratch.n, 0.0
     for j in range(n):
-        phi = mix(form, n, i, j, work.y)
+        phi = mix(form, n, i, j, scratch.y)
         known += form.lam[j] * phi
-        h[j] = form.c * mix(form, n, i, j, work.x)
+        h[j] = form.c * mix(form, n, i, j, scratch.x)
         h[n + j] = -phi
-    for l in range(work.inputs):
+    for l in range(scratch.inputs):
         for j in range(n):
             h[n * (l + 2) + j] = mix(form, n, i, j, state.u[l])
     return known
 
 
 @kernel
-def own_weights(form, state, work, i):
+def own_weights(form, state, scratch, i):
     """Fill own with d phi_j / d y_k in the row of x_i; return d x_i / d y_k."""
-    n, total = work.n, 0.0
+    n, total = scratch.n, 0.0
     for j in range(n):
-        work.own[j] = mix(form, n, i, j, work.line)
-        total += (form.lam[j] - state.s[n + j]) * work.own[j]
+        scratch.own[j] = mix(form, n, i, j, scratch.line)
+        total += (form.lam[j] - state.s[n + j]) * scratch.own[j]
     return total
 
 
@@ -192,13 +192,13 @@ def project(U, h, f):
 
 
 @kernel
-def move_inputs(form, state, work, seconds):
+def move_inputs(form, state, scratch, seconds):
     """Take the chains of the inputs over a stretch in which they were held."""
-    respond(form.c * seconds, work.e, work.hold, work.line)
-    for l in range(work.inputs):
-        decay(work.e, state.u[l], state.u[l])
-        for j in range(work.n):
-            state.u[l, j] += state.held[l] * work.hold[j]
+    respond(form.c * seconds, scratch.e, scratch.hold, scratch.line)
+    for l in range(scratch.inputs):
+        decay(scratch.e, state.u[l], state.u[l])
+        for j in range(scratch.n):
+            state.u[l, j] += state.held[l] * scratch.hold[j]
 
 
 @kernel
@@ -218,28 +218,28 @@ def elapse(form, state, u, t):
 
 
 @rare
-def begin(state, work):
+def begin(state, scratch):
     """Let t0 be now: x(t0) stands for all that came before."""
     state.head[SINCE] = state.head[LAST] = 0.0
-    for j in range(work.n):
+    for j in range(scratch.n):
         state.y[j] = 0.0
         state.x[j] = 1.0 if j == 0 else 0.0
-        for l in range(work.inputs):
+        for l in range(scratch.inputs):
             state.u[l, j] = 0.0
 
 
 @rare
-def write_estimates(form, state, work, out, t, w, R, s2, is_measured):
+def write_estimates(form, state, scratch, out, t, w, R, s2, is_measured):
     """Write s with x(t) in place of x(t0), and its spread or covariance.
 
     A y_k that is not known is its prediction: with w y_k = h s + v its error reaches x_i with the weight dx_i/dy_k / w.
     """
-    s, U, D, n, N, C = state.s, state.U, state.D, work.n, state.D.size, out.shape[1]
-    X, gain = work.X, work.X[n]
+    s, U, D, n, N, C = state.s, state.U, state.D, scratch.n, state.D.size, out.shape[1]
+    X, gain = scratch.X, scratch.X[n]
     for i in range(n):
-        out[t, 4 + i] = fill_row(form, state, work, i, work.h) + dot(work.h, s)
-        project(U, work.h, X[i])
-        gain[i] = 0.0 if is_measured else own_weights(form, state, work, i) / w
+        out[t, 4 + i] = fill_row(form, state, scratch, i, scratch.h) + dot(scratch.h, s)
+        project(U, scratch.h, X[i])
+        gain[i] = 0.0 if is_measured else own_weights(form, state, scratch, i) / w
     for i in range(n, N):
         out[t, 4 + i] = s[i]
     if C == 4 + N:
@@ -260,16 +260,16 @@ def write_estimates(form, state, work, out, t, w, R, s2, is_measured):
 
 
 @advance.on(Continuous)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
-    head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+    head, s, U, D, n = state.head, state.s, state.U, state.D, scratch.n
     seconds = elapse(form, state, u, t)
-    if work.inputs > 0:
-        move_inputs(form, state, work, seconds)
+    if scratch.inputs > 0:
+        move_inputs(form, state, scratch, seconds)
     status = take_inputs(state, u, t)
-    status |= drift_over(memory, U, D, n, seconds, work.b)
+    status |= drift_over(memory, U, D, n, seconds, scratch.b)
     head[SINCE] += seconds
     if head[STARTED] == 0.0:
-        begin(state, work)
+        begin(state, scratch)
     z = y[t, 0]
     is_measured = abs(z) < HUGE
     peak = max(0.75 * head[PEAK], abs(z)) if is_measured else head[PEAK]
@@ -286,27 +286,27 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
 
     # predict: the row as if y had stayed where it was; the residual of any other y_k is w (y_k - last) - rest
     last = head[LAST]
-    respond(form.c * head[SINCE], work.e, work.hold, work.line)
-    decay(work.e, state.y, work.y)
-    decay(work.e, state.x, work.x)
+    respond(form.c * head[SINCE], scratch.e, scratch.hold, scratch.line)
+    decay(scratch.e, state.y, scratch.y)
+    decay(scratch.e, state.x, scratch.x)
     for j in range(n):
-        work.y[j] += last * work.hold[j]
-    rest = fill_row(form, state, work, 0, work.h) + dot(work.h, s) - last
-    w = 1.0 - own_weights(form, state, work, 0)
+        scratch.y[j] += last * scratch.hold[j]
+    rest = fill_row(form, state, scratch, 0, scratch.h) + dot(scratch.h, s) - last
+    w = 1.0 - own_weights(form, state, scratch, 0)
     step = rest / w if w > LEAST else 0.0
     yhat, divisor = last + step, max(w, LEAST)
 
     # project: the row at the predicted y is w times the derivative of the prediction
     for j in range(n):
-        work.h[n + j] -= work.own[j] * step
-    project(U, work.h, work.f)
-    T = predicted_variance(work.f, D, R)
+        scratch.h[n + j] -= scratch.own[j] * step
+    project(U, scratch.h, scratch.f)
+    T = predicted_variance(scratch.f, D, R)
     out[t, 2] = s2 * T / (divisor * divisor)
 
     # detect
     e = z - yhat if is_measured else np.nan
     if is_measured:
-        is_measured = admit(gate, divisor * e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        is_measured = admit(gate, divisor * e, scratch.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_measured)
         status |= 0 if is_measured else REJECTED
 
@@ -314,36 +314,36 @@ def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
     alarm = 0.0
     if is_measured:
         for j in range(n):
-            work.h[n + j] -= work.own[j] * e
-        project(U, work.h, work.f)
-        T = correct(U, D, work.f, R, work.b)
+            scratch.h[n + j] -= scratch.own[j] * e
+        project(U, scratch.h, scratch.f)
+        T = correct(U, D, scratch.f, R, scratch.b)
         if T > 0.0:
             residual = w * (z - last) - rest
             for i in range(D.size):
-                s[i] += work.b[i] * (residual / T)
+                s[i] += scratch.b[i] * (residual / T)
             head[OBSERVED] += 1.0
             head[CHI2] += residual * residual / T
             head[LOGDET] += math.log(T) - 2.0 * math.log(divisor)
             if head[OBSERVED] > form.settle:
-                alarm = watch(detector, state.marks, residual / math.sqrt(s2 * T), state.marks[:0])
+                alarm = watch(detector, state.detector_state, residual / math.sqrt(s2 * T), state.detector_state[:0])
         else:
             status |= EXACT
     for j in range(n):
-        work.y[j] += work.line[j] * (z - last if is_measured else step)
+        scratch.y[j] += scratch.line[j] * (z - last if is_measured else step)
     out[t, 0], out[t, 1], out[t, 3] = yhat, e, status
     if out.shape[1] > 4:
         after = sigma2(scale, head[OBSERVED], head[CHI2])
-        write_estimates(form, state, work, out, t, divisor, R, after, is_measured)
+        write_estimates(form, state, scratch, out, t, divisor, R, after, is_measured)
 
     if alarm != 0.0:
-        status |= drift(memory, alarm, np.nan, head[OBSERVED], s2, U, D, n, work.b)
+        status |= drift(memory, alarm, np.nan, head[OBSERVED], s2, U, D, n, scratch.b)
         out[t, 3] = status
 
     # keep
     if is_measured:
         for j in range(n):
-            state.y[j] = work.y[j]
-            state.x[j] = work.x[j]
+            state.y[j] = scratch.y[j]
+            state.x[j] = scratch.x[j]
         head[LAST], head[SINCE], head[STARTED], head[PEAK] = z, 0.0, 1.0, peak
     head[STATUS] = status
     head[SAMPLES] += 1.0

@@ -69,7 +69,7 @@ def batch(est, y, u=None, state=None):
         raise InputError(f"a sample is beyond {HUGE:g}, which scan takes as missing; use scan")
     begun = est.start() if state is None else est._rows(state).view(est.dtype).reshape(())
     first = min(len(y), HEAD_START * form.N)
-    states, _ = est.tick(begun.reshape(1), y[None, :first], u[None, :first] if form.inputs else None)
+    states, _ = est.update_batch(begun.reshape(1), y[None, :first], u[None, :first] if form.inputs else None)
     begun, y, u = states[0], y[first:], u[first:]
     if not len(y):
         return np.array(begun)

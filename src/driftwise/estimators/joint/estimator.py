@@ -19,7 +19,7 @@ from ...models.scale import InverseGamma
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..base import Reading
 from . import step as _step  # noqa: F401  (registers the step)
-from .row import Form, marks_at, scratch_size
+from .row import Form, detector_at, scratch_size
 
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
 # not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
@@ -159,11 +159,11 @@ class Joint(Reading):
                 (name, "f8", (inputs + model.coloured,))
                 for name in ("held", "unsure", "known", "sums", "squares", "steps")
             ]
-            + [("marks", "f8", (detector.marks(0),))]
+            + [("detector_state", "f8", (detector.state_size(0),))]
             + (self.starting.fields if self.starting else [])
         )
         fields = self.dtype.fields
-        assert fields and fields["marks"][1] == 8 * marks_at(shape)
+        assert fields and fields["detector_state"][1] == 8 * detector_at(shape)
 
     # --- prior ---------------------------------------------------------------------------------------------
 

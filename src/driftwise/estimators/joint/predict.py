@@ -121,7 +121,7 @@ def add_difference_spread(U, D, first, second, weight, n, rows, Y, d, at):
 
 
 @choice
-def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+def propagate(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     """Time update of mean and factors; z is the measured y, unused where there is none.
 
     ``direct`` is the variance that held inputs add to y through their direct terms.
@@ -129,44 +129,44 @@ def propagate(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direc
 
 
 @propagate.on(White)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     if is_held or not is_measured:
-        propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+        propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
         return
-    n = work.n
-    work.memo[USED_Y], work.memo[HAS_KAPPA] = z, 0.0
-    shift_mean(state.s, n, work.inputs, z, state.held)
-    shift_factor(state.U, state.D.size, n, work.inputs, z, state.held)
+    n = scratch.n
+    scratch.memo[USED_Y], scratch.memo[HAS_KAPPA] = z, 0.0
+    shift_mean(state.s, n, scratch.inputs, z, state.held)
+    shift_factor(state.U, state.D.size, n, scratch.inputs, z, state.held)
     drop_measured(state.U, state.D, n)
 
 
 @propagate.on(Sensor)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
+def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
     # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
-    yhat = predict_output(state.s, state.held, work.direct)
-    project(state.U, state.D.size, state.held, work.direct, work.f)
-    T = predicted_variance(work.f, state.D, direct)
+    yhat = predict_output(state.s, state.held, scratch.direct)
+    project(state.U, state.D.size, state.held, scratch.direct, scratch.f)
+    T = predicted_variance(scratch.f, state.D, direct)
     widest = 0.0
-    for i in range(work.n):
-        widest = max(widest, variance(state.U, state.D, work.n + i))
+    for i in range(scratch.n):
+        widest = max(widest, variance(state.U, state.D, scratch.n + i))
     if s2 * widest < SETTLED:
         T = 0.0  # a is known so well that the product's own spread is no part of the answer
-    propagate_dense(noise, state, work, z, yhat, 0.0, T, s2, False)
+    propagate_dense(noise, state, scratch, z, yhat, 0.0, T, s2, False)
 
 
 @propagate.on(Unknown)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
-    propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
     if is_measured and state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
-        first, free = work.n * (work.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
-        for i in range(first, first + work.n):
-            widen(state.U, state.D, i, min(free, noise.most), work.c)
+        first, free = scratch.n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        for i in range(first, first + scratch.n):
+            widen(state.U, state.D, i, min(free, noise.most), scratch.c)
 
 
 @propagate.on(Coloured)
-def _(noise, state, work, z, yhat, R, T, s2, is_measured, is_held, direct):
-    propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured)
+def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
 
 
 @kernel
@@ -179,124 +179,145 @@ def add_square(c, weight, n, rows, Y, d, at):
 
 
 @choice
-def add_missing_product(noise, state, work, R, T, s2, at):
+def add_missing_product(noise, state, scratch, R, T, s2, at):
     """Append the spread of the product a y, y missing with variance T; return the next column."""
 
 
 @add_missing_product.on(White, Sensor, Coloured)
-def _(noise, state, work, R, T, s2, at):
+def _(noise, state, scratch, R, T, s2, at):
     if T <= 0.0:
         return at
-    return add_spread(state.U, state.D, work.n, -1, s2 * T, work.n, work.rows, work.Y, work.d, work.g, at)
+    return add_spread(
+        state.U, state.D, scratch.n, -1, s2 * T, scratch.n, scratch.rows, scratch.Y, scratch.d, scratch.g, at
+    )
 
 
 @add_missing_product.on(Unknown)
-def _(noise, state, work, R, T, s2, at):
-    n, c = work.n, work.n * (work.inputs + 2)
+def _(noise, state, scratch, R, T, s2, at):
+    n, c = scratch.n, scratch.n * (scratch.inputs + 2)
     if noise.spread == 0.0:
-        return add_spread(state.U, state.D, n, -1, s2 * T, n, work.rows, work.Y, work.d, work.g, at)
-    at = add_spread(state.U, state.D, n, -1, s2 * (T - R), n, work.rows, work.Y, work.d, work.g, at)
-    return add_difference_spread(state.U, state.D, c, n, s2 * R, n, work.rows, work.Y, work.d, at)
+        return add_spread(state.U, state.D, n, -1, s2 * T, n, scratch.rows, scratch.Y, scratch.d, scratch.g, at)
+    at = add_spread(state.U, state.D, n, -1, s2 * (T - R), n, scratch.rows, scratch.Y, scratch.d, scratch.g, at)
+    return add_difference_spread(state.U, state.D, c, n, s2 * R, n, scratch.rows, scratch.Y, scratch.d, at)
 
 
 @choice
-def add_noise_product(noise, state, work, s2, at):
+def add_noise_product(noise, state, scratch, s2, at):
     """Append the spread of the product d v, v = y - H s; return the next column."""
 
 
 @add_noise_product.on(White, Sensor, Coloured)
-def _(noise, state, work, s2, at):
+def _(noise, state, scratch, s2, at):
     return at
 
 
 @add_noise_product.on(Unknown)
-def _(noise, state, work, s2, at):
-    U, D, n, first = state.U, state.D, work.n, work.n * (work.inputs + 2)
-    covariance_with_output(U, D, work.f, first, n, work.c)
+def _(noise, state, scratch, s2, at):
+    U, D, n, first = state.U, state.D, scratch.n, scratch.n * (scratch.inputs + 2)
+    covariance_with_output(U, D, scratch.f, first, n, scratch.c)
     if noise.spread == 0.0:
         return at
-    Tx = predicted_variance(work.f, D, 0.0)
-    at = add_spread(U, D, first, -1, s2 * Tx, n, work.rows, work.Y, work.d, work.g, at)
-    return add_square(work.c, s2, n, work.rows, work.Y, work.d, at)
+    Tx = predicted_variance(scratch.f, D, 0.0)
+    at = add_spread(U, D, first, -1, s2 * Tx, n, scratch.rows, scratch.Y, scratch.d, scratch.g, at)
+    return add_square(scratch.c, s2, n, scratch.rows, scratch.Y, scratch.d, at)
 
 
 @choice
-def multiply_noise(noise, state, work, v, s2):
+def multiply_noise(noise, state, scratch, v, s2):
     """Let the innovation v pass through the unknown noise polynomial, where kappa has not done so."""
 
 
 @multiply_noise.on(White, Sensor, Coloured)
-def _(noise, state, work, v, s2):
+def _(noise, state, scratch, v, s2):
     pass
 
 
 @multiply_noise.on(Unknown)
-def _(noise, state, work, v, s2):
-    k, first = work.inputs, work.n * (work.inputs + 2)
+def _(noise, state, scratch, v, s2):
+    k, first = scratch.inputs, scratch.n * (scratch.inputs + 2)
     state.held[k] = v
-    for i in range(work.n):
-        state.s[i] += (1.0 - noise.gradient) * v * state.s[first + i] - noise.spread * s2 * work.c[i]
+    for i in range(scratch.n):
+        state.s[i] += (1.0 - noise.gradient) * v * state.s[first + i] - noise.spread * s2 * scratch.c[i]
 
 
 @kernel
-def propagate_dense(noise, state, work, z, yhat, R, T, s2, is_measured):
+def propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured):
     """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
-    s, U, D, n, rows, kappa, Y, d = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d
-    N, k, held = D.size, work.inputs, state.held
+    s, U, D, n, rows, kappa, Y, d = (
+        state.s,
+        state.U,
+        state.D,
+        scratch.n,
+        scratch.rows,
+        scratch.kappa,
+        scratch.Y,
+        scratch.d,
+    )
+    N, k, held = D.size, scratch.inputs, state.held
     correlate(noise, s[n * (k + 2) : n * (k + 3)], kappa)
-    at, share = add_noise(noise, state, work, R, s2, is_measured)
+    at, share = add_noise(noise, state, scratch, R, s2, is_measured)
     if is_measured:
         y = z
-        rest = z - predict_output(s, held, work.direct)
-        project(U, N, held, work.direct, work.f)
-        at = add_noise_product(noise, state, work, s2, at)
+        rest = z - predict_output(s, held, scratch.direct)
+        project(U, N, held, scratch.direct, scratch.f)
+        at = add_noise_product(noise, state, scratch, s2, at)
         shift_mean(s, n, k, z, held)
         for i in range(rows):
             s[i] += kappa[i] * rest
-        multiply_noise(noise, state, work, share * rest, s2)
+        multiply_noise(noise, state, scratch, share * rest, s2)
     else:
         # F(yhat, u) - [a; 0] H, and the Isserlis terms T P_aa + c c' of the product a y
         # (all relative to sigma^2, which a product of two covariances carries twice)
         y = yhat
-        covariance_with_output(U, D, work.f, n, n, work.c)
-        at = add_missing_product(noise, state, work, R, T, s2, at)
-        at = add_square(work.c, s2, n, rows, Y, d, at)
+        covariance_with_output(U, D, scratch.f, n, n, scratch.c)
+        at = add_missing_product(noise, state, scratch, R, T, s2, at)
+        at = add_square(scratch.c, s2, n, rows, Y, d, at)
         shift_mean(s, n, k, yhat, held)
         for i in range(n):
-            s[i] -= s2 * work.c[i]
-        for l in range(k, work.blocks):
+            s[i] -= s2 * scratch.c[i]
+        for l in range(k, scratch.blocks):
             held[l] = 0.0
-    shift_factor(U, N, n, work.blocks, y, held)
-    work.memo[USED_Y], work.memo[HAS_KAPPA] = y, 1.0
-    lay_out(U, D, work.f, kappa, n, rows, Y, d)
-    orthogonalise(Y, d, work.g, rows, at, U, D, noise.R == 0.0)
+    shift_factor(U, N, n, scratch.blocks, y, held)
+    scratch.memo[USED_Y], scratch.memo[HAS_KAPPA] = y, 1.0
+    lay_out(U, D, scratch.f, kappa, n, rows, Y, d)
+    orthogonalise(Y, d, scratch.g, rows, at, U, D, noise.R == 0.0)
     for i in range(n):  # known theta: x is known ever better, geometrically; denormal numbers are six times slower
-        if D[i] < work.least:
+        if D[i] < scratch.least:
             D[i] = 0.0
 
 
 @kernel
-def add_noise(noise, state, work, R, s2, is_measured):
+def add_noise(noise, state, scratch, R, s2, is_measured):
     """Write the noise on x into columns of Y and settle kappa; return the next free column and v's share of its error.
 
     Each column is noise shared by x (in Y) and y (in g). A measured y tells about it: regress on y, kappa its
     coefficients. A missing y was replaced in F by its prediction: then kappa = [a; 0], since -a y carries it into x.
     U itself takes the first columns of Y.
     """
-    s, U, D, n, rows, kappa, Y, d, g = state.s, state.U, state.D, work.n, work.rows, work.kappa, work.Y, work.d, work.g
+    s, U, D, n, rows, kappa, Y, d, g = (
+        state.s,
+        state.U,
+        state.D,
+        scratch.n,
+        scratch.rows,
+        scratch.kappa,
+        scratch.Y,
+        scratch.d,
+        scratch.g,
+    )
     at, share = rows, 1.0
     is_held = False
-    for l in range(work.inputs):
+    for l in range(scratch.inputs):
         is_held = is_held or state.unsure[l] > 0.0
     if is_held or not is_measured:
         d[at], g[at] = R, 1.0
         for i in range(rows):
             Y[i, at] = kappa[i]
         at += 1
-        for l in range(work.inputs):
+        for l in range(scratch.inputs):
             unsure = state.unsure[l]
             if unsure > 0.0:
-                b0 = D.size - work.direct + l if work.direct > 0 else -1
+                b0 = D.size - scratch.direct + l if scratch.direct > 0 else -1
                 at = add_spread(U, D, n * (l + 2), b0, unsure, n, rows, Y, d, g, at)
                 d[at] = unsure / s2
                 g[at] = s[b0] if b0 >= 0 else 0.0

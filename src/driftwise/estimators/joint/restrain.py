@@ -8,35 +8,35 @@ from .row import MEMO
 
 
 @choice
-def restrain(noise, state, work):
+def restrain(noise, state, scratch):
     """Move s to where the noise allows it to be."""
 
 
 @restrain.on(White, Sensor, Coloured)
-def _(noise, state, work):
+def _(noise, state, scratch):
     pass
 
 
 @restrain.on(Unknown)
-def _(noise, state, work):
-    first, n = work.n * (work.inputs + 2), work.n
+def _(noise, state, scratch):
+    first, n = scratch.n * (scratch.inputs + 2), scratch.n
     for i in range(n):
-        work.memo[MEMO + i] = 0.0
-    if not is_inside(state.s[first : first + n], noise.radius, work.c, work.kappa):
-        draw_back(noise, state, work, first)
+        scratch.memo[MEMO + i] = 0.0
+    if not is_inside(state.s[first : first + n], noise.radius, scratch.c, scratch.kappa):
+        draw_back(noise, state, scratch, first)
 
 
 @rare
-def draw_back(noise, state, work, first):
+def draw_back(noise, state, scratch, first):
     """s += P[:, d] P_dd^-1 delta: the posterior mean, were d known to be delta away from its estimate.
 
     What x, a and b owe to the old d goes with it. ``memo`` takes P_dd^-1 delta for the smoother.
     """
-    s, U, D, n = state.s, state.U, state.D, work.n
-    N, d, w, P, old = D.size, s[first : first + n], work.memo[MEMO:], work.Y, work.g
+    s, U, D, n = state.s, state.U, state.D, scratch.n
+    N, d, w, P, old = D.size, s[first : first + n], scratch.memo[MEMO:], scratch.Y, scratch.g
     for i in range(n):
         old[i] = d[i]
-    shrink_inside(d, noise.radius, work.c, work.kappa)
+    shrink_inside(d, noise.radius, scratch.c, scratch.kappa)
     for i in range(n):
         w[i] = d[i] - old[i]
         d[i] = old[i]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, kernel, open_row, open_work
+from ...engine.dispatch import Size, kernel, open_row, open_scratch
 from ...engine.views import matrix
 
 # head of the row: one number each
@@ -53,7 +53,7 @@ class Row(NamedTuple):
     sums: np.ndarray
     squares: np.ndarray
     steps: np.ndarray
-    marks: np.ndarray  # what the detector keeps
+    detector_state: np.ndarray  # what the detector keeps
 
 
 class Work(NamedTuple):
@@ -85,15 +85,15 @@ def open_joint(form, row):
     D = s + N
     U = D + N
     h = U + N * (N - 1) // 2
-    marks = h + INPUT * k
-    inputs = matrix(row[h:marks], INPUT, k)
+    detector_state = h + INPUT * k
+    inputs = matrix(row[h:detector_state], INPUT, k)
     return Row(
         row[:s], row[s:D], row[D:U], row[U:h],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], row[marks:],
+        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], row[detector_state:],
     )  # fmt: skip
 
 
-def marks_at(form) -> int:
+def detector_at(form) -> int:
     """Return where in a row the detector's numbers begin."""
     k = int(form.inputs + form.coloured)
     N = int(form.n) * (k + 2) + int(form.direct)
@@ -114,7 +114,7 @@ def scratch_size(form) -> int:
     return 4 * (n + m) + (rows + 2) * width + memo_size(form)
 
 
-@open_work.on(Form)
+@open_scratch.on(Form)
 def _(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     blocks = k + int(form.coloured)

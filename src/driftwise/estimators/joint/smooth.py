@@ -59,33 +59,33 @@ def open_space(space, N):
 
 
 @remember.on(Form)
-def _(form, scale, state, work, note):
+def _(form, scale, state, scratch, note):
     note[0] = sigma2(scale, state.head[OBSERVED], state.head[CHI2])
     note[1] = state.head[STATUS]
-    at = HEAD + work.memo.size
-    for i in range(work.memo.size):
-        note[HEAD + i] = work.memo[i]
-    for i in range(work.rows):
-        note[at + i] = work.kappa[i] if work.memo[HAS_KAPPA] > 0.0 else 0.0
-    for l in range(work.blocks):
-        note[at + work.rows + l] = state.held[l]
+    at = HEAD + scratch.memo.size
+    for i in range(scratch.memo.size):
+        note[HEAD + i] = scratch.memo[i]
+    for i in range(scratch.rows):
+        note[at + i] = scratch.kappa[i] if scratch.memo[HAS_KAPPA] > 0.0 else 0.0
+    for l in range(scratch.blocks):
+        note[at + scratch.rows + l] = state.held[l]
 
 
 @kernel
-def advance_factor(U, f, y, held, kappa, work, columns, X):
+def advance_factor(U, f, y, held, kappa, scratch, columns, X):
     """X = (F - kappa H) U, its first columns, in the very order of operations of the filter."""
-    n = work.n
+    n = scratch.n
     for j in range(columns):
         for i in range(n, X.shape[0] if columns > n else n):
             X[i, j] = entry(U, i, j) if i <= j else 0.0
         for i in range(n):
             x = entry(U, i + 1, j) if i + 1 < n and i + 1 <= j else 0.0
             x += -y * (entry(U, n + i, j) if n + i <= j else 0.0)
-            for l in range(work.blocks):
+            for l in range(scratch.blocks):
                 at = n * (l + 2) + i
                 x += held[l] * (entry(U, at, j) if at <= j else 0.0)
             X[i, j] = x
-        for i in range(work.rows):
+        for i in range(scratch.rows):
             X[i, j] -= kappa[i] * f[j]
 
 
@@ -133,12 +133,12 @@ def before_prediction(mu, C, m, X, Z, g):
 
 
 @retreat.on(Form)
-def _(form, row, after, note, work, space):
-    state, later, n = open_row(form, row), open_row(form, after), work.n
+def _(form, row, after, note, scratch, space):
+    state, later, n = open_row(form, row), open_row(form, after), scratch.n
     N = state.D.size
     mu, D, g, weight, shrink, C, X, Z, U = open_space(space, N)
-    at = HEAD + work.memo.size
-    memo, kappa, held = note[HEAD:at], note[at : at + work.rows], note[at + work.rows :]
+    at = HEAD + scratch.memo.size
+    memo, kappa, held = note[HEAD:at], note[at : at + scratch.rows], note[at + scratch.rows :]
     T, e = memo[USED_T], memo[USED_E]
 
     # the correction once more: factors after it, and what G is made of
@@ -151,17 +151,17 @@ def _(form, row, after, note, work, space):
         for j in range(n, N):
             for i in range(n):
                 U[j * (j - 1) // 2 + i] = 0.0
-    project(U, N, held, work.direct, work.f)
+    project(U, N, held, scratch.direct, scratch.f)
     if T > 0.0:
         for i in range(N):
-            g[i] = math.sqrt(D[i]) * work.f[i]
-        correct(U, D, work.f, memo[USED_R], work.b)
-        project(U, N, held, work.direct, work.f)
+            g[i] = math.sqrt(D[i]) * scratch.f[i]
+        correct(U, D, scratch.f, memo[USED_R], scratch.b)
+        project(U, N, held, scratch.direct, scratch.f)
 
-    moved = n if work.rows == n else N  # the parameters' coordinates stay, unless a memory widened them since
+    moved = n if scratch.rows == n else N  # the parameters' coordinates stay, unless a memory widened them since
     for i in range(n, N):
         moved = moved if later.D[i] == D[i] else N
-    advance_factor(U, work.f, memo[USED_Y], held, kappa, work, moved, X)
+    advance_factor(U, scratch.f, memo[USED_Y], held, kappa, scratch, moved, X)
     in_coordinates(later.U, later.D, D, moved, X)
     before_prediction(mu, C, moved, X, Z, weight)
     if is_lost:  # x was restarted here: what comes later says nothing about the x before
@@ -170,7 +170,7 @@ def _(form, row, after, note, work, space):
             for j in range(N):
                 C[i, j] = C[j, i] = 1.0 if i == j else 0.0
     if T > 0.0:
-        first = n * (work.inputs + 2)
+        first = n * (scratch.inputs + 2)
         for i in range(memo.size - MEMO):  # d was drawn back by P w: mu += S' w
             for j in range(first + i, N):
                 mu[j] += math.sqrt(D[j]) * entry(U, first + i, j) * memo[MEMO + i]

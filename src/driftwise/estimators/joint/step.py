@@ -77,23 +77,23 @@ def predict_input(state, l):
 
 
 @kernel
-def write(noise, out, t, state, work, yhat, e, T, status, s2):
+def write(noise, out, t, state, scratch, yhat, e, T, status, s2):
     """Write one row of the trace: prediction, innovation, its variance, status, then s, its spread or P."""
-    N, C, n = state.D.size, out.shape[1], work.n
+    N, C, n = state.D.size, out.shape[1], scratch.n
     out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, T, status
     if C >= 4 + N:
         for i in range(N):
             out[t, 4 + i] = state.s[i]
-        d, free = n * (work.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        d, free = n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
         if free > 0.0 and state.D[d] > 0.0:  # freed already, and nothing seen since
             free = 0.0
     if C == 4 + 2 * N:
-        variances(state.U, state.D, work.c)
+        variances(state.U, state.D, scratch.c)
         if free > 0.0:
             for i in range(d, d + n):
-                work.c[i] += free
+                scratch.c[i] += free
         for i in range(N):
-            out[t, 4 + N + i] = math.sqrt(s2 * work.c[i])
+            out[t, 4 + N + i] = math.sqrt(s2 * scratch.c[i])
     elif C > 4 + N:
         at = 4 + N
         for j in range(N):
@@ -120,10 +120,10 @@ def restart_state(state, n, Px, s2):
 
 @advance.on(Form)
 @kernel
-def step(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     """Take sample t: predict, project, detect, correct, predict."""
-    head, s, U, D, n = state.head, state.s, state.U, state.D, work.n
-    status = take_inputs(state, work.inputs, u, t)
+    head, s, U, D, n = state.head, state.s, state.U, state.D, scratch.n
+    status = take_inputs(state, scratch.inputs, u, t)
     z = y[t, 0]
     head[PEAK] *= 0.75
     is_measured = abs(z) < HUGE
@@ -141,53 +141,53 @@ def step(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
         if rounding > R:
             status |= FLOORED
         R += rounding
-    yhat = predict_output(s, state.held, work.direct)
-    project(U, D.size, state.held, work.direct, work.f)
+    yhat = predict_output(s, state.held, scratch.direct)
+    project(U, D.size, state.held, scratch.direct, scratch.f)
     Rn = R
-    for l in range(work.direct):
+    for l in range(scratch.direct):
         if state.unsure[l] > 0.0:  # the direct term passes the error of a held input on to y
-            i = D.size - work.direct + l
+            i = D.size - scratch.direct + l
             R += state.unsure[l] * (s[i] * s[i] / s2 + variance(U, D, i))
 
-    if not is_measured and not predicted_variance(work.f, D, R) < LIMIT * (head[TOP] ** 2 / s2 + form.Px + R):
+    if not is_measured and not predicted_variance(scratch.f, D, R) < LIMIT * (head[TOP] ** 2 / s2 + form.Px + R):
         restart_state(state, n, form.Px, s2)  # a gap so long that the model has lost the state
         status |= LOST
-        yhat = predict_output(s, state.held, work.direct)
-        project(U, D.size, state.held, work.direct, work.f)
+        yhat = predict_output(s, state.held, scratch.direct)
+        project(U, D.size, state.held, scratch.direct, scratch.f)
 
     # detect
     e = z - yhat if is_measured else np.nan
     if is_measured:
-        is_measured = admit(gate, e, work.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
+        is_measured = admit(gate, e, scratch.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_measured)
         status |= 0 if is_measured else REJECTED
 
     # correct
     white = np.nan
-    work.memo[USED_T] = 0.0
+    scratch.memo[USED_T] = 0.0
     if is_measured:
-        T = correct(U, D, work.f, R, work.b)
+        T = correct(U, D, scratch.f, R, scratch.b)
         if T > 0.0:
             white = e / math.sqrt(s2 * T)
             for i in range(D.size):
-                s[i] += work.b[i] * (e / T)
-            restrain(noise, state, work)
-            work.memo[USED_T], work.memo[USED_R], work.memo[USED_E] = T, R, e
+                s[i] += scratch.b[i] * (e / T)
+            restrain(noise, state, scratch)
+            scratch.memo[USED_T], scratch.memo[USED_R], scratch.memo[USED_E] = T, R, e
             head[OBSERVED] += 1.0
             head[CHI2] += e * e / T
             head[LOGDET] += math.log(T)
         else:
             status |= EXACT
     else:
-        T = predicted_variance(work.f, D, R)
-    write(noise, out, t, state, work, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
+        T = predicted_variance(scratch.f, D, R)
+    write(noise, out, t, state, scratch, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
 
     # predict
-    propagate(noise, state, work, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
+    propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
     alarm = 0.0
     if white == white and head[OBSERVED] > form.settle:
-        alarm = watch(detector, state.marks, white, state.marks[:0])
-    status |= drift(memory, alarm, white * white, head[OBSERVED], s2, U, D, n, work.c)
+        alarm = watch(detector, state.detector_state, white, state.detector_state[:0])
+    status |= drift(memory, alarm, white * white, head[OBSERVED], s2, U, D, n, scratch.c)
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0

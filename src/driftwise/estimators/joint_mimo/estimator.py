@@ -157,7 +157,7 @@ class JointMIMO(ReadingMIMO):
         each |= dict.fromkeys(("chi2", "logdet"), len(self.groups))
         each |= dict(x=n, theta=m, D=N, U=int(shape.U_at[-1]))
         each |= dict.fromkeys(("held", "unsure", "known", "sums", "squares", "steps"), inputs)
-        each["marks"] = (p, detector.marks(0))
+        each["detector_state"] = (p, detector.state_size(0))
         self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", size) for name, size in each.items()])
         assert len(each) == OUTPUT + 6 + INPUT + 1
 

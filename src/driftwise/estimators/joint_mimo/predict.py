@@ -15,18 +15,18 @@ ROUND = 1e-14  # a pivot so far below its diagonal is round-off
 
 
 @kernel
-def propagate(form, noise, work, group, g):
+def propagate(form, noise, scratch, group, g):
     """s(t | t) to s(t+1 | t): mean and factors, the front dropped."""
-    if work.q[g] == 0.0:
-        shift_mean(form, work, group, 0)
-        shift_light(form, work, group)
+    if scratch.q[g] == 0.0:
+        shift_mean(form, scratch, group, 0)
+        shift_light(form, scratch, group)
         drop_measured(group.U, group.D, group.n)
     else:
-        propagate_dense(form, noise, work, group, g)
+        propagate_dense(form, noise, scratch, group, g)
 
 
 @kernel
-def shift_mean(form, work, group, q):
+def shift_mean(form, scratch, group, q):
     """x+ = shift of each output's x, plus data times parameters."""
     s = group.s
     for j in range(group.first, group.last):
@@ -37,13 +37,13 @@ def shift_mean(form, work, group, q):
     for b in range(group.blocks.size // 4):
         if group.blocks[4 * b + 2] >= 0.0:
             m, row = q + int(group.blocks[4 * b]), q + int(group.blocks[4 * b + 2])
-            z = work.z[int(group.blocks[4 * b + 3])]
+            z = scratch.z[int(group.blocks[4 * b + 3])]
             for i in range(int(group.blocks[4 * b + 1])):
                 s[row + i] += z * s[m + i]
 
 
 @kernel
-def shift_light(form, work, group):
+def shift_light(form, scratch, group):
     """The same for the parameter columns of U, in place; the group has one output."""
     U, n = group.U, group.n
     at = n * (n - 1) // 2
@@ -53,17 +53,17 @@ def shift_light(form, work, group):
             column[i] = column[i + 1]
         column[n - 1] = 0.0
         at += c
-    add_blocks(work, group)
+    add_blocks(scratch, group)
 
 
 @kernel
-def add_blocks(work, group):
+def add_blocks(scratch, group):
     """Add data times parameter rows of U to its state rows."""
     U = group.U
     for b in range(group.blocks.size // 4):
         if group.blocks[4 * b + 2] >= 0.0:
             m, row = int(group.blocks[4 * b]), int(group.blocks[4 * b + 2])
-            size, z = int(group.blocks[4 * b + 1]), work.z[int(group.blocks[4 * b + 3])]
+            size, z = int(group.blocks[4 * b + 1]), scratch.z[int(group.blocks[4 * b + 3])]
             for c in range(m, group.N):
                 at = c * (c - 1) // 2
                 column = U[at : at + c]
@@ -75,52 +75,52 @@ def add_blocks(work, group):
 
 
 @rare
-def propagate_dense(form, noise, work, group, g):
+def propagate_dense(form, noise, scratch, group, g):
     """The time update that re-triangularises the state: correlated noise, and every kind of missing sample."""
-    q, n, N = int(work.q[g]), group.n, group.N
-    s, D, U, Y, d, c = group.s, group.D, group.U, work.Y, work.d, work.c
+    q, n, N = int(scratch.q[g]), group.n, group.N
+    s, D, U, Y, d, c = group.s, group.D, group.U, scratch.Y, scratch.d, scratch.c
     p, of = int(form.outputs), group.last - group.first
     v = q - of
-    s2 = work.s2[g]
+    s2 = scratch.s2[g]
     for i in range(n):
         c[i] = 0.0
         for j in range(n):
-            work.V[i, j] = 0.0
-    add_products(form, work, group, g)
-    for src in range(work.z.size):  # the outputs may have told something about an uncertain datum
-        work.b[src] = work.z[src]
-        if work.spread[src] > 0.0:
-            work.z[src] += s[place(form, src)]
-    shift_mean(form, work, group, q)
+            scratch.V[i, j] = 0.0
+    add_products(form, scratch, group, g)
+    for src in range(scratch.z.size):  # the outputs may have told something about an uncertain datum
+        scratch.b[src] = scratch.z[src]
+        if scratch.spread[src] > 0.0:
+            scratch.z[src] += s[place(form, src)]
+    shift_mean(form, scratch, group, q)
     for i in range(n):
         s[q + i] += s2 * c[i]
         for j in range(of):
             s[q + i] += noise.kappa[(group.x0 + i) * p + group.first + j] * s[v + j]
 
-    lay_out(form, noise, work, group, q, v)
-    add_blocks(work, group)
+    lay_out(form, noise, scratch, group, q, v)
+    add_blocks(scratch, group)
     at = q + n
-    at = add_factor(work.V, n, s2, Y, d, work.g, at)
+    at = add_factor(scratch.V, n, s2, Y, d, scratch.g, at)
     lo, hi = int(noise.G_at[g]), int(noise.G_at[g + 1])
     for k in range((hi - lo) // n):
         d[at] = 1.0
         for i in range(n):
             Y[i, at] = noise.G[lo + k * n + i]
         at += 1
-    for src in range(work.z.size):
-        work.z[src] = work.b[src]
+    for src in range(scratch.z.size):
+        scratch.z[src] = scratch.b[src]
     for i in range(N):
         s[i], D[i] = s[q + i], D[q + i]
-    orthogonalise(Y, d, work.g, n, at, U, D, form.exact == 1.0)
+    orthogonalise(Y, d, scratch.g, n, at, U, D, form.exact == 1.0)
     for i in range(n):
         if D[i] < form.least[group.x0 + i]:
             D[i] = 0.0
 
 
 @kernel
-def lay_out(form, noise, work, group, q, v):
+def lay_out(form, noise, scratch, group, q, v):
     """Write the front and state columns of F U into Y, and into the row's U the others, short of data times theta."""
-    n, N, s, D, A, U, Y, d = group.n, group.N, group.s, group.D, group.A, group.U, work.Y, work.d
+    n, N, s, D, A, U, Y, d = group.n, group.N, group.s, group.D, group.A, group.U, scratch.Y, scratch.d
     p, of = int(form.outputs), q - v
     for c in range(q + n):
         d[c] = D[c]
@@ -154,7 +154,7 @@ def lay_out(form, noise, work, group, q, v):
                 to[i] += noise.kappa[(group.x0 + i) * p + group.first + j] * weight
     for b in range(group.blocks.size // 4):
         src = int(group.blocks[4 * b + 3])
-        if group.blocks[4 * b + 2] >= 0.0 and work.spread[src] > 0.0:
+        if group.blocks[4 * b + 2] >= 0.0 and scratch.spread[src] > 0.0:
             m, row = q + int(group.blocks[4 * b]), int(group.blocks[4 * b + 2])
             for i in range(int(group.blocks[4 * b + 1])):
                 add_error(group, Y, q, row + i, place(form, src), s[m + i])
@@ -171,20 +171,20 @@ def add_error(group, Y, q, row, source, weight):
 
 
 @rare
-def add_products(form, work, group, g):
+def add_products(form, scratch, group, g):
     """Fill c with the mean and V with the covariance that products of errors add to x (relative to sigma^2)."""
-    q = int(work.q[g])
+    q = int(scratch.q[g])
     size, A, D, blocks = q + group.N, group.A, group.D, group.blocks
     for b in range(blocks.size // 4):
         src = int(blocks[4 * b + 3])
-        if blocks[4 * b + 2] < 0.0 or work.spread[src] == 0.0:
+        if blocks[4 * b + 2] < 0.0 or scratch.spread[src] == 0.0:
             continue
         m, row, here = q + int(blocks[4 * b]), int(blocks[4 * b + 2]), place(form, src)
         for i in range(int(blocks[4 * b + 1])):
-            work.c[row + i] += covariance(A, D, size, m + i, here)
+            scratch.c[row + i] += covariance(A, D, size, m + i, here)
         for b2 in range(b + 1):
             src2 = int(blocks[4 * b2 + 3])
-            if blocks[4 * b2 + 2] < 0.0 or work.spread[src2] == 0.0:
+            if blocks[4 * b2 + 2] < 0.0 or scratch.spread[src2] == 0.0:
                 continue
             m2, row2, there = q + int(blocks[4 * b2]), int(blocks[4 * b2 + 2]), place(form, src2)
             P_zz = covariance(A, D, size, here, there)
@@ -193,9 +193,9 @@ def add_products(form, work, group, g):
                 for j in range(int(blocks[4 * b2 + 1])):
                     both = covariance(A, D, size, m + i, m2 + j) * P_zz
                     both += P_mz * covariance(A, D, size, m2 + j, here)
-                    work.V[row + i, row2 + j] += both
+                    scratch.V[row + i, row2 + j] += both
                     if b2 < b:
-                        work.V[row2 + j, row + i] += both
+                        scratch.V[row2 + j, row + i] += both
 
 
 @kernel

@@ -62,7 +62,7 @@ class ReadingMIMO(Rows):
         trace.begun = np.array(start)
         return trace
 
-    def tick(self, states, y, u=None):
+    def update_batch(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series.
 
         Parameters

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, kernel, open_row, open_work, rare
+from ...engine.dispatch import Vector, kernel, open_row, open_scratch, rare
 from ...engine.ud import entry
 
 INPUT = 6  # numbers kept for each input
@@ -62,7 +62,7 @@ class Row(NamedTuple):
     sums: np.ndarray
     squares: np.ndarray
     steps: np.ndarray
-    marks: np.ndarray  # (p, M): what the detector of each output keeps
+    detector_state: np.ndarray  # (p, M): what the detector of each output keeps
 
 
 class Work(NamedTuple):
@@ -109,14 +109,14 @@ def _(form, row):
     s = at + 2 * groups
     U = s + 2 * N
     end = U + int(form.U_at[groups])
-    marks = end + INPUT * k
-    inputs = row[end:marks].reshape(INPUT, k)
+    detector_state = end + INPUT * k
+    inputs = row[end:detector_state].reshape(INPUT, k)
     return Row(
         row[:1], per_output[0], per_output[1], per_output[2], per_output[3], per_output[4],
         row[at : at + groups], row[at + groups : s],
         row[s : s + N], row[s + N : U], row[U:end],
         inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
-        row[marks:].reshape(p, (row.size - marks) // p),
+        row[detector_state:].reshape(p, (row.size - detector_state) // p),
     )  # fmt: skip
 
 
@@ -141,8 +141,8 @@ def scratch_size(form, noise) -> int:
     return 2 * (p + k) + 4 * groups + p + 3 * long + 2 * wide + tall * tall + tall * wide + int(form.work_at[groups])
 
 
-@open_work.on(MimoForm)
-def _(form, scratch):
+@open_scratch.on(MimoForm)
+def _(form, buffer):
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     long = tall = 0
     for g in range(groups):
@@ -150,7 +150,7 @@ def _(form, scratch):
         n = int(form.x_at[last] - form.x_at[first])
         N = n + int(form.theta_at[last] - form.theta_at[first])
         long, tall = max(long, N + p + k + last - first), max(tall, n)
-    left = scratch.size - 2 * (p + k) - 4 * groups - p - 3 * long - tall * tall - int(form.work_at[groups])
+    left = buffer.size - 2 * (p + k) - 4 * groups - p - 3 * long - tall * tall - int(form.work_at[groups])
     wide = left // (tall + 2)
     q = 2 * (p + k)
     R = q + 4 * groups
@@ -160,16 +160,16 @@ def _(form, scratch):
     Y = V + tall * tall
     rest = Y + tall * wide
     return Work(
-        scratch[: p + k], scratch[p + k : q], scratch[q : q + groups], scratch[q + groups : q + 2 * groups],
-        scratch[q + 2 * groups : q + 3 * groups], scratch[q + 3 * groups : R], scratch[R:f],
-        scratch[f : f + long], scratch[f + long : f + 2 * long], scratch[f + 2 * long : d],
-        scratch[d : d + wide], scratch[d + wide : V],
-        scratch[V:Y].reshape(tall, tall), scratch[Y:rest].reshape(tall, wide), scratch[rest:],
+        buffer[: p + k], buffer[p + k : q], buffer[q : q + groups], buffer[q + groups : q + 2 * groups],
+        buffer[q + 2 * groups : q + 3 * groups], buffer[q + 3 * groups : R], buffer[R:f],
+        buffer[f : f + long], buffer[f + long : f + 2 * long], buffer[f + 2 * long : d],
+        buffer[d : d + wide], buffer[d + wide : V],
+        buffer[V:Y].reshape(tall, tall), buffer[Y:rest].reshape(tall, wide), buffer[rest:],
     )  # fmt: skip
 
 
 @kernel
-def open_group(form, state, work, g):
+def open_group(form, state, scratch, g):
     """Return the views of group g."""
     first, last = int(form.first[g]), int(form.first[g + 1])
     x0, theta0 = int(form.x_at[first]), int(form.x_at[int(form.outputs)] + form.theta_at[first])
@@ -181,7 +181,7 @@ def open_group(form, state, work, g):
     A = D + long
     end = A + long * (long - 1) // 2
     return Group(
-        first, last, n, N, x0, theta0, work.rest[s:D], work.rest[D:A], work.rest[A:end],
+        first, last, n, N, x0, theta0, scratch.rest[s:D], scratch.rest[D:A], scratch.rest[A:end],
         state.U[int(form.U_at[g]) : int(form.U_at[g + 1])],
         form.blocks[4 * int(form.block_at[g]) : 4 * int(form.block_at[g + 1])],
     )  # fmt: skip

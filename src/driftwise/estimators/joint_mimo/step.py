@@ -37,17 +37,17 @@ def _(memory, first, last):
 
 
 @kernel
-def take_outputs(state, work, y, t):
+def take_outputs(state, scratch, y, t):
     """Note what is measured at sample t in ``state.status``, with the size of each output."""
     for i in range(state.peak.size):
         value = abs(y[t, i])
         state.peak[i] *= 0.75
         state.status[i] = 0.0
-        work.z[i] = work.spread[i] = 0.0
+        scratch.z[i] = scratch.spread[i] = 0.0
         if value < HUGE:
             state.peak[i] = max(state.peak[i], value)
             state.top[i] = max(state.top[i], value)
-            work.z[i] = -y[t, i]
+            scratch.z[i] = -y[t, i]
         else:
             state.status[i] = MISSING_OUTPUT if y[t, i] != y[t, i] else MISSING_OUTPUT | BAD_VALUE
 
@@ -66,7 +66,7 @@ def restart_states(form, state, group, s2):
 
 
 @kernel
-def check_lost(form, state, work, group, s2):
+def check_lost(form, state, scratch, group, s2):
     """A gap so long that the model has lost the state restarts it."""
     for i in range(group.first, group.last):
         if int(state.status[i]) & MISSING_OUTPUT:
@@ -75,41 +75,41 @@ def check_lost(form, state, work, group, s2):
             for c in range(at, group.N):
                 w = entry(group.U, at, c)
                 p += w * w * state.D[group.x0 + c if c < group.n else group.theta0 + c - group.n]
-            if not p < LIMIT * (state.top[i] ** 2 / s2 + form.Px[i] + work.R[i]):
+            if not p < LIMIT * (state.top[i] ** 2 / s2 + form.Px[i] + scratch.R[i]):
                 restart_states(form, state, group, s2)
                 state.status[i] = int(state.status[i]) | LOST
 
 
 @rare
-def widen_front(form, work, group, g, front):
+def widen_front(form, scratch, group, g, front):
     """Let ``front`` unknowns stand in front of the group's: v alone, or the data in front of v."""
-    q, p = int(work.q[g]), group.last - group.first
+    q, p = int(scratch.q[g]), group.last - group.first
     if q == 0:
         make_room(group.U, group.A, group.s, group.D, group.N, front)
         for i in range(p):
-            group.D[front - p + i] = work.R[group.first + i]
+            group.D[front - p + i] = scratch.R[group.first + i]
     else:
         make_room(group.A, group.A, group.s, group.D, q + group.N, front - q)
-    work.q[g] = front
+    scratch.q[g] = front
     if front > p:  # data that other groups or nobody will correct
-        for src in range(work.z.size):
+        for src in range(scratch.z.size):
             if src < group.first or src >= form.outputs:
-                set_datum(form, work, group, g, src)
+                set_datum(form, scratch, group, g, src)
 
 
 @kernel
-def set_datum(form, work, group, g, src):
+def set_datum(form, scratch, group, g, src):
     """Let the error of a datum from outside the group stand in its place in front."""
-    if work.spread[src] > 0.0:
-        group.D[place(form, src)] = work.spread[src] / work.s2[g]
+    if scratch.spread[src] > 0.0:
+        group.D[place(form, src)] = scratch.spread[src] / scratch.s2[g]
 
 
 @kernel
-def project(form, noise, work, group, g, U, i):
+def project(form, noise, scratch, group, g, U, i):
     """Fill f = U'h for output i; return its prediction and the variance that products of errors add."""
-    q = int(work.q[g])
+    q = int(scratch.q[g])
     size = q + group.N
-    s, D, f = group.s, group.D, work.f
+    s, D, f = group.s, group.D, scratch.f
     for c in range(size):
         f[c] = 0.0
     at = q + int(form.x_at[i]) - group.x0
@@ -118,13 +118,13 @@ def project(form, noise, work, group, g, U, i):
     for b in range(group.blocks.size // 4):
         if group.blocks[4 * b + 2] == -(1.0 + i):
             m, src = q + int(group.blocks[4 * b]), int(group.blocks[4 * b + 3])
-            z = work.z[src]
-            if work.spread[src] > 0.0:
+            z = scratch.z[src]
+            if scratch.spread[src] > 0.0:
                 at = place(form, src)
                 z += s[at]
                 add_row(U, size, at, s[m], f)
-                yhat += work.s2[g] * covariance(U, D, size, m, at)
-                extra += product_variance(form, work, group, g, U, i, m, at)
+                yhat += scratch.s2[g] * covariance(U, D, size, m, at)
+                extra += product_variance(form, scratch, group, g, U, i, m, at)
             add_row(U, size, m, z, f)
             yhat += z * s[m]
     if q > 0:
@@ -139,19 +139,19 @@ def project(form, noise, work, group, g, U, i):
 
 
 @rare
-def product_variance(form, work, group, g, U, i, m, at):
+def product_variance(form, scratch, group, g, U, i, m, at):
     """Return the covariance of (parameter m) (datum at) with all such products in output i: Isserlis."""
-    q = int(work.q[g])
+    q = int(scratch.q[g])
     size = q + group.N
     total = 0.0
     for b in range(group.blocks.size // 4):
         src = int(group.blocks[4 * b + 3])
-        if group.blocks[4 * b + 2] == -(1.0 + i) and work.spread[src] > 0.0:
+        if group.blocks[4 * b + 2] == -(1.0 + i) and scratch.spread[src] > 0.0:
             other, there = q + int(group.blocks[4 * b]), place(form, src)
             P_mm, P_zz = covariance(U, group.D, size, m, other), covariance(U, group.D, size, at, there)
             P_mz, P_zm = covariance(U, group.D, size, m, there), covariance(U, group.D, size, at, other)
             total += P_mm * P_zz + P_mz * P_zm
-    return work.s2[g] * total
+    return scratch.s2[g] * total
 
 
 @kernel
@@ -164,13 +164,13 @@ def seen(form, state, group, g):
 
 
 @kernel
-def correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g):
+def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t, g):
     """Take the group's outputs of sample t, in order."""
-    group = open_group(form, state, work, g)
+    group = open_group(form, state, scratch, g)
     outputs, p = int(form.outputs), group.last - group.first
-    front = work.z.size + p
+    front = scratch.z.size + p
     s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
-    work.s2[g] = s2
+    scratch.s2[g] = s2
     is_whole = True
     for i in range(group.first, group.last):
         R = noise.R[i]
@@ -179,27 +179,27 @@ def correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g)
             if rounding > R:
                 state.status[i] = int(state.status[i]) | FLOORED
             R += rounding
-        work.R[i] = R
+        scratch.R[i] = R
         is_whole = is_whole and not int(state.status[i]) & MISSING_OUTPUT
-    for src in range(work.z.size):
-        is_whole = is_whole and work.spread[src] == 0.0
+    for src in range(scratch.z.size):
+        is_whole = is_whole and scratch.spread[src] == 0.0
     if not is_whole:
-        check_lost(form, state, work, group, s2)
+        check_lost(form, state, scratch, group, s2)
     gather(state, group)
-    work.q[g] = 0.0
+    scratch.q[g] = 0.0
     if not is_whole:
-        widen_front(form, work, group, g, front)
+        widen_front(form, scratch, group, g, front)
     elif form.light == 0.0:
-        widen_front(form, work, group, g, p)
+        widen_front(form, scratch, group, g, p)
 
-    taught = surprise = work.alarm[g] = 0.0
+    taught = surprise = scratch.alarm[g] = 0.0
     for i in range(group.first, group.last):
         status = int(state.status[i])
-        U = group.U if work.q[g] == 0.0 else group.A
-        yhat, R = project(form, noise, work, group, g, U, i)
-        q = int(work.q[g])
-        D, f = group.D[: q + group.N], work.f[: q + group.N]
-        R += work.R[i] if q == 0 else 0.0
+        U = group.U if scratch.q[g] == 0.0 else group.A
+        yhat, R = project(form, noise, scratch, group, g, U, i)
+        q = int(scratch.q[g])
+        D, f = group.D[: q + group.N], scratch.f[: q + group.N]
+        R += scratch.R[i] if q == 0 else 0.0
         s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
         is_measured = not status & MISSING_OUTPUT
         e = y[t, i] - yhat if is_measured else np.nan
@@ -208,44 +208,44 @@ def correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g)
             state.in_a_row[i] = count_rejections(gate, state.in_a_row[i], not is_measured)
             status |= 0 if is_measured else REJECTED
         if is_measured:
-            T = correct(U, D, f, R, work.b)
+            T = correct(U, D, f, R, scratch.b)
             if T > 0.0:
                 for c in range(q + group.N):
-                    group.s[c] += work.b[c] * (e / T)
+                    group.s[c] += scratch.b[c] * (e / T)
                 taught += 1.0
                 surprise += e * e / (s2 * T)
                 state.observed[i] += 1.0
                 state.chi2[g] += e * e / T
                 state.logdet[g] += math.log(T)
                 if state.observed[i] > form.settle:
-                    alarm = watch(detector, state.marks[i], e / math.sqrt(s2 * T), state.marks[i, :0])
-                    work.alarm[g] = alarm if alarm != 0.0 else work.alarm[g]
+                    alarm = watch(detector, state.detector_state[i], e / math.sqrt(s2 * T), state.detector_state[i, :0])
+                    scratch.alarm[g] = alarm if alarm != 0.0 else scratch.alarm[g]
             else:
                 status |= EXACT
         else:
             T = predicted_variance(f, D, R)
-            work.z[i], work.spread[i] = -yhat, s2 * T
-            set_output(form, noise, work, group, g, i, front)
+            scratch.z[i], scratch.spread[i] = -yhat, s2 * T
+            set_output(form, noise, scratch, group, g, i, front)
         state.status[i] = status
         out[t, i], out[t, outputs + i], out[t, 2 * outputs + i] = yhat, e, s2 * T
-    work.surprise[g] = surprise / taught if taught > 0.0 else np.nan
+    scratch.surprise[g] = surprise / taught if taught > 0.0 else np.nan
 
 
 @rare
-def set_output(form, noise, work, group, g, i, front):
+def set_output(form, noise, scratch, group, g, i, front):
     """Let the error of a missing output stand in its place in front: what it is made of, and its own part."""
-    if int(work.q[g]) < front:  # the gate's decision came late
-        widen_front(form, work, group, g, front)
-    _, extra = project(form, noise, work, group, g, group.A, i)
+    if int(scratch.q[g]) < front:  # the gate's decision came late
+        widen_front(form, scratch, group, g, front)
+    _, extra = project(form, noise, scratch, group, g, group.A, i)
     at = place(form, i)
-    for c in range(at + 1, int(work.q[g]) + group.N):
-        group.A[c * (c - 1) // 2 + at] = -work.f[c]
+    for c in range(at + 1, int(scratch.q[g]) + group.N):
+        group.A[c * (c - 1) // 2 + at] = -scratch.f[c]
     group.D[at] = extra
     group.s[at] = 0.0
 
 
 @kernel
-def write(form, scale, state, work, out, t):
+def write(form, scale, state, scratch, out, t):
     """Write the rest of a row of the trace: s(t | t), its spread or P."""
     p, N, C = int(form.outputs), state.D.size, out.shape[1]
     at = 4 * p
@@ -255,18 +255,18 @@ def write(form, scale, state, work, out, t):
         for j in range(at + N, C):
             out[t, j] = 0.0
     for g in range(int(form.groups)):
-        group = open_group(form, state, work, g)
-        q = int(work.q[g])
+        group = open_group(form, state, scratch, g)
+        q = int(scratch.q[g])
         U = group.U if q == 0 else group.A
         D = group.D[: q + group.N]
         s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
         if C == at + 2 * N:
-            variances(U, D, work.c)
+            variances(U, D, scratch.c)
         for i in range(group.N):
             there = group.x0 + i if i < group.n else group.theta0 + i - group.n
             out[t, at + there] = group.s[q + i]
             if C == at + 2 * N:
-                out[t, at + N + there] = math.sqrt(s2 * work.c[q + i])
+                out[t, at + N + there] = math.sqrt(s2 * scratch.c[q + i])
             elif C > at + N:
                 for j in range(i + 1):
                     other = group.x0 + j if j < group.n else group.theta0 + j - group.n
@@ -275,32 +275,34 @@ def write(form, scale, state, work, out, t):
 
 
 @advance.on(MimoForm)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     held = take_inputs(state, k, u, t)
-    take_outputs(state, work, y, t)
+    take_outputs(state, scratch, y, t)
     for l in range(k):
-        work.z[p + l] = state.held[l]
-        work.spread[p + l] = state.unsure[l]
+        scratch.z[p + l] = state.held[l]
+        scratch.spread[p + l] = state.unsure[l]
     for g in range(groups):
-        correct_group(form, noise, gate, scale, detector, state, work, y, out, t, g)
-    write(form, scale, state, work, out, t)
+        correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t, g)
+    write(form, scale, state, scratch, out, t)
     for g in range(groups):
-        group = open_group(form, state, work, g)
+        group = open_group(form, state, scratch, g)
         is_known = True
         for src in range(p + k):
-            is_known = is_known and work.spread[src] == 0.0
+            is_known = is_known and scratch.spread[src] == 0.0
         if not is_known:
-            if int(work.q[g]) < p + k + group.last - group.first:
-                widen_front(form, work, group, g, p + k + group.last - group.first)
+            if int(scratch.q[g]) < p + k + group.last - group.first:
+                widen_front(form, scratch, group, g, p + k + group.last - group.first)
             for src in range(group.last, p):
-                set_datum(form, work, group, g, src)
-        propagate(form, noise, work, group, g)
+                set_datum(form, scratch, group, g, src)
+        propagate(form, noise, scratch, group, g)
         D = group.D[: group.N]
         first = group.theta0 - int(form.x_at[p])
         forgets = share(memory, first, first + group.N - group.n)
         observed = seen(form, state, group, g) + form.spent[g]
-        moved = drift(forgets, work.alarm[g], work.surprise[g], observed, work.s2[g], group.U, D, group.n, work.c)
+        moved = drift(
+            forgets, scratch.alarm[g], scratch.surprise[g], observed, scratch.s2[g], group.U, D, group.n, scratch.c
+        )
         scatter(state, group)
         for i in range(group.first, group.last):
             state.status[i] = int(state.status[i]) | held | moved

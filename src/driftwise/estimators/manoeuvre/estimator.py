@@ -21,7 +21,7 @@ from ...models.convert import Model
 from ...models.scale import InverseGamma
 from ..base import Reading
 from ..joint.estimator import WIDTH
-from ..joint.row import Form, marks_at, scratch_size
+from ..joint.row import Form, detector_at, scratch_size
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import TRACK, ManoeuvreForm
 
@@ -132,14 +132,14 @@ class Manoeuvre(Reading):
         )  # fmt: skip
         self.spec, self.scratch_size = flatten(self.policies), scratch_size(form)
         head = ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")
-        marks = Silent().marks(0)
+        detector_state = Silent().state_size(0)
         self.dtype = np.dtype(
             [(name, "f8") for name in head]
             + [("x", "f8", (3,)), ("theta", "f8", (3,)), ("D", "f8", (6,)), ("U", "f8", (15,))]
-            + [("marks", "f8", (marks,)), ("track", "f8", (TRACK,))]
+            + [("detector_state", "f8", (detector_state,)), ("track", "f8", (TRACK,))]
         )
         fields = self.dtype.fields
-        assert fields and fields["marks"][1] == 8 * marks_at(form)
+        assert fields and fields["detector_state"][1] == 8 * detector_at(form)
 
     def scaled_to(self, y, u=None) -> Manoeuvre:
         """Return the same estimator with ``y_scale`` from the second differences of the first ten plots."""

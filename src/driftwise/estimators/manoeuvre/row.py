@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, open_row, open_work
+from ...engine.dispatch import Size, open_row, open_scratch
 from ..joint.row import Form, open_joint
 
 # plots seen of the two that start it, scans since the first, and the last two positions
@@ -44,7 +44,7 @@ class ManoeuvreRow(NamedTuple):
     sums: np.ndarray
     squares: np.ndarray
     steps: np.ndarray
-    marks: np.ndarray
+    detector_state: np.ndarray
     track: np.ndarray
 
 
@@ -54,8 +54,8 @@ def _(form, row):
     inner = open_joint(form, row[:at])
     return ManoeuvreRow(
         inner.head, inner.s, inner.D, inner.U, inner.held, inner.unsure, inner.known, inner.sums, inner.squares,
-        inner.steps, inner.marks, row[at:],
+        inner.steps, inner.detector_state, row[at:],
     )  # fmt: skip
 
 
-open_work.on(ManoeuvreForm)(open_work.table[Form])  # the scratch is the joint filter's
+open_scratch.on(ManoeuvreForm)(open_scratch.table[Form])  # the scratch is the joint filter's

@@ -46,7 +46,7 @@ def place(form, R, s, U, D, track):
 
 
 @kernel
-def begin(form, noise, scale, state, work, z, out, t):
+def begin(form, noise, scale, state, scratch, z, out, t):
     """Take one of the two plots before which nothing is known; return a status."""
     head, track, s, s2 = state.head, state.track, state.s, sigma2(scale, state.head[OBSERVED], state.head[CHI2])
     seen = abs(z) < HUGE
@@ -56,7 +56,7 @@ def begin(form, noise, scale, state, work, z, out, t):
     track[ELAPSED] += 1.0
     spread = widest if track[PLOTS] == 0.0 else track[ELAPSED] * track[ELAPSED] * form.Px + noise.R
     yhat = track[LAST]
-    write(noise, out, t, state, work, yhat, z - yhat if seen else np.nan, s2 * (spread + noise.R), status, s2)
+    write(noise, out, t, state, scratch, yhat, z - yhat if seen else np.nan, s2 * (spread + noise.R), status, s2)
     if seen:
         head[PEAK], head[TOP] = max(head[PEAK], abs(z)), max(head[TOP], abs(z))
         track[LAST], track[BEFORE] = z, z if track[PLOTS] == 0.0 else z - (z - yhat) / track[ELAPSED]
@@ -70,9 +70,9 @@ def begin(form, noise, scale, state, work, z, out, t):
 
 
 @kernel
-def follow(form, state, work, z, yhat, status):
+def follow(form, state, scratch, z, yhat, status):
     """Hold two poles at one, the third within its limit, and let it walk; return the status."""
-    track, s, U, D, j = state.track, state.s, state.U, state.D, work.c
+    track, s, U, D, j = state.track, state.s, state.U, state.D, scratch.c
     if status & LOST:
         track[PLOTS] = 0.0
         return status
@@ -93,11 +93,11 @@ def follow(form, state, work, z, yhat, status):
 
 
 @advance.on(ManoeuvreForm)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     if state.track[PLOTS] < 2.0:
-        status = begin(form, noise, scale, state, work, y[t, 0], out, t)
+        status = begin(form, noise, scale, state, scratch, y[t, 0], out, t)
     else:
-        step(form, noise, memory, gate, scale, detector, state, work, y, u, out, t)
-        status = follow(form, state, work, y[t, 0], out[t, 0], int(out[t, 3]))
+        step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
+        status = follow(form, state, scratch, y[t, 0], out[t, 0], int(out[t, 3]))
     out[t, 3] = status
     state.head[STATUS] = status

@@ -156,7 +156,7 @@ class ModelAverage:
         row = self._advance(rows, *validation.sample(y, u, self.inputs))[0, 0]
         return rows.view(self.dtype).reshape(()), _shown(row)
 
-    def tick(self, states, y, u=None):
+    def update_batch(self, states, y, u=None):
         """Advance a fleet: one state, and one sample or a stretch of samples, per series."""
         rows = self._rows(states)
         ys, us, shape = validation.fleet(y, u, len(rows), self.inputs)

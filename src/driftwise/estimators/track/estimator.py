@@ -186,7 +186,7 @@ class TrackEstimator:
             total += float(np.logaddexp.reduce(np.log(shares) - 0.5 * np.log(2 * np.pi * v) - 0.5 * e * e / v))
         return total
 
-    def tick(self, states, time, position, covariance=None) -> tuple[np.ndarray, list[TrackStep]]:
+    def update_batch(self, states, time, position, covariance=None) -> tuple[np.ndarray, list[TrackStep]]:
         """Advance many tracks, one plot each: states (S,), time (S,), position (S, C)."""
         rows = np.ascontiguousarray(states).reshape(-1).view(float).reshape(np.size(states), -1).copy()
         times, positions = validation.seconds("time", time).reshape(-1), validation.floats("position", position)

@@ -80,43 +80,43 @@ def add(R, row):
 
 
 @rare
-def resolve(state, work):
+def resolve(state, scratch):
     """Fill delta, S = X R^-1 and work.z = zhat + X delta; return the condition of R, its columns of length one."""
-    R, delta, d = state.R, work.delta, state.R.shape[1]
-    condition = invert(R, d, work.inverse)
+    R, delta, d = state.R, scratch.delta, state.R.shape[1]
+    condition = invert(R, d, scratch.inverse)
     if condition == math.inf:
         return condition
     solve_triangular(R, d, delta)
     for i in range(state.zhat.size):
-        work.z[i] = state.zhat[i]
+        scratch.z[i] = state.zhat[i]
         for j in range(d):
-            work.z[i] += state.X[i, j] * delta[j]
-            work.S[i, j] = 0.0
+            scratch.z[i] += state.X[i, j] * delta[j]
+            scratch.S[i, j] = 0.0
             for l in range(j + 1):
-                work.S[i, j] += state.X[i, l] * work.inverse[l, j]
+                scratch.S[i, j] += state.X[i, l] * scratch.inverse[l, j]
     return condition
 
 
 @rare
-def refactor(state, work, columns):
+def refactor(state, scratch, columns):
     """U D U' <- Y diag(weight) Y', the first columns of the scratch: compiled once for all that ends here."""
-    orthogonalise(work.Y, work.weight, work.g, state.D.size, columns, state.U, state.D, False)
+    orthogonalise(scratch.Y, scratch.weight, scratch.g, state.D.size, columns, state.U, state.D, False)
 
 
 @rare
-def fold(state, work):
+def fold(state, scratch):
     """Hand delta over to zhat and U D U' <- U D U' + S S': S is a square root, nothing is squared on the way."""
     m, d = state.X.shape
     for i in range(m):
-        state.zhat[i], work.weight[i] = work.z[i], state.D[i]
+        state.zhat[i], scratch.weight[i] = scratch.z[i], state.D[i]
         for j in range(m):
-            work.Y[i, j] = entry(state.U, i, j) if i <= j else 0.0
+            scratch.Y[i, j] = entry(state.U, i, j) if i <= j else 0.0
         for j in range(d):
-            work.Y[i, m + j] = work.S[i, j]
+            scratch.Y[i, m + j] = scratch.S[i, j]
             state.X[i, j] = 0.0
     for j in range(d):
-        work.weight[m + j] = 1.0
-    refactor(state, work, m + d)
+        scratch.weight[m + j] = 1.0
+    refactor(state, scratch, m + d)
     for j in range(d):
         state.start[LOGDET] += 2.0 * math.log(abs(state.R[j, j]))
         for i in range(d + 1):

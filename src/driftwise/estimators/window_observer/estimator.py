@@ -158,7 +158,7 @@ class WindowObserver(Observing):
         self._common: dict[str, Any] = dict(
             n=n, m=m, inputs=system.inputs, outputs=p, dt=self.dt, settle=SETTLE, H=system.H.ravel(),
             D=system.D.ravel(), r=np.ones(p) if self.noise_std is None else self.noise_std**2, rows=rows.ravel(),
-            feeds=feeds.ravel(), tolerance=self.tolerance, marks=kernel_detector.marks(0),
+            feeds=feeds.ravel(), tolerance=self.tolerance, detector_size=kernel_detector.state_size(0),
         )  # fmt: skip
         self._form, form = self._build()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, kernel_detector)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_work
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch
 from ..adaptive_gain.step import take_inputs
 from .gains import Design, require_usable
 from .parity import contradiction, tables
@@ -36,7 +36,7 @@ class Fir(NamedTuple):
     rows: Vector
     feeds: Vector
     tolerance: Vector
-    marks: float
+    detector_size: float
     length: float  # samples in the window, L
     unknowns: float  # free unknowns of a window, w
     bounded: float  # of these bounded forwards, the first ones
@@ -75,7 +75,7 @@ class Row(NamedTuple):
     std: np.ndarray
     ahead: np.ndarray
     held: np.ndarray
-    marks: np.ndarray
+    detector_state: np.ndarray
     own: np.ndarray
     ring: np.ndarray  # (2 L (p + k)): y and u of each sample; 0 where y is missing
     there: np.ndarray  # (L p): 1 where y is there
@@ -149,18 +149,19 @@ def scratch_size(form) -> int:
 @open_row.on(Fir)
 def _(form, row):
     k, p, L = int(form.inputs), int(form.outputs), int(form.length)
-    z, std, ahead, held, marks, own = places(form)
+    z, std, ahead, held, detector_state, own = places(form)
     ring = own + 4
     there = ring + 2 * L * (p + k)
     predicted = there + L * p
     return Row(
-        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:own], row[own:ring],
+        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:detector_state], row[detector_state:own],
+        row[own:ring],
         row[ring:there], row[there:predicted], row[predicted:],
     )  # fmt: skip
 
 
-@open_work.on(Fir)
-def _(form, scratch):
+@open_scratch.on(Fir)
+def _(form, buffer):
     m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
     s, n = form.Ta.size // m, form.Tb.size // m
     ahead = m
@@ -174,27 +175,27 @@ def _(form, scratch):
     M = b + L * n
     X = M + (w + 1) * (w + L * p)
     return Work(
-        scratch[:ahead], scratch[ahead:y], scratch[y:v], scratch[v:row], scratch[row:end], scratch[end:a],
-        scratch[a:more], scratch[more:b], scratch[b:M], scratch[M:X].reshape(w + 1, w + L * p),
-        scratch[X : X + w * w].reshape(w, w),
+        buffer[:ahead], buffer[ahead:y], buffer[y:v], buffer[v:row], buffer[row:end], buffer[end:a],
+        buffer[a:more], buffer[more:b], buffer[b:M], buffer[M:X].reshape(w + 1, w + L * p),
+        buffer[X : X + w * w].reshape(w, w),
     )  # fmt: skip
 
 
 @kernel
-def predict(form, state, work):
+def predict(form, state, scratch):
     """work.z <- Phi z + G0 u, u still that of the sample before."""
     m, k = state.z.size, state.held.size
     for i in range(m):
-        work.z[i] = along(form.Phi, i * m, state.z) + along(form.G0, i * k, state.held)
+        scratch.z[i] = along(form.Phi, i * m, state.z) + along(form.G0, i * k, state.held)
 
 
 @kernel
-def push(form, state, work):
+def push(form, state, scratch):
     """Put the sample into the ring, twice, over the oldest one."""
-    own, p, k, L = state.own, work.y.size, state.held.size, int(form.length)
+    own, p, k, L = state.own, scratch.y.size, state.held.size, int(form.length)
     at, q = int(own[AT]), p + k
     for i in range(p):
-        y = work.y[i]
+        y = scratch.y[i]
         is_there = 1.0 if y == y else 0.0
         if own[FILLED] == form.length:
             own[GAPS] -= 1.0 - state.there[at * p + i]
@@ -208,12 +209,12 @@ def push(form, state, work):
 
 
 @kernel
-def remember_prediction(state, work):
+def remember_prediction(state, scratch):
     """Keep what is predicted, at the place that the sample takes in the ring, and count what full windows predict."""
     at, m = int(state.own[AT]), state.z.size
     state.own[FORESEEN] = state.own[FORESEEN] + 1.0 if state.head[DETERMINED] == BY_GAINS else 0.0
     for i in range(m):
-        state.predicted[at * m + i] = work.z[i]
+        state.predicted[at * m + i] = scratch.z[i]
 
 
 @kernel
@@ -230,36 +231,36 @@ def convolve(form, state):
 
 
 @advance.on(Fir)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, m, k = state.head, state.z.size, state.held.size
     elapse(form, state, u, t)
 
     # predict
-    predict(form, state, work)
+    predict(form, state, scratch)
     status = take_inputs(state, u, t)
     for i in range(m if k > 0 else 0):
-        work.z[i] += along(form.G1, i * k, state.held)
-    for i in range(work.ahead.size):
-        work.ahead[i] = state.ahead[i]
-    alarm = observe(form, scale, detector, state, work, y, out, t)
+        scratch.z[i] += along(form.G1, i * k, state.held)
+    for i in range(scratch.ahead.size):
+        scratch.ahead[i] = state.ahead[i]
+    alarm = observe(form, scale, detector, state, scratch, y, out, t)
     if form.parity > 0.0:
-        remember_prediction(state, work)
+        remember_prediction(state, scratch)
 
     # estimate
-    push(form, state, work)
+    push(form, state, scratch)
     if state.own[FILLED] == form.length and state.own[GAPS] == 0.0:
         convolve(form, state)
         if head[DETERMINED] < BY_GAINS:
             for i in range(state.std.size):
                 state.std[i] = form.std[i]
-            for i in range(work.ahead.size):
+            for i in range(scratch.ahead.size):
                 state.ahead[i] = form.ahead[i]
         head[DETERMINED] = BY_GAINS
         if form.parity > 0.0:
-            out[t, 4 * work.y.size] = contradiction(form, state) / (form.parity * unit(scale, head))
-            alarm = 1.0 if out[t, 4 * work.y.size] >= 1.0 else 0.0
+            out[t, 4 * scratch.y.size] = contradiction(form, state) / (form.parity * unit(scale, head))
+            alarm = 1.0 if out[t, 4 * scratch.y.size] >= 1.0 else 0.0
     else:
-        head[DETERMINED] = BY_ROWS if solve(form, state, work) else 0.0
+        head[DETERMINED] = BY_ROWS if solve(form, state, scratch) else 0.0
     report(form, scale, state, out, t, status, alarm)
     if alarm > 0.0 and form.restart > 0.0:
         state.own[FILLED] = state.own[GAPS] = head[DETERMINED] = 0.0

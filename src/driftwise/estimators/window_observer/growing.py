@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine import ud
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_work, rare
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch, rare
 from ...engine.status import LOST
 from ...engine.ud import correct, predicted_variance, project
 from ..adaptive_gain.step import take_inputs
@@ -39,7 +39,7 @@ class Growing(NamedTuple):
     rows: Vector
     feeds: Vector
     tolerance: Vector
-    marks: float
+    detector_size: float
     line: float  # 1: inputs are straight lines between samples, 0: they are held
     Phi: Vector  # (m, m) over dt, G0 and G1 (m, k)
     G0: Vector
@@ -62,7 +62,7 @@ class Row(NamedTuple):
     std: np.ndarray
     ahead: np.ndarray
     held: np.ndarray
-    marks: np.ndarray
+    detector_state: np.ndarray
     start: np.ndarray  # as `anchored.START` says
     zhat: np.ndarray
     D: np.ndarray
@@ -149,20 +149,21 @@ def scratch_size(form) -> int:
 @open_row.on(Growing)
 def _(form, row):
     m, d = int(form.m), form.free.size
-    z, std, ahead, held, marks, start = places(form)
+    z, std, ahead, held, detector_state, start = places(form)
     zhat = start + len(START)
     D = zhat + m
     U = D + m
     X = U + m * (m - 1) // 2
     R = X + m * d
     return Row(
-        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:start], row[start:zhat],
+        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:detector_state], row[detector_state:start],
+        row[start:zhat],
         row[zhat:D], row[D:U], row[U:X], row[X:R].reshape(m, d), row[R:].reshape(d + 1, d),
     )  # fmt: skip
 
 
-@open_work.on(Growing)
-def _(form, scratch):
+@open_scratch.on(Growing)
+def _(form, buffer):
     m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), form.free.size, widest(form)
     on = 1 if wide > 0 else 0
     z = 2 * p
@@ -184,13 +185,13 @@ def _(form, scratch):
     M = Q + on * m * m
     F = M + on * 4 * m * m
     powers = F + on * 4 * m * m
-    v = scratch[z:delta].reshape(4, m)
+    v = buffer[z:delta].reshape(4, m)
     return Work(
-        scratch[:p], v[0], scratch[p:z], v[1], v[2], v[3], scratch[delta:u], scratch[u:row], scratch[row:weight],
-        scratch[weight:g], scratch[g:S], scratch[S:inverse].reshape(m, d), scratch[inverse:Y].reshape(d, d),
-        scratch[Y:Phi].reshape(m, 2 * m), scratch[Phi:G0], scratch[G0:G1], scratch[G1:Uq], scratch[Uq:Dq],
-        scratch[Dq:Q], scratch[Q:M], scratch[M:F], scratch[F:powers],
-        scratch[powers : powers + 5 * wide].reshape(5, wide),
+        buffer[:p], v[0], buffer[p:z], v[1], v[2], v[3], buffer[delta:u], buffer[u:row], buffer[row:weight],
+        buffer[weight:g], buffer[g:S], buffer[S:inverse].reshape(m, d), buffer[inverse:Y].reshape(d, d),
+        buffer[Y:Phi].reshape(m, 2 * m), buffer[Phi:G0], buffer[G0:G1], buffer[G1:Uq], buffer[Uq:Dq],
+        buffer[Dq:Q], buffer[Q:M], buffer[M:F], buffer[F:powers],
+        buffer[powers : powers + 5 * wide].reshape(5, wide),
     )  # fmt: skip
 
 
@@ -198,13 +199,13 @@ def _(form, scratch):
 
 
 @kernel
-def advance_time(form, state, work, seconds):
+def advance_time(form, state, scratch, seconds):
     """Take state and covariance to this sample, so many seconds after the one before."""
     if form.A.size > 0 and seconds != form.dt:
-        discretise(form, work, seconds)
-        move(work.Phi, work.G0, work.G1, work.Uq, work.Dq, state, work)
+        discretise(form, scratch, seconds)
+        move(scratch.Phi, scratch.G0, scratch.G1, scratch.Uq, scratch.Dq, state, scratch)
     else:
-        move(form.Phi, form.G0, form.G1, form.Uq, form.Dq, state, work)
+        move(form.Phi, form.G0, form.G1, form.Uq, form.Dq, state, scratch)
 
 
 @kernel
@@ -220,102 +221,102 @@ def is_lost(state):
 
 
 @kernel
-def spread(state, work, M, at):
+def spread(state, scratch, M, at):
     """Return the variance of row @ z, the row's numbers standing at M[at:]."""
-    project(state.U, M[at : at + state.zhat.size], work.f)
-    total = predicted_variance(work.f, state.D, 0.0)
+    project(state.U, M[at : at + state.zhat.size], scratch.f)
+    total = predicted_variance(scratch.f, state.D, 0.0)
     if state.start[ANCHORED] > 0.0:
         for j in range(state.X.shape[1]):
             part = 0.0
             for i in range(state.zhat.size):
-                part += M[at + i] * work.S[i, j]
+                part += M[at + i] * scratch.S[i, j]
             total += part * part
     return total
 
 
 @rare
-def deviations(form, state, work):
+def deviations(form, state, scratch):
     """Fill the standard deviations of z and of the derived outputs."""
     m = state.zhat.size
     for i in range(state.std.size):
         if i < m:
             for j in range(m):
-                work.a[j] = 1.0 if i == j else 0.0
-            state.std[i] = math.sqrt(spread(state, work, work.a, 0))
+                scratch.a[j] = 1.0 if i == j else 0.0
+            state.std[i] = math.sqrt(spread(state, scratch, scratch.a, 0))
         else:
-            state.std[i] = math.sqrt(spread(state, work, form.rows, (i - m) * m))
+            state.std[i] = math.sqrt(spread(state, scratch, form.rows, (i - m) * m))
 
 
 @kernel
-def know(state, work):
+def know(state, scratch):
     """Fill work.z with the best z of now; return the condition of what is yet to be handed over, 0 if nothing is."""
     if state.start[ANCHORED] > 0.0:
-        return resolve(state, work)
+        return resolve(state, scratch)
     for i in range(state.zhat.size):
-        work.z[i] = state.zhat[i]
+        scratch.z[i] = state.zhat[i]
     return 0.0
 
 
 @kernel
-def take(form, state, work):
+def take(form, state, scratch):
     """Correct zhat and P by the outputs in work.y, one after the other; tell the triangle what is left."""
     start, zhat, m, k, d = state.start, state.zhat, state.zhat.size, state.held.size, state.X.shape[1]
-    for l in range(work.y.size):
-        if work.y[l] != work.y[l]:
+    for l in range(scratch.y.size):
+        if scratch.y[l] != scratch.y[l]:
             continue
-        e = work.y[l] - along(form.H, l * m, zhat) - along(form.D, l * k, state.held)
-        project(state.U, form.H[l * m : (l + 1) * m], work.f)
-        T = correct(state.U, state.D, work.f, form.r[l], work.b)
+        e = scratch.y[l] - along(form.H, l * m, zhat) - along(form.D, l * k, state.held)
+        project(state.U, form.H[l * m : (l + 1) * m], scratch.f)
+        T = correct(state.U, state.D, scratch.f, form.r[l], scratch.b)
         if start[ANCHORED] > 0.0:
             for j in range(d):
                 h = 0.0
                 for i in range(m):
                     h += form.H[l * m + i] * state.X[i, j]
-                work.row[j] = h / math.sqrt(T)
+                scratch.row[j] = h / math.sqrt(T)
                 for i in range(m):
-                    state.X[i, j] -= work.b[i] * (h / T)
-            work.row[d] = e / math.sqrt(T)
-            start[SQUARES] += add(state.R, work.row)
+                    state.X[i, j] -= scratch.b[i] * (h / T)
+            scratch.row[d] = e / math.sqrt(T)
+            start[SQUARES] += add(state.R, scratch.row)
         else:
             start[SQUARES] += e * e / T
         for i in range(m):
-            zhat[i] += work.b[i] * (e / T)
+            zhat[i] += scratch.b[i] * (e / T)
         start[LOGDET] += math.log(T)
         start[OUTPUTS] += 1.0
 
 
 @advance.on(Growing)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, m, status = state.head, state.zhat.size, 0
     seconds = elapse(form, state, u, t)
     for l in range(state.held.size):
-        work.u[l] = state.held[l]
+        scratch.u[l] = state.held[l]
     status |= take_inputs(state, u, t)
 
     # predict
     if head[SAMPLES] > 0.0:
-        advance_time(form, state, work, seconds)
+        advance_time(form, state, scratch, seconds)
         if is_lost(state):
             begin(form, state)
             status |= LOST
         if state.start[ANCHORED] > 0.0 and state.start[OUTPUTS] == 0.0:
             orthonormalise(state.X)
-    condition = know(state, work)
+    condition = know(state, scratch)
     head[DETERMINED] = 1.0 if condition < KNOWN else 0.0
-    for l in range(work.y.size):
-        work.ahead[l] = spread(state, work, form.H, l * m) + form.r[l]
-    alarm = observe(form, scale, detector, state, work, y, out, t)
+    for l in range(scratch.y.size):
+        scratch.ahead[l] = spread(state, scratch, form.H, l * m) + form.r[l]
+    alarm = observe(form, scale, detector, state, scratch, y, out, t)
 
     # correct, and hand over
-    take(form, state, work)
-    condition = know(state, work)
+    take(form, state, scratch)
+    condition = know(state, scratch)
     if state.start[ANCHORED] > 0.0 and condition < HAND_OVER:
-        fold(state, work)
+        fold(state, scratch)
     head[DETERMINED] = 1.0 if condition < KNOWN else 0.0
     if head[DETERMINED] > 0.0:
         for i in range(m):
-            state.z[i] = work.z[i]
-        deviations(form, state, work)
+            state.z[i] = scratch.z[i]
+        deviations(form, state, scratch)
     report(form, scale, state, out, t, status, alarm)
 
 

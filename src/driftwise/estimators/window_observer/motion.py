@@ -61,41 +61,41 @@ def rest_into(M, Phi, Q, m):
 
 
 @rare
-def discretise(form, work, seconds):
+def discretise(form, scratch, seconds):
     """Fill the step of so many seconds into work.Phi, G0, G1 and, of the walks, Uq and Dq."""
     m, k = int(form.m), int(form.inputs)
-    exponential(form.A, form.B, m, k, seconds, work.Phi, work.G0, work.G1, work.powers)
+    exponential(form.A, form.B, m, k, seconds, scratch.Phi, scratch.G0, scratch.G1, scratch.powers)
     for i in range(m * k):
         if form.line > 0.0:
-            work.G0[i] -= work.G1[i]
+            scratch.G0[i] -= scratch.G1[i]
         else:
-            work.G1[i] = 0.0
+            scratch.G1[i] = 0.0
     if form.Dq.size > 0:
-        noise(form.A, form.walk, m, seconds, work.Q, work.M, work.F, work.powers)
+        noise(form.A, form.walk, m, seconds, scratch.Q, scratch.M, scratch.F, scratch.powers)
         for j in range(m):
             for i in range(j + 1):
-                work.F[at(i, j)] = work.Q[i * m + j]
-        factor_within(work.F, work.Uq, work.Dq)
+                scratch.F[at(i, j)] = scratch.Q[i * m + j]
+        factor_within(scratch.F, scratch.Uq, scratch.Dq)
 
 
 @kernel
-def move(Phi, G0, G1, Uq, Dq, state, work):
+def move(Phi, G0, G1, Uq, Dq, state, scratch):
     """zhat <- Phi zhat + G0 u(t-1) + G1 u(t), X <- Phi X, U D U' <- Phi U D U' Phi' + Q; work.u has u(t-1)."""
-    m, k, zhat, U, Y = state.zhat.size, work.u.size, state.zhat, state.U, work.Y
+    m, k, zhat, U, Y = state.zhat.size, scratch.u.size, state.zhat, state.U, scratch.Y
     for i in range(m):
-        work.a[i] = along(Phi, i * m, zhat) + along(G0, i * k, work.u) + along(G1, i * k, state.held)
+        scratch.a[i] = along(Phi, i * m, zhat) + along(G0, i * k, scratch.u) + along(G1, i * k, state.held)
     for i in range(m):
-        zhat[i] = work.a[i]
+        zhat[i] = scratch.a[i]
     if state.start[ANCHORED] > 0.0:
         for j in range(state.X.shape[1]):
             for i in range(m):
-                work.a[i] = 0.0
+                scratch.a[i] = 0.0
                 for l in range(m):
-                    work.a[i] += Phi[i * m + l] * state.X[l, j]
+                    scratch.a[i] += Phi[i * m + l] * state.X[l, j]
             for i in range(m):
-                state.X[i, j] = work.a[i]
+                state.X[i, j] = scratch.a[i]
     for i in range(m):
-        work.weight[i] = state.D[i]
+        scratch.weight[i] = state.D[i]
         start = 0
         for j in range(m):
             Y[i, j] = Phi[i * m + j]
@@ -106,7 +106,7 @@ def move(Phi, G0, G1, Uq, Dq, state, work):
     if Dq.size > 0:
         columns = 2 * m
         for j in range(m):
-            work.weight[m + j] = Dq[j]
+            scratch.weight[m + j] = Dq[j]
             for i in range(m):
                 Y[i, m + j] = entry(Uq, i, j) if i <= j else 0.0
-    refactor(state, work, columns)
+    refactor(state, scratch, columns)

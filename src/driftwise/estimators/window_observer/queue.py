@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_work, rare
+from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch, rare
 from ...engine.errors import InputError
 from ...engine.qr import invert, solve_triangular, triangularise
 from ..adaptive_gain.step import take_inputs
@@ -42,7 +42,7 @@ class QueueForm(NamedTuple):
     rows: Vector
     feeds: Vector
     tolerance: Vector
-    marks: float
+    detector_size: float
     s: float  # modes that stay
     straight: float  # 1: the input is a straight line between its samples
     window: float  # age at which a sample leaves
@@ -61,7 +61,7 @@ class Row(NamedTuple):
     std: np.ndarray
     ahead: np.ndarray
     held: np.ndarray
-    marks: np.ndarray
+    detector_state: np.ndarray
     w: np.ndarray  # estimate in coordinates of its own
     C: np.ndarray  # its covariance is C C'
     queue: Queue
@@ -127,7 +127,7 @@ def scratch_size(form) -> int:
 def _(form, row):
     at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
     m, wide = at.m, 1 + at.k + at.p
-    z, std, ahead, held, marks, w = places(form)
+    z, std, ahead, held, detector_state, w = places(form)
     C = w + m
     queue = C + m * m
     moves = queue + MARKS
@@ -136,7 +136,7 @@ def _(form, row):
     use = behind + at.size
     blocks = use + block * at.size
     return Row(
-        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:marks], row[marks:w], row[w:C],
+        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:detector_state], row[detector_state:w], row[w:C],
         row[C:queue].reshape(m, m),
         Queue(
             row[queue:moves], row[moves:ring], row[ring:behind].reshape(capacity, wide), row[behind:use],
@@ -145,8 +145,8 @@ def _(form, row):
     )  # fmt: skip
 
 
-@open_work.on(QueueForm)
-def _(form, scratch):
+@open_scratch.on(QueueForm)
+def _(form, buffer):
     at = laid_out(form)
     m, k = at.m, at.k
     ahead = m
@@ -159,11 +159,11 @@ def _(form, scratch):
     leaf = powers + 5 * m * max(m, k)
     whole = leaf + at.size
     return Work(
-        at, scratch[:ahead], scratch[ahead:y], scratch[y:before], scratch[before:w], scratch[w:X],
-        scratch[X:M].reshape(m, m),
+        at, buffer[:ahead], buffer[ahead:y], buffer[y:before], buffer[before:w], buffer[w:X],
+        buffer[X:M].reshape(m, m),
         Bench(
-            scratch[M:powers].reshape(m + 1, 2 * m + at.p), scratch[powers:leaf].reshape(5, m * max(m, k)),
-            scratch[leaf:whole], scratch[whole : whole + at.size],
+            buffer[M:powers].reshape(m + 1, 2 * m + at.p), buffer[powers:leaf].reshape(5, m * max(m, k)),
+            buffer[leaf:whole], buffer[whole : whole + at.size],
         ),
     )  # fmt: skip
 
@@ -246,35 +246,43 @@ def carry(at, moves, before, u, w0, C0, w, C):
 
 
 @advance.on(QueueForm)
-def _(form, noise, memory, gate, scale, detector, state, work, y, u, out, t):
-    head, queue, at, bench, w, X, m = state.head, state.queue, work.at, work.bench, work.w, work.X, work.at.m
+def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+    head, queue, at, bench, w, X, m = (
+        state.head,
+        state.queue,
+        scratch.at,
+        scratch.bench,
+        scratch.w,
+        scratch.X,
+        scratch.at.m,
+    )
     seconds = elapse(form, state, u, t)
     rounding = ROUNDING * abs(head[TIME])
     if abs(seconds - form.dt) <= min(rounding, SAME * form.dt):  # instants tell no more: equal moves are found once
         seconds = form.dt
     for l in range(at.k):
-        work.before[l] = state.held[l]
+        scratch.before[l] = state.held[l]
     status = take_inputs(state, u, t)
 
     # what is too old leaves
     age = form.window - max(SAME * form.window, rounding)
     if seconds >= age:
-        queue.marks[COUNT] = queue.marks[FRONT] = head[DETERMINED] = 0.0
+        queue.detector_state[COUNT] = queue.detector_state[FRONT] = head[DETERMINED] = 0.0
     drop_older(at, form.plant, queue, bench, age - seconds)
 
     # predict
-    if queue.marks[COUNT] > 0.0 or head[DETERMINED] > 0.0:
+    if queue.detector_state[COUNT] > 0.0 or head[DETERMINED] > 0.0:
         move_over(at, form.plant, queue, bench, seconds)
     if head[DETERMINED] > 0.0:
-        carry(at, queue.moves, work.before, state.held, state.w, state.C, w, X)
+        carry(at, queue.moves, scratch.before, state.held, state.w, state.C, w, X)
         for i in range(m):
-            work.z[i] = along(form.V, i * m, w)
+            scratch.z[i] = along(form.V, i * m, w)
         for i in range(at.p):
-            work.ahead[i] = form.r[i] * (1.0 + square(form.plant, at.E + i * m, X, w))
-    alarm = observe(form, scale, detector, state, work, y, out, t)
+            scratch.ahead[i] = form.r[i] * (1.0 + square(form.plant, at.E + i * m, X, w))
+    alarm = observe(form, scale, detector, state, scratch, y, out, t)
 
     # correct
-    append(at, form.plant, queue, bench, seconds, work.before, state.held, work.y)
+    append(at, form.plant, queue, bench, seconds, scratch.before, state.held, scratch.y)
     head[DETERMINED] = 0.0
     if estimate(at, form.prior, queue, bench, state.w, state.C, w, X):
         head[DETERMINED] = 1.0

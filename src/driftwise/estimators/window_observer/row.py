@@ -41,7 +41,7 @@ class Common(NamedTuple):
     rows: Vector  # (derived, m): further outputs, of z
     feeds: Vector  # (derived, k): and of u
     tolerance: Vector  # (m + derived,)
-    marks: float  # numbers the detector keeps
+    detector_size: float  # numbers the detector keeps
 
 
 def common_fields(form) -> list[tuple]:
@@ -53,7 +53,7 @@ def common_fields(form) -> list[tuple]:
         ("std", "f8", (len(form.tolerance),)),  # of z and of the derived outputs, relative to sigma
         ("ahead", "f8", (p,)),  # free for the form: variance of the next prediction, relative to sigma^2
         ("held", "f8", (k,)),  # inputs: last known value
-        ("marks", "f8", (int(form.marks),)),
+        ("detector_state", "f8", (int(form.detector_size),)),
     ]
 
 
@@ -63,8 +63,8 @@ def places(form):
     std = len(HEAD) + int(form.m)
     ahead = std + form.tolerance.size
     held = ahead + int(form.outputs)
-    marks = held + int(form.inputs)
-    return len(HEAD), std, ahead, held, marks, marks + int(form.marks)
+    detector_state = held + int(form.inputs)
+    return len(HEAD), std, ahead, held, detector_state, detector_state + int(form.detector_size)
 
 
 @choice
@@ -122,32 +122,33 @@ def elapse(form, state, u, t):
 
 
 @kernel
-def observe(form, scale, detector, state, work, y, out, t):
+def observe(form, scale, detector, state, scratch, y, out, t):
     """Compare each output with its prediction H work.z + D u; return 1 where the detector alarms, else 0.
 
-    ``work.y`` takes the outputs, NaN where missing; ``work.ahead`` has the variances of the predictions, relative.
+    ``scratch.y`` takes the outputs, NaN where missing; ``scratch.ahead`` has the variances of the predictions,
+    relative.
     """
-    head, m, k, p = state.head, state.z.size, state.held.size, work.y.size
+    head, m, k, p = state.head, state.z.size, state.held.size, scratch.y.size
     s2, alarm, statistic = unit(scale, head), 0.0, 0.0
     for i in range(p):
         value, status, yhat, T = y[t, i], 0, np.nan, np.inf
         if not abs(value) < HUGE:
             status = MISSING_OUTPUT if value != value else MISSING_OUTPUT | BAD_VALUE
             value = np.nan
-        work.y[i] = value
+        scratch.y[i] = value
         if head[DETERMINED] > 0.0:
-            yhat = along(form.H, i * m, work.z) + along(form.D, i * k, state.held)
-            T = s2 * work.ahead[i]
+            yhat = along(form.H, i * m, scratch.z) + along(form.D, i * k, state.held)
+            T = s2 * scratch.ahead[i]
         e = value - yhat
         if e == e:
             head[OBSERVED] += 1.0
-            head[CHI2] += e * e / work.ahead[i]
+            head[CHI2] += e * e / scratch.ahead[i]
             if T < np.inf:
                 head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * T) + e * e / T)
                 if head[OBSERVED] > form.settle:
-                    found = watch(detector, state.marks, e / math.sqrt(T), state.marks[:0])
+                    found = watch(detector, state.detector_state, e / math.sqrt(T), state.detector_state[:0])
                     alarm = 1.0 if found != 0.0 else alarm
-                    statistic = max(statistic, state.marks[0])
+                    statistic = max(statistic, state.detector_state[0])
         out[t, i], out[t, p + i], out[t, 2 * p + i], out[t, 3 * p + i] = yhat, e, T, status
     out[t, 4 * p] = statistic
     return alarm

@@ -63,7 +63,7 @@ class Record:
         if time is not None:
             time = est._instants(time, len(self.ys), est.start())
             self.seconds, us = float(time[-1] - time[0]), np.column_stack([us, time])
-        self.us, self.outs = us, np.empty((1, len(self.ys), est.columns))
+        self.us, self.table = us, np.empty((1, len(self.ys), est.columns))
 
     def loglik(self, walks, factor) -> float:
         """Return the log-likelihood of the record under these walks and so many times the noise deviation."""
@@ -74,7 +74,7 @@ class Record:
             form = form._replace(Uq=U[ud.packed_indices(len(D))], Dq=D, walk=walks @ self.walks)
         rows = est._rows(est.start())
         spec = flatten((form, *est.policies[1:]))
-        est.drive(rows, self.ys[None], self.us[None], self.outs, spec, est.scratch())
+        est.drive(rows, self.ys[None], self.us[None], self.table, spec, est.scratch())
         return growing.loglik(est, rows.view(est.dtype).reshape(()))
 
 

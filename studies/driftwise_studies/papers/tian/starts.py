@@ -24,8 +24,8 @@ def filtered(given: Records, noise: float, start) -> np.ndarray:
     est = dw.Joint(2, inputs=2, noise=dw.OutputError(noise**2), dt=STEP, start=start)
     y, u = given.y + noise * given.noise, np.column_stack([given.u, np.ones(SAMPLES)])
     u = np.repeat(u[None], len(y), axis=0)
-    early, _ = est.tick(est.start(len(y)), y[:, :EARLY], u[:, :EARLY])
-    late, _ = est.tick(early, y[:, EARLY:], u[:, EARLY:])
+    early, _ = est.update_batch(est.start(len(y)), y[:, :EARLY], u[:, :EARLY])
+    late, _ = est.update_batch(early, y[:, EARLY:], u[:, EARLY:])
     return np.array([relative(state["theta"][:, :4], given) for state in (early, late)])
 
 
