@@ -43,8 +43,8 @@ REFUSED = {
     "infinite sample": (lambda: dw.Joint(1).update(dw.Joint(1).start(), np.inf), "NaN where missing"),
     "input of update": (lambda: dw.Joint(1, inputs=2).update(dw.Joint(1, inputs=2).start(), 1.0, 1.0), "2 input(s)"),
     "fleet size": (lambda: dw.Joint(1).update_batch(dw.Joint(1).start(3), [1.0, 2.0]), "one row per state"),
-    "fleet input": (lambda: dw.Joint(1, inputs=1).update_batch(dw.Joint(1, inputs=1).start(2), [1.0, 2.0]), "
-    ""not given"),
+    "fleet input": (lambda: dw.Joint(1, inputs=1).update_batch(dw.Joint(1, inputs=1).start(2), [1.0, 2.0]),
+                    "not given"),
     "fleet in update": (lambda: dw.Joint(1).update(dw.Joint(1).start(3), 1.0), "advance a fleet with update_batch"),
     "fleet in scan": (lambda: dw.Joint(1).scan(Y, state=dw.Joint(1).start(3)), "advance a fleet with update_batch"),
     "fleet input turned": (

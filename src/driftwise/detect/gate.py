@@ -29,12 +29,12 @@ def admit(gate, e, f, D, R, s2, rejected, observed):
 
 
 @admit.on(Always)
-def _(gate, e, f, D, R, s2, rejected, observed):
+def admit_always(gate, e, f, D, R, s2, rejected, observed):
     return True
 
 
 @admit.on(InnovationGate)
-def _(gate, e, f, D, R, s2, rejected, observed):
+def admit_innovation_gate(gate, e, f, D, R, s2, rejected, observed):
     if observed < gate.settle or rejected < 0.0 or rejected >= gate.patience:
         return True
     return e * e <= gate.sigmas * gate.sigmas * s2 * predicted_variance(f, D, R)
@@ -46,12 +46,12 @@ def count_rejections(gate, rejected, is_rejected):
 
 
 @count_rejections.on(Always)
-def _(gate, rejected, is_rejected):
+def count_rejections_always(gate, rejected, is_rejected):
     return 0.0
 
 
 @count_rejections.on(InnovationGate)
-def _(gate, rejected, is_rejected):
+def count_rejections_innovation_gate(gate, rejected, is_rejected):
     if is_rejected:
         return rejected + 1.0
     if rejected >= gate.patience:

@@ -113,7 +113,7 @@ def best_stretch(ring, newest, count):
 
 
 @watch.on(Windowed)
-def _(detector, detector_state, z, slope):
+def watch_windowed(detector, detector_state, z, slope):
     ring, newest = detector_state[OWN + 2 :], int(detector_state[OWN + 1])
     ring[newest] = z
     detector_state[OWN] = min(detector_state[OWN] + 1.0, detector.window)

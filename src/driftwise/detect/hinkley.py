@@ -150,7 +150,7 @@ class TwoSums(NamedTuple):
 
 
 @watch.on(TwoSums)
-def _(detector, detector_state, z, slope):
+def watch_two_sums(detector, detector_state, z, slope):
     g, since, h = detector_state[OWN : OWN + 2], detector_state[OWN + 2 : OWN + 4], detector_state[OWN + 4 : OWN + 6]
     detector_state[OWN + 6] += 1.0
     for i in range(2):

@@ -45,7 +45,7 @@ def compare(detector_state, h, ratios):
 
 
 @watch.on(ProbeBank)
-def _(detector, detector_state, z, slope):
+def watch_probe_bank(detector, detector_state, z, slope):
     best = compare(detector_state, detector.h, slope)
     if best < 0:
         return 0.0

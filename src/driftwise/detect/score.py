@@ -157,7 +157,7 @@ class ScoreSums(NamedTuple):
 
 
 @watch.on(ScoreSums)
-def _(detector, detector_state, z, slope):
+def watch_score_sums(detector, detector_state, z, slope):
     m = slope.size
     g, since = detector_state[OWN : OWN + 2 * m], detector_state[OWN + 2 * m :]
     for i in range(m):

@@ -218,7 +218,7 @@ def count_peak(peak, excess, count, i, top):
 
 
 @watch.on(Learning)
-def _(detector, detector_state, z, slope):
+def watch_learning(detector, detector_state, z, slope):
     m, q, own = detector.h.size, detector_state[TAILS : TAILS + SCALES], detector_state[TAILS + SCALES :]
     g, since, peak = own[:m], own[m : 2 * m], own[2 * m : 3 * m]
     excess, count, h = own[3 * m : 4 * m], own[4 * m : 5 * m], own[5 * m :]

@@ -116,7 +116,7 @@ class VarianceSums(NamedTuple):
 
 
 @watch.on(VarianceSums)
-def _(detector, detector_state, z, slope):
+def watch_variance_sums(detector, detector_state, z, slope):
     g, since, r, surprise = detector_state[OWN : OWN + 2], detector_state[OWN + 2 : OWN + 4], detector.ratio, z * z
     accumulate(g, since, 0, -0.5 * math.log(r) + 0.5 * surprise * (1.0 - 1.0 / r))
     accumulate(g, since, 1, 0.5 * math.log(r) - 0.5 * surprise * (r - 1.0))

@@ -50,5 +50,5 @@ def side(best):
 
 
 @watch.on(Silent)
-def _(detector, detector_state, z, slope):
+def watch_silent(detector, detector_state, z, slope):
     return 0.0

@@ -136,12 +136,12 @@ age.on(Constant)(stay)
 
 
 @age.on(RandomWalk)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_random_walk(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     return 1.0, wander(memory, 1.0, U, D, scratch)
 
 
 @age.on(Matched)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_matched(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     return 1.0, wander(memory, s2, U, D, scratch)
 
 

@@ -94,7 +94,7 @@ def resolve(memory, setting) -> tuple[Any, int]:
 
 
 @resolve.register
-def _(memory: str, setting):
+def resolve_str(memory: str, setting):
     if memory.lower() in ("ekf", "augmented ekf"):
         raise InputError(EKF)
     raise InputError(
@@ -103,24 +103,24 @@ def _(memory: str, setting):
 
 
 @resolve.register
-def _(memory: RandomWalk, setting):
+def resolve_random_walk(memory: RandomWalk, setting):
     return resolve_walk(memory, setting.units, setting.cap), 0
 
 
 @resolve.register
-def _(memory: fading.GainFloor, setting):
+def resolve_gain_floor(memory: fading.GainFloor, setting):
     samples = more_than_one("samples", memory.samples)
     return fading.Fade(1.0, samples, MEMORIES * samples, setting.cap), 1 + setting.N
 
 
 @resolve.register
-def _(memory: fading.ExponentialForgetting, setting):
+def resolve_exponential_forgetting(memory: fading.ExponentialForgetting, setting):
     p, horizon = _weight(memory.p)
     return fading.Fade(p, np.inf, horizon, setting.cap), 1 + setting.N
 
 
 @resolve.register
-def _(memory: fading.VariableForgetting, setting):
+def resolve_variable_forgetting(memory: fading.VariableForgetting, setting):
     samples, least = more_than_one("samples", memory.samples), validation.positive("least", memory.least)
     if least > 1:
         raise InputError(f"least is the smallest lambda, above 0 and at most 1, got {memory.least!r}")
@@ -128,12 +128,12 @@ def _(memory: fading.VariableForgetting, setting):
 
 
 @resolve.register
-def _(memory: directional.DirectionalForgetting, setting):
+def resolve_directional_forgetting(memory: directional.DirectionalForgetting, setting):
     return directional.Along(*_weight(memory.p), setting.cap), 1 + setting.N
 
 
 @resolve.register
-def _(memory: window.Window, setting):
+def resolve_window(memory: window.Window, setting):
     samples, is_learnt = validation.count("samples", memory.samples, least=1), setting.settle > 0
     freedom, chi2 = (2 * setting.scale.alpha, 2 * setting.scale.beta) if is_learnt else (0.0, 0.0)
     if is_learnt and freedom + samples < 2:
@@ -151,7 +151,7 @@ def _(memory: window.Window, setting):
 
 
 @resolve.register
-def _(memory: run_lengths.BayesianChangePoint, setting):
+def resolve_bayesian_change_point(memory: run_lengths.BayesianChangePoint, setting):
     q = jump_size("jump", memory.jump, setting.N) ** 2 * setting.units
     rate = 1 / more_than_one("every", memory.every)
     count = validation.count("hypotheses", memory.hypotheses, least=2)

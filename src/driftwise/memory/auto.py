@@ -117,7 +117,7 @@ def open_parts(memory, memory_state, N):
 
 
 @begin.on(Contest)
-def _(memory, memory_state, theta, U, D):
+def begin_contest(memory, memory_state, theta, U, D):
     parts = open_parts(memory, memory_state, D.size)
     open_bank(memory, parts.own.bank, theta, U, D)
 
@@ -169,7 +169,7 @@ def take_over(own, bank, trial):
 
 
 @learn.on(Contest)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_contest(memory, memory_state, e, R, s2, theta, U, D, scratch):
     parts = open_parts(memory, memory_state, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, T = D.size, MODES, predicted_variance(scratch.f, D, R)
@@ -208,19 +208,19 @@ respond.on(Contest)(unmoved)
 
 
 @reckon.on(Contest)
-def _(memory, memory_state, count, chi2, weight, gain):
+def reckon_contest(memory, memory_state, count, chi2, weight, gain):
     ground = open_ground(memory_state, memory.cap.size)
     return reckon_mixture(memory, ground, ground.own[TRIAL:], count, chi2, gain)
 
 
 @distrust.on(Contest)
-def _(memory, memory_state):
+def distrust_contest(memory, memory_state):
     trial = open_ground(memory_state, memory.cap.size).own
     return trial[RHO] if trial[VERDICT] == NOTHING else 0.0
 
 
 @notice.on(Contest)
-def _(memory, memory_state, detector_state):
+def notice_contest(memory, memory_state, detector_state):
     trial = open_ground(memory_state, memory.cap.size).own
     is_told = trial[VERDICT] == A_JUMP
     detector_state[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
@@ -241,7 +241,7 @@ def take_on(memory, parts, waits, b):
 
 
 @age.on(Contest)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_contest(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     parts = open_parts(memory, memory_state, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, q, status = D.size, MODES, own.q, 0
@@ -300,5 +300,5 @@ def drift_together(memory, own, waits, theta, U, D, scratch):
 
 
 @tell.on(Contest)
-def _(memory, memory_state, R, s2, theta, scratch, out):
+def tell_contest(memory, memory_state, R, s2, theta, scratch, out):
     tell_modes(memory, open_parts(memory, memory_state, theta.size).own.bank, R, s2, theta, scratch, out)

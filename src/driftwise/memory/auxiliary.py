@@ -73,7 +73,7 @@ adaptive(Auxiliary)
 
 
 @revise.on(Auxiliary)
-def _(policy, own, sample, theta, U, D, q):
+def revise_auxiliary(policy, own, sample, theta, U, D, q):
     second, N = open_filter(own, q.size), q.size
     if starts(sample, q):
         for i in range(N):

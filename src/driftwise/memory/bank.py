@@ -142,12 +142,12 @@ def merge_again(memory, own, theta, U, D):
 
 
 @learn.on(Mixing)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_mixing(memory, memory_state, e, R, s2, theta, U, D, scratch):
     return learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, False)
 
 
 @learn.on(Fading)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_fading(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Then the weights fade; P stays what it is, relative to the sigma^2 that is theirs."""
     T = learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, True)
     own = cells_of_modes(memory, open_ground(memory_state, D.size))
@@ -167,7 +167,7 @@ def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
 
 
 @begin.on(Fading, Mixing)
-def _(memory, memory_state, theta, U, D):
+def begin_fading(memory, memory_state, theta, U, D):
     own = cells_of_modes(memory, open_ground(memory_state, D.size))
     open_bank(memory, own.bank, theta, U, D)
 
@@ -181,7 +181,7 @@ def reckon_mixture(memory, ground, head, count, chi2, gain):
 
 
 @reckon.on(Fading, Mixing)
-def _(memory, memory_state, count, chi2, weight, gain):
+def reckon_fading(memory, memory_state, count, chi2, weight, gain):
     ground = open_ground(memory_state, memory.cap.size)
     return reckon_mixture(memory, ground, ground.own, count, chi2, gain)
 
@@ -216,7 +216,7 @@ def met(ground, is_capped, surprise):
 
 
 @age.on(Fading)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_fading(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     ground = open_ground(memory_state, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
@@ -226,7 +226,7 @@ def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
 
 
 @age.on(Mixing)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_mixing(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     ground = open_ground(memory_state, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
@@ -240,7 +240,7 @@ def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
 
 
 @notice.on(Mixing)
-def _(memory, memory_state, detector_state):
+def notice_mixing(memory, memory_state, detector_state):
     """Tell a jump when the jump mode is likelier than all others, once until it is not."""
     own = cells_of_modes(memory, open_ground(memory_state, memory.cap.size))
     last = mode(own.bank, memory.levels.size - 1, memory.cap.size)
@@ -269,6 +269,6 @@ def tell_modes(memory, bank, R, s2, theta, scratch, out):
 
 
 @tell.on(Fading, Mixing)
-def _(memory, memory_state, R, s2, theta, scratch, out):
+def tell_fading(memory, memory_state, R, s2, theta, scratch, out):
     own = cells_of_modes(memory, open_ground(memory_state, theta.size))
     tell_modes(memory, own.bank, R, s2, theta, scratch, out)

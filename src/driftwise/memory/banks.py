@@ -37,7 +37,7 @@ def _staying(M: int, stay: float) -> np.ndarray:
 
 
 @resolve.register
-def _(memory: bank.MultipleModel, setting):
+def resolve_multiple_model(memory: bank.MultipleModel, setting):
     levels = _levels(memory)
     if validation.positive("forgetting", memory.forgetting) > 1:
         raise InputError(f"forgetting is a power of the weights, above 0 and at most 1, got {memory.forgetting!r}")
@@ -47,7 +47,7 @@ def _(memory: bank.MultipleModel, setting):
 
 
 @resolve.register
-def _(memory: bank.IMM, setting):
+def resolve_imm(memory: bank.IMM, setting):
     levels, jumps, stay = _levels(memory), memory.jumps, memory.stay
     if not 0 < stay < 1 or not 0 <= jumps < stay:
         raise InputError(f"stay and jumps are probabilities, 0 <= jumps < stay < 1, got {stay!r} and {jumps!r}")
@@ -64,7 +64,7 @@ def _(memory: bank.IMM, setting):
 
 
 @resolve.register
-def _(memory: auto.AutoMemory, setting):
+def resolve_auto_memory(memory: auto.AutoMemory, setting):
     expect = validation.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
     levels = np.array([*auto.LEVELS, np.nan])  # the last one is learnt
     M, stay = len(levels), auto.STAY

@@ -99,7 +99,7 @@ adaptive(Correlations)
 
 
 @revise.on(Correlations)
-def _(policy, own, sample, theta, U, D, q):
+def revise_correlations(policy, own, sample, theta, U, D, q):
     N = q.size
     design = open_design(own, N, int(policy.lags))
     if sample.seen == 1.0:

@@ -38,7 +38,7 @@ plain(Along)
 
 
 @learn.on(Along)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_along(memory, memory_state, e, R, s2, theta, U, D, scratch):
     known = predicted_variance(scratch.f, D, 0.0)
     if memory.p < 1.0 and known > 0.0:
         covariances(U, D, scratch.f, scratch.c)
@@ -50,7 +50,7 @@ def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
 
 
 @age.on(Along)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_along(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     if not (surprise >= 0.0 and memory.p < 1.0):
         return 1.0, 0
     return memory.p, shrink(U, D, 1.0, weight, memory.horizon, memory.cap, memory_state, scratch)

@@ -92,12 +92,12 @@ def drift(memory, alarm, surprise, observed, s2, U, D, n, scratch):
 
 
 @drift.on(Constant)
-def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+def drift_constant(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     return 0
 
 
 @drift.on(RandomWalk)
-def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+def drift_random_walk(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
@@ -106,7 +106,7 @@ def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
 
 
 @drift.on(Matched)
-def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+def drift_matched(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     status = 0
     for i in range(memory.q.size):
         if not widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch):
@@ -115,7 +115,7 @@ def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
 
 
 @drift.on(Restart)
-def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
+def drift_restart(memory, alarm, surprise, observed, s2, U, D, n, scratch):
     if alarm == 0.0:
         return 0
     for i in range(memory.q.size):

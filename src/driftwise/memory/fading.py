@@ -68,7 +68,7 @@ plain(Fade, Alert)
 
 
 @age.on(Fade)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_fade(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam = memory.p
     if weight > 0.0:
         lam = min(lam, (memory.samples - 1.0) / weight)
@@ -78,7 +78,7 @@ def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
 
 
 @age.on(Alert)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_alert(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam = max(1.0 - surprise / memory.samples, memory.least)
     if not (surprise >= 0.0 and lam < 1.0 and weight > memory.settle):
         return 1.0, 0

@@ -84,7 +84,7 @@ adaptive(Fuzzy)
 
 
 @revise.on(Fuzzy)
-def _(policy, own, sample, theta, U, D, q):
+def revise_fuzzy(policy, own, sample, theta, U, D, q):
     e, N = sample.e / math.sqrt(sample.s2), q.size
     error = abs(e) / math.sqrt(sample.T)
     if policy.delayed == 0.0:

@@ -187,7 +187,7 @@ adaptive(Climb)
 
 
 @learn.on(Climb)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_climb(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N = D.size
     ground = open_ground(memory_state, N)
     learner = open_learner(ground.own, N, int(memory.ratios))
@@ -204,7 +204,7 @@ def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
 
 
 @age.on(Climb)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_climb(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam, status = wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch)
     ground = open_ground(memory_state, D.size)
     learner = open_learner(ground.own, D.size, int(memory.ratios))

@@ -56,7 +56,7 @@ adaptive(Match)
 
 
 @revise.on(Match)
-def _(policy, own, sample, theta, U, D, q):
+def revise_match(policy, own, sample, theta, U, D, q):
     if starts(sample, q):
         own[RATIO] = START
         for i in range(q.size):

@@ -50,7 +50,7 @@ def log_volume(D):
 
 
 @respond.on(Jolt)
-def _(memory, way, which, memory_state, weight, s2, U, D, scratch):
+def respond_jolt(memory, way, which, memory_state, weight, s2, U, D, scratch):
     known = log_volume(D)
     for i in range(D.size):
         if memory.is_named == 0.0 or which < 0.0 or which == i:
@@ -60,7 +60,7 @@ def _(memory, way, which, memory_state, weight, s2, U, D, scratch):
 
 
 @respond.on(Reset)
-def _(memory, way, which, memory_state, weight, s2, U, D, scratch):
+def respond_reset(memory, way, which, memory_state, weight, s2, U, D, scratch):
     left = memory.samples - 1.0
     if weight <= left:
         return weight, JUMP

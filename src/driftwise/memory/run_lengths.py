@@ -90,7 +90,7 @@ def settle_in(memory_state, i, log_weight, theta, U, D):
 
 
 @learn.on(Mixture)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_mixture(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N, T, top = D.size, predicted_variance(scratch.f, D, R), -math.inf
     if memory_state[COUNT] == 0.0:
         settle_in(memory_state, 0, 0.0, theta, U, D)
@@ -143,7 +143,7 @@ def mix(memory_state, evidence, s2, theta, U, D, a):
 
 
 @reckon.on(Mixture)
-def _(memory, memory_state, count, chi2, weight, gain):
+def reckon_mixture(memory, memory_state, count, chi2, weight, gain):
     """E-step of EM: chi2 is what it is on average over the hypotheses, each with the errors e_i^2/T_i of its own run.
 
     e^2/T of the mixture will not do: its T holds the jump that hardly ever comes, so sigma^2 would come out too small.
@@ -158,7 +158,7 @@ def _(memory, memory_state, count, chi2, weight, gain):
 
 
 @notice.on(Mixture)
-def _(memory, memory_state, detector_state):
+def notice_mixture(memory, memory_state, detector_state):
     """Tell a jump when runs that began after the last one told are ODDS times likelier than all others.
 
     While nothing jumps these odds grow by 1/every a sample on average (a martingale, Shiryaev 1963), so that false
@@ -183,7 +183,7 @@ def _(memory, memory_state, detector_state):
 
 
 @age.on(Mixture)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_mixture(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     N, count = D.size, int(memory_state[COUNT])
     is_learnt = surprise >= 0.0
     if count < 2 and (weight <= memory.settle or not is_learnt):

@@ -65,7 +65,7 @@ def relax(theta, U, D, phi, a):
 
 
 @age.on(Drifting)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_drifting(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     status = 0
     relax(theta, U, D, memory.phi, scratch.b)
     for i in range(D.size):
@@ -75,7 +75,7 @@ def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
 
 
 @age.on(Coupled)
-def _(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def age_coupled(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     N = D.size
     Phi, G = memory.phi.reshape(N, N), memory.G.reshape(N, N)
     Y, d, g = (

@@ -193,6 +193,6 @@ adaptive(Paced)
 
 
 @revise.on(Paced)
-def _(policy, own, sample, theta, U, D, q):
+def revise_paced(policy, own, sample, theta, U, D, q):
     for i in range(q.size):
         q[i] = policy.nvr[i] * sample.unit[i]

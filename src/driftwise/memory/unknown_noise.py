@@ -33,7 +33,7 @@ def diagonal(phi, N: int) -> np.ndarray:
 
 
 @resolve.register
-def _(memory: transition.Drift, setting):
+def resolve_drift(memory: transition.Drift, setting):
     has_q, has_nvr = np.size(memory.q) > 0, np.size(memory.nvr) > 0
     if has_q == has_nvr:
         raise InputError(
@@ -53,7 +53,7 @@ def _(memory: transition.Drift, setting):
 
 
 @resolve.register
-def _(memory: fuzzy.FuzzyDrift, setting):
+def resolve_fuzzy_drift(memory: fuzzy.FuzzyDrift, setting):
     levels = _rising("levels", memory.levels, 3, "noise variance ratios, small, medium and large")
     error = _rising("error", memory.error, 2, "where |e|/sqrt(S) begins to be large, and where it wholly is")
     geometric, delayed = (
@@ -70,14 +70,14 @@ def _(memory: fuzzy.FuzzyDrift, setting):
 
 
 @resolve.register
-def _(memory: matching.CovarianceMatching, setting):
+def resolve_covariance_matching(memory: matching.CovarianceMatching, setting):
     rule = matching.RULES.index(validation.one_of("rule", memory.rule, matching.RULES))
     kernel = matching.Match(**ground(setting, memory.phi), rule=rule, gain=_share("gain", memory.gain))
     return kernel, unknown.cells_of(setting.N, matching.own_cells(setting.N))
 
 
 @resolve.register
-def _(memory: auxiliary.AuxiliaryFilter, setting):
+def resolve_auxiliary_filter(memory: auxiliary.AuxiliaryFilter, setting):
     most = validation.positive("most", memory.most)
     kernel = auxiliary.Auxiliary(
         **ground(setting, memory.phi), forgetting=_share("forgetting", memory.forgetting),
@@ -87,7 +87,7 @@ def _(memory: auxiliary.AuxiliaryFilter, setting):
 
 
 @resolve.register
-def _(memory: correlation.AutocovarianceLS, setting):
+def resolve_autocovariance_ls(memory: correlation.AutocovarianceLS, setting):
     lags, samples = validation.count("lags", memory.lags, least=1), more_than_one("memory", memory.memory)
     memory_size = unknown.cells_of(setting.N, correlation.own_cells(setting.N, lags))
     if memory_size > LARGEST:
@@ -103,7 +103,7 @@ def _(memory: correlation.AutocovarianceLS, setting):
 
 
 @resolve.register
-def _(memory: likelihood.LikelihoodDrift, setting):
+def resolve_likelihood_drift(memory: likelihood.LikelihoodDrift, setting):
     least, start, most = (validation.positive(name, getattr(memory, name)) for name in ("least", "start", "most"))
     if not least <= start <= most:
         raise InputError(f"start lies between least and most, got {start!r}, {least!r} and {most!r}")
@@ -117,7 +117,7 @@ def _(memory: likelihood.LikelihoodDrift, setting):
 
 
 @resolve.register
-def _(memory: variational.VariationalBayes, setting):
+def resolve_variational_bayes(memory: variational.VariationalBayes, setting):
     name, nvr = validation.one_of("rule", memory.rule, variational.RULES), validation.positive("nvr", memory.nvr)
     common, weight, chi2 = ground(setting, memory.phi), 0.0, 0.0
     if name != "drift":

@@ -58,7 +58,7 @@ adaptive(Nominal)
 
 
 @learn.on(Nominal)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
     ground = open_ground(memory_state, D.size)
     own, seen = ground.own, ground.head[SEEN]
     if excite(memory, ground, scratch.psi):
@@ -90,7 +90,7 @@ def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
 
 
 @reckon.on(Nominal)
-def _(memory, memory_state, count, chi2, weight, gain):
+def reckon_nominal(memory, memory_state, count, chi2, weight, gain):
     ground = open_ground(memory_state, memory.cap.size)
     count, chi2, weight = count_unless_at_rest(memory, memory_state, count, chi2, weight, gain)
     if memory.rule != DRIFT and ground.head[RESTS] == 0.0:

@@ -102,7 +102,7 @@ def begin(now, width):
 
 
 @learn.on(Slide)
-def _(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def learn_slide(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N = D.size
     width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(scratch.f, D, R)
     now, whole = memory_state[TRIANGLES : TRIANGLES + size], memory_state[TRIANGLES + size : TRIANGLES + 2 * size]
@@ -172,7 +172,7 @@ def into_theta(memory, w, size):
 
 
 @reckon.on(Slide)
-def _(memory, memory_state, count, chi2, weight, gain):
+def reckon_slide(memory, memory_state, count, chi2, weight, gain):
     size = int((memory.theta.size + 1) * (memory.theta.size + 2) // 2)
     rho = memory_state[TRIANGLES + 2 * size - 1]
     filled = memory.samples if memory_state[IS_FULL] > 0.0 else memory_state[AT]

@@ -195,12 +195,12 @@ def held_back(noise, observed, s2):
 
 
 @held_back.on(White, Sensor, Coloured)
-def _(noise, observed, s2):
+def held_back_white(noise, observed, s2):
     return 0.0
 
 
 @held_back.on(Unknown)
-def _(noise, observed, s2):
+def held_back_unknown(noise, observed, s2):
     return noise.free / s2 if observed < noise.settle else 0.0
 
 
@@ -210,18 +210,18 @@ def correlate(noise, d, kappa):
 
 
 @correlate.on(White, Sensor)
-def _(noise, d, kappa):
+def correlate_white(noise, d, kappa):
     for i in range(kappa.size):
         kappa[i] = 0.0
 
 
 @correlate.on(Unknown)
-def _(noise, d, kappa):
+def correlate_unknown(noise, d, kappa):
     for i in range(d.size):
         kappa[i] = noise.gradient * d[i]
 
 
 @correlate.on(Coloured)
-def _(noise, d, kappa):
+def correlate_coloured(noise, d, kappa):
     for i in range(noise.kappa.size):
         kappa[i] = noise.kappa[i]

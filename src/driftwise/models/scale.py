@@ -33,20 +33,20 @@ def freedom(scale, observed):
 
 
 @sigma2.on(KnownScale)
-def _(scale, observed, chi2):
+def sigma2_known_scale(scale, observed, chi2):
     return 1.0
 
 
 @sigma2.on(InverseGamma)
-def _(scale, observed, chi2):
+def sigma2_inverse_gamma(scale, observed, chi2):
     return (scale.beta + 0.5 * chi2) / max(scale.alpha + 0.5 * observed, 0.5)
 
 
 @freedom.on(KnownScale)
-def _(scale, observed):
+def freedom_known_scale(scale, observed):
     return math.inf
 
 
 @freedom.on(InverseGamma)
-def _(scale, observed):
+def freedom_inverse_gamma(scale, observed):
     return max(2.0 * scale.alpha + observed, 1.0)

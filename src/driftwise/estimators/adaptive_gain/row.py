@@ -91,7 +91,7 @@ def scratch_size(form) -> int:
 
 
 @open_row.on(GainForm)
-def _(form, row):
+def open_row_gain_form(form, row):
     n, M = int(form.n), form.probes.size
     s = len(HEAD)
     theta = s + n
@@ -110,7 +110,7 @@ def _(form, row):
 
 
 @open_scratch.on(GainForm)
-def _(form, scratch):
+def open_scratch_gain_form(form, scratch):
     n = int(form.n)
     v, end = scratch[: 9 * n].reshape(9, n), 9 * n + n * n
     return Work(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], scratch[9 * n : end].reshape(n, n), scratch[end:])

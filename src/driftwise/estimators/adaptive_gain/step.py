@@ -100,7 +100,7 @@ def reopen(memory, form, strength, weight, U, D, scratch):
 
 
 @reopen.on(Constant, Fade)
-def _(memory, form, strength, weight, U, D, scratch):
+def reopen_constant(memory, form, strength, weight, U, D, scratch):
     lam = (strength - 1.0) / weight if weight > 0.0 else 1.0
     if lam >= 1.0:
         return weight
@@ -111,7 +111,7 @@ def _(memory, form, strength, weight, U, D, scratch):
 
 
 @reopen.on(RandomWalk)
-def _(memory, form, strength, weight, U, D, scratch):
+def reopen_random_walk(memory, form, strength, weight, U, D, scratch):
     for i in range(D.size):
         widen_within(U, D, i, strength * strength * form.cap[i] - variance(U, D, i), form.cap[i], scratch.b)
     return weight
@@ -212,7 +212,7 @@ def write(form, out, t, state, scratch, s, c):
 
 
 @advance.on(GainForm)
-def _(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_gain_form(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, x, K, U, D, psi = state.head, state.x, state.theta, state.U, state.D, scratch.psi
     n = x.size
     status = take_inputs(state, u, t)

@@ -41,7 +41,7 @@ advance.on(Filtered)(advance.table[Lags])
 
 
 @regress.on(Filtered)
-def _(form, state, scratch, s2):
+def regress_filtered(form, state, scratch, s2):
     psi, theta, lam, registers = scratch.psi, state.theta, form.lam, state.registers
     n, own = lam.size, scratch.own
     yhat = added = 0.0
@@ -82,7 +82,7 @@ def filter_into(w, P, lam, value, doubt, buffer):
 
 
 @renew.on(Filtered)
-def _(form, state, scratch, y, doubt, e, T):
+def renew_filtered(form, state, scratch, y, doubt, e, T):
     registers, n, k = state.registers, form.lam.size, state.held.size
     push(state.ys, y)
     push(state.ydoubt, doubt)

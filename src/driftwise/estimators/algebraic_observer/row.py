@@ -82,7 +82,7 @@ def scratch_size(form) -> int:
 
 
 @open_row.on(Algebraic)
-def _(form, row):
+def open_row_algebraic(form, row):
     N, E, clock = int(form.N), form.tolerance.size, len(HEAD)
     chi = clock + 1
     last = chi + N
@@ -99,7 +99,7 @@ def _(form, row):
 
 
 @open_scratch.on(Algebraic)
-def _(form, scratch):
+def open_scratch_algebraic(form, scratch):
     N = int(form.N)
     v = scratch[: 8 * (N + 1)].reshape(8, N + 1)
     M = scratch[8 * (N + 1) : 8 * (N + 1) + 3 * N * N].reshape(3, N, N)

@@ -158,7 +158,7 @@ def estimate(form, state, scratch, sigma):
 
 
 @advance.on(Algebraic)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_algebraic(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, N, k, E = state.head, state.chi.size, state.held.size, state.estimates.size
     elapse(form, state, u, t)
     value, status, yhat, relative = y[t, 0], 0, np.nan, np.inf

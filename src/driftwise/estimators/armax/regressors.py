@@ -110,7 +110,7 @@ advance.on(Polynomials)(advance.table[Lags])
 
 
 @regress.on(Polynomials)
-def _(form, state, scratch, s2):
+def regress_polynomials(form, state, scratch, s2):
     kept, room, theta, psi = open_kept(form, state), open_room(form, scratch), state.theta, scratch.psi
     phi, at = room.phi, state.ys.size
     for i in range(at):
@@ -145,7 +145,7 @@ def add_derivatives(psi, theta, dr, free, first, end):
 
 
 @renew.on(Polynomials)
-def _(form, state, scratch, y, doubt, innovation, T):
+def renew_polynomials(form, state, scratch, y, doubt, innovation, T):
     kept, room, theta = open_kept(form, state), open_room(form, scratch), state.theta
     phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
     N, M = theta.size, kept.r.size

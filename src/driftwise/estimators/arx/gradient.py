@@ -37,7 +37,7 @@ class Gradient(NamedTuple):
 
 
 @open_row.on(LagsAlone)
-def _(form, row):
+def open_row_lags_alone(form, row):
     N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
     s = len(HEAD)
     y = s + N
@@ -56,7 +56,7 @@ def _(form, row):
 
 
 @open_scratch.on(LagsAlone)
-def _(form, buffer):
+def open_scratch_lags_alone(form, buffer):
     N, nothing = int(form.N), buffer[:0]  # the row of a covariance that is not there
     return Work(nothing, nothing, buffer[N : 2 * N], nothing, nothing, buffer[:N])
 
@@ -66,12 +66,12 @@ renew.on(LagsAlone)(renew.table[Lags])
 
 
 @regress.on(LagsAlone)
-def _(form, state, scratch, s2):
+def regress_lags_alone(form, state, scratch, s2):
     return fill_lags(form, state, scratch.own, s2)
 
 
 @correct_by.on(Gradient)
-def _(method, memory, state, e, R, s2, scratch):
+def correct_by_gradient(method, memory, state, e, R, s2, scratch):
     theta, psi, units = state.theta, scratch.own, method.units
     size = 0.0
     for i in range(theta.size):

@@ -52,12 +52,12 @@ advance.on(InstrumentalLags)(advance.table[Lags])
 
 
 @regress.on(InstrumentalLags)
-def _(form, state, scratch, s2):
+def regress_instrumental_lags(form, state, scratch, s2):
     return fill_lags(form, state, scratch.psi, s2)
 
 
 @renew.on(InstrumentalLags)
-def _(form, state, scratch, y, doubt, e, T):
+def renew_instrumental_lags(form, state, scratch, y, doubt, e, T):
     # the auxiliary model: the same regressors, past outputs replaced by its own, with the new theta
     na, value = state.ys.size, 0.0
     xs = state.registers[state.registers.size - na :]
@@ -81,7 +81,7 @@ def forget(P, ratio, cap):
 
 
 @correct_by.on(Instruments)
-def _(method, memory, state, e, R, s2, scratch):
+def correct_by_instruments(method, memory, state, e, R, s2, scratch):
     theta, psi, N, na = state.theta, scratch.psi, state.theta.size, state.ys.size
     P, head, at = state.registers, state.head, state.theta.size * state.theta.size
     zeta, K, v = scratch.own[:N], scratch.own[N : 2 * N], scratch.own[2 * N :]

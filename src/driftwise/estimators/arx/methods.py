@@ -21,5 +21,5 @@ def correct_by(method, memory, state, e, R, s2, scratch):
 
 
 @correct_by.on(LeastSquares)
-def _(method, memory, state, e, R, s2, scratch):
+def correct_by_least_squares(method, memory, state, e, R, s2, scratch):
     return learn(memory, state.memory_state, e, R, s2, state.theta, state.U, state.D, scratch)

@@ -85,7 +85,7 @@ def fields(form) -> list[tuple]:
 
 
 @open_row.on(Lags)
-def _(form, row):
+def open_row_lags(form, row):
     N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
     s = len(HEAD)
     D = s + N
@@ -109,7 +109,7 @@ OWN = 0  # scratch of the form itself
 
 
 @open_scratch.on(Lags)
-def _(form, buffer):
+def open_scratch_lags(form, buffer):
     N = int(form.N)
     v = matrix(buffer[: 5 * N], 5, N)
     return Work(v[0], v[1], v[2], v[3], v[4], buffer[5 * N :])

@@ -92,7 +92,7 @@ def fill_lags(form, state, psi, s2):
 
 
 @regress.on(Lags)
-def _(form, state, scratch, s2):
+def regress_lags(form, state, scratch, s2):
     return fill_lags(form, state, scratch.psi, s2)
 
 
@@ -106,7 +106,7 @@ def take_output(state, scratch, y, doubt, e, T):
 
 
 @renew.on(Lags)
-def _(form, state, scratch, y, doubt, e, T):
+def renew_lags(form, state, scratch, y, doubt, e, T):
     take_output(state, scratch, y, doubt, e, T)
     return 0
 
@@ -144,7 +144,7 @@ def known_so_far(scale, head):
 
 
 @advance.on(Lags)
-def _(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, theta, U, D, psi = state.head, state.theta, state.U, state.D, scratch.psi
     if head[SAMPLES] == 0.0:
         begin(memory, state.memory_state, theta, U, D)

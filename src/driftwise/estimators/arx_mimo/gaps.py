@@ -14,7 +14,7 @@ Y, DOUBT, E, T, SHARE = range(FRESH)  # of `Work.fresh`: as `renew` has them; wh
 
 
 @renew.on(Channel)
-def _(form, state, scratch, y, doubt, e, variance):
+def renew_channel(form, state, scratch, y, doubt, e, variance):
     """Note the output; all are taken at once."""
     fresh, past, M = state.fresh, state.all_ys.shape[1], state.all_ys.size
     fresh[Y], fresh[DOUBT], fresh[E], fresh[T] = y, doubt, e, variance

@@ -127,7 +127,7 @@ def fields(form) -> list[tuple]:
 
 
 @open_row.on(Several)
-def _(form, row):
+def open_row_several(form, row):
     p, k, past, deep = int(form.outputs), int(form.inputs), int(form.past), int(form.deep)
     N, memory_size = int(form.theta_at[p]), int(form.memory_at[p])
     s = 1 + len(HEAD) * p
@@ -168,7 +168,7 @@ def line_size(N):
 
 
 @open_scratch.on(Several)
-def _(form, buffer):
+def open_scratch_several(form, buffer):
     p, M, N = int(form.outputs), int(form.outputs * form.past), 0
     for i in range(p):
         N = max(N, int(form.theta_at[i + 1] - form.theta_at[i]))

@@ -16,7 +16,7 @@ advance.on(Channel)(advance.table[Lags])
 
 
 @regress.on(Channel)
-def _(form, state, scratch, s2):
+def regress_channel(form, state, scratch, s2):
     psi, added, at = scratch.psi, 0.0, 0
     for j in range(state.all_ys.shape[0]):
         for lag in range(int(form.past[j])):
@@ -89,7 +89,7 @@ def link(products, weights, e, T, lam):
 
 
 @advance.on(Several)
-def _(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_several(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
     p, N = state.heads.shape[1], state.theta.size
     taken = take_inputs(form, state, u, t)
     for i in range(p):

@@ -76,7 +76,7 @@ class Work(NamedTuple):
 
 
 @open_row.on(Continuous)
-def _(form, row):
+def open_row_continuous(form, row):
     n, k = int(form.n), int(form.inputs)
     N = n * (k + 2)
     s = HEAD_SIZE
@@ -101,7 +101,7 @@ def scratch_size(n: int, inputs: int) -> int:
 
 
 @open_scratch.on(Continuous)
-def _(form, buffer):
+def open_scratch_continuous(form, buffer):
     n, k = int(form.n), int(form.inputs)
     N = n * (k + 2)
     small = buffer[: 6 * n].reshape(6, n)
@@ -117,12 +117,12 @@ def drift_over(memory, U, D, n, seconds, buffer):
 
 
 @drift_over.on(Constant, Restart)
-def _(memory, U, D, n, seconds, buffer):
+def drift_over_constant(memory, U, D, n, seconds, buffer):
     return 0
 
 
 @drift_over.on(RandomWalk)
-def _(memory, U, D, n, seconds, buffer):
+def drift_over_random_walk(memory, U, D, n, seconds, buffer):
     status = 0
     for i in range(memory.q.size):
         q = memory.q[i] * seconds
@@ -260,7 +260,7 @@ def write_estimates(form, state, scratch, out, t, w, R, s2, is_measured):
 
 
 @advance.on(Continuous)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_continuous(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, s, U, D, n = state.head, state.s, state.U, state.D, scratch.n
     seconds = elapse(form, state, u, t)
     if scratch.inputs > 0:

@@ -129,7 +129,7 @@ def propagate(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, di
 
 
 @propagate.on(White)
-def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+def propagate_white(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     if is_held or not is_measured:
         propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
         return
@@ -141,7 +141,7 @@ def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
 
 
 @propagate.on(Sensor)
-def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+def propagate_sensor(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
     # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
     yhat = predict_output(state.s, state.held, scratch.direct)
@@ -156,7 +156,7 @@ def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
 
 
 @propagate.on(Unknown)
-def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+def propagate_unknown(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
     if is_measured and state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
         first, free = scratch.n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
@@ -165,7 +165,7 @@ def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
 
 
 @propagate.on(Coloured)
-def _(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+def propagate_coloured(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
     propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
 
 
@@ -184,7 +184,7 @@ def add_missing_product(noise, state, scratch, R, T, s2, at):
 
 
 @add_missing_product.on(White, Sensor, Coloured)
-def _(noise, state, scratch, R, T, s2, at):
+def add_missing_product_white(noise, state, scratch, R, T, s2, at):
     if T <= 0.0:
         return at
     return add_spread(
@@ -193,7 +193,7 @@ def _(noise, state, scratch, R, T, s2, at):
 
 
 @add_missing_product.on(Unknown)
-def _(noise, state, scratch, R, T, s2, at):
+def add_missing_product_unknown(noise, state, scratch, R, T, s2, at):
     n, c = scratch.n, scratch.n * (scratch.inputs + 2)
     if noise.spread == 0.0:
         return add_spread(state.U, state.D, n, -1, s2 * T, n, scratch.rows, scratch.Y, scratch.d, scratch.g, at)
@@ -207,12 +207,12 @@ def add_noise_product(noise, state, scratch, s2, at):
 
 
 @add_noise_product.on(White, Sensor, Coloured)
-def _(noise, state, scratch, s2, at):
+def add_noise_product_white(noise, state, scratch, s2, at):
     return at
 
 
 @add_noise_product.on(Unknown)
-def _(noise, state, scratch, s2, at):
+def add_noise_product_unknown(noise, state, scratch, s2, at):
     U, D, n, first = state.U, state.D, scratch.n, scratch.n * (scratch.inputs + 2)
     covariance_with_output(U, D, scratch.f, first, n, scratch.c)
     if noise.spread == 0.0:
@@ -228,12 +228,12 @@ def multiply_noise(noise, state, scratch, v, s2):
 
 
 @multiply_noise.on(White, Sensor, Coloured)
-def _(noise, state, scratch, v, s2):
+def multiply_noise_white(noise, state, scratch, v, s2):
     pass
 
 
 @multiply_noise.on(Unknown)
-def _(noise, state, scratch, v, s2):
+def multiply_noise_unknown(noise, state, scratch, v, s2):
     k, first = scratch.inputs, scratch.n * (scratch.inputs + 2)
     state.held[k] = v
     for i in range(scratch.n):
@@ -358,12 +358,12 @@ def add_columns(noise, rows, Y, d, at):
 
 
 @add_columns.on(White, Sensor, Unknown)
-def _(noise, rows, Y, d, at):
+def add_columns_white(noise, rows, Y, d, at):
     return at
 
 
 @add_columns.on(Coloured)
-def _(noise, rows, Y, d, at):
+def add_columns_coloured(noise, rows, Y, d, at):
     G = noise.G
     for k in range(G.size // rows):
         d[at] = 1.0

@@ -13,12 +13,12 @@ def restrain(noise, state, scratch):
 
 
 @restrain.on(White, Sensor, Coloured)
-def _(noise, state, scratch):
+def restrain_white(noise, state, scratch):
     pass
 
 
 @restrain.on(Unknown)
-def _(noise, state, scratch):
+def restrain_unknown(noise, state, scratch):
     first, n = scratch.n * (scratch.inputs + 2), scratch.n
     for i in range(n):
         scratch.memo[MEMO + i] = 0.0

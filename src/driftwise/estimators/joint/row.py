@@ -115,7 +115,7 @@ def scratch_size(form) -> int:
 
 
 @open_scratch.on(Form)
-def _(form, scratch):
+def open_scratch_form(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     blocks = k + int(form.coloured)
     N = n * (blocks + 2) + int(form.direct)

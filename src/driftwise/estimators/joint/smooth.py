@@ -59,7 +59,7 @@ def open_space(space, N):
 
 
 @remember.on(Form)
-def _(form, scale, state, scratch, note):
+def remember_form(form, scale, state, scratch, note):
     note[0] = sigma2(scale, state.head[OBSERVED], state.head[CHI2])
     note[1] = state.head[STATUS]
     at = HEAD + scratch.memo.size
@@ -133,7 +133,7 @@ def before_prediction(mu, C, m, X, Z, g):
 
 
 @retreat.on(Form)
-def _(form, row, after, note, scratch, space):
+def retreat_form(form, row, after, note, scratch, space):
     state, later, n = open_row(form, row), open_row(form, after), scratch.n
     N = state.D.size
     mu, D, g, weight, shrink, C, X, Z, U = open_space(space, N)
@@ -212,7 +212,7 @@ def before_correction(mu, C, g, weight, shrink, R, step):
 
 
 @look_back.on(Form)
-def _(form, row, s2, space, out):
+def look_back_form(form, row, s2, space, out):
     state = open_row(form, row)
     s, U, D = state.s, state.U, state.D
     N = D.size

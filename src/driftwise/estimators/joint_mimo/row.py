@@ -102,7 +102,7 @@ class Group(NamedTuple):
 
 
 @open_row.on(MimoForm)
-def _(form, row):
+def open_row_mimo_form(form, row):
     p, k, groups, N = int(form.outputs), int(form.inputs), int(form.groups), int(form.unknowns)
     per_output = row[1 : 1 + OUTPUT * p].reshape(OUTPUT, p)
     at = 1 + OUTPUT * p
@@ -142,7 +142,7 @@ def scratch_size(form, noise) -> int:
 
 
 @open_scratch.on(MimoForm)
-def _(form, buffer):
+def open_scratch_mimo_form(form, buffer):
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     long = tall = 0
     for g in range(groups):

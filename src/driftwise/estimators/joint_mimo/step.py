@@ -22,17 +22,17 @@ def share(memory, first, last):
 
 
 @share.on(Constant)
-def _(memory, first, last):
+def share_constant(memory, first, last):
     return memory
 
 
 @share.on(RandomWalk)
-def _(memory, first, last):
+def share_random_walk(memory, first, last):
     return RandomWalk(memory.q[first:last], memory.cap[first:last])
 
 
 @share.on(Restart)
-def _(memory, first, last):
+def share_restart(memory, first, last):
     return Restart(memory.q[first:last], memory.cap[first:last])
 
 
@@ -275,7 +275,7 @@ def write(form, scale, state, scratch, out, t):
 
 
 @advance.on(MimoForm)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_mimo_form(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     held = take_inputs(state, k, u, t)
     take_outputs(state, scratch, y, t)

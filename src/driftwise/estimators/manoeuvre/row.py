@@ -49,7 +49,7 @@ class ManoeuvreRow(NamedTuple):
 
 
 @open_row.on(ManoeuvreForm)
-def _(form, row):
+def open_row_manoeuvre_form(form, row):
     at = row.size - TRACK
     inner = open_joint(form, row[:at])
     return ManoeuvreRow(

@@ -93,7 +93,7 @@ def follow(form, state, scratch, z, yhat, status):
 
 
 @advance.on(ManoeuvreForm)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_manoeuvre_form(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     if state.track[PLOTS] < 2.0:
         status = begin(form, noise, scale, state, scratch, y[t, 0], out, t)
     else:

@@ -222,7 +222,7 @@ def tell(row, q, y, mean, base, floor, out):
 
 
 @pass_over.on(Averaging)
-def _(task, rows, q, kept, out, numbers):
+def pass_over_averaging(task, rows, q, kept, out, numbers):
     """Average over a record: y in ``rows``, the members' predictions in ``q``, their variances in ``kept``.
 
     ``q`` and ``kept`` have columns for the naive members, which are filled here.

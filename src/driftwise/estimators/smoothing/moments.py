@@ -83,7 +83,7 @@ def look_back(note, n, mu, C, X, Z, out):
 
 
 @pass_over.on(Backward)
-def _(task, rows, q, kept, out, numbers):
+def pass_over_backward(task, rows, q, kept, out, numbers):
     T, m = q.shape
     mu, v = numbers[:m], numbers[m : 8 * m].reshape(7, m)
     C, X = numbers[8 * m : 8 * m + 2 * m * m].reshape(2, m, m)

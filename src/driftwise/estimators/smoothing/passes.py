@@ -104,7 +104,7 @@ def between_samples(task, s, U, D, q, a):
 
 
 @pass_over.on(Forward)
-def _(task, rows, q, kept, out, numbers):
+def pass_over_forward(task, rows, q, kept, out, numbers):
     m = q.shape[1]
     u, e = 2 * m, 2 * m + m * (m - 1) // 2
     s, D, U = numbers[:m], numbers[m:u], numbers[u:e]
@@ -170,7 +170,7 @@ def before_sample(psi, note, r, N, w):
 
 
 @pass_over.on(Disturbances)
-def _(task, rows, q, kept, out, numbers):
+def pass_over_disturbances(task, rows, q, kept, out, numbers):
     m = q.shape[1]
     r, N, w = open_back(numbers, m)
     for t in range(rows.shape[0] - 1, -1, -1):
@@ -181,7 +181,7 @@ def _(task, rows, q, kept, out, numbers):
 
 
 @pass_over.on(Information)
-def _(task, rows, q, kept, out, numbers):
+def pass_over_information(task, rows, q, kept, out, numbers):
     n, m = int(task.n), q.shape[1]
     ds = numbers[: n * m].reshape(n, m)
     dP = numbers[n * m : n * m + n * m * m].reshape(n, m, m)

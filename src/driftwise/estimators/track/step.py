@@ -411,7 +411,7 @@ def room(C) -> tuple[int, int]:
 
 
 @pass_over.on(Tracking)
-def _(task, rows, q, kept, out, numbers):
+def pass_over_tracking(task, rows, q, kept, out, numbers):
     """Track over a record: time and position in ``rows``, stated variances in ``q``."""
     for k in range(rows.shape[0]):
         advance(task, numbers, rows[k, 0], rows[k, 1:], q[k], out[k], kept)

@@ -147,7 +147,7 @@ def scratch_size(form) -> int:
 
 
 @open_row.on(Fir)
-def _(form, row):
+def open_row_fir(form, row):
     k, p, L = int(form.inputs), int(form.outputs), int(form.length)
     z, std, ahead, held, detector_state, own = places(form)
     ring = own + 4
@@ -161,7 +161,7 @@ def _(form, row):
 
 
 @open_scratch.on(Fir)
-def _(form, buffer):
+def open_scratch_fir(form, buffer):
     m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
     s, n = form.Ta.size // m, form.Tb.size // m
     ahead = m
@@ -231,7 +231,7 @@ def convolve(form, state):
 
 
 @advance.on(Fir)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_fir(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, m, k = state.head, state.z.size, state.held.size
     elapse(form, state, u, t)
 

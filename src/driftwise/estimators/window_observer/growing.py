@@ -147,7 +147,7 @@ def scratch_size(form) -> int:
 
 
 @open_row.on(Growing)
-def _(form, row):
+def open_row_growing(form, row):
     m, d = int(form.m), form.free.size
     z, std, ahead, held, detector_state, start = places(form)
     zhat = start + len(START)
@@ -163,7 +163,7 @@ def _(form, row):
 
 
 @open_scratch.on(Growing)
-def _(form, buffer):
+def open_scratch_growing(form, buffer):
     m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), form.free.size, widest(form)
     on = 1 if wide > 0 else 0
     z = 2 * p
@@ -286,7 +286,7 @@ def take(form, state, scratch):
 
 
 @advance.on(Growing)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_growing(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, m, status = state.head, state.zhat.size, 0
     seconds = elapse(form, state, u, t)
     for l in range(state.held.size):

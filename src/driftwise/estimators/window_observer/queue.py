@@ -124,7 +124,7 @@ def scratch_size(form) -> int:
 
 
 @open_row.on(QueueForm)
-def _(form, row):
+def open_row_queue_form(form, row):
     at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
     m, wide = at.m, 1 + at.k + at.p
     z, std, ahead, held, detector_state, w = places(form)
@@ -146,7 +146,7 @@ def _(form, row):
 
 
 @open_scratch.on(QueueForm)
-def _(form, buffer):
+def open_scratch_queue_form(form, buffer):
     at = laid_out(form)
     m, k = at.m, at.k
     ahead = m
@@ -246,7 +246,7 @@ def carry(at, moves, before, u, w0, C0, w, C):
 
 
 @advance.on(QueueForm)
-def _(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
+def advance_queue_form(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, queue, at, bench, w, X, m = (
         state.head,
         state.queue,

@@ -73,12 +73,12 @@ def unit(scale, head):
 
 
 @unit.on(KnownScale)
-def _(scale, head):
+def unit_known_scale(scale, head):
     return 1.0
 
 
 @unit.on(InverseGamma)
-def _(scale, head):
+def unit_inverse_gamma(scale, head):
     return head[CHI2] / head[OBSERVED] if head[OBSERVED] >= SETTLED else math.inf
 
 
