@@ -20,8 +20,8 @@ def verdicts(samples: int = 10_000) -> Iterator[Verdict]:
     choices = {
         "memory Walk": dict(memory=dw.RandomWalk(1e-6)),
         "memory RestartOnChange": dict(memory=dw.RestartOnChange()),
-        "noise UnknownPolynomial": dict(noise=dw.UnknownPolynomial()),
-        "noise OutputError": dict(noise=dw.OutputError()),
+        "noise UnknownPolynomial": dict(noise=dw.models.UnknownPolynomial()),
+        "noise OutputError": dict(noise=dw.models.OutputError()),
     }
     for name, options in choices.items():
         est = dw.Joint(3, 1, True, **options)

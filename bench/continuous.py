@@ -21,7 +21,7 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
     regular, irregular = 0.1 * np.arange(samples), np.cumsum(draw.uniform(0.02, 0.18, samples))
     ours, theirs = dw.ContinuousJoint(2, 1, dt=0.1), dw.Joint(2, 1, dt=0.1)
     for what, time in (("regular", regular), ("irregular", irregular)):
-        y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=time, noise_std=0.005, seed=1)
+        y, u = dw.models.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=time, noise_std=0.005, seed=1)
         value, mine, other = ratio(
             lambda: ours.scan(y, u, time=None if what == "regular" else time), lambda: theirs.scan(y, u), rounds=9
         )
@@ -47,7 +47,9 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
 
     few = 400
     options: dict[str, Any] = dict(order=2, dt=0.1, hold="zoh", disturbance=0)
-    y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=regular[:few], noise_std=0.005, seed=1)
-    _, mine, other = ratio(lambda: dw.algebraic_identification(y, u, **options), lambda: theirs.scan(y, u), rounds=9)
+    y, u = dw.models.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=regular[:few], noise_std=0.005, seed=1)
+    _, mine, other = ratio(
+        lambda: dw.estimators.algebraic_identification(y, u, **options), lambda: theirs.scan(y, u), rounds=9
+    )
     note = f"{mine * 1e3:.1f} ms of {few} samples; Joint(2) scans them in {other * 1e3:.2f} ms"
     yield at_most("algebraic identification, 400 samples, order 2", mine * 1e3, 50.0, "ms", SOURCE, note)

@@ -15,7 +15,7 @@ import numpy as np
 
 import driftwise as dw
 from driftwise.detect.alarms import simulated_delay
-from driftwise.detect.run_length import run_length
+from driftwise.detect.average_run_length import run_length
 
 from .clock import cpu
 from .verdicts import Verdict, at_most, for_information, not_measured
@@ -46,7 +46,7 @@ def verdicts() -> Iterator[Verdict]:
 
 def _against_page_hinkley(every: int, jump: float) -> Iterator[Verdict]:
     ours = dw.PageHinkley(every, jump=jump)
-    glr = dw.GLR(every, window=200)
+    glr = dw.detect.GLR(every, window=200)
     thresholds = [_threshold(every, jump / 2, alpha) for alpha in ALPHAS]
     for before in (1000, 100):
         mine = ours.delay(jump)
@@ -95,7 +95,11 @@ def _where_the_mean_is_unknown() -> Iterator[Verdict]:
 
 def _costs(drift, samples: int = 20_000) -> Iterator[Verdict]:
     z = np.random.default_rng(0).standard_normal(samples)
-    detectors = {"PageHinkley": dw.PageHinkley(), "VarianceCUSUM": dw.VarianceCUSUM(), "GLR, window 200": dw.GLR()}
+    detectors = {
+        "PageHinkley": dw.PageHinkley(),
+        "VarianceCUSUM": dw.detect.VarianceCUSUM(),
+        "GLR, window 200": dw.detect.GLR(),
+    }
     river = _microseconds(lambda: [_first(d, z) for d in [drift.PageHinkley(threshold=1e9)]], samples)
     for name, detector in detectors.items():
         value = _microseconds(lambda d=detector: d.scan(z), samples)
@@ -103,7 +107,7 @@ def _costs(drift, samples: int = 20_000) -> Iterator[Verdict]:
         yield at_most(
             f"a record through {name}, over river's PageHinkley", value / river, 1.0, "x", SOURCE, note
         ).beside("river", value / river)
-    monitor, few = dw.Monitor(dw.PageHinkley(threshold=1e9)), z[:2000].tolist()
+    monitor, few = dw.detect.Monitor(dw.PageHinkley(threshold=1e9)), z[:2000].tolist()
 
     def one_by_one():
         state = monitor.start()

@@ -17,14 +17,14 @@ def verdicts(samples: int = 20_000) -> Iterator[Verdict]:
     """Yield the cost of `choose_order` and of `batch`."""
     y, u = record(samples)
     orders = range(1, 6)
-    five = [dw.Joint(n, 1, True, noise=dw.EquationError()) for n in orders]
+    five = [dw.Joint(n, 1, True, noise=dw.models.EquationError()) for n in orders]
 
     def scans():
         for est in five:
             est.scan(y, u, keep="innovations")
 
     def chosen():
-        return dw.choose_order(y, u, orders, direct=True).best
+        return dw.analysis.choose_order(y, u, orders, direct=True).best
 
     assert chosen() == 3
     value, ours, theirs = ratio(chosen, scans, rounds=9)

@@ -62,7 +62,7 @@ def _write(folder: Path, series: int, ticks: int) -> None:
 
 def _run(folder: Path) -> None:
     """The measured process."""
-    from driftwise.fleet.fleet_run import FleetOrder, run_fleet
+    from driftwise.fleet.fleet_run import FleetJob, run_fleet
 
     est, memory = dw.Joint(3), [0.0, 0.0]
 
@@ -71,7 +71,7 @@ def _run(folder: Path) -> None:
         memory[is_late] = max(memory[is_late], resident() / 1e6)
 
     def order(data, out):
-        return FleetOrder(data, by="asset", output="y", time="time", estimator=est, out=folder / out, progress=progress)
+        return FleetJob(data, by="asset", output="y", time="time", estimator=est, out=folder / out, progress=progress)
 
     few = {"asset": np.repeat([1, 2], 200), "time": np.arange(400.0), "y": np.sin(np.arange(400.0))}
     run_fleet(order(few, "warm"))  # compiled before the clock starts

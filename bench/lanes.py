@@ -71,7 +71,7 @@ def _aligned(shape) -> np.ndarray:
 
 def verdicts(series: int = 64, samples: int = 500) -> Iterator[Verdict]:
     """Yield the time of a fleet over that of C, one series at a time and eight at once."""
-    est = dw.Joint(3, noise=dw.EquationError(VARIANCE))
+    est = dw.Joint(3, noise=dw.models.EquationError(VARIANCE))
     y = np.stack([dw.simulate([-1.5, 0.9, -0.3], samples=samples, noise_std=0.1, seed=k)[0] for k in range(8)])
     y = np.tile(y, (series // 8, 1))
     at, ys, us = np.repeat(np.arange(series), samples), y.reshape(-1, 1), np.empty((y.size, 0))

@@ -15,7 +15,7 @@ from .verdicts import Verdict, at_most, for_information
 SOURCE = "bench/observers.py"
 DT = 1e-3
 MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
-MODES = (dw.Polynomial([0, 0, 5], np.inf), dw.Sinusoid(50.0, [0, 0, 5], 2.0))
+MODES = (dw.models.Polynomial([0, 0, 5], np.inf), dw.models.Sinusoid(50.0, [0, 0, 5], 2.0))
 NOISE = 0.0087
 
 

@@ -25,7 +25,7 @@ def verdicts() -> Iterator[Verdict]:
 
 
 def _record(samples: int):
-    y, u = dw.simulate_mimo((2, 1), TRUTH, samples=samples, inputs=1, noise_std=VARIANCE**0.5, seed=1)
+    y, u = dw.models.simulate_mimo((2, 1), TRUTH, samples=samples, inputs=1, noise_std=VARIANCE**0.5, seed=1)
     return y, u[:, 0]
 
 
@@ -33,13 +33,13 @@ def _joints() -> tuple[dw.Joint, dw.Joint]:
     """Return what one would have used: the other output as an input, what `JointMIMO` leaves out known to be zero."""
     one, other = np.full(8, PRIOR), np.full(6, PRIOR)
     one[-1] = other[-2] = 0.0  # b of y_2 at lag 1 (in Salut's order: last), and u at once
-    noise = dw.EquationError(VARIANCE)
+    noise = dw.models.EquationError(VARIANCE)
     return dw.Joint(2, 2, noise=noise, P0=one), dw.Joint(1, 2, True, noise=noise, P0=other)
 
 
 def _split(samples: int = 10_000) -> Iterator[Verdict]:
     y, u = _record(samples)
-    est = dw.JointMIMO((2, 1), 1, noise=dw.EquationError(VARIANCE), P0=PRIOR)
+    est = dw.JointMIMO((2, 1), 1, noise=dw.models.EquationError(VARIANCE), P0=PRIOR)
     first, second = _joints()
     inputs = np.column_stack([u, y[:, 1]]), np.column_stack([u, y[:, 0]])
 
@@ -80,7 +80,7 @@ def _split(samples: int = 10_000) -> Iterator[Verdict]:
 def _coupled(samples: int = 1_000) -> Iterator[Verdict]:
     y, u = _record(samples)
     R = VARIANCE * np.array([[1.0, 0.5], [0.5, 1.0]])
-    noise = dw.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
+    noise = dw.models.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
     est = dw.JointMIMO((2, 1), 1, noise=noise, P0=10.0)
     opponent, last = DenseMIMO(est, y, u, R), est.scan(y, u).state
     np.testing.assert_allclose(np.concatenate([last["x"], last["theta"]]), opponent.run(), atol=1e-6)

@@ -16,5 +16,5 @@ def record(samples: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
 
 def joint(noise: str, **options) -> dw.Joint:
     """Return Joint(3), N = 10 by default, its noise known so that the opponents compute the same."""
-    kinds = {"EquationError": dw.EquationError, "OutputError": dw.OutputError}
+    kinds = {"EquationError": dw.models.EquationError, "OutputError": dw.models.OutputError}
     return dw.Joint(3, **{"inputs": 1, "direct": True, **options}, noise=kinds[noise](VARIANCE))

@@ -110,7 +110,7 @@ def _points(name: str, est, top: Peaks, series: int) -> Iterator[Point]:
 
 def _in_c(top: Peaks, samples: int = 500) -> Point:
     """Return C with eight series in the lanes of a vector: how near one can come."""
-    est = dw.Joint(3, noise=dw.EquationError(VARIANCE))
+    est = dw.Joint(3, noise=dw.models.EquationError(VARIANCE))
     y = dw.simulate([-1.5, 0.9, -0.3], samples=samples, noise_std=0.1, seed=1)[0]
     run = Lanes(est, np.tile(y, (64, 1)), 8)
     seconds = float(np.median(alternate(run, rounds=15))) / (64 * samples)

@@ -42,7 +42,7 @@ def _against_filterpy(samples: int = 1_000) -> Iterator[Verdict]:
     """Noise on every state, so that filterpy may invert P; without it P is singular."""
     name = "smooth, filterpy's time over ours"
     Q, y, u = 0.01 * np.eye(3), *record(samples)
-    est = dw.Joint(3, 1, True, noise=dw.NoiseCovariance(Q, np.zeros(3), VARIANCE), P0=10.0)
+    est = dw.Joint(3, 1, True, noise=dw.models.NoiseCovariance(Q, np.zeros(3), VARIANCE), P0=10.0)
     opponent = FilterPy(est, y, u, Q)
     try:
         mean, std = opponent.smooth()

@@ -49,7 +49,7 @@ def _airspace(draw) -> float:
 
     start, velocity = 2e5 * draw.standard_normal((TRACKS, 2)), 150.0 * draw.standard_normal((TRACKS, 2))
     keys = np.array([f"{k:06X}" for k in range(TRACKS)], object)
-    tracker, seconds = dw.Tracker("aircraft"), 0.0
+    tracker, seconds = dw.tracking.Tracker("aircraft"), 0.0
     for scan in range(SCANS + 3):
         at = SCAN * (scan + np.arange(TRACKS) / TRACKS)
         seen = plots(at, start + velocity * at[:, None] + 50.0 * draw.standard_normal((TRACKS, 2)), key=keys)

@@ -13,7 +13,7 @@ from driftwise.models.gain import noise_of_gain
 
 PHI = 0.99
 PAPER = dict(K0=0.0, x0=0.0)
-PRIOR = dw.InverseGamma(2.5, 2.5)  # five samples of variance 1
+PRIOR = dw.models.InverseGamma(2.5, 2.5)  # five samples of variance 1
 SLOW = dict(K0=0.0, P0=0.04, x0=0.0)  # the prior of the tables of 1981's successors: K = 0 +- .2
 
 
@@ -57,28 +57,36 @@ def found(alarms, segment=500, ways=(1, -1, 1)):
 WAYS = {
     "plr, 1/n (the paper's first)": dict(method="plr", memory=dw.Constant(), **PAPER),
     "plr, forgetting .996 (its second)": dict(method="plr", memory=dw.ExponentialForgetting(0.996), **PAPER),
-    "plr, limited gain 250": dict(method="plr", memory=dw.GainFloor(250), **PAPER),
+    "plr, limited gain 250": dict(method="plr", memory=dw.memory.GainFloor(250), **PAPER),
     "plr, Hinkley on Z (its third)": dict(
-        method="plr", memory=dw.Constant(), detector=dw.PullTest(), restart=(6, 15), **PAPER
+        method="plr", memory=dw.Constant(), detector=dw.detect.PullTest(), restart=(6, 15), **PAPER
     ),
     "plr, Hinkley on Z, one alarm per 2000": dict(
-        method="plr", memory=dw.Constant(), detector=dw.PullTest((0.15, 0.07), (18.3, 24.4)), restart=26.5, **PAPER
+        method="plr",
+        memory=dw.Constant(),
+        detector=dw.detect.PullTest((0.15, 0.07), (18.3, 24.4)),
+        restart=26.5,
+        **PAPER,
     ),
     "plr, probes": dict(
-        method="plr", memory=dw.Constant(), scale_samples=50, detector=dw.GainProbes(), restart=26.5, **PAPER
+        method="plr", memory=dw.Constant(), scale_samples=50, detector=dw.detect.GainProbes(), restart=26.5, **PAPER
     ),
     "rpem, 1/n, probes": dict(
-        memory=dw.Constant(), scale_samples=50, detector=dw.GainProbes(threshold=5.64), restart=10, **PAPER
+        memory=dw.Constant(), scale_samples=50, detector=dw.detect.GainProbes(threshold=5.64), restart=10, **PAPER
     ),
     "rpem, matched walk": dict(memory=dw.RandomWalk(8e-5), **SLOW),
     "rpem, matched walk, prior scale": dict(memory=dw.RandomWalk(8e-5), scale=PRIOR, **SLOW),
     "rpem, walk too slow (1e-5)": dict(memory=dw.RandomWalk(1e-5), scale_samples=50, **SLOW),
     "rpem, walk too slow, probes": dict(
-        memory=dw.RandomWalk(1e-5), scale_samples=50, detector=dw.GainProbes(threshold=5.68), restart=0.5**0.5, **SLOW
+        memory=dw.RandomWalk(1e-5),
+        scale_samples=50,
+        detector=dw.detect.GainProbes(threshold=5.68),
+        restart=0.5**0.5,
+        **SLOW,
     ),
     "the defaults": {},
     "the defaults, prior scale": dict(scale=PRIOR),
-    "the defaults, probes": dict(detector=dw.GainProbes()),
+    "the defaults, probes": dict(detector=dw.detect.GainProbes()),
 }
 
 

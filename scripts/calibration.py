@@ -15,13 +15,13 @@ GASES = {"NO2": ("NO2(GT)", ["PT08.S4(NO2)", "T", "AH"]), "CO": ("CO(GT)", ["PT0
 def estimators(sensors):
     """Return who takes part."""
     plain = dict(offset=True, missing="skip")
-    colour = dw.Disturbance(0.8)
+    colour = dw.models.Disturbance(0.8)
     nvr = 3e-4 * (1 + colour.ratio)
     return {
-        "sensor_calibration": dw.sensor_calibration(sensors),
-        "the same, learning rate 1": dw.ModelAverage(dw.sensor_calibration(sensors).members),
+        "sensor_calibration": dw.estimators.sensor_calibration(sensors),
+        "the same, learning rate 1": dw.ModelAverage(dw.estimators.sensor_calibration(sensors).members),
         "one of its members: pole .8, NVR 3e-4": dw.Regression(
-            sensors, disturbance=colour, memory=dw.Drift(nvr=nvr), **plain
+            sensors, disturbance=colour, memory=dw.memory.Drift(nvr=nvr), **plain
         ),
         "Regression, AutoMemory, disturbance": dw.Regression(
             sensors, disturbance=colour, memory=dw.AutoMemory("outliers"), **plain

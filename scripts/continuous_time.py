@@ -77,7 +77,7 @@ def record(seed, jitter, noise, gap):
     rng = np.random.default_rng(seed)
     time = np.cumsum(gap * (1 + jitter * rng.uniform(-1, 1, 400)))
     u = rng.choice([-1.0, 1.0], 400)
-    return time, *dw.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, u=u, noise_std=noise, seed=seed)
+    return time, *dw.models.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, u=u, noise_std=noise, seed=seed)
 
 
 def jitter(noise=0.005, gap=0.2, seeds=20, jitters=(0.0, 0.5, 0.9), rates=RATES):

@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 import driftwise as dw
-from driftwise.fleet.fleet_order import FleetOrder
 from driftwise.fleet.fleet_run import run_fleet
+from driftwise.fleet.job import FleetJob
 
 
 def make(path, rows: int, series: int, seed: int) -> None:
@@ -43,11 +43,11 @@ def make(path, rows: int, series: int, seed: int) -> None:
     pq.write_table(pa.table(columns), path)
 
 
-def order(data, out, rows: int, **more) -> FleetOrder:
+def order(data, out, rows: int, **more) -> FleetJob:
     """Return what is run."""
     est = dw.ARX(1, 1)
     names = dict(by="asset", output="flow", inputs=("speed",), time="time")
-    return FleetOrder(data, estimator=est, out=out, **names, every=7, batch=rows // 40, batches=1, threads=1, **more)
+    return FleetJob(data, estimator=est, out=out, **names, every=7, batch=rows // 40, batches=1, threads=1, **more)
 
 
 def contents(out) -> dict[str, str]:

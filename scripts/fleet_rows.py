@@ -17,8 +17,8 @@ import numpy as np
 
 import driftwise as dw
 from driftwise.fleet.fleet import Fleet
-from driftwise.fleet.fleet_order import FleetOrder
 from driftwise.fleet.fleet_run import run_fleet
+from driftwise.fleet.job import FleetJob
 from driftwise.fleet.run import FleetRun
 
 ESTIMATORS = {"ar": lambda: dw.AR(1), "joint": lambda: dw.Joint(3), "arx": lambda: dw.ARX(2, 2, memory=dw.AutoMemory())}
@@ -117,7 +117,7 @@ def over_a_file(chosen) -> None:
         columns |= dict(threads=chosen.threads, seconds=chosen.seconds)
         warm(Fleet(est))
         course = Course()
-        found = run_fleet(FleetOrder(data, estimator=est, out=Path(folder) / "out", **columns,
+        found = run_fleet(FleetJob(data, estimator=est, out=Path(folder) / "out", **columns,
                                      progress=lambda at: course.note(at.rows)))  # fmt: skip
         course.note(found.rows)
         course.tell(found.rows)

@@ -37,14 +37,14 @@ def table_of_jumps():
     print("\n| memory | " + " | ".join(f"d = {d}" for d in (0.2, 0.5, 1.0, 2.0)) + " |\n|---|---|---|---|---|")
     memories = {
         "`RandomWalk(matched=(d, 500))`": lambda d: dw.RandomWalk(matched=(d, 500)),
-        "`VariableForgetting(100, .5)`": lambda d: dw.VariableForgetting(100, 0.5),
+        "`VariableForgetting(100, .5)`": lambda d: dw.memory.VariableForgetting(100, 0.5),
         "`ExponentialForgetting(1 - d / sqrt(500))`": lambda d: dw.ExponentialForgetting(1 - d / 500**0.5),
-        "`Window(60)`": lambda d: dw.Window(60),
+        "`Window(60)`": lambda d: dw.memory.Window(60),
         "`RestartOnChange(PageHinkley, GainReset(1 + 1/d^2))`": lambda d: dw.RestartOnChange(
-            dw.PageHinkley(false_alarms="1 per 5000", jump=d), dw.GainReset(1 + 1 / d**2), settle=0
+            dw.PageHinkley(false_alarms="1 per 5000", jump=d), dw.memory.GainReset(1 + 1 / d**2), settle=0
         ),
-        "`BayesianChangePoint(d, 500)`": lambda d: dw.BayesianChangePoint(d, 500),
-        "`BayesianChangePoint(d, 500, 60)`": lambda d: dw.BayesianChangePoint(d, 500, 60),
+        "`BayesianChangePoint(d, 500)`": lambda d: dw.memory.BayesianChangePoint(d, 500),
+        "`BayesianChangePoint(d, 500, 60)`": lambda d: dw.memory.BayesianChangePoint(d, 500, 60),
     }
     for name, make in memories.items():
         row = []
@@ -67,8 +67,8 @@ def table_of_directions(samples=4000):
     print("\n| memory | before | " + " | ".join(f"+{k}" for k in after[1:]) + " |\n|---|---|---|---|---|---|")
     for name, memory in {
         "`ExponentialForgetting(.99)`": dw.ExponentialForgetting(0.99),
-        "`DirectionalForgetting(.99)`": dw.DirectionalForgetting(0.99),
-        "`DirectionalForgetting(.96)`": dw.DirectionalForgetting(0.96),
+        "`DirectionalForgetting(.99)`": dw.memory.DirectionalForgetting(0.99),
+        "`DirectionalForgetting(.96)`": dw.memory.DirectionalForgetting(0.96),
     }.items():
         traces = [dw.ARX(2, 2, memory=memory).scan(y, u) for y, u in records]
         at = samples // 2 + np.array(after)
@@ -104,7 +104,7 @@ def table_of_noise():
     )
     rows = {
         "Constant()": dw.Constant(),
-        "BayesianChangePoint(.3, 1500)": dw.BayesianChangePoint(0.3, 1500),
+        "BayesianChangePoint(.3, 1500)": dw.memory.BayesianChangePoint(0.3, 1500),
         "RandomWalk(matched=(.3, 1500))": walk,
     }
     for name, memory in rows.items():
@@ -117,15 +117,17 @@ def table_of_noise():
 
 RESTED = {
     "`Constant()`": dw.Constant(),
-    "`GainFloor(50)`": dw.GainFloor(50),
+    "`GainFloor(50)`": dw.memory.GainFloor(50),
     "`ExponentialForgetting(.98)`": dw.ExponentialForgetting(0.98),
-    "`VariableForgetting(50)`": dw.VariableForgetting(50),
-    "`DirectionalForgetting(.98)`": dw.DirectionalForgetting(0.98),
+    "`VariableForgetting(50)`": dw.memory.VariableForgetting(50),
+    "`DirectionalForgetting(.98)`": dw.memory.DirectionalForgetting(0.98),
     "`RandomWalk(2e-4)`": dw.RandomWalk(2e-4),
     "`RandomWalk(matched=(.1, 500))`": dw.RandomWalk(matched=(0.1, 500)),
-    "`Window(50)`": dw.Window(50),
-    "`BayesianChangePoint(.2, 500)`": dw.BayesianChangePoint(0.2, 500),
-    "`RestartOnChange(ScoreCUSUM(), GainReset(10))`": dw.RestartOnChange(dw.ScoreCUSUM(), dw.GainReset(10)),
+    "`Window(50)`": dw.memory.Window(50),
+    "`BayesianChangePoint(.2, 500)`": dw.memory.BayesianChangePoint(0.2, 500),
+    "`RestartOnChange(ScoreCUSUM(), GainReset(10))`": dw.RestartOnChange(
+        dw.detect.ScoreCUSUM(), dw.memory.GainReset(10)
+    ),
 }
 
 

@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 import driftwise as dw
-from driftwise.detect import run_length as rl
+from driftwise.detect import average_run_length as rl
 
 G = 1 / 0.99  # of the test signal in Hampton's filter of pole 0.99
 
@@ -43,7 +43,7 @@ def white(runs):
     for k, h, std in ((0.5, 4, 1.0), (0.15, 15, 1.01), (0.07, 20, 1.01), (0.1, 5, 1.0), (1.0, 3, 1.0)):
         T = rl.simulate_run_length(gaussian(std), k, [h], runs)[0]
         formulas = (rl.brownian_run_length(k, h + rl.OVERSHOOT * std, std), rl.brownian_run_length(k, h, std))
-        print(f"| {k} | {h} | {std} | {T:.4g} | {dw.run_length(h, k, std):.4g} |", end="")
+        print(f"| {k} | {h} | {std} | {T:.4g} | {dw.detect.run_length(h, k, std):.4g} |", end="")
         print("".join(f" {off(value, T)} |" for value in formulas))
 
 
@@ -66,7 +66,7 @@ def correlated(low_runs, high_runs):
 def design():
     for wanted, k in ((1000, 0.5), (10_000, 0.1), (10_000, 0.02)):
         begun = time.perf_counter()
-        h = dw.threshold_for(wanted, k)
+        h = dw.detect.threshold_for(wanted, k)
         took = 1e3 * (time.perf_counter() - begun)
         print(f"threshold for one alarm per {wanted} at reference {k}: {h:.4f}, {took:.0f} ms")
 

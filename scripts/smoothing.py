@@ -30,7 +30,7 @@ def smoothed(name, made, i, **options):
     """Return one record in hindsight."""
     if name in "cg":
         return dw.Regression(4).smooth(made.y[i], made.psi[i], **options)
-    memory = dw.Drift(made.phi, nvr=1e-3) if name == "a" else dw.Constant()
+    memory = dw.memory.Drift(made.phi, nvr=1e-3) if name == "a" else dw.Constant()
     return dw.ARX(2, 2, at_rest=True, memory=memory).smooth(made.y[i], made.u[i], **options)
 
 

@@ -42,7 +42,7 @@ def main():
     table = traffic(asked.tracks, asked.scan, asked.scans)
     keys = np.array([f"{int(n):06X}" for n in table[:, 1]], object) if not asked.nameless else None
     data = plots(table[:, 0], table[:, 2:], key=keys, sensor="radar", origin=(48.0, 11.0))
-    tracker, edges = dw.Tracker(), np.arange(0, asked.scan * (asked.scans + 1), 0.1)
+    tracker, edges = dw.tracking.Tracker(), np.arange(0, asked.scan * (asked.scans + 1), 0.1)
     ends = np.searchsorted(data.time, edges)
     warm = int(np.searchsorted(edges, 10 * asked.scan))
     for k in range(len(edges) - 1):

@@ -21,13 +21,13 @@ DIRTY = {
     'AutoMemory("both")': dict(memory=dw.AutoMemory()),
     'AutoMemory("outliers")': dict(memory=dw.AutoMemory("outliers")),
     'AutoMemory("jumps")': dict(memory=dw.AutoMemory("jumps")),
-    "IMM()": dict(memory=dw.IMM()),
-    "MultipleModel()": dict(memory=dw.MultipleModel()),
-    "MultipleModel(), gate=InnovationGate(5)": dict(memory=dw.MultipleModel(), gate=dw.InnovationGate(5)),
-    "LikelihoodDrift()": dict(memory=dw.LikelihoodDrift()),
-    "LikelihoodDrift(), gate=InnovationGate(5)": dict(memory=dw.LikelihoodDrift(), gate=dw.InnovationGate(5)),
-    "CovarianceMatching()": dict(memory=dw.CovarianceMatching()),
-    "FuzzyDrift()": dict(memory=dw.FuzzyDrift()),
+    "IMM()": dict(memory=dw.memory.IMM()),
+    "MultipleModel()": dict(memory=dw.memory.MultipleModel()),
+    "MultipleModel(), gate=InnovationGate(5)": dict(memory=dw.memory.MultipleModel(), gate=dw.InnovationGate(5)),
+    "LikelihoodDrift()": dict(memory=dw.memory.LikelihoodDrift()),
+    "LikelihoodDrift(), gate=InnovationGate(5)": dict(memory=dw.memory.LikelihoodDrift(), gate=dw.InnovationGate(5)),
+    "CovarianceMatching()": dict(memory=dw.memory.CovarianceMatching()),
+    "FuzzyDrift()": dict(memory=dw.memory.FuzzyDrift()),
     "ExponentialForgetting(.98)": dict(memory=dw.ExponentialForgetting(0.98)),
 }
 
@@ -127,10 +127,10 @@ def table_of_costs(samples=100_000, sizes=(1, 2, 4, 8)):
     rng = np.random.default_rng(1)
     memories = {
         "Constant()": dw.Constant(),
-        "LikelihoodDrift()": dw.LikelihoodDrift(),
-        "MultipleModel()": dw.MultipleModel(),
+        "LikelihoodDrift()": dw.memory.LikelihoodDrift(),
+        "MultipleModel()": dw.memory.MultipleModel(),
     }
-    for name, memory in {**memories, "IMM()": dw.IMM(), "AutoMemory()": dw.AutoMemory()}.items():
+    for name, memory in {**memories, "IMM()": dw.memory.IMM(), "AutoMemory()": dw.AutoMemory()}.items():
         row = []
         for N in sizes:
             psi, est, spent = rng.standard_normal((samples, N)), dw.Regression(N, memory=memory), []

@@ -80,7 +80,7 @@ def test_deviations_against_least_squares(motor):
     """The asymptotic price of the theorem; least squares on all samples from its own dense rows."""
     case = GOLDEN["efficiency_undamped_mode"]
     std = observer().scan(motor.x[:, 0], motor.u).x_std
-    system = Augmented(MOTOR, (dw.Polynomial(INTO, np.inf), dw.Sinusoid(50.0, INTO, np.inf)))
+    system = Augmented(MOTOR, (dw.models.Polynomial(INTO, np.inf), dw.models.Sinusoid(50.0, INTO, np.inf)))
     Phi, _, _ = system.discretise(H)
     rows = np.empty((10001, 6))
     rows[0] = system.H[0]
@@ -127,7 +127,7 @@ def test_a_sample_missing_at_the_start_begins_anew(motor):
 def test_a_step_of_the_input_needs_no_derivative():
     """u jumps, b has all its terms: under zoh state, disturbance and derivatives are exact all the same."""
     plant = dw.Plant([[0, 1, 0], [0, 0, 1], [-3, -4, -2]], [2.0, -1.0, 1.5], [1, 0, 0])
-    system = Augmented(plant, dw.Polynomial([0, 0, 1], np.inf))
+    system = Augmented(plant, dw.models.Polynomial([0, 0, 1], np.inf))
     Phi, G, _ = system.discretise(0.01)
     rng, z = np.random.default_rng(3), np.array([1.0, -2, 0.5, 0.7])
     u, states = np.repeat(rng.standard_normal(6), 50), np.empty((300, 4))
@@ -150,7 +150,7 @@ def test_load_torque_is_why_the_channel_is_checked():
     torque = [0, 0.2, 0]
     with pytest.raises(dw.InputError, match=r"assumption \(2\) .* C A D = 0.2.*WindowObserver has no such condition"):
         observer(into=torque, frequencies=())
-    Phi, G0, G1 = Augmented(MOTOR, dw.Polynomial(torque, 1.0)).discretise(H, "foh")
+    Phi, G0, G1 = Augmented(MOTOR, dw.models.Polynomial(torque, 1.0)).discretise(H, "foh")
     u, z = 24 * np.sin(np.arange(1001) * H), np.empty((1001, 4))
     z[0] = [1, 0, 3, 1]
     for k in range(1000):

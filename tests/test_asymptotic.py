@@ -22,7 +22,7 @@ def test_golden_limits():
     given, expected, _ = golden.case("G13")
     stated = zip(given["d_assumed"], *(expected[k] for k in ("a_star", "pred_var", "std1000")), strict=True)
     for d, a_printed, variance, std in stated:
-        limit = dw.asymptotic_bias(*PAPER, d)
+        limit = dw.models.asymptotic_bias(*PAPER, d)
         golden.assert_close(-limit.a, a_printed, 1e-8)
         golden.assert_close(limit.prediction_variance, variance, 1e-8)
         golden.assert_close(np.sqrt(np.diag(limit.reported) / 1000), std, 1e-8)
@@ -37,16 +37,16 @@ def test_golden_limits():
     ],
 )
 def test_sandwich_is_that_of_the_theory(d, std):
-    limit = dw.asymptotic_bias(*PAPER, d)
+    limit = dw.models.asymptotic_bias(*PAPER, d)
     np.testing.assert_allclose(np.sqrt(np.diag(limit.covariance) / 1000), std, atol=6e-5)
 
 
 def test_the_right_model_has_no_bias_and_one_covariance():
-    limit = dw.asymptotic_bias(*PAPER, PAPER[1], var_v=7.0)
+    limit = dw.models.asymptotic_bias(*PAPER, PAPER[1], var_v=7.0)
     np.testing.assert_allclose(limit.a, PAPER[0], atol=1e-9)
     assert limit.prediction_variance == pytest.approx(7.0)
     np.testing.assert_allclose(limit.covariance, limit.reported, rtol=1e-6)
-    bound = dw.cramer_rao(*PAPER, samples=1, d_known=True)
+    bound = dw.models.cramer_rao(*PAPER, samples=1, d_known=True)
     np.testing.assert_allclose(limit.covariance, bound.covariance, rtol=1e-6)
 
 
@@ -54,7 +54,7 @@ def test_the_right_model_has_no_bias_and_one_covariance():
 def test_limit_and_sandwich_by_simulation(assumed):
     """Least squares on filtered records: mean and covariance within four standard errors of 1500 records."""
     records, T, m = 1500, 1500, len(assumed)
-    limit = dw.asymptotic_bias(*POSED, assumed)
+    limit = dw.models.asymptotic_bias(*POSED, assumed)
     v = np.random.default_rng(5).standard_normal((records, T + 300))
     y = lfilter(q(POSED[1]), np.convolve(q(POSED[0]), q(assumed)), v)[:, 300 - m :]
     psi = np.stack([-y[:, j : j + T] for j in range(m)], axis=2)
@@ -96,7 +96,7 @@ def information_by_integral(a, d, b, direct, powers, r):
 )
 def test_information_is_the_integral_of_the_gradients_spectra(b, direct):
     powers = [2.0, 0.5][: len(b)]
-    bound = dw.cramer_rao(
+    bound = dw.models.cramer_rao(
         *POSED, b or None, samples=50, direct=direct, noise_variance=0.3, input_variance=powers or 1.0
     )
     expected = 50 * information_by_integral(*POSED, b, direct, powers, 0.3)
@@ -106,18 +106,18 @@ def test_information_is_the_integral_of_the_gradients_spectra(b, direct):
 
 
 def test_the_papers_second_test_says_not_to_trust_a():
-    bound = dw.cramer_rao(*PAPER, samples=1000)
+    bound = dw.models.cramer_rao(*PAPER, samples=1000)
     np.testing.assert_allclose(bound.a_std_known, (0.031, 0.056, 0.031), atol=5e-4)
     np.testing.assert_allclose(bound.a_std, (5.4, 13.0, 7.8), atol=0.05)
     assert 176.5 < bound.ratio.min() < 177.5 and 254.5 < bound.ratio.max() < 255.5
     assert bound.names == ["a3", "a2", "a1", "d3", "d2", "d1"]
     assert "only as good as the assumed d" in bound.words
-    known = dw.cramer_rao(*PAPER, samples=1000, d_known=True)
+    known = dw.models.cramer_rao(*PAPER, samples=1000, d_known=True)
     np.testing.assert_allclose(known.std, bound.a_std_known)
 
 
 def test_a_well_posed_system_may_be_trusted():
-    bound = dw.cramer_rao(*POSED, samples=1000)
+    bound = dw.models.cramer_rao(*POSED, samples=1000)
     assert np.all(bound.ratio < 1.5)
     assert "can be trusted" in bound.words
 
@@ -125,7 +125,7 @@ def test_a_well_posed_system_may_be_trusted():
 def test_maximum_likelihood_reaches_the_bound():
     """A first-order moving average: the estimate of d by its likelihood, 400 records."""
     d, T, records = 0.4, 400, 400
-    bound = dw.cramer_rao([0.0], [d], samples=T)
+    bound = dw.models.cramer_rao([0.0], [d], samples=T)
     assert bound.covariance.shape == (2, 2)
     np.testing.assert_allclose(bound.information, T * np.array([[1, -1], [-1, 1 / (1 - d * d)]]), atol=1e-9)
     v = np.random.default_rng(1).standard_normal((records, T))
@@ -137,7 +137,7 @@ def test_maximum_likelihood_reaches_the_bound():
 
 
 def test_a_pole_under_a_zero_of_c_leaves_a_unknown():
-    bound = dw.cramer_rao([-0.5], [-0.5], samples=100)
+    bound = dw.models.cramer_rao([-0.5], [-0.5], samples=100)
     assert np.all(np.isinf(bound.ratio)) and np.isfinite(bound.a_std_known).all()
     assert "cannot be estimated" in bound.words
 
@@ -160,7 +160,7 @@ def test_record_information_by_finite_differences(k, directs):
     y, u = rng.standard_normal(T), rng.standard_normal((T, k))
     b = rng.standard_normal((k, n))
     b_n = rng.standard_normal(k) if directs else None
-    bound = dw.cramer_rao_of_record(
+    bound = dw.models.cramer_rao_of_record(
         y, u if k else None, a=POSED[0], d=POSED[1], b=b if k else None, direct=b_n, noise_variance=0.7
     )
     theta = np.concatenate([POSED[0], b.ravel(), [] if b_n is None else b_n, POSED[1]])
@@ -182,8 +182,8 @@ def test_record_information_by_finite_differences(k, directs):
 def test_record_and_asymptotic_bound_agree_on_a_long_record():
     T = 40_000
     y, _ = dw.simulate(POSED[0][::-1], d=POSED[1][::-1], samples=T, noise_std=2.0, seed=2)
-    record = dw.cramer_rao_of_record(y, a=POSED[0], d=POSED[1])
-    theory = dw.cramer_rao(*POSED, samples=T)
+    record = dw.models.cramer_rao_of_record(y, a=POSED[0], d=POSED[1])
+    theory = dw.models.cramer_rao(*POSED, samples=T)
     np.testing.assert_allclose(record.std, theory.std, rtol=0.03)
     np.testing.assert_allclose(record.ratio, theory.ratio, rtol=0.03)
 
@@ -193,7 +193,7 @@ def test_record_warns_where_a_is_not_to_be_trusted():
     ratios = []
     for seed in range(4):
         y, _ = dw.simulate(PAPER[0][::-1], d=PAPER[1][::-1], samples=2000, noise_std=1.0, seed=seed)
-        bound = dw.cramer_rao_of_record(y, a=PAPER[0], d=PAPER[1])
+        bound = dw.models.cramer_rao_of_record(y, a=PAPER[0], d=PAPER[1])
         assert "only as good as the assumed d" in bound.words
         ratios.append(bound.ratio)
     assert 13 < np.min(ratios) < 15 and 89 < np.max(ratios) < 91  # the docstring's numbers
@@ -202,22 +202,22 @@ def test_record_warns_where_a_is_not_to_be_trusted():
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        (lambda: dw.cramer_rao([-0.5], [-1.5], samples=10), "moduli 1.5.*reflect"),
-        (lambda: dw.cramer_rao([-0.5], [1.0], samples=10), "inside the unit circle"),
-        (lambda: dw.cramer_rao([-1.5], [0.5], samples=10), "zeros of a"),
-        (lambda: dw.cramer_rao([-0.5, 0.1], [0.5], samples=10), "2 finite"),
-        (lambda: dw.cramer_rao([-0.5], [0.5], samples=0), "positive"),
-        (lambda: dw.cramer_rao([-0.5], [0.5], [1.0, 2.0], samples=9), "b must list 1"),
-        (lambda: dw.cramer_rao([-0.5], [0.5], direct=[1.0], samples=9), "no b"),
-        (lambda: dw.cramer_rao([-0.5], [0.5], [1.0], direct=[1.0, 2.0], samples=9), "direct must list 1"),
-        (lambda: dw.asymptotic_bias([-0.5], [0.5], [2.0]), "d_assumed.*reflect"),
-        (lambda: dw.asymptotic_bias([-0.5], [0.5], []), "order of the filter"),
-        (lambda: dw.asymptotic_bias([-0.5], [0.5, 0.1], [0.0]), "one order"),
-        (lambda: dw.asymptotic_bias([-0.5], [0.5], [0.0], var_v=-1), "var_v"),
-        (lambda: dw.cramer_rao_of_record([1.0, np.nan] * 9, a=[0.0], d=[0.1]), "complete stretch"),
-        (lambda: dw.cramer_rao_of_record([1.0, 2.0], a=[0.0], d=[0.1]), "too few"),
-        (lambda: dw.cramer_rao_of_record(np.zeros(40), a=[0.0], d=[0.1]), "residuals are zero"),
-        (lambda: dw.cramer_rao_of_record(np.zeros(40), np.zeros(40), a=[0.0], d=[0.1]), "as b says"),
+        (lambda: dw.models.cramer_rao([-0.5], [-1.5], samples=10), "moduli 1.5.*reflect"),
+        (lambda: dw.models.cramer_rao([-0.5], [1.0], samples=10), "inside the unit circle"),
+        (lambda: dw.models.cramer_rao([-1.5], [0.5], samples=10), "zeros of a"),
+        (lambda: dw.models.cramer_rao([-0.5, 0.1], [0.5], samples=10), "2 finite"),
+        (lambda: dw.models.cramer_rao([-0.5], [0.5], samples=0), "positive"),
+        (lambda: dw.models.cramer_rao([-0.5], [0.5], [1.0, 2.0], samples=9), "b must list 1"),
+        (lambda: dw.models.cramer_rao([-0.5], [0.5], direct=[1.0], samples=9), "no b"),
+        (lambda: dw.models.cramer_rao([-0.5], [0.5], [1.0], direct=[1.0, 2.0], samples=9), "direct must list 1"),
+        (lambda: dw.models.asymptotic_bias([-0.5], [0.5], [2.0]), "d_assumed.*reflect"),
+        (lambda: dw.models.asymptotic_bias([-0.5], [0.5], []), "order of the filter"),
+        (lambda: dw.models.asymptotic_bias([-0.5], [0.5, 0.1], [0.0]), "one order"),
+        (lambda: dw.models.asymptotic_bias([-0.5], [0.5], [0.0], var_v=-1), "var_v"),
+        (lambda: dw.models.cramer_rao_of_record([1.0, np.nan] * 9, a=[0.0], d=[0.1]), "complete stretch"),
+        (lambda: dw.models.cramer_rao_of_record([1.0, 2.0], a=[0.0], d=[0.1]), "too few"),
+        (lambda: dw.models.cramer_rao_of_record(np.zeros(40), a=[0.0], d=[0.1]), "residuals are zero"),
+        (lambda: dw.models.cramer_rao_of_record(np.zeros(40), np.zeros(40), a=[0.0], d=[0.1]), "as b says"),
     ],
 )
 def test_bad_input_has_a_clear_answer(call, says):
@@ -226,6 +226,6 @@ def test_bad_input_has_a_clear_answer(call, says):
 
 
 def test_reflecting_makes_a_usable_polynomial():
-    d, gain = dw.reflect([-1.5])
+    d, gain = dw.models.minimum_phase([-1.5])
     assert gain == pytest.approx(2.25)
-    assert np.isfinite(dw.cramer_rao([-0.5], d, samples=10, noise_variance=gain).std).all()
+    assert np.isfinite(dw.models.cramer_rao([-0.5], d, samples=10, noise_variance=gain).std).all()

@@ -53,7 +53,7 @@ def rms(x):
 def run(name):
     """One system with its scores; f10 and f01 are told a noise variance ten times wrong, to begin with."""
     s = system(name, SEEDS)
-    wrong = dict(variance=s.told, scale=dw.InverseGamma(-1.5, 1e-20)) if s.told != s.sigma2 else {}
+    wrong = dict(variance=s.told, scale=dw.models.InverseGamma(-1.5, 1e-20)) if s.told != s.sigma2 else {}
     r = follow(s, **wrong)
     errors, knowing = (r.theta - s.theta)[:, 50:], (kalman(s) - s.theta)[:, 50:]
     r.ratio, r.covered = rms(errors) / rms(knowing), np.mean(abs(errors) < 1.96 * r.std[:, 50:])
@@ -192,6 +192,6 @@ def test_local_level_whose_variances_nobody_told():
     best = rms((known - x)[10_000:])
     for variance in (0.01, 1.0, 100.0):
         est = dw.Regression(
-            1, memory=dw.AutoMemory(), variance=variance, scale=dw.InverseGamma(0.0, 1e-20), at_rest=True
+            1, memory=dw.AutoMemory(), variance=variance, scale=dw.models.InverseGamma(0.0, 1e-20), at_rest=True
         )
         assert rms((est.scan(y, np.ones((20_000, 1))).parameters[:, 0] - x)[10_000:]) <= 1.05 * best

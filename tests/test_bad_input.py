@@ -18,7 +18,7 @@ MODELS = {
     "BJ": lambda **options: dw.BJ(1, 1, 1, 1, **options),
     "Regression": lambda **options: dw.Regression(2, **options),
     "ARXMIMO": lambda **options: dw.ARXMIMO(2, 1, **options),
-    "AdaptiveObserver": lambda **options: dw.AdaptiveObserver(1, 0.5, 1, **options),
+    "AdaptiveObserver": lambda **options: dw.estimators.AdaptiveObserver(1, 0.5, 1, **options),
 }
 
 
@@ -35,29 +35,29 @@ OPTIONS = [
     (dict(memory=dw.ExponentialForgetting(NAN)), "p must be a positive finite number, got nan"),
     (dict(memory=dw.RandomWalk(NAN)), "q must be a finite number.* got nan"),
     (dict(memory=dw.RandomWalk(1.0, matched=(1, 2))), r"got q = 1.0 and matched = \(1, 2\)"),
-    (dict(memory=dw.Window(0)), "samples must be a whole number of at least 1, got 0"),
-    (dict(memory=dw.RestartOnChange(restart=dw.GainReset(0.5))), "samples must exceed 1"),
-    (dict(memory=dw.RestartOnChange(restart=dw.GainReset)), "brackets"),
-    (dict(memory=dw.RestartOnChange(restart=dw.CovarianceInflation(1.0, only_named="b1"))),
+    (dict(memory=dw.memory.Window(0)), "samples must be a whole number of at least 1, got 0"),
+    (dict(memory=dw.RestartOnChange(restart=dw.memory.GainReset(0.5))), "samples must exceed 1"),
+    (dict(memory=dw.RestartOnChange(restart=dw.memory.GainReset)), "brackets"),
+    (dict(memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(1.0, only_named="b1"))),
      "only_named must be True or False, got 'b1'"),
     (until(dw.PageHinkley), "brackets"),
     (until(dw.PageHinkley(threshold=np.inf)), "threshold must be positive and finite"),
     (until(dw.PageHinkley(threshold=1e30)), "threshold must be at most 1e.12, got 1e.30: it never alarms"),
-    (until(dw.VarianceCUSUM(threshold=1e30)), "it never alarms"),
-    (until(dw.GLR(threshold=1e30)), "it never alarms"),
-    (until(dw.ScoreCUSUM(threshold=1e30)), "it never alarms"),
+    (until(dw.detect.VarianceCUSUM(threshold=1e30)), "it never alarms"),
+    (until(dw.detect.GLR(threshold=1e30)), "it never alarms"),
+    (until(dw.detect.ScoreCUSUM(threshold=1e30)), "it never alarms"),
     (until(dw.PageHinkley("1 per 1e300")), "at most 1e.18 samples between false alarms"),
-    (until(dw.GLR("1 per 1e40")), "never alarms"),
+    (until(dw.detect.GLR("1 per 1e40")), "never alarms"),
     (until(dw.PageHinkley(sides=["up"])), "sides must be 'both', 'up' or 'down', got"),
-    (until(dw.ProbeBank([1.0, 1.0])), "which only AdaptiveGain runs"),
-    (until(dw.GainProbes()), "which only AdaptiveGain runs"),
-    (until(dw.PullTest()), "which only AdaptiveGain runs"),
+    (until(dw.detect.ProbeBank([1.0, 1.0])), "which only AdaptiveGain runs"),
+    (until(dw.detect.GainProbes()), "which only AdaptiveGain runs"),
+    (until(dw.detect.PullTest()), "which only AdaptiveGain runs"),
     (dict(gate=dw.InnovationGate(settle=-1)), "settle must be a whole number of at least 0, got -1"),
     (dict(gate=dw.InnovationGate(settle=NAN)), "settle must be a whole number of at least 0, got nan"),
     (dict(gate=dw.InnovationGate), "brackets"),
     (dict(offset="yes"), "offset must be True or False, got 'yes'"),
     (dict(scale=3.0), r"scale must be InverseGamma\(alpha, beta\).*got 3.0"),
-    (dict(scale=dw.InverseGamma(1.0, np.inf)), "finite numbers"),
+    (dict(scale=dw.models.InverseGamma(1.0, np.inf)), "finite numbers"),
     (dict(missing=["hold"]), "missing must be one of predict, hold, skip, got"),
     (dict(y_scale=1e200), "y_scale must lie between 1e-100 and 1e.100, got 1e.200. Is the unit right"),
     (dict(theta0=np.array([1j, 0.0])), "theta0 must hold numbers"),
@@ -78,10 +78,10 @@ REFUSED = [
     (lambda: dw.AdaptiveGain(1.0, B="a"), "B must hold numbers"),
     (lambda: dw.AdaptiveGain(limits=("a", "b")), "limits must be"),
     (lambda: dw.AdaptiveGain(scale=3.0), "scale must be InverseGamma"),
-    (lambda: dw.AdaptiveGain(detector=dw.GainProbes), "brackets"),
-    (lambda: dw.AdaptiveGain(detector=dw.GainProbes([NAN])), "no number"),
-    (lambda: dw.AdaptiveGain(detector=dw.ProbeBank([1.0])), "got ProbeBank"),
-    (lambda: dw.AdaptiveGain(detector=dw.GainProbes(threshold=1e30)), "it never alarms"),
+    (lambda: dw.AdaptiveGain(detector=dw.detect.GainProbes), "brackets"),
+    (lambda: dw.AdaptiveGain(detector=dw.detect.GainProbes([NAN])), "no number"),
+    (lambda: dw.AdaptiveGain(detector=dw.detect.ProbeBank([1.0])), "got ProbeBank"),
+    (lambda: dw.AdaptiveGain(detector=dw.detect.GainProbes(threshold=1e30)), "it never alarms"),
     (lambda: dw.AdaptiveGain(memory=dw.RestartOnChange()), r"option of its own here: detector"),
     (lambda: dw.ARX(1, 1, method=["ls"]), "method must be one of ls, iv, nlms, lms, got"),
     (lambda: dw.OE(1, 1, method=["ls"]), "method must be one of rpem, plr, got"),
@@ -98,7 +98,8 @@ REFUSED = [
     (lambda: dw.AR(1).predict(dw.AR(1).start()), "say how far"),
     (lambda: dw.ARXMIMO(1, 1).predict(dw.ARXMIMO(1, 1).start(), [1.0]), "ARXMIMO has no predict"),
     (lambda: dw.AdaptiveGain().predict(dw.AdaptiveGain().start(), None, 3), "AdaptiveGain has no predict"),
-    (lambda: dw.AdaptiveObserver().predict(dw.AdaptiveObserver().start(), [1.0]), "AdaptiveObserver has no predict"),
+    (lambda: dw.estimators.AdaptiveObserver().predict(dw.estimators.AdaptiveObserver().start(), [1.0]),
+    "AdaptiveObserver has no predict"),
     (lambda: dw.Joint(1).predict(dw.Joint(1).start(), None, 3), "Joint has no predict"),
 ]  # fmt: skip
 
@@ -124,7 +125,7 @@ def test_numpy_integers_and_names_are_welcome():
 def test_a_variance_change_is_designed_or_refused(ratio, sides):
     """Where the numerics end (small ratios, rare alarms) there are words, not a threshold that is none."""
     for wanted in (1e3, 1e6):
-        detector = dw.VarianceCUSUM(ratio, false_alarms=wanted, sides=sides)
+        detector = dw.detect.VarianceCUSUM(ratio, false_alarms=wanted, sides=sides)
         if ratio < 1.5 and wanted > 1e5:
             with pytest.raises(dw.InputError, match="cannot be computed"):
                 detector.resolve()
@@ -135,7 +136,12 @@ def test_a_variance_change_is_designed_or_refused(ratio, sides):
 def test_score_watches_for_jumps_in_units_of_the_data():
     """A jump of b has the units of y over u, as the prior and the step of a restart have."""
     est = dw.ARX(
-        1, 1, offset=True, memory=dw.RestartOnChange(dw.ScoreCUSUM(jump=[0.1, 0.2, 0.3])), y_scale=8.0, u_scale=2.0
+        1,
+        1,
+        offset=True,
+        memory=dw.RestartOnChange(dw.detect.ScoreCUSUM(jump=[0.1, 0.2, 0.3])),
+        y_scale=8.0,
+        u_scale=2.0,
     )
     np.testing.assert_allclose(est.policies[-1].d, [0.1, 0.2 * 4.0, 0.3 * 8.0])
 

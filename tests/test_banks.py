@@ -75,9 +75,9 @@ def test_auto_is_its_plain_twin(expect, told):
 
 
 BANKS = {
-    "bank": (dw.MultipleModel(), banks.LEVELS, None),
-    "interacting": (dw.IMM(stay=0.98, jumps=0.0), banks.LEVELS, banks.staying(7, 0.98)),
-    "with a jump mode": (dw.IMM(), (*banks.LEVELS, 1.0), banks.staying_with_jump(8)),
+    "bank": (dw.memory.MultipleModel(), banks.LEVELS, None),
+    "interacting": (dw.memory.IMM(stay=0.98, jumps=0.0), banks.LEVELS, banks.staying(7, 0.98)),
+    "with a jump mode": (dw.memory.IMM(), (*banks.LEVELS, 1.0), banks.staying_with_jump(8)),
 }
 
 
@@ -103,7 +103,7 @@ def test_every_bank_is_its_plain_twin(name, told):
 def test_bank_of_two_is_the_case_in_50_digits():
     case = CASES["bank2_normal_invgamma"]
     given, expected = golden.arrays(case["input"]), golden.arrays(case["expected"])
-    memory, scale = dw.MultipleModel(levels=(0.0, 1e-2)), dw.InverseGamma(0.5, 0.5)
+    memory, scale = dw.memory.MultipleModel(levels=(0.0, 1e-2)), dw.models.InverseGamma(0.5, 0.5)
     est = dw.Regression(2, memory=memory, variance=0.02, scale=scale, P0=1.0, at_rest=True)
     policies = list(est.policies)  # the absolute floor of the case, no cap, no guard
     policies[2] = policies[2]._replace(floor=1e-8, cap=np.full(2, 1e300), moving=0.0)
@@ -131,7 +131,7 @@ def test_the_density_is_that_of_student():
 def test_interacting_tells_jumps_where_they_are():
     """Nowhere else; a large one now and then twice, as its mode falls below one half and rises again."""
     s = system("d", 200)
-    status, statistic = drive(dw.Regression(4, memory=dw.IMM(), at_rest=True), s.y, s.psi)[-2:]
+    status, statistic = drive(dw.Regression(4, memory=dw.memory.IMM(), at_rest=True), s.y, s.psi)[-2:]
     told = (status & dw.Status.JUMP) > 0
     found = [told[:, k : k + 21] for k in s.jumps]
     assert all(f.any(axis=1).mean() >= 0.92 for f in found)

@@ -11,10 +11,10 @@ import driftwise as dw
 A, B = [-1.5, 0.7], [1.0, 0.5]
 C = (0.1, -0.6)
 NOISES = [
-    dw.EquationError(),
-    dw.EquationError(0.01),
-    dw.NoisePolynomial(C),
-    dw.NoisePolynomial(C, 0.01),
+    dw.models.EquationError(),
+    dw.models.EquationError(0.01),
+    dw.models.NoisePolynomial(C),
+    dw.models.NoisePolynomial(C, 0.01),
 ]
 COUNTERS = ["samples", "observed", "status", "in_a_row", "peak", "top"]
 COUNTERS += ["held", "unsure", "known", "sums", "squares", "steps"]
@@ -64,11 +64,16 @@ def test_every_shape(order, inputs, direct):
     data = record(3000, inputs, direct)
     rng = np.random.default_rng(order)
     d = np.poly(rng.uniform(-0.9, 0.9, order))[:0:-1]
-    est = dw.Joint(order, inputs, direct, noise=dw.NoisePolynomial(tuple(d)))
+    est = dw.Joint(order, inputs, direct, noise=dw.models.NoisePolynomial(tuple(d)))
     N = est.model.N
     root = rng.standard_normal((N, N)) / 3
     est = dw.Joint(
-        order, inputs, direct, noise=dw.NoisePolynomial(tuple(d)), s0=rng.standard_normal(N) / 5, P0=root @ root.T
+        order,
+        inputs,
+        direct,
+        noise=dw.models.NoisePolynomial(tuple(d)),
+        s0=rng.standard_normal(N) / 5,
+        P0=root @ root.T,
     )
     assert_same(est, est.batch(*data), est.scan(*data, keep="innovations").state, 1e-9)
 
@@ -78,7 +83,7 @@ def test_state_is_the_ridge_regressions():
     y, u = record(400)
     st = dense.Structure(2, 1)
     s0, P0 = np.linspace(-0.5, 0.5, 6), np.diag([1.0, 2, 3, 4, 5, 6])
-    est = dw.Joint(2, 1, noise=dw.NoisePolynomial(C, 0.01), s0=s0, P0=P0)
+    est = dw.Joint(2, 1, noise=dw.models.NoisePolynomial(C, 0.01), s0=s0, P0=P0)
     mean, covariance = exact.ridge(st, 0.01, s0, P0, y, u, C)
     state = est.batch(y, u)
     golden.assert_close(est.mean(state)[2:], mean[2:], 1e-10)
@@ -93,7 +98,7 @@ def test_state_is_the_ridge_regressions():
 
 def test_goes_on_from_a_state_and_is_gone_on_from():
     y, u = record(2000)
-    est = dw.Joint(2, 1, noise=dw.NoisePolynomial(C))
+    est = dw.Joint(2, 1, noise=dw.models.NoisePolynomial(C))
     state = est.scan(y[:800], u[:800]).state
     before = state.copy()
     state = est.batch(y[800:1500], u[800:1500], state=state)
@@ -106,7 +111,7 @@ def test_known_parameters_and_ill_conditioned_priors():
     y, u = record(500)
     theta = [0.7, -1.5, 0.5, 1.0]
     for P0 in ([1, 1, 0, 0, 0, 0], [1, 1, 0, 1, 1, 1], [1e12] * 6, [1e-12, 1, 1e6, 1e-6, 1, 1]):
-        est = dw.Joint(2, 1, noise=dw.NoisePolynomial(C, 0.01), s0=[0, 0, *theta], P0=P0)
+        est = dw.Joint(2, 1, noise=dw.models.NoisePolynomial(C, 0.01), s0=[0, 0, *theta], P0=P0)
         assert_same(est, est.batch(y, u), est.scan(y, u).state, 1e-9)
 
 
@@ -119,7 +124,7 @@ def test_what_is_exact_stays_exact():
 
 
 def test_memory_is_that_of_the_record():
-    est = dw.Joint(2, 1, noise=dw.NoisePolynomial(C))
+    est = dw.Joint(2, 1, noise=dw.models.NoisePolynomial(C))
 
     def peak(samples):
         y, u = np.ones(samples), np.sin(np.arange(samples))
@@ -137,13 +142,13 @@ def test_memory_is_that_of_the_record():
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (dict(noise=dw.OutputError()), "not OutputError; use scan"),
-        (dict(noise=dw.NoiseCovariance(np.eye(2), [0, 0], 1.0)), "not NoiseCovariance; use scan"),
+        (dict(noise=dw.models.OutputError()), "not OutputError; use scan"),
+        (dict(noise=dw.models.NoiseCovariance(np.eye(2), [0, 0], 1.0)), "not NoiseCovariance; use scan"),
         (dict(memory=dw.RandomWalk(1e-6)), "stay constant"),
         (dict(gate=dw.InnovationGate()), "no gate"),
-        (dict(noise=dw.EquationError(0.0)), "needs noise"),
-        (dict(noise=dw.NoisePolynomial((0.5, 1.6))), "moduli.*reflect.*scan does not mind"),
-        (dict(noise=dw.NoisePolynomial((1.0, 0.0))), "inside the unit circle"),
+        (dict(noise=dw.models.EquationError(0.0)), "needs noise"),
+        (dict(noise=dw.models.NoisePolynomial((0.5, 1.6))), "moduli.*reflect.*scan does not mind"),
+        (dict(noise=dw.models.NoisePolynomial((1.0, 0.0))), "inside the unit circle"),
     ],
 )
 def test_refuses_what_it_cannot_do(options, says):
@@ -163,8 +168,8 @@ def test_refuses_records_it_cannot_take():
     with pytest.raises(dw.InputError, match="belongs to another estimator"):
         est.batch(y, u, state=dw.Joint(3, 1).start())
     with pytest.raises(dw.InputError, match="round-off of y"):
-        dw.Joint(2, 1, noise=dw.EquationError(1e-12)).batch(1e8 * y, u)
-    assert np.isfinite(dw.Joint(2, 1, noise=dw.EquationError(1e-12), floor=0.0).batch(1e8 * y, u)["theta"]).all()
+        dw.Joint(2, 1, noise=dw.models.EquationError(1e-12)).batch(1e8 * y, u)
+    assert np.isfinite(dw.Joint(2, 1, noise=dw.models.EquationError(1e-12), floor=0.0).batch(1e8 * y, u)["theta"]).all()
 
 
 def test_an_empty_record_changes_nothing():

@@ -214,7 +214,7 @@ def test_warm_compiles_what_identify_needs(monkeypatch):
     for name in ("driver", "passage"):
         monkeypatch.setattr(compile, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
     monkeypatch.setattr(dw.Joint, "smooth", lambda self, y: None)
-    monkeypatch.setattr(dw.SelfStarting, "scan", lambda self, z: asked.add((type(self.resolve()),)))
+    monkeypatch.setattr(dw.detect.SelfStarting, "scan", lambda self, z: asked.add((type(self.resolve()),)))
     list(warm.warm())
     all_ = [c for inputs in (0, 1, 2) for c in candidates(inputs)]
     needed = [est for c in all_ for est in (c.best, *map(c.estimator, c.memories))]

@@ -69,7 +69,7 @@ def test_densities_are_those_of_the_books(record):
 @pytest.mark.parametrize("piece", [1, 70, 450])
 def test_pieces_are_the_whole(record, piece):
     y, u = record[0][:450], record[1][:450]
-    whole, parts = dw.compare(y, u, entrants()), dw.Comparison(entrants())
+    whole, parts = dw.compare(y, u, entrants()), dw.analysis.Comparison(entrants())
     for k in range(0, len(y), piece):
         parts.add(y[k : k + piece], u[k : k + piece])
     for a, b in zip(whole.rows, parts.rows):
@@ -95,7 +95,7 @@ def test_the_order_is_that_of_the_log_density(record):
 
 def test_the_path_stays_short():
     rng = np.random.default_rng(0)
-    found = dw.Comparison({"ar": dw.AR(1)})
+    found = dw.analysis.Comparison({"ar": dw.AR(1)})
     for _ in range(5):
         found.add(rng.standard_normal(1500))
     time, _ = found.path

@@ -75,7 +75,7 @@ def test_posterior_is_batch_least_squares(n, k):
     """Gaps, irregular instants, a late start: mean, covariance and evidence against exponentials and one QR."""
     time, y, u = problem(n + k, n, k)
     s0, P0, given = prior(n, n, k)
-    est = dw.ContinuousJoint(n, k, observer=C, noise=dw.EquationError(0.3), floor=0.0, **given)
+    est = dw.ContinuousJoint(n, k, observer=C, noise=dw.models.EquationError(0.3), floor=0.0, **given)
     state = est.scan(y, u if k else None, time=time).state
     H, z, own, _ = oracle.regression(C, n, time, y, u)
     mean, P = oracle.posterior(H, z, s0, P0, 0.3)
@@ -99,7 +99,7 @@ def test_learnt_scale_is_that_of_the_regression():
     time, y, u = problem(3)
     s0, P0, given = prior(3, 2, 1)
     est = dw.ContinuousJoint(
-        2, 1, observer=C, noise=dw.EquationError(1.0), scale=dw.InverseGamma(2.0, 0.5), floor=0.0, **given
+        2, 1, observer=C, noise=dw.models.EquationError(1.0), scale=dw.models.InverseGamma(2.0, 0.5), floor=0.0, **given
     )
     state = est.scan(y, u, time=time).state
     H, z, _, _ = oracle.regression(C, 2, time, y, u)
@@ -138,7 +138,7 @@ def test_prediction_is_the_output_that_teaches_nothing(n, k):
     """Fed its own prediction, the residual is zero and the mean stays; the variance is that of the solved equation."""
     time, y, u = problem(6, n, k, late=False)
     _, _, given = prior(6, n, k)
-    est = dw.ContinuousJoint(n, k, observer=C, noise=dw.EquationError(0.3), floor=0.0, **given)
+    est = dw.ContinuousJoint(n, k, observer=C, noise=dw.models.EquationError(0.3), floor=0.0, **given)
     t = 45
     state = est.scan(y[:t], u[:t], time=time[:t]).state
     predicted = est.update(state, np.nan, u[t], time=time[t])[1]
@@ -169,7 +169,7 @@ def test_states_of_the_trace():
     n, k = 3, 1
     time, y, u = problem(7, n, k, samples=25, gaps=False, late=False)
     _, _, given = prior(7, n, k)
-    est = dw.ContinuousJoint(n, k, observer=C, noise=dw.EquationError(0.3), floor=0.0, **given)
+    est = dw.ContinuousJoint(n, k, observer=C, noise=dw.models.EquationError(0.3), floor=0.0, **given)
     y[-1] = np.nan
     trace = est.scan(y, u, time=time, keep="covariance")
     back = est.model.salut
@@ -203,7 +203,7 @@ def test_states_of_the_trace():
 
 def test_an_output_that_cannot_be_predicted_is_held():
     """Where the solved equation divides by nothing (an unstable mean over a long gap) the last output is predicted."""
-    est = dw.ContinuousJoint(1, observer=1.0, noise=dw.EquationError(0.01), s0=[0.0, -5.0], P0=0.01)
+    est = dw.ContinuousJoint(1, observer=1.0, noise=dw.models.EquationError(0.01), s0=[0.0, -5.0], P0=0.01)
     state, _ = est.update(est.start(), 2.0, time=0.0)
     state, step = est.update(state, np.nan, time=4.0)
     assert step.prediction == 2.0 and step.variance > 1e3

@@ -23,7 +23,7 @@ def test_exact_recovery_where_straight_lines_are_true():
     u = rng.standard_normal((200, 1))
     a, b, x0 = np.array([1.1, 2.0, 0.7]), [np.array([0.5, -1.0, 2.0])], [1.0, 0.5, -2.0]
     y = oracle.own_law(C, a, b, x0, time, u, np.zeros(200))
-    est = dw.ContinuousJoint(3, 1, observer=C, noise=dw.EquationError(0.0), P0=1e4)
+    est = dw.ContinuousJoint(3, 1, observer=C, noise=dw.models.EquationError(0.0), P0=1e4)
     theta = est.scan(y, u, time=time).state["theta"]
     np.testing.assert_allclose(theta, [*a, *b[0]], rtol=1e-9)
 
@@ -37,8 +37,8 @@ def test_error_of_the_straight_lines_is_of_second_order():
         steps = np.repeat(0.4 * (1 + 0.5 * rng.uniform(-1, 1, 100)), 2**halving) / 2**halving
         time = np.cumsum(steps)
         u = np.repeat(rng.standard_normal(100), 2**halving)
-        y, u = dw.simulate_continuous([0.6, 1.0], [0.0, 1.0], time=time, u=u)
-        est = dw.ContinuousJoint(2, 1, observer=0.8, dt=gap, noise=dw.EquationError(1e-6), P0=1e6)
+        y, u = dw.models.simulate_continuous([0.6, 1.0], [0.0, 1.0], time=time, u=u)
+        est = dw.ContinuousJoint(2, 1, observer=0.8, dt=gap, noise=dw.models.EquationError(1e-6), P0=1e6)
         errors.append(np.abs(est.scan(y, u, time=time).state["theta"] - [0.6, 1.0, 0.0, 1.0]).max())
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(abs(orders[1:] - 2) < 0.25), (errors, orders)
@@ -91,9 +91,9 @@ def test_measurement_noise_biases_a():
     for noise in (0.02, 0.04):
         found = []
         for seed in range(30):
-            y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, noise_std=noise, seed=seed)
+            y, u = dw.models.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, noise_std=noise, seed=seed)
             est = dw.ContinuousJoint(2, 1, dt=0.1, observer=6.0).scaled_to(y, u)
-            clean = dw.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, seed=seed)[0]
+            clean = dw.models.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, seed=seed)[0]
             state, ideal = (est.scan(r, u, keep="innovations").state["theta"][:2] for r in (y, clean))
             found.append(state - ideal)
         bias.append(np.linalg.norm(np.mean(found, axis=0)))
@@ -109,7 +109,7 @@ def nees(noise, seeds, samples=150, c=1.0, draws=0):
     P0 = np.diag([1.0, 1.0, 0.04, 0.04, 0.25, 0.25])
     back = Canonical(2, 1).salut
     est = dw.ContinuousJoint(
-        2, 1, observer=c, noise=dw.EquationError(noise**2), s0=s0[back], P0=P0[np.ix_(back, back)], floor=0.0
+        2, 1, observer=c, noise=dw.models.EquationError(noise**2), s0=s0[back], P0=P0[np.ix_(back, back)], floor=0.0
     )
     total = 0.0
     for seed in range(seeds):
@@ -152,7 +152,8 @@ def test_on_sensor_noise_the_slopes_would_overshoot():
     est = dw.ContinuousJoint(n, 1, observer=c, dt=gap)
     for seed in range(10):
         (y, u), (clean, _) = (
-            dw.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, noise_std=s, seed=seed) for s in (0.05, 0.0)
+            dw.models.simulate_continuous([0.3, 1.0], [0.0, 1.0], time=time, noise_std=s, seed=seed)
+            for s in (0.05, 0.0)
         )
         state, ideal = (est.scan(r, u, keep="innovations").state for r in (y, clean))
         bias.append((state["theta"] - ideal["theta"])[0])

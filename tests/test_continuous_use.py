@@ -19,9 +19,15 @@ ESTIMATORS = {
     "default": dw.ContinuousJoint(2, 1),
     "no input": dw.ContinuousJoint(3, observer=2.0),
     "two inputs, walk, gate": dw.ContinuousJoint(
-        1, 2, dt=0.1, noise=dw.EquationError(0.01), memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate(), P0=100.0
+        1,
+        2,
+        dt=0.1,
+        noise=dw.models.EquationError(0.01),
+        memory=dw.RandomWalk(1e-4),
+        gate=dw.InnovationGate(),
+        P0=100.0,
     ),
-    "exact": dw.ContinuousJoint(2, 1, noise=dw.EquationError(0.0), P0=100.0),
+    "exact": dw.ContinuousJoint(2, 1, noise=dw.models.EquationError(0.0), P0=100.0),
 }
 
 
@@ -58,8 +64,10 @@ def test_dt_is_the_clock_without_stamps():
 
 def test_a_walk_goes_by_the_second():
     """Ten empty samples within a second widen as much as one second does, and never beyond the prior."""
-    est = dw.ContinuousJoint(1, 1, observer=1.0, noise=dw.EquationError(0.01), memory=dw.RandomWalk(1e-3), P0=2.0)
-    y, u = dw.simulate_continuous([1.0], [1.0], time=np.arange(50) * 0.3)
+    est = dw.ContinuousJoint(
+        1, 1, observer=1.0, noise=dw.models.EquationError(0.01), memory=dw.RandomWalk(1e-3), P0=2.0
+    )
+    y, u = dw.models.simulate_continuous([1.0], [1.0], time=np.arange(50) * 0.3)
     state = est.scan(y, u, time=np.arange(50) * 0.3).state
     one, _ = est.update(state, np.nan, 0.0, time=15.7)
     many = state
@@ -77,7 +85,9 @@ def test_a_walk_goes_by_the_second():
 def test_an_outlier_is_passed_by():
     time, y, u = problem(12, gaps=False, late=False)
     y = oracle.own_law(C, [1.0, 2.0], [[0.0, 1.0]], [0, 0], time, u, np.zeros(60))
-    est = dw.ContinuousJoint(2, 1, observer=C, noise=dw.EquationError(1e-4), gate=dw.InnovationGate(6.0, settle=20))
+    est = dw.ContinuousJoint(
+        2, 1, observer=C, noise=dw.models.EquationError(1e-4), gate=dw.InnovationGate(6.0, settle=20)
+    )
     spoiled, gap = y.copy(), y.copy()
     spoiled[40], gap[40] = 1e3, np.nan
     a, b = est.scan(spoiled, u, time=time), est.scan(gap, u, time=time)
@@ -113,7 +123,7 @@ def test_a_stream_does_not_go_back():
     "options, words",
     [
         (dict(observer=0.0), "observer must be a positive"),
-        (dict(noise=dw.OutputError()), "noise must be EquationError"),
+        (dict(noise=dw.models.OutputError()), "noise must be EquationError"),
         (dict(memory=0.98), "memory must be Constant"),
         (dict(order=13), "order must be at most 12"),
         (dict(dt=-1.0), "dt must be a positive"),
@@ -195,15 +205,15 @@ def test_simulation_is_the_exact_plant():
     for value in fine:
         expected.append(x[0])
         x = Ad @ x + Bd[:, 0] * value
-    y, _ = dw.simulate_continuous([0.3, 1.0], [0.5, 2.0], time=grid[at], u=u, x0=[1.0, -1.0])
+    y, _ = dw.models.simulate_continuous([0.3, 1.0], [0.5, 2.0], time=grid[at], u=u, x0=[1.0, -1.0])
     np.testing.assert_allclose(y, np.array(expected)[at], rtol=1e-9, atol=1e-12)
     with pytest.raises(dw.InputError, match="increasing"):
-        dw.simulate_continuous([1.0], time=[0.0, 0.0])
+        dw.models.simulate_continuous([1.0], time=[0.0, 0.0])
 
 
 def test_words_of_a_run():
     time = np.cumsum(np.random.default_rng(0).uniform(0.05, 0.15, 600))
-    y, u = dw.simulate_continuous([2.0], [4.0], time=time, noise_std=0.002, seed=3)
+    y, u = dw.models.simulate_continuous([2.0], [4.0], time=time, noise_std=0.002, seed=3)
     words = dw.ContinuousJoint(1, 1).scaled_to(y, u, time=time).scan(y, u, time=time).summary().words
     assert "time constant 0.5" in words or "time constant 0.49" in words
     assert "Steady-state gain 2" in words or "Steady-state gain 1.99" in words
@@ -213,10 +223,10 @@ def test_the_gate_goes_by_the_prediction_and_its_variance():
     """Rejected is what lies more than 3 sigma from the prediction, on long steps too (where y_k predicts itself)."""
     rng = np.random.default_rng(4)
     time = np.cumsum(rng.uniform(0.05, 0.5, 300))
-    y, u = dw.simulate_continuous([1.0, 2.0], [0.0, 2.0], time=time, noise_std=0.02, seed=4)
+    y, u = dw.models.simulate_continuous([1.0, 2.0], [0.0, 2.0], time=time, noise_std=0.02, seed=4)
     y += 0.15 * (rng.random(300) < 0.2) * rng.standard_normal(300)
     est = dw.ContinuousJoint(
-        2, 1, observer=4.0, noise=dw.EquationError(4e-4), gate=dw.InnovationGate(3.0, patience=1e9, settle=30)
+        2, 1, observer=4.0, noise=dw.models.EquationError(4e-4), gate=dw.InnovationGate(3.0, patience=1e9, settle=30)
     )
     trace = est.scan(y, u, time=time)
     rejected = (trace.status & int(dw.Status.REJECTED)) != 0

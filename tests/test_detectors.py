@@ -20,8 +20,8 @@ DETECTORS = {
     "hinkley, up": dw.PageHinkley(50, jump=0.6, sides="up"),
     "hinkley, each side its own": dw.PageHinkley(jump=(1.0, 0.5), threshold=(3.0, 5.0)),
     "hinkley, growing": dw.PageHinkley(jump=1.0, threshold=2.0, growing=True),
-    "variance": dw.VarianceCUSUM(threshold=2.0, sides="both"),
-    "GLR": dw.GLR(100, window=12),
+    "variance": dw.detect.VarianceCUSUM(threshold=2.0, sides="both"),
+    "GLR": dw.detect.GLR(100, window=12),
 }
 
 
@@ -125,7 +125,11 @@ def test_delay_is_that_of_simulation(jump):
 
 @pytest.mark.parametrize("start", ["steady", "zero"])
 def test_delay_of_a_change_of_variance_is_that_of_simulation(start):
-    detector, rng, runs = dw.VarianceCUSUM(ratio=2.0, false_alarms="1 per 10_000"), np.random.default_rng(7), 20_000
+    detector, rng, runs = (
+        dw.detect.VarianceCUSUM(ratio=2.0, false_alarms="1 per 10_000"),
+        np.random.default_rng(7),
+        20_000,
+    )
     h, g, delay, n = detector.resolve().h[0], np.zeros(runs), np.zeros(runs), 0
     for t in range(-200 if start == "steady" else 0, 1000):
         z = rng.standard_normal(len(g)) * (2.0**0.5 if t >= 0 else 1.0)
@@ -170,7 +174,7 @@ def test_change_times():
 
 @pytest.mark.parametrize("sides, ratio", [("up", 4.0), ("down", 4.0), ("both", 2.0)])
 def test_variance_change_keeps_its_promise(sides, ratio):
-    detector = dw.VarianceCUSUM(ratio, "1 per 500", sides=sides)
+    detector = dw.detect.VarianceCUSUM(ratio, "1 per 500", sides=sides)
     assert np.isclose(detector.run_length, 500, rtol=1e-6)
     assert abs(run_length(detector.resolve(), 6000) / 500 - 1) < 0.05
 
@@ -178,7 +182,7 @@ def test_variance_change_keeps_its_promise(sides, ratio):
 def test_variance_change_names_the_direction():
     rng = np.random.default_rng(0)
     z = rng.standard_normal(900) * np.repeat([1.0, 3.0, 0.2], 300)
-    found = dw.VarianceCUSUM(false_alarms="1 per 100_000", sides="both").scan(z)
+    found = dw.detect.VarianceCUSUM(false_alarms="1 per 100_000", sides="both").scan(z)
     first = {d: int(s) for s, d in zip(found.samples[::-1], found.directions[::-1])}
     assert 300 <= first[1] < 320
     assert 600 <= first[-1] < 630
@@ -196,7 +200,7 @@ def glr(z, window, threshold):
 def test_glr_is_its_definition():
     rng = np.random.default_rng(2)
     z = rng.standard_normal(300) + np.repeat([0.0, 1.0, -0.5], 100)
-    found, start, told = dw.GLR(window=30, threshold=6.0).scan(z), 0, []
+    found, start, told = dw.detect.GLR(window=30, threshold=6.0).scan(z), 0, []
     for t in range(len(z)):
         level, m, sign = glr(z[start : t + 1], 30, 6.0)
         assert np.isclose(found.statistic[t], level / 6.0, rtol=1e-9)
@@ -210,7 +214,7 @@ def test_glr_is_its_definition():
 @pytest.mark.parametrize("wanted, window", [(300, 20), (1000, 100)])
 def test_glr_run_length_is_nearly_the_promised_one(wanted, window):
     """Rarer by up to 15 %, never more often (4000 alarms: 3 % is two standard errors)."""
-    detector = dw.GLR(wanted, window)
+    detector = dw.detect.GLR(wanted, window)
     assert np.isclose(detector.run_length, wanted, rtol=1e-9)
     assert 0.97 < run_length(detector.resolve(), 4000) / wanted < 1.18
 
@@ -224,7 +228,7 @@ def hostile(rng, T):
 
 @pytest.mark.parametrize("jump", [0.3, 1.0, 3.0])
 def test_the_likelihood_ratio_sums_keep_their_guarantee_whatever_the_slopes(jump):
-    detector = dw.ScoreCUSUM("1 per 400", jump=jump)
+    detector = dw.detect.ScoreCUSUM("1 per 400", jump=jump)
     assert np.isclose(detector.run_length(4), 400)
     assert run_length(detector.resolve(4), 500, make=hostile) > 400
 
@@ -235,7 +239,7 @@ def test_calibrated_score_is_sooner_and_nearly_at_its_rate():
     def make(rng, T):
         return rng.standard_normal(T), slopes * rng.choice([-1.0, 1.0], (T, 3))
 
-    safe = dw.ScoreCUSUM("1 per 1000", jump=0.5)
+    safe = dw.detect.ScoreCUSUM("1 per 1000", jump=0.5)
     near = safe.calibrated_to(slopes)
     assert np.isclose(near.typical_run_length(slopes), 1000, rtol=1e-4)
     assert near.resolve(3).h[0] < safe.resolve(3).h[0] - 1
@@ -248,7 +252,7 @@ def test_score_names_parameter_and_direction_where_the_mean_tells_nothing():
         slopes, z = rng.standard_normal((400, 4)), rng.standard_normal(400)
         which, sign = i % 4, 1 - 2 * (i // 4 % 2)
         z[200:] += 0.7 * sign * slopes[200:, which]
-        found = dw.ScoreCUSUM("1 per 10_000", jump=0.7).scan(z, slopes)
+        found = dw.detect.ScoreCUSUM("1 per 10_000", jump=0.7).scan(z, slopes)
         right += len(found) > 0 and (found.which[0], found.directions[0]) == (which, sign)
         silent += len(dw.PageHinkley("1 per 10_000", jump=0.7).scan(z)) == 0
     assert right >= 190
@@ -260,8 +264,8 @@ def test_probes_of_a_regression_are_the_score():
     slopes, z = rng.standard_normal((500, 2)), rng.standard_normal(500)
     z[250:] -= 0.8 * slopes[250:, 1]
     shifted = np.stack([z - s * d[i] * slopes[:, i] for i in range(2) for s in (1, -1)], axis=1)
-    score = dw.ScoreCUSUM(threshold=6.0, jump=d).scan(z, slopes)
-    bank = dw.probe_bank(3.0 * z, 3.0 * shifted, 9.0, threshold=6.0)
+    score = dw.detect.ScoreCUSUM(threshold=6.0, jump=d).scan(z, slopes)
+    bank = dw.detect.probe_bank(3.0 * z, 3.0 * shifted, 9.0, threshold=6.0)
     np.testing.assert_allclose(bank.statistic, score.statistic, atol=1e-12)
     assert np.array_equal(bank.samples, score.samples)
     assert np.array_equal(bank.which // 2, score.which)
@@ -276,9 +280,9 @@ def test_score_test_has_its_distribution_and_names_the_parameter():
     for i in range(400):
         nu = rng.standard_normal((100, 4)) @ np.array([[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 2, 0], [0, 0, 0, 0.1]])
         e = 1.5 * rng.standard_normal(100)
-        values.append(dw.score_test(nu, e, 2.25).p_value)
+        values.append(dw.detect.score_test(nu, e, 2.25).p_value)
         jump = 1.0 * np.eye(4)[i % 4] / np.array([1.0, 1.1, 2.0, 0.1])
-        told = dw.score_test(nu, e - nu @ jump, 2.25)
+        told = dw.detect.score_test(nu, e - nu @ jump, 2.25)
         named += (told.which, told.direction) == (i % 4, -1)
         if i == 0:
             q, R = nu.T @ (e - nu @ jump), nu.T @ nu / 100
@@ -292,11 +296,11 @@ def test_score_test_without_excitation():
     nu = np.column_stack([np.ones(50), np.ones(50), np.zeros(50)])
     e = np.random.default_rng(1).standard_normal(50)
     nu[3], e[7] = np.nan, np.nan
-    told = dw.score_test(nu, e, 1.0)
+    told = dw.detect.score_test(nu, e, 1.0)
     assert told.degrees == 1
     assert told.scores[2] == 0
     with pytest.raises(dw.InputError, match="nothing to test"):
-        dw.score_test(np.zeros((5, 2)), np.ones(5), 1.0)
+        dw.detect.score_test(np.zeros((5, 2)), np.ones(5), 1.0)
 
 
 # --- every detector --------------------------------------------------------------------------------------------
@@ -384,18 +388,18 @@ def test_words():
     words = dw.PageHinkley("1 per 10_000", jump=1.0).words
     assert "one false alarm per 10 000 samples on average (exact" in words
     assert "a shift of 1 sd is found after 15.7 samples" in words
-    assert "approximately" in dw.GLR(1000, window=20).words
-    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.ScoreCUSUM(1000).words
+    assert "approximately" in dw.detect.GLR(1000, window=20).words
+    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.detect.ScoreCUSUM(1000).words
     assert (
-        "per 202 samples" in dw.ScoreCUSUM(threshold=6.0).words
-        and "for each parameter" in dw.ScoreCUSUM(threshold=6.0).words
+        "per 202 samples" in dw.detect.ScoreCUSUM(threshold=6.0).words
+        and "for each parameter" in dw.detect.ScoreCUSUM(threshold=6.0).words
     )
-    calibrated = dw.ScoreCUSUM("1 per 1000", jump=0.5).calibrated_to([-1.0, 0.3]).words
+    calibrated = dw.detect.ScoreCUSUM("1 per 1000", jump=0.5).calibrated_to([-1.0, 0.3]).words
     assert (
         calibrated.startswith("one false alarm per 1 000 samples") and "slopes of size 1, 0.3; no guarant" in calibrated
     )
     assert "no fixed rate" in dw.PageHinkley(threshold=4.0, growing=True).words
-    assert "4 times as large is found after 16.7 samples" in dw.VarianceCUSUM().words
+    assert "4 times as large is found after 16.7 samples" in dw.detect.VarianceCUSUM().words
 
 
 @pytest.mark.parametrize(
@@ -414,17 +418,17 @@ def test_words():
         (lambda: dw.PageHinkley().scan(["a"]), "numbers"),
         (lambda: dw.PageHinkley().scan([1.0], std=0.0), "std"),
         (lambda: dw.PageHinkley().scan([1.0], state=np.zeros(3)), "state"),
-        (lambda: dw.VarianceCUSUM(ratio=0.5).resolve(), "ratio > 1"),
-        (lambda: dw.VarianceCUSUM().delay(0.5), "does not watch"),
-        (lambda: dw.VarianceCUSUM().delay(start="late"), "steady"),
-        (lambda: dw.GLR(window=0).resolve(), "window"),
-        (lambda: dw.GLR(1.5).resolve(), "too often"),
-        (lambda: dw.ScoreCUSUM().scan(np.zeros(3), np.zeros(3)), "slopes"),
-        (lambda: dw.ScoreCUSUM(jump=[1.0, 2.0]).scan(np.zeros(3), np.zeros((3, 3))), "jump"),
-        (lambda: dw.ScoreCUSUM().scan(np.zeros(3), np.zeros((4, 3))), r"\(4, 3\)"),
-        (lambda: dw.probe_bank(np.zeros(3), np.zeros(3)), "probe_innovations"),
-        (lambda: dw.probe_bank(np.zeros(3), np.zeros((3, 2)), variance=-1.0), "variance"),
-        (lambda: dw.score_test(np.zeros((3, 2)), np.zeros(4), 1.0), "Transposed"),
+        (lambda: dw.detect.VarianceCUSUM(ratio=0.5).resolve(), "ratio > 1"),
+        (lambda: dw.detect.VarianceCUSUM().delay(0.5), "does not watch"),
+        (lambda: dw.detect.VarianceCUSUM().delay(start="late"), "steady"),
+        (lambda: dw.detect.GLR(window=0).resolve(), "window"),
+        (lambda: dw.detect.GLR(1.5).resolve(), "too often"),
+        (lambda: dw.detect.ScoreCUSUM().scan(np.zeros(3), np.zeros(3)), "slopes"),
+        (lambda: dw.detect.ScoreCUSUM(jump=[1.0, 2.0]).scan(np.zeros(3), np.zeros((3, 3))), "jump"),
+        (lambda: dw.detect.ScoreCUSUM().scan(np.zeros(3), np.zeros((4, 3))), r"\(4, 3\)"),
+        (lambda: dw.detect.probe_bank(np.zeros(3), np.zeros(3)), "probe_innovations"),
+        (lambda: dw.detect.probe_bank(np.zeros(3), np.zeros((3, 2)), variance=-1.0), "variance"),
+        (lambda: dw.detect.score_test(np.zeros((3, 2)), np.zeros(4), 1.0), "Transposed"),
     ],
 )
 def test_bad_settings_are_told(call, words):
@@ -437,7 +441,11 @@ def test_bad_settings_are_told(call, words):
 
 @pytest.mark.parametrize(
     "detector",
-    [dw.PageHinkley(threshold=2.0), dw.VarianceCUSUM(threshold=2.0, sides="both"), dw.GLR(threshold=2.0, window=5)],
+    [
+        dw.PageHinkley(threshold=2.0),
+        dw.detect.VarianceCUSUM(threshold=2.0, sides="both"),
+        dw.detect.GLR(threshold=2.0, window=5),
+    ],
     ids=["hinkley", "variance", "GLR"],
 )
 def test_every_detector_of_innovations_obeys_the_laws_in_an_estimator(detector):
@@ -463,7 +471,10 @@ def test_a_detector_of_ones_own():
     dw.check_policy(Loud(2.0))
     y, u = dw.simulate([-0.5], [1.0], samples=300, noise_std=0.1, seed=1)
     trace = dw.Joint(
-        1, 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(Loud(2.5), dw.CovarianceInflation(0.01), 9)
+        1,
+        1,
+        noise=dw.models.EquationError(0.01),
+        memory=dw.RestartOnChange(Loud(2.5), dw.memory.CovarianceInflation(0.01), 9),
     ).scan(y, u)
     z = trace.innovation / np.sqrt(trace.variance)
     expected = (abs(z) >= 2.5) & (np.arange(300) >= 9)
@@ -475,7 +486,7 @@ def test_an_estimator_watches_as_the_detector_alone_would():
     """Until the first alarm the marks in the state are those of a scan of the whitened innovations."""
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=400, noise_std=0.1, seed=1)
     detector = dw.PageHinkley(jump=0.4, threshold=1e3)
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(detector, settle=50))
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(0.01), memory=dw.RestartOnChange(detector, settle=50))
     trace = est.scan(y, u)
     z = trace.innovation[50:] / np.sqrt(trace.variance[50:])
     np.testing.assert_allclose(trace.state["detector_state"], detector.scan(z).state, rtol=1e-9, atol=1e-9)
@@ -487,9 +498,11 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
     rng, T = np.random.default_rng(0), 1500
     e = 0.1 * (rng.standard_normal((20, T)) + (np.arange(T) >= 1000))
     alarms = {}
-    for detector in (dw.PageHinkley("1 per 100_000"), dw.VarianceCUSUM(false_alarms="1 per 100_000")):
+    for detector in (dw.PageHinkley("1 per 100_000"), dw.detect.VarianceCUSUM(false_alarms="1 per 100_000")):
         est = dw.Joint(
-            1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(detector, dw.CovarianceInflation(0.01))
+            1,
+            noise=dw.models.EquationError(0.01),
+            memory=dw.RestartOnChange(detector, dw.memory.CovarianceInflation(0.01)),
         )
         found = np.zeros((20, T), bool)
         for i in range(20):
@@ -506,7 +519,9 @@ def test_a_bias_that_widens_nothing_is_found_by_the_mean():
 def test_each_output_has_its_detector():
     y, u = dw.simulate(np.where(np.arange(1200)[:, None] < 600, [-1.5, 0.72], [-1.2, 0.5]), [1.0, 0.5],
                        samples=1200, noise_std=0.1, seed=3)  # fmt: skip
-    est = dw.JointMIMO((2, 2), 1, noise=dw.EquationError(0.01), memory=dw.RestartOnChange(dw.VarianceCUSUM()))
+    est = dw.JointMIMO(
+        (2, 2), 1, noise=dw.models.EquationError(0.01), memory=dw.RestartOnChange(dw.detect.VarianceCUSUM())
+    )
     still, _ = dw.simulate([-1.5, 0.72], [1.0, 0.5], u=u, samples=1200, noise_std=0.1, seed=4)
     status = est.scan(np.column_stack([y, still]), u).status & int(dw.Status.JUMP)
     assert 600 <= np.flatnonzero(status[:, 0])[0] < 620
@@ -520,18 +535,22 @@ def test_continuous_time_until_a_jump():
         a = 1.0 if t < 1000 else 3.0
         y[t] = np.exp(-a * dt) * y[t - 1] + (1 - np.exp(-a * dt)) / a * u[t - 1]
     y += 0.02 * rng.standard_normal(T)
-    est = dw.ContinuousJoint(1, 1, noise=dw.EquationError(0.0004), dt=dt, memory=dw.RestartOnChange())
+    est = dw.ContinuousJoint(1, 1, noise=dw.models.EquationError(0.0004), dt=dt, memory=dw.RestartOnChange())
     trace = est.scan(y, u)
     alarms = np.flatnonzero(trace.status & int(dw.Status.JUMP))
     assert 1000 <= alarms[0] < 1050
-    stubborn = dw.ContinuousJoint(1, 1, noise=dw.EquationError(0.0004), dt=dt).scan(y, u)
+    stubborn = dw.ContinuousJoint(1, 1, noise=dw.models.EquationError(0.0004), dt=dt).scan(y, u)
     assert abs(trace.parameters[-1, 0] - 3.0) < 0.2 < abs(stubborn.parameters[-1, 0] - 3.0)
     dw.check_estimator(dw.ContinuousJoint(1, 1, memory=dw.RestartOnChange(dw.PageHinkley(threshold=2.0), settle=10)))
 
 
 def test_a_detector_is_saved_with_its_estimator(tmp_path):
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=200, noise_std=0.1, seed=1)
-    for detector in (dw.PageHinkley(jump=(1.0, 0.5)), dw.GLR(window=20), dw.VarianceCUSUM(false_alarms=1e5)):
+    for detector in (
+        dw.PageHinkley(jump=(1.0, 0.5)),
+        dw.detect.GLR(window=20),
+        dw.detect.VarianceCUSUM(false_alarms=1e5),
+    ):
         est = dw.Joint(2, 1, memory=dw.RestartOnChange(detector, settle=20))
         state = est.scan(y[:100], u[:100]).state
         dw.save_state(est, state, tmp_path / "state.json")
@@ -542,14 +561,16 @@ def test_a_detector_is_saved_with_its_estimator(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "detector", [dw.PageHinkley("1/200"), dw.VarianceCUSUM(false_alarms="1/200"), dw.GLR("1/200", window=20)], ids=repr
+    "detector",
+    [dw.PageHinkley("1/200"), dw.detect.VarianceCUSUM(false_alarms="1/200"), dw.detect.GLR("1/200", window=20)],
+    ids=repr,
 )
 def test_sample_by_sample_is_the_record(detector):
     z = np.random.default_rng(5).standard_normal(600)
     z[300:] += 1.0
     z[::17] = np.nan
     whole = detector.scan(2 * z + 3, mean=3.0, std=2.0)
-    monitor = dw.Monitor(detector, mean=3.0, std=2.0)
+    monitor = dw.detect.Monitor(detector, mean=3.0, std=2.0)
     state, alarms = monitor.start(), []
     for t, value in enumerate(2 * z + 3):
         before = state.copy()
@@ -566,8 +587,8 @@ def test_a_monitor_takes_slopes_and_refuses_nonsense():
     rng = np.random.default_rng(6)
     slopes, z = rng.standard_normal((400, 2)), rng.standard_normal(400)
     z[200:] += 1.5 * slopes[200:, 1]
-    found = dw.ScoreCUSUM(jump=1.5).scan(z, slopes)
-    monitor = dw.Monitor(dw.ScoreCUSUM(jump=1.5), parameters=2)
+    found = dw.detect.ScoreCUSUM(jump=1.5).scan(z, slopes)
+    monitor = dw.detect.Monitor(dw.detect.ScoreCUSUM(jump=1.5), parameters=2)
     state, alarms = monitor.start(), []
     for t in range(400):
         state, sign = monitor.update(state, z[t], slopes[t])
@@ -579,7 +600,7 @@ def test_a_monitor_takes_slopes_and_refuses_nonsense():
     with pytest.raises(dw.InputError, match="must be finite"):
         monitor.update(state, np.inf, [1.0, 1.0])
     with pytest.raises(dw.InputError, match="detector must be"):
-        dw.Monitor(12.0)
+        dw.detect.Monitor(12.0)
 
 
 def test_what_changed_names_the_parameter():

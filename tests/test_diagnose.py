@@ -111,14 +111,14 @@ def test_a_jump_and_a_drift_are_told_apart():
 def test_odds_need_a_regression_on_data():
     y, u = plant()
     assert odds(dw.Joint(2, inputs=1), y, u)[:2] == pytest.approx(odds(dw.ARX(2, 2), y, u)[:2])
-    assert odds(dw.Joint(2, inputs=1, noise=dw.OutputError()), y, u) is None
+    assert odds(dw.Joint(2, inputs=1, noise=dw.models.OutputError()), y, u) is None
 
 
 @pytest.mark.parametrize("gain, is_fine", [(1.0, True), (1.5, False)])
 def test_constancy_where_there_are_no_odds(gain, is_fine):
     late = np.arange(1000)[:, None] >= 500
     y, u = plant(b=np.where(late, gain * np.array(B), B), noise="output")
-    verdict = found(dw.Joint(2, inputs=1, noise=dw.OutputError()), y, u, "drift or jump")
+    verdict = found(dw.Joint(2, inputs=1, noise=dw.models.OutputError()), y, u, "drift or jump")
     assert verdict.is_fine == is_fine
     assert ("moved by" in verdict.advice) == (not is_fine)
 
@@ -182,17 +182,17 @@ def test_too_little_is_no_alarm():
 
 def test_calibration_of_scores():
     z = np.random.default_rng(0).standard_normal(2000)
-    good = dw.calibration(np.where(np.arange(2000) % 7, z, math.nan))
+    good = dw.results.calibration(np.where(np.arange(2000) % 7, z, math.nan))
     assert good.is_fine
     assert good.find("NIS").value == pytest.approx(np.mean(z[np.arange(2000) % 7 > 0] ** 2))
-    coloured = dw.calibration((z[1:] + z[:-1]) / math.sqrt(2))
+    coloured = dw.results.calibration((z[1:] + z[:-1]) / math.sqrt(2))
     assert [v.name for v in coloured.not_fine] == ["whiteness"]
     assert coloured.find("whiteness").value == pytest.approx(0.25, abs=0.1), "r1 = 1/2"
-    assert [v.name for v in dw.calibration(0.5 * z).not_fine] == ["NIS", "coverage"]
+    assert [v.name for v in dw.results.calibration(0.5 * z).not_fine] == ["NIS", "coverage"]
 
 
 def test_thresholds_are_those_of_the_books():
-    verdicts = dw.calibration(np.random.default_rng(1).standard_normal(100))
+    verdicts = dw.results.calibration(np.random.default_rng(1).standard_normal(100))
     low, high = verdicts.find("NIS").threshold
     assert (low, high) == pytest.approx((chi2.ppf(0.005, 100) / 100, chi2.ppf(0.995, 100) / 100))
     low, high = verdicts.find("coverage").threshold

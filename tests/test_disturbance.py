@@ -6,12 +6,12 @@ import pytest
 import driftwise as dw
 
 POLE, NVR, RATIO, VARIANCE = 0.8, 0.002, 30.0, 0.09
-COLOUR = dw.Disturbance(POLE, RATIO)
+COLOUR = dw.models.Disturbance(POLE, RATIO)
 
 
 def estimator(**options):
     return dw.Regression(
-        ["a", "b"], offset=True, disturbance=COLOUR, memory=dw.Drift(q=NVR), variance=VARIANCE, **options
+        ["a", "b"], offset=True, disturbance=COLOUR, memory=dw.memory.Drift(q=NVR), variance=VARIANCE, **options
     )
 
 
@@ -51,7 +51,7 @@ def test_it_is_the_kalman_filter_of_parameters_and_disturbance(record):
 
 def test_a_forecast_is_what_the_filter_says_of_samples_without_a_reference(record):
     y, phi, _ = record
-    est = dw.Regression(["a", "b"], offset=True, disturbance=COLOUR, memory=dw.Drift(q=0.0), variance=VARIANCE)
+    est = dw.Regression(["a", "b"], offset=True, disturbance=COLOUR, memory=dw.memory.Drift(q=0.0), variance=VARIANCE)
     state = est.scan(y[:250], phi[:250]).state
     mean, std = est.predict(state, phi[250:256])
     blind = est.scan(np.full(6, np.nan), phi[250:256], state=state)
@@ -82,16 +82,16 @@ def test_settings_survive_being_written_down(record, tmp_path):
     [
         ({"memory": dw.ExponentialForgetting(0.99)}, "fades by itself"),
         ({"disturbance": 0.8}, "Disturbance"),
-        ({"disturbance": dw.Disturbance(1.0)}, "pole"),
-        ({"disturbance": dw.Disturbance(0.5, 0.0)}, "ratio"),
-        ({"memory": dw.Drift(nvr=(1e-3,) * 3)}, "nvr"),
+        ({"disturbance": dw.models.Disturbance(1.0)}, "pole"),
+        ({"disturbance": dw.models.Disturbance(0.5, 0.0)}, "ratio"),
+        ({"memory": dw.memory.Drift(nvr=(1e-3,) * 3)}, "nvr"),
         ({"method": "nlms"}, "least squares"),
         ({"start": "algebraic"}, "algebraic"),
     ],
 )
 def test_what_does_not_fit_is_refused(options, words):
     with pytest.raises(dw.InputError, match=words):
-        dw.Regression(1, offset=True, **{"disturbance": COLOUR, "memory": dw.Drift(nvr=1e-4), **options})
+        dw.Regression(1, offset=True, **{"disturbance": COLOUR, "memory": dw.memory.Drift(nvr=1e-4), **options})
 
 
 def test_hindsight_is_refused(record):
@@ -111,7 +111,7 @@ def test_a_calibration_follows_the_sensor_and_not_the_weather(record):
     truth = 2.0 * sensor + 0.002 * np.arange(T) + d
     y = np.where(np.arange(T) // 24 % 5 == 0, truth, np.nan)
     hidden = np.isnan(y) & (np.arange(T) > 1000)
-    trace = dw.sensor_calibration(["sensor"]).scan(y, sensor)
+    trace = dw.estimators.sensor_calibration(["sensor"]).scan(y, sensor)
     plain = dw.Regression(["sensor"], offset=True, memory=dw.AutoMemory("outliers")).scan(y, sensor)
     error, other = ((one.prediction - truth)[hidden] for one in (trace, plain))
     assert np.std(error) < 1.12 * d.std()  # what nobody can know is there

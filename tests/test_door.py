@@ -19,11 +19,12 @@ REFUSED = {
     "P0 infinite": (lambda: dw.Joint(1, P0=np.inf), "finite"),
     "P0 of another size": (lambda: dw.Joint(1, P0=np.eye(3)), "shape (3, 3)"),
     "s0 of another size": (lambda: dw.Joint(1, s0=[1.0]), "s0"),
-    "variance negative": (lambda: dw.Joint(1, noise=dw.EquationError(-1.0)), "noise variance"),
-    "S without R": (lambda: dw.Joint(1, noise=dw.NoiseCovariance([[1.0]], [1.0], 0.0)), "inconsistent"),
-    "S too large": (lambda: dw.Joint(1, noise=dw.NoiseCovariance([[1.0]], [2.0], 1.0)), "standard deviation"),
-    "Q of another size": (lambda: dw.Joint(2, noise=dw.NoiseCovariance(np.eye(3), np.zeros(3), 1.0)), "Q must be"),
-    "d of another size": (lambda: dw.Joint(2, noise=dw.NoisePolynomial([0.1], 1.0)), "d must list the 2"),
+    "variance negative": (lambda: dw.Joint(1, noise=dw.models.EquationError(-1.0)), "noise variance"),
+    "S without R": (lambda: dw.Joint(1, noise=dw.models.NoiseCovariance([[1.0]], [1.0], 0.0)), "inconsistent"),
+    "S too large": (lambda: dw.Joint(1, noise=dw.models.NoiseCovariance([[1.0]], [2.0], 1.0)), "standard deviation"),
+    "Q of another size": (lambda: dw.Joint(2, noise=dw.models.NoiseCovariance(np.eye(3), np.zeros(3), 1.0)), "Q "
+    "must be"),
+    "d of another size": (lambda: dw.Joint(2, noise=dw.models.NoisePolynomial([0.1], 1.0)), "d must list the 2"),
     "q negative": (lambda: dw.Joint(1, memory=dw.RandomWalk(-1.0)), "q must not be negative"),
     "q of another size": (lambda: dw.Joint(2, memory=dw.RandomWalk([1.0, 1.0, 1.0])), "q"),
     "no such memory": (lambda: dw.Joint(1, memory=0.98), "memory must be"),
@@ -52,12 +53,12 @@ REFUSED = {
         "inputs last",
     ),
     "noise as a word": (lambda: dw.Joint(1, noise="output-error"), "noise must be OutputError()"),
-    "noise as a class": (lambda: dw.Joint(1, noise=dw.EquationError), "brackets"),
-    "variance as a word": (lambda: dw.Joint(1, noise=dw.EquationError("a")), "must be a number"),
+    "noise as a class": (lambda: dw.Joint(1, noise=dw.models.EquationError), "brackets"),
+    "variance as a word": (lambda: dw.Joint(1, noise=dw.models.EquationError("a")), "must be a number"),
     "P0 as a word": (lambda: dw.Joint(1, P0="big"), "P0 must hold numbers"),
     "dt as a word": (lambda: dw.Joint(1, dt="a"), "dt must be a positive"),
     "floor": (lambda: dw.Joint(1, floor=-1.0), "floor is a relative error"),
-    "scale": (lambda: dw.Joint(1, scale=dw.InverseGamma(1.0, -1.0)), "positive beta"),
+    "scale": (lambda: dw.Joint(1, scale=dw.models.InverseGamma(1.0, -1.0)), "positive beta"),
     "numbers as text": (lambda: dw.Joint(1).scan(["1", "2"]), "text"),
     "keep": (lambda: dw.Joint(1).scan(Y, keep="all"), "keep must be one of"),
     "time": (lambda: dw.Joint(1).scan(Y, time=Y[:3]), "time must be (10,)"),
@@ -97,7 +98,7 @@ def test_constant_output_is_learned_not_crashed():
 
 
 def test_a_long_gap_with_an_unstable_model_never_overflows():
-    est = dw.Joint(1, s0=[1.0, -1.5], P0=1.0, noise=dw.EquationError(1.0))
+    est = dw.Joint(1, s0=[1.0, -1.5], P0=1.0, noise=dw.models.EquationError(1.0))
     trace = est.scan(np.r_[1.0, np.full(5000, np.nan), 1.0, 2.0])
     assert np.isfinite(np.atleast_1d(trace.state).view(float)).all()
     assert "LOST" in {e.kind for e in trace.events()}

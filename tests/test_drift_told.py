@@ -43,7 +43,7 @@ def regression(memory):
 def test_a_speed_that_was_said_is_read_back():
     """In units of the noise as it is; in units of theta by the variance it leaves, P/q: near 1/sqrt(NVR)."""
     y, phi = drifting()
-    est = regression(dw.Drift(nvr=[1e-2, 1e-4]))
+    est = regression(dw.memory.Drift(nvr=[1e-2, 1e-4]))
     np.testing.assert_allclose(est.drift_of(est.scan(y, phi).state).memory, [10, 100])
     walks = regression(dw.RandomWalk([1e-2, 1e-4]))
     known = walks.scan(y, phi).state
@@ -51,8 +51,8 @@ def test_a_speed_that_was_said_is_read_back():
     np.testing.assert_allclose(P / [1e-2, 1e-4], [10, 100], rtol=0.5)
     for memory, q in (
         (walks.options["memory"], np.array([1e-2, 1e-4])),
-        (dw.Drift(q=[1e-2, 1e-4]), np.array([1e-2, 1e-4])),
-        (dw.Drift(np.eye(2), [[2e-2, 1e-3], [1e-3, 3e-4]]), np.array([2e-2, 3e-4])),
+        (dw.memory.Drift(q=[1e-2, 1e-4]), np.array([1e-2, 1e-4])),
+        (dw.memory.Drift(np.eye(2), [[2e-2, 1e-3], [1e-3, 3e-4]]), np.array([2e-2, 3e-4])),
         (dw.RandomWalk(matched=([0.5, 0.1], 25)), np.array([1e-2, 4e-4]) / s2),
     ):
         est = regression(memory)
@@ -111,7 +111,7 @@ def test_what_happened_is_counted_and_said_and_outliers_are_left_out_of_the_numb
         assert legend in text
     smoothed = est.smooth(y[:800], phi[:800])
     assert not smoothed.is_used[400] and [step.sample for step in smoothed.jumps] == [600]
-    halves = dw.Summary(est)
+    halves = dw.results.Summary(est)
     first = est.scan(y[:700], phi[:700])
     halves.add(first).add(est.scan(y[700:], phi[700:], state=first.state))
     assert halves.happened == summary.happened and halves.last_moved == summary.last_moved
@@ -124,7 +124,7 @@ def test_several_outputs_say_each_its_own():
     for t in range(1, 800):
         y[t] = 0.5 * y[t - 1] + [u[t - 1], (1.0 if t < 500 else 3.0) * u[t - 1]] + e[t]
     orders = dict(na=[[1, 0], [0, 1]], nb=1)
-    est = dw.ARXMIMO(2, 1, **orders, memory=dw.BayesianChangePoint(1.0, 500))
+    est = dw.ARXMIMO(2, 1, **orders, memory=dw.memory.BayesianChangePoint(1.0, 500))
     trace = est.scan(y, u)
     (jump,) = trace.jumps()
     assert jump in trace.events() and jump.text.startswith("output 2: b1.21 jumped from 0.99") and jump.odds > 100

@@ -46,8 +46,8 @@ def test_help_does_not_load_numba_or_numpy():
 
 
 def test_numbers_never_recompile():
-    a = dw.Joint(2, inputs=1, noise=dw.EquationError(0.1), memory=dw.RandomWalk(1e-3))
-    b = dw.Joint(5, inputs=3, direct=True, noise=dw.EquationError(7.0), memory=dw.RandomWalk(np.arange(23.0)))
+    a = dw.Joint(2, inputs=1, noise=dw.models.EquationError(0.1), memory=dw.RandomWalk(1e-3))
+    b = dw.Joint(5, inputs=3, direct=True, noise=dw.models.EquationError(7.0), memory=dw.RandomWalk(np.arange(23.0)))
     a.update(a.start(), 0.0, 0.0)
     b.update(b.start(), 0.0, [0.0, 0.0, 0.0])
     assert a.drive is b.drive
@@ -67,7 +67,7 @@ def test_read_only_integer_float32_and_fortran_records_share_one_compilation():
 
 CACHED = """
 import driftwise as dw
-est = dw.Joint(1, noise=dw.EquationError(1.0), P0=1.0)
+est = dw.Joint(1, noise=dw.models.EquationError(1.0), P0=1.0)
 state, step = est.update(est.start(), 1.0)
 print(sum(est.drive.stats.cache_hits.values()), float(step.variance))
 """
@@ -103,7 +103,9 @@ def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
 
 
 def test_a_users_own_policy_runs_compiled_in_a_few_lines():
-    est = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), memory=Breathing(7.0, np.array([1e-3, 1e-3])), P0=10.0)
+    est = dw.Joint(
+        1, inputs=1, noise=dw.models.EquationError(0.01), memory=Breathing(7.0, np.array([1e-3, 1e-3])), P0=10.0
+    )
     y, u = dw.simulate([-0.8], [1.0], samples=80, noise_std=0.1, noise="equation", seed=2)
     fast = est.scan(y, u)
     rows, outs = est._rows(est.start()), np.empty_like(fast.table[None])
@@ -111,7 +113,7 @@ def test_a_users_own_policy_runs_compiled_in_a_few_lines():
     drive(rows, y.reshape(1, -1, 1), u.reshape(1, -1, 1), outs, est.spec, est.scratch())
     np.testing.assert_allclose(fast.table, outs[0], rtol=1e-9, atol=1e-12)
     dw.check_policy(Breathing(7.0, np.array([1e-9] * 4)))
-    plain = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), P0=10.0).scan(y, u)
+    plain = dw.Joint(1, inputs=1, noise=dw.models.EquationError(0.01), P0=10.0).scan(y, u)
     assert fast.parameters_std[-1, 0] > plain.parameters_std[-1, 0]
 
 

@@ -8,16 +8,16 @@ from hypothesis import strategies as st
 import driftwise as dw
 
 FORGETFUL = {
-    "limited": dw.GainFloor(100),
+    "limited": dw.memory.GainFloor(100),
     "weighted": dw.ExponentialForgetting(0.99),
-    "variable": dw.VariableForgetting(100),
-    "directional": dw.DirectionalForgetting(0.99),
+    "variable": dw.memory.VariableForgetting(100),
+    "directional": dw.memory.DirectionalForgetting(0.99),
     "walk": dw.RandomWalk(1e-6),
     "matched": dw.RandomWalk(matched=(0.01, 500)),
-    "window": dw.Window(100),
-    "run lengths": dw.BayesianChangePoint(0.01, 500, 5),
+    "window": dw.memory.Window(100),
+    "run lengths": dw.memory.BayesianChangePoint(0.01, 500, 5),
     "inflated after a jump": dw.RestartOnChange(dw.PageHinkley()),
-    "reset after a jump": dw.RestartOnChange(dw.ScoreCUSUM(), dw.GainReset(10)),
+    "reset after a jump": dw.RestartOnChange(dw.detect.ScoreCUSUM(), dw.memory.GainReset(10)),
 }
 EVERY = {"never": dw.Constant(), **FORGETFUL}
 TRUE = np.array([-1.2, 0.5, 0.7, 0.8])
@@ -105,16 +105,16 @@ def test_a_huge_prior_and_nearly_collinear_regressors(task):
         dw.Constant(),
         dw.ExponentialForgetting(1.0),
         dw.RandomWalk(0.0),
-        dw.DirectionalForgetting(1.0),
-        dw.Window(400),
+        dw.memory.DirectionalForgetting(1.0),
+        dw.memory.Window(400),
     ]
-    for memory in [*idle, dw.VariableForgetting(least=1.0), dw.BayesianChangePoint(1.0, 1e30, 2)]:
+    for memory in [*idle, dw.memory.VariableForgetting(least=1.0), dw.memory.BayesianChangePoint(1.0, 1e30, 2)]:
         est = dw.Regression(4, memory=memory, variance=1e-8, P0=1e6)
         trace = est.scan(y, phi)
         assert np.max(np.abs(trace.parameters - thetas)[100:]) < 1e-9, memory
         ours = est.covariance(trace.state)
         assert np.all(trace.state["D"] >= 0)
-        if not isinstance(memory, dw.BayesianChangePoint):
+        if not isinstance(memory, dw.memory.BayesianChangePoint):
             np.testing.assert_allclose(np.diag(ours), np.diag(P), rtol=1e-6, err_msg=str(memory))
     for memory in FORGETFUL.values():
         est = dw.Regression(4, memory=memory, variance=1e-8, P0=1e6)
@@ -138,14 +138,14 @@ def rest(seed, samples=5000):
 # variance remembers the louder times (bars too wide), and in the time after it
 RESTED = {
     "never": (dw.Constant(), 0.01, None, 3.2),
-    "limited": (dw.GainFloor(50), 0.09, (0.85, 1.1), 1.15),
+    "limited": (dw.memory.GainFloor(50), 0.09, (0.85, 1.1), 1.15),
     "weighted": (dw.ExponentialForgetting(0.98), 0.09, (0.85, 1.1), 1.15),
-    "variable": (dw.VariableForgetting(50), 0.05, None, 1.15),
-    "directional": (dw.DirectionalForgetting(0.98), 0.06, (0.85, 1.1), 1.15),
+    "variable": (dw.memory.VariableForgetting(50), 0.05, None, 1.15),
+    "directional": (dw.memory.DirectionalForgetting(0.98), 0.06, (0.85, 1.1), 1.15),
     "walk": (dw.RandomWalk(2e-4), 0.07, None, 3.2),
     "matched": (dw.RandomWalk(matched=(0.1, 500)), 0.4, None, 3.2),
-    "run lengths": (dw.BayesianChangePoint(0.2, 500), 0.5, None, 3.2),
-    "window": (dw.Window(50), 2.0, (0.7, 1.15), 1.15),
+    "run lengths": (dw.memory.BayesianChangePoint(0.2, 500), 0.5, None, 3.2),
+    "window": (dw.memory.Window(50), 2.0, (0.7, 1.15), 1.15),
 }
 
 
@@ -161,11 +161,13 @@ def test_a_long_rest(memory, worst, inside, after):
         nis.append([ratio[200:1000].mean(), ratio[1200:4000].mean(), ratio[4100:].mean()])
         P = np.diag(est.covariance(trace.state))
         assert np.all(P <= 100 * (1 + 1e-9))
-        if isinstance(memory, dw.GainFloor | dw.ExponentialForgetting | dw.DirectionalForgetting):
+        if isinstance(memory, dw.memory.GainFloor | dw.ExponentialForgetting | dw.memory.DirectionalForgetting):
             assert np.mean(trace.status[1500:4000] & dw.Status.CAPPED > 0) > 0.99  # it says so
     before, within, later = np.mean(nis, axis=0)
     assert max(errors) < worst
-    expected = 0.88 if isinstance(memory, dw.BayesianChangePoint) else 1.0  # its bars hold the jump that does not come
+    expected = (
+        0.88 if isinstance(memory, dw.memory.BayesianChangePoint) else 1.0
+    )  # its bars hold the jump that does not come
     assert abs(before - expected) < 0.1 and later < after
     assert within < 0.05 if inside is None else inside[0] < within < inside[1]
 
@@ -198,8 +200,8 @@ def test_forgetting_survives_a_burst():
     """
     for memory, size in (
         (dw.ExponentialForgetting(0.98), 1e3),
-        (dw.GainFloor(50), 1e3),
-        (dw.DirectionalForgetting(0.98), 30.0),
+        (dw.memory.GainFloor(50), 1e3),
+        (dw.memory.DirectionalForgetting(0.98), 30.0),
     ):
         rng = np.random.default_rng(0)
         phi = rng.standard_normal((4000, 2))

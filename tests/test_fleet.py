@@ -129,7 +129,7 @@ def test_bad_input_is_refused_and_nothing_is_lost():
         (lambda: fleet.drop(["c"]), "no series"),
         (lambda: fleet.add(["c"], dw.AR(2)), "one kind of estimator"),
         (lambda: fleet.add(["c"], dw.AR(1, memory=dw.ExponentialForgetting(0.99))), "one kind of estimator"),
-        (lambda: dw.Fleet(dw.Joint(1, noise=dw.OutputError(), start="algebraic")), "algebraic"),
+        (lambda: dw.Fleet(dw.Joint(1, noise=dw.models.OutputError(), start="algebraic")), "algebraic"),
         (lambda: dw.Fleet(dw.AR(1), threads=0), "threads"),
         (lambda: dw.Fleet(observer), "known plant"),
         (lambda: dw.Fleet(dw.ModelAverage([dw.AR(1), dw.AR(2)])), "needs one of driftwise's estimators"),

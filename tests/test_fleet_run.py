@@ -12,8 +12,8 @@ import pytest
 
 import driftwise as dw
 from driftwise.fleet.events import MOST, RUNS, FleetEvents
-from driftwise.fleet.fleet_order import FleetOrder
 from driftwise.fleet.fleet_run import former_run, run_fleet
+from driftwise.fleet.job import FleetJob
 
 SCRIPT = Path(__file__).parent.parent / "scripts" / "fleet_kill.py"
 ROWS, SERIES = 3000, 6
@@ -39,7 +39,7 @@ def path(tmp_path):
 def run(path, out, **more):
     options = dict(every=7, batch=250, batches=2, threads=1, time="time", inputs=["speed"]) | more
     columns = dict(by="asset", output="flow")
-    return run_fleet(FleetOrder(path, estimator=dw.ARX(1, 1), out=out, **columns, **options))
+    return run_fleet(FleetJob(path, estimator=dw.ARX(1, 1), out=out, **columns, **options))
 
 
 def contents(out):

@@ -13,7 +13,7 @@ from driftwise.models import gain as gains
 
 CASES = {c["name"]: c for c in json.loads((Path(__file__).parent / "golden" / "perriot.json").read_text())["cases"]}
 PHI = 0.99
-PRIOR = dw.InverseGamma(2.5, 2.5)
+PRIOR = dw.models.InverseGamma(2.5, 2.5)
 SLOW = dict(memory=dw.RandomWalk(8e-5), K0=0.0, P0=0.04, x0=0.0)
 TRACKER = np.array([[1.0, 1.0], [0.0, 1.0]])
 
@@ -150,7 +150,7 @@ def tracked(samples, q=0.01, seed=0, runs=1):
     return x, x[:, 0] + rng.standard_normal(samples)
 
 
-@pytest.mark.parametrize("scale", [None, dw.InverseGamma(2.5, 5.0)])
+@pytest.mark.parametrize("scale", [None, dw.models.InverseGamma(2.5, 5.0)])
 def test_walk_equals_the_dense_recursion(scale):
     _, y = tracked(500)
     y[[100, 101, 250]] = np.nan
@@ -182,7 +182,8 @@ def test_gradient_of_the_state_against_central_differences():
 
 
 @pytest.mark.parametrize(
-    "memory, expected", [(dw.Constant(), 13.35), (dw.ExponentialForgetting(0.996), 11.98), (dw.GainFloor(250), 12.25)]
+    "memory, expected",
+    [(dw.Constant(), 13.35), (dw.ExponentialForgetting(0.996), 11.98), (dw.memory.GainFloor(250), 12.25)],
 )
 def test_plates_of_1981(memory, expected):
     _, y, K = records(200, seed=2)
@@ -275,8 +276,8 @@ GRID = (0.05, 0.12, 0.25, 0.45, 0.75)
 @pytest.mark.parametrize(
     "detector, oracle, N0",
     [
-        (dw.PullTest(), Sums((0.15, 0.07), (15, 20)), (6, 15)),
-        (dw.GainProbes(), Bank(GRID, 6.17), (26.5, 26.5)),
+        (dw.detect.PullTest(), Sums((0.15, 0.07), (15, 20)), (6, 15)),
+        (dw.detect.GainProbes(), Bank(GRID, 6.17), (26.5, 26.5)),
     ],
 )
 def test_alarms_equal_the_plain_recursion(detector, oracle, N0):
@@ -298,14 +299,16 @@ def test_a_detector_that_never_alarms_changes_nothing():
     y = records(1, seed=3)[1][0]
     for memory in (dw.RandomWalk(1e-4), dw.Constant()):
         plain = dw.AdaptiveGain(PHI, memory=memory).scan(y)
-        quiet = dw.AdaptiveGain(PHI, memory=memory, detector=dw.GainProbes(threshold=1e9)).scan(y)
+        quiet = dw.AdaptiveGain(PHI, memory=memory, detector=dw.detect.GainProbes(threshold=1e9)).scan(y)
         assert np.array_equal(plain.table[:, 8:], quiet.table[:, 8:])
 
 
 def test_an_alarm_lifts_a_walk_to_its_share_of_the_prior():
     y = records(1, levels=(0.05, 0.7), seed=3)[1][0]
     for restart, lifted in ((0.5, 0.1), (1.0, 0.2)):
-        est = dw.AdaptiveGain(PHI, detector=dw.GainProbes(), restart=restart, **{**SLOW, "memory": dw.RandomWalk(0.0)})
+        est = dw.AdaptiveGain(
+            PHI, detector=dw.detect.GainProbes(), restart=restart, **{**SLOW, "memory": dw.RandomWalk(0.0)}
+        )
         status = est.scan(y).status
         first = int(np.flatnonzero(status & dw.Status.JUMP)[0])
         state = est.scan(y[: first + 1]).state
@@ -317,7 +320,7 @@ def test_probes_find_the_decrease_that_the_paper_misses():
     _, y, _ = records(1000, seed=11)
     plain = dict(method="plr", memory=dw.Constant(), K0=0.0, x0=0.0, restart=26.5)
     shares = []
-    for detector in (dw.GainProbes(threshold=6.17), dw.PullTest((0.15, 0.07), (18.3, 24.4))):
+    for detector in (dw.detect.GainProbes(threshold=6.17), dw.detect.PullTest((0.15, 0.07), (18.3, 24.4))):
         _, alarms = run(dw.AdaptiveGain(PHI, detector=detector, scale_samples=50, **plain), y)
         shares.append(
             [np.mean(np.any(alarms[:, 500 * i : 500 * (i + 1)] * w > 0, axis=1)) for i, w in ((1, 1), (2, -1))]
@@ -401,7 +404,7 @@ def test_the_first_outputs_set_the_state_by_dead_beat():
 def test_a_long_gap_of_an_unstable_plant_is_survived():
     y = np.random.default_rng(0).standard_normal(9000)
     y[1000:6000] = np.nan
-    est = dw.AdaptiveGain(1.2, detector=dw.GainProbes())
+    est = dw.AdaptiveGain(1.2, detector=dw.detect.GainProbes())
     trace = est.scan(y)
     assert np.flatnonzero(trace.status & dw.Status.LOST).size
     assert np.isfinite(trace.table[:, [0, 2]]).all() and np.isfinite(np.atleast_1d(trace.state).view(float)).all()
@@ -443,17 +446,17 @@ def test_summary_words_and_file():
         (dict(Phi=TRACKER, method="plr"), "one direction"),
         (dict(method="lms"), "rpem"),
         (dict(memory=dw.RestartOnChange()), "detector=VarianceCUSUM"),
-        (dict(memory=dw.Window(50)), r"or RandomWalk\(q\), got Window"),
-        (dict(detector=dw.PullTest()), "PullTest"),
+        (dict(memory=dw.memory.Window(50)), r"or RandomWalk\(q\), got Window"),
+        (dict(detector=dw.detect.PullTest()), "PullTest"),
         (dict(detector=3.0), "detector must be"),
-        (dict(detector=dw.GainProbes([3.0])), "unstable"),
-        (dict(detector=dw.GainProbes([[0.1, 0.2]])), "gains"),
+        (dict(detector=dw.detect.GainProbes([3.0])), "unstable"),
+        (dict(detector=dw.detect.GainProbes([[0.1, 0.2]])), "gains"),
         (dict(memory=dw.Constant(), restart=1.0), "samples above 1"),
         (dict(restart=2.0), "share of the prior"),
         (dict(Phi=TRACKER, K0=[0.0, 0.0]), "K0 must keep"),
         (dict(Phi=TRACKER, limits=(0, 1)), "limits"),
         (dict(limits=(-1, 1)), "limits must keep"),
-        (dict(scale=dw.InverseGamma(-0.5, 1.0)), "InverseGamma"),
+        (dict(scale=dw.models.InverseGamma(-0.5, 1.0)), "InverseGamma"),
         (dict(P0=-1.0), "P0"),
     ],
 )

@@ -22,7 +22,7 @@ def joint(given, **options):
     if "p0" in given:  # dead-beat
         given = given | {"s0": np.zeros(2 * given["n"]), "P0": given["p0"]}
     N = len(given["s0"])
-    noise = dw.NoiseCovariance(given.get("Q", np.zeros((N, N))), given.get("S", np.zeros(N)), given["R"])
+    noise = dw.models.NoiseCovariance(given.get("Q", np.zeros((N, N))), given.get("S", np.zeros(N)), given["R"])
     inputs = int(given.get("u") is not None)
     direct = given.get("direct", False)
     return dw.Joint(given["n"], inputs, direct, noise=noise, s0=given["s0"], P0=given["P0"], **options)
@@ -141,7 +141,7 @@ def test_missing_sample_ud():
 
 def test_unknown_scale():
     given, expected, tolerance = golden.case("G10")
-    est = joint(given, scale=dw.InverseGamma(given["alpha0"], given["beta0"]))
+    est = joint(given, scale=dw.models.InverseGamma(given["alpha0"], given["beta0"]))
     got, states = follow(est, given["y"], given["u"])
     before = [est.start(), *states[:-1]]
     trace = [(*est.scale_posterior(state), T) for state, T in zip(before, got["T"], strict=True)]

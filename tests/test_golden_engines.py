@@ -19,7 +19,7 @@ def several(given, **options):
     one = single(given)
     noise, n = one.options["noise"], one.model.n
     S = np.atleast_1d(noise.S)[:n]
-    noise = dw.NoiseCovariance(np.atleast_2d(noise.Q)[:n, :n], S[:, None], [[noise.R]])
+    noise = dw.models.NoiseCovariance(np.atleast_2d(noise.Q)[:n, :n], S[:, None], [[noise.R]])
     kept = {name: one.options[name] for name in ("s0", "P0")}
     return dw.JointMIMO((n,), one.model.inputs, one.model.direct, noise=noise, **kept, **options)
 
@@ -71,10 +71,10 @@ def test_batch_least_squares(name):
     """The last state and the likelihood. It starts by the recursion: so twenty times the case, too."""
     given, expected, _ = golden.case(name)
     if name == "G16":
-        noise, n = dw.NoisePolynomial(given["d"], given["var_v"]), 1
+        noise, n = dw.models.NoisePolynomial(given["d"], given["var_v"]), 1
     else:
         n = int(given["n"])
-        noise = dw.NoisePolynomial(given["S"][:n] / given["R"], given["R"])
+        noise = dw.models.NoisePolynomial(given["S"][:n] / given["R"], given["R"])
     inputs = int(given.get("u") is not None)
     est = dw.Joint(n, inputs, given.get("direct", False), noise=noise, s0=given["s0"], P0=given["P0"], floor=0.0)
     y, u = given["y"], given.get("u")

@@ -55,7 +55,7 @@ def noisy(samples, outputs, seed):
 
 def test_constant_unknowns_are_dense_least_squares():
     """Six modes, anchored at first and handed over later, against sixty digits."""
-    torque = dw.Polynomial([0, 0, 1], np.inf), dw.Sinusoid(50.0, [0, 0, 1], np.inf)
+    torque = dw.models.Polynomial([0, 0, 1], np.inf), dw.models.Sinusoid(50.0, [0, 0, 1], np.inf)
     est = dw.WindowObserver(NAMED, math.inf, noise_std=0.01, disturbances=torque, hold="zoh", dt=1e-3)
     y, u = noisy(60, 1, 0)
     trace, system, time = est.scan(y, u), est.plant, 1e-3 * np.arange(60)
@@ -73,7 +73,7 @@ def test_a_walk_counts_from_the_first_sample_on_at_any_instants():
     plant = dw.Plant(
         [[0, 1, 0], [0, 0, 1], [0, -2, -10]], [0, 0, 2], [[1, 0, 0], [0, 0, 1]], [0, 0.3], outputs=("angle", "i")
     )
-    load = dw.Polynomial([0, 1, 0], [np.inf, 0.5], degree=1, walk=3.0)
+    load = dw.models.Polynomial([0, 1, 0], [np.inf, 0.5], degree=1, walk=3.0)
     est = dw.WindowObserver(
         plant, math.inf, noise_std=(0.01, 0.2), disturbances=load, hold="foh", dt=0.01, irregular=True,
         x_std=[np.inf, 2.0, np.inf],
@@ -92,7 +92,9 @@ PLAIN = MOTOR._replace(B=None)
 
 def observer(modes, prior_std=np.inf, **options):
     """Return the growing window of four modes (a constant voltage) or six (and a line of 50 rad/s)."""
-    voltage = [dw.Polynomial([0, 0, 5], prior_std), dw.Sinusoid(50.0, [0, 0, 5], prior_std)][: modes // 2 - 1]
+    voltage = [dw.models.Polynomial([0, 0, 5], prior_std), dw.models.Sinusoid(50.0, [0, 0, 5], prior_std)][
+        : modes // 2 - 1
+    ]
     return dw.WindowObserver(PLAIN, math.inf, noise_std=SIGMA, disturbances=voltage, dt=1e-3, **options)
 
 
@@ -155,7 +157,7 @@ def test_ten_thousand_samples_lose_no_digits():
 
 def test_laws():
     """Priors of all kinds, a walk, and instants of their own; several outputs are in the comparison above."""
-    load = dw.Polynomial([0, 1, 0], np.inf, walk=0.5)
+    load = dw.models.Polynomial([0, 1, 0], np.inf, walk=0.5)
     options = dict(noise_std=0.1, disturbances=load, hold="zoh", dt=0.05)
     est = dw.WindowObserver(NAMED, math.inf, **options, x_std=[np.inf, 1.0, 0.0])
     dw.check_estimator(est)
@@ -173,7 +175,9 @@ def test_laws():
 def test_noise_is_learnt_where_nothing_else_is_absolute():
     """Deviations are those of least squares times the noise found (compiled code is the same as with noise known)."""
     y = truth(400)[:, 0] + SIGMA * np.random.default_rng(0).standard_normal(400)
-    est = dw.WindowObserver(PLAIN, math.inf, noise_std=None, disturbances=dw.Polynomial([0, 0, 5], np.inf), dt=1e-3)
+    est = dw.WindowObserver(
+        PLAIN, math.inf, noise_std=None, disturbances=dw.models.Polynomial([0, 0, 5], np.inf), dt=1e-3
+    )
     est.__dict__["drive"] = compile.plain_driver(*map(type, est.policies))
     trace, known = est.scan(y), observer(4).scan(y)
     np.testing.assert_allclose(trace.x[-1], known.x[-1], rtol=1e-9)
@@ -195,7 +199,7 @@ def test_a_state_that_is_known_is_where_it_starts():
 
 def test_an_unstable_plant_lost_in_a_gap_starts_again():
     plant = dw.Plant([[0, 1], [9, 0]])
-    est = dw.WindowObserver(plant, math.inf, noise_std=0.1, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.1)
+    est = dw.WindowObserver(plant, math.inf, noise_std=0.1, disturbances=dw.models.Polynomial([0, 1], np.inf), dt=0.1)
     y = np.full(700, np.nan)
     y[:20], y[-20:] = np.cosh(0.3 * np.arange(20)), np.cosh(0.3 * np.arange(20))
     trace = est.scan(y)
@@ -219,7 +223,7 @@ def test_a_tolerance_says_when_it_is_ready():
 
 def walking(walk, samples, seed, prior_std=np.inf):
     """Return an observer of a cart under a force that walks, and its output with noise of deviation 0.01."""
-    force = dw.Polynomial([0, 1], prior_std, walk=walk)
+    force = dw.models.Polynomial([0, 1], prior_std, walk=walk)
     est = dw.WindowObserver(dw.Plant([[0, 1], [0, 0]]), math.inf, noise_std=0.01, disturbances=force, dt=0.02)
     rng, system, z = np.random.default_rng(seed), est.plant, np.zeros(3)
     Phi, W = system.discretise(0.02)[0], np.linalg.cholesky(system.noise(0.02) + 1e-30 * np.eye(3))
@@ -246,7 +250,7 @@ def test_tune_finds_walk_and_noise():
 def test_tune_leaves_alone_what_it_is_not_asked_for():
     """Two disturbances, one of them tuned at irregular instants; and the noise of a plant that has none."""
     est, y = walking(2.0, 1000, 4)
-    offset = dw.Polynomial([0, 0], 0.1, outputs=1.0, walk=0.003, name="offset")
+    offset = dw.models.Polynomial([0, 0], 0.1, outputs=1.0, walk=0.003, name="offset")
     force = est.options["disturbances"]._replace(walk=0.0, prior_std=1.0)
     both = dw.WindowObserver(**{**est.options, "disturbances": (offset, force), "irregular": True, "x0": [0, 0],
                                 "x_std": 0.1})  # fmt: skip
@@ -294,7 +298,7 @@ def test_tune_chooses_a_window():
     lengths = []
     for walk in (0.0, 30.0):
         est, y = walking(walk, 1200, 1)
-        force = dw.Polynomial([0, 1], np.inf)
+        force = dw.models.Polynomial([0, 1], np.inf)
         est = dw.WindowObserver(est.options["plant"], 0.5, noise_std=0.01, disturbances=force, dt=0.02)
         found = est.tune(y)
         tuned = found.tuned
@@ -314,6 +318,8 @@ def test_tune_refuses_what_it_cannot_do():
         bare.tune(y)
     with pytest.raises(dw.InputError, match="has no walks to tune"):
         dw.WindowObserver(est.options["plant"], 0.5, noise_std=0.01, dt=0.02).tune(y, noise=True)
-    learning = dw.WindowObserver(**{**est.options, "disturbances": dw.Polynomial([0, 1], np.inf), "noise_std": None})
+    learning = dw.WindowObserver(
+        **{**est.options, "disturbances": dw.models.Polynomial([0, 1], np.inf), "noise_std": None}
+    )
     with pytest.raises(dw.InputError, match="needs noise_std to start from"):
         learning.tune(y)

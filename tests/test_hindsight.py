@@ -116,7 +116,7 @@ class TestResult:
     def test_the_papers_own_example_cannot_separate_drift_from_noise(self):
         """|u| = 2 always: the drift of b2, nearly white, adds what the noise does."""
         made = system("a", 3)
-        est = dw.ARX(2, 2, at_rest=True, memory=dw.Drift(made.phi, nvr=1e-3))
+        est = dw.ARX(2, 2, at_rest=True, memory=dw.memory.Drift(made.phi, nvr=1e-3))
         for y, u in zip(made.y, made.u):
             found = est.smooth(y, u)
             assert found.drift == "walk"  # parameters that relax
@@ -129,7 +129,7 @@ class TestResult:
 def test_bars_hold_where_the_drift_cannot_be_told_if_it_is_averaged_over():
     """The paper's example: the most likely drift taken for known gives bars that hold three times in four."""
     made = system("a", 6)
-    est, holds = dw.ARX(2, 2, at_rest=True, memory=dw.Drift(made.phi, nvr=1e-3)), {"ml": [], "average": []}
+    est, holds = dw.ARX(2, 2, at_rest=True, memory=dw.memory.Drift(made.phi, nvr=1e-3)), {"ml": [], "average": []}
     for y, u, theta in zip(made.y, made.u, made.theta):
         for hyper in holds:
             found = est.smooth(y, u, hyper=hyper)
@@ -170,7 +170,9 @@ def test_tuned_filter_is_the_optimal_one():
         optimal.append(m)
     assert (y[-1], m) == (pytest.approx(7.168442, abs=1e-6), pytest.approx(8.224452, abs=1e-6))
     est = dw.Regression(["level"]).tune(y, np.ones(20_000))
-    assert est.options["variance"] == pytest.approx(1.0, rel=0.05) and isinstance(est.options["memory"], dw.Drift)
+    assert est.options["variance"] == pytest.approx(1.0, rel=0.05) and isinstance(
+        est.options["memory"], dw.memory.Drift
+    )
     level = est.scan(y, np.ones(20_000)).parameters[:, 0]
     late = slice(10_000, None)
     ratio = np.sqrt(np.mean((level - x)[late] ** 2) / np.mean((np.array(optimal) - x)[late] ** 2))
@@ -196,7 +198,7 @@ def test_bad_input_is_refused_in_words():
     with pytest.raises(dw.InputError, match="which method='iv' does without"):
         dw.ARX(2, 2, method="iv").tune(y, u)
     with pytest.raises(dw.InputError, match="diagonal phi, got a matrix"):
-        dw.ARX(2, 2, memory=dw.Drift(0.9 * np.eye(4), q=1e-3)).smooth(y, u)
+        dw.ARX(2, 2, memory=dw.memory.Drift(0.9 * np.eye(4), q=1e-3)).smooth(y, u)
 
 
 @pytest.mark.parametrize("record", ["zero", "no input", "no noise", "one regressor twice"])

@@ -16,14 +16,14 @@ from driftwise.estimators.algebraic_start.discrete import canonical
 T = 0.01 * np.arange(401)
 SQUARE = 1.0 - 2.0 * (np.arange(401) // 100 % 2)
 # y'' + .8 y' + 4 y = 3 u + .5, which as an input of ones is exact
-Y, _ = dw.simulate_continuous(
+Y, _ = dw.models.simulate_continuous(
     [0.8, 4.0], [[0.0, 3.0], [0.0, 0.5]], time=T, u=np.column_stack([SQUARE, np.ones(401)]), x0=[0.3, -0.4]
 )
 NOISE = np.random.default_rng(3).standard_normal(401)
 
 
 def identify(y=Y, u=SQUARE, **options):
-    return dw.algebraic_identification(
+    return dw.estimators.algebraic_identification(
         y, u, **{"order": 2, "zeros": 0, "dt": 0.01, "hold": "zoh", "disturbance": 0, **options}
     )
 
@@ -131,7 +131,7 @@ def test_gaps_and_irregular_instants_cost_no_bias():
     rng = np.random.default_rng(1)
     t = np.cumsum(rng.exponential(0.02, 200))
     u = np.where(t % 2 < 1, 1.0, -1.0)
-    y, _ = dw.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=t, u=u, x0=[0.3, -0.4], missing=0.2, seed=2)
+    y, _ = dw.models.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=t, u=u, x0=[0.3, -0.4], missing=0.2, seed=2)
     found = identify(y, u, dt=None, time=t, disturbance=-1)
     assert np.allclose(found.model.values, [0.8, 4.0, 0.0, 3.0], atol=1e-10)
     assert np.allclose(found.closed_form, [0.8, 4.0, 0.0, 3.0], rtol=5e-3)
@@ -243,11 +243,13 @@ def test_refusals(options, message):
 
 # --- as a start ------------------------------------------------------------------------------------------------
 
-OE = dict(noise=dw.OutputError(), start=dw.AlgebraicStart(30))
+OE = dict(noise=dw.models.OutputError(), start=dw.estimators.AlgebraicStart(30))
 STARTED, NOT_STARTED = int(dw.Status.STARTED), int(dw.Status.NOT_STARTED)
 
 
-@pytest.mark.parametrize("est", [dw.Joint(2, 1, **OE), dw.ARX(2, 2, start=dw.AlgebraicStart(30))], ids=["Joint", "ARX"])
+@pytest.mark.parametrize(
+    "est", [dw.Joint(2, 1, **OE), dw.ARX(2, 2, start=dw.estimators.AlgebraicStart(30))], ids=["Joint", "ARX"]
+)
 def test_laws_hold_with_a_start(est):
     """Stream, record, halves, fleet, save and load, NaN, scaling: the example does start."""
     assert np.any(est.scan(*example(est)).status & STARTED)
@@ -262,10 +264,10 @@ def test_save_and_load_in_the_middle_of_the_start(tmp_path):
     half = est.scan(y[:15], u[:15]).state
     dw.save_state(est, half, tmp_path / "s.json")
     other, state = dw.load_state(tmp_path / "s.json")
-    assert other.options["start"] == dw.AlgebraicStart(30)
+    assert other.options["start"] == dw.estimators.AlgebraicStart(30)
     assert same(other.scan(y[15:], u[15:], state=state).state, whole.state)
     assert [event.sample for event in whole.events() if event.kind == "STARTED"] == [at]
-    assert "begun" not in dw.Joint(2, 1, noise=dw.OutputError()).dtype.names
+    assert "begun" not in dw.Joint(2, 1, noise=dw.models.OutputError()).dtype.names
 
 
 def test_a_fleet_starts_each_series_when_it_has_enough():
@@ -284,14 +286,14 @@ def test_the_started_state_is_that_of_least_squares(missing):
     """theta and its covariance are those of the identified model, sampled; sigma^2 that of its errors."""
     rng = np.random.default_rng(5)
     u = np.repeat(rng.choice([-1.0, 1.0], 20), 3)
-    y, u = dw.simulate_continuous(
+    y, u = dw.models.simulate_continuous(
         [0.9, 4.0], [1.0, 3.0], time=0.2 * np.arange(60), u=u, x0=[1.0, 0.0], noise_std=0.02, seed=2
     )
     y[1:][rng.random(59) < missing] = np.nan
-    est = dw.Joint(2, 1, noise=dw.OutputError(), dt=0.2, start=dw.AlgebraicStart(60))
+    est = dw.Joint(2, 1, noise=dw.models.OutputError(), dt=0.2, start=dw.estimators.AlgebraicStart(60))
     state = est.scan(y, u).state
     assert int(state["status"]) & STARTED
-    found = dw.algebraic_identification(y, u, order=2, dt=0.2, hold="zoh")
+    found = dw.estimators.algebraic_identification(y, u, order=2, dt=0.2, hold="zoh")
     model, ours = found.discrete(0.2), est.model_of(state)
     assert np.allclose(state["theta"], model.values, rtol=2e-3)  # its own prior is in it
     spare = np.count_nonzero(np.isfinite(y)) - 6
@@ -299,7 +301,7 @@ def test_the_started_state_is_that_of_least_squares(missing):
     assert np.allclose(np.diag(ours.covariance), np.diag(model.covariance), rtol=0.25)
     assert unit == pytest.approx(found.residual_std**2, rel=0.25)
     # x(60): what the plant does next
-    ahead, _ = dw.simulate_continuous(
+    ahead, _ = dw.models.simulate_continuous(
         [0.9, 4.0], [1.0, 3.0], time=0.2 * np.arange(61), u=np.append(u, 0.0), x0=[1.0, 0.0]
     )
     x, P = est.mean(state)[1], est.covariance(state)[1, 1] * est.sigma2(state)
@@ -308,7 +310,11 @@ def test_the_started_state_is_that_of_least_squares(missing):
 
 @pytest.mark.parametrize(
     "kind, noise",
-    [("oe", dw.OutputError(0.0025)), ("eq", dw.EquationError(0.0025)), ("d", dw.NoisePolynomial((0.3, -0.5), 0.0025))],
+    [
+        ("oe", dw.models.OutputError(0.0025)),
+        ("eq", dw.models.EquationError(0.0025)),
+        ("d", dw.models.NoisePolynomial((0.3, -0.5), 0.0025)),
+    ],
 )
 def test_the_covariance_is_that_of_the_filters_own_noise(kind, noise):
     """Mean square of error over deviation, 120 records: near one whatever colours the noise."""
@@ -321,7 +327,7 @@ def test_the_covariance_is_that_of_the_filters_own_noise(kind, noise):
         drive = x[:, :1] if kind == "oe" else y[:, t : t + 1]
         x = np.column_stack([x[:, 1], np.zeros(S)]) - a * drive + b * u[:, t : t + 1]
         x = x + d * v[:, t : t + 1] if kind == "d" else x
-    est = dw.Joint(2, 1, noise=noise, dt=0.2, start=dw.AlgebraicStart(M))
+    est = dw.Joint(2, 1, noise=noise, dt=0.2, start=dw.estimators.AlgebraicStart(M))
     states, _ = est.update_batch(est.start(S), y, u)
     begun = (states["status"].astype(int) & STARTED) > 0
     assert begun.mean() > 0.75 + 0.2 * (kind == "oe")
@@ -336,8 +342,8 @@ def test_a_start_that_would_do_harm_is_left_out():
     slow, _ = dw.simulate([-1.5, 0.7], [1.0, 0.5], u=u, noise_std=0.1, seed=1)
     alternating, _ = dw.simulate([0.9], [1.0], u=u, samples=60, noise_std=0.01, seed=1)
     for order, y, v in [(2, slow, 0 * u), (1, alternating, u), (1, slow, u)]:
-        options = dict(noise=dw.OutputError(), dt=1.0)
-        trace = dw.Joint(order, 1, start=dw.AlgebraicStart(40), **options).scan(y, v)
+        options = dict(noise=dw.models.OutputError(), dt=1.0)
+        trace = dw.Joint(order, 1, start=dw.estimators.AlgebraicStart(40), **options).scan(y, v)
         assert np.flatnonzero(trace.status & NOT_STARTED).tolist() == [39] and not np.any(trace.status & STARTED)
         plain = dw.Joint(order, 1, **options).scan(y, v)
         assert same(trace.table[:, :3], plain.table[:, :3])
@@ -345,15 +351,15 @@ def test_a_start_that_would_do_harm_is_left_out():
 
 STARTS_REFUSED = [
     (lambda: dw.Joint(2, 1, start="now"), "start must be None, 'algebraic' or AlgebraicStart"),
-    (lambda: dw.Joint(2, 1, start=dw.AlgebraicStart), "brackets"),
-    (lambda: dw.Joint(2, 1, start=dw.AlgebraicStart(6)), "6 samples cannot tell 6 unknowns.*such as 40"),
-    (lambda: dw.Joint(2, 1, start=dw.AlgebraicStart(hold="soh")), "hold must be one of zoh, foh"),
-    (lambda: dw.Joint(2, 1, start=dw.AlgebraicStart(zeros=2)), "zeros must be below the order, 2, got 2"),
-    (lambda: dw.Joint(2, 1, start=dw.AlgebraicStart(disturbance=0.5)), "degree of an unknown polynomial"),
+    (lambda: dw.Joint(2, 1, start=dw.estimators.AlgebraicStart), "brackets"),
+    (lambda: dw.Joint(2, 1, start=dw.estimators.AlgebraicStart(6)), "6 samples cannot tell 6 unknowns.*such as 40"),
+    (lambda: dw.Joint(2, 1, start=dw.estimators.AlgebraicStart(hold="soh")), "hold must be one of zoh, foh"),
+    (lambda: dw.Joint(2, 1, start=dw.estimators.AlgebraicStart(zeros=2)), "zeros must be below the order, 2, got 2"),
+    (lambda: dw.Joint(2, 1, start=dw.estimators.AlgebraicStart(disturbance=0.5)), "degree of an unknown polynomial"),
     (lambda: dw.Joint(2, 1, True, start="algebraic"), r"a direct term, but hold='zoh' makes no.*hold='foh'"),
-    (lambda: dw.Joint(2, 1, start=dw.AlgebraicStart(hold="foh")), r"no direct term, but hold='foh' makes a"),
-    (lambda: dw.Joint(2, 1, noise=dw.UnknownPolynomial(), start="algebraic"), "polynomial is known"),
-    (lambda: dw.Joint(2, 1, noise=dw.OutputError(0.0), start="algebraic"), "a start needs noise"),
+    (lambda: dw.Joint(2, 1, start=dw.estimators.AlgebraicStart(hold="foh")), r"no direct term, but hold='foh' makes a"),
+    (lambda: dw.Joint(2, 1, noise=dw.models.UnknownPolynomial(), start="algebraic"), "polynomial is known"),
+    (lambda: dw.Joint(2, 1, noise=dw.models.OutputError(0.0), start="algebraic"), "a start needs noise"),
     (lambda: dw.ARX(2, 1, start="algebraic"), "equation of a sampled plant.*nb = n, nk = 1"),
     (lambda: dw.Regression(2, start="algebraic"), "equation of a sampled plant"),
     (

@@ -163,7 +163,7 @@ def test_thresholds_are_those_of_the_promised_rates():
 
     assert sum(1 / samples for samples in change_monitor.SHARES) == pytest.approx(1 / change_monitor.FALSE)
     for used, samples in zip((change_monitor.SOON, change_monitor.SLOWLY), change_monitor.SHARES):
-        for mine, right in zip(used, dw.SelfStarting(samples).resolve()):
+        for mine, right in zip(used, dw.detect.SelfStarting(samples).resolve()):
             np.testing.assert_allclose(mine, right, rtol=1e-6)
 
 

@@ -41,19 +41,19 @@ def noise_of(kind, st, rng):
     n, N = st.n, st.size
     Q, S, R = np.zeros((N, N)), np.zeros(N), rng.uniform(0.1, 2.0)
     if kind == "equation error":
-        return dw.EquationError(R), dense.Noise(Q, S, R)
+        return dw.models.EquationError(R), dense.Noise(Q, S, R)
     if kind == "output error":
-        return dw.OutputError(R), dense.OutputError(R)
+        return dw.models.OutputError(R), dense.OutputError(R)
     if kind == "polynomial":
         S[:n] = d = stable(rng, n)
-        return dw.NoisePolynomial(d, R), dense.Noise(np.outer(S, S) * R, S * R, R)
+        return dw.models.NoisePolynomial(d, R), dense.Noise(np.outer(S, S) * R, S * R, R)
     if kind == "state covariances":
         joint = covariance(rng, n + 1)
         Q[:n, :n], S[:n], R = joint[:n, :n], joint[:n, n], joint[n, n]
     if kind == "full covariances":
         joint = covariance(rng, N + 1) * 0.3
         Q, S, R = joint[:N, :N], joint[:N, N], joint[N, N]
-    return dw.NoiseCovariance(Q, S, R), dense.Noise(Q, S, R)
+    return dw.models.NoiseCovariance(Q, S, R), dense.Noise(Q, S, R)
 
 
 @some.composite
@@ -88,7 +88,7 @@ def estimator(problem, form, **options):
         *(st.n, st.inputs, st.direct),
         noise=problem.noise,
         memory=dw.Constant() if problem.walk is None else dw.RandomWalk(newest_first(st, problem.walk)),
-        scale=None if problem.scale is None else dw.InverseGamma(*problem.scale),
+        scale=None if problem.scale is None else dw.models.InverseGamma(*problem.scale),
         **{"s0": problem.s0, "P0": problem.P0, "form": form, **options},
     )
 
@@ -131,7 +131,7 @@ def test_walk_stops_at_the_prior(form):
     y, u = rng.standard_normal(SAMPLES), rng.standard_normal((SAMPLES, 1))
     y[10:], u[10:] = 0.0, 0.0
     _, matrices = noise_of("equation error", st, rng)
-    noise = dw.EquationError(matrices.R)
+    noise = dw.models.EquationError(matrices.R)
     problem = Problem(st, noise, matrices, np.zeros(7), np.diag([1.0, 1, 2, 2, 1, 1, 1]), y, u, q, None)
     assert_follows_the_oracle(problem, form)
     est = estimator(problem, form)
@@ -153,11 +153,11 @@ def test_a_certain_unknown_scale_is_a_known_scale(form, gaps):
     y[holes if gaps == "outputs" else []] = np.nan
     u[holes if gaps == "inputs" else []] = np.nan
     known = dw.Joint(
-        2, 1, True, noise=dw.EquationError(sigma2), P0=sigma2, memory=dw.RandomWalk(1e-3 * sigma2), form=form
+        2, 1, True, noise=dw.models.EquationError(sigma2), P0=sigma2, memory=dw.RandomWalk(1e-3 * sigma2), form=form
     )
-    scale = dw.InverseGamma(certain, certain * sigma2)
+    scale = dw.models.InverseGamma(certain, certain * sigma2)
     unknown = dw.Joint(
-        2, 1, True, noise=dw.EquationError(1.0), P0=1.0, scale=scale, memory=dw.RandomWalk(1e-3), form=form
+        2, 1, True, noise=dw.models.EquationError(1.0), P0=1.0, scale=scale, memory=dw.RandomWalk(1e-3), form=form
     )
     expected, got = known.scan(y, u), unknown.scan(y, u)
     assert got.prediction == pytest.approx(expected.prediction, rel=TOLERANCE, abs=TOLERANCE)

@@ -20,7 +20,7 @@ def records():
 
 def follow(memory, records, noise=None):
     """Alarms (T, S), squared error of a (T, S)."""
-    est = dw.Joint(2, 1, noise=noise or dw.EquationError(NOISE**2), memory=memory)
+    est = dw.Joint(2, 1, noise=noise or dw.models.EquationError(NOISE**2), memory=memory)
     states, alarms, errors = est.start(SEEDS), [], []
     for t in range(SAMPLES):
         states, steps = est.update_batch(states, records[0][:, t], records[1][:, t])
@@ -34,7 +34,7 @@ def rms(errors, first, stop):
     return np.sqrt(np.mean(errors[first:stop]) / 2)
 
 
-@pytest.mark.parametrize("noise", [None, dw.EquationError()], ids=["known noise", "learnt noise"])
+@pytest.mark.parametrize("noise", [None, dw.models.EquationError()], ids=["known noise", "learnt noise"])
 def test_a_jump_is_found_and_learnt_anew(records, noise):
     """Median delay at most 10 samples, none missed, no false alarm in 50 000 samples, rms error of a at most .03."""
     alarms, errors = follow(dw.RestartOnChange(), records, noise)
@@ -59,7 +59,11 @@ def test_better_than_any_random_walk(records):
 
 def test_no_parameter_becomes_wider_than_its_prior(records):
     est = dw.Joint(
-        2, 1, noise=dw.EquationError(NOISE**2), memory=dw.RestartOnChange(restart=dw.CovarianceInflation(1e6)), P0=2.0
+        2,
+        1,
+        noise=dw.models.EquationError(NOISE**2),
+        memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(1e6)),
+        P0=2.0,
     )
     trace = est.scan(records[0][0], records[1][0], keep="covariance")
     assert (trace.status & int(dw.Status.JUMP)).any()
@@ -75,11 +79,11 @@ def test_the_event_is_told(records):
 @pytest.mark.parametrize(
     "memory, words",
     [
-        (dw.RestartOnChange(dw.VarianceCUSUM(0.5)), "ratio > 1"),
+        (dw.RestartOnChange(dw.detect.VarianceCUSUM(0.5)), "ratio > 1"),
         (dw.RestartOnChange(12.0), "detector"),
-        (dw.RestartOnChange(dw.ScoreCUSUM()), "slopes"),
-        (dw.RestartOnChange(dw.ProbeBank([1.0])), "probes"),
-        (dw.RestartOnChange(restart=dw.CovarianceInflation([1.0, 2.0])), "step"),
+        (dw.RestartOnChange(dw.detect.ScoreCUSUM()), "slopes"),
+        (dw.RestartOnChange(dw.detect.ProbeBank([1.0])), "probes"),
+        (dw.RestartOnChange(restart=dw.memory.CovarianceInflation([1.0, 2.0])), "step"),
         (dw.RestartOnChange(settle=-1), "settle"),
     ],
 )
@@ -88,14 +92,16 @@ def test_bad_settings_are_told(memory, words):
         dw.Joint(2, 1, memory=memory)
 
 
-@pytest.mark.parametrize("noise", [dw.EquationError(NOISE**2), dw.EquationError()], ids=["known noise", "learnt noise"])
+@pytest.mark.parametrize(
+    "noise", [dw.models.EquationError(NOISE**2), dw.models.EquationError()], ids=["known noise", "learnt noise"]
+)
 def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, noise):
     """In the units of the data: variances of a gain step^2, those of b step^2 times (y_scale / u_scale)^2."""
     est = dw.Joint(
         2,
         1,
         noise=noise,
-        memory=dw.RestartOnChange(restart=dw.CovarianceInflation(0.5), settle=10),
+        memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(0.5), settle=10),
         P0=1e6,
         y_scale=2.0,
         u_scale=4.0,
@@ -113,7 +119,7 @@ def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, 
 def test_the_sum_grows_by_the_log_likelihood_ratio():
     from scipy.stats import norm
 
-    detector = dw.VarianceCUSUM(ratio=3.0, threshold=100.0, sides="both")
+    detector = dw.detect.VarianceCUSUM(ratio=3.0, threshold=100.0, sides="both")
     for z in (0.5, 1.7, 4.0):
         up, down = (norm.logpdf(z, scale=s) - norm.logpdf(z) for s in (np.sqrt(3.0), np.sqrt(1 / 3.0)))
         start = detector.scan([]).state
@@ -125,7 +131,9 @@ def test_an_event_can_be_read_without_words():
     y, u = dw.simulate(
         np.where(np.arange(900)[:, None] < 600, [-1.5, 0.7], [-1.4, 0.7]), B, samples=900, noise_std=0.3, seed=1
     )
-    trace = dw.ARX(2, 2, memory=dw.RestartOnChange(dw.ScoreCUSUM("1 per 1000", jump=0.1))).scaled_to(y, u).scan(y, u)
+    trace = (
+        dw.ARX(2, 2, memory=dw.RestartOnChange(dw.detect.ScoreCUSUM("1 per 1000", jump=0.1))).scaled_to(y, u).scan(y, u)
+    )
     (event,) = trace.jumps()
     assert event.parameter == "a1" and event.direction == 1 and event.statistic >= 1
     assert 590 <= event.since <= event.sample and "a1 rose" in event.text
@@ -134,7 +142,7 @@ def test_an_event_can_be_read_without_words():
 def test_a_score_scales_with_the_data():
     y, u = dw.simulate([-0.6], [1.0], samples=300, noise_std=0.3, seed=2)
     y[200:] += 1.0 * np.roll(u, 1)[200:]
-    est = dw.ARX(1, 1, memory=dw.RestartOnChange(dw.ScoreCUSUM(1000, 0.3), dw.GainReset(10)))
+    est = dw.ARX(1, 1, memory=dw.RestartOnChange(dw.detect.ScoreCUSUM(1000, 0.3), dw.memory.GainReset(10)))
     one, other = (est.scaled_to(y * k, u).scan(y * k, u) for k in (1.0, 1024.0))
     assert np.array_equal(one.statistic, other.statistic, equal_nan=True)
     assert len(one.jumps()) >= 1

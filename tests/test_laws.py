@@ -20,14 +20,14 @@ FULL = np.diag([0.2, 0.1, 1e-4, 1e-5, 1e-4, 1e-4])
 
 ESTIMATORS = {
     "default": dw.Joint(2, inputs=1),
-    "output error": dw.Joint(2, inputs=1, noise=dw.OutputError()),
-    "AR, no input": dw.Joint(3, noise=dw.EquationError()),
-    "ARX, direct term": dw.Joint(2, inputs=1, direct=True, noise=dw.EquationError(0.01)),
+    "output error": dw.Joint(2, inputs=1, noise=dw.models.OutputError()),
+    "AR, no input": dw.Joint(3, noise=dw.models.EquationError()),
+    "ARX, direct term": dw.Joint(2, inputs=1, direct=True, noise=dw.models.EquationError(0.01)),
     "two inputs": dw.Joint(1, inputs=2, direct=True),
-    "known polynomial": dw.Joint(2, inputs=1, noise=dw.NoisePolynomial([0.1, -0.4], 0.01)),
-    "known covariances": dw.Joint(2, inputs=1, noise=dw.NoiseCovariance(Q2, [0.1, 0.05], 0.5)),
+    "known polynomial": dw.Joint(2, inputs=1, noise=dw.models.NoisePolynomial([0.1, -0.4], 0.01)),
+    "known covariances": dw.Joint(2, inputs=1, noise=dw.models.NoiseCovariance(Q2, [0.1, 0.05], 0.5)),
     "noise on the parameters": dw.Joint(
-        2, inputs=1, noise=dw.NoiseCovariance(FULL, [0.1, 0.02, 1e-3, 0, 0, 0], 0.5), P0=10.0
+        2, inputs=1, noise=dw.models.NoiseCovariance(FULL, [0.1, 0.02, 1e-3, 0, 0, 0], 0.5), P0=10.0
     ),
     "walk": dw.Joint(2, inputs=1, memory=dw.RandomWalk(1e-4)),
     "gate": dw.Joint(2, inputs=1, gate=dw.InnovationGate(4.0)),
@@ -35,49 +35,55 @@ ESTIMATORS = {
         3,
         inputs=2,
         direct=True,
-        noise=dw.OutputError(0.01),
+        noise=dw.models.OutputError(0.01),
         memory=dw.RandomWalk(1e-6),
         gate=dw.InnovationGate(),
         P0=100.0,
     ),
     "until a jump": dw.Joint(2, inputs=1, memory=dw.RestartOnChange(settle=10)),
-    "unknown polynomial": dw.Joint(2, inputs=1, noise=dw.UnknownPolynomial()),
+    "unknown polynomial": dw.Joint(2, inputs=1, noise=dw.models.UnknownPolynomial()),
     "extended least squares": dw.Joint(
-        1, inputs=2, direct=True, noise=dw.UnknownPolynomial(variance=0.01, method="els"), memory=dw.RandomWalk(1e-5)
+        1,
+        inputs=2,
+        direct=True,
+        noise=dw.models.UnknownPolynomial(variance=0.01, method="els"),
+        memory=dw.RandomWalk(1e-5),
     ),
-    "dead-beat": dw.Joint(2, inputs=1, noise=dw.EquationError(0.0), P0=100.0),
+    "dead-beat": dw.Joint(2, inputs=1, noise=dw.models.EquationError(0.0), P0=100.0),
     "ARX": dw.ARX(2, 2),
     "ARX, two inputs, delays, offset": dw.ARX(2, (2, 1), (1, 0), offset=True),
     "ARX, weighted": dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98)),
-    "ARX, limited gain": dw.ARX(2, 2, memory=dw.GainFloor(50)),
+    "ARX, limited gain": dw.ARX(2, 2, memory=dw.memory.GainFloor(50)),
     "ARX, walk": dw.ARX(2, 2, memory=dw.RandomWalk(1e-5)),
     "ARX, known noise": dw.ARX(1, 1, variance=0.01, gate=dw.InnovationGate(), P0=10.0),
     "ARX, missing held": dw.ARX(2, 2, missing="hold"),
     "ARX, missing skipped": dw.ARX(2, 2, missing="skip", memory=dw.ExponentialForgetting(0.95)),
     "AR": dw.AR(3),
     "regression": dw.Regression(3, offset=True),
-    "ARX, variable forgetting": dw.ARX(2, 2, memory=dw.VariableForgetting(50)),
-    "ARX, directional forgetting": dw.ARX(2, 2, memory=dw.DirectionalForgetting(0.95)),
+    "ARX, variable forgetting": dw.ARX(2, 2, memory=dw.memory.VariableForgetting(50)),
+    "ARX, directional forgetting": dw.ARX(2, 2, memory=dw.memory.DirectionalForgetting(0.95)),
     "ARX, matched walk": dw.ARX(2, 2, memory=dw.RandomWalk(matched=(0.1, 100))),
-    "ARX, window": dw.ARX(2, 2, memory=dw.Window(20)),
-    "ARX, window of one": dw.ARX(1, 1, memory=dw.Window(1), variance=0.01),
-    "ARX, run lengths": dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 50, 5)),
-    "ARX, fuzzy drift": dw.ARX(2, 2, memory=dw.FuzzyDrift()),
-    "ARX, fuzzy drift as published": dw.ARX(2, 2, memory=dw.FuzzyDrift(geometric=True, as_published=True, phi=0.9)),
-    "ARX, scalar matching": dw.ARX(2, 2, memory=dw.CovarianceMatching()),
-    "ARX, gain matching": dw.ARX(2, 2, memory=dw.CovarianceMatching("gain")),
-    "ARX, Myers-Tapley": dw.ARX(2, 2, memory=dw.CovarianceMatching("myers-tapley")),
-    "ARX, on-line EM": dw.ARX(2, 2, memory=dw.CovarianceMatching("em")),
-    "ARX, auxiliary filter": dw.ARX(2, 2, memory=dw.AuxiliaryFilter()),
-    "ARX, correlation": dw.ARX(2, 2, memory=dw.AutocovarianceLS(3)),
-    "ARX, likelihood drift": dw.ARX(2, 2, memory=dw.LikelihoodDrift(phi=(1.0, 0.5, 1.0, 0.0))),
-    "ARX, likelihood drift, shared": dw.ARX(2, 2, memory=dw.LikelihoodDrift(shared=True)),
-    "ARX, variational drift": dw.ARX(2, 2, memory=dw.VariationalBayes()),
-    "ARX, variational noise": dw.ARX(2, 2, memory=dw.VariationalBayes("noise")),
-    "ARX, variational, both": dw.ARX(2, 2, memory=dw.VariationalBayes("both")),
-    "ARX, bank": dw.ARX(2, 2, memory=dw.MultipleModel(phi=(1.0, 0.5, 1.0, 0.0))),
-    "ARX, interacting": dw.ARX(2, 2, memory=dw.IMM()),
-    "ARX, interacting, two speeds": dw.ARX(2, 2, memory=dw.IMM((0.0, 1e-2), 0.9, 0.0, phi=0.9)),
+    "ARX, window": dw.ARX(2, 2, memory=dw.memory.Window(20)),
+    "ARX, window of one": dw.ARX(1, 1, memory=dw.memory.Window(1), variance=0.01),
+    "ARX, run lengths": dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(0.3, 50, 5)),
+    "ARX, fuzzy drift": dw.ARX(2, 2, memory=dw.memory.FuzzyDrift()),
+    "ARX, fuzzy drift as published": dw.ARX(
+        2, 2, memory=dw.memory.FuzzyDrift(geometric=True, as_published=True, phi=0.9)
+    ),
+    "ARX, scalar matching": dw.ARX(2, 2, memory=dw.memory.CovarianceMatching()),
+    "ARX, gain matching": dw.ARX(2, 2, memory=dw.memory.CovarianceMatching("gain")),
+    "ARX, Myers-Tapley": dw.ARX(2, 2, memory=dw.memory.CovarianceMatching("myers-tapley")),
+    "ARX, on-line EM": dw.ARX(2, 2, memory=dw.memory.CovarianceMatching("em")),
+    "ARX, auxiliary filter": dw.ARX(2, 2, memory=dw.memory.AuxiliaryFilter()),
+    "ARX, correlation": dw.ARX(2, 2, memory=dw.memory.AutocovarianceLS(3)),
+    "ARX, likelihood drift": dw.ARX(2, 2, memory=dw.memory.LikelihoodDrift(phi=(1.0, 0.5, 1.0, 0.0))),
+    "ARX, likelihood drift, shared": dw.ARX(2, 2, memory=dw.memory.LikelihoodDrift(shared=True)),
+    "ARX, variational drift": dw.ARX(2, 2, memory=dw.memory.VariationalBayes()),
+    "ARX, variational noise": dw.ARX(2, 2, memory=dw.memory.VariationalBayes("noise")),
+    "ARX, variational, both": dw.ARX(2, 2, memory=dw.memory.VariationalBayes("both")),
+    "ARX, bank": dw.ARX(2, 2, memory=dw.memory.MultipleModel(phi=(1.0, 0.5, 1.0, 0.0))),
+    "ARX, interacting": dw.ARX(2, 2, memory=dw.memory.IMM()),
+    "ARX, interacting, two speeds": dw.ARX(2, 2, memory=dw.memory.IMM((0.0, 1e-2), 0.9, 0.0, phi=0.9)),
     "ARX, auto": dw.ARX(2, 2, memory=dw.AutoMemory()),
     "ARX, auto, only outliers": dw.ARX(2, 2, memory=dw.AutoMemory("outliers"), missing="skip"),
     "regression, auto, no outliers": dw.Regression(3, memory=dw.AutoMemory("jumps", phi=0.95), offset=True),
@@ -87,21 +93,25 @@ ESTIMATORS = {
         2,
         (2, 1),
         memory=dw.RestartOnChange(
-            dw.ScoreCUSUM(jump=0.5, threshold=1.0), dw.CovarianceInflation(0.5, only_named=True), settle=10
+            dw.detect.ScoreCUSUM(jump=0.5, threshold=1.0),
+            dw.memory.CovarianceInflation(0.5, only_named=True),
+            settle=10,
         ),
     ),
     "ARX, until the variance jumps": dw.ARX(
-        2, 2, memory=dw.RestartOnChange(dw.VarianceCUSUM(threshold=1.0), settle=10)
+        2, 2, memory=dw.RestartOnChange(dw.detect.VarianceCUSUM(threshold=1.0), settle=10)
     ),
     "ARX, until the likelihood jumps": dw.ARX(
-        2, 2, memory=dw.RestartOnChange(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10)
+        2, 2, memory=dw.RestartOnChange(dw.detect.GLR(threshold=2.0, window=5), dw.memory.GainReset(5), settle=10)
     ),
-    "ARX, self-starting": dw.ARX(2, 2, memory=dw.RestartOnChange(dw.SelfStarting(), settle=10)),
+    "ARX, self-starting": dw.ARX(2, 2, memory=dw.RestartOnChange(dw.detect.SelfStarting(), settle=10)),
     "regression, disturbance": dw.Regression(
-        2, offset=True, disturbance=dw.Disturbance(0.8), memory=dw.Drift(nvr=(1e-3, 1e-4, 0.0))
+        2, offset=True, disturbance=dw.models.Disturbance(0.8), memory=dw.memory.Drift(nvr=(1e-3, 1e-4, 0.0))
     ),
     "matched walk": dw.Joint(2, inputs=1, memory=dw.RandomWalk(matched=(0.1, 100))),
-    "proper scale": dw.Joint(2, inputs=1, scale=dw.InverseGamma(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3),
+    "proper scale": dw.Joint(
+        2, inputs=1, scale=dw.models.InverseGamma(2.0, 0.1), noise=dw.models.EquationError(1.0), P0=1e3
+    ),
     "ARMA": dw.ARMA(2, 1),
     "ARMAX": dw.ARMAX(2, 2, 2),
     "ARMAX, pseudolinear, offset": dw.ARMAX(2, (2, 1), 1, (1, 0), method="plr", offset=True),
@@ -115,34 +125,38 @@ ESTIMATORS = {
         0.9,
         method="plr",
         memory=dw.ExponentialForgetting(0.98),
-        detector=dw.PullTest(threshold=2.0),
+        detector=dw.detect.PullTest(threshold=2.0),
         gate=dw.InnovationGate(),
     ),
     "adaptive gain, two states, input, probes": dw.AdaptiveGain(
-        [[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0), scale=dw.InverseGamma(2.0, 1.0)
+        [[1.0, 1.0], [0.0, 1.0]],
+        B=[0.5, 1.0],
+        detector=dw.detect.GainProbes(threshold=1.0),
+        scale=dw.models.InverseGamma(2.0, 1.0),
     ),
-    "manoeuvre": dw.Manoeuvre(),
+    "manoeuvre": dw.tracking.Manoeuvre(),
     "ARX, instruments": dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv"),
     "ARX, delayed instruments": dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.ExponentialForgetting(0.98)),
     "ARX, normalised gradient": dw.ARX(2, 2, method="nlms", gate=dw.InnovationGate()),
     "ARX, gradient": dw.ARX(2, 2, method="lms", step=0.01, memory=dw.ExponentialForgetting(0.99)),
-    "adaptive observer": dw.AdaptiveObserver(2, [0.5 + 0.2j, 0.5 - 0.2j], 2, offset=True),
-    "adaptive observer, weighted": dw.AdaptiveObserver(
+    "adaptive observer": dw.estimators.AdaptiveObserver(2, [0.5 + 0.2j, 0.5 - 0.2j], 2, offset=True),
+    "adaptive observer, weighted": dw.estimators.AdaptiveObserver(
         1, 0.3, 1, memory=dw.ExponentialForgetting(0.98), missing="hold"
     ),
 }
 
 OBSERVERS = {
     "window": dw.WindowObserver(
-        MOTOR, 0.4, noise_std=0.01, disturbances=(CONSTANT, dw.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02, hold="foh",
-        detector=dw.Parity(),
+        MOTOR, 0.4, noise_std=0.01, disturbances=(CONSTANT, dw.models.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02,
+        hold="foh",
+        detector=dw.detect.Parity(),
     ),
     "window, two outputs, derived, tolerance": dw.WindowObserver(
         MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), disturbances=CONSTANT,
         dt=0.02, hold="zoh", derived={"acceleration": [0, 0, 0.2]}, tolerance=[0.1, 0.1, 2.0],
     ),
     "window, unstable, noise learnt": dw.WindowObserver(
-        dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.02,
+        dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.models.Polynomial([0, 1], np.inf), dt=0.02,
         detector=dw.PageHinkley(),
     ),
 }  # fmt: skip
@@ -259,7 +273,9 @@ def _(detector, marks, z, slope):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
-@pytest.mark.parametrize("restart", [dw.CovarianceInflation(0.5), dw.GainReset(5)], ids=lambda r: type(r).__name__)
+@pytest.mark.parametrize(
+    "restart", [dw.memory.CovarianceInflation(0.5), dw.memory.GainReset(5)], ids=lambda r: type(r).__name__
+)
 def test_law_of_restarts(restart, law):
     est = dw.ARX(2, 2, memory=dw.RestartOnChange(Impatient(15.0), restart, settle=5))
     law(est, *example(est))
@@ -280,7 +296,7 @@ def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
 IDLE = [
     (dict(memory=dw.RandomWalk(0.0)), {}),
     (dict(gate=dw.InnovationGate(1e9)), {}),
-    (dict(memory=dw.RestartOnChange(dw.VarianceCUSUM(4.0, threshold=1e9))), {}),
+    (dict(memory=dw.RestartOnChange(dw.detect.VarianceCUSUM(4.0, threshold=1e9))), {}),
     (dict(floor=0.0), dict(floor=1e-300)),
 ]
 
@@ -295,15 +311,15 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
 @pytest.mark.parametrize(
     "policy",
     [
-        dw.ScoreCUSUM(jump=0.5, threshold=1.0),
-        dw.RestartOnChange(dw.GLR(threshold=2.0, window=5), dw.GainReset(5), settle=10),
-        dw.CovarianceInflation(0.5, only_named=True),
-        dw.GainReset(5),
-        dw.GainProbes(threshold=1.0),
-        dw.PullTest(threshold=2.0),
+        dw.detect.ScoreCUSUM(jump=0.5, threshold=1.0),
+        dw.RestartOnChange(dw.detect.GLR(threshold=2.0, window=5), dw.memory.GainReset(5), settle=10),
+        dw.memory.CovarianceInflation(0.5, only_named=True),
+        dw.memory.GainReset(5),
+        dw.detect.GainProbes(threshold=1.0),
+        dw.detect.PullTest(threshold=2.0),
         dw.InnovationGate(4.0),
-        dw.FuzzyDrift(),
-        dw.LikelihoodDrift(shared=True),
+        dw.memory.FuzzyDrift(),
+        dw.memory.LikelihoodDrift(shared=True),
     ],
     ids=repr,
 )
@@ -347,7 +363,7 @@ def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
         dw.ARMAX(2, 2, 1, memory=dw.AutoMemory()),
         dw.BJ(1, 1, 1, 1, memory=dw.AutoMemory("jumps")),
         dw.ARXMIMO(2, 1, memory=dw.AutoMemory()),
-        dw.ARXMIMO(2, 1, memory=dw.MultipleModel()),
+        dw.ARXMIMO(2, 1, memory=dw.memory.MultipleModel()),
     ],
     ids=repr,
 )
@@ -363,7 +379,7 @@ def test_a_broken_policy_is_named():
     with pytest.raises(dw.InputError, match=r"were the brackets forgotten"):
         dw.check_policy(dw.ExponentialForgetting)
     with pytest.raises(dw.InputError, match="check GainProbes"):
-        dw.check_policy(dw.ProbeBank([1.0]))
+        dw.check_policy(dw.detect.ProbeBank([1.0]))
     with pytest.raises(AssertionError, match="breaks a law: Without excitation"):
         dw.check_policy(Swelling(1.0))
     with pytest.raises(dw.InputError, match="memory, a gate or a detector"):
@@ -374,10 +390,10 @@ def test_a_broken_policy_is_named():
 @settings(max_examples=20, deadline=None)
 def test_any_scaling_scales_the_answer(c, g):
     """Not only powers of two: with the prior given in units of the data, to round-off."""
-    est = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01), P0=np.full(6, 10.0))
+    est = dw.Joint(2, inputs=1, noise=dw.models.EquationError(0.01), P0=np.full(6, 10.0))
     y, u = example(est)
     P0 = 10.0 * np.array([c * c, c * c, 1, 1, (c / g) ** 2, (c / g) ** 2])
-    scaled = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01 * c * c), P0=P0)
+    scaled = dw.Joint(2, inputs=1, noise=dw.models.EquationError(0.01 * c * c), P0=P0)
     one, two = est.scan(y, u), scaled.scan(c * y, g * u)
     np.testing.assert_allclose(c * one.prediction, two.prediction, rtol=1e-9, atol=1e-11)
 
@@ -395,7 +411,7 @@ def test_threads_share_a_driver():
 
 @pytest.mark.slow
 def test_covariance_stays_non_negative_over_ten_million_samples():
-    est = dw.Joint(2, inputs=1, noise=dw.OutputError(0.01), memory=dw.RandomWalk(1e-9), P0=1e16)
+    est = dw.Joint(2, inputs=1, noise=dw.models.OutputError(0.01), memory=dw.RandomWalk(1e-9), P0=1e16)
     state = est.start()
     for k in range(100):
         y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=100_000, noise_std=0.1, missing=0.01, seed=k % 7)
@@ -409,7 +425,7 @@ def test_covariance_stays_non_negative_over_ten_million_samples():
 
 @pytest.mark.slow
 def test_covariance_stays_non_negative_over_a_million_samples():
-    est = dw.Joint(2, inputs=1, noise=dw.EquationError(0.01), P0=1e16)
+    est = dw.Joint(2, inputs=1, noise=dw.models.EquationError(0.01), P0=1e16)
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=1_000_000, noise_std=0.1, noise="equation", seed=1)
     state = est.scan(y, u, keep="innovations").state
     assert np.all(state["D"] >= 0)

@@ -6,7 +6,7 @@ from oracle import golden
 
 import driftwise as dw
 
-KNOWN = dw.InverseGamma(1e15, 1e15)  # a noise that is known, by the code that learns it
+KNOWN = dw.models.InverseGamma(1e15, 1e15)  # a noise that is known, by the code that learns it
 
 
 def track(samples=200, sigma=170.0, offset=2e5, seed=3):
@@ -41,7 +41,7 @@ def differences(y, rho, R, walk, limit=0.98, spread=25.0, cap=0.45**2):
 def test_positions_and_second_differences_are_one_filter(walk, limit):
     """Two poles held, x moved along j with every step of phi that no plot made: the two forms agree to 1e-8."""
     y, R = track(), 128.0**2
-    trace = dw.Manoeuvre(0.5, 2, scale=KNOWN, walk=walk, limit=limit, y_scale=128.0, dt=12.0).scan(y)
+    trace = dw.tracking.Manoeuvre(0.5, 2, scale=KNOWN, walk=walk, limit=limit, y_scale=128.0, dt=12.0).scan(y)
     prediction, variance = differences(y, 0.5, R, walk, limit)
     assert np.any(trace.status & dw.Status.PROJECTED) or limit > 0.3
     golden.assert_close(trace.prediction[2:] - y[1:-1], prediction - y[1:-1], 1e-8)
@@ -50,7 +50,7 @@ def test_positions_and_second_differences_are_one_filter(walk, limit):
 
 def test_where_the_track_lies_does_not_matter():
     y = track(offset=0.0)
-    est = dw.Manoeuvre(y_scale=128.0)
+    est = dw.tracking.Manoeuvre(y_scale=128.0)
     near, far = est.scan(y), est.scan(y + 1e6)
     golden.assert_close(near.innovation[2:], far.innovation[2:], 1e-8)
 
@@ -58,9 +58,9 @@ def test_where_the_track_lies_does_not_matter():
 def test_with_its_pole_known_it_is_singers_filter():
     """phi = exp(-alpha T), C the spectral factor: the predictions of the steady Kalman filter of Singer's model."""
     y, alpha, q, r = track(samples=300), 0.02, 1.5, 170.0**2
-    model = dw.Singer(alpha, q, 12.0)
+    model = dw.models.Singer(alpha, q, 12.0)
     form = model.canonical(r)
-    est = dw.Manoeuvre(
+    est = dw.tracking.Manoeuvre(
         d=form.d, scale=KNOWN, pole=np.exp(-alpha * 12), pole_std=0.0, walk=0.0, y_scale=form.variance**0.5, dt=12.0
     )
     trace = est.scan(y)
@@ -80,7 +80,7 @@ def test_with_its_pole_known_it_is_singers_filter():
 
 def test_a_missed_scan_has_the_moments_of_draws():
     """From a state with an uncertain phi, the plot is not seen: mean and covariance of the next state by a million."""
-    est = dw.Manoeuvre(scale=KNOWN, walk=0.0, y_scale=128.0, dt=12.0)
+    est = dw.tracking.Manoeuvre(scale=KNOWN, walk=0.0, y_scale=128.0, dt=12.0)
     state = est.scan(track(samples=12, offset=0.0)).state
     after, step = est.update(state, np.nan)
     rng = np.random.default_rng(0)
@@ -98,7 +98,7 @@ def test_a_missed_scan_has_the_moments_of_draws():
 
 def test_velocity_is_the_slope_of_the_forecast():
     y = track()
-    est = dw.Manoeuvre(y_scale=128.0, dt=12.0)
+    est = dw.tracking.Manoeuvre(y_scale=128.0, dt=12.0)
     state = est.scan(y).state
     ahead = est.scan(np.full(2, np.nan), state=state)
     mean, std = est.velocity(state)
@@ -108,7 +108,7 @@ def test_velocity_is_the_slope_of_the_forecast():
 
 
 def test_two_poles_stay_at_one_whatever_the_plots_say():
-    est = dw.Manoeuvre()
+    est = dw.tracking.Manoeuvre()
     trace = est.scan(np.cumsum(np.cumsum(np.random.default_rng(2).standard_normal(80))))
     expected = np.array([-2, 1, 0]) + np.outer(est.pole(trace)[0], [-1, 2, -1])
     np.testing.assert_allclose(trace.parameters, expected, rtol=1e-14, atol=1e-14)
@@ -126,4 +126,4 @@ def test_bad_numbers_are_refused():
         (dict(variance=0.0), "positive"),
     ]:
         with pytest.raises(dw.InputError, match=words):
-            dw.Manoeuvre(**options)
+            dw.tracking.Manoeuvre(**options)

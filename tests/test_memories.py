@@ -12,14 +12,14 @@ from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 
 MEMORIES = {
     "never": dw.Constant(),
-    "limited": dw.GainFloor(50),
+    "limited": dw.memory.GainFloor(50),
     "weighted": dw.ExponentialForgetting(0.98),
-    "variable": dw.VariableForgetting(50),
-    "directional": dw.DirectionalForgetting(0.98),
+    "variable": dw.memory.VariableForgetting(50),
+    "directional": dw.memory.DirectionalForgetting(0.98),
     "walk": dw.RandomWalk(2e-4),
     "matched": dw.RandomWalk(matched=(0.2, 500)),
-    "window": dw.Window(50),
-    "run lengths": dw.BayesianChangePoint(0.2, 500, 8),
+    "window": dw.memory.Window(50),
+    "run lengths": dw.memory.BayesianChangePoint(0.2, 500, 8),
 }
 
 
@@ -65,7 +65,7 @@ def started(est, weight):
 
 
 SEQUENCES = {
-    "step_limit": dw.GainFloor(5),
+    "step_limit": dw.memory.GainFloor(5),
     "one_over_n": dw.Constant(),
     "forgetting_08": dw.ExponentialForgetting(0.8),
     "forgetting_0996": dw.ExponentialForgetting(0.996),
@@ -83,7 +83,7 @@ def test_golden_gains(name, memory):
 
 CASES = {
     "arx11_decreasing": dw.Constant(),
-    "reset_gain_equals_forgetting_factor": dw.RestartOnChange(At(4), dw.GainReset(3), settle=0),
+    "reset_gain_equals_forgetting_factor": dw.RestartOnChange(At(4), dw.memory.GainReset(3), settle=0),
 }
 
 
@@ -115,9 +115,9 @@ def gains(kind, n):
 
 GAINS = {
     "never": dw.ExponentialForgetting(1.0),
-    "limited": dw.GainFloor(30),
+    "limited": dw.memory.GainFloor(30),
     "weighted": dw.ExponentialForgetting(0.97),
-    "reset": dw.RestartOnChange(At(99), dw.GainReset(4), settle=0),
+    "reset": dw.RestartOnChange(At(99), dw.memory.GainReset(4), settle=0),
 }
 
 
@@ -152,7 +152,7 @@ def test_variable_forgetting_is_fortescues():
     """lambda from the last error, against dense recursive least squares; known noise, memory 40, at least 0.9."""
     phi, y = excite(1)
     y[150:] += phi[150:] @ [1.0, 0.0, 0.0]
-    theta, P, trace = after_twenty(dw.VariableForgetting(40, 0.9), phi, y)
+    theta, P, trace = after_twenty(dw.memory.VariableForgetting(40, 0.9), phi, y)
     lambdas = []
     for t, (row, value) in enumerate(zip(phi[20:], y[20:])):
         S = row @ P @ row + 0.25
@@ -168,7 +168,7 @@ def test_variable_forgetting_is_fortescues():
 def test_directional_forgetting_equals_its_information_form():
     """Kulhavy's rule: P^-1 <- P^-1 - (1 - p) psi psi' / (psi' P psi) + psi psi' / R."""
     phi, y = excite(2)
-    theta, P, trace = after_twenty(dw.DirectionalForgetting(0.9), phi, y)
+    theta, P, trace = after_twenty(dw.memory.DirectionalForgetting(0.9), phi, y)
     I = np.linalg.inv(P)
     for t, (row, value) in enumerate(zip(phi[20:], y[20:])):
         I = I - 0.1 * np.outer(row, row) / (row @ np.linalg.solve(I, row)) + np.outer(row, row) / 0.25
@@ -182,14 +182,16 @@ def test_directional_forgetting_remembers_a_memory_for_each_direction():
     rng, p, scales = np.random.default_rng(12), 0.98, np.array([1.0, 100.0, 0.1])
     phi = rng.standard_normal((64, 1500, 3)) @ np.array([[1.0, 0.5, 0.2], [0.0, 1.0, 0.3], [0.0, 0.0, 1.0]]) * scales
     y = phi @ (1 / scales) + 0.5 * rng.standard_normal((64, 1500))
-    est = dw.Regression(3, memory=dw.DirectionalForgetting(p), variance=0.25, P0=1e6)
+    est = dw.Regression(3, memory=dw.memory.DirectionalForgetting(p), variance=0.25, P0=1e6)
     states, _ = est.update_batch(est.start(64), y, phi)
     moment = np.mean([phi[i].T @ phi[i] / 1500 for i in range(64)], axis=0)
     traces = [np.trace(est.covariance(state) @ moment) / 0.25 for state in states]
     assert abs(np.mean(traces) / (1 - p) - 1) < 0.1  # N directions, (1 - p)/N each
 
 
-@pytest.mark.parametrize("memory, p", [(dw.ExponentialForgetting(0.995), 0.995), (dw.GainFloor(200), 0.995)], ids=str)
+@pytest.mark.parametrize(
+    "memory, p", [(dw.ExponentialForgetting(0.995), 0.995), (dw.memory.GainFloor(200), 0.995)], ids=str
+)
 def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, p):
     """The variance of the estimate is P/(1 + p), P after the correction; the state's is that over p."""
     rng = np.random.default_rng(21)
@@ -205,7 +207,7 @@ def test_forgetting_makes_the_bars_of_constants_too_wide_by_its_formula(memory, 
 def test_the_noise_is_learnt_before_anything_is_forgotten():
     """Two samples per parameter (six for a mixture) count in full; the one after them is the first to fade."""
     phi, y = excite(13, 40)
-    for memory, first in ((dw.VariableForgetting(50), 6), (dw.BayesianChangePoint(0.2, 500, 8), 18)):
+    for memory, first in ((dw.memory.VariableForgetting(50), 6), (dw.memory.BayesianChangePoint(0.2, 500, 8), 18)):
         weight = dw.Regression(3, memory=memory).scan(y, phi).weight
         assert np.array_equal(weight[: first + 1], np.arange(1.0, first + 2)), memory
         assert weight[first + 1] < first + 2, memory
@@ -289,7 +291,7 @@ def test_a_window_is_batch_least_squares_of_its_rows(T, missing):
     phi, y = excite(5, 160)
     y[np.random.default_rng(0).random(160) < missing] = np.nan
     P0, theta0 = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 2.0], [0.0, 2.0, 1.0]]), np.array([1.0, 0.0, -1.0])
-    est = dw.Regression(3, memory=dw.Window(T), variance=0.25, P0=P0, theta0=theta0)
+    est = dw.Regression(3, memory=dw.memory.Window(T), variance=0.25, P0=P0, theta0=theta0)
     trace = est.scan(y, phi, keep="covariance")
     state = est.start()
     for t in range(160):
@@ -304,7 +306,7 @@ def test_a_window_is_batch_least_squares_of_its_rows(T, missing):
 def test_a_window_learns_the_noise_from_its_rows():
     phi, y = excite(6)
     y[100:] = phi[100:] @ [1.0, 2.0, 3.0] + 1e-6 * (y - phi @ [1.0, 2.0, 3.0])[100:]
-    est = dw.Regression(3, memory=dw.Window(20), P0=1e4)
+    est = dw.Regression(3, memory=dw.memory.Window(20), P0=1e4)
     state = est.scan(y, phi).state
     theta, _, chi2 = ridge(phi[-20:], y[-20:], np.zeros(3), 1e4 * np.eye(3))
     np.testing.assert_allclose(state["theta"], theta, rtol=1e-9)
@@ -317,7 +319,7 @@ def test_a_window_forgets_completely():
     phi, y = excite(7)
     wild, far = y.copy(), phi.copy()
     wild[:100], far[:100] = 1e8 * wild[:100] + 1e9, 1e6 * far[:100]
-    est = dw.Regression(3, memory=dw.Window(30))
+    est = dw.Regression(3, memory=dw.memory.Window(30))
     one, two = est.scan(y, phi), est.scan(wild, far)
     assert np.max(np.abs(one.parameters - two.parameters)[130:]) < 1e-12
 
@@ -333,11 +335,15 @@ def test_an_alarm_frees_all_or_the_one_that_is_named():
     phi, y = excite(8)
     calm = dw.Regression(3, variance=0.25, P0=4.0).scan(y[:50], phi[:50]).state
     for restart, about, gained in (
-        (dw.CovarianceInflation(0.5), 1.0, [0.25, 0.25, 0.25]),
-        (dw.CovarianceInflation([0.5, 0.2, 0.0]), -1.0, [0.25, 0.04, 0.0]),
-        (dw.CovarianceInflation(0.5, only_named=True), 1.0, [0.0, 0.25, 0.0]),
-        (dw.CovarianceInflation(0.5, only_named=True), -1.0, [0.25, 0.25, 0.25]),
-        (dw.CovarianceInflation(100.0), -1.0, 4.0 - np.diag(dw.Regression(3, variance=0.25, P0=4.0).covariance(calm))),
+        (dw.memory.CovarianceInflation(0.5), 1.0, [0.25, 0.25, 0.25]),
+        (dw.memory.CovarianceInflation([0.5, 0.2, 0.0]), -1.0, [0.25, 0.04, 0.0]),
+        (dw.memory.CovarianceInflation(0.5, only_named=True), 1.0, [0.0, 0.25, 0.0]),
+        (dw.memory.CovarianceInflation(0.5, only_named=True), -1.0, [0.25, 0.25, 0.25]),
+        (
+            dw.memory.CovarianceInflation(100.0),
+            -1.0,
+            4.0 - np.diag(dw.Regression(3, variance=0.25, P0=4.0).covariance(calm)),
+        ),
     ):
         est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(restart, about))
         trace = est.scan(y[:50], phi[:50])
@@ -350,14 +356,14 @@ def test_an_alarm_frees_all_or_the_one_that_is_named():
 def test_a_reset_scales_the_covariance_and_stays_below_the_prior():
     phi, y = excite(9)
     calm = dw.Regression(3, variance=0.25, P0=4.0).scan(y[:50], phi[:50]).state
-    est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(dw.GainReset(6)))
+    est = dw.Regression(3, variance=0.25, P0=4.0, memory=until(dw.memory.GainReset(6)))
     state = est.scan(y[:50], phi[:50]).state
     assert state["weight"] == 5
     np.testing.assert_allclose(est.covariance(state), 10 * est.covariance(calm), rtol=1e-12)
-    young = dw.Regression(3, variance=0.25, P0=4.0, memory=until(dw.GainReset(60)))  # nothing to forget yet
+    young = dw.Regression(3, variance=0.25, P0=4.0, memory=until(dw.memory.GainReset(60)))  # nothing to forget yet
     state = young.scan(y[:50], phi[:50]).state
     assert state["weight"] == 50 and np.array_equal(young.covariance(state), est.covariance(calm))
-    tight = dw.Regression(3, variance=0.25, P0=0.01, memory=until(dw.GainReset(1.001)))
+    tight = dw.Regression(3, variance=0.25, P0=0.01, memory=until(dw.memory.GainReset(1.001)))
     assert np.all(np.diag(tight.covariance(tight.scan(y[:50], phi[:50]).state)) <= 0.01 * (1 + 1e-12))
 
 
@@ -368,12 +374,12 @@ def test_a_reset_scales_the_covariance_and_stays_below_the_prior():
     "idle",
     [
         dw.ExponentialForgetting(1.0),
-        dw.GainFloor(1e9),
+        dw.memory.GainFloor(1e9),
         dw.RandomWalk(0.0),
-        dw.VariableForgetting(least=1.0),
-        dw.DirectionalForgetting(1.0),
-        until(dw.GainReset(2), n=1e9),
-        until(dw.CovarianceInflation(1.0), n=1e9),
+        dw.memory.VariableForgetting(least=1.0),
+        dw.memory.DirectionalForgetting(1.0),
+        until(dw.memory.GainReset(2), n=1e9),
+        until(dw.memory.CovarianceInflation(1.0), n=1e9),
     ],
     ids=str,
 )
@@ -386,14 +392,14 @@ def test_a_memory_with_nothing_to_do_changes_nothing(idle):
 
 def test_a_window_longer_than_the_record_is_no_window():
     y, u = record()
-    one, two = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=dw.Window(1000)).scan(y, u)
+    one, two = dw.ARX(2, 2).scan(y, u), dw.ARX(2, 2, memory=dw.memory.Window(1000)).scan(y, u)
     np.testing.assert_allclose(one.table, two.table, rtol=1e-8, atol=1e-12)
 
 
 def test_runs_that_never_end_are_no_runs():
     y, u = record()
     one = dw.ARX(2, 2, variance=0.09).scan(y, u)
-    two = dw.ARX(2, 2, variance=0.09, memory=dw.BayesianChangePoint(0.1, 1e15)).scan(y, u)
+    two = dw.ARX(2, 2, variance=0.09, memory=dw.memory.BayesianChangePoint(0.1, 1e15)).scan(y, u)
     np.testing.assert_allclose(one.table[:, 8:], two.table[:, 8:], rtol=1e-8)
 
 
@@ -434,7 +440,7 @@ def mixture(phi, y, R, P0, q, rate, M):
 def test_the_mixture_equals_dense_filters():
     phi, y = excite(10, 150)
     y[80:] += phi[80:] @ [2.0, -1.0, 0.0]
-    est = dw.Regression(3, memory=dw.BayesianChangePoint([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
+    est = dw.Regression(3, memory=dw.memory.BayesianChangePoint([1.0, 0.5, 0.2], 40, 6), variance=0.25, P0=1e3)
     trace = est.scan(y, phi, keep="covariance")
     means, covariances, lengths, chi2 = mixture(phi, y, 0.25, 1e3 * np.eye(3), np.array([1.0, 0.25, 0.04]), 1 / 40, 6)
     np.testing.assert_allclose(trace.parameters, means, rtol=1e-9, atol=1e-10)
@@ -460,7 +466,7 @@ def test_jumps_do_not_spoil_what_is_learnt_of_the_noise(noise_std, every, jump):
     found = []
     for seed in range(5):
         y, u = with_jumps(seed, noise_std, 0.3, every)
-        est = dw.ARX(2, 2, memory=dw.BayesianChangePoint(jump, every))
+        est = dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(jump, every))
         found.append(np.sqrt(est.sigma2(est.scan(y, u, keep="innovations").state)) / noise_std)
     assert abs(np.mean(found) - 1) < 0.03, found
 
@@ -480,7 +486,7 @@ def test_the_mixture_tells_when_the_parameters_jumped():
     """b2 of row 1500 multiplies u(1500) in y(1502)."""
     for seed, size, late in ((0, 0.3, 10), (1, -0.3, 10), (2, 3.0, 1)):
         y, u = with_jumps(seed, 0.1, size)
-        trace = dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 1500)).scan(y, u)
+        trace = dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(0.3, 1500)).scan(y, u)
         (told,) = trace.jumps()
         began = told.sample - trace.table[told.sample, 6] + 1
         assert told.sample < 1502 + late and abs(began - 1502) <= 1, (told.sample, began)
@@ -490,7 +496,7 @@ def test_the_mixture_tells_when_the_parameters_jumped():
 
 def test_the_mixture_seldom_tells_of_a_jump_that_was_none():
     """False events are 100 * every samples apart or more: here four at most are to be expected."""
-    est, told = dw.ARX(2, 2, memory=dw.BayesianChangePoint(0.3, 500)), 0
+    est, told = dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(0.3, 500)), 0
     for seed in range(20):
         y, u = with_jumps(seed, 1.0, 0.0, samples=10_000)
         told += len(est.scan(y, u, keep="innovations").jumps())
@@ -500,7 +506,7 @@ def test_the_mixture_seldom_tells_of_a_jump_that_was_none():
 def test_a_gap_gives_jumps_time():
     """Without data the spread grows by what one jump adds, and the mean waits."""
     phi, y = excite(11, 100)
-    est = dw.Regression(3, memory=dw.BayesianChangePoint(1.0, 50), variance=0.25, P0=1e3)
+    est = dw.Regression(3, memory=dw.memory.BayesianChangePoint(1.0, 50), variance=0.25, P0=1e3)
     state = est.scan(y, phi).state
     before = est.covariance(state)
     for n in (10, 1000):
@@ -530,9 +536,9 @@ def test_when_does_starting_anew_pay(d, expected):
     """Mean square errors within 5 % of a reference computed by other code on other seeds."""
     detector = dw.PageHinkley(false_alarms="1 per 5000", jump=d)
     memories = (
-        dw.BayesianChangePoint(d, 500, 60),
+        dw.memory.BayesianChangePoint(d, 500, 60),
         dw.RandomWalk(matched=(d, 500)),
-        dw.RestartOnChange(detector, dw.GainReset(1 + 1 / d**2), settle=0),
+        dw.RestartOnChange(detector, dw.memory.GainReset(1 + 1 / d**2), settle=0),
     )
     for memory, published in zip(memories, expected):
         est, found = dw.Regression(1, memory=memory, variance=1.0, P0=1e3), []
@@ -549,22 +555,22 @@ def test_when_does_starting_anew_pay(d, expected):
 @pytest.mark.parametrize(
     "memory, words",
     [
-        (dw.GainFloor(1.0), "samples must exceed 1"),
+        (dw.memory.GainFloor(1.0), "samples must exceed 1"),
         (dw.ExponentialForgetting(1.2), "at most 1"),
-        (dw.DirectionalForgetting(0.0), "positive"),
-        (dw.VariableForgetting(1.0), "samples must exceed 1"),
-        (dw.VariableForgetting(least=1.5), "least is the smallest lambda"),
-        (dw.Window(4), "needs 5 samples"),
-        (dw.Window(0), "whole number"),
+        (dw.memory.DirectionalForgetting(0.0), "positive"),
+        (dw.memory.VariableForgetting(1.0), "samples must exceed 1"),
+        (dw.memory.VariableForgetting(least=1.5), "least is the smallest lambda"),
+        (dw.memory.Window(4), "needs 5 samples"),
+        (dw.memory.Window(0), "whole number"),
         (dw.RandomWalk(-1.0), "must not be negative"),
         (dw.RandomWalk(1e-3, matched=(1.0, 100)), "either q or matched"),
         (dw.RandomWalk(matched=(0.0, 100)), "jump is the size"),
-        (dw.BayesianChangePoint(0.0, 100), "jump is the size"),
-        (dw.BayesianChangePoint(1.0, 1.0), "every must exceed 1"),
-        (dw.BayesianChangePoint(1.0, 100, 1), "hypotheses must be a whole number of at least 2"),
+        (dw.memory.BayesianChangePoint(0.0, 100), "jump is the size"),
+        (dw.memory.BayesianChangePoint(1.0, 1.0), "every must exceed 1"),
+        (dw.memory.BayesianChangePoint(1.0, 100, 1), "hypotheses must be a whole number of at least 2"),
         (dw.RestartOnChange(3.0), "detector must be"),
         (dw.RestartOnChange(At(3), restart=3.0), r"CovarianceInflation\(step\) or GainReset"),
-        (dw.RestartOnChange(At(3), dw.GainReset(1.0)), "samples must exceed 1"),
+        (dw.RestartOnChange(At(3), dw.memory.GainReset(1.0)), "samples must exceed 1"),
         (0.99, "memory must be"),
     ],
 )
@@ -574,11 +580,11 @@ def test_bad_settings_are_told(memory, words):
 
 
 def test_the_joint_filter_says_what_it_cannot():
-    for restart in (dw.GainReset(5), dw.CovarianceInflation(1.0, only_named=True)):
+    for restart in (dw.memory.GainReset(5), dw.memory.CovarianceInflation(1.0, only_named=True)):
         with pytest.raises(dw.InputError, match="for all parameters at once"):
             dw.Joint(2, 1, memory=dw.RestartOnChange(restart=restart))
     y, u = record()
-    options = dict(noise=dw.EquationError(0.09), P0=1e3)
+    options = dict(noise=dw.models.EquationError(0.09), P0=1e3)
     plain = dw.Joint(2, 1, memory=dw.RandomWalk([0.0002, 0.0002, 0.0008, 0.0008]), **options)
     matched = dw.Joint(2, 1, memory=dw.RandomWalk(matched=([0.1, 0.1, 0.2, 0.2], 50)), **options)
     np.testing.assert_allclose(plain.scan(y, u).parameters, matched.scan(y, u).parameters, rtol=1e-9, atol=1e-12)

@@ -117,7 +117,7 @@ def test_a_reset_of_the_gain_frees_the_instruments_too():
     """After the alarm both matrices have grown: the new plant is found soon."""
     y, u = plant(1500, 1, measurement=0.1, std=0.0)
     more, v = plant(300, 2, measurement=0.1, std=0.0)
-    memory = dw.RestartOnChange(dw.PageHinkley(threshold=12.0), dw.GainReset(8))
+    memory = dw.RestartOnChange(dw.PageHinkley(threshold=12.0), dw.memory.GainReset(8))
     est = dw.ARX(2, 2, method="iv", memory=memory).scaled_to(y, u)
     trace = est.scan(np.append(y, -2 * more), np.append(u, v))
     assert np.any(trace.status[1500:1520] & dw.Status.JUMP)
@@ -202,7 +202,7 @@ def filtered(v, lam):
 @pytest.mark.parametrize("poles", [0.3, [0.5 + 0.3j, 0.5 - 0.3j], 0.0], ids=str)
 def test_equals_the_regression_on_filtered_data(poles):
     y, u = plant(400, 1)
-    est = dw.AdaptiveObserver(2, poles, 1, offset=True, P0=100.0, at_rest=True)
+    est = dw.estimators.AdaptiveObserver(2, poles, 1, offset=True, P0=100.0, at_rest=True)
     state = est.scan(y, u).state
     lam = np.poly(np.broadcast_to(poles, 2)).real
     Y, U = np.column_stack(filtered(y, lam)), np.column_stack(filtered(u, lam))
@@ -216,7 +216,7 @@ def test_poles_at_zero_are_arx():
     est = dw.ARX(2, 2)
     y, u = example(est, samples=300)
     y[np.isnan(y)] = 0.0
-    one, two = est.scan(y, u), dw.AdaptiveObserver(2, 0.0, 1).scan(y, u)
+    one, two = est.scan(y, u), dw.estimators.AdaptiveObserver(2, 0.0, 1).scan(y, u)
     np.testing.assert_allclose(two.prediction, one.prediction, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(two.variance, one.variance, rtol=1e-5)
     assert two.names == one.names
@@ -226,8 +226,8 @@ def test_is_the_joint_filter_with_that_noise_polynomial():
     """Asymptotically: estimates agree within a fraction of their deviation, and so do the deviations and the state."""
     lam = np.poly([0.5 + 0.3j, 0.5 - 0.3j]).real
     y, u = plant(4000, 3, equation=lam)
-    est = dw.AdaptiveObserver(2, [0.5 + 0.3j, 0.5 - 0.3j], 1, at_rest=True)
-    one, two = est.scan(y, u), dw.Joint(2, 1, noise=dw.NoisePolynomial(lam[:0:-1])).scan(y, u)
+    est = dw.estimators.AdaptiveObserver(2, [0.5 + 0.3j, 0.5 - 0.3j], 1, at_rest=True)
+    one, two = est.scan(y, u), dw.Joint(2, 1, noise=dw.models.NoisePolynomial(lam[:0:-1])).scan(y, u)
     assert np.max(abs(one.parameters[-1] - two.parameters[-1]) / two.parameters_std[-1]) < 0.05
     np.testing.assert_allclose(one.parameters_std[-1], two.parameters_std[-1], rtol=0.01)
     assert np.max(abs(one.parameters[-1] - TRUTH) / one.parameters_std[-1]) < 3
@@ -240,7 +240,7 @@ def test_state_is_the_observers():
     """x+ = shift_up(x) - a y + b u + lambda (y - x_1) from zero, with the final parameters."""
     y, u = plant(200, 4)
     v = np.column_stack([u, np.roll(u, 3)])
-    est = dw.AdaptiveObserver(3, [0.2, 0.5, -0.4], 2)
+    est = dw.estimators.AdaptiveObserver(3, [0.2, 0.5, -0.4], 2)
     state = est.scan(y, v).state
     a, b1, b2 = est.mean(state).reshape(3, 3)
     lam, x = np.poly([0.2, 0.5, -0.4])[1:], np.zeros(3)
@@ -264,7 +264,7 @@ def test_bands_of_an_observer_hold_through_gaps(missing, low, high):
     for seed in range(30):
         y, u = plant(1500, seed, equation=np.poly([0.5, 0.4]))
         y[np.random.default_rng(10**4 + seed).random(1500) < missing] = np.nan
-        trace = dw.AdaptiveObserver(2, [0.5, 0.4], 1).scaled_to(y, u).scan(y, u, keep="innovations")
+        trace = dw.estimators.AdaptiveObserver(2, [0.5, 0.4], 1).scaled_to(y, u).scan(y, u, keep="innovations")
         found.append(np.nanmean(trace.innovation[300:] ** 2 / trace.variance[300:]))
     print(f"lost {missing:.0%}: NIS {np.mean(found):.3f}")
     assert low < np.mean(found) < high
@@ -274,7 +274,7 @@ def test_what_a_gap_leaves_in_the_filter():
     """The error of one predicted y runs through the filter as its impulse response does, and so does its covariance."""
     y, u = plant(104, 6)
     y[100] = np.nan
-    est = dw.AdaptiveObserver(2, [0.5, -0.3], 1, at_rest=True)
+    est = dw.estimators.AdaptiveObserver(2, [0.5, -0.3], 1, at_rest=True)
     trace = est.scan(y, u)
     h = scipy.signal.lfilter([1.0], np.poly([0.5, -0.3]), [1.0, 0, 0, 0])
     left = trace.variance[100] * np.outer(h[:1:-1], h[:1:-1])
@@ -285,7 +285,7 @@ def test_learning_resumes_after_a_gap():
     """With missing="skip": once what a gap left in the filter has died away."""
     y, u = plant(600, 5)
     y[300] = np.nan
-    trace = dw.AdaptiveObserver(2, 0.5, 1, missing="skip", at_rest=True).scaled_to(y, u).scan(y, u)
+    trace = dw.estimators.AdaptiveObserver(2, 0.5, 1, missing="skip", at_rest=True).scaled_to(y, u).scan(y, u)
     skipped = np.flatnonzero(trace.status & int(dw.Status.SKIPPED))
     assert skipped[0] == 301 and 303 < skipped[-1] < 340
 
@@ -301,9 +301,9 @@ BAD = {
     "step must lie between 0 and 2": lambda: dw.ARX(2, 2, method="nlms", step=2.0),
     "has no covariance, so P0": lambda: dw.ARX(2, 2, method="nlms", P0=1.0),
     "memory says how the variance does": lambda: dw.ARX(2, 2, method="lms", memory=dw.RandomWalk(1e-4)),
-    "inside the unit circle": lambda: dw.AdaptiveObserver(2, 1.0),
-    "conjugates": lambda: dw.AdaptiveObserver(2, [0.5j, 0.5]),
-    "poles must be a finite number, or 2": lambda: dw.AdaptiveObserver(2, [0.5]),
+    "inside the unit circle": lambda: dw.estimators.AdaptiveObserver(2, 1.0),
+    "conjugates": lambda: dw.estimators.AdaptiveObserver(2, [0.5j, 0.5]),
+    "poles must be a finite number, or 2": lambda: dw.estimators.AdaptiveObserver(2, [0.5]),
 }
 
 

@@ -39,8 +39,8 @@ def test_noise_free_data_are_recovered(nu, split):
     rng = np.random.default_rng(3)
     form = Structure(nu, 1, True)
     theta = np.where(form.sources < form.outputs, 0.2, 1.0) * rng.standard_normal(form.N - form.n)
-    y, u = dw.simulate_mimo(nu, theta, samples=80, inputs=1, direct=True, u=rng.standard_normal(80), seed=1)
-    est = dw.JointMIMO(nu, 1, True, noise=dw.EquationError(0.0), P0=100.0, split=split)
+    y, u = dw.models.simulate_mimo(nu, theta, samples=80, inputs=1, direct=True, u=rng.standard_normal(80), seed=1)
+    est = dw.JointMIMO(nu, 1, True, noise=dw.models.EquationError(0.0), P0=100.0, split=split)
     trace = est.scan(y, u)
     error = np.max(abs(trace.parameters[-1] - theta))
     print(f"{nu}, split {split}: error {error:.1e}, largest variance left {trace.state['D'].max():.1e}")
@@ -49,13 +49,13 @@ def test_noise_free_data_are_recovered(nu, split):
 
 
 NOISES = [
-    dict(noise=dw.EquationError(0.01), P0=10.0),
+    dict(noise=dw.models.EquationError(0.01), P0=10.0),
     dict(),
-    dict(noise=dw.NoisePolynomial((0.1, -0.4), 0.01), P0=10.0),
-    dict(noise=dw.NoiseCovariance([[0.3, 0.1], [0.1, 0.2]], [0.1, 0.05], 0.5), P0=10.0),
+    dict(noise=dw.models.NoisePolynomial((0.1, -0.4), 0.01), P0=10.0),
+    dict(noise=dw.models.NoiseCovariance([[0.3, 0.1], [0.1, 0.2]], [0.1, 0.05], 0.5), P0=10.0),
     dict(memory=dw.RandomWalk(1e-4)),
     dict(gate=dw.InnovationGate(2.5)),
-    dict(scale=dw.InverseGamma(2.0, 0.1), noise=dw.EquationError(1.0)),
+    dict(scale=dw.models.InverseGamma(2.0, 0.1), noise=dw.models.EquationError(1.0)),
 ]
 
 
@@ -84,9 +84,9 @@ def test_coupled_is_split_where_nothing_links_the_outputs(nu):
     rng = np.random.default_rng(5)
     form = Structure(nu, 1, True)
     theta = np.where(form.sources < form.outputs, 0.2, 1.0) * rng.standard_normal(form.N - form.n)
-    y, u = dw.simulate_mimo(nu, theta, samples=300, inputs=1, direct=True, noise_std=0.1, seed=1)
+    y, u = dw.models.simulate_mimo(nu, theta, samples=300, inputs=1, direct=True, noise_std=0.1, seed=1)
     d, R = tuple(0.3 * rng.standard_normal(v) for v in nu), 0.01 * np.arange(1.0, len(nu) + 1)
-    for noise in (dw.EquationError(R), dw.NoisePolynomial(d, R)):
+    for noise in (dw.models.EquationError(R), dw.models.NoisePolynomial(d, R)):
         options = dict(noise=noise, P0=rng.uniform(0.5, 2.0, form.N), memory=dw.RandomWalk(1e-6))
         one, two = dw.JointMIMO(nu, 1, True, **options), dw.JointMIMO(nu, 1, True, split=False, **options)
         assert one.is_split and not two.is_split
@@ -96,13 +96,13 @@ def test_coupled_is_split_where_nothing_links_the_outputs(nu):
         assert np.max(abs(a.parameters - b.parameters)) <= 1e-13 * size[1]
         np.testing.assert_allclose(a.parameters_std, b.parameters_std, rtol=1e-12)
         assert one.loglik(a.state) == pytest.approx(two.loglik(b.state), rel=1e-13)
-    given = dw.NoiseCovariance(np.diag(np.arange(1.0, form.n + 1)), np.zeros((form.n, len(nu))), np.diag(R))
+    given = dw.models.NoiseCovariance(np.diag(np.arange(1.0, form.n + 1)), np.zeros((form.n, len(nu))), np.diag(R))
     assert dw.JointMIMO(nu, noise=given).is_split
     assert not dw.JointMIMO((1, 1), P0=np.eye(6) + 0.1).is_split
 
 
 def test_each_output_learns_its_own_scale():
-    y, u = dw.simulate_mimo((2, 1), THETA, samples=3000, inputs=1, noise_std=(0.1, 2.0), seed=1)
+    y, u = dw.models.simulate_mimo((2, 1), THETA, samples=3000, inputs=1, noise_std=(0.1, 2.0), seed=1)
     est = dw.JointMIMO((2, 1), 1).scaled_to(y, u)
     trace = est.scan(y, u)
     assert np.sqrt(est.sigma2(trace.state)) * est.y_scale == pytest.approx([0.1, 2.0], rel=0.05)
@@ -110,14 +110,16 @@ def test_each_output_learns_its_own_scale():
     assert np.all(abs(inside - 0.95) < 0.012)  # three standard errors of 3000
     alpha, beta = est.scale_posterior(trace.state)
     assert alpha.tolist() == [1500 + (1 - 7) / 2, 1500 + (1 - 5) / 2] and np.all(beta > 0)  # 7 and 5 unknowns
-    coupled = dw.JointMIMO((2, 1), 1, split=False, noise=dw.EquationError((1.0, 400.0)), scale=dw.InverseGamma(1, 1))
+    coupled = dw.JointMIMO(
+        (2, 1), 1, split=False, noise=dw.models.EquationError((1.0, 400.0)), scale=dw.models.InverseGamma(1, 1)
+    )
     state = coupled.scan(y, u).state
     assert np.sqrt(coupled.sigma2(state)) == pytest.approx([0.1, 0.1], rel=0.05)
 
 
 def test_evidence_prefers_the_true_structure():
-    y, u = dw.simulate_mimo((2, 1), THETA, samples=400, inputs=1, noise_std=0.3, seed=2)
-    options = dict(noise=dw.EquationError(0.09), P0=10.0)
+    y, u = dw.models.simulate_mimo((2, 1), THETA, samples=400, inputs=1, noise_std=0.3, seed=2)
+    options = dict(noise=dw.models.EquationError(0.09), P0=10.0)
     evidence = {}
     for nu in [(1, 1), (2, 1), (1, 2), (2, 2), (3, 1), (3, 2)]:
         est = dw.JointMIMO(nu, 1, **options)
@@ -133,7 +135,7 @@ def model(theta=DIRECT, nu=(2, 1), P=None, direct=True):
 def test_state_space_is_the_equations():
     m = model()
     u = np.random.default_rng(0).standard_normal((40, 1))
-    expected, _ = dw.simulate_mimo((2, 1), DIRECT, samples=40, inputs=1, direct=True, u=u)
+    expected, _ = dw.models.simulate_mimo((2, 1), DIRECT, samples=40, inputs=1, direct=True, u=u)
     A, B, C, D, dt = m.to_scipy()
     _, y, _ = scipy.signal.dlsim(scipy.signal.dlti(A, B, C, D, dt=dt), u)
     np.testing.assert_allclose(y, expected, atol=1e-11)
@@ -168,7 +170,7 @@ def test_uncertainties_are_first_order():
 
 
 def test_the_trace_has_a_column_per_output(tmp_path):
-    y, u = dw.simulate_mimo((2, 1), THETA, samples=60, inputs=1, noise_std=0.1, missing=0.1, seed=1)
+    y, u = dw.models.simulate_mimo((2, 1), THETA, samples=60, inputs=1, noise_std=0.1, missing=0.1, seed=1)
     est = dw.JointMIMO((2, 1), 1)
     trace = est.scan(y, u, keep="covariance")
     table = trace.columns()
@@ -184,7 +186,7 @@ def test_the_trace_has_a_column_per_output(tmp_path):
     back = dw.Trace.load(tmp_path / "trace")
     assert np.array_equal(back.table, trace.table, equal_nan=True) and np.array_equal(back.dof, trace.dof)
     assert back.names == trace.names and repr(back.estimator) == repr(est)
-    ratios = [ratio for ratio, _ in est.excitation(trace.state)]
+    ratios = [ratio for ratio, _ in est.information_ratio(trace.state)]
     assert len(ratios) == 9 and max(ratios) < 0.5
 
 
@@ -195,12 +197,14 @@ REFUSED = {
     "whole numbers of at least 1": lambda: dw.JointMIMO((True, 1)),
     "is empty": lambda: dw.JointMIMO(()),
     "limit is 2000": lambda: dw.JointMIMO((300, 300), 3),
-    "not for several outputs": lambda: dw.JointMIMO((2, 1), noise=dw.OutputError()),
-    "brackets": lambda: dw.JointMIMO((2, 1), noise=dw.EquationError),
-    "one per output": lambda: dw.JointMIMO((2, 1), noise=dw.EquationError((1.0, 2.0, 3.0))),
-    "d must list": lambda: dw.JointMIMO((2, 1), noise=dw.NoisePolynomial((0.1, 0.2))),
-    "stacked states": lambda: dw.JointMIMO((2, 1), noise=dw.NoiseCovariance(np.eye(2), np.zeros(2), 1.0)),
-    "negative eigenvalue": lambda: dw.JointMIMO((1, 1), noise=dw.NoiseCovariance(np.eye(2), 2 * np.eye(2), np.eye(2))),
+    "not for several outputs": lambda: dw.JointMIMO((2, 1), noise=dw.models.OutputError()),
+    "brackets": lambda: dw.JointMIMO((2, 1), noise=dw.models.EquationError),
+    "one per output": lambda: dw.JointMIMO((2, 1), noise=dw.models.EquationError((1.0, 2.0, 3.0))),
+    "d must list": lambda: dw.JointMIMO((2, 1), noise=dw.models.NoisePolynomial((0.1, 0.2))),
+    "stacked states": lambda: dw.JointMIMO((2, 1), noise=dw.models.NoiseCovariance(np.eye(2), np.zeros(2), 1.0)),
+    "negative eigenvalue": lambda: dw.JointMIMO(
+        (1, 1), noise=dw.models.NoiseCovariance(np.eye(2), 2 * np.eye(2), np.eye(2))
+    ),
     "links the outputs": lambda: dw.JointMIMO((1, 1), P0=np.eye(6) + 0.1, split=True),
     "y_scale must be": lambda: dw.JointMIMO((2, 1), y_scale=(1.0, 2.0, 3.0)),
     "y_scale must be positive": lambda: dw.JointMIMO((2, 1), y_scale=(1.0, -2.0)),
@@ -214,7 +218,7 @@ REFUSED = {
     "one sample is 2 output": lambda: dw.JointMIMO((2, 1)).update(dw.JointMIMO((2, 1)).start(), 1.0),
     "one row per state": lambda: dw.JointMIMO((2, 1)).update_batch(dw.JointMIMO((2, 1)).start(3), np.zeros((3, 4))),
     "another estimator": lambda: dw.JointMIMO((2, 1)).scan(np.zeros((5, 2)), state=dw.JointMIMO((1, 1)).start()),
-    "parameters must list": lambda: dw.simulate_mimo((2, 1), [1.0], samples=3),
+    "parameters must list": lambda: dw.models.simulate_mimo((2, 1), [1.0], samples=3),
 }
 
 
@@ -235,9 +239,9 @@ def gappy(seed, T=60, outputs=2):
 def test_a_certain_scale_is_a_known_one():
     """Products of two errors are absolute: in the moments relative to sigma^2 each carries one more sigma^2."""
     y, u = gappy(1)
-    known = dw.JointMIMO((2, 1), 1, True, noise=dw.EquationError(0.25), P0=0.5, split=False)
-    scale = dw.InverseGamma(1e12, 0.25e12)
-    learnt = dw.JointMIMO((2, 1), 1, True, noise=dw.EquationError(1.0), scale=scale, P0=2.0, split=False)
+    known = dw.JointMIMO((2, 1), 1, True, noise=dw.models.EquationError(0.25), P0=0.5, split=False)
+    scale = dw.models.InverseGamma(1e12, 0.25e12)
+    learnt = dw.JointMIMO((2, 1), 1, True, noise=dw.models.EquationError(1.0), scale=scale, P0=2.0, split=False)
     one, other = known.scan(y, u), learnt.scan(y, u)
     assert np.allclose(one.prediction, other.prediction, rtol=1e-6, atol=1e-8)
     assert np.allclose(one.variance, other.variance, rtol=1e-6)
@@ -247,7 +251,7 @@ def test_a_certain_scale_is_a_known_one():
 def test_a_restart_of_one_output_is_joints():
     y, u = dw.simulate([-1.3], [1.0], samples=60, noise_std=0.1, seed=1)
     y, u = np.concatenate([y[:30], np.full(300, np.nan), y[30:]]), np.concatenate([u[:30], np.ones(300), u[30:]])
-    scale = dw.InverseGamma(2.0, 0.02)
+    scale = dw.models.InverseGamma(2.0, 0.02)
     one = dw.Joint(1, 1, scale=scale).scan(y, u)
     several = dw.JointMIMO((1,), 1, scale=scale).scan(y[:, None], u)
     assert (one.status & int(dw.Status.LOST)).any()
@@ -261,8 +265,8 @@ def test_each_group_jumps_by_its_own_steps():
     est = dw.JointMIMO(
         (1, 1),
         1,
-        noise=dw.EquationError(1.0),
-        memory=dw.RestartOnChange(restart=dw.CovarianceInflation(steps), settle=5),
+        noise=dw.models.EquationError(1.0),
+        memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(steps), settle=5),
         P0=1e6,
     )
     assert est.is_split
@@ -277,8 +281,8 @@ def test_each_group_jumps_by_its_own_steps():
 
 def test_each_output_of_a_group_has_a_detector_of_its_own():
     y, u = (np.nan_to_num(v) for v in gappy(2))
-    memory = dw.RestartOnChange(dw.VarianceCUSUM(4.0, threshold=1e9), settle=5)
-    est = dw.JointMIMO((1, 1), 1, noise=dw.EquationError(0.2), memory=memory, split=False)
+    memory = dw.RestartOnChange(dw.detect.VarianceCUSUM(4.0, threshold=1e9), settle=5)
+    est = dw.JointMIMO((1, 1), 1, noise=dw.models.EquationError(0.2), memory=memory, split=False)
     state = est.scan(y[:50], u[:50]).state
     state["detector_state"][:, OWN] = 3.0, 4.0
     after, step = est.update(state, y[50], u[50])

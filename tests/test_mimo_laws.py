@@ -8,7 +8,7 @@ from driftwise.analysis.laws import LAWS, example, same
 
 ROOT = np.tril(np.full((5, 5), 0.05)) + 0.1 * np.eye(5)
 FULL = ROOT @ ROOT.T
-LINKED = dw.NoiseCovariance(FULL[:3, :3], FULL[:3, 3:], FULL[3:, 3:])
+LINKED = dw.models.NoiseCovariance(FULL[:3, :3], FULL[:3, 3:], FULL[3:, 3:])
 
 ESTIMATORS = {
     "split": dw.JointMIMO((2, 1), 1),
@@ -19,13 +19,13 @@ ESTIMATORS = {
     "gate": dw.JointMIMO((2, 1), 1, gate=dw.InnovationGate(4.0)),
     "linked, gate": dw.JointMIMO((1, 2), 1, True, noise=LINKED, gate=dw.InnovationGate(4.0)),
     "proper scale": dw.JointMIMO(
-        (1, 2, 1), 1, noise=dw.EquationError((1.0, 2.0, 3.0)), scale=dw.InverseGamma(2.0, 0.1), P0=100.0
+        (1, 2, 1), 1, noise=dw.models.EquationError((1.0, 2.0, 3.0)), scale=dw.models.InverseGamma(2.0, 0.1), P0=100.0
     ),
     "one output": dw.JointMIMO(3, 2),
     "no input": dw.JointMIMO((1, 1)),
-    "dead-beat": dw.JointMIMO((2, 1), 1, noise=dw.EquationError(0.0), P0=100.0),
+    "dead-beat": dw.JointMIMO((2, 1), 1, noise=dw.models.EquationError(0.0), P0=100.0),
     "all together": dw.JointMIMO(
-        (2, 1), 2, True, noise=dw.NoisePolynomial(((0.1, -0.4), (0.3,)), 0.01), memory=dw.RandomWalk(1e-5),
+        (2, 1), 2, True, noise=dw.models.NoisePolynomial(((0.1, -0.4), (0.3,)), 0.01), memory=dw.RandomWalk(1e-5),
         gate=dw.InnovationGate()
     ),
 }  # fmt: skip
@@ -57,7 +57,7 @@ def test_a_fleet_and_a_restart_of_the_state(name):
     theta = np.zeros(9)
     theta[0] = -1.05
     theta[3:5] = theta[7] = 1.0
-    y, u = dw.simulate_mimo((2, 1), theta, samples=150, inputs=1, noise_std=0.1, seed=2)
+    y, u = dw.models.simulate_mimo((2, 1), theta, samples=150, inputs=1, noise_std=0.1, seed=2)
     state = est.scan(y, u).state
     gap = est.scan(np.full((3000, 2), np.nan), np.zeros((3000, 1)), state=state)
     assert np.any(gap.status & dw.Status.LOST)
@@ -70,7 +70,7 @@ def test_a_fleet_and_a_restart_of_the_state(name):
 
 
 def test_a_rejected_outlier_is_a_missing_sample():
-    for noise in (dw.EquationError(0.01), LINKED):
+    for noise in (dw.models.EquationError(0.01), LINKED):
         y, u = example(dw.JointMIMO((2, 1), 1), missing=0.0)
         for i in range(2):
             spoiled, gap = y.copy(), y.copy()

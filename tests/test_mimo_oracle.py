@@ -31,7 +31,7 @@ def coupled(rng, plant):
     n = plant.n
     joint = covariance(rng, n + len(plant.nu))
     noise = dense_mimo.Noise(joint[:n, :n], joint[:n, n:], joint[n:, n:])
-    return noise, dw.NoiseCovariance(*noise), 0.3 * covariance(rng, plant.size)
+    return noise, dw.models.NoiseCovariance(*noise), 0.3 * covariance(rng, plant.size)
 
 
 def separate(rng, plant):
@@ -41,7 +41,7 @@ def separate(rng, plant):
     for i, column in enumerate(d):
         D[dense_mimo.state(plant, i, 1) : dense_mimo.state(plant, i, plant.nu[i]) + 1, i] = column
     noise = dense_mimo.Noise(D * R @ D.T, D * R, np.diag(R))
-    return noise, dw.NoisePolynomial(tuple(d), R), np.diag(rng.uniform(0.1, 0.5, plant.size))
+    return noise, dw.models.NoisePolynomial(tuple(d), R), np.diag(rng.uniform(0.1, 0.5, plant.size))
 
 
 def by_lag(est, q):

@@ -9,8 +9,8 @@ RECORDS, SAMPLES = 200, 150
 CENTRE = np.array([-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4])  # (2, 1), one input
 WIDTH, STD = 0.07, (0.3, 0.2)
 Q, S = np.zeros((3, 3)), np.zeros((3, 2))
-LINKED = dw.NoiseCovariance(Q, S, [[0.09, 0.054], [0.054, 0.04]])  # correlation .9
-APART = dw.EquationError(np.square(STD))
+LINKED = dw.models.NoiseCovariance(Q, S, [[0.09, 0.054], [0.054, 0.04]])  # correlation .9
+APART = dw.models.EquationError(np.square(STD))
 
 
 def nees(noise, assumed, missing=0.0, split=None, only=slice(None)):
@@ -23,8 +23,8 @@ def nees(noise, assumed, missing=0.0, split=None, only=slice(None)):
     for seed in range(RECORDS):
         rng = np.random.default_rng(10**5 + seed)
         theta, x0 = CENTRE + WIDTH * rng.standard_normal(9), 0.1 * rng.standard_normal(3)
-        given = dict(noise=noise) if isinstance(noise, dw.NoiseCovariance) else dict(noise_std=STD)
-        y, u = dw.simulate_mimo(
+        given = dict(noise=noise) if isinstance(noise, dw.models.NoiseCovariance) else dict(noise_std=STD)
+        y, u = dw.models.simulate_mimo(
             (2, 1), theta, samples=SAMPLES, inputs=1, u=rng.standard_normal(SAMPLES), x0=x0, missing=missing,
             seed=seed, **given,
         )  # fmt: skip
@@ -67,7 +67,7 @@ def test_lost_inputs_with_a_direct_term(lost_y):
         y, _ = dw.simulate(truth[:2], truth[2:4], direct=1.5, samples=300, noise_std=0.3, u=u, seed=seed)
         u[rng.random(300) < 0.2] = np.nan
         y[rng.random(300) < lost_y] = np.nan
-        m = dw.JointMIMO(2, 1, True, noise=dw.EquationError(0.09), P0=100.0).scan(y, u).model()
+        m = dw.JointMIMO(2, 1, True, noise=dw.models.EquationError(0.09), P0=100.0).scan(y, u).model()
         error = m.values - truth
         total += error @ np.linalg.solve(m.covariance, error) / len(truth)
     print(f"inputs lost 20%, outputs lost {lost_y:.0%}: {total / RECORDS:.2f} per parameter")

@@ -19,12 +19,12 @@ R = np.array([[0.01, 0.018], [0.018, 0.09]])  # correlation 0.6
 
 
 def linked(R=R):
-    return dw.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
+    return dw.models.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
 
 
 def record(samples=1500, seed=1, **options):
     options = options or dict(noise_std=(0.1, 0.3))
-    return dw.simulate_mimo((2, 1), THETA, samples=samples, inputs=1, seed=seed, **options)
+    return dw.models.simulate_mimo((2, 1), THETA, samples=samples, inputs=1, seed=seed, **options)
 
 
 def theta_of(form, rng, within=0.8):
@@ -89,7 +89,7 @@ def test_numbers_of_each_output_are_what_they_say(trace):
 
 
 def test_piece_by_piece_is_the_whole(trace):
-    whole, pieces = trace.summary(), dw.SummaryMIMO(trace.estimator)
+    whole, pieces = trace.summary(), dw.results.SummaryMIMO(trace.estimator)
     state, sizes = None, []
     for first in range(0, 1500, 250):
         piece = trace.estimator.scan(trace.y[first : first + 250], trace.u[first : first + 250], state=state)
@@ -143,7 +143,7 @@ def test_words_name_what_is_wrong():
     y[50, 1], u[60] = 500.0, np.nan
     lost = dw.JointMIMO((2, 1), 1, gate=dw.InnovationGate(5.0)).scaled_to(y, u).scan(y, u).summary()
     assert "y2: " in lost.words and "1 outlier ignored" in lost.words and "1 of 300 samples lack" in lost.words
-    nothing = dw.SummaryMIMO(est).as_dict()
+    nothing = dw.results.SummaryMIMO(est).as_dict()
     assert nothing["words"].startswith("0 and 0 measured outputs are too few") and nothing["poles"][0]["std"] is None
 
 
@@ -156,7 +156,7 @@ def test_plot_shows_every_output_and_parameter(nu, keep, tmp_path):
 
     form = Structure(nu, 2, True)
     options = dict(samples=120, inputs=2, direct=True, noise_std=0.1, missing=0.05, seed=1)
-    y, u = dw.simulate_mimo(nu, theta_of(form, np.random.default_rng(0)), **options)
+    y, u = dw.models.simulate_mimo(nu, theta_of(form, np.random.default_rng(0)), **options)
     trace = dw.JointMIMO(nu, 2, True).scan(y, u, keep=keep)
     names = [f"level {i} (m)" for i in range(len(nu))]
     axes = trace.plot(labels={"outputs": names, "time": "hours"})
@@ -189,10 +189,10 @@ def test_report_and_smooth_say_what_to_use(trace):
 def test_a_split_filter_is_joint_with_the_other_outputs_as_inputs():
     """What `JointMIMO.smooth` advises, P0 zero for what the structure leaves out."""
     y, u = record(400)
-    split = dw.JointMIMO((2, 1), 1, noise=dw.EquationError((0.01, 0.09)), P0=10.0)
+    split = dw.JointMIMO((2, 1), 1, noise=dw.models.EquationError((0.01, 0.09)), P0=10.0)
     trace = split.scan(y, u)
-    first = dw.Joint(2, 2, noise=dw.EquationError(0.01), P0=[10, 10, 10, 10, 10, 0, 10, 10])  # no a1.12
-    second = dw.Joint(1, 2, True, noise=dw.EquationError(0.09), P0=[10, 10, 10, 10, 10, 0])  # a0.21 but no b0.21
+    first = dw.Joint(2, 2, noise=dw.models.EquationError(0.01), P0=[10, 10, 10, 10, 10, 0, 10, 10])  # no a1.12
+    second = dw.Joint(1, 2, True, noise=dw.models.EquationError(0.09), P0=[10, 10, 10, 10, 10, 0])  # a0.21 but no b0.21
     others = np.column_stack([y[:, 1], u]), np.column_stack([y[:, 0], u])
     one, two = first.scan(y[:, 0], others[0]), second.scan(y[:, 1], others[1])
     np.testing.assert_allclose(one.prediction, trace.prediction[:, 0], rtol=1e-9, atol=1e-9)
@@ -216,11 +216,11 @@ def test_model_of_a_scan_simulates_the_plant(nu, k, direct):
     form = Structure(nu, k, direct)
     theta = theta_of(form, rng)
     options = dict(inputs=k, direct=direct)
-    y, u = dw.simulate_mimo(nu, theta, samples=150, u=rng.standard_normal((150, k)), **options)
-    trace = dw.JointMIMO(nu, noise=dw.EquationError(0.0), P0=100.0, **options).scan(y, u)
+    y, u = dw.models.simulate_mimo(nu, theta, samples=150, u=rng.standard_normal((150, k)), **options)
+    trace = dw.JointMIMO(nu, noise=dw.models.EquationError(0.0), P0=100.0, **options).scan(y, u)
     model = trace.model()
     u = rng.standard_normal((60, k))
-    expected, _ = dw.simulate_mimo(nu, theta, samples=60, u=u, **options)
+    expected, _ = dw.models.simulate_mimo(nu, theta, samples=60, u=u, **options)
     A, B, C, D, dt = model.to_scipy()
     _, got, _ = scipy.signal.dlsim(scipy.signal.dlti(A, B, C, D, dt=dt), u)
     np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-9)
@@ -266,8 +266,8 @@ def test_the_true_structure_is_found_at_every_noise_level(nu, k):
     for seed, noise in enumerate((0.3, 0.01, 1e-6)):
         theta = theta_of(Structure(nu, k), rng)
         options = dict(inputs=k, noise_std=noise, missing=0.02 * seed, seed=seed)
-        y, u = dw.simulate_mimo(nu, theta, samples=600, **options)
-        evidence = dw.choose_structure(y, u, largest=3)
+        y, u = dw.models.simulate_mimo(nu, theta, samples=600, **options)
+        evidence = dw.analysis.choose_structure(y, u, largest=3)
         print(nu, noise, evidence.words)
         assert evidence.best == nu
         assert len(evidence.structures) == 3 ** len(nu) and evidence.probability.sum() == pytest.approx(1)
@@ -275,21 +275,23 @@ def test_the_true_structure_is_found_at_every_noise_level(nu, k):
 
 def test_units_do_not_matter_and_notes_warn():
     y, u = record(400)
-    evidence = dw.choose_structure(y, u)
-    shifted = dw.choose_structure(y * [8.0, 2.0**-20], u * 1024)
+    evidence = dw.analysis.choose_structure(y, u)
+    shifted = dw.analysis.choose_structure(y * [8.0, 2.0**-20], u * 1024)
     assert shifted.structures == evidence.structures
     differences = np.diff(evidence.log_evidence), np.diff(shifted.log_evidence)
     np.testing.assert_allclose(*differences, rtol=0, atol=1e-9 * abs(evidence.log_evidence).max())
     late = np.vstack([np.full((20, 2), np.nan), y]), np.vstack([np.ones((20, 1)), u])
-    np.testing.assert_array_equal(dw.choose_structure(*late).log_evidence, evidence.log_evidence)
+    np.testing.assert_array_equal(dw.analysis.choose_structure(*late).log_evidence, evidence.log_evidence)
     assert evidence.notes == [] and evidence.words.startswith("structure (2, 1), odds ")
-    assert "largest tried" in dw.choose_structure(y, u, largest=2).notes[0]
-    few = dw.choose_structure(y[:6], u[:6])
+    assert "largest tried" in dw.analysis.choose_structure(y, u, largest=2).notes[0]
+    few = dw.analysis.choose_structure(y[:6], u[:6])
     assert any("nearly as probable" in note for note in few.notes)
     assert list(evidence.columns()) == ["structure", "log_evidence", "probability"]
-    listed = dw.choose_structure(y, u, structures=[(1, 1), (2, 1)], noise=dw.EquationError((0.01, 0.09)))
+    listed = dw.analysis.choose_structure(
+        y, u, structures=[(1, 1), (2, 1)], noise=dw.models.EquationError((0.01, 0.09))
+    )
     assert listed.structures == [(2, 1), (1, 1)]
-    est = dw.JointMIMO((2, 1), 1, noise=dw.EquationError((0.01, 0.09))).scaled_to(y, u)
+    est = dw.JointMIMO((2, 1), 1, noise=dw.models.EquationError((0.01, 0.09))).scaled_to(y, u)
     units = est.model.units(est.y_scale, est.u_scale)[est.model.kernel]
     known = dw.JointMIMO(**{**est.options, "P0": 10 * units})
     assert listed.log_evidence[0] == pytest.approx(known.loglik(known.scan(y, u).state), rel=1e-12)
@@ -299,23 +301,23 @@ def test_linked_noises_look_like_an_output_that_acts_at_once():
     """What `choose_structure` says it is bad at."""
     found = {}
     for noise in (np.eye(2), np.array([[1.0, 0.9], [0.9, 1.0]])):
-        given = dw.NoiseCovariance(np.zeros((2, 2)), np.zeros((2, 2)), noise)
+        given = dw.models.NoiseCovariance(np.zeros((2, 2)), np.zeros((2, 2)), noise)
         theta = [-0.8, 0.1, 1.0, 0.1, -0.5, 1.0]
-        y, u = dw.simulate_mimo((1, 1), theta, samples=600, inputs=1, noise=given, seed=1)
-        found[noise[0, 1]] = dw.choose_structure(y, u).best
+        y, u = dw.models.simulate_mimo((1, 1), theta, samples=600, inputs=1, noise=given, seed=1)
+        found[noise[0, 1]] = dw.analysis.choose_structure(y, u).best
     print(found)
     assert found[0.0] == (1, 1) and Structure(found[0.9], 1).names.count("a0.21") == 1
 
 
 REFUSED = {
-    "y must be": lambda: dw.choose_structure(np.zeros(9)),
-    "noise must be": lambda: dw.choose_structure(np.zeros((9, 2)), noise=dw.OutputError()),
-    "more than 256": lambda: dw.choose_structure(np.zeros((9, 4)), largest=5),
-    "structures is empty": lambda: dw.choose_structure(np.zeros((9, 2)), structures=[]),
-    "whole numbers": lambda: dw.choose_structure(np.zeros((9, 2)), structures=[(1, 0)]),
-    "lists 2 indices": lambda: dw.choose_structure(np.zeros((9, 2)), structures=[(1, 1, 1)]),
-    "largest": lambda: dw.choose_structure(np.zeros((9, 2)), largest=0),
-    "must be simultaneous": lambda: dw.choose_structure(np.zeros((9, 2)), np.zeros(8)),
+    "y must be": lambda: dw.analysis.choose_structure(np.zeros(9)),
+    "noise must be": lambda: dw.analysis.choose_structure(np.zeros((9, 2)), noise=dw.models.OutputError()),
+    "more than 256": lambda: dw.analysis.choose_structure(np.zeros((9, 4)), largest=5),
+    "structures is empty": lambda: dw.analysis.choose_structure(np.zeros((9, 2)), structures=[]),
+    "whole numbers": lambda: dw.analysis.choose_structure(np.zeros((9, 2)), structures=[(1, 0)]),
+    "lists 2 indices": lambda: dw.analysis.choose_structure(np.zeros((9, 2)), structures=[(1, 1, 1)]),
+    "largest": lambda: dw.analysis.choose_structure(np.zeros((9, 2)), largest=0),
+    "must be simultaneous": lambda: dw.analysis.choose_structure(np.zeros((9, 2)), np.zeros(8)),
 }
 
 

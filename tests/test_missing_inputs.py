@@ -17,7 +17,7 @@ def nees(b0, lost_u, lost_y):
         y, _ = dw.simulate(truth[:2], truth[2:4], direct=b0, samples=SAMPLES, noise_std=0.3, u=u, seed=seed)
         u[rng.random(SAMPLES) < lost_u] = np.nan
         y[rng.random(SAMPLES) < lost_y] = np.nan
-        model = dw.Joint(2, inputs=1, direct=True, noise=dw.EquationError(0.09), P0=100.0).scan(y, u).model()
+        model = dw.Joint(2, inputs=1, direct=True, noise=dw.models.EquationError(0.09), P0=100.0).scan(y, u).model()
         error = model.values - truth
         total += error @ np.linalg.solve(model.covariance, error) / len(truth)
     return total / RECORDS
@@ -37,7 +37,7 @@ def test_lost_inputs_leave_nearly_honest_error_bars(b0, lost_u, lost_y, bound):
 def test_a_held_direct_term_widens_the_product_with_a():
     """Output error, x = 0 known, y lost: x+ = -a b0 u with a and u independent, so its variance is written down."""
     a, Pa, b0, mean, spread = -0.6, 0.09, 1.5, 0.4, 0.25
-    est = dw.Joint(1, 1, True, noise=dw.OutputError(0.01), s0=[0.0, a, 0.0, b0], P0=[0.0, Pa, 0.0, 0.0])
+    est = dw.Joint(1, 1, True, noise=dw.models.OutputError(0.01), s0=[0.0, a, 0.0, b0], P0=[0.0, Pa, 0.0, 0.0])
     state = est.start()
     state["known"], state["sums"], state["squares"] = 2, 2 * mean, 2 * (mean**2 + spread)
     state["steps"] = 1e9  # a white input: its mean is put in its place

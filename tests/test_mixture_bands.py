@@ -51,7 +51,9 @@ def test_a_trace_tells_the_mixture_behind_its_band():
         assert np.mean(abs(drawn) < trace.band(0.9)[k]) == pytest.approx(0.9, abs=0.003)
 
 
-@pytest.mark.parametrize("memory", [dw.AutoMemory(), dw.MultipleModel(), dw.IMM()], ids=lambda m: type(m).__name__)
+@pytest.mark.parametrize(
+    "memory", [dw.AutoMemory(), dw.memory.MultipleModel(), dw.memory.IMM()], ids=lambda m: type(m).__name__
+)
 def test_bands_cover_what_comes(memory):
     s, inside = system("c", 40), []
     for y, psi in zip(s.y, s.psi):

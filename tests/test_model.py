@@ -13,7 +13,7 @@ THETA = np.array([-1.5, 0.7, 1.0, 0.5, 0.2, -0.3, 0.4, 0.1])  # n = 2, two input
 
 def model(theta=THETA, P=None, inputs=2, direct=True, dt=0.5):
     P = np.eye(len(theta)) * 1e-6 if P is None else P
-    return dw.Model(Canonical((len(theta) - 2 * direct) // (inputs + 1), inputs, direct), theta, P, dt)
+    return dw.models.Model(Canonical((len(theta) - 2 * direct) // (inputs + 1), inputs, direct), theta, P, dt)
 
 
 def test_state_space_is_the_polynomials():

@@ -9,7 +9,7 @@ A = [-1.2, 0.5]
 
 
 def predictions(d, variance, y):
-    trace = dw.Joint(2, noise=dw.NoisePolynomial(d, variance), P0=100.0).scan(y)
+    trace = dw.Joint(2, noise=dw.models.NoisePolynomial(d, variance), P0=100.0).scan(y)
     return trace.prediction, trace
 
 
@@ -18,7 +18,7 @@ def test_outside_the_circle_the_filter_works_with_the_reflected_zeros(c):
     """The spectral factor has the same law: after the start both predict the same, and x stays uncertain in one."""
     y, _ = dw.simulate(A, d=c, samples=3000, noise_std=1.0, seed=3)
     d = np.array(c)[::-1]
-    inside, gain = dw.reflect(d)
+    inside, gain = dw.models.minimum_phase(d)
     given, trace = predictions(d, 1.0, y)
     reflected, twin = predictions(inside, gain, y)
     assert np.max(abs(given - reflected)[300:]) < 1e-4

@@ -67,7 +67,7 @@ def test_every_number_is_the_librarys(call, record, plant, tmp_path):
     cart = dw.Plant([[0, 1], [0, 0]], [0, 1], states=("position", "speed"), inputs="force", outputs="pos")
     est = dw.WindowObserver(
         cart, 0.5, noise_std=0.01, hold="zoh", dt=0.01,
-        disturbances=dw.Polynomial([0, 1], np.inf, name="push"), derived={"acceleration": ([0, 0, 1], [1])},
+        disturbances=dw.models.Polynomial([0, 1], np.inf, name="push"), derived={"acceleration": ([0, 0, 1], [1])},
     )  # fmt: skip
     trace = est.scan(y, u)
     saved = np.genfromtxt(table, delimiter=",", names=True)

@@ -46,18 +46,18 @@ def operations_of_one_step(n, noise):
 
 @pytest.mark.parametrize("n", range(1, 7))
 def test_arx_step_costs_what_theory_says(n):
-    assert operations_of_one_step(n, dw.EquationError(0.01)) <= 22 * n * n + 36 * n + 8
+    assert operations_of_one_step(n, dw.models.EquationError(0.01)) <= 22 * n * n + 36 * n + 8
 
 
 @pytest.mark.parametrize("n", range(1, 7))
 def test_correlated_step_stays_within_its_order(n):
     d = np.poly(np.full(n, 0.2))[:0:-1]
-    got = operations_of_one_step(n, dw.NoisePolynomial(d, 0.01))
+    got = operations_of_one_step(n, dw.models.NoisePolynomial(d, 0.01))
     assert got <= 2 * n**3 + 28.5 * n * n + 38.5 * n + 11
 
 
 def test_growth_is_quadratic():
-    counts = [operations_of_one_step(n, dw.EquationError(0.01)) for n in range(1, 8)]
+    counts = [operations_of_one_step(n, dw.models.EquationError(0.01)) for n in range(1, 8)]
     assert np.all(np.diff(counts, 3) == 0), "a third difference would be a hidden N^3"
 
 
@@ -66,11 +66,11 @@ if __name__ == "__main__":
         N = 3 * n + 1
         print(
             n,
-            operations_of_one_step(n, dw.EquationError(0.01)),
+            operations_of_one_step(n, dw.models.EquationError(0.01)),
             22 * n * n + 36 * n + 8,
             "dense",
             4 * N**3 + 7 * N**2 + 6 * N,
             "correlated",
-            operations_of_one_step(n, dw.NoisePolynomial(np.poly(np.full(n, 0.2))[:0:-1], 0.01)),
+            operations_of_one_step(n, dw.models.NoisePolynomial(np.poly(np.full(n, 0.2))[:0:-1], 0.01)),
             2 * n**3 + 28.5 * n * n + 38.5 * n + 11,
         )

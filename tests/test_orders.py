@@ -41,16 +41,16 @@ def multivariate_t(y, u, est):
 
 def test_evidence_is_the_marginal_density():
     y, u = dw.simulate(A, B, samples=60, noise_std=0.5, seed=3)
-    found = dw.choose_order(y, u, range(1, 4))
+    found = dw.analysis.choose_order(y, u, range(1, 4))
     for value, s in zip(found.log_evidence, found.summaries.values()):
         assert value == pytest.approx(multivariate_t(y, u, s.estimator), rel=1e-9)
-    known = dw.choose_order(y, u, [2], noise=dw.EquationError(0.25))
+    known = dw.analysis.choose_order(y, u, [2], noise=dw.models.EquationError(0.25))
     est = known.summaries[2].estimator
     assert np.diag(est.prior_covariance)[2:4].tolist() == [10.0, 10.0]  # a's, in their own unit
 
 
 def counts(count, orders=range(1, 6), data=None, **options):
-    best = [dw.choose_order(y, u, orders, **options).best for y, u in (data or records(count))]
+    best = [dw.analysis.choose_order(y, u, orders, **options).best for y, u in (data or records(count))]
     return np.bincount(best, minlength=8)
 
 
@@ -80,9 +80,9 @@ def test_bic_and_aic_beside_it():
 @pytest.mark.parametrize("alpha, factor", [(0.1, 1.0), (2.0, 1.0), (0.5, 1e-3), (0.5, 1e3), (0.5, 1e-12)])
 def test_prior_of_the_scale_matters_little(alpha, factor):
     for y, u in records(8):
-        plain = dw.choose_order(y, u)
+        plain = dw.analysis.choose_order(y, u)
         beta = plain.summaries[2].estimator.scale.beta
-        other = dw.choose_order(y, u, scale=dw.InverseGamma(alpha, beta * factor))
+        other = dw.analysis.choose_order(y, u, scale=dw.models.InverseGamma(alpha, beta * factor))
         assert other.best == plain.best == 2
         change = other.log_evidence - plain.log_evidence
         if factor <= 1:  # 1e3 outweighs the data: the choice stays, the odds do not
@@ -111,7 +111,7 @@ def test_why_ten():
 def test_clean_and_noisy_records(std):
     for orders in (range(1, 6), [1, 2, 3]):  # the highest sets the level
         data = records(6, std)
-        found = [dw.choose_order(y, u, orders) for y, u in data]
+        found = [dw.analysis.choose_order(y, u, orders) for y, u in data]
         assert [e.best for e in found] == [2] * 6
         assert not any("noise is not what" in e.words for e in found) or std == 0
         runner_up = [max(set(e.orders) - {2}, key=lambda n: e.log_evidence[n - 1]) for e in found]
@@ -123,23 +123,23 @@ def test_a_relative_prior_would_choose_wrongly_on_clean_records():
     y, u = records(1, 1e-5)[0]
     found = []
     for n in range(1, 6):
-        est = Joint(n, inputs=1, scale=dw.InverseGamma(0.5, 1e-12)).scaled_to(y, u)
+        est = Joint(n, inputs=1, scale=dw.models.InverseGamma(0.5, 1e-12)).scaled_to(y, u)
         found.append(est.loglik(est.scan(y, u, keep="innovations").state))
     assert np.argmax(found) + 1 > 2
-    assert dw.choose_order(y, u).best == 2
+    assert dw.analysis.choose_order(y, u).best == 2
 
 
 def test_pieces_and_scales_do_not_matter():
     y, u = dw.simulate(A, B, samples=2500, noise_std=0.3, seed=3, missing=0.1)
-    whole = dw.choose_order(y, u, range(1, 4))
+    whole = dw.analysis.choose_order(y, u, range(1, 4))
     for cut in (7, 999, 1000, 1001):
-        pieces = dw.OrderEvidence(range(1, 4))
+        pieces = dw.analysis.OrderEvidence(range(1, 4))
         for k in range(0, 2500, cut):
             pieces.add(y[k : k + cut], u[k : k + cut])
         assert np.array_equal(pieces.log_evidence, whole.log_evidence)
         np.testing.assert_allclose(pieces.nis, whole.nis, rtol=1e-9)
     assert pieces.samples == 2500
-    scaled = dw.choose_order(y * 2.0**20, u * 2.0**-7, range(1, 4))
+    scaled = dw.analysis.choose_order(y * 2.0**20, u * 2.0**-7, range(1, 4))
     np.testing.assert_allclose(scaled.probability, whole.probability, rtol=1e-6)
     np.testing.assert_array_equal(scaled.fit, whole.fit)
 
@@ -147,7 +147,7 @@ def test_pieces_and_scales_do_not_matter():
 def test_memory_does_not_grow():
     """What is kept after the pilot is one state and one summary per order."""
     y, u = dw.simulate(A, B, samples=3000, noise_std=0.3, seed=3)
-    e = dw.OrderEvidence(range(1, 4)).add(y[:500], u[:500])
+    e = dw.analysis.OrderEvidence(range(1, 4)).add(y[:500], u[:500])
     assert sum(len(y) for y, _ in e._pilot) == 500
     e.add(y[500:], u[500:])
     assert not e._pilot
@@ -157,31 +157,31 @@ def test_memory_does_not_grow():
 def test_missing_samples():
     for seed in range(5):
         y, u = dw.simulate(A, B, samples=600, noise_std=0.5, missing=0.3, seed=seed)
-        assert dw.choose_order(y, u).best == 2
+        assert dw.analysis.choose_order(y, u).best == 2
     late = np.concatenate([np.full(1500, np.nan), y])
-    found = dw.choose_order(late, np.concatenate([np.ones(1500), u]))
-    np.testing.assert_allclose(found.log_evidence, dw.choose_order(y, u).log_evidence, rtol=1e-12)
+    found = dw.analysis.choose_order(late, np.concatenate([np.ones(1500), u]))
+    np.testing.assert_allclose(found.log_evidence, dw.analysis.choose_order(y, u).log_evidence, rtol=1e-12)
     assert {s.observed for s in found.summaries.values()} == {np.isfinite(y).sum()}
 
 
 def test_no_input_two_inputs_direct_and_other_noises():
     y, _ = dw.simulate([-1.2, 0.7, -0.4], samples=800, noise_std=1.0, seed=1)
-    assert dw.choose_order(y).best == 3
+    assert dw.analysis.choose_order(y).best == 3
     y, u = dw.simulate(A, [B, [0.2, -0.3]], direct=[0.4, 0.1], samples=500, noise_std=0.2, seed=2)
-    assert dw.choose_order(y, u, direct=True).best == 2
+    assert dw.analysis.choose_order(y, u, direct=True).best == 2
     y, u = dw.simulate(A, B, samples=600, noise_std=0.3, noise="output", seed=3)
-    assert dw.choose_order(y, u, range(1, 4), noise=dw.OutputError()).best == 2
+    assert dw.analysis.choose_order(y, u, range(1, 4), noise=dw.models.OutputError()).best == 2
     y, u = dw.simulate(A, B, samples=600, noise_std=0.3, d=[0.3, 0.0], seed=4)
 
     def noise(n):
-        return dw.NoisePolynomial([0.0] * (n - 1) + [0.3])
+        return dw.models.NoisePolynomial([0.0] * (n - 1) + [0.3])
 
-    assert dw.choose_order(y, u, range(1, 4), noise=noise).best == 2
+    assert dw.analysis.choose_order(y, u, range(1, 4), noise=noise).best == 2
 
 
 def test_words_and_tables():
     y, u = dw.simulate(A, B, samples=300, noise_std=0.5, seed=1)
-    found = dw.choose_order(y, u, range(1, 4))
+    found = dw.analysis.choose_order(y, u, range(1, 4))
     assert found.words.startswith("order 2, odds ")
     assert found.notes == []
     assert found.probability.sum() == pytest.approx(1)
@@ -196,14 +196,17 @@ def test_words_and_tables():
 
 def test_it_warns():
     y, u = dw.simulate(A, B, samples=300, noise_std=0.5, seed=1)
-    assert "order 2 is the largest tried: try more" in dw.choose_order(y, u, [1, 2]).words
-    assert "order 3 is the smallest tried: try fewer" in dw.choose_order(y, u, [3, 4]).words
-    short = dw.choose_order(y[:6], u[:6])
+    assert "order 2 is the largest tried: try more" in dw.analysis.choose_order(y, u, [1, 2]).words
+    assert "order 3 is the smallest tried: try fewer" in dw.analysis.choose_order(y, u, [3, 4]).words
+    short = dw.analysis.choose_order(y[:6], u[:6])
     assert "fewer than the unknowns of order" in short.words
-    assert dw.choose_order(np.full(9, np.nan)).notes == ["no output was measured: every order is as probable as before"]
-    assert dw.choose_order([]).probability == pytest.approx(np.full(5, 0.2))
+    assert dw.analysis.choose_order(np.full(9, np.nan)).notes == [
+        "no output was measured: every order is as probable as before"
+    ]
+    assert dw.analysis.choose_order([]).probability == pytest.approx(np.full(5, 0.2))
     weak = [
-        dw.choose_order(*dw.simulate([-0.8, 0.3], [0.1, 0.0], samples=100, noise_std=1.0, seed=s)) for s in range(20)
+        dw.analysis.choose_order(*dw.simulate([-0.8, 0.3], [0.1, 0.0], samples=100, noise_std=1.0, seed=s))
+        for s in range(20)
     ]
     is_near = [np.divide(*np.sort(e.probability)[:-3:-1]) < 3 for e in weak]
     assert 0 < sum(is_near) < 20
@@ -215,22 +218,25 @@ def test_it_says_when_the_noise_is_another():
     rng = np.random.default_rng(1)
     y, u = dw.simulate(A, B, samples=3000, noise_std=0.01, seed=1)
     y[1000:] += 3 * rng.standard_t(1.5, 2000).clip(-50, 50)
-    assert "the noise is not what the model says" in dw.choose_order(y, u).words
+    assert "the noise is not what the model says" in dw.analysis.choose_order(y, u).words
 
 
 @pytest.mark.parametrize(
     "call, words",
     [
-        (lambda y, u: dw.choose_order(y, u, []), "orders is empty"),
-        (lambda y, u: dw.choose_order(y, u, 3), r"for one order n give \[n\]"),
-        (lambda y, u: dw.choose_order(y, u, [0, 1]), "at least 1"),
-        (lambda y, u: dw.choose_order(y, u, gate=dw.InnovationGate()), "takes no gate: it rejects other samples"),
-        (lambda y, u: dw.choose_order(y, u, scale=dw.InverseGamma(-1.0, 1.0)), "proper prior"),
-        (lambda y, u: dw.choose_order(y, u, P0=0.0), "P0 must be a positive"),
-        (lambda y, u: dw.choose_order(y, u[:-1]), "they must be simultaneous"),
-        (lambda y, u: dw.choose_order(y, u).odds(2, 9), "must be among those compared"),
-        (lambda y, u: dw.OrderEvidence(inputs=2).add(y, u), r"u must have shape \(T, 2\)"),
-        (lambda y, u: dw.choose_order(y, u, noise=dw.NoisePolynomial([0.1, 0.2])), "d must list"),
+        (lambda y, u: dw.analysis.choose_order(y, u, []), "orders is empty"),
+        (lambda y, u: dw.analysis.choose_order(y, u, 3), r"for one order n give \[n\]"),
+        (lambda y, u: dw.analysis.choose_order(y, u, [0, 1]), "at least 1"),
+        (
+            lambda y, u: dw.analysis.choose_order(y, u, gate=dw.InnovationGate()),
+            "takes no gate: it rejects other samples",
+        ),
+        (lambda y, u: dw.analysis.choose_order(y, u, scale=dw.models.InverseGamma(-1.0, 1.0)), "proper prior"),
+        (lambda y, u: dw.analysis.choose_order(y, u, P0=0.0), "P0 must be a positive"),
+        (lambda y, u: dw.analysis.choose_order(y, u[:-1]), "they must be simultaneous"),
+        (lambda y, u: dw.analysis.choose_order(y, u).odds(2, 9), "must be among those compared"),
+        (lambda y, u: dw.analysis.OrderEvidence(inputs=2).add(y, u), r"u must have shape \(T, 2\)"),
+        (lambda y, u: dw.analysis.choose_order(y, u, noise=dw.models.NoisePolynomial([0.1, 0.2])), "d must list"),
     ],
 )
 def test_wrong_input_is_explained(call, words):

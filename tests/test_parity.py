@@ -16,8 +16,8 @@ from driftwise.models.plant import Augmented
 
 DT, SIGMA = 0.05, [0.3, 0.1]
 SPRING = dw.Plant([[0, 1], [-4, -0.5]], [[0, 0.2], [1, 0]], [[1, 0], [0, 1]], [[0, 0.5], [0, 0]])
-PUSH = dw.Polynomial([0, 1], np.inf)
-SOFT = (dw.Polynomial([0, 1], 0.4), dw.Sinusoid(3.0, [0, 1], 0.8))
+PUSH = dw.models.Polynomial([0, 1], np.inf)
+SOFT = (dw.models.Polynomial([0, 1], 0.4), dw.models.Sinusoid(3.0, [0, 1], 0.8))
 
 
 def simulate(system, z0, u, rng, hold="foh", std=SIGMA):
@@ -30,7 +30,7 @@ def simulate(system, z0, u, rng, hold="foh", std=SIGMA):
 
 
 def observer(window=0.75, disturbances=PUSH, plant=SPRING, **options):
-    options = dict(noise_std=SIGMA, hold="foh", dt=DT, detector=dw.Parity()) | options
+    options = dict(noise_std=SIGMA, hold="foh", dt=DT, detector=dw.detect.Parity()) | options
     return dw.WindowObserver(plant, window, disturbances=disturbances, **options)
 
 
@@ -53,7 +53,7 @@ def test_the_statistic_is_that_of_two_dense_windows(hold):
     # the oracle's input generator: u held (v = u), or a straight line (v = [u, slope], G its dynamics)
     slope = np.vstack([np.diff(u, axis=0) / DT, np.zeros(2)]) if hold == "foh" else np.zeros_like(u)
     B, G = np.hstack([system.B, 0 * system.B]), np.kron([[0, 1], [0, 0]], np.eye(2))
-    threshold = dw.Parity().threshold(3)
+    threshold = dw.detect.Parity().threshold(3)
     for t in (2 * L - 1, 35, 39):
         kept = slice(t - 2 * L + 1, t + 1)
         expected, _, _ = algebraic.two_window_parity(
@@ -67,14 +67,14 @@ def test_the_statistic_is_that_of_two_dense_windows(hold):
 def test_a_stream_computes_what_the_record_function_does():
     y, u = record()
     for disturbances, window in ((PUSH, 0.75), (SOFT, 0.8)):
-        est = observer(window, disturbances, detector=dw.Parity(restart=False))
+        est = observer(window, disturbances, detector=dw.detect.Parity(restart=False))
         trace, system, L = est.scan(y, u), est.plant, est.length
         Phi, G0, G1 = system.discretise(DT, "foh")
         steps = np.vstack([np.zeros(system.m), u[:-1] @ G0.T + u[1:] @ G1.T])
         z = trace.estimates.copy()
         z[: L - 1] = np.nan
         V = white(Horizon(system, DT, SIGMA), L)
-        expected = parity_statistic(z, Phi, steps, V, L) / dw.Parity().threshold(len(V))
+        expected = parity_statistic(z, Phi, steps, V, L) / dw.detect.Parity().threshold(len(V))
         np.testing.assert_allclose(trace.statistic[2 * L - 1 :], expected[2 * L - 1 :], rtol=1e-8, atol=1e-10)
 
 
@@ -115,14 +115,14 @@ def test_what_is_known_exactly_is_left_out():
     plant = dw.Plant(block_diag([[0, 1], [0, 0]], -200.0), None, [[1, 0, 1]])
     V = white(Horizon(Augmented(plant), DT, [0.1]), 40)
     assert V.shape == (2, 3) and np.isfinite(V).all()
-    left_out = dw.Sinusoid(3.0, [0, 1], 0.0)
+    left_out = dw.models.Sinusoid(3.0, [0, 1], 0.0)
     assert white(Horizon(Augmented(SPRING, (PUSH, left_out)), DT, SIGMA), 15).shape == (3, 5)
 
 
 def test_false_alarms_are_at_most_what_was_promised():
     rng, system = np.random.default_rng(3), Augmented(SPRING, PUSH)
     y = np.stack([simulate(system, [1, 1, 1], np.zeros((2000, 2)), rng) for _ in range(20)])
-    est = observer(detector=dw.Parity(false_alarms="1 per 200"))
+    est = observer(detector=dw.detect.Parity(false_alarms="1 per 200"))
     _, steps = est.update_batch(est.start(20), y, np.zeros_like(y))
     alarms = np.count_nonzero(steps.status[..., 0] & dw.Status.JUMP)
     assert 20 < alarms < 20 * 2000 / 200
@@ -138,7 +138,7 @@ def test_an_alarm_empties_the_window():
     after = np.arange(len(y)) > alarm.sample + 3
     error = (trace.disturbances[after, 0] - 4.5) / trace.disturbances_std[after, 0]
     assert np.mean(error**2) < 2
-    lasting = observer(detector=dw.Parity(restart=False)).scan(y, u)
+    lasting = observer(detector=dw.detect.Parity(restart=False)).scan(y, u)
     (alarm,) = lasting.jumps()
     assert "samples)" in alarm.text and np.array_equal(lasting.statistic[:124], trace.statistic[:124])
     np.testing.assert_array_equal(lasting.estimates, observer(detector=None).scan(y, u).estimates)
@@ -175,9 +175,9 @@ def test_windows_with_gaps_are_not_tested():
     [
         (lambda: observer(np.inf), "two windows of regular samples"),
         (lambda: observer(irregular=True), "two windows of regular samples"),
-        (lambda: observer(detector=dw.Parity(probability=1e-6, false_alarms="never")), "rate of false alarms"),
-        (lambda: observer(detector=dw.Parity(probability=2.0)), "probability must lie"),
-        (lambda: observer(disturbances=dw.Polynomial([0, 1], [1.0, np.inf], degree=1)), "hold for both windows"),
+        (lambda: observer(detector=dw.detect.Parity(probability=1e-6, false_alarms="never")), "rate of false alarms"),
+        (lambda: observer(detector=dw.detect.Parity(probability=2.0)), "probability must lie"),
+        (lambda: observer(disturbances=dw.models.Polynomial([0, 1], [1.0, np.inf], degree=1)), "hold for both windows"),
     ],
 )
 def test_tests_that_cannot_be(make, words):

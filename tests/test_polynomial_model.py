@@ -17,7 +17,7 @@ W = np.linspace(0.05, 3.0, 30)
 
 
 def model(theta=S.theta, P=L @ L.T):
-    return dw.PolynomialModel(FAMILY, np.array(theta), P)
+    return dw.models.PolynomialModel(FAMILY, np.array(theta), P)
 
 
 def test_channels_and_noise_are_the_polynomials():
@@ -69,7 +69,7 @@ def test_bars_agree_with_sampling():
 
 def test_a_shared_root_leaves_poles_sharp():
     """A and F with the same pole: each is known from its own coefficients, no double root."""
-    m = dw.PolynomialModel(Family(1, (1,), (1,), nf=(1,)), np.array([-0.8, 1.0, -0.8]), 1e-6 * np.eye(3))
+    m = dw.models.PolynomialModel(Family(1, (1,), (1,), nf=(1,)), np.array([-0.8, 1.0, -0.8]), 1e-6 * np.eye(3))
     np.testing.assert_allclose(m.poles_std, 1e-3)
     assert m.method == ["first order"] * 2
 

@@ -51,7 +51,7 @@ def test_gains_with_direct_terms_and_coloured_noise(inputs):
     m = form.N - form.n
     values = np.concatenate([[-0.9, 0.3], rng.standard_normal(m - 2)])
     root = 1e-3 * rng.standard_normal((m, m))
-    model = dw.Model(form, values, root @ root.T)
+    model = dw.models.Model(form, values, root @ root.T)
 
     def gains(theta):
         b = theta[2 : 2 + 2 * inputs].reshape(inputs, 2).sum(axis=1)
@@ -67,7 +67,7 @@ def test_gains_with_direct_terms_and_coloured_noise(inputs):
 
 def test_the_residuals_pay_for_every_unknown():
     y, _ = dw.simulate([-0.7], d=[0.4], samples=40, noise_std=1.0, seed=2)
-    bound, unit = (dw.cramer_rao_of_record(y, a=[-0.7], d=[0.4], noise_variance=v) for v in (None, 1.0))
+    bound, unit = (dw.models.cramer_rao_of_record(y, a=[-0.7], d=[0.4], noise_variance=v) for v in (None, 1.0))
     one = np.zeros(40)
     one[0] = 1.0
     e, h = lfilter([1.0, -0.7], [1.0, 0.4], y), lfilter([1.0], [1.0, 0.4], one)
@@ -79,16 +79,16 @@ def test_whiteness_knows_no_size():
     z = np.random.default_rng(0).standard_normal(200)
     z[17] = np.nan
     for scale in (2.0**-900, 2.0**700):
-        assert dw.ljung_box(scale * z) == dw.ljung_box(z)
+        assert dw.results.ljung_box(scale * z) == dw.results.ljung_box(z)
 
 
 @pytest.mark.parametrize(
     "call, words",
     [
-        (lambda: dw.ellipse(np.diag([np.inf, np.inf])).points(), "infinite"),
-        (lambda: dw.reflect([1e300]), "range"),
-        (lambda: dw.cramer_rao([], [], samples=10), "empty"),
-        (lambda: dw.cramer_rao_of_record([1.0, 2.0], a=[], d=[]), "empty"),
+        (lambda: dw.models.confidence_ellipse(np.diag([np.inf, np.inf])).points(), "infinite"),
+        (lambda: dw.models.minimum_phase([1e300]), "range"),
+        (lambda: dw.models.cramer_rao([], [], samples=10), "empty"),
+        (lambda: dw.models.cramer_rao_of_record([1.0, 2.0], a=[], d=[]), "empty"),
     ],
 )
 def test_what_has_no_answer_is_told(call, words):

@@ -93,7 +93,7 @@ def test_golden_irregular_and_missing():
     case = GOLDEN["irregular_missing"]
     given, expect = case["given"], case["expect"]
     y = np.array([np.nan if v is None else v for v in given["y"]])
-    plant, load_ = dw.Plant([[0, 1], [-4, -0.6]], [0, 2], [1, 0]), dw.Polynomial([0, 1], np.inf)
+    plant, load_ = dw.Plant([[0, 1], [-4, -0.6]], [0, 2], [1, 0]), dw.models.Polynomial([0, 1], np.inf)
     est = dw.WindowObserver(plant, 5.0, noise_std=1.0, disturbances=load_, hold="zoh", dt=0.1, irregular=True)
     trace = est.scan(y, np.array(given["u"], float), time=given["t"])
     value, std = est.estimate(trace.state)
@@ -106,9 +106,9 @@ def _everything():
     A = [[0, 1, 0, 0], [-4, -0.6, 0.3, 0], [0, 0, -30, 2], [0.2, 0, 0, 4]]
     B, C, D = [[0, 0], [1, 0], [0, 5], [0.5, 1]], [[1, 0, 0.5, 0], [0, 0, 1, 1]], [[0.5, 0], [0, 2]]
     disturbances = (
-        dw.Polynomial([0, 1, 0, 0], (2.0, 3.0), degree=1),
-        dw.Sinusoid(9.0, [0, 0, 0, 1], 1.5),
-        dw.Polynomial([0, 0, 0, 0], np.inf, outputs=[1.0, 0.0]),
+        dw.models.Polynomial([0, 1, 0, 0], (2.0, 3.0), degree=1),
+        dw.models.Sinusoid(9.0, [0, 0, 0, 1], 1.5),
+        dw.models.Polynomial([0, 0, 0, 0], np.inf, outputs=[1.0, 0.0]),
     )
     return dw.Plant(A, B, C, D), disturbances
 
@@ -176,9 +176,9 @@ def test_prior_of_zero_leaves_out():
     t, y, u = np.cumsum(rng.exponential(0.05, 60)), rng.standard_normal((60, 2)), rng.standard_normal((60, 2))
     found = []
     for q in (
-        [dw.Polynomial([0, 1, 0, 0], 2.0)],
-        [dw.Polynomial([0, 1, 0, 0], (2.0, 0.0), degree=1)],
-        [dw.Polynomial([0, 1, 0, 0], 2.0), dw.Sinusoid(9.0, [0, 0, 0, 1], 0.0)],
+        [dw.models.Polynomial([0, 1, 0, 0], 2.0)],
+        [dw.models.Polynomial([0, 1, 0, 0], (2.0, 0.0), degree=1)],
+        [dw.models.Polynomial([0, 1, 0, 0], 2.0), dw.models.Sinusoid(9.0, [0, 0, 0, 1], 0.0)],
     ):
         options = dict(noise_std=[0.1, 0.3], disturbances=q, hold="foh", dt=0.05, irregular=True)
         trace = dw.WindowObserver(plant, 1.0, **options).scan(y, u, time=t)
@@ -289,7 +289,7 @@ def test_unstable_plant_for_ever():
 def _small():
     plant = dw.Plant([[0, 1], [0, -1]], [0, 1], [1, 0])
     return dw.WindowObserver(
-        plant, 0.5, noise_std=0.1, disturbances=dw.Polynomial([0, 1], 2.0), hold="zoh", dt=0.05, irregular=True
+        plant, 0.5, noise_std=0.1, disturbances=dw.models.Polynomial([0, 1], 2.0), hold="zoh", dt=0.05, irregular=True
     )
 
 

@@ -45,7 +45,7 @@ def batch_fit(y, u, n):
 def test_default_prior_predicts_like_hindsight_least_squares(record, n):
     """Nothing tuned: the recursive one-step fit is within a few points of batch ARX fitted on the same samples."""
     y, u = columns(*record)
-    s = dw.Joint(n, inputs=1, noise=dw.EquationError()).scaled_to(y, u).scan(y, u).summary()
+    s = dw.Joint(n, inputs=1, noise=dw.models.EquationError()).scaled_to(y, u).scan(y, u).summary()
     assert s.fit > batch_fit(y, u, n) - (7 if record[0] == "canning_rainfall_flow" else 4)
 
 

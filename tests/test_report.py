@@ -107,7 +107,7 @@ def test_report_draws_smoothed_orders_and_zeros(tmp_path):
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=600, noise_std=0.5, seed=4)
     est = dw.Joint(2, inputs=1, memory=dw.RandomWalk(1e-6)).scaled_to(y, u)
     trace, smoothed = est.scan(y, u), est.smooth(y, u, lag=50)
-    path = trace.report(tmp_path / "r.html", smoothed=smoothed, orders=dw.choose_order(y, u, [1, 2]))
+    path = trace.report(tmp_path / "r.html", smoothed=smoothed, orders=dw.analysis.choose_order(y, u, [1, 2]))
     page = Page(path.read_text(encoding="utf-8"))
     for section in ("states", "orders", "poles"):
         assert section in page.ids

@@ -46,7 +46,7 @@ def test_golden_restart_length():
 def test_golden_design():
     case = CASES["optimal_h_N0_corrected_J"]
     for args, (h, N0, J) in zip(case["input"]["args"], case["expected"]["h_N0_J"]):
-        design = dw.design_restart(*args, bounds=case["input"]["bounds"])
+        design = dw.detect.design_restart(*args, bounds=case["input"]["bounds"])
         assert close(design.criterion, J, case["rtol"])
         assert close([design.threshold, design.restart], [h, N0], 1e-4)
         assert not design.at_bound
@@ -98,7 +98,7 @@ def test_discrete_sum():
 
 def test_design_of_the_plates():
     """(11.2, 46) for increases, (9.0, 95) for decreases, from the means of the signal."""
-    up, down = (dw.design_restart(0.2, 500, std=1 / 0.99, mean=mean) for mean in (0.3119, 0.1369))
+    up, down = (dw.detect.design_restart(0.2, 500, std=1 / 0.99, mean=mean) for mean in (0.3119, 0.1369))
     assert (round(up.threshold, 1), round(up.restart)) == (11.2, 46)
     assert (round(down.threshold, 1), round(down.restart)) == (9.0, 95)
     assert up.closed_form == pytest.approx(26.5, abs=0.05)
@@ -106,7 +106,7 @@ def test_design_of_the_plates():
 
 
 def test_design_is_a_minimum_and_follows_the_scale():
-    one, scaled = dw.design_restart(0.7, 300), dw.design_restart(700.0, 300, std=1000.0)
+    one, scaled = dw.detect.design_restart(0.7, 300), dw.detect.design_restart(700.0, 300, std=1000.0)
     assert scaled.threshold == pytest.approx(1000 * one.threshold, rel=1e-6)
     assert scaled.restart == pytest.approx(one.restart, rel=1e-6)
     assert scaled.criterion == pytest.approx(1e6 * one.criterion, rel=1e-10)
@@ -115,7 +115,7 @@ def test_design_is_a_minimum_and_follows_the_scale():
 
 
 def test_restart_rests_on_its_bound_at_large_jumps():
-    design = dw.design_restart(2.0, 500)
+    design = dw.detect.design_restart(2.0, 500)
     assert design.at_bound and design.restart == pytest.approx(1.0) and "bound" in design.words
     assert design.threshold == pytest.approx(3.05, abs=0.01)
 
@@ -134,4 +134,4 @@ def test_restart_rests_on_its_bound_at_large_jumps():
 )
 def test_bad_settings_are_refused(settings, word):
     with pytest.raises(dw.InputError, match=word):
-        dw.design_restart(**{"jump": 1.0, "every": 500, **settings})
+        dw.detect.design_restart(**{"jump": 1.0, "every": 500, **settings})

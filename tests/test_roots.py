@@ -14,7 +14,9 @@ DRAWS = 200_000
 def model(poles, b=(), P=1e-12, inputs=0, direct=False, dt=1.0):
     a = np.real(np.poly(poles))[1:]
     theta = np.concatenate([a, np.ravel(b)])
-    return dw.Model(Canonical(len(a), inputs, direct), theta, P * np.eye(len(theta)) if np.ndim(P) == 0 else P, dt)
+    return dw.models.Model(
+        Canonical(len(a), inputs, direct), theta, P * np.eye(len(theta)) if np.ndim(P) == 0 else P, dt
+    )
 
 
 def quadratic(c):
@@ -60,7 +62,7 @@ def test_jacobians_are_finite_differences(poles, b, inputs, direct):
         slopes = [(p - q) / (2 * h) for p, q in zip(of(theta + step), of(theta - step))]
         P = np.zeros((m, m))
         P[j, j] = 1e-14
-        mod = dw.Model(Canonical(len(poles), inputs, direct), theta, P, 0.5)
+        mod = dw.models.Model(Canonical(len(poles), inputs, direct), theta, P, 0.5)
         found = [(mod.poles, mod.poles_covariance)]
         found += [(mod.zeros(i), mod.zeros_covariance(i)) for i in range(inputs)]
         for (p, C), slope in zip(found, slopes):
@@ -171,10 +173,10 @@ def test_a_conjugate_pair_keeps_mirrored_bars():
 
 def test_zeros_of_each_input_and_their_number():
     theta = np.r_[np.poly([0.5, 0.2, 0.1])[1:], 1, -0.3, 0.02, 2, 0, -0.5]
-    m = dw.Model(Canonical(3, 2), theta, 1e-10 * np.eye(9))
+    m = dw.models.Model(Canonical(3, 2), theta, 1e-10 * np.eye(9))
     np.testing.assert_allclose(m.zeros(0), [0.2, 0.1], atol=1e-12)
     np.testing.assert_allclose(abs(m.zeros(1)), [0.5, 0.5], atol=1e-12)
-    assert dw.Model(Canonical(1, 1), np.array([-0.5, 1.0]), np.eye(2)).zeros().shape == (0,)
+    assert dw.models.Model(Canonical(1, 1), np.array([-0.5, 1.0]), np.eye(2)).zeros().shape == (0,)
     for wrong in (2, -1, 0.5, True):
         with pytest.raises(dw.InputError, match="input must be one of 0 to 1"):
             m.zeros(wrong)
@@ -212,7 +214,7 @@ def test_gain_near_an_integrator_has_no_std():
     assert "A(1) = 0.0005 ± 0.014 cannot be told from 0" in m.notes[-1]
     _, C = m.frequency_response([0.0, 2.0])
     assert np.isinf(C[0, 0]).any() and np.isfinite(C[0, 1]).all()
-    exact = dw.Model(Canonical(1, 1), np.array([-1.0, 1.0]), np.zeros((2, 2)))
+    exact = dw.models.Model(Canonical(1, 1), np.array([-1.0, 1.0]), np.zeros((2, 2)))
     assert np.isinf(exact.dc_gain[0]) and np.isinf(exact.dc_gain_std[0])
     near = model([0.9], [0.1], np.diag([1.5e-2, 1e-6]) ** 2, inputs=1)  # A(1) is 6.7 std from zero: sampled
     draws = 0.1 / (0.1 + 1.5e-2 * RNG(4).standard_normal(DRAWS))
@@ -227,7 +229,7 @@ def test_fieller_interval_covers_as_promised(pole):
     draws = RNG(5).multivariate_normal(truth, P, 2000)
     gain, hit = 1.0 / (1 - pole), 0
     for theta in draws:
-        low, high = dw.Model(Canonical(1, 1), theta, P).dc_gain_interval()[0]
+        low, high = dw.models.Model(Canonical(1, 1), theta, P).dc_gain_interval()[0]
         hit += low <= gain <= high
     assert hit / 2000 > 0.95 - 0.0195
     if pole == 0.5:
@@ -236,22 +238,22 @@ def test_fieller_interval_covers_as_promised(pole):
 
 def test_ellipse_holds_its_level():
     C = np.array([[2.0, 0.9], [0.9, 0.7]])
-    e = dw.ellipse(C, 0.9, centre=1 - 2j)
+    e = dw.models.confidence_ellipse(C, 0.9, centre=1 - 2j)
     d = e.points() - [1, -2]
     np.testing.assert_allclose(np.einsum("ti,ij,tj->t", d, np.linalg.inv(C), d), scipy.stats.chi2.ppf(0.9, 2))
     assert e.semi_axes[0] == pytest.approx(np.max(np.hypot(*d.T)), rel=1e-3)
     k = np.argmax(np.hypot(*d.T))
     assert np.tan(e.angle) == pytest.approx(d[k, 1] / d[k, 0], rel=0.05)
-    flat = dw.ellipse([[4.0, 0], [0, 0]], 0.95, centre=(0.5, 0))
+    flat = dw.models.confidence_ellipse([[4.0, 0], [0, 0]], 0.95, centre=(0.5, 0))
     assert flat.semi_axes == (pytest.approx(2 * scipy.stats.norm.ppf(0.975)), 0.0)
-    assert dw.ellipse(np.diag([np.inf, np.inf])).semi_axes == (np.inf, np.inf)
+    assert dw.models.confidence_ellipse(np.diag([np.inf, np.inf])).semi_axes == (np.inf, np.inf)
     for bad, level in (([[1, 2], [2, 1]], 0.95), (np.eye(3), 0.95), (np.eye(2), 95)):
         with pytest.raises(dw.InputError):
-            dw.ellipse(bad, level)
+            dw.models.confidence_ellipse(bad, level)
 
 
 def test_nothing_known_is_infinite_not_nan():
-    m = dw.Model(Canonical(2, 1), np.array([-1.5, 0.7, 1.0, 0.5]), np.full((4, 4), np.inf))
+    m = dw.models.Model(Canonical(2, 1), np.array([-1.5, 0.7, 1.0, 0.5]), np.full((4, 4), np.inf))
     assert np.isinf(m.poles_std).all() and np.isinf(m.zeros_std()).all()
     assert np.isinf(m.dc_gain_std).all()
     assert "nothing is known of the poles yet" in m.notes

@@ -10,8 +10,8 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 import driftwise as dw
+from driftwise.detect import average_run_length as rl
 from driftwise.detect import brownian
-from driftwise.detect import run_length as rl
 
 FILE = Path(__file__).parent / "golden" / "perriot.json"
 CASES = {case["name"]: case for case in json.loads(FILE.read_text())["cases"]}
@@ -181,12 +181,14 @@ def test_heavy_tails_against_simulation():
     "T, k, G", [(1000, 0.5, 1.0), (2000, 0.07, 1.01), (2.3, 0.1, 1.0), (1e4, 0.0, 1.0), (1e12, 1.0, 3.0)]
 )
 def test_threshold_is_the_inverse(T, k, G):
-    h = dw.threshold_for(T, k, G)
-    assert dw.run_length(h, k, G) == pytest.approx(T, rel=1e-6)
+    h = dw.detect.threshold_for(T, k, G)
+    assert dw.detect.run_length(h, k, G) == pytest.approx(T, rel=1e-6)
 
 
 def test_threshold_scales_with_the_signal():
-    assert dw.threshold_for(5000, 500.0, 1000.0) == pytest.approx(1000 * dw.threshold_for(5000, 0.5), rel=1e-9)
+    assert dw.detect.threshold_for(5000, 500.0, 1000.0) == pytest.approx(
+        1000 * dw.detect.threshold_for(5000, 0.5), rel=1e-9
+    )
 
 
 def test_threshold_of_two_sides():
@@ -212,7 +214,7 @@ def test_threshold_of_a_distribution():
 
 def test_impossible_promises_are_refused():
     with pytest.raises(dw.InputError, match=r"impossible.*3\.24"):
-        dw.threshold_for(2, 0.5)
+        dw.detect.threshold_for(2, 0.5)
     with pytest.raises(dw.InputError, match="impossible"):
         rl.threshold_of(norm.cdf, 3.2, 0.5)
     with pytest.raises(dw.InputError, match="never exceeds"):
@@ -220,19 +222,19 @@ def test_impossible_promises_are_refused():
     with pytest.raises(dw.InputError, match="never an alarm"):
         rl.run_length_of(lambda x: np.clip(x + 0.5, 0, 1), 3.0, 0.6)
     with pytest.raises(dw.InputError, match="never an alarm"):
-        dw.run_length(900.0, 1.0)
+        dw.detect.run_length(900.0, 1.0)
 
 
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: dw.run_length(-1.0, 0.5),
-        lambda: dw.run_length(3.0, 0.5, std=0.0),
-        lambda: dw.run_length(3.0, np.nan),
-        lambda: dw.run_length("high", 0.5),
-        lambda: dw.run_length(3.0, 0.5, start="warm"),
-        lambda: dw.run_length(2000.0, 0.01),
-        lambda: dw.threshold_for(100, -0.5),
+        lambda: dw.detect.run_length(-1.0, 0.5),
+        lambda: dw.detect.run_length(3.0, 0.5, std=0.0),
+        lambda: dw.detect.run_length(3.0, np.nan),
+        lambda: dw.detect.run_length("high", 0.5),
+        lambda: dw.detect.run_length(3.0, 0.5, start="warm"),
+        lambda: dw.detect.run_length(2000.0, 0.01),
+        lambda: dw.detect.threshold_for(100, -0.5),
         lambda: rl.run_length_of(norm.pdf, 3.0, 0.5, states=5),
         lambda: rl.run_length_of(lambda x: 3 * norm.pdf(x), 3.0, 0.5),
         lambda: rl.brownian_delay(-0.1, 0.1, 3.0),

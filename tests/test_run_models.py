@@ -36,7 +36,7 @@ def run(call, record, tmp_path, *options):
     [
         ("never", dw.Constant()),
         ("weighted:0.98", dw.ExponentialForgetting(0.98)),
-        ("limited:80", dw.GainFloor(80)),
+        ("limited:80", dw.memory.GainFloor(80)),
         ("walk:1e-6", dw.RandomWalk(1e-6)),
     ],
 )
@@ -92,28 +92,28 @@ def test_every_memory_is_written_as_it_is_called():
         "auto": dw.AutoMemory(),
         "auto:outliers": dw.AutoMemory("outliers"),
         "auto:jumps": dw.AutoMemory("jumps"),
-        "bank": dw.MultipleModel(),
-        "interacting": dw.IMM(),
-        "variable:100": dw.VariableForgetting(100.0),
-        "directional:0.98": dw.DirectionalForgetting(0.98),
-        "window:60": dw.Window(60),
-        "runlengths:0.3/500": dw.BayesianChangePoint(0.3, 500.0),
-        "runlengths:0.3,0.1/500": dw.BayesianChangePoint((0.3, 0.1), 500.0),
+        "bank": dw.memory.MultipleModel(),
+        "interacting": dw.memory.IMM(),
+        "variable:100": dw.memory.VariableForgetting(100.0),
+        "directional:0.98": dw.memory.DirectionalForgetting(0.98),
+        "window:60": dw.memory.Window(60),
+        "runlengths:0.3/500": dw.memory.BayesianChangePoint(0.3, 500.0),
+        "runlengths:0.3,0.1/500": dw.memory.BayesianChangePoint((0.3, 0.1), 500.0),
         "walk:1e-3": dw.RandomWalk(1e-3),
         "walk:0.3/500": dw.RandomWalk(matched=(0.3, 500.0)),
-        "jump:0.3": dw.RestartOnChange(restart=dw.CovarianceInflation(0.3)),
-        "reset:10": dw.RestartOnChange(restart=dw.GainReset(10.0)),
+        "jump:0.3": dw.RestartOnChange(restart=dw.memory.CovarianceInflation(0.3)),
+        "reset:10": dw.RestartOnChange(restart=dw.memory.GainReset(10.0)),
     }.items():
         assert specs.memory(text) == policy
     for text, detector in {
-        "parameters:10000": dw.ScoreCUSUM("10000"),
-        "parameters:1 per 10_000,0.3,0.2": dw.ScoreCUSUM("1 per 10_000", (0.3, 0.2)),
+        "parameters:10000": dw.detect.ScoreCUSUM("10000"),
+        "parameters:1 per 10_000,0.3,0.2": dw.detect.ScoreCUSUM("1 per 10_000", (0.3, 0.2)),
         "level:10000,0.5": dw.PageHinkley("10000", 0.5),
-        "noise:1/10000,2": dw.VarianceCUSUM(2.0, false_alarms="1/10000"),
-        "glr:10000,50": dw.GLR("10000", 50),
+        "noise:1/10000,2": dw.detect.VarianceCUSUM(2.0, false_alarms="1/10000"),
+        "glr:10000,50": dw.detect.GLR("10000", 50),
     }.items():
         assert specs.policy("never", text, False) == dw.RestartOnChange(detector)
-        assert specs.policy("reset:10", text, False) == dw.RestartOnChange(detector, dw.GainReset(10.0))
+        assert specs.policy("reset:10", text, False) == dw.RestartOnChange(detector, dw.memory.GainReset(10.0))
 
 
 def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
@@ -126,7 +126,9 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
     options = ("--model", "arx:1,1", "--jumps", "parameters:10000,0.15", "--memory", "reset:10", "--center", "none")
     code, out, err = call("run", path, "-o", "y", "-i", "u", *options, "--report", page, "--json", result)
     assert (code, err) == (0, "")
-    est = dw.ARX(1, 1, memory=dw.RestartOnChange(dw.ScoreCUSUM(10_000, 0.15), dw.GainReset(10))).scaled_to(y, u)
+    est = dw.ARX(
+        1, 1, memory=dw.RestartOnChange(dw.detect.ScoreCUSUM(10_000, 0.15), dw.memory.GainReset(10))
+    ).scaled_to(y, u)
     trace = est.scan(y, u)
     found = json.loads(result.read_text())["jumps"]
     assert [(jump["sample"], jump["words"]) for jump in found] == [(e.sample, e.text) for e in trace.jumps()]

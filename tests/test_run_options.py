@@ -91,7 +91,7 @@ def test_orders_are_those_of_the_library(call, record, tmp_path):
     code, out, _ = call(*options, "--orders", "1-3", "-n", 3, "--json", result, "--report", page)
     assert code == 0
     data = json.loads(result.read_text())["orders"]
-    by_hand = dw.choose_order(y, u, [1, 2, 3], memory=dw.RestartOnChange())
+    by_hand = dw.analysis.choose_order(y, u, [1, 2, 3], memory=dw.RestartOnChange())
     assert data["order"] == [1, 2, 3]
     assert data["best"] == by_hand.best == 2
     np.testing.assert_allclose(data["log_evidence"], by_hand.log_evidence, rtol=1e-12)

@@ -35,7 +35,7 @@ def test_huge_prior(form):
     st, R, P0 = dense.Structure(2, 1, True), 0.09, 1e16
     noise = dense.Noise(np.zeros((7, 7)), np.zeros(7), R)
     s, P, T = exact.final(st, noise, np.zeros(7), P0 * np.eye(7), y, u, digits=60)
-    est = dw.Joint(2, 1, True, noise=dw.EquationError(R), P0=P0, form=form)
+    est = dw.Joint(2, 1, True, noise=dw.models.EquationError(R), P0=P0, form=form)
     trace = est.scan(y, u, keep="covariance")
     assert np.abs(est.mean(trace.state) - s).max() <= 1e-12
     golden.assert_close(est.covariance(trace.state), P, 1e-12)
@@ -61,7 +61,7 @@ def test_scaling_the_output_by_a_power_of_two_changes_no_bit(form):
     unit = np.array([1, 1, 0, 0, 1, 1, 1.0])  # x and b carry the unit of y, a does not
 
     def run(c):
-        noise, units = dw.EquationError(0.09 * c**2), c**unit
+        noise, units = dw.models.EquationError(0.09 * c**2), c**unit
         est = dw.Joint(2, 1, True, noise=noise, P0=5 * units**2, memory=dw.RandomWalk(1e-6 * units[2:] ** 2), form=form)
         trace = est.scan(c * y, u)
         state = trace.state
@@ -90,7 +90,7 @@ def test_growing_signal_is_held_by_the_floor(form):
     y, _ = canonical(-printed, np.zeros((1, 1000, 3)), np.zeros((1, 1000)), x0=[-5.0, 2.0, 10.0])
 
     def error(floor):
-        est = dw.Joint(3, noise=dw.EquationError(1.0), P0=1e12, floor=floor, form=form)
+        est = dw.Joint(3, noise=dw.models.EquationError(1.0), P0=1e12, floor=floor, form=form)
         trace = est.scan(y[0])
         return np.abs(-est.mean(trace.state)[3:] - printed).max(), trace.status
 
@@ -110,7 +110,7 @@ def test_recursion_equals_batch_least_squares(form):
     y, _ = canonical(-PRINTED, *polynomial_noise(TRUE_D, rng.standard_normal((1, T))), b, u, direct=0.4)
     s0, P0 = np.zeros(st.size), 100 * np.eye(st.size)
     mean, covariance = exact.ridge(st, 1.0, s0, P0, y[0], u[0], TRUE_D)
-    est = dw.Joint(3, 1, True, noise=dw.NoisePolynomial(TRUE_D, 1.0), s0=s0, P0=P0, form=form)
+    est = dw.Joint(3, 1, True, noise=dw.models.NoisePolynomial(TRUE_D, 1.0), s0=s0, P0=P0, form=form)
     state = est.scan(y[0], u[0]).state
     assert np.abs(est.mean(state)[3:] - mean[3:]).max() <= 1e-9
     assert np.abs(est.covariance(state)[3:, 3:] - covariance[3:, 3:]).max() <= 1e-9
@@ -150,7 +150,7 @@ def records():
 
 
 def run_with(d, records):
-    est = dw.Joint(len(d), noise=dw.NoisePolynomial(d, 1.0), P0=100.0)
+    est = dw.Joint(len(d), noise=dw.models.NoisePolynomial(d, 1.0), P0=100.0)
     traces = over_records(est, records[0])
     return -final_means(est, traces)[:, len(d) :], traces
 
@@ -234,7 +234,7 @@ def test_missing_outputs_leave_honest_error_bars(form):
     """30 % missing, 100 records, four parameters: the mean NEES has standard error .07."""
     y, u, truth = lightly_damped(100, 400, 0.5, 21, output_error=False)
     y[np.random.default_rng(22).random(y.shape) < 0.3] = np.nan
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.25), P0=1.0, form=form)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(0.25), P0=1.0, form=form)
     early = [trace.state for trace in over_records(est, y[:, :100], u[:, :100])]
     late = [trace.state for trace in over_records(est, y, u)]
     assert 0.8 < nees(est, early, truth) < 1.3
@@ -254,7 +254,7 @@ def test_student_bands_cover_what_they_say():
     u = rng.standard_normal((records, T))
     noise = np.zeros((records, T, 2)), sigma * rng.standard_normal((records, T))
     y, _ = canonical(s[:, 2:4], *noise, s[:, 4:], u, x0=s[:, :2])
-    est = dw.Joint(2, 1, noise=dw.EquationError(1.0), scale=dw.InverseGamma(alpha, beta), s0=s0, P0=P0)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(1.0), scale=dw.models.InverseGamma(alpha, beta), s0=s0, P0=P0)
     traces = over_records(est, y, u)
     assert traces[0].dof == pytest.approx(2 * alpha + np.arange(T))
     inside = np.array([np.abs(trace.innovation) <= trace.band(0.95) for trace in traces])
@@ -271,9 +271,9 @@ def test_output_error():
         r = final_means(est, traces)[:, 2:]
         return np.sqrt(np.mean((r - truth) ** 2, axis=0)), nees(est, [trace.state for trace in traces], truth)
 
-    learning, learning_nees = rmse_and_nees(dw.OutputError(0.25))
-    knowing, knowing_nees = rmse_and_nees(dw.NoisePolynomial(truth[:2], 0.25))
-    equation, equation_nees = rmse_and_nees(dw.EquationError(0.25))
+    learning, learning_nees = rmse_and_nees(dw.models.OutputError(0.25))
+    knowing, knowing_nees = rmse_and_nees(dw.models.NoisePolynomial(truth[:2], 0.25))
+    equation, equation_nees = rmse_and_nees(dw.models.EquationError(0.25))
     assert 0.7 < knowing_nees < 1.35
     assert np.all(learning[:2] <= 1.3 * knowing[:2])
     assert learning_nees < 1.5

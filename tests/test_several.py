@@ -12,20 +12,20 @@ ESTIMATORS = {
     "default": dw.ARXMIMO(2, 1),
     "orders, delays, offset": dw.ARXMIMO(2, 2, NA, NB, NK, offset=True),
     "weighted": dw.ARXMIMO(2, 1, memory=dw.ExponentialForgetting(0.98)),
-    "limited gain": dw.ARXMIMO(2, 1, memory=dw.GainFloor(50)),
+    "limited gain": dw.ARXMIMO(2, 1, memory=dw.memory.GainFloor(50)),
     "walk": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.RandomWalk(1e-5)),
     "known noise, gate": dw.ARXMIMO(2, 1, 1, 1, variance=(0.01, 0.04), gate=dw.InnovationGate(), P0=10.0),
     "until a jump": dw.ARXMIMO(
-        2, 1, memory=dw.RestartOnChange(dw.PageHinkley(threshold=4.0), dw.GainReset(10), settle=10)
+        2, 1, memory=dw.RestartOnChange(dw.PageHinkley(threshold=4.0), dw.memory.GainReset(10), settle=10)
     ),
-    "variable forgetting": dw.ARXMIMO(2, 1, memory=dw.VariableForgetting(50)),
-    "window": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.Window(30)),
-    "run lengths": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.BayesianChangePoint(0.3, 50, 5)),
+    "variable forgetting": dw.ARXMIMO(2, 1, memory=dw.memory.VariableForgetting(50)),
+    "window": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.memory.Window(30)),
+    "run lengths": dw.ARXMIMO(2, 1, [[2, 0], [1, 1]], memory=dw.memory.BayesianChangePoint(0.3, 50, 5)),
     "missing held": dw.ARXMIMO(2, 1, missing="hold"),
     "missing skipped": dw.ARXMIMO(2, 1, missing="skip", memory=dw.ExponentialForgetting(0.95)),
     "no input": dw.ARXMIMO(3, 0, 1, offset=True),
     "one output": dw.ARXMIMO(1, 1),
-    "proper scale": dw.ARXMIMO(2, 1, scale=dw.InverseGamma(2.0, 0.1), P0=1e3),
+    "proper scale": dw.ARXMIMO(2, 1, scale=dw.models.InverseGamma(2.0, 0.1), P0=1e3),
 }
 
 
@@ -193,7 +193,9 @@ def test_error_bars_of_predictions_hold(missing, low, high):
     """NIS after 300 samples, 40 records of 1500: its standard error is about .008 for each output."""
     found = []
     for seed in range(40):
-        y, u = dw.simulate_mimo((2, 1), TRUTH, samples=1500, inputs=1, noise_std=(0.1, 0.3), missing=missing, seed=seed)
+        y, u = dw.models.simulate_mimo(
+            (2, 1), TRUTH, samples=1500, inputs=1, noise_std=(0.1, 0.3), missing=missing, seed=seed
+        )
         trace = dw.ARXMIMO(2, 1, **ORDERS).scaled_to(y, u).scan(y, u, keep="innovations")
         found.append(np.nanmean(trace.innovation[300:] ** 2 / trace.variance[300:], axis=0))
     nis = np.mean(found, axis=0)
@@ -206,7 +208,7 @@ def test_error_bars_of_parameters_hold():
     found = []
     truth = np.array([-1.2, 0.5, 0.0, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3])
     for seed in range(200):
-        y, u = dw.simulate_mimo((2, 1), TRUTH, samples=400, inputs=1, noise_std=(0.1, 0.3), seed=seed)
+        y, u = dw.models.simulate_mimo((2, 1), TRUTH, samples=400, inputs=1, noise_std=(0.1, 0.3), seed=seed)
         m = dw.ARXMIMO(2, 1, **ORDERS).scaled_to(y, u).scan(y, u, keep="innovations").model()
         error = m.values - truth
         found.append(error @ np.linalg.solve(m.covariance, error) / 9)
@@ -217,8 +219,8 @@ def test_error_bars_of_parameters_hold():
 def test_covariance_of_the_noises():
     """Lambda: the weighed sums exactly under Constant; near the truth with gaps and forgetting."""
     R = np.array([[0.01, 0.018], [0.018, 0.09]])
-    noise = dw.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
-    y, u = dw.simulate_mimo((2, 1), TRUTH, samples=4000, inputs=1, noise=noise, seed=3)
+    noise = dw.models.NoiseCovariance(np.zeros((3, 3)), np.zeros((3, 2)), R)
+    y, u = dw.models.simulate_mimo((2, 1), TRUTH, samples=4000, inputs=1, noise=noise, seed=3)
     est = dw.ARXMIMO(2, 1, **ORDERS, at_rest=True).scaled_to(y, u)
     trace = est.scan(y, u)
     np.testing.assert_allclose(est.noise_covariance(trace.state), R, rtol=0.06)
@@ -258,7 +260,7 @@ def test_the_model_is_the_equations():
         np.testing.assert_allclose(m.frequency_response(w)[0][:, :, k], G, rtol=1e-12)
         np.testing.assert_allclose(m.to_control()(z), G, rtol=1e-9)
     u = rng.standard_normal((50, 2))
-    y, _ = dw.simulate_mimo(m.form, m.values, samples=50, u=u)
+    y, _ = dw.models.simulate_mimo(m.form, m.values, samples=50, u=u)
     np.testing.assert_allclose(y[:, 0], regressors(y, u, 0, NA, NB, NK) @ theta[: est.model.sizes[0] - 1], atol=1e-12)
 
 
@@ -266,7 +268,7 @@ def test_trace_summary_and_picture(tmp_path):
     import matplotlib
 
     matplotlib.use("Agg")
-    y, u = dw.simulate_mimo((2, 1), TRUTH, samples=600, inputs=1, noise_std=(0.1, 0.3), missing=0.05, seed=1)
+    y, u = dw.models.simulate_mimo((2, 1), TRUTH, samples=600, inputs=1, noise_std=(0.1, 0.3), missing=0.05, seed=1)
     trace = dw.ARXMIMO(2, 1, **ORDERS, dt=0.5, at_rest=True).scaled_to(y, u).scan(y, u)
     assert trace.x.shape == (600, 0) and trace.parameters_std.shape == (600, 9)
     assert {"prediction.2", "a2.12", "a2.12_std", "weight.1"} <= set(trace.columns())
@@ -287,8 +289,8 @@ def test_each_equation_has_a_detector_of_its_own():
     """y2's equation changes: its detector says so, y1's says nothing."""
     changed = [*TRUTH[:7], 0.9, 0.0]
     theta = np.repeat([TRUTH, changed], [700, 300], axis=0)
-    y, u = dw.simulate_mimo((2, 1), theta, samples=1000, inputs=1, noise_std=0.1, seed=5)
-    memory = dw.RestartOnChange(dw.ScoreCUSUM("1 per 1_000_000", jump=0.3), dw.GainReset(5))
+    y, u = dw.models.simulate_mimo((2, 1), theta, samples=1000, inputs=1, noise_std=0.1, seed=5)
+    memory = dw.RestartOnChange(dw.detect.ScoreCUSUM("1 per 1_000_000", jump=0.3), dw.memory.GainReset(5))
     trace = dw.ARXMIMO(2, 1, **ORDERS, memory=memory).scaled_to(y, u).scan(y, u)
     first, *_ = (event for event in trace.events() if event.kind == "JUMP")
     assert 700 <= first.sample < 720 and first.text.startswith("output 2: jump: ")
@@ -297,8 +299,8 @@ def test_each_equation_has_a_detector_of_its_own():
 
 
 def test_evidence_is_the_sum_over_equations():
-    y, u = dw.simulate_mimo((2, 1), TRUTH, samples=300, inputs=1, noise_std=0.1, seed=2)
-    prior = dict(scale=dw.InverseGamma(2.0, 0.1), P0=10.0)
+    y, u = dw.models.simulate_mimo((2, 1), TRUTH, samples=300, inputs=1, noise_std=0.1, seed=2)
+    prior = dict(scale=dw.models.InverseGamma(2.0, 0.1), P0=10.0)
     one = dw.ARX(2, (2, 2), **prior).scan(y[:, 0], np.column_stack([-y[:, 1], u])).summary()
     two = dw.ARX(1, (1, 1), **prior).scan(y[:, 1], np.column_stack([-y[:, 0], u])).summary()
     est = dw.ARXMIMO(2, 1, **ORDERS, **prior)

@@ -34,12 +34,12 @@ def test_pair_and_truth():
 
 
 def test_model_is_the_plant_it_says():
-    m = dw.Model(Canonical(2, 2, True), np.r_[A, B, 0.2, -0.3, 0.4, 0.1], np.eye(8))
+    m = dw.models.Model(Canonical(2, 2, True), np.r_[A, B, 0.2, -0.3, 0.4, 0.1], np.eye(8))
     u = np.random.default_rng(0).standard_normal((60, 2))
     y, back = m.simulate(u)
     same, _ = dw.simulate(A, [B, [0.2, -0.3]], direct=[0.4, 0.1], samples=60, u=u)
     assert np.array_equal(y, same) and np.array_equal(back, u)
-    free, none = dw.Model(Canonical(2), A, np.eye(2)).simulate(samples=30, x0=[1.0, -0.4])
+    free, none = dw.models.Model(Canonical(2), A, np.eye(2)).simulate(samples=30, x0=[1.0, -0.4])
     expected = [(np.linalg.matrix_power(m.A, t) @ [1.0, -0.4])[0] for t in range(30)]
     np.testing.assert_allclose(free, expected, atol=1e-12)
     assert none is None
@@ -84,7 +84,7 @@ def test_jumps_set_what_they_name_from_their_sample_on():
 
 def test_noise_covariance_is_drawn_with_its_covariance():
     Q, S, R = np.array([[0.5, 0.1], [0.1, 0.3]]), np.array([0.2, -0.1]), 0.4  # Salut's order: last state measured
-    record = dw.simulate([-0.5, 0.1], B, samples=40_000, noise=dw.NoiseCovariance(Q, S, R), seed=6)
+    record = dw.simulate([-0.5, 0.1], B, samples=40_000, noise=dw.models.NoiseCovariance(Q, S, R), seed=6)
     w, v, steps = disturbances(record, record.u)
     found = np.cov(np.column_stack([w[:, ::-1], v]).T)
     np.testing.assert_allclose(found, np.block([[Q, S[:, None]], [S, R]]), atol=0.015)  # 5 standard errors
@@ -95,7 +95,9 @@ def test_noise_covariance_may_reach_the_parameters():
     N = 6
     L = np.random.default_rng(7).standard_normal((N + 1, N + 1)) * np.r_[0.3, 0.3, [1e-3] * 4, 0.3][:, None]
     J = L @ L.T
-    record = dw.simulate([-0.2, 0.1], B, samples=4000, noise=dw.NoiseCovariance(J[:N, :N], J[:N, N], J[N, N]), seed=8)
+    record = dw.simulate(
+        [-0.2, 0.1], B, samples=4000, noise=dw.models.NoiseCovariance(J[:N, :N], J[:N, N], J[N, N]), seed=8
+    )
     w, v, steps = disturbances(record, record.u)
     salut = np.column_stack([w[:, ::-1], steps[:, [1, 0]], steps[:, [3, 2]], v])
     unit = np.sqrt(np.diag(J))
@@ -105,12 +107,14 @@ def test_noise_covariance_may_reach_the_parameters():
 def test_policies_of_joint_are_understood():
     same = dict(samples=200, seed=9)
     by_name = dw.simulate(A, B, noise="output", noise_std=0.3, **same).y
-    assert np.array_equal(by_name, dw.simulate(A, B, noise=dw.OutputError(), noise_std=0.3, **same).y)
+    assert np.array_equal(by_name, dw.simulate(A, B, noise=dw.models.OutputError(), noise_std=0.3, **same).y)
     by_name = dw.simulate(A, B, d=[0.2, 0.1], noise_std=0.3, **same).y
-    assert np.array_equal(by_name, dw.simulate(A, B, noise=dw.NoisePolynomial([0.1, 0.2]), noise_std=0.3, **same).y)
-    v = dw.simulate(A, B, noise=dw.EquationError(0.09), samples=20_000)
+    assert np.array_equal(
+        by_name, dw.simulate(A, B, noise=dw.models.NoisePolynomial([0.1, 0.2]), noise_std=0.3, **same).y
+    )
+    v = dw.simulate(A, B, noise=dw.models.EquationError(0.09), samples=20_000)
     assert np.std(disturbances(v, v.u)[1]) == pytest.approx(0.3, rel=0.03)
-    y, u = dw.simulate(A, B, noise=dw.OutputError(0.01), samples=500)
+    y, u = dw.simulate(A, B, noise=dw.models.OutputError(0.01), samples=500)
     clean = scipy.signal.lfilter([0, *B], [1, *A], u)
     assert np.std(y - clean) == pytest.approx(0.1, rel=0.15)
 
@@ -134,7 +138,7 @@ def test_policies_of_joint_are_understood():
         (dict(a=A, b=B, samples=5, missing_inputs=-0.1), "missing_inputs is a fraction"),
         (dict(a=A, b=B, samples=5, noise_std=-1), "noise_std is a standard deviation"),
         (dict(a=A, b=B, samples=5, noise="white"), "noise must be 'output', 'equation' or"),
-        (dict(a=A, b=B, samples=5, noise=dw.OutputError(1.0), noise_std=1.0), "give one of them"),
+        (dict(a=A, b=B, samples=5, noise=dw.models.OutputError(1.0), noise_std=1.0), "give one of them"),
         (dict(a=A, b=B, samples=5, drift=[1, 2]), "4 for a1, a2, b1, b2"),
         (dict(a=A, b=B, samples=5, drift=-0.1), "drift is a standard deviation"),
         (dict(a=A, b=B, samples=5, jumps={5: [0, 0, 0, 0]}), "sample 5 is none of 0 to 4"),
@@ -142,7 +146,7 @@ def test_policies_of_joint_are_understood():
         (dict(a=A, b=B, samples=5, jumps={2: {"c": [0]}}), "may name a, b or direct"),
         (dict(a=A, b=B, samples=5, jumps={2: {"a": [0]}}), "the jump of a must list 2"),
         (dict(a=A, b=B, samples=5, jumps=[2]), "jumps must be a dictionary"),
-        (dict(a=dw.Model(Canonical(2, 1), np.zeros(4), np.eye(4)), b=B, samples=5), "brings its own b"),
+        (dict(a=dw.models.Model(Canonical(2, 1), np.zeros(4), np.eye(4)), b=B, samples=5), "brings its own b"),
     ],
 )
 def test_wrong_input_is_explained(call, words):

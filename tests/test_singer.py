@@ -58,7 +58,7 @@ def relative(got, expected):
 def test_golden_covariance():
     given, expected, tolerance = golden.case("G07")
     for s, Phi, Q in zip(given["sets"], expected["Phi"], expected["Q"], strict=True):
-        model = dw.Singer(**s)
+        model = dw.models.Singer(**s)
         assert np.all(abs(model.Phi - Phi) <= tolerance * abs(Phi))
         assert np.all(abs(model.Q - Q) <= tolerance * abs(Q))
 
@@ -67,7 +67,7 @@ def test_golden_covariance():
 def test_every_entry_keeps_its_relative_digits(x):
     """Down to alpha dt = 1e-12, where the closed form is wrong by dozens of orders of magnitude."""
     for dt in (1.0, 0.004):
-        model = dw.Singer(x / dt, 2.5, dt)
+        model = dw.models.Singer(x / dt, 2.5, dt)
         Phi, Q = long_model(model.alpha, model.q, model.dt)
         assert relative(model.Phi, Phi) < 1e-12  # the exponential itself turns one ulp of alpha dt into 1e3 of them
         assert relative(model.Q, Q) < 1e-13 if x < 100 else relative(model.Q, Q) < 1e-12
@@ -77,7 +77,7 @@ def test_every_entry_keeps_its_relative_digits(x):
 def test_golden_canonical_form():
     given, expected, tolerance = golden.case("G08")
     for s, a, d, variance in zip(given["sets"], *(expected[k] for k in ("a", "d", "var_v")), strict=True):
-        form = dw.Singer(s["alpha"], s["q"], s["dt"]).canonical(s["r"])
+        form = dw.models.Singer(s["alpha"], s["q"], s["dt"]).canonical(s["r"])
         golden.assert_close(form.a, a, tolerance)
         golden.assert_close(form.d, d, tolerance)
         assert form.variance == pytest.approx(variance, rel=tolerance)
@@ -89,7 +89,7 @@ def test_golden_canonical_form():
 def test_canonical_form_over_the_whole_range(x, ratio):
     """``ratio`` is the disturbance of one step over the noise of the sensor, 2 alpha dt q dt^4 / r."""
     dt, r = 0.5, 16.0
-    model = dw.Singer(x / dt, ratio * r / (2 * x * dt**4), dt)
+    model = dw.models.Singer(x / dt, ratio * r / (2 * x * dt**4), dt)
     form = model.canonical(r)
     d, variance = long_canonical(model.alpha, model.q, model.dt, r)
     d, variance = np.array(d, float), float(variance)
@@ -116,7 +116,7 @@ def test_refuses_what_doubles_cannot_hold(x):
 
     accepted = refused = 0
     for power in range(-25, -8, 4):
-        model = dw.Singer(x, 10.0**power / (2 * x), 1.0)
+        model = dw.models.Singer(x, 10.0**power / (2 * x), 1.0)
         try:
             form = model.canonical(1.0)
         except dw.InputError:
@@ -133,7 +133,7 @@ def test_refuses_what_doubles_cannot_hold(x):
 
 def test_the_joint_filter_with_the_canonical_form_is_the_kalman_filter():
     """A target with known dynamics: predictions of Joint(3) equal those of the steady filter on [p, v, a]."""
-    model, r = dw.Singer(0.3, 4.0, 0.8), 25.0
+    model, r = dw.models.Singer(0.3, 4.0, 0.8), 25.0
     form = model.canonical(r)
     Phi, Q, H = model.Phi, model.Q, np.eye(1, 3)
     P = scipy.linalg.solve_discrete_are(Phi.T, H.T, Q, [[r]])
@@ -157,41 +157,41 @@ def test_the_joint_filter_with_the_canonical_form_is_the_kalman_filter():
 @pytest.mark.parametrize("zeros", [[0.5], [-0.9, 0.3], [0.7 + 0.6j, 0.7 - 0.6j, -0.2], [0.0, 0.4], [0.99, 0.5, -0.99]])
 def test_spectral_factor_finds_the_polynomial(zeros):
     c = np.poly(zeros).real
-    d, variance = dw.spectral_factor(3.0 * np.correlate(c, c, "full")[len(c) - 1 :])
+    d, variance = dw.models.spectral_factor(3.0 * np.correlate(c, c, "full")[len(c) - 1 :])
     np.testing.assert_allclose(d, c[:0:-1], atol=1e-10)
     assert variance == pytest.approx(3.0, rel=1e-10)
 
 
 def test_spectral_factor_of_a_reflected_polynomial():
     c = np.poly([2.0, 0.5, -1.25]).real
-    d, variance = dw.spectral_factor(np.correlate(c, c, "full")[len(c) - 1 :])
-    reflected, gain = dw.reflect(c[:0:-1])
+    d, variance = dw.models.spectral_factor(np.correlate(c, c, "full")[len(c) - 1 :])
+    reflected, gain = dw.models.minimum_phase(c[:0:-1])
     np.testing.assert_allclose(d, reflected, atol=1e-12)
     assert variance == pytest.approx(gain, rel=1e-12)
 
 
 def test_white_noise_and_trailing_zeros():
-    assert dw.spectral_factor([4.0]) == (pytest.approx(np.zeros(0)), 4.0)
-    d, _ = dw.spectral_factor([1.25, 0.5, 0.0])
+    assert dw.models.spectral_factor([4.0]) == (pytest.approx(np.zeros(0)), 4.0)
+    d, _ = dw.models.spectral_factor([1.25, 0.5, 0.0])
     np.testing.assert_allclose(d, [0.0, 0.5], atol=1e-14)
 
 
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        (lambda: dw.Singer(0.0, 1.0, 1.0), "alpha must be a positive"),
-        (lambda: dw.Singer(1.0, -1.0, 1.0), "q must be a positive"),
-        (lambda: dw.Singer(1.0, 1.0, np.nan), "dt must be a positive"),
-        (lambda: dw.Singer("fast", 1.0, 1.0), "alpha must be"),
-        (lambda: dw.Singer(1.0, 1.0, 1e90), "range of doubles"),
-        (lambda: dw.Singer(1.0, 1.0, 1.0).canonical(0.0), "r must be a positive"),
-        (lambda: dw.Singer(1.0, 1e-150, 1.0).canonical(1.0), "beyond what doubles hold"),
-        (lambda: dw.spectral_factor([1.0, 2.0]), "exceeds gamma_0"),
-        (lambda: dw.spectral_factor([1.0, 0.7]), "negative at some frequency"),
-        (lambda: dw.spectral_factor([2.0, -1.0]), "vanishes"),
-        (lambda: dw.spectral_factor([-1.0, 0.0]), "gamma_0 > 0"),
-        (lambda: dw.reflect([1.0]), "on the unit circle"),
-        (lambda: dw.reflect([np.nan]), "finite"),
+        (lambda: dw.models.Singer(0.0, 1.0, 1.0), "alpha must be a positive"),
+        (lambda: dw.models.Singer(1.0, -1.0, 1.0), "q must be a positive"),
+        (lambda: dw.models.Singer(1.0, 1.0, np.nan), "dt must be a positive"),
+        (lambda: dw.models.Singer("fast", 1.0, 1.0), "alpha must be"),
+        (lambda: dw.models.Singer(1.0, 1.0, 1e90), "range of doubles"),
+        (lambda: dw.models.Singer(1.0, 1.0, 1.0).canonical(0.0), "r must be a positive"),
+        (lambda: dw.models.Singer(1.0, 1e-150, 1.0).canonical(1.0), "beyond what doubles hold"),
+        (lambda: dw.models.spectral_factor([1.0, 2.0]), "exceeds gamma_0"),
+        (lambda: dw.models.spectral_factor([1.0, 0.7]), "negative at some frequency"),
+        (lambda: dw.models.spectral_factor([2.0, -1.0]), "vanishes"),
+        (lambda: dw.models.spectral_factor([-1.0, 0.0]), "gamma_0 > 0"),
+        (lambda: dw.models.minimum_phase([1.0]), "on the unit circle"),
+        (lambda: dw.models.minimum_phase([np.nan]), "finite"),
     ],
 )
 def test_bad_input_has_a_clear_answer(call, says):

@@ -104,7 +104,7 @@ def backwards(est, y, u):
 
 def test_means_agree_with_rauch_tung_striebel():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=60, noise_std=0.5, seed=3)
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.25), memory=dw.RandomWalk(1e-3), P0=10.0)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(0.25), memory=dw.RandomWalk(1e-3), P0=10.0)
     smoothed = est.smooth(y, u, keep="means")
     golden.assert_close(smoothed.table, backwards(est, y, u), 1e-7)
 
@@ -112,10 +112,10 @@ def test_means_agree_with_rauch_tung_striebel():
 def options():
     return [
         dict(order=2, inputs=1),
-        dict(order=2, inputs=1, direct=True, noise=dw.OutputError(), memory=dw.RandomWalk(1e-5)),
-        dict(order=3, noise=dw.NoisePolynomial((0.1, 0.2, -0.3))),
-        dict(order=1, inputs=2, noise=dw.UnknownPolynomial(), gate=dw.InnovationGate()),
-        dict(order=2, inputs=1, memory=dw.RestartOnChange(), scale=dw.InverseGamma(2.0, 1.0)),
+        dict(order=2, inputs=1, direct=True, noise=dw.models.OutputError(), memory=dw.RandomWalk(1e-5)),
+        dict(order=3, noise=dw.models.NoisePolynomial((0.1, 0.2, -0.3))),
+        dict(order=1, inputs=2, noise=dw.models.UnknownPolynomial(), gate=dw.InnovationGate()),
+        dict(order=2, inputs=1, memory=dw.RestartOnChange(), scale=dw.models.InverseGamma(2.0, 1.0)),
     ]
 
 
@@ -172,14 +172,14 @@ class TestLaws:
         assert np.isfinite(smoothed.table).all()
         s2 = est.sigma2(smoothed.state)
         filtered = trace.table[:, 4 + est.model.N :]
-        if not isinstance(est.scale, dw.InverseGamma):
+        if not isinstance(est.scale, dw.models.InverseGamma):
             assert np.all(smoothed.table[:, est.model.N :] <= filtered * (1 + 1e-6) + 1e-6)
         assert s2 > 0
 
 
 def test_a_hopelessly_wide_prior_makes_no_bar_too_short():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=300, noise_std=0.3, seed=6)
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.09), P0=1e12)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(0.09), P0=1e12)
     smoothed = est.smooth(y, u)
     assert np.all(smoothed.parameters_std >= 0.95 * smoothed.parameters_std[-1])
     assert np.allclose(smoothed.parameters_std[20:], smoothed.parameters_std[-1], rtol=1e-6)
@@ -188,7 +188,7 @@ def test_a_hopelessly_wide_prior_makes_no_bar_too_short():
 @pytest.mark.parametrize("P0", [None, 1e4])
 def test_a_wide_prior_costs_few_digits(P0):
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=300, noise_std=0.3, seed=6)
-    for noise in (dw.EquationError(0.09), dw.NoisePolynomial((0.5, -1.2), 0.09)):
+    for noise in (dw.models.EquationError(0.09), dw.models.NoisePolynomial((0.5, -1.2), 0.09)):
         est = dw.Joint(2, 1, noise=noise, P0=P0).scaled_to(y, u)
         smoothed = est.smooth(y, u)
         assert np.allclose(smoothed.parameters, smoothed.parameters[-1], rtol=1e-6, atol=1e-6)
@@ -197,7 +197,7 @@ def test_a_wide_prior_costs_few_digits(P0):
 
 def test_constant_parameters_have_one_value():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=300, noise_std=0.3, seed=6)
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.09), P0=10.0)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(0.09), P0=10.0)
     smoothed = est.smooth(y, u)
     assert np.allclose(smoothed.parameters, est.scan(y, u).parameters[-1], rtol=1e-9, atol=1e-10)
     assert np.allclose(smoothed.parameters_std, smoothed.parameters_std[-1], rtol=1e-6)
@@ -220,7 +220,7 @@ def test_error_bars_of_drifting_parameters():
     """200 records, truth from the prior: NEES per dimension within [.9, 1.1], and smoothing beats filtering."""
     rng, T, walk, R = np.random.default_rng(7), 120, 0.01, 0.04
     est = dw.Joint(
-        1, 1, noise=dw.EquationError(R), memory=dw.RandomWalk(walk**2), s0=[0, -0.5, 1.0], P0=[1, 0.01, 0.01]
+        1, 1, noise=dw.models.EquationError(R), memory=dw.RandomWalk(walk**2), s0=[0, -0.5, 1.0], P0=[1, 0.01, 0.01]
     )
     uncapped = est.policies[2]._replace(cap=np.full(2, 1e9))
     est.policies = (*est.policies[:2], uncapped, *est.policies[3:])
@@ -253,7 +253,7 @@ def test_bad_input():
 def test_constant_parameters_have_one_value_under_unknown_noise_too(method):
     y, u = dw.simulate([-1.2, 0.5], [1.0, 0.5], d=[0.2, -0.5], samples=150, noise_std=0.3, seed=6)
     y[40:43] = np.nan
-    noise = dw.UnknownPolynomial(d=(-0.5, 0.2), method=method, variance=0.09, radius=0.9999)
+    noise = dw.models.UnknownPolynomial(d=(-0.5, 0.2), method=method, variance=0.09, radius=0.9999)
     est = dw.Joint(2, 1, True, noise=noise, P0=[0.5] * 6 + [1e-3, 1e-3, 0.5])  # C is never shrunk
     smoothed, trace = est.smooth(y, u), est.scan(y, u)
     assert np.allclose(smoothed.parameters, trace.parameters[-1], rtol=1e-7, atol=1e-9)
@@ -266,7 +266,7 @@ def test_nothing_is_learnt_about_x_across_a_restart():
     later, v = dw.simulate([-1.3], [1.0], samples=20, noise_std=0.1, seed=2)
     gap = np.full(200, np.nan)
     y, u = np.concatenate([y, gap, later]), np.concatenate([u, np.ones(200), v])
-    est = dw.Joint(1, 1, noise=dw.OutputError(0.01), s0=[0.0, -1.3, 1.0], P0=[1.0, 0.0, 0.0])
+    est = dw.Joint(1, 1, noise=dw.models.OutputError(0.01), s0=[0.0, -1.3, 1.0], P0=[1.0, 0.0, 0.0])
     lost = np.flatnonzero(est.scan(y, u).status & int(dw.Status.LOST))
     assert len(lost)
     whole, part = est.smooth(y, u), est.smooth(y[:40], u[:40])

@@ -204,8 +204,9 @@ nowhere = {f"spark.executorEnv.{name}": "/proc/nowhere" for name in names}
 session = local_session(pyspark, **nowhere, **{"spark.executorEnv.PYTHONPATH": sys.argv[1]})
 session.addArtifact(loud.__file__, pyfile=True)
 table = plants()
-own = dw.Joint(1, noise=dw.EquationError(0.5), memory=dw.RestartOnChange(loud.Loud(2.0), dw.CovarianceInflation(0.01),
-9)) for est in (dw.AR(1), own):
+restart = dw.RestartOnChange(loud.Loud(2.0), dw.memory.CovarianceInflation(0.01), 9)
+own = dw.Joint(1, noise=dw.models.EquationError(0.5), memory=restart)
+for est in (dw.AR(1), own):
     fleet, columns = expected(table, est)
     assert_same(in_order(dw.spark.scan(frame(session, table), est, **COLUMNS)), columns)
 assert np.any(columns["status"] & int(dw.Status.JUMP))
@@ -259,8 +260,8 @@ def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
     import pyarrow.csv
     import pyarrow.parquet as pq
 
-    from driftwise.fleet.fleet_order import FleetOrder
     from driftwise.fleet.fleet_run import run_fleet
+    from driftwise.fleet.job import FleetJob
     from driftwise.fleet.spark import run_on_spark
 
     table, rng = plants(length=300), np.random.default_rng(5)
@@ -279,7 +280,7 @@ def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
     results = []
     for run, out in ((run_fleet, "here"), (run_on_spark, "there")):
         given = dict(by="asset", output="y", inputs=["u"], time="t", dt=1.0, every=7, batch=500)
-        found = run(FleetOrder(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / out, **given))
+        found = run(FleetJob(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / out, **given))
         results.append(found)
     here, there = results
     assert here.rows == there.rows and here.told == there.told > 0
@@ -298,4 +299,4 @@ def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
             values, others = (found.sort_by(by)[column].combine_chunks() for found in (one, other))
             assert repr(values.to_pylist()) == repr(others.to_pylist()), (name, column)
     with pytest.raises(InputError, match="holds a run already"):
-        run_on_spark(FleetOrder(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / "here", **given))
+        run_on_spark(FleetJob(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / "here", **given))

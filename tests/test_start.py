@@ -9,7 +9,7 @@ ESTIMATORS = {
     "ARX": dw.ARX(2, 2),
     "instruments": dw.ARX(2, 2, method="iv"),
     "ARMAX": dw.ARMAX(2, 2, 1),
-    "observer": dw.AdaptiveObserver(2, 0.1),
+    "observer": dw.estimators.AdaptiveObserver(2, 0.1),
 }
 SKIPPED = int(dw.Status.SKIPPED)
 

@@ -161,11 +161,11 @@ def test_kernels_and_variances_are_the_golden_ones():
 def test_letters():
     sympy = pytest.importorskip("sympy")
     a, c, w, k, t = sympy.symbols("a c w k t")
-    found = dw.symbolic_coefficients([0, "c", "a", 1], ["k"], frequencies=["w"])
+    found = dw.estimators.symbolic_coefficients([0, "c", "a", 1], ["k"], frequencies=["w"])
     expected = (-6 * a**2 + 12 * c + 12 * w**2) * t**5 - 120 * a * t**4 - 1200 * t**3  # of the paper's (28)
     assert sympy.expand(found.alpha[3, 0] - expected) == 0
     assert found.beta == {(3, 0): k * t**6}
-    lettered = dw.symbolic_coefficients(3, frequencies=1)
+    lettered = dw.estimators.symbolic_coefficients(3, frequencies=1)
     numbers = lettered.alpha[3, 0].subs({"a0": 0, "a1": 2, "a2": 10, "w1": 50})
     assert sympy.expand(numbers) == sum(v * t**p for p, v in THEOREM.alpha(3, 0).items())
 

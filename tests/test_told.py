@@ -146,8 +146,8 @@ def test_the_first_movement_of_a_plant_is_no_change_of_it():
 
 
 def test_numbers_that_nobody_reads_are_words():
-    from driftwise.results.calibration import off
     from driftwise.results.events import odds_words
+    from driftwise.results.forecast_calibration import off
     from driftwise.results.verdicts import Verdict
 
     assert off(1.0404) == "2 % too narrow" and off(0.25) == "50 % too wide"

@@ -63,7 +63,7 @@ def test_saved_trace_comes_back(trace, tmp_path):
 
 def test_fleet_of_states_comes_back(tmp_path):
     est = dw.Joint(
-        2, noise=dw.NoisePolynomial([0.1, 0.2]), memory=dw.RandomWalk([1e-3, 1e-4]), gate=dw.InnovationGate(4.0)
+        2, noise=dw.models.NoisePolynomial([0.1, 0.2]), memory=dw.RandomWalk([1e-3, 1e-4]), gate=dw.InnovationGate(4.0)
     )
     states, _ = est.update_batch(est.start(5), np.random.default_rng(0).standard_normal((5, 30)))
     save_state(est, states, tmp_path / "s.json")
@@ -79,7 +79,7 @@ def test_a_file_of_another_schema_is_refused(tmp_path):
 
 def test_summary_in_pieces_is_the_summary_of_the_whole(trace):
     est = trace.estimator
-    whole, pieces, state = trace.summary(), dw.Summary(est), None
+    whole, pieces, state = trace.summary(), dw.results.Summary(est), None
     for part in np.array_split(np.arange(len(trace)), 7):
         piece = est.scan(trace.y[part], trace.u[part], state=state)
         state = piece.state
@@ -126,7 +126,7 @@ def test_excitation_names_what_was_not_learned():
 
 def test_events_tell_runs_of_the_same_thing_once():
     y = np.r_[np.zeros(5), np.nan, np.nan, np.zeros(5)]
-    events = dw.Joint(1, noise=dw.EquationError(1.0)).scan(y).events()
+    events = dw.Joint(1, noise=dw.models.EquationError(1.0)).scan(y).events()
     assert [(e.sample, e.kind) for e in events] == [(5, "MISSING_OUTPUT")]
     assert "2 samples" in events[0].text
 
@@ -135,7 +135,7 @@ def test_gate_ignores_one_outlier_and_believes_a_change():
     y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.05, noise="equation", seed=5)
     spoiled = y.copy()
     spoiled[200] += 50.0
-    est = dw.Joint(1, inputs=1, noise=dw.EquationError(0.0025), gate=dw.InnovationGate(5.0, patience=3), P0=10.0)
+    est = dw.Joint(1, inputs=1, noise=dw.models.EquationError(0.0025), gate=dw.InnovationGate(5.0, patience=3), P0=10.0)
     clean, gated = est.scan(y, u), est.scan(spoiled, u)
     assert gated.status[200] & dw.Status.REJECTED and not gated.status[201] & dw.Status.REJECTED
     np.testing.assert_allclose(gated.parameters[-1], clean.parameters[-1], atol=0.02)
@@ -147,7 +147,7 @@ def test_gate_ignores_one_outlier_and_believes_a_change():
 def test_walk_follows_and_rests():
     a = np.where(np.arange(2000)[:, None] < 1000, -0.9, -0.5)
     y, u = dw.simulate(a, [1.0], samples=2000, noise_std=0.1, noise="equation", seed=6)
-    est = dw.Joint(1, inputs=1, noise=dw.EquationError(0.01), memory=dw.RandomWalk([1e-4, 0.0]), P0=1.0)
+    est = dw.Joint(1, inputs=1, noise=dw.models.EquationError(0.01), memory=dw.RandomWalk([1e-4, 0.0]), P0=1.0)
     trace = est.scan(y, u)
     assert abs(trace.parameters[990, 0] + 0.9) < 0.1
     assert abs(trace.parameters[-1, 0] + 0.5) < 0.1

@@ -20,7 +20,7 @@ from driftwise.memory.unknown import Sample, open_ground, revise
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parent / "golden" / "abid.json").read_text())["cases"]}
 PHI = (0.5, 0.3, 1.0, 0.09)
-CERTAIN = dw.InverseGamma(
+CERTAIN = dw.models.InverseGamma(
     1e15, 1e15
 )  # sigma^2 is learnt, and known to 1e-12: the same compiled code as for a learnt one
 
@@ -74,7 +74,7 @@ def test_fuzzy_table():
 
 def test_published_fuzzy_rule_in_closed_loop():
     given, expected, tolerance = case("fuzzy_kf12")
-    memory = dw.FuzzyDrift(tuple(given["alpha"]), (given["e0"], given["e1"]), given["d1"], as_published=True)
+    memory = dw.memory.FuzzyDrift(tuple(given["alpha"]), (given["e0"], given["e1"]), given["d1"], as_published=True)
     memory = memory._replace(phi=given.get("Phi", 1.0))
     P0 = given.get("P0_diag", 1000.0)
     est = dw.Regression(4, memory=memory, variance=given["sigma2"], P0=P0, at_rest=True)
@@ -149,20 +149,20 @@ def test_derivatives_give_the_score():
 # --- the oracle -------------------------------------------------------------------------------------------------
 
 TWINS: dict[str, tuple] = {
-    "fuzzy": (dw.FuzzyDrift(), lambda: drifting.Fuzzy(delayed=False)),
-    "fuzzy, published": (dw.FuzzyDrift(as_published=True), drifting.Fuzzy),
-    "fuzzy, geometric": (dw.FuzzyDrift(geometric=True), lambda: drifting.Fuzzy(geometric=True, delayed=False)),
-    "scalar": (dw.CovarianceMatching(), matched.Scalar),
-    "gain": (dw.CovarianceMatching("gain"), matched.Increment),
-    "myers-tapley": (dw.CovarianceMatching("myers-tapley"), matched.MyersTapley),
-    "em": (dw.CovarianceMatching("em"), matched.OnlineEM),
-    "auxiliary": (dw.AuxiliaryFilter(), matched.Auxiliary),
-    "correlation": (dw.AutocovarianceLS(), learnt.Correlation),
-    "likelihood": (dw.LikelihoodDrift(), learnt.Likelihood),
-    "likelihood, shared": (dw.LikelihoodDrift(shared=True), lambda: learnt.Likelihood(shared=True)),
-    "variational drift": (dw.VariationalBayes(), lambda: learnt.Huang(fixed=True)),
-    "variational noise": (dw.VariationalBayes("noise"), learnt.SarkkaNummenmaa),
-    "variational both": (dw.VariationalBayes("both"), learnt.Huang),
+    "fuzzy": (dw.memory.FuzzyDrift(), lambda: drifting.Fuzzy(delayed=False)),
+    "fuzzy, published": (dw.memory.FuzzyDrift(as_published=True), drifting.Fuzzy),
+    "fuzzy, geometric": (dw.memory.FuzzyDrift(geometric=True), lambda: drifting.Fuzzy(geometric=True, delayed=False)),
+    "scalar": (dw.memory.CovarianceMatching(), matched.Scalar),
+    "gain": (dw.memory.CovarianceMatching("gain"), matched.Increment),
+    "myers-tapley": (dw.memory.CovarianceMatching("myers-tapley"), matched.MyersTapley),
+    "em": (dw.memory.CovarianceMatching("em"), matched.OnlineEM),
+    "auxiliary": (dw.memory.AuxiliaryFilter(), matched.Auxiliary),
+    "correlation": (dw.memory.AutocovarianceLS(), learnt.Correlation),
+    "likelihood": (dw.memory.LikelihoodDrift(), learnt.Likelihood),
+    "likelihood, shared": (dw.memory.LikelihoodDrift(shared=True), lambda: learnt.Likelihood(shared=True)),
+    "variational drift": (dw.memory.VariationalBayes(), lambda: learnt.Huang(fixed=True)),
+    "variational noise": (dw.memory.VariationalBayes("noise"), learnt.SarkkaNummenmaa),
+    "variational both": (dw.memory.VariationalBayes("both"), learnt.Huang),
 }
 PRIORS = {"variational noise": 5.0, "variational both": np.exp(4) / 2}  # theirs of sigma^2: weights
 
@@ -176,7 +176,7 @@ def records():
 def test_every_policy_is_its_plain_twin(name, records):
     memory, twin = TWINS[name]
     weight = PRIORS.get(name)
-    scale, more = (dw.InverseGamma(weight, weight), {}) if weight else (CERTAIN, {"discount": 1.0})
+    scale, more = (dw.models.InverseGamma(weight, weight), {}) if weight else (CERTAIN, {"discount": 1.0})
     for which, s in records.items():
         options = dict(memory=memory._replace(phi=tuple(s.phi)), at_rest=True, variance=0.02, scale=scale, P0=1000.0)
         est = dw.ARX(2, 2, **options) if which == "a" else dw.Regression(4, **options)
@@ -192,7 +192,7 @@ def test_every_policy_is_its_plain_twin(name, records):
 
 def test_fuzzy_covariance_lies_between_those_of_its_extreme_levels(records):
     s, P = records["c"], {}
-    est = dw.Regression(4, memory=dw.FuzzyDrift(), variance=0.02, scale=CERTAIN, at_rest=True)
+    est = dw.Regression(4, memory=dw.memory.FuzzyDrift(), variance=0.02, scale=CERTAIN, at_rest=True)
     rule = est.policies[2]
     for level in (None, rule.small, rule.large):
         one = {} if level is None else dict(small=level, medium=level, large=level)
@@ -224,7 +224,7 @@ def test_covariance_matching_on_unequal_speeds():
     """The published row: S > 0 and P >= 0 always, and errors at most 1.45 times those of the filter that knows."""
     s = system("c", 100)
     for rule in matching.RULES[:3]:
-        est = dw.Regression(4, memory=dw.CovarianceMatching(rule), variance=0.02, scale=CERTAIN, at_rest=True)
+        est = dw.Regression(4, memory=dw.memory.CovarianceMatching(rule), variance=0.02, scale=CERTAIN, at_rest=True)
         rows, outs = est._rows(est.start(100), is_one=False), np.empty((100, 600, est.columns + 8))
         est.drive(rows, s.y[..., None], s.u, outs, est.spec, est.scratch())
         assert np.all(outs[..., 2] > 0) and np.all(rows.view(est.dtype)["D"] >= 0)
@@ -235,7 +235,7 @@ def test_covariance_matching_on_unequal_speeds():
 def test_correlation_learns_speeds_where_the_noise_is_unknown():
     """Without being told sigma^2, least squares on correlations orders the speeds of (c): 1e-3, 1e-4, 1e-5, 0."""
     s = system("c", 20)
-    est = dw.Regression(4, memory=dw.AutocovarianceLS(), at_rest=True)
+    est = dw.Regression(4, memory=dw.memory.AutocovarianceLS(), at_rest=True)
     states, _ = est.update_batch(est.start(20), s.y, s.u)
     own = states["memory_state"][:, -correlation.own_cells(4, 10) :]
     x = np.median([correlation.open_design(row, 4, 10).x for row in own], axis=0)
@@ -262,18 +262,18 @@ def test_a_variance_that_relaxes_to_nothing_leaves_no_infinity():
     [
         ("ekf", "cross-covariance of theta and log q stays exactly 0"),
         ("likelihood", "words are for --memory"),
-        (dw.FuzzyDrift(levels=(1, 0.1, 0.01)), "levels must be 3 numbers that rise"),
-        (dw.FuzzyDrift(error=(3, 1)), "error must be 2 numbers that rise"),
-        (dw.FuzzyDrift(as_published="yes"), "as_published must be True or False"),
-        (dw.CovarianceMatching("sage"), "rule must be one of scalar, gain"),
-        (dw.CovarianceMatching(gain=2.0), "gain is a share"),
-        (dw.AuxiliaryFilter(forgetting=1.1), "forgetting is a share"),
-        (dw.AutocovarianceLS(lags=0), "lags must be a whole number of at least 1"),
-        (dw.AutocovarianceLS(lags=10_000_000), "take fewer lags"),
-        (dw.LikelihoodDrift(start=100.0), "start lies between least and most"),
-        (dw.LikelihoodDrift(phi=1.5), "phi is a share that remains"),
-        (dw.VariationalBayes("noise"), "variance=.. says it is known"),
-        (dw.VariationalBayes("q"), "rule must be one of noise, both, drift"),
+        (dw.memory.FuzzyDrift(levels=(1, 0.1, 0.01)), "levels must be 3 numbers that rise"),
+        (dw.memory.FuzzyDrift(error=(3, 1)), "error must be 2 numbers that rise"),
+        (dw.memory.FuzzyDrift(as_published="yes"), "as_published must be True or False"),
+        (dw.memory.CovarianceMatching("sage"), "rule must be one of scalar, gain"),
+        (dw.memory.CovarianceMatching(gain=2.0), "gain is a share"),
+        (dw.memory.AuxiliaryFilter(forgetting=1.1), "forgetting is a share"),
+        (dw.memory.AutocovarianceLS(lags=0), "lags must be a whole number of at least 1"),
+        (dw.memory.AutocovarianceLS(lags=10_000_000), "take fewer lags"),
+        (dw.memory.LikelihoodDrift(start=100.0), "start lies between least and most"),
+        (dw.memory.LikelihoodDrift(phi=1.5), "phi is a share that remains"),
+        (dw.memory.VariationalBayes("noise"), "variance=.. says it is known"),
+        (dw.memory.VariationalBayes("q"), "rule must be one of noise, both, drift"),
     ],
     ids=repr,
 )
@@ -283,10 +283,10 @@ def test_what_cannot_be_is_refused_with_the_reason(memory, words):
 
 
 def test_the_command_line_names_them():
-    assert specs.memory("fuzzy") == dw.FuzzyDrift()
-    assert specs.memory("matching:gain") == dw.CovarianceMatching("gain")
-    assert specs.memory("variational:both") == dw.VariationalBayes("both")
-    assert specs.memory("drift:1e-3/0.9") == dw.Drift(phi=0.9, nvr=1e-3)
-    assert specs.memory("drift:1e-3,1e-4") == dw.Drift(nvr=(1e-3, 1e-4))
+    assert specs.memory("fuzzy") == dw.memory.FuzzyDrift()
+    assert specs.memory("matching:gain") == dw.memory.CovarianceMatching("gain")
+    assert specs.memory("variational:both") == dw.memory.VariationalBayes("both")
+    assert specs.memory("drift:1e-3/0.9") == dw.memory.Drift(phi=0.9, nvr=1e-3)
+    assert specs.memory("drift:1e-3,1e-4") == dw.memory.Drift(nvr=(1e-3, 1e-4))
     with pytest.raises(dw.InputError, match="log q"):
         specs.memory("ekf")

@@ -20,7 +20,7 @@ def problem(seed, n=2, inputs=1, direct=True, scale=0.02):
 
 
 def joint(n, inputs, direct, s0, P0, R, method, **options):
-    noise = dw.UnknownPolynomial(method=method, variance=R, radius=0.999999)
+    noise = dw.models.UnknownPolynomial(method=method, variance=R, radius=0.999999)
     return dw.Joint(n, inputs, direct, noise=noise, s0=s0, P0=P0, **options)
 
 
@@ -41,8 +41,8 @@ def test_equals_the_dense_form(method, inputs, direct):
 
 def test_a_learnt_scale_multiplies_second_order_terms():
     rng, n, inputs, direct, s, P = problem(2)
-    noise = dw.UnknownPolynomial(radius=0.999999)
-    est = dw.Joint(n, inputs, direct, noise=noise, scale=dw.InverseGamma(3.0, 6.0), s0=s, P0=P)
+    noise = dw.models.UnknownPolynomial(radius=0.999999)
+    est = dw.Joint(n, inputs, direct, noise=noise, scale=dw.models.InverseGamma(3.0, 6.0), s0=s, P0=P)
     state, alpha, beta = est.start(), 3.0, 6.0
     for y, u in zip(rng.standard_normal(20), rng.standard_normal((20, 1)), strict=True):
         H = armax.row(n, inputs, direct, u)
@@ -87,10 +87,10 @@ A, C = np.real(np.poly(POLES))[1:], np.poly([-0.6, 0.3])[1:]
 @pytest.mark.parametrize("method, worst, honest", [("ekf", 1.25, 1.5), ("rml", 1.3, 1.6), ("els", 1.25, 1.5)])
 def test_reaches_the_cramer_rao_bound_where_the_system_is_well_posed(method, worst, honest):
     """Poles .9 exp(+-i pi/5), zeros -.6, .3; C starts at 1 with known variance."""
-    est, states = fleet(A, None, C, dw.UnknownPolynomial(method=method, variance=1.0), seeds=100)
+    est, states = fleet(A, None, C, dw.models.UnknownPolynomial(method=method, variance=1.0), seeds=100)
     error = states["theta"] - np.concatenate([A, C])
     rmse = np.sqrt(np.mean(error**2, axis=0))
-    bound = dw.cramer_rao(A[::-1], C[::-1], samples=1000)
+    bound = dw.models.cramer_rao(A[::-1], C[::-1], samples=1000)
     assert np.all(rmse[:2] <= worst * bound.a_std[::-1])
     assert np.all(rmse[:2] >= 0.8 * bound.a_std[::-1])
     nees = [e @ np.linalg.solve(est._theta_covariance(s), e) / 4 for e, s in zip(error, states, strict=True)]
@@ -102,8 +102,8 @@ def test_prediction_is_repaired_although_nearly_cancelling_parameters_are_not():
     a, c = np.array([-1.9, 1.18, -0.24]), np.array([-1.3, 0.5, -0.056])
     wrong = (0.5, 0.06, 0.5)
     y = np.stack([dw.simulate(a, d=c, samples=1000, noise_std=1.0, seed=s)[0] for s in range(50)])
-    fixed = dw.Joint(3, noise=dw.NoisePolynomial(wrong, 1.0))
-    freed = dw.Joint(3, noise=dw.UnknownPolynomial(wrong, variance=1.0))
+    fixed = dw.Joint(3, noise=dw.models.NoisePolynomial(wrong, 1.0))
+    freed = dw.Joint(3, noise=dw.models.UnknownPolynomial(wrong, variance=1.0))
     excess = [np.mean(est.update_batch(est.start(50), y)[1].innovation[:, 500:] ** 2) - 1 for est in (fixed, freed)]
     assert excess[0] > 0.08
     assert excess[1] < 0.25 * excess[0]
@@ -111,7 +111,10 @@ def test_prediction_is_repaired_although_nearly_cancelling_parameters_are_not():
 
 def test_a_prior_on_d_does_the_work():
     a, c = np.array([-1.9, 1.18, -0.24]), np.array([-1.3, 0.5, -0.056])
-    vague, informed = dw.UnknownPolynomial(variance=1.0), dw.UnknownPolynomial((-0.125, 0.75, -1.5), 0.2, 1.0)
+    vague, informed = (
+        dw.models.UnknownPolynomial(variance=1.0),
+        dw.models.UnknownPolynomial((-0.125, 0.75, -1.5), 0.2, 1.0),
+    )
     rmse = []
     for noise in (vague, informed):
         _, states = fleet(a, None, c, noise, seeds=50)
@@ -122,7 +125,7 @@ def test_a_prior_on_d_does_the_work():
 
 def test_c_is_held_until_the_scale_is_known_and_its_bar_says_so():
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], d=[-0.8, 0.3], samples=3000, noise_std=0.7, missing=0.1, seed=2)
-    est = dw.Joint(2, 1, noise=dw.UnknownPolynomial(std=0.5)).scaled_to(y, u)
+    est = dw.Joint(2, 1, noise=dw.models.UnknownPolynomial(std=0.5)).scaled_to(y, u)
     wait = 2 * est.model.N
     trace = est.scan(y, u)
     waiting = np.cumsum(trace.is_used) <= wait
@@ -142,7 +145,7 @@ def test_learnt_scale_is_honest(noise_std):
     nees, nis = [], []
     for seed in range(60):
         y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], d=[-0.8, 0.3], samples=1500, noise_std=noise_std, seed=seed)
-        trace = dw.Joint(2, 1, noise=dw.UnknownPolynomial()).scaled_to(y, u).scan(y, u)
+        trace = dw.Joint(2, 1, noise=dw.models.UnknownPolynomial()).scaled_to(y, u).scan(y, u)
         model = trace.model()
         error = model.values - [-1.5, 0.7, 1.0, 0.5, -0.8, 0.3]
         nees.append(error @ np.linalg.solve(model.covariance, error) / 6)
@@ -156,7 +159,10 @@ def test_learnt_scale_is_honest(noise_std):
 def test_a_constant_c_is_smoothed_to_one_value(method):
     """C's zeros lie near the radius, so d is drawn back again and again: that is no motion of the true d."""
     y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], d=[-1.8, 0.9], samples=400, noise_std=1.0, seed=1)
-    for noise in (dw.UnknownPolynomial(method=method, radius=0.97), dw.UnknownPolynomial(None, 1.0, 1.0, method, 0.97)):
+    for noise in (
+        dw.models.UnknownPolynomial(method=method, radius=0.97),
+        dw.models.UnknownPolynomial(None, 1.0, 1.0, method, 0.97),
+    ):
         est = dw.Joint(2, 1, noise=noise).scaled_to(y, u)
         filtered, smoothed = est.scan(y, u), est.smooth(y, u)
         assert np.allclose(smoothed.parameters, filtered.parameters[-1], rtol=1e-6, atol=1e-7)
@@ -166,7 +172,7 @@ def test_a_constant_c_is_smoothed_to_one_value(method):
 def test_zeros_of_c_stay_inside():
     """Data that ask for a zero outside the circle: C ends within the radius at every sample."""
     y, _ = dw.simulate([-0.5], d=[2.0], samples=300, noise_std=1.0, seed=4)
-    trace = dw.Joint(1, noise=dw.UnknownPolynomial(radius=0.9)).scan(y)
+    trace = dw.Joint(1, noise=dw.models.UnknownPolynomial(radius=0.9)).scan(y)
     assert np.all(np.abs(trace.state["theta"][1]) <= 0.9)
 
 
@@ -187,12 +193,12 @@ def test_shrinking_agrees_with_the_roots(seed):
 @pytest.mark.parametrize(
     "noise, words",
     [
-        (dw.UnknownPolynomial(method="magic"), "ekf"),
-        (dw.UnknownPolynomial(radius=1.5), "between 0 and 1"),
-        (dw.UnknownPolynomial(variance=0.0), "positive"),
-        (dw.UnknownPolynomial(std=-0.2), "std"),
-        (dw.UnknownPolynomial((1.5, 0.2)), "reflect"),
-        (dw.UnknownPolynomial((1.0,), variance=1.0), "d must list the 2"),
+        (dw.models.UnknownPolynomial(method="magic"), "ekf"),
+        (dw.models.UnknownPolynomial(radius=1.5), "between 0 and 1"),
+        (dw.models.UnknownPolynomial(variance=0.0), "positive"),
+        (dw.models.UnknownPolynomial(std=-0.2), "std"),
+        (dw.models.UnknownPolynomial((1.5, 0.2)), "reflect"),
+        (dw.models.UnknownPolynomial((1.0,), variance=1.0), "d must list the 2"),
     ],
 )
 def test_bad_settings_are_told(noise, words):
@@ -208,8 +214,8 @@ def test_a_held_input_takes_its_share_of_the_residual(method, direct):
     y = np.array([0.1, 0.4, -1.1, 0.6, 0.2, 1.5])
     s0 = np.concatenate([[0.2, -0.1], [0.5, -1.2], [0.5, 1.0], [0.1, 0.3], [0.8] * direct])
     given = np.concatenate([s0[:6], s0[8:]])
-    unknown = dw.Joint(2, 1, direct, noise=dw.UnknownPolynomial(method=method, variance=0.3), s0=s0, P0=0.0)
-    known = dw.Joint(2, 1, direct, noise=dw.NoisePolynomial((0.1, 0.3), 0.3), s0=given, P0=0.0)
+    unknown = dw.Joint(2, 1, direct, noise=dw.models.UnknownPolynomial(method=method, variance=0.3), s0=s0, P0=0.0)
+    known = dw.Joint(2, 1, direct, noise=dw.models.NoisePolynomial((0.1, 0.3), 0.3), s0=given, P0=0.0)
     got, expected = unknown.scan(y, u).state, known.scan(y, u).state
     assert expected["unsure"][0] > 0.01
     assert np.allclose(got["x"], expected["x"], rtol=1e-12)

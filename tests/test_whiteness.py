@@ -9,7 +9,7 @@ from driftwise.results.whiteness import Correlations
 
 
 def rejections(records):
-    return int(sum(not dw.ljung_box(z).is_white for z in records))
+    return int(sum(not dw.results.ljung_box(z).is_white for z in records))
 
 
 def binomial(count, p):
@@ -46,7 +46,7 @@ def test_statsmodels_says_the_same(samples, lags):
     z = np.random.default_rng(3).standard_normal(samples)
     z -= z.mean()  # statsmodels takes the mean off; the mean of an innovation is zero
     table = acorr_ljungbox(z, lags=[lags])
-    found = dw.ljung_box(z, lags)
+    found = dw.results.ljung_box(z, lags)
     assert found.statistic == pytest.approx(table["lb_stat"].iloc[0], rel=1e-10)
     assert found.p_value == pytest.approx(table["lb_pvalue"].iloc[0], rel=1e-8)
     assert found.lags == lags
@@ -61,10 +61,10 @@ def test_a_gap_is_a_gap_in_time():
         pairs = z[k:] * z[:-k]
         n_k = np.isfinite(pairs).sum()
         q += n * (n + 2) * (np.nansum(pairs) / np.nansum(z**2)) ** 2 / n_k
-    assert dw.ljung_box(z).statistic == pytest.approx(q, rel=1e-12)
+    assert dw.results.ljung_box(z).statistic == pytest.approx(q, rel=1e-12)
     every_other = np.full(400, np.nan)
     every_other[::2] = z[np.isfinite(z)][:200]
-    assert dw.ljung_box(every_other).lags == 10  # odd lags have no pairs
+    assert dw.results.ljung_box(every_other).lags == 10  # odd lags have no pairs
 
 
 def test_variance_of_a_correlation_with_gaps():
@@ -85,24 +85,24 @@ def test_pieces_are_the_whole():
     c = Correlations()
     for part in np.array_split(z, 41):
         c.add(part)
-    assert c.whiteness.statistic == pytest.approx(dw.ljung_box(z).statistic, rel=1e-12)
+    assert c.whiteness.statistic == pytest.approx(dw.results.ljung_box(z).statistic, rel=1e-12)
 
 
 def test_too_little_gives_no_verdict():
     for z in ([], [1.0] * 5, [np.nan] * 50, np.zeros(50)):
-        found = dw.ljung_box(z)
+        found = dw.results.ljung_box(z)
         assert np.isnan(found.p_value) and found.is_white
 
 
 @pytest.mark.parametrize(
     "call, words",
     [
-        (lambda: dw.ljung_box(np.ones((3, 2))), r"z must be one-dimensional"),
-        (lambda: dw.ljung_box(["a", "b"]), "z must hold real numbers"),
-        (lambda: dw.ljung_box([1.0, np.inf]), "z is infinite at index 1"),
-        (lambda: dw.ljung_box(np.ones(9), lags=0), "lags must be a whole number"),
-        (lambda: dw.nis([1.0, 2.0], [1.0, 2.0, 3.0]), r"numbers or \(2,\) like the innovations"),
-        (lambda: dw.nis([1.0], 1.0, level=95), "in percent"),
+        (lambda: dw.results.ljung_box(np.ones((3, 2))), r"z must be one-dimensional"),
+        (lambda: dw.results.ljung_box(["a", "b"]), "z must hold real numbers"),
+        (lambda: dw.results.ljung_box([1.0, np.inf]), "z is infinite at index 1"),
+        (lambda: dw.results.ljung_box(np.ones(9), lags=0), "lags must be a whole number"),
+        (lambda: dw.results.nis([1.0, 2.0], [1.0, 2.0, 3.0]), r"numbers or \(2,\) like the innovations"),
+        (lambda: dw.results.nis([1.0], 1.0, level=95), "in percent"),
     ],
 )
 def test_wrong_input_is_explained(call, words):
@@ -114,16 +114,16 @@ def test_wrong_input_is_explained(call, words):
 def test_nis_interval_holds_its_level(dof):
     rng = np.random.default_rng(7)
     e = 3 * (rng.standard_normal((2000, 300)) if np.isinf(dof) else rng.standard_t(dof, (2000, 300)))
-    inside = sum(dw.nis(row, 9.0, dof).is_consistent for row in e)
+    inside = sum(dw.results.nis(row, 9.0, dof).is_consistent for row in e)
     low, high = binomial(2000, 0.95)
     assert low <= inside <= high
-    assert not dw.nis(1.3 * e[0], 9.0, dof).is_consistent
+    assert not dw.results.nis(1.3 * e[0], 9.0, dof).is_consistent
 
 
 def test_nis_interval_is_chi_square():
-    found = dw.nis(np.ones(50), np.ones(50))
+    found = dw.results.nis(np.ones(50), np.ones(50))
     assert (found.low, found.high) == pytest.approx(scipy.stats.chi2.ppf([0.025, 0.975], 50) / 50)
-    assert dw.nis([np.nan], 1.0).is_consistent and np.isnan(dw.nis([], 1.0).value)
+    assert dw.results.nis([np.nan], 1.0).is_consistent and np.isnan(dw.results.nis([], 1.0).value)
 
 
 def test_summary_uses_them():
@@ -132,8 +132,8 @@ def test_summary_uses_them():
     s = trace.summary()
     late = np.cumsum(trace.is_used) > s.settle
     z = np.where(trace.is_used & late & (trace.dof >= 10), trace.innovation / np.sqrt(trace.variance), np.nan)
-    assert s.whiteness == dw.ljung_box(z.clip(-4, 4))
-    expected = dw.nis(np.where(np.isfinite(z), trace.innovation, np.nan), trace.variance, trace.dof)
+    assert s.whiteness == dw.results.ljung_box(z.clip(-4, 4))
+    expected = dw.results.nis(np.where(np.isfinite(z), trace.innovation, np.nan), trace.variance, trace.dof)
     assert s.nis_interval == pytest.approx(expected)
     assert s.nis == expected.value
     assert expected.is_consistent

@@ -132,11 +132,11 @@ UNSTABLE = dw.Plant([[0, 1], [9, -1]], [0, 1], [1, 0], [0.2])
 CASES = {
     "two outputs, one with a direct term": (
         MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.08, 2e-3, (0.01, 0.1),
-        (CONSTANT._replace(prior_std=2.0), dw.Sinusoid(20.0, [0, 1, 5], INF)),
+        (CONSTANT._replace(prior_std=2.0), dw.models.Sinusoid(20.0, [0, 1, 5], INF)),
     ),
     "unstable": (
         UNSTABLE, 0.9, 0.03, (0.01,),
-        (dw.Polynomial([0, 1], (INF, 0.0), 1, outputs=0.1), dw.Sinusoid(7.0, [1, 0], 0.5)),
+        (dw.models.Polynomial([0, 1], (INF, 0.0), 1, outputs=0.1), dw.models.Sinusoid(7.0, [1, 0], 0.5)),
     ),
 }  # fmt: skip
 
@@ -168,7 +168,7 @@ def test_every_window_is_a_dense_least_squares(name, hold):
 
 def test_an_unstable_plant_has_the_deviation_of_least_squares():
     """Five seconds of x'' = 9 x + q: 0.0791, where the published theorem has 79.5."""
-    plant, q = dw.Plant([[0, 1], [9, 0]]), dw.Polynomial([0, 1], INF)
+    plant, q = dw.Plant([[0, 1], [9, 0]]), dw.models.Polynomial([0, 1], INF)
     est = dw.WindowObserver(plant, 5.001, noise_std=1.0, disturbances=q, dt=1e-3)
     np.testing.assert_allclose(est.design.std[:2], [0.0791, 0.2522], rtol=1e-3)
     trace = dw.WindowObserver(plant, 0.5, noise_std=1.0, disturbances=q, dt=1e-2).scan(
@@ -183,7 +183,7 @@ def test_load_torque():
     truth, forced = motor(1001, torque=1.0)
     trace = observed(0.5, (CONSTANT, COSINE)).scan(truth[:, 0] - forced[:, 0])
     assert np.max(abs(trace.x + forced - truth[:, :3])[499:, 2]) > 0.1  # the wrong model: what the check can see
-    torque = dw.Polynomial([0, 0.2, 0], INF)
+    torque = dw.models.Polynomial([0, 0.2, 0], INF)
     truth, forced = motor(1001, q2=0.0, torque=1.0)
     trace = observed(0.5, torque).scan(truth[:, 0] - forced[:, 0] - _of_constant(1001))
     assert np.max(abs(trace.disturbances[499:] - 1.0)) < 1e-9
@@ -335,9 +335,9 @@ def test_no_record_leaves_anything_silent(change):
     assert len(trace.summary().words) > 0
 
 
-TORQUE = dw.Polynomial([0, 0.2, 0], INF)
+TORQUE = dw.models.Polynomial([0, 0.2, 0], INF)
 ZEROS = dw.Plant([[0, 1, 0], [0, 0, 1], [-6, -11, -6]], None, [9, 0, 1])  # y = x1'' + 9 x1
-SLOW, CHAIN = dw.Sinusoid(1e-4, 0, INF, outputs=1), dw.Plant(np.eye(2, k=1))
+SLOW, CHAIN = dw.models.Sinusoid(1e-4, 0, INF, outputs=1), dw.Plant(np.eye(2, k=1))
 
 
 def half_a_second(*disturbances, plant=SILENT, **options):
@@ -352,9 +352,12 @@ BAD = {
     "hidden": (half_a_second(plant=SILENT._replace(C=[0, 1, 0])), r"the constant mode \(0\) cannot be seen"),
     "two channels, one output": (half_a_second(TORQUE, CONSTANT), r"the constant mode \(0\) cannot be seen"),
     "frequency twice": (half_a_second(COSINE, COSINE), "the mode at 50 rad/s cannot be seen"),
-    "frequency zero": (half_a_second(dw.Sinusoid(0.0, [0, 0, 5], INF)), "a frequency of 0 is a constant"),
-    "a zero": (half_a_second(dw.Sinusoid(3.0, [0, 0, 1], INF), plant=ZEROS), "the mode at 3 rad/s cannot be seen"),
-    "no prior": (half_a_second(dw.Polynomial([0, 0, 5], None)), "prior_std must be stated"),
+    "frequency zero": (half_a_second(dw.models.Sinusoid(0.0, [0, 0, 5], INF)), "a frequency of 0 is a constant"),
+    "a zero": (
+        half_a_second(dw.models.Sinusoid(3.0, [0, 0, 1], INF), plant=ZEROS),
+        "the mode at 3 rad/s cannot be seen",
+    ),
+    "no prior": (half_a_second(dw.models.Polynomial([0, 0, 5], None)), "prior_std must be stated"),
     "too short": (lambda: observed(0.003, CONSTANT), r"3 samples cannot tell 4 unknowns apart .* one is 0\.004 s"),
     "condition": (lambda: observed(0.01, SLOW, CHAIN), r"condition \d\.\de\+1[2-9].* one is 0\.\d+ s"),
     "no sample": (lambda: observed(1e-4, CONSTANT), "less than half of dt"),
@@ -377,15 +380,18 @@ BAD = {
     "tolerance": (half_a_second(tolerance=[1.0, 2.0]), r"tolerance must be positive .* \(3,\) or \(4,\)"),
     "derived": (half_a_second(derived={"a": [1.0]}), r"derived\['a'\] must be a row of 3 numbers on x or 4 on z"),
     "derived name": (half_a_second(derived={"q": [1, 0, 0]}), "has the name of a state"),
-    "name of a column": (half_a_second(dw.Polynomial([0, 0, 5], INF, name="status")), "status: a name must stand for"),
+    "name of a column": (
+        half_a_second(dw.models.Polynomial([0, 0, 5], INF, name="status")),
+        "status: a name must stand for",
+    ),
     "name of an input": (half_a_second(plant=MOTOR._replace(inputs="x1"), hold="zoh"), "x1: a name must stand for one"),
     "too long": (lambda: observed(1e9, CONSTANT), "1000000000000 samples, and 200000 are the most"),
     "too long to keep": (lambda: observed(1e9, CONSTANT, irregular=True), "and 200000 are the most"),
     "hum at Nyquist": (
-        half_a_second(dw.Sinusoid(np.pi / FS, [0, 1], INF), plant=dw.Plant([[0, 1], [0, -2]])),
+        half_a_second(dw.models.Sinusoid(np.pi / FS, [0, 1], INF), plant=dw.Plant([[0, 1], [0, -2]])),
         r"sample faster \(pi/dt = 3141\.59 is the limit",
     ),
-    "detector": (half_a_second(detector=dw.ScoreCUSUM()), "ScoreCUSUM watches parameters"),
+    "detector": (half_a_second(detector=dw.detect.ScoreCUSUM()), "ScoreCUSUM watches parameters"),
     "dates": (scanned(np.zeros(3), time=np.arange(3).astype("M8[s]")), "got dates: take"),
     "clock": (scanned(np.zeros(3), time=[0.0, 1e-3, 5e-3]), r"say irregular=True"),
     "backwards": (scanned(np.zeros(3), time=[0.0, 1e-3, 0.0]), "time must increase"),

@@ -32,7 +32,9 @@ def test_a_summary_says_so(size, words):
     s = dw.ARX(1, 1, variance=0.01 * size).scan(y, u).summary()
     assert s.nis_interval.is_consistent == (size == 1.0) and 0.8 < s.nis < 1.25
     assert f"The error bars {words} (NIS {s.nis:.2f}" in s.words
-    y, u = dw.simulate_mimo((1, 1), [-0.8, 0.1, 1.0, -0.5, 0.1, 0.5], samples=3000, inputs=1, noise_std=0.1, seed=2)
+    y, u = dw.models.simulate_mimo(
+        (1, 1), [-0.8, 0.1, 1.0, -0.5, 0.1, 0.5], samples=3000, inputs=1, noise_std=0.1, seed=2
+    )
     told = dw.ARXMIMO(2, 1, 1, 1, variance=0.01 * size).scan(y, u).summary().words
     assert told.count(f"the error bars {words}") == 2
 
@@ -54,10 +56,10 @@ CLASSES = {
     "memory, gain": lambda: dw.AdaptiveGain(1.0, memory=dw.Constant),
     "gate": lambda: dw.ARX(1, 1, gate=dw.InnovationGate),
     "detector": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(dw.PageHinkley)),
-    "detector, Monitor": lambda: dw.Monitor(dw.PageHinkley),
-    "detector, gain": lambda: dw.AdaptiveGain(1.0, detector=dw.GainProbes),
-    "restart": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(restart=dw.GainReset)),
-    "restart, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(restart=dw.CovarianceInflation)),
+    "detector, Monitor": lambda: dw.detect.Monitor(dw.PageHinkley),
+    "detector, gain": lambda: dw.AdaptiveGain(1.0, detector=dw.detect.GainProbes),
+    "restart": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(restart=dw.memory.GainReset)),
+    "restart, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation)),
 }
 
 
@@ -68,16 +70,17 @@ def test_a_class_in_place_of_a_policy(case):
 
 
 ALL = (
-    dw.Constant(), dw.GainFloor(50), dw.ExponentialForgetting(0.98), dw.VariableForgetting(50),
-    dw.DirectionalForgetting(0.98),
-    dw.RandomWalk(1e-4), dw.RandomWalk(matched=(0.1, 500)), dw.Window(50), dw.BayesianChangePoint(0.1, 500),
-    dw.RestartOnChange(restart=dw.CovarianceInflation()), dw.RestartOnChange(restart=dw.GainReset(10)),
+    dw.Constant(), dw.memory.GainFloor(50), dw.ExponentialForgetting(0.98), dw.memory.VariableForgetting(50),
+    dw.memory.DirectionalForgetting(0.98),
+    dw.RandomWalk(1e-4), dw.RandomWalk(matched=(0.1, 500)), dw.memory.Window(50), dw.memory.BayesianChangePoint(0.1,
+    500),
+    dw.RestartOnChange(restart=dw.memory.CovarianceInflation()), dw.RestartOnChange(restart=dw.memory.GainReset(10)),
 )  # fmt: skip
 NEVER, LIMITED, WEIGHTED, VARIABLE, _, WALK, MATCHED, *_, INFLATE, RESET = ALL
 TAKES = {
     "ARX": (dw.ARX, ALL),
     "OE": (dw.OE, ALL),
-    "AdaptiveObserver": (dw.AdaptiveObserver, ALL),
+    "AdaptiveObserver": (dw.estimators.AdaptiveObserver, ALL),
     "ARXMIMO": (lambda **o: dw.ARXMIMO(2, 1, **o), ALL),
     "iv": (lambda **o: dw.ARX(method="iv", **o), (NEVER, LIMITED, WEIGHTED, VARIABLE, RESET)),
     "nlms": (lambda **o: dw.ARX(method="nlms", **o), (NEVER, LIMITED, WEIGHTED)),
@@ -110,7 +113,7 @@ def test_a_walk_needs_its_speed(make):
 
 @pytest.mark.parametrize("slopes", [(), 1.0, [1.0], [[1.0, 2.0]]], ids=str)
 def test_a_monitor_of_slopes_says_how_many(slopes):
-    monitor = dw.Monitor(dw.ScoreCUSUM(), parameters=2)
+    monitor = dw.detect.Monitor(dw.detect.ScoreCUSUM(), parameters=2)
     with pytest.raises(dw.InputError, match="slopes must be 2 numbers"):
         monitor.update(monitor.start(), 1.0, slopes)
 

@@ -151,7 +151,7 @@ def _moved(est, before, after, inputs, middle) -> tuple[tuple[str, ...], float] 
 
 def _known(est, state) -> np.ndarray:
     """Say which parameters the data had taught something of: most of them lies in directions that they did, (N,)."""
-    open_ = [np.square(direction) for ratio, direction in est.excitation(state) if ratio > UNKNOWN]
+    open_ = [np.square(direction) for ratio, direction in est.information_ratio(state) if ratio > UNKNOWN]
     return np.sum(open_, axis=0) < 0.5 if open_ else np.ones(len(est.names), bool)
 
 

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from ..results.calibration import LEVEL, calibration, of_summary
 from ..results.clock_words import instant
 from ..results.events import odds_words
+from ..results.forecast_calibration import LEVEL, calibration, of_summary
 from ..results.stable import stability
 from ..results.verdicts import Diagnosis, Verdict
 from .drift_or_jump import constancy, odds
-from .identifiability import ROWS, WEAK, Identifiability, taught
+from .identifiable import ROWS, WEAK, Identifiability, taught
 from .information_age import last_news
 from .remedies import memories
 
@@ -78,7 +78,7 @@ def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
 
 def excitation(s) -> Verdict:
     """Return how much of the prior is left along the least informed direction, and what is known all the same."""
-    ratios = [ratio for ratio, _ in s.estimator.excitation(s.state)]
+    ratios = [ratio for ratio, _ in s.estimator.information_ratio(s.state)]
     limits = (-math.inf, UNLEARNED)
     if not s.is_enough:
         return Verdict("excitation", math.nan, limits, True, "too few samples to tell what the data taught")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..results.calibration import BAND, WIDE
+from ..results.forecast_calibration import BAND, WIDE
 from ..results.mixture import share_within
 from ..results.summary import is_inside
 

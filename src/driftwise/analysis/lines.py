@@ -124,7 +124,7 @@ def find_frequency(
     >>> t, rng = np.arange(1000) * 0.01, np.random.default_rng(0)
     >>> y = 3.0 + 0.5 * np.sin(7.0 * t + 1.0) + rng.standard_normal(1000)
     >>> drifting = dw.Plant([[0.0]])                                       # an unknown constant
-    >>> print(dw.find_frequency(drifting, y, dt=0.01, noise_std=1.0, band=(1, 100), outputs=1.0).words)
+    >>> print(dw.analysis.find_frequency(drifting, y, dt=0.01, noise_std=1.0, band=(1, 100), outputs=1.0).words)
     a line at 6.9581 ± 0.033 rad/s, amplitude 0.477 ± 0.045 (statistic 114.7, 26.6 needed)
     """
     augmented = Augmented(plant, disturbances)

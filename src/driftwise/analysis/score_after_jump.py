@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..detect.score_test import ScoreTest, score_test
+from ..detect.score_statistic import ScoreTest, score_test
 from ..engine.errors import InputError
 from ..estimators.arx.estimator import Recursive
 from ..estimators.arx.forecast import STEP

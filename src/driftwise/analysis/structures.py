@@ -107,7 +107,7 @@ def choose_structure(
     --------
     >>> import driftwise as dw
     >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
-    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.3, seed=2)
+    >>> y, u = dw.models.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.3, seed=2)
     >>> choose_structure(y, u, largest=2).best
     (2, 1)
     """

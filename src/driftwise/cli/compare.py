@@ -45,7 +45,7 @@ def execute(plan: Plan, texts: list[str]) -> None:
 
 def _compared(plan: Plan, texts: list[str], record: Record) -> tuple[Any, Any]:
     """Return the comparison over the whole table, and the offsets that were subtracted."""
-    from driftwise.analysis.compare import Comparison
+    from driftwise.analysis.comparison import Comparison
     from driftwise.cli.downsample import Offsets
 
     found: Any = None

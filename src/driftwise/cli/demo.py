@@ -55,7 +55,7 @@ def random_plant(order: int, seed: int):
 
 def write_table(file, a, b, direct, order, samples, noise_std, noise, missing, dt, seed) -> None:
     """Write t, u, y as CSV and say on standard error what the plant is."""
-    from driftwise.models.simulate import simulate
+    from driftwise.models.simulation import simulate
 
     if a is None:
         if b is not None:

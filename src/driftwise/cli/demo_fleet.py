@@ -91,7 +91,7 @@ def _table(pump: Pump, number: int, samples: int, seed: int):
     """Return time (in steps), speed, flow, number of the pump, and when each row comes."""
     import numpy as np
 
-    from driftwise.models.simulate import simulate
+    from driftwise.models.simulation import simulate
 
     rng, fault = np.random.default_rng([seed, number]), pump.fault
     a, b = (np.asarray(value) * (1 + SPREAD * rng.standard_normal(2)) for value in (A, B))

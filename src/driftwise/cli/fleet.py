@@ -73,7 +73,7 @@ class Order:
 
     @property
     def pace(self) -> dict[str, Any]:
-        """The time between two checkpoints, as `FleetOrder` takes it."""
+        """The time between two checkpoints, as `FleetJob` takes it."""
         text = self.checkpoint.strip().lower()
         number, is_count = (text[:-1], True) if text.endswith("b") else (text.removesuffix("s"), False)
         try:
@@ -164,10 +164,10 @@ def execute(order: Order) -> None:
 def _run(order: Order):
     """Return what the run came to, a bar shown while it lasts."""
     from driftwise.cli.progress import bar
-    from driftwise.fleet.fleet_order import FleetOrder
+    from driftwise.fleet.job import FleetJob
 
     with bar(f"fleet of {os.path.basename(os.path.abspath(order.data))}", order.quiet) as advance:
-        asked = FleetOrder(
+        asked = FleetJob(
             order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
             dt=order.dt, first=order.first, every=order.every, batch=order.batch, threads=order.threads,
             resume=order.resume, replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"),

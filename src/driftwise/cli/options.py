@@ -105,7 +105,7 @@ class Plan(NamedTuple):
                 f"--memory {self.kept} lists one number for each parameter, and every order has another number of "
                 "them: give one number for all while orders are compared."
             )
-        return dw.OrderEvidence(
+        return dw.analysis.OrderEvidence(
             self.candidates,
             len(self.inputs),
             self.direct,
@@ -184,11 +184,11 @@ def _noise(text: str, order):
 
     kind, _, numbers = text.partition(":")
     if kind == "output-error" and not numbers:
-        return dw.OutputError()
+        return dw.models.OutputError()
     if kind == "equation-error" and not numbers:
-        return dw.EquationError()
+        return dw.models.EquationError()
     if kind == "unknown" and not numbers:
-        return dw.UnknownPolynomial()
+        return dw.models.UnknownPolynomial()
     if kind == "polynomial" and numbers:
         d = specs.floats("--noise polynomial:", numbers)
         if len(d) != order:
@@ -196,7 +196,7 @@ def _noise(text: str, order):
                 f"--noise polynomial lists {len(d)} coefficients d0,d1,.. and the order is {order}: it takes as many "
                 "as the order (fill up with zeros in front)."
             )
-        return dw.NoisePolynomial(tuple(d))
+        return dw.models.NoisePolynomial(tuple(d))
     raise InputError(
         "--noise must be equation-error, output-error, unknown or polynomial:d0,d1,.. (as many as the order), "
         f"got {text!r}."

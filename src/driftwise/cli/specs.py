@@ -141,13 +141,13 @@ def detector(text: str) -> Any:
         raise InputError(f"--jumps {text}: SIZE is {DETECTORS[kind][1]}, a whole number.")
     try:
         if kind == "parameters":
-            found: Any = dw.ScoreCUSUM(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
+            found: Any = dw.detect.ScoreCUSUM(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
             found.resolve(max(len(sizes), 1))
         else:
             found = {
                 "level": lambda: dw.PageHinkley(rate, *sizes),
-                "noise": lambda: dw.VarianceCUSUM(*sizes, false_alarms=rate),
-                "glr": lambda: dw.GLR(rate, *map(int, sizes)),
+                "noise": lambda: dw.detect.VarianceCUSUM(*sizes, false_alarms=rate),
+                "glr": lambda: dw.detect.GLR(rate, *map(int, sizes)),
             }[kind]()
             found.resolve()
     except InputError as error:
@@ -162,29 +162,29 @@ def memory(text: str) -> Any:
     kind, colon, numbers = text.partition(":")
     plain: dict[str, Callable[[], Any]] = {
         "auto": dw.AutoMemory,
-        "bank": dw.MultipleModel,
-        "interacting": dw.IMM,
+        "bank": dw.memory.MultipleModel,
+        "interacting": dw.memory.IMM,
         "never": dw.Constant,
         "jump": dw.RestartOnChange,
-        "likelihood": dw.LikelihoodDrift,
-        "fuzzy": dw.FuzzyDrift,
-        "matching": dw.CovarianceMatching,
-        "auxiliary": dw.AuxiliaryFilter,
-        "correlation": dw.AutocovarianceLS,
-        "variational": dw.VariationalBayes,
+        "likelihood": dw.memory.LikelihoodDrift,
+        "fuzzy": dw.memory.FuzzyDrift,
+        "matching": dw.memory.CovarianceMatching,
+        "auxiliary": dw.memory.AuxiliaryFilter,
+        "correlation": dw.memory.AutocovarianceLS,
+        "variational": dw.memory.VariationalBayes,
     }
     ruled: dict[str, Callable[[str], Any]] = {
         "auto": dw.AutoMemory,
-        "matching": dw.CovarianceMatching,
-        "variational": dw.VariationalBayes,
+        "matching": dw.memory.CovarianceMatching,
+        "variational": dw.memory.VariationalBayes,
     }
     one: dict[str, Callable[[float], Any]] = {
-        "limited": dw.GainFloor,
+        "limited": dw.memory.GainFloor,
         "weighted": dw.ExponentialForgetting,
-        "variable": dw.VariableForgetting,
-        "directional": dw.DirectionalForgetting,
-        "window": lambda number: dw.Window(_whole(text, number)),
-        "reset": lambda number: dw.RestartOnChange(restart=dw.GainReset(number)),
+        "variable": dw.memory.VariableForgetting,
+        "directional": dw.memory.DirectionalForgetting,
+        "window": lambda number: dw.memory.Window(_whole(text, number)),
+        "reset": lambda number: dw.RestartOnChange(restart=dw.memory.GainReset(number)),
     }
     if kind in plain and not colon:
         return plain[kind]()
@@ -195,13 +195,13 @@ def memory(text: str) -> Any:
     if kind == "drift" and numbers:
         nvr, slash, phi = numbers.partition("/")
         phis = _one_or_each(floats("--memory drift:NVR/", phi)) if slash else 1.0
-        return dw.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
+        return dw.memory.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
     if kind == "ekf":
         from driftwise.memory.adaptation import EKF
 
         raise InputError(f"--memory ekf: {EKF}.")
     if kind == "runlengths" and numbers:
-        return dw.BayesianChangePoint(*_jump_every(text, numbers))
+        return dw.memory.BayesianChangePoint(*_jump_every(text, numbers))
     if kind == "walk" and "/" in numbers:
         return dw.RandomWalk(matched=_jump_every(text, numbers))
     if kind == "walk" and numbers:
@@ -210,7 +210,7 @@ def memory(text: str) -> Any:
         steps = floats("--memory jump:", numbers)
         if not all(step > 0 for step in steps):
             raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
-        return dw.RestartOnChange(restart=dw.CovarianceInflation(_one_or_each(steps)))
+        return dw.RestartOnChange(restart=dw.memory.CovarianceInflation(_one_or_each(steps)))
     raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
 
 

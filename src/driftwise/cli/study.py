@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from driftwise.analysis.identifiability import ROWS, WEAK, taught
+from driftwise.analysis.identifiable import ROWS, WEAK, taught
 from driftwise.engine.errors import InputError
 
 __all__ = ["ROWS", "Study", "study"]

@@ -1,0 +1,26 @@
+"""Has something changed? Detectors of jumps, and the gate."""
+
+from ..engine.lazy import lazily
+
+_HOME = {
+    "GainProbes": "gain",
+    "PullTest": "gain",
+    "ScoreCUSUM": "score",
+    "VarianceCUSUM": "variance",
+    "GLR": "glr",
+    "SelfStarting": "self_starting",
+    "ProbeBank": "probes",
+    "probe_bank": "probes",
+    "score_test": "score_statistic",
+    "Alarms": "alarms",
+    "Monitor": "monitor",
+    "Parity": "parity",
+    "design_restart": "restart",
+    "run_length": "average_run_length",
+    "threshold_for": "average_run_length",
+    "PageHinkley": "hinkley",
+    "InnovationGate": "gate",
+}
+
+__all__ = list(_HOME)
+__getattr__, __dir__ = lazily(__name__, _HOME)

@@ -11,7 +11,7 @@ import numpy as np
 from ..engine.dispatch import kernel
 from ..engine.errors import InputError
 from .alarms import Alarms, scan, simulated_delay
-from .run_length import rate
+from .average_run_length import rate
 from .settings import delay_words, rate_words, reachable
 from .watch import OWN, SINCE, STATISTIC, WHICH, watch
 
@@ -50,7 +50,7 @@ class GLR(NamedTuple):
     >>> import numpy as np, driftwise as dw
     >>> z = np.random.default_rng(3).standard_normal(1000)
     >>> z[600:] -= 2.0
-    >>> dw.GLR(false_alarms="1 per 10_000").scan(z[:605])
+    >>> dw.detect.GLR(false_alarms="1 per 10_000").scan(z[:605])
     1 alarm in 605 samples: down at 602 since 600
     """
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..engine.dispatch import Vector
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
-from .run_length import growth, rate, run_length, threshold_for
+from .average_run_length import growth, rate, run_length, threshold_for
 from .settings import delay_words, each, rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 

@@ -39,7 +39,7 @@ class Monitor:
     Examples
     --------
     >>> import driftwise as dw
-    >>> monitor = dw.Monitor(dw.PageHinkley("1 per 10_000", jump=2.0))
+    >>> monitor = dw.detect.Monitor(dw.PageHinkley("1 per 10_000", jump=2.0))
     >>> state = monitor.start()
     >>> for t, z in enumerate([0.1, -0.4, 0.3, 2.2, 1.9, 2.4, 2.6, 1.7, 2.1, 2.3]):
     ...     state, sign = monitor.update(state, z)

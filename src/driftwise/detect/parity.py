@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.errors import InputError
-from .run_length import rate
+from .average_run_length import rate
 from .settings import rate_words
 
 NOTHING = 1e-7  # singular value, relative to the largest, of a combination of z that round-off alone decides
@@ -54,7 +54,7 @@ class Parity(NamedTuple):
     Examples
     --------
     >>> import driftwise as dw
-    >>> print(dw.Parity("1 per 500_000").words)
+    >>> print(dw.detect.Parity("1 per 500_000").words)
     one false alarm per 500 000 samples on average (or fewer: a bound for any dependence); each is above its threshold
     with probability 1e-06
     """

@@ -10,7 +10,7 @@ import numpy as np
 from ..engine.dispatch import Vector, kernel
 from ..engine.errors import InputError
 from .alarms import scan
-from .run_length import rate
+from .average_run_length import rate
 from .settings import reachable
 from .watch import OWN, WHICH, accumulate, conclude, watch
 
@@ -97,7 +97,7 @@ def probe_bank(innovation, probe_innovations, variance=1.0, threshold=None, *, f
     >>> import numpy as np, driftwise as dw
     >>> y = np.random.default_rng(2).standard_normal(300)
     >>> y[200:] += 2.0
-    >>> dw.probe_bank(y[:205], y[:205, None] - np.array([-2.0, -1.0, 1.0, 2.0]), threshold=8.0)
+    >>> dw.detect.probe_bank(y[:205], y[:205, None] - np.array([-2.0, -1.0, 1.0, 2.0]), threshold=8.0)
     1 alarm in 205 samples: #3 up at 203 since 200
     """
     nu, others = np.asarray(innovation, float), np.asarray(probe_innovations, float)

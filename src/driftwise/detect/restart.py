@@ -156,7 +156,7 @@ def design_restart(
     Examples
     --------
     >>> import driftwise as dw
-    >>> print(dw.design_restart(jump=1.0, every=500).words)
+    >>> print(dw.detect.design_restart(jump=1.0, every=500).words)
     threshold 5.6, restart at gain 1/2.07: a false alarm every 858 samples, a jump noticed after 11.5; J* = 0.0397
     """
     from scipy.optimize import minimize

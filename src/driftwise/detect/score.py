@@ -10,7 +10,7 @@ import numpy as np
 from ..engine.dispatch import Vector
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
-from .run_length import rate, run_length
+from .average_run_length import rate, run_length
 from .settings import each, rate_words, reachable
 from .watch import OWN, WHICH, accumulate, conclude, side, watch
 
@@ -59,7 +59,7 @@ class ScoreCUSUM(NamedTuple):
     >>> slopes = rng.standard_normal((1000, 2))
     >>> z = rng.standard_normal(1000)
     >>> z[600:] -= 0.8 * slopes[600:, 1]                      # parameter 1 has fallen by 0.8
-    >>> dw.ScoreCUSUM("1 per 10_000", jump=0.8).scan(z[:640], slopes[:640])
+    >>> dw.detect.ScoreCUSUM("1 per 10_000", jump=0.8).scan(z[:640], slopes[:640])
     1 alarm in 640 samples: #1 down at 618 since 592
     """
 

@@ -11,9 +11,9 @@ from ..engine.dispatch import Vector, kernel
 from ..engine.errors import InputError
 from ..engine.normal import deviate, tail
 from .alarms import Alarms, scan
+from .average_run_length import rate
 from .brownian import positive
 from .hinkley import PageHinkley
-from .run_length import rate
 from .settings import each, rate_words
 from .variance import VarianceCUSUM
 from .watch import OWN, accumulate, conclude, watch
@@ -87,7 +87,7 @@ class SelfStarting(NamedTuple):
     >>> import numpy as np, driftwise as dw
     >>> e = 7.0 * np.random.default_rng(0).standard_t(3, 620)  # neither level nor tails are told
     >>> e[600:] += 20.0
-    >>> dw.SelfStarting("1 per 1000", noise="learnt").scan(e)
+    >>> dw.detect.SelfStarting("1 per 1000", noise="learnt").scan(e)
     1 alarm in 620 samples: up at 604 since 600
     >>> dw.PageHinkley("1 per 1000").scan(e, std=7.0 * 3.0**0.5)
     3 alarms in 620 samples: up at 603 since 600, up at 610 since 604, up at 616 since 611

@@ -11,8 +11,8 @@ import numpy as np
 from ..engine.dispatch import Vector
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
+from .average_run_length import rate, run_length_of, threshold_of
 from .brownian import positive
-from .run_length import rate, run_length_of, threshold_of
 from .settings import rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 
@@ -47,7 +47,7 @@ class VarianceCUSUM(NamedTuple):
     Examples
     --------
     >>> import driftwise as dw
-    >>> print(dw.VarianceCUSUM(false_alarms="1 per 10_000").words)
+    >>> print(dw.detect.VarianceCUSUM(false_alarms="1 per 10_000").words)
     one false alarm per 10 000 samples on average (numerically, for independent Gaussian innovations); a variance 4
     times as large is found after 10.0 samples
     """

@@ -1,0 +1,31 @@
+"""Model x memory: one recursion for each kind of model."""
+
+from ..engine.lazy import lazily
+
+_HOME = {
+    "Step": "base",
+    "algebraic_identification": "algebraic_start.algebraic",
+    "AlgebraicStart": "algebraic_start.start",
+    "AdaptiveObserver": "adaptive_observer.estimator",
+    "sensor_calibration": "model_average.sensor",
+    "symbolic_coefficients": "algebraic_observer.symbolic",
+    "AR": "arx.estimator",
+    "ARX": "arx.estimator",
+    "ARMA": "armax.estimator",
+    "ARMAX": "armax.estimator",
+    "OE": "armax.estimator",
+    "BJ": "armax.estimator",
+    "Regression": "arx.regression",
+    "ARXMIMO": "arx_mimo.estimator",
+    "Joint": "joint.estimator",
+    "JointMIMO": "joint_mimo.estimator",
+    "ContinuousJoint": "continuous.estimator",
+    "AdaptiveGain": "adaptive_gain.estimator",
+    "WindowObserver": "window_observer.estimator",
+    "AlgebraicObserver": "algebraic_observer.estimator",
+    "ModelAverage": "model_average.estimator",
+    "TrackEstimator": "track.estimator",
+}
+
+__all__ = list(_HOME)
+__getattr__, __dir__ = lazily(__name__, _HOME)

@@ -230,7 +230,7 @@ class Reading(Rows):
         constant = math.lgamma(prior.alpha) - prior.alpha * math.log(prior.beta) if prior.alpha > 0 else 0.0
         return base + math.lgamma(alpha) - alpha * math.log(beta) - constant
 
-    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+    def information_ratio(self, state) -> list[tuple[float, np.ndarray]]:
         """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first.
 
         A ratio near one says that the data have taught nothing about that combination of parameters (above 0.5

@@ -13,9 +13,9 @@ from driftwise.engine.errors import InputError
 from driftwise.fleet import store
 from driftwise.fleet.final import final
 from driftwise.fleet.fleet import Fleet
-from driftwise.fleet.fleet_order import FleetOrder, FleetResult, Progress, facts_of, refuse_another
 from driftwise.fleet.fleet_out import FleetOut
 from driftwise.fleet.fleet_parts import sweep
+from driftwise.fleet.job import FleetJob, FleetResult, Progress, facts_of, refuse_another
 from driftwise.fleet.run import FleetRun
 from driftwise.tables.dataset import Dataset, open_dataset
 
@@ -24,7 +24,7 @@ __all__ = ["former_run", "run_fleet"]
 INTAKE = "dt", "first", "center", "longest"
 
 
-def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None = None) -> FleetResult:
+def run_fleet(order: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = None) -> FleetResult:
     """Run a fleet over a long table; return states and counts, the rest is in the folder.
 
     Killed at any moment and gone on with (``resume``), it writes what it would have written without.
@@ -49,8 +49,8 @@ def run_fleet(order: FleetOrder, go: Callable[[FleetRun, Dataset], None] | None 
     >>> import tempfile, numpy as np, driftwise as dw
     >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
     >>> table = {"pump": np.tile([7, 8], 500), "flow": np.repeat(y, 2) + 20.0}
-    >>> order = dw.FleetOrder(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
-    >>> found = dw.run_fleet(order)
+    >>> order = dw.fleet.FleetJob(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
+    >>> found = dw.fleet.run_fleet(order)
     >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in found.out.iterdir())
     (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
@@ -120,7 +120,7 @@ def _run(out, fleet: Fleet, facts) -> FleetRun:
     return FleetRun(fleet, FleetOut(out, fleet, facts.get("is_dated", False)), **options)
 
 
-def _kept(order: FleetOrder):
+def _kept(order: FleetJob):
     """Return what a former run left to go on with, None where there is nothing; refuse what does not fit."""
     out = FleetOut(order.out, None)
     there = out.there()
@@ -141,7 +141,7 @@ def _kept(order: FleetOrder):
     return kept
 
 
-def _after(order: FleetOrder, run: FleetRun, table, facts, started: float) -> Callable[[], None]:
+def _after(order: FleetJob, run: FleetRun, table, facts, started: float) -> Callable[[], None]:
     """Return what is done after each batch: long parts are written, a checkpoint when it is due, news."""
     last, since = time.monotonic(), 0
 
@@ -160,7 +160,7 @@ def _after(order: FleetOrder, run: FleetRun, table, facts, started: float) -> Ca
     return after
 
 
-def _fit(order: FleetOrder) -> None:
+def _fit(order: FleetJob) -> None:
     """Refuse columns that the estimator has no place for, and a run that is to go on and to begin anew."""
     model = order.estimator.model
     for what, names, takes in (

@@ -72,7 +72,7 @@ def _fill(found: Census, at, est, states) -> None:
             found.std[row] = np.sqrt(np.diag(P).clip(0))
             found.noise[row] = np.sqrt(np.atleast_1d(est.policies[1].R)[0] * est.sigma2(state)[0])
             found.freedom[row] = 2 * est.scale_posterior(state)[0][0]
-            found.untaught[row] = max((ratio for ratio, _ in est.excitation(state)), default=np.nan)
+            found.untaught[row] = max((ratio for ratio, _ in est.information_ratio(state)), default=np.nan)
     elif len(states):
         s2 = np.array([est.sigma2(state) for state in states])
         n = est.model.n
@@ -81,7 +81,7 @@ def _fill(found: Census, at, est, states) -> None:
         found.noise[at] = np.sqrt(est.policies[1].R * s2)
         found.freedom[at] = [2 * est.scale_posterior(state)[0] for state in states]
         if est.model.coloured:
-            found.untaught[at] = [max(ratio for ratio, _ in est.excitation(state)) for state in states]
+            found.untaught[at] = [max(ratio for ratio, _ in est.information_ratio(state)) for state in states]
         else:
             root = np.sqrt(np.diag(est.prior_covariance)[n:])
             free = np.flatnonzero(root > 0)

@@ -63,7 +63,7 @@ def _untaught(row: int, fleet, census, inputs) -> str:
         names = [inputs[j] if j < len(inputs) else f"input {j + 1}" for j in idle]
         return f"{' and '.join(names)} never moved: what {'they do' if len(idle) > 1 else 'it does'} cannot be learnt"
     est = fleet.estimators[fleet._group[row]]
-    ratio, direction = est.excitation(fleet.states[row])[0]
+    ratio, direction = est.information_ratio(fleet.states[row])[0]
     return f"nothing was learnt of {combination(direction, est.names)} (variance {ratio:.2g} of the prior's)"
 
 

@@ -23,7 +23,7 @@ class FuzzyDrift(NamedTuple):
     --------
     >>> import driftwise as dw
     >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
-    >>> trace = dw.ARX(1, 1, memory=dw.FuzzyDrift()).scan(y, u)
+    >>> trace = dw.ARX(1, 1, memory=dw.memory.FuzzyDrift()).scan(y, u)
     >>> trace.parameters[-1].round(1).tolist()
     [-0.8, 1.0]
     """

@@ -31,7 +31,7 @@ class LikelihoodDrift(NamedTuple):
     >>> slope = np.cumsum(0.05 * rng.standard_normal(500))
     >>> phi = rng.standard_normal((500, 2))
     >>> y = phi[:, 0] * slope + 2 * phi[:, 1] + 0.1 * rng.standard_normal(500)
-    >>> trace = dw.Regression(2, memory=dw.LikelihoodDrift()).scan(y, phi)
+    >>> trace = dw.Regression(2, memory=dw.memory.LikelihoodDrift()).scan(y, phi)
     >>> (trace.parameters[-1] - [slope[-1], 2.0]).round(2).tolist(), trace.parameters_std[-1].round(2).tolist()
     ([-0.02, 0.02], [0.06, 0.03])
     """

@@ -12,7 +12,7 @@ from ..engine.errors import InputError
 from .canonical import Canonical
 from .response import denominator_std, gain_interval, response
 from .roots import Roots, WithPoles, estimate
-from .simulate import simulate
+from .simulation import simulate
 
 ONE = np.ones(1)
 

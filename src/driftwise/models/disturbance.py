@@ -16,7 +16,7 @@ class Disturbance(NamedTuple):
     Examples
     --------
     >>> import driftwise as dw
-    >>> dw.Disturbance(pole=0.8).lasts
+    >>> dw.models.Disturbance(pole=0.8).lasts
     4.48
     """
 

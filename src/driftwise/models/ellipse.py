@@ -26,7 +26,7 @@ class Ellipse(NamedTuple):
         return np.array(self.centre) + np.stack([c * along - s * across, s * along + c * across], axis=1)
 
 
-def ellipse(covariance, level: float = 0.95, centre=0.0) -> Ellipse:
+def confidence_ellipse(covariance, level: float = 0.95, centre=0.0) -> Ellipse:
     """Return the ellipse that holds a Gaussian point of the plane with probability ``level``.
 
     Parameters

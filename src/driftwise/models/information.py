@@ -116,7 +116,7 @@ def cramer_rao(
     Raises
     ------
     InputError
-        Where a zero of A or C is not inside the circle (see `driftwise.reflect`), or sizes do not fit.
+        Where a zero of A or C is not inside the circle (see `driftwise.models.minimum_phase`), or sizes do not fit.
 
     Notes
     -----

@@ -40,7 +40,7 @@ class NoisePolynomial(NamedTuple):
 
     ``d`` lists d_0 .. d_{n-1} of C(z) = z^n + d_{n-1} z^{n-1} + ... + d_0; ``variance`` is that of v
     (None: learnt). A wrong d biases the parameters: `asymptotic_bias` gives the limit. Zeros of C outside the circle
-    do no harm: the filter then predicts as with their reflections (`reflect`). On the circle it settles as 1/t.
+    do no harm: the filter then predicts as with their reflections (`minimum_phase`). On the circle it settles as 1/t.
     """
 
     d: tuple
@@ -154,7 +154,8 @@ def _unknown(noise, R, n):
         if largest >= noise.radius:
             raise InputError(
                 f"d has a zero of modulus {largest:.3g}, and C must be invertible: keep it below radius = "
-                f"{noise.radius:g}. driftwise.reflect(d) gives the noise of the same spectrum with its zeros inside"
+                f"{noise.radius:g}. driftwise.models.minimum_phase(d) gives the noise of the same spectrum with "
+                f"its zeros inside"
             )
     if R == 0.0:
         raise InputError("an unknown noise polynomial needs noise: its variance must be positive")

@@ -87,7 +87,7 @@ class Singer:
     Examples
     --------
     >>> import driftwise as dw
-    >>> model = dw.Singer(alpha=0.1, q=1.0, dt=1.0)
+    >>> model = dw.models.Singer(alpha=0.1, q=1.0, dt=1.0)
     >>> print(model.Q[0].round(5))
     [0.00946 0.0234  0.03018]
     >>> form = model.canonical(r=100.0)
@@ -207,7 +207,7 @@ class SingerCanonical:
     Examples
     --------
     >>> import driftwise as dw
-    >>> form = dw.Singer(0.1, 1.0, 1.0).canonical(100.0)
+    >>> form = dw.models.Singer(0.1, 1.0, 1.0).canonical(100.0)
     >>> s0, P0 = form.prior(position=5000.0, velocity=-200.0), form.P0(1e3, 50.0, 3.0, 0.1)
     >>> est = dw.Joint(3, noise=form.noise, s0=s0, P0=P0)
     >>> state, step = est.update(est.start(), 5010.0)

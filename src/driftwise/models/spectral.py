@@ -11,7 +11,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 
-__all__ = ["spectral_factor", "reflect"]
+__all__ = ["spectral_factor", "minimum_phase"]
 
 ON_CIRCLE = 1e-7  # a modulus this close to one counts as one: double roots are not found more finely
 
@@ -66,7 +66,7 @@ def spectral_factor(gamma) -> tuple[np.ndarray, float]:
     return d, float(gamma[0] * c[0] ** 2)
 
 
-def reflect(d) -> tuple[np.ndarray, float]:
+def minimum_phase(d) -> tuple[np.ndarray, float]:
     """Return (d, gain): the noise polynomial with every zero inside the circle, and what the variance of v gains.
 
     A zero z outside is replaced by 1/conj(z) and the variance multiplied by ``|z|^2``: the noise keeps its
@@ -131,7 +131,8 @@ def inside(name, d, size=None) -> np.ndarray:
     if np.any(abs(z) >= 1 - 1e-12):
         raise InputError(
             f"the zeros of {name} must lie inside the unit circle, got moduli {_moduli(z)}. "
-            f"driftwise.reflect({name}) gives the polynomial with the same spectrum and zeros inside (a zero on the "
+            f"driftwise.models.minimum_phase({name}) gives the polynomial with the same spectrum and zeros "
+            f"inside (a zero on the "
             "circle has none: shrink it)"
         )
     return d

@@ -41,7 +41,7 @@ def clock_notes(plan) -> list[str]:
 
 def described(plan, dt: float) -> list[str]:
     """Return what kind of model was estimated, in a few words."""
-    from driftwise.detect.run_length import rate
+    from driftwise.detect.average_run_length import rate
 
     inputs = len(plan.inputs)
     order = f"order {plan.order}" + (" (the most probable)" if plan.chosen else "")

@@ -101,7 +101,7 @@ def directions(summary) -> list[tuple[str, float]]:
     est = summary.estimator
     return [
         (combination(vector, est.names).replace("-", "\u2212"), float(ratio))
-        for ratio, vector in est.excitation(summary.state)
+        for ratio, vector in est.information_ratio(summary.state)
     ]
 
 

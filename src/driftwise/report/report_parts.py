@@ -24,7 +24,7 @@ from pathlib import Path
 
 from driftwise.report import report_page as html
 from driftwise.report.wording import fixed, near_one
-from driftwise.results.calibration import off
+from driftwise.results.forecast_calibration import off
 
 __all__ = [
     "EVENTS_SHOWN",

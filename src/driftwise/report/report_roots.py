@@ -19,11 +19,11 @@ SMALL = 0.12  # an ellipse smaller than this hides behind its mark: it gets a wi
 
 def smallest_window(model):
     """Return (centre, half width) of a window on the largest pole where its ellipse is too small to see, or None."""
-    from driftwise.models.ellipse import ellipse
+    from driftwise.models.ellipse import confidence_ellipse
 
     for pole, covariance, how in zip(model.poles, model.poles_covariance, model.method):
         if pole.imag >= 0 and how in ("first order", "sampled"):
-            size = ellipse(covariance).semi_axes[0]
+            size = confidence_ellipse(covariance).semi_axes[0]
             return (pole, 1.7 * size) if 1e-9 < size < SMALL else None
     return None
 
@@ -91,7 +91,7 @@ def _marks(fig, roots, covariances, methods, what, marker, color, reach):
     import numpy as np
     from bokeh.models import ColumnDataSource
 
-    from driftwise.models.ellipse import ellipse
+    from driftwise.models.ellipse import confidence_ellipse
 
     shown = []
     for root, covariance, how in zip(roots, covariances, methods):
@@ -101,7 +101,7 @@ def _marks(fig, roots, covariances, methods, what, marker, color, reach):
         std = float(np.sqrt(np.trace(covariance)))
         size = f"{abs(root):.4f} \u00b1 {std:.2g}" if np.isfinite(std) else f"{abs(root):.4f}, no bound"
         shown.append((root.real, root.imag, what, size, ink))
-        found = ellipse(covariance, centre=complex(root))
+        found = confidence_ellipse(covariance, centre=complex(root))
         if how == "first order" and found.semi_axes[0] < 2 * reach:
             fig.patch(*found.points().T, fill_color=ink, fill_alpha=0.14, line_color=ink, line_alpha=0.6)
     if not shown:

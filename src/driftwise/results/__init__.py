@@ -1,0 +1,21 @@
+"""What a run said: traces, summaries, events, verdicts."""
+
+from ..engine.lazy import lazily
+
+_HOME = {
+    "AverageTrace": "average_trace",
+    "Diagnosis": "verdicts",
+    "Verdict": "verdicts",
+    "calibration": "forecast_calibration",
+    "SmoothedParameters": "smoothed_parameters",
+    "Summary": "summary",
+    "SummaryMIMO": "mimo_summary",
+    "ljung_box": "whiteness",
+    "nis": "whiteness",
+    "Trace": "trace",
+    "save_state": "snapshot",
+    "load_state": "snapshot",
+}
+
+__all__ = list(_HOME)
+__getattr__, __dir__ = lazily(__name__, _HOME)

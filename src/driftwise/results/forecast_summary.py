@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .calibration import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
+from .forecast_calibration import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
 from .mixture import normal_score
 from .trace import Trace
 from .verdicts import Diagnosis

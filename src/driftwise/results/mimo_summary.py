@@ -46,7 +46,7 @@ class SummaryMIMO:
     --------
     >>> import driftwise as dw
     >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
-    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=1500, inputs=1, noise_std=(0.1, 0.3), seed=1)
+    >>> y, u = dw.models.simulate_mimo((2, 1), truth, samples=1500, inputs=1, noise_std=(0.1, 0.3), seed=1)
     >>> summary = dw.JointMIMO((2, 1), inputs=1).scaled_to(y, u).scan(y, u).summary()
     >>> [round(one.noise_std, 2) for one in summary.outputs], summary.linked
     ([0.1, 0.3], [])
@@ -184,7 +184,7 @@ class SummaryMIMO:
     @property
     def unlearned(self) -> list[tuple[str, float]]:
         """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
-        found = [(ratio, v) for ratio, v in self.estimator.excitation(self.state) if ratio > 0.5]
+        found = [(ratio, v) for ratio, v in self.estimator.information_ratio(self.state) if ratio > 0.5]
         return [(combination(v, self.estimator.names), ratio) for ratio, v in found]
 
     @property

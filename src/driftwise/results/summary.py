@@ -200,7 +200,7 @@ class Summary:
     @property
     def unlearned(self) -> list[tuple[str, float]]:
         """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
-        found = [(r, v) for r, v in self.estimator.excitation(self.state) if r > 0.5]
+        found = [(r, v) for r, v in self.estimator.information_ratio(self.state) if r > 0.5]
         return [(combination(v, self.estimator.names), r) for r, v in found]
 
     @property
@@ -218,7 +218,7 @@ class Summary:
             return 0.0
         names, small = self.state.dtype.names or (), 0.03 * getattr(self.estimator, "y_scale", 0.0)
         most = math.inf if "top" in names and float(self.state["top"]) < small else 0.5  # else nothing excites it
-        return min(max((r for r, _ in self.estimator.excitation(self.state) if r <= most), default=0.0), 1.0)
+        return min(max((r for r, _ in self.estimator.information_ratio(self.state) if r <= most), default=0.0), 1.0)
 
     @property
     def words(self) -> str:

@@ -71,7 +71,7 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
         if observer["noise_std"] == "learn":
             observer["noise_std"] = None
         if "false_alarms" in observer:
-            observer["detector"] = dw.Parity(observer.pop("false_alarms"))
+            observer["detector"] = dw.detect.Parity(observer.pop("false_alarms"))
         names = _checked(plant, disturbances, inputs)
         derived = {name: _row(name, row, names, inputs) for name, row in derived.items()}
     except InputError as error:
@@ -98,7 +98,7 @@ def _known(table, names, what) -> None:
 def _disturbance(table) -> Any:
     import driftwise as dw
 
-    kinds = {"frequency": dw.Sinusoid, "degree": dw.Polynomial}
+    kinds = {"frequency": dw.models.Sinusoid, "degree": dw.models.Polynomial}
     _known(table, ("name", "into", "outputs", "prior_std", "walk", *kinds), "entry of [[disturbance]]")
     table = dict(table)
     if table.get("walk") == "tune":
@@ -111,8 +111,8 @@ def _disturbance(table) -> Any:
     if "frequency" in table:
         if "degree" in table:
             raise InputError("a [[disturbance]] has a frequency or a degree, not both: list two")
-        return dw.Sinusoid(table.pop("frequency"), **table)
-    return dw.Polynomial(**table)
+        return dw.models.Sinusoid(table.pop("frequency"), **table)
+    return dw.models.Polynomial(**table)
 
 
 def _row(name, row, names, inputs):

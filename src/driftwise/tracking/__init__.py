@@ -1,1 +1,16 @@
-"""Radar plots in, tracks out: readers, frames, trackers, and what tracks are written as."""
+"""Objects that move, from radar plots and position reports."""
+
+from ..engine.lazy import lazily
+
+_HOME = {
+    "Tracker": "tracker",
+    "Tracks": "tracks",
+    "TrackTrace": ".results.track_trace",
+    "Manoeuvre": ".estimators.manoeuvre.estimator",
+    "track": "tracker",
+    "TrackEstimator": ".estimators.track.estimator",
+    "read_plots": "read",
+}
+
+__all__ = list(_HOME)
+__getattr__, __dir__ = lazily(__name__, _HOME)

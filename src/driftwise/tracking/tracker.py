@@ -51,7 +51,7 @@ class Tracker:
     >>> import numpy as np, driftwise as dw
     >>> from driftwise.tracking.plots import plots
     >>> time = 4.0 * np.arange(20)
-    >>> tracker = dw.Tracker()
+    >>> tracker = dw.tracking.Tracker()
     >>> events = tracker.feed(plots(time, np.stack([200 * time, 50 * time], axis=1), key="4BAA5F"))
     >>> [(e.time, e.kind) for e in events]
     [(0.0, 'initiated'), (8.0, 'confirmed')]

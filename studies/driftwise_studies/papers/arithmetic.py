@@ -57,7 +57,7 @@ def estimates(method: Method, y, brackets="K T K'"):
     """Return the estimates (T, 3) after each sample, the paper's sign, and the last covariance."""
     with np.errstate(all="ignore"):
         if method.kind == "UD":
-            est = dw.Joint(3, noise=dw.EquationError(method.R), P0=method.P0, floor=method.floor)
+            est = dw.Joint(3, noise=dw.models.EquationError(method.R), P0=method.P0, floor=method.floor)
             trace = est.scan(y, keep="means")
             return -trace.parameters[:, ::-1], est.covariance(trace.state)
         number = method.kind

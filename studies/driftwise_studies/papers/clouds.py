@@ -69,7 +69,7 @@ class Cloud:
     def __init__(self, test: Test, y, x, walk: float = 0.0):
         self.test, self.n, self.truth = test, len(test.d), x
         memory = dw.RandomWalk(walk) if walk else dw.Constant()
-        est = dw.Joint(self.n, noise=dw.NoisePolynomial(test.d, 1.0), memory=memory, P0=100.0)
+        est = dw.Joint(self.n, noise=dw.models.NoisePolynomial(test.d, 1.0), memory=memory, P0=100.0)
         self.e, self.variance, self.x, parameters = scan_all(est, y)
         self.path = -parameters[:, :, ::-1]  # the paper's sign and order: a_0 first
         self.final = self.path[:, -1]

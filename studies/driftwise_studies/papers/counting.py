@@ -70,7 +70,7 @@ def counting(values):
 
 def per_sample(n: int, noise=None) -> int:
     """Return the operations of one ordinary sample in the uncompiled driver, one input and direct term, N = 3n + 1."""
-    est = dw.Joint(n, inputs=1, direct=True, noise=noise or dw.EquationError(0.01), P0=10.0)
+    est = dw.Joint(n, inputs=1, direct=True, noise=noise or dw.models.EquationError(0.01), P0=10.0)
     y, u = dw.simulate(np.poly(np.linspace(0.3, 0.6, n))[1:], np.ones(n), samples=60, noise_std=0.1, seed=n)
     rng = np.random.default_rng(n)
     state = est.scan(y, u).state.copy()

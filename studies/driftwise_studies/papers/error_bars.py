@@ -45,7 +45,7 @@ def missing(scaled: Scaled) -> Verdict:
     records = scaled.records(100)
     y, u, truth = _lightly_damped(records, 400, 0.5, 21, on_sensor=False)
     y[np.random.default_rng(22).random(y.shape) < 0.3] = np.nan
-    est = dw.Joint(2, 1, noise=dw.EquationError(0.25), P0=1.0)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(0.25), P0=1.0)
     early, _ = est.update_batch(est.start(records), y[:, :100], u[:, :100])
     late, _ = est.update_batch(early, y[:, 100:], u[:, 100:])
     found = nees(est, early, truth).mean(), nees(est, late, truth).mean()
@@ -68,7 +68,7 @@ def student(scaled: Scaled) -> Verdict:
     s = s0 + sigma * np.sqrt(P0) * rng.standard_normal((records, 6))
     u, noise = rng.standard_normal((records, T)), sigma * rng.standard_normal((records, T))
     y, _ = canonical(s[:, 2:4], np.zeros((records, T, 2)), noise, b=s[:, 4:], u=u, x0=s[:, :2])
-    est = dw.Joint(2, 1, noise=dw.EquationError(1.0), scale=dw.InverseGamma(alpha, beta), s0=s0, P0=P0)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(1.0), scale=dw.models.InverseGamma(alpha, beta), s0=s0, P0=P0)
     traces = [est.scan(y[i], u[i]) for i in range(records)]
     rate = np.mean([np.abs(trace.innovation) <= trace.band(0.95) for trace in traces])
     tolerance = scaled.wide(0.006)
@@ -87,9 +87,9 @@ def output_error(scaled: Scaled):
     y, u, truth = _lightly_damped(records, 1000, 0.5, 41, on_sensor=True)
     found = {}
     for name, noise in {
-        "OutputError() (bilinear filter)": dw.OutputError(0.25),
-        "NoisePolynomial(d = a), the oracle": dw.NoisePolynomial(truth[:2], 0.25),
-        "EquationError()": dw.EquationError(0.25),
+        "OutputError() (bilinear filter)": dw.models.OutputError(0.25),
+        "NoisePolynomial(d = a), the oracle": dw.models.NoisePolynomial(truth[:2], 0.25),
+        "EquationError()": dw.models.EquationError(0.25),
     }.items():
         est = dw.Joint(2, 1, noise=noise, P0=100.0)
         states, _ = est.update_batch(est.start(records), y, u)

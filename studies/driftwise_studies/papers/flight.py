@@ -80,7 +80,7 @@ class Flight:
 
     def manoeuvre(self, i, rho=0.5, m=2):
         """Return trace and `Outcome` of `Manoeuvre`."""
-        return self._scan(dw.Manoeuvre(rho, m, dt=self.period).scaled_to(self.grid[:, i]), i)
+        return self._scan(dw.tracking.Manoeuvre(rho, m, dt=self.period).scaled_to(self.grid[:, i]), i)
 
     def from_singer(self, i):
         """Return trace and `Outcome` of the paper's form started from the tuned Singer filter."""

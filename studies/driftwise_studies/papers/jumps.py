@@ -31,7 +31,7 @@ def section(seeds: int) -> Section:
     }
     rows, errors = [], {}
     for name, memory in memories.items():
-        est = dw.Joint(2, 1, noise=dw.EquationError(R), memory=memory, P0=100.0)
+        est = dw.Joint(2, 1, noise=dw.models.EquationError(R), memory=memory, P0=100.0)
         e, _, _, parameters = scan_all(est, y, u)
         off = parameters[:, :, 1::-1] - truth  # a_0, a_1
         mse = [np.mean(e[:, w] ** 2) / R for w in WINDOWS.values()]
@@ -73,7 +73,7 @@ def _walk(errors):
 def _until_jump(memories, y, u, errors, scaled):
     """The detector's row: how soon it alarms, how often it should not have, how well a is known afterwards."""
     name = "until a jump (VarianceCUSUM), P_rr += I"
-    est = dw.Joint(2, 1, noise=dw.EquationError(R), memory=memories[name], P0=100.0)
+    est = dw.Joint(2, 1, noise=dw.models.EquationError(R), memory=memories[name], P0=100.0)
     alarms = np.array([(est.scan(y[i], u[i]).status & JUMPED) != 0 for i in range(len(y))])
     false, found = int(alarms[:, :JUMP].sum()), alarms[:, JUMP:]
     delay = np.where(found.any(axis=1), found.argmax(axis=1), T)

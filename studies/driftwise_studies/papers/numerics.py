@@ -59,7 +59,7 @@ def huge_prior() -> Verdict:
     y, u = _second_order(200, 1)
     s, P0, R = np.zeros(7), 1e16 * np.eye(7), 0.09
     exact, _, _ = printed.run_long(2, y, R, s, P0, u)
-    est = dw.Joint(2, 1, True, noise=dw.EquationError(R), P0=P0)
+    est = dw.Joint(2, 1, True, noise=dw.models.EquationError(R), P0=P0)
     trace = est.scan(y, u, keep="covariance")
     error = np.abs(est.mean(trace.state) - exact)[2:].max()
     eigenvalues = np.linalg.eigvalsh(trace.covariance)
@@ -89,7 +89,7 @@ def scaling() -> Verdict:
             2,
             1,
             True,
-            noise=dw.EquationError(0.09 * c**2),
+            noise=dw.models.EquationError(0.09 * c**2),
             P0=5 * units**2,
             memory=dw.RandomWalk(1e-6 * units[2:] ** 2),
         )
@@ -115,7 +115,7 @@ def likelihood() -> Verdict:
         log += -0.5 * (np.log(2 * np.pi * T) + e * e / T)
         x, P = -a * y_t + d * R / T * e, d * d * R * (1 - R / T)
     integral = np.log(weights @ np.exp(log) / weights.sum())
-    est = dw.Joint(1, noise=dw.NoisePolynomial([d], R), s0=[x0, a0], P0=[Px, Pa])
+    est = dw.Joint(1, noise=dw.models.NoisePolynomial([d], R), s0=[x0, a0], P0=[Px, Pa])
     found = est.loglik(est.scan(y).state)
     return Verdict(
         "the likelihood is the marginal one, parameters integrated out",
@@ -145,7 +145,7 @@ def batch() -> Verdict:
     Q, root = np.linalg.qr(np.vstack([X, ridge]))
     inverse = np.linalg.inv(root)
     mean, covariance = inverse @ (Q.T @ np.concatenate([y_f, np.zeros(len(ridge))])), inverse @ inverse.T
-    est = dw.Joint(n, 1, True, noise=dw.NoisePolynomial(TRUE_D, 1.0), P0=P0)
+    est = dw.Joint(n, 1, True, noise=dw.models.NoisePolynomial(TRUE_D, 1.0), P0=P0)
     state = est.scan(y, u).state
     off = max(
         np.abs(est.mean(state)[n:] - mean[n:]).max(), np.abs(est.covariance(state)[n:, n:] - covariance[n:, n:]).max()

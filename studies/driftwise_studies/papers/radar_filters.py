@@ -74,8 +74,8 @@ def joint(y, period, rho, m, speed=SPEED) -> dw.Joint:
     """Return Salut's third-order form for one coordinate: three free coefficients about two poles at 1."""
     return dw.Joint(
         3,
-        noise=dw.NoisePolynomial(polynomial(rho, m)),
-        scale=dw.InverseGamma(1.5, 1.5),
+        noise=dw.models.NoisePolynomial(polynomial(rho, m)),
+        scale=dw.models.InverseGamma(1.5, 1.5),
         s0=[0, 0, 0, *NULL],
         P0=np.diag(np.repeat([(speed * period) ** 2, 0.2], 3)),
         y_scale=start_noise(y),
@@ -89,7 +89,7 @@ def joint_of_singer(alpha, q, r, period) -> dw.Joint:
     d, variance = canonical_noise(F, Q, r)
     P0 = np.diag(np.repeat([(SPEED * period) ** 2, 0.1], 3))
     s0 = [0, 0, 0, *(NULL + np.exp(-alpha * period) * ALONG)]
-    return dw.Joint(3, noise=dw.NoisePolynomial(d, variance), s0=s0, P0=P0, dt=period)
+    return dw.Joint(3, noise=dw.models.NoisePolynomial(d, variance), s0=s0, P0=P0, dt=period)
 
 
 def canonical_noise(F, Q, r):

@@ -51,7 +51,7 @@ def adaptive(q, memory=None, spread=1e4) -> dw.Joint:
     F, Q = filters.singer(ALPHA, q, 1.0)
     d, variance = filters.canonical_noise(F, Q, SIGMA**2)
     return dw.Joint(
-        3, noise=dw.NoisePolynomial(d, variance), memory=memory or dw.Constant(), P0=[spread**2] * 3 + [1.0] * 3
+        3, noise=dw.models.NoisePolynomial(d, variance), memory=memory or dw.Constant(), P0=[spread**2] * 3 + [1.0] * 3
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import driftwise as dw
 from driftwise.analysis.identification import Finder
 from driftwise.analysis.identifier import PILOT
-from driftwise.results.calibration import WIDE
+from driftwise.results.forecast_calibration import WIDE
 from driftwise.tables.recognise import recognise
 
 from ..papers.recordings import Series
@@ -65,7 +65,7 @@ def between_jumps(y, u, nk: int, at: float) -> Steady:
     """
     pilot = slice(PILOT)
     middle, rest = float(np.median(y[pilot])), np.median(u[pilot], axis=0)
-    est = dw.ARX(1, 1, nk, memory=dw.RestartOnChange(dw.SelfStarting()), offset=True)
+    est = dw.ARX(1, 1, nk, memory=dw.RestartOnChange(dw.detect.SelfStarting()), offset=True)
     est = est.scaled_to(y[pilot] - middle, u[pilot] - rest)
     found = _steady(est, y - middle, u - rest, at - rest[0])
     return found._replace(level=found.level + middle)

@@ -56,7 +56,7 @@ class AdaptiveObserver(Recursive):
     --------
     >>> import driftwise as dw
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=500, noise_std=0.1, seed=1)
-    >>> est = dw.AdaptiveObserver(2, [0.5, 0.4], inputs=1)
+    >>> est = dw.estimators.AdaptiveObserver(2, [0.5, 0.4], inputs=1)
     >>> trace = est.scan(y, u)
     >>> [f"{name} {value:.1f}" for name, value in zip(trace.names, trace.parameters[-1])]
     ['a1 -1.5', 'a2 0.7', 'b1 1.0', 'b2 0.5']

@@ -127,8 +127,8 @@ def algebraic_identification(
     >>> import numpy as np, driftwise as dw
     >>> t = 0.01 * np.arange(401)
     >>> u = 1 - 2.0 * (np.arange(401) // 100 % 2)
-    >>> y, u = dw.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=t, u=u, noise_std=0.01, seed=1)
-    >>> found = dw.algebraic_identification(y, u, order=2, zeros=0, dt=0.01, hold="zoh")
+    >>> y, u = dw.models.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=t, u=u, noise_std=0.01, seed=1)
+    >>> found = dw.estimators.algebraic_identification(y, u, order=2, zeros=0, dt=0.01, hold="zoh")
     >>> for name, value, std in zip(found.names[:3], found.values, np.sqrt(np.diag(found.covariance))):
     ...     print(f"{name} {value:.3f} ± {std:.3f}")
     a1 0.798 ± 0.002

@@ -404,9 +404,9 @@ class ARX(InHindsight, Recursive):
     def _covariance(self, state) -> np.ndarray:
         return self._unknown() if self._is_bare else super()._covariance(state)
 
-    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+    def information_ratio(self, state) -> list[tuple[float, np.ndarray]]:
         """Return (ratio, direction) pairs as every estimator does; none for a gradient, which cannot tell."""
-        return [] if self._is_bare else super().excitation(state)
+        return [] if self._is_bare else super().information_ratio(state)
 
 
 class AR(ARX):

@@ -91,7 +91,7 @@ class ARXMIMO(ReadingMIMO):
     --------
     >>> import driftwise as dw
     >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.0]
-    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=800, inputs=1, noise_std=0.1, seed=1)
+    >>> y, u = dw.models.simulate_mimo((2, 1), truth, samples=800, inputs=1, noise_std=0.1, seed=1)
     >>> est = dw.ARXMIMO(2, 1, na=[[2, 2], [1, 1]], nb=[2, 1], memory=dw.ExponentialForgetting(0.995))
     >>> trace = est.scaled_to(y, u).scan(y, u)
     >>> [f"{name} {value:.1f}" for name, value in zip(trace.names, trace.parameters[-1])][:4]
@@ -271,7 +271,7 @@ class ARXMIMO(ReadingMIMO):
         """Return log p(y_1..y_t), parameters (and scales) integrated out: the sum over the equations."""
         return sum(part.loglik(one) for part, one in self._each(state))
 
-    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+    def information_ratio(self, state) -> list[tuple[float, np.ndarray]]:
         """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first."""
         return directions(self.covariance(state), np.diag(self.prior_covariance))
 

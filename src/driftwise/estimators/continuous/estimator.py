@@ -85,7 +85,7 @@ class ContinuousJoint(Reading):
     --------
     >>> import numpy as np, driftwise as dw
     >>> time = np.cumsum(np.random.default_rng(0).uniform(0.02, 0.18, 600))
-    >>> y, u = dw.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=time, noise_std=0.005, seed=1)
+    >>> y, u = dw.models.simulate_continuous([0.3, 1.0], [0.0, 2.0], time=time, noise_std=0.005, seed=1)
     >>> trace = dw.ContinuousJoint(2, inputs=1, dt=0.1).scan(y, u, time=time)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])]
     ['a1 0.29', 'a2 1.00', 'b1 -0.01', 'b2 1.99']

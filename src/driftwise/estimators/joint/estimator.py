@@ -74,8 +74,8 @@ class Joint(Reading):
     Notes
     -----
     Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Constant`, orders far
-    above the truth (nearly cancelling poles and zeros are not identifiable: see `excitation`), irregular sampling,
-    offsets (subtract them first).
+    above the truth (nearly cancelling poles and zeros are not identifiable: see `information_ratio`), irregular
+    sampling, offsets (subtract them first).
 
     Examples
     --------

@@ -83,14 +83,15 @@ class JointMIMO(ReadingMIMO):
     Notes
     -----
     Bad at: white measurement noise (biased, as `Joint`; `OutputError` is refused), structure indices above the truth
-    (nearly unidentifiable: see `excitation`), and split filters with many missing samples: what a gap makes two filters
-    have in common is not carried from sample to sample (`tests/test_mimo_statistics.py` bounds what that costs).
+    (nearly unidentifiable: see `information_ratio`), and split filters with many missing samples: what a gap makes two
+    filters have in common is not carried from sample to sample (`tests/test_mimo_statistics.py` bounds what that
+    costs).
 
     Examples
     --------
     >>> import driftwise as dw
     >>> truth = [-1.2, 0.5, -0.1, 1.0, 0.5, 0.2, -0.8, 0.3, 0.4]
-    >>> y, u = dw.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.1, seed=1)
+    >>> y, u = dw.models.simulate_mimo((2, 1), truth, samples=400, inputs=1, noise_std=0.1, seed=1)
     >>> trace = dw.JointMIMO((2, 1), inputs=1).scan(y, u)
     >>> [f"{name} {value:.2f}" for name, value in zip(trace.names, trace.parameters[-1])][:3]
     ['a1.11 -1.19', 'a2.11 0.49', 'a2.12 -0.10']
@@ -290,7 +291,7 @@ class JointMIMO(ReadingMIMO):
             total -= math.lgamma(prior) - prior * math.log(beta) if prior > 0 else 0.0
         return total
 
-    def excitation(self, state) -> list[tuple[float, np.ndarray]]:
+    def information_ratio(self, state) -> list[tuple[float, np.ndarray]]:
         """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first.
 
         A ratio near one says that the data have taught nothing about that combination of parameters (above 0.5

@@ -79,7 +79,7 @@ class Manoeuvre(Reading):
     >>> import numpy as np, driftwise as dw
     >>> rng, time = np.random.default_rng(1), 4.0 * np.arange(300)
     >>> east = 200 * time + 4000 * np.sin(time / 30) + 30 * rng.standard_normal(300)
-    >>> est = dw.Manoeuvre(dt=4.0).scaled_to(east)
+    >>> est = dw.tracking.Manoeuvre(dt=4.0).scaled_to(east)
     >>> trace = est.scan(east)
     >>> print("phi {:.2f} +- {:.2f}".format(*est.pole(trace.state)))
     phi 0.97 +- 0.10

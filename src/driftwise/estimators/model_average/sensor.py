@@ -50,7 +50,7 @@ def sensor_calibration(regressors=1, *, poles=POLES, speeds=SPEEDS) -> ModelAver
     >>> truth = 50 + 10 * np.sin(np.arange(2000) / 40) + rng.standard_normal(2000)
     >>> sensor = (truth - 0.01 * np.arange(2000)) / 5  # its zero drifts
     >>> y = np.where(np.arange(2000) % 25 == 0, truth, np.nan)  # every 25th sample has a reference
-    >>> trace = dw.sensor_calibration(["sensor"]).scaled_to(y, sensor).scan(y, sensor)
+    >>> trace = dw.estimators.sensor_calibration(["sensor"]).scaled_to(y, sensor).scan(y, sensor)
     >>> print(f"{np.sqrt(np.mean((trace.prediction - truth)[1000:] ** 2)):.1f}, {truth.std():.1f} without")
     0.5, 7.2 without
     """

@@ -91,7 +91,7 @@ class WindowObserver(Observing):
     >>> t = np.arange(200) * 0.01
     >>> y = t**2 / 2 + 0.01 * np.random.default_rng(0).standard_normal(200)
     >>> cart = dw.Plant([[0, 1], [0, 0]], states=("position", "speed"))
-    >>> push = dw.Polynomial([0, 1], np.inf, name="push")
+    >>> push = dw.models.Polynomial([0, 1], np.inf, name="push")
     >>> trace = dw.WindowObserver(cart, 1.0, noise_std=0.01, disturbances=push, dt=0.01).scan(y)
     >>> [f"{name} {trace.of(name)[0][-1]:.2f} +- {trace.of(name)[1][-1]:.2f}" for name in ("speed", "push")]
     ['speed 1.99 +- 0.01', 'push 1.00 +- 0.03']
@@ -247,7 +247,7 @@ class WindowObserver(Observing):
         >>> level = np.zeros(2000)
         >>> for t in range(1, 2000):
         ...     level[t] = 0.9 * level[t - 1] + 0.1 * inflow[t - 1]
-        >>> tank, leak = dw.Plant([[-1.0536]]), dw.Polynomial([1.0536], np.inf)
+        >>> tank, leak = dw.Plant([[-1.0536]]), dw.models.Polynomial([1.0536], np.inf)
         >>> est = dw.WindowObserver(tank, np.inf, noise_std=0.05, disturbances=leak, dt=0.1)
         >>> found = est.tune(level + 0.05 * rng.standard_normal(2000))
         >>> print(f"{found.tuned.walk[0]:.2f}, the truth is {0.3 / np.sqrt(0.1):.2f}")

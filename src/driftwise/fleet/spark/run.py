@@ -15,8 +15,8 @@ import numpy as np
 
 from ...engine.errors import InputError
 from ...tables.dataset import Dataset
-from ..fleet_order import FleetOrder, FleetResult, Progress
 from ..fleet_run import INTAKE, run_fleet
+from ..job import FleetJob, FleetResult, Progress
 from ..run import FleetRun
 from .columns import needed
 from .shipped import ship
@@ -25,7 +25,7 @@ from .workers import Piece, Task, advancing, counting, reading
 STRETCH = 1 << 20  # rows of a file that one task reads
 
 
-def run_on_spark(order: FleetOrder, master: str | None = None) -> FleetResult:
+def run_on_spark(order: FleetJob, master: str | None = None) -> FleetResult:
     """Run a fleet over a long table on a cluster; the folder holds what `run_fleet` writes, bit for bit.
 
     Parameters
@@ -90,7 +90,7 @@ def _told() -> Iterator[None]:
         raise InputError(said[1]) from None
 
 
-def _go(spark, order: FleetOrder, run: FleetRun, table: Dataset) -> None:
+def _go(spark, order: FleetJob, run: FleetRun, table: Dataset) -> None:
     """Take a table through a run: the executors' pieces, one partition after the other, become those of ``run``."""
     from pyspark import StorageLevel
 
@@ -139,7 +139,7 @@ def _tasks(spark, table: Dataset) -> list[Task]:
     return tasks
 
 
-def _advanced(spark, order: FleetOrder, table: Dataset, tasks: list[Task]):
+def _advanced(spark, order: FleetJob, table: Dataset, tasks: list[Task]):
     """Return the pieces that executors come to: they read, pass the rows on by key, and take each key's in order."""
     p, k = len(table.outputs), len(table.inputs)
     values = [f"value{i} double" for i in range(p + k)]

@@ -45,7 +45,7 @@ def each(name, memory, *sigma2) -> list[Entrant]:
 
 def matching(rule):
     """Return covariance matching by a rule."""
-    return lambda phi: dw.CovarianceMatching(rule, phi=phi)
+    return lambda phi: dw.memory.CovarianceMatching(rule, phi=phi)
 
 
 def automatic(expect):
@@ -58,26 +58,26 @@ AUTO = "AutoMemory"
 ENTRANTS = [
     Entrant(KNOWN_Q, lambda phi: None),
     *each("Constant (RLS)", lambda phi: dw.Constant(), LEARNT),
-    *each("Drift, NVR 1e-3", lambda phi: dw.Drift(phi, nvr=1e-3), LEARNT),
+    *each("Drift, NVR 1e-3", lambda phi: dw.memory.Drift(phi, nvr=1e-3), LEARNT),
     *each("ExponentialForgetting .98", lambda phi: dw.ExponentialForgetting(0.98), LEARNT),
     *each("ExponentialForgetting .95", lambda phi: dw.ExponentialForgetting(0.95), LEARNT),
-    *each("VariableForgetting", lambda phi: dw.VariableForgetting(), LEARNT),
-    *each("FuzzyDrift", lambda phi: dw.FuzzyDrift(phi=phi)),
-    *each("FuzzyDrift, as published", lambda phi: dw.FuzzyDrift(as_published=True, phi=phi), KNOWN),
+    *each("VariableForgetting", lambda phi: dw.memory.VariableForgetting(), LEARNT),
+    *each("FuzzyDrift", lambda phi: dw.memory.FuzzyDrift(phi=phi)),
+    *each("FuzzyDrift, as published", lambda phi: dw.memory.FuzzyDrift(as_published=True, phi=phi), KNOWN),
     *each("CovarianceMatching, scalar", matching("scalar")),
     *each("CovarianceMatching, gain", matching("gain")),
     *each("CovarianceMatching, Myers-Tapley", matching("myers-tapley")),
     *each("CovarianceMatching, EM", matching("em"), KNOWN),
-    *each("AuxiliaryFilter", lambda phi: dw.AuxiliaryFilter(phi=phi)),
-    *each("AutocovarianceLS", lambda phi: dw.AutocovarianceLS(phi=phi)),
-    *each("LikelihoodDrift, shared", lambda phi: dw.LikelihoodDrift(shared=True, phi=phi)),
-    *each("LikelihoodDrift, each", lambda phi: dw.LikelihoodDrift(phi=phi)),
-    *each("VariationalBayes, noise", lambda phi: dw.VariationalBayes("noise", phi=phi), PRIOR),
-    *each("VariationalBayes, both", lambda phi: dw.VariationalBayes("both", phi=phi), PRIOR),
-    *each("VariationalBayes, drift", lambda phi: dw.VariationalBayes("drift", phi=phi), KNOWN),
-    *each("MultipleModel", lambda phi: dw.MultipleModel(phi=phi)),
-    *each("IMM", lambda phi: dw.IMM(phi=phi)),
-    *each("IMM, no jump mode", lambda phi: dw.IMM(jumps=0.0, phi=phi), KNOWN),
+    *each("AuxiliaryFilter", lambda phi: dw.memory.AuxiliaryFilter(phi=phi)),
+    *each("AutocovarianceLS", lambda phi: dw.memory.AutocovarianceLS(phi=phi)),
+    *each("LikelihoodDrift, shared", lambda phi: dw.memory.LikelihoodDrift(shared=True, phi=phi)),
+    *each("LikelihoodDrift, each", lambda phi: dw.memory.LikelihoodDrift(phi=phi)),
+    *each("VariationalBayes, noise", lambda phi: dw.memory.VariationalBayes("noise", phi=phi), PRIOR),
+    *each("VariationalBayes, both", lambda phi: dw.memory.VariationalBayes("both", phi=phi), PRIOR),
+    *each("VariationalBayes, drift", lambda phi: dw.memory.VariationalBayes("drift", phi=phi), KNOWN),
+    *each("MultipleModel", lambda phi: dw.memory.MultipleModel(phi=phi)),
+    *each("IMM", lambda phi: dw.memory.IMM(phi=phi)),
+    *each("IMM, no jump mode", lambda phi: dw.memory.IMM(jumps=0.0, phi=phi), KNOWN),
     *each(AUTO, automatic("both"), KNOWN, TOLD, LEARNT),
     *each("AutoMemory, expect jumps", automatic("jumps"), KNOWN, LEARNT),
     *each("AutoMemory, expect outliers", automatic("outliers"), LEARNT),
@@ -95,7 +95,7 @@ def options(s: System, sigma2: str) -> dict[str, Any]:
         return {}
     if sigma2 in (TOLD, PRIOR):
         alpha = 0.5 - s.psi.shape[2] / 2 if sigma2 == TOLD else 0.5
-        return dict(scale=dw.InverseGamma(alpha, 0.5 * s.told), P0=1000.0 / s.told)
+        return dict(scale=dw.models.InverseGamma(alpha, 0.5 * s.told), P0=1000.0 / s.told)
     return dict(variance=s.told, P0=1000.0)
 
 
@@ -106,7 +106,7 @@ def scans(s: System, entrant: Entrant) -> list:
         return [(slice(0, s.y.shape[1]), est)]
     ends = [0, *(1 + np.flatnonzero(np.any(np.diff(s.q, axis=0) != 0, axis=1))), len(s.q)]
     return [
-        (slice(a, b), dw.Regression(s.psi.shape[2], memory=dw.Drift(s.phi, s.q[a]), **options(s, KNOWN)))
+        (slice(a, b), dw.Regression(s.psi.shape[2], memory=dw.memory.Drift(s.phi, s.q[a]), **options(s, KNOWN)))
         for a, b in pairwise(ends)
     ]
 

@@ -86,7 +86,7 @@ def _paired(found, scaled):
 def _engine():
     """The compiled memory beside the plain recursion, and beside the printed one: a control that must differ."""
     s = system("a", 4)
-    est = dw.Regression(4, memory=dw.Drift(s.phi, s.q[0]), variance=s.told, P0=1000.0)
+    est = dw.Regression(4, memory=dw.memory.Drift(s.phi, s.q[0]), variance=s.told, P0=1000.0)
     mine = np.array([est.scan(y, psi).innovation for y, psi in zip(s.y, s.psi)])
     right, wrong = (np.abs(mine - plain.follow(s, plain.Known(s.q), printed).e).max() for printed in GAINS)
     return Verdict(

@@ -37,7 +37,7 @@ def section(seeds: int) -> Section:
 def _guarded(s, scaled):
     best, count = reference(s), min(20, len(s.y))
     for name in RULES:
-        memory = dw.CovarianceMatching(name, phi=s.phi)
+        memory = dw.memory.CovarianceMatching(name, phi=s.phi)
         est, square, least, lowest = compiled(s, memory), [], np.inf, np.inf
         for i, (y, psi) in enumerate(zip(s.y, s.psi)):
             trace = est.scan(y, psi, keep="covariance" if i < count else "std")

@@ -71,8 +71,8 @@ def compiled(s: System, memory, P0=1000.0):
 
 def _sandwich(s):
     """P of the rule between those of the slowest and of the fastest level, sample by sample."""
-    first, _, last = dw.FuzzyDrift().levels
-    memories = (dw.Drift(s.phi, nvr=first), dw.FuzzyDrift(phi=s.phi), dw.Drift(s.phi, nvr=last))
+    first, _, last = dw.memory.FuzzyDrift().levels
+    memories = (dw.memory.Drift(s.phi, nvr=first), dw.memory.FuzzyDrift(phi=s.phi), dw.memory.Drift(s.phi, nvr=last))
     worst = np.inf
     for y, psi in zip(s.y, s.psi):
         P = [compiled(s, memory).scan(y, psi, keep="covariance").covariance for memory in memories]
@@ -93,8 +93,8 @@ def _units(s):
     other = replace(s, y=Y_UNIT * s.y, psi=psi, theta=size * s.theta, told=Y_UNIT**2 * s.told)
     off = 0.0
     for i in range(len(s.y)):
-        a = compiled(s, dw.FuzzyDrift(phi=s.phi)).scan(s.y[i], s.psi[i])
-        b = compiled(other, dw.FuzzyDrift(phi=s.phi), P0=1000 * size**2).scan(other.y[i], other.psi[i])
+        a = compiled(s, dw.memory.FuzzyDrift(phi=s.phi)).scan(s.y[i], s.psi[i])
+        b = compiled(other, dw.memory.FuzzyDrift(phi=s.phi), P0=1000 * size**2).scan(other.y[i], other.psi[i])
         spread = np.abs(a.parameters).max(axis=0)
         off = max(off, float((np.abs(b.parameters / size - a.parameters) / spread).max()))
     return Verdict(
@@ -110,8 +110,8 @@ def _same(s):
     """This package's memories beside the plain ones of `plain`."""
     few = system("a", 4)
     pairs = {
-        "FuzzyDrift(as_published=True)": (dw.FuzzyDrift(as_published=True, phi=few.phi), plain.Fuzzy()),
-        "AuxiliaryFilter": (dw.AuxiliaryFilter(phi=few.phi), plain.Auxiliary()),
+        "FuzzyDrift(as_published=True)": (dw.memory.FuzzyDrift(as_published=True, phi=few.phi), plain.Fuzzy()),
+        "AuxiliaryFilter": (dw.memory.AuxiliaryFilter(phi=few.phi), plain.Auxiliary()),
     }
     for name, (memory, rule) in pairs.items():
         mine = np.array([compiled(few, memory).scan(y, psi).innovation for y, psi in zip(few.y, few.psi)])

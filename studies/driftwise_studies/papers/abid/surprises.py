@@ -174,7 +174,7 @@ def local_level() -> Level:
     rng = np.random.default_rng(3)
     x = np.cumsum(np.sqrt(0.01) * rng.standard_normal(LEVEL))
     level = Level(x + rng.standard_normal(LEVEL), x, 1.0)
-    return level._replace(best=level.error(memory=dw.Drift(q=0.01), variance=1.0, P0=100.0))
+    return level._replace(best=level.error(memory=dw.memory.Drift(q=0.01), variance=1.0, P0=100.0))
 
 
 def _level():
@@ -182,12 +182,12 @@ def _level():
     level = local_level()
     rmse, best = level.error, level.best
     mine = {
-        R: rmse(memory=dw.AutoMemory(), scale=dw.InverseGamma(0.5, 0.5 * R), P0=100.0 / R)
+        R: rmse(memory=dw.AutoMemory(), scale=dw.models.InverseGamma(0.5, 0.5 * R), P0=100.0 / R)
         for R in {R for _, R in STARTS}
     }
     nothing, wrong = (
         rmse(memory=dw.AutoMemory()) / best,
-        [rmse(memory=dw.Drift(q=q), variance=R, P0=100.0) / best for q, R in STARTS],
+        [rmse(memory=dw.memory.Drift(q=q), variance=R, P0=100.0) / best for q, R in STARTS],
     )
     # kalbee (best of its four), fast-kalman (best of its two), Viking: measured with their own packages
     peers = ((1.75, 1.36, 1.09), (1.76, 1.53, 1.88), (1.007, 1.000, 3.17), (1.007, 1.000, 1.09))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from driftwise.detect.run_length import growth
+from driftwise.detect.average_run_length import growth
 
 from ..verdict import Scaled, Section, Table, Verdict
 from . import claims, walks

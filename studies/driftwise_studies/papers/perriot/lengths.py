@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from driftwise.detect.run_length import (
+from driftwise.detect.average_run_length import (
     OVERSHOOT,
     brownian_delay,
     brownian_run_length,
@@ -215,7 +215,7 @@ def _products(seeds, scaled):
 
 
 def _product_verdicts(points, fits, scaled):
-    from driftwise.detect.run_length import product_exponent
+    from driftwise.detect.average_run_length import product_exponent
 
     found = {point[:2]: point[2:] for point in points}
     mean, brownian, raised, cramer, two = found[0.15, 25.0]

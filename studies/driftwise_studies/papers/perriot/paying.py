@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from driftwise.detect.average_run_length import threshold_for
 from driftwise.detect.restart import design_restart, energy_of_jump, printed_criterion, restart_length
-from driftwise.detect.run_length import threshold_for
 
 from ..verdict import Picture, Scaled, Section, Table, Verdict, numbers
 from . import claims, figures, linear

@@ -151,7 +151,7 @@ def _gains():
 def _torque():
     """A constant load torque of 1 N m and nothing else: C A D = 1/J."""
     t, u, x = truth(Scenario(q1=0.0, q2=0.0, torque=1.0), 1.0)
-    pushed, load = forced(len(t)), dw.Polynomial([0, 1 / J, 0], np.inf)
+    pushed, load = forced(len(t)), dw.models.Polynomial([0, 1 / J, 0], np.inf)
     estimated = _quiet(0.5, load).scan(x[:, 0] - pushed[:, 0]).x + pushed
     error = np.abs(estimated - x)[499:].max()
     est = dw.AlgebraicObserver.of_equation([0, 2, 10, 1], [2], dt=1 / RATE, hold="foh", noise_std=SIGMA)
@@ -177,11 +177,11 @@ def _hidden():
     electric = dw.Plant(
         plant.A[1:, 1:] if isinstance(plant.A, np.ndarray) else [r[1:] for r in plant.A[1:]], None, [0, 1]
     )
-    torque = dw.Polynomial([0, 1 / J, 0], np.inf)
+    torque = dw.models.Polynomial([0, 1 / J, 0], np.inf)
     cases = {
         "y = x1": (plant, (constant(), cosine())),
         "y = x2": (plant._replace(C=[0, 1, 0]), constant()),
-        "y = current, constant voltage": (electric, dw.Polynomial([0, INTO[2]], np.inf)),
+        "y = current, constant voltage": (electric, dw.models.Polynomial([0, INTO[2]], np.inf)),
         "constant torque and voltage": (plant, (torque, constant()._replace(name="other"))),
     }
     told = {}
@@ -203,7 +203,7 @@ def _hidden():
 
 def _irregular():
     """Twelve samples at instants of their own, three missing, run uncompiled."""
-    plant, load = dw.Plant([[0, 1], [-4, -0.6]], [0, 2], [1, 0]), dw.Polynomial([0, 1], np.inf)
+    plant, load = dw.Plant([[0, 1], [-4, -0.6]], [0, 2], [1, 0]), dw.models.Polynomial([0, 1], np.inf)
     est = dw.WindowObserver(plant, 5.0, noise_std=1.0, disturbances=load, hold="zoh", dt=0.1, irregular=True)
     state = est.start()
     rows = state.reshape(1).view(float).reshape(1, -1)

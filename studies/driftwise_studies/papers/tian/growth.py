@@ -109,7 +109,7 @@ def _states(r, trace):
 
 def _unstable():
     """y'' = 9 y + q for 5 s: what noise of 1 at 1 kHz becomes."""
-    plant, q, T = dw.Plant([[0, 1], [9, 0]]), dw.Polynomial([0, 1], np.inf), 5.0
+    plant, q, T = dw.Plant([[0, 1], [9, 0]]), dw.models.Polynomial([0, 1], np.inf), 5.0
     std = dw.WindowObserver(plant, T + 1 / RATE, disturbances=q, noise_std=1.0, dt=1 / RATE).design.std[:2]
     node, weight = np.polynomial.legendre.leggauss(60)
     kernels = [kernel(Theorem([-9, 0, 1], degree=0), T, T / 2 * (1 + node), order) for order in (0, 1)]

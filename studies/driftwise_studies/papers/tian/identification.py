@@ -38,7 +38,7 @@ def errors(given: Records, noise: float, hold: str = "zoh", step: float = STEP) 
     """Return what identification makes of records, q an unknown constant."""
     at, found = [1, 0, 3], []
     for i, (truth, y) in enumerate(zip(given.parameters, given.y + noise * given.noise)):
-        one = dw.algebraic_identification(
+        one = dw.estimators.algebraic_identification(
             y, given.u, order=2, zeros=0, dt=step, hold=hold, disturbance=0, noise_std=noise or None
         )
         guess = _from_guess(given.a[i] * 4 ** np.random.default_rng([7, i]).uniform(-1, 1, 2), y, given.u, hold, step)

@@ -16,12 +16,12 @@ NOISES = (0.005, 0.02, 0.1)
 LISTED = {0.005: (2.3e-4, 9.7e-5), 0.02: (9.2e-4, 3.9e-4), 0.1: (4.5e-3, 2.1e-3)}  # started, after 5 and 20 s
 BATCH = {0.005: 8.9e-5, 0.02: 3.5e-4, 0.1: 1.8e-3}
 NONE, STARTED, DEFAULT, TOLD = "wide prior", "start, B a constant", "start, any zeros", "least squares of 20 s"
-STARTS = {NONE: None, STARTED: dw.AlgebraicStart(FIRST, zeros=0), DEFAULT: "algebraic"}
+STARTS = {NONE: None, STARTED: dw.estimators.AlgebraicStart(FIRST, zeros=0), DEFAULT: "algebraic"}
 
 
 def filtered(given: Records, noise: float, start) -> np.ndarray:
     """Return the relative error of [a; b] after 5 and 20 s, (2, S); q is the coefficient of a second input, ones."""
-    est = dw.Joint(2, inputs=2, noise=dw.OutputError(noise**2), dt=STEP, start=start)
+    est = dw.Joint(2, inputs=2, noise=dw.models.OutputError(noise**2), dt=STEP, start=start)
     y, u = given.y + noise * given.noise, np.column_stack([given.u, np.ones(SAMPLES)])
     u = np.repeat(u[None], len(y), axis=0)
     early, _ = est.update_batch(est.start(len(y)), y[:, :EARLY], u[:, :EARLY])
@@ -33,7 +33,7 @@ def batch(given: Records, noise: float) -> np.ndarray:
     """Return the error of least squares over everything, (S,)."""
     theta = []
     for y in given.y + noise * given.noise:
-        found = dw.algebraic_identification(y, given.u, order=2, zeros=0, dt=STEP, hold="zoh", disturbance=0)
+        found = dw.estimators.algebraic_identification(y, given.u, order=2, zeros=0, dt=STEP, hold="zoh", disturbance=0)
         theta.append(found.discrete(STEP).values)
     return relative(np.array(theta), given)
 

@@ -61,7 +61,9 @@ def gas_sensor(where: Path) -> list[Verdict]:
     """Row 12: fit and NIS of `sensor_calibration`, which is told nothing but the names of the sensors."""
     y, u, train, hour = read(where)
     told = []
-    for name, (fit, nis) in measured(dw.sensor_calibration(SENSORS), y, u, train, references(train, hour)).items():
+    for name, (fit, nis) in measured(
+        dw.estimators.sensor_calibration(SENSORS), y, u, train, references(train, hour)
+    ).items():
         least = TARGETS[name]
         told.append(verdict(12, f"gas sensor, reference {name}: fit", f"{fit:.1f} %", f">= {least:g} %", fit >= least))
         told.append(

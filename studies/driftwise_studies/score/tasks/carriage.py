@@ -67,7 +67,7 @@ def score(found: Truth, truth: Truth, first=500):
 
 def observer(noise_std, window=math.inf, walk=0.0):
     """Return the observer of the carriage under a load that nothing is known of."""
-    load = dw.Polynomial([0, -1 / M], np.inf, walk=walk, name="load")
+    load = dw.models.Polynomial([0, -1 / M], np.inf, walk=walk, name="load")
     acceleration = [0, -FV / M, -1 / M], [GAIN / M]
     return dw.WindowObserver(
         CARRIAGE, window, noise_std=noise_std, disturbances=load, hold="zoh", dt=DT,

@@ -59,7 +59,7 @@ def without_model(step, position, truth, most) -> Verdict:
     The acceleration walks; how fast, against the noise, is the length of the memory. Beside it windows of fixed length.
     """
     y, _ = carriage.encoder(position, step)
-    walking = dw.Polynomial([0, 1], np.inf, walk=1.0, name="acceleration")
+    walking = dw.models.Polynomial([0, 1], np.inf, walk=1.0, name="acceleration")
     cart = dw.Plant([[0, 1], [0, 0]], states=("position", "velocity"))
     est = dw.WindowObserver(cart, math.inf, noise_std=ENCODER, disturbances=walking, dt=DT)
     trace = est.tune(y[:LEARN], noise=True).scan(y)

@@ -12,13 +12,13 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.fleet.store import settings
 
-__all__ = ["FleetOrder", "FleetResult", "Progress", "facts_of", "refuse_another"]
+__all__ = ["FleetJob", "FleetResult", "Progress", "facts_of", "refuse_another"]
 
 SAME = "by", "output", "inputs", "time", "dt", "first", "center", "longest", "every", "batch", "missing"
 
 
 @dataclass(frozen=True)
-class FleetOrder:
+class FleetJob:
     """What to run, on what, into which folder.
 
     Parameters
@@ -104,14 +104,14 @@ class FleetResult:
     facts: dict[str, Any]
 
 
-def facts_of(order: FleetOrder) -> dict[str, Any]:
+def facts_of(order: FleetJob) -> dict[str, Any]:
     """Return what must not differ when a run is gone on with, as JSON has it."""
     facts = {name: getattr(order, name) for name in SAME}
     facts |= {"estimator": settings(order.estimator), "data": _contents(order.data)}
     return json.loads(json.dumps(facts))
 
 
-def refuse_another(order: FleetOrder, former: dict[str, Any]) -> None:
+def refuse_another(order: FleetJob, former: dict[str, Any]) -> None:
     """Raise `InputError` where the run in the folder is of another order."""
     now = facts_of(order)
     differs = [name for name in now if now[name] != former.get(name)]

@@ -113,13 +113,14 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
     rows. Equally noise-free data of a plant of lower order are rank deficient. For measured records read `worst`: below
     1e-3 or so there is a combination of parameters that is taught a thousand times less than each of them alone.
 
-    Bad at: saying how large the error is (that needs the noise: see `Joint.excitation` and `cramer_rao_of_record`).
+    Bad at: saying how large the error is (that needs the noise: see `Joint.information_ratio` and
+    `cramer_rao_of_record`).
 
     Examples
     --------
     >>> import driftwise as dw
     >>> y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=50, u=[1.0] * 50)
-    >>> found = dw.identifiability(y, u, order=2)
+    >>> found = dw.analysis.identifiability(y, u, order=2)
     >>> found.rank, found.unknowns
     (5, 6)
     >>> print(found.words)

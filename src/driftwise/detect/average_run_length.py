@@ -307,8 +307,8 @@ def threshold_for(run_length, reference, std=1.0) -> float:
     Examples
     --------
     >>> import driftwise as dw
-    >>> h = dw.threshold_for("1 per 1_000", reference=0.5)
-    >>> print(round(h, 3), round(dw.run_length(h, 0.5), 6))
+    >>> h = dw.detect.threshold_for("1 per 1_000", reference=0.5)
+    >>> print(round(h, 3), round(dw.detect.run_length(h, 0.5), 6))
     5.071 1000.0
     """
     from scipy.special import ndtr

@@ -65,7 +65,7 @@ def score_test(regressors, innovations, variance, names=()) -> ScoreTest:
     >>> rng = np.random.default_rng(0)
     >>> nu = rng.standard_normal((100, 3))
     >>> e = rng.standard_normal(100) + 0.5 * nu[:, 1]          # parameter 1 is 0.5 higher than believed
-    >>> dw.score_test(nu, e, variance=1.0)
+    >>> dw.detect.score_test(nu, e, variance=1.0)
     chi2 = 15.1 on 3 degrees of freedom (p = 0.0017); most of all #1 up (+3.6 sd)
     """
     from scipy.stats import chi2
