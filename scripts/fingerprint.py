@@ -35,7 +35,7 @@ time.perf_counter = lambda: 0.0  # reports say how long they took
 import numpy as np  # noqa: E402
 
 import driftwise as dw  # noqa: E402
-from driftwise.kernel import compose  # noqa: E402
+from driftwise.engine import compile  # noqa: E402
 
 SAMPLES = 200
 
@@ -43,7 +43,7 @@ SAMPLES = 200
 def run_uncompiled() -> None:
     """Let every loop that is asked for be the Python function that would have been compiled."""
     os.environ["NUMBA_DISABLE_JIT"] = "1"
-    compose._compile = lambda make, kinds, dimensions: make(0)
+    compile._compile = lambda make, kinds, dimensions: make(0)
 
 
 # --- records ---------------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def plots(samples=40, objects=2):
 
 def seen(trace) -> dict[str, Any]:
     """Return the numbers of a trace."""
-    return {"state": trace.state, "table": trace.outs, "columns": list(trace.columns().values())}
+    return {"state": trace.state, "table": trace.table, "columns": list(trace.columns().values())}
 
 
 def ways(est, inputs=1, outputs=1, samples=SAMPLES, few=6, **options) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def ways(est, inputs=1, outputs=1, samples=SAMPLES, few=6, **options) -> dict[st
         state, step = est.update(state, y[t], None if u is None else u[t])
         steps.append(step)
     two = [np.stack([c[:few], c[few : 2 * few]]) for c in (y, u) if c is not None]
-    return found | {"stream": [state, steps], "fleet": list(est.tick(est.start(2), *two))}
+    return found | {"stream": [state, steps], "fleet": list(est.update_batch(est.start(2), *two))}
 
 
 def halves(est, inputs=1, outputs=1, samples=SAMPLES):
@@ -136,7 +136,7 @@ def herd(est, series=5, inputs=1, outputs=1, samples=40):
     keys = np.random.default_rng(5).permutation(np.repeat(np.arange(series), samples))
     fleet = dw.Fleet(est, threads=1)
     step = fleet.scan(keys, y, u)
-    some = fleet.tick([3, 1], y[:2], None if u is None else u[:2])
+    some = fleet.update_batch([3, 1], y[:2], None if u is None else u[:2])
     fleet.save("fleet.parquet")
     return {"states": fleet.states, "steps": [step, some], "again": dw.Fleet.load("fleet.parquet").states}
 
@@ -147,7 +147,7 @@ def alarms(detector, slopes=0):
     z, c = rng.standard_normal(3 * SAMPLES), rng.standard_normal((3 * SAMPLES, slopes))
     z[150:], z[50] = z[150:] * 1.5 + 1.0, np.nan
     found = detector.scan(z, c) if slopes else detector.scan(z)
-    monitor = dw.Monitor(detector, parameters=slopes) if slopes else dw.Monitor(detector)
+    monitor = dw.detect.Monitor(detector, parameters=slopes) if slopes else dw.detect.Monitor(detector)
     state, signs = monitor.start(), []
     for t in range(100, 170):
         state, sign = monitor.update(state, z[t], *([c[t]] if slopes else []))
@@ -159,38 +159,40 @@ def alarms(detector, slopes=0):
 # --- numbers ---------------------------------------------------------------------------------------------------
 
 MEMORIES = {
-    "constant": lambda: dw.Never(),
-    "walk": lambda: dw.Walk(1e-4),
-    "walk, matched": lambda: dw.Walk(matched=(0.1, 100)),
-    "weighted": lambda: dw.Weighted(0.97),
-    "limited": lambda: dw.LimitedGain(40),
-    "variable": lambda: dw.VariableForgetting(50),
-    "directional": lambda: dw.DirectionalForgetting(0.95),
-    "window": lambda: dw.Window(20),
-    "run lengths": lambda: dw.RunLengths(0.3, 50, 5),
-    "drift": lambda: dw.Drift(0.99, nvr=1e-3),
-    "until a jump": lambda: dw.UntilJump(dw.VarianceChange(threshold=3.0), settle=12),
-    "until a jump, gain": lambda: dw.UntilJump(dw.GLR(threshold=3.0, window=10), dw.GainReset(5), settle=12),
-    "until a jump, level": lambda: dw.UntilJump(dw.Hinkley(threshold=3.0), settle=12),
-    "until a jump, learnt": lambda: dw.UntilJump(dw.SelfStarting(), settle=12),
-    "auto": lambda: dw.Auto(),
-    "auto, outliers": lambda: dw.Auto("outliers"),
-    "auto, jumps": lambda: dw.Auto("jumps", 0.95),
-    "bank": lambda: dw.Bank(),
-    "interacting": lambda: dw.Interacting(),
-    "interacting, two": lambda: dw.Interacting((0.0, 1e-2), 0.9, 0.0, 0.9),
-    "fuzzy": lambda: dw.FuzzyDrift(),
-    "fuzzy, published": lambda: dw.FuzzyDrift(geometric=True, as_published=True, phi=0.9),
-    "matching": lambda: dw.CovarianceMatching(),
-    "matching, gain": lambda: dw.CovarianceMatching("gain"),
-    "matching, myers": lambda: dw.CovarianceMatching("myers-tapley"),
-    "matching, em": lambda: dw.CovarianceMatching("em"),
-    "auxiliary": lambda: dw.AuxiliaryFilter(),
-    "autocovariance": lambda: dw.Correlation(3),
-    "likelihood": lambda: dw.LikelihoodDrift(),
-    "likelihood, shared": lambda: dw.LikelihoodDrift(shared=True),
-    "variational": lambda: dw.VariationalBayes(),
-    "variational, both": lambda: dw.VariationalBayes("both"),
+    "constant": lambda: dw.Constant(),
+    "walk": lambda: dw.RandomWalk(1e-4),
+    "walk, matched": lambda: dw.RandomWalk(matched=(0.1, 100)),
+    "weighted": lambda: dw.ExponentialForgetting(0.97),
+    "limited": lambda: dw.memory.GainFloor(40),
+    "variable": lambda: dw.memory.VariableForgetting(50),
+    "directional": lambda: dw.memory.DirectionalForgetting(0.95),
+    "window": lambda: dw.memory.Window(20),
+    "run lengths": lambda: dw.memory.BayesianChangePoint(0.3, 50, 5),
+    "drift": lambda: dw.memory.Drift(0.99, nvr=1e-3),
+    "until a jump": lambda: dw.RestartOnChange(dw.detect.VarianceCUSUM(threshold=3.0), settle=12),
+    "until a jump, gain": lambda: dw.RestartOnChange(
+        dw.detect.GLR(threshold=3.0, window=10), dw.memory.GainReset(5), settle=12
+    ),
+    "until a jump, level": lambda: dw.RestartOnChange(dw.PageHinkley(threshold=3.0), settle=12),
+    "until a jump, learnt": lambda: dw.RestartOnChange(dw.detect.SelfStarting(), settle=12),
+    "auto": lambda: dw.AutoMemory(),
+    "auto, outliers": lambda: dw.AutoMemory("outliers"),
+    "auto, jumps": lambda: dw.AutoMemory("jumps", 0.95),
+    "bank": lambda: dw.memory.MultipleModel(),
+    "interacting": lambda: dw.memory.IMM(),
+    "interacting, two": lambda: dw.memory.IMM((0.0, 1e-2), 0.9, 0.0, 0.9),
+    "fuzzy": lambda: dw.memory.FuzzyDrift(),
+    "fuzzy, published": lambda: dw.memory.FuzzyDrift(geometric=True, as_published=True, phi=0.9),
+    "matching": lambda: dw.memory.CovarianceMatching(),
+    "matching, gain": lambda: dw.memory.CovarianceMatching("gain"),
+    "matching, myers": lambda: dw.memory.CovarianceMatching("myers-tapley"),
+    "matching, em": lambda: dw.memory.CovarianceMatching("em"),
+    "auxiliary": lambda: dw.memory.AuxiliaryFilter(),
+    "autocovariance": lambda: dw.memory.AutocovarianceLS(3),
+    "likelihood": lambda: dw.memory.LikelihoodDrift(),
+    "likelihood, shared": lambda: dw.memory.LikelihoodDrift(shared=True),
+    "variational": lambda: dw.memory.VariationalBayes(),
+    "variational, both": lambda: dw.memory.VariationalBayes("both"),
 }
 FEW = ("walk", "weighted", "window", "until a jump", "auto", "likelihood")  # tried on the kin of ARX, too
 
@@ -200,24 +202,32 @@ JOINTS = {
     "default": lambda: ways(dw.Joint(2, 1)),
     "no input": lambda: ways(dw.Joint(3), 0),
     "two inputs, direct": lambda: ways(dw.Joint(1, 2, True), 2),
-    "known noise": lambda: ways(dw.Joint(2, 1, True, noise=dw.EquationError(0.04))),
-    "output error": lambda: ways(dw.Joint(2, 1, noise=dw.OutputError())),
-    "polynomial": lambda: ways(dw.Joint(2, 1, noise=dw.NoisePolynomial((0.1, -0.4), 0.01))),
-    "colour unknown": lambda: ways(dw.Joint(2, 1, noise=dw.UnknownPolynomial())),
-    "colour unknown, els": lambda: ways(dw.Joint(1, 2, noise=dw.UnknownPolynomial(variance=0.01, method="els")), 2),
-    "covariances": lambda: ways(dw.Joint(2, 1, noise=dw.NoiseCovariance(Q2, [0.1, 0.05], 0.5))),
-    "array": lambda: ways(dw.Joint(2, 1, noise=dw.NoiseCovariance(FULL, [0.1, 0.02, 1e-3, 0, 0, 0], 0.5), P0=10.0)),
-    "walk, gate": lambda: ways(dw.Joint(2, 1, memory=dw.Walk(1e-4), gate=dw.Gate(4.0))),
-    "walk, matched": lambda: ways(dw.Joint(2, 1, memory=dw.Walk(matched=(0.1, 100)))),
-    "until a jump": lambda: ways(dw.Joint(2, 1, memory=dw.UntilJump(settle=10))),
-    "until a jump, level": lambda: ways(dw.Joint(2, 1, memory=dw.UntilJump(dw.Hinkley(), dw.Inflate(0.5)))),
-    "scale": lambda: ways(dw.Joint(2, 1, scale=dw.UnknownScale(2.0, 0.1), noise=dw.EquationError(1.0), P0=1e3)),
-    "algebraic start": lambda: ways(dw.Joint(2, 1, noise=dw.OutputError(), start="algebraic")),
+    "known noise": lambda: ways(dw.Joint(2, 1, True, noise=dw.models.EquationError(0.04))),
+    "output error": lambda: ways(dw.Joint(2, 1, noise=dw.models.OutputError())),
+    "polynomial": lambda: ways(dw.Joint(2, 1, noise=dw.models.NoisePolynomial((0.1, -0.4), 0.01))),
+    "colour unknown": lambda: ways(dw.Joint(2, 1, noise=dw.models.UnknownPolynomial())),
+    "colour unknown, els": lambda: ways(
+        dw.Joint(1, 2, noise=dw.models.UnknownPolynomial(variance=0.01, method="els")), 2
+    ),
+    "covariances": lambda: ways(dw.Joint(2, 1, noise=dw.models.NoiseCovariance(Q2, [0.1, 0.05], 0.5))),
+    "array": lambda: ways(
+        dw.Joint(2, 1, noise=dw.models.NoiseCovariance(FULL, [0.1, 0.02, 1e-3, 0, 0, 0], 0.5), P0=10.0)
+    ),
+    "walk, gate": lambda: ways(dw.Joint(2, 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate(4.0))),
+    "walk, matched": lambda: ways(dw.Joint(2, 1, memory=dw.RandomWalk(matched=(0.1, 100)))),
+    "until a jump": lambda: ways(dw.Joint(2, 1, memory=dw.RestartOnChange(settle=10))),
+    "until a jump, level": lambda: ways(
+        dw.Joint(2, 1, memory=dw.RestartOnChange(dw.PageHinkley(), dw.memory.CovarianceInflation(0.5)))
+    ),
+    "scale": lambda: ways(
+        dw.Joint(2, 1, scale=dw.models.InverseGamma(2.0, 0.1), noise=dw.models.EquationError(1.0), P0=1e3)
+    ),
+    "algebraic start": lambda: ways(dw.Joint(2, 1, noise=dw.models.OutputError(), start="algebraic")),
     "units": lambda: ways(dw.Joint(2, 1).scaled_to(*record())),
-    "halves": lambda: halves(dw.Joint(2, 1, memory=dw.UntilJump())),
-    "kept": lambda: kept(dw.Joint(2, 1, noise=dw.UnknownPolynomial())),
+    "halves": lambda: halves(dw.Joint(2, 1, memory=dw.RestartOnChange())),
+    "kept": lambda: kept(dw.Joint(2, 1, noise=dw.models.UnknownPolynomial())),
     "smooth": lambda: smoothed(dw.Joint(2, 1)),
-    "smooth, lag, walk": lambda: smoothed(dw.Joint(2, 1, memory=dw.Walk(1e-4)), lag=5, keep="covariance"),
+    "smooth, lag, walk": lambda: smoothed(dw.Joint(2, 1, memory=dw.RandomWalk(1e-4)), lag=5, keep="covariance"),
     "batch": lambda: {"state": dw.Joint(2, 1).batch(*record(missing=0.0))},
     "readings": lambda: readings(dw.Joint(2, 1)),
 }
@@ -226,7 +236,7 @@ JOINTS = {
 def smoothed(est, **options):
     """Return a smoothed record of the joint filter."""
     found = est.smooth(*record(samples=60), **options)
-    return {"state": found.state, "table": found.outs, "bars": [found.x_std, found.parameters_std]}
+    return {"state": found.state, "table": found.table, "bars": [found.x_std, found.parameters_std]}
 
 
 def hindsight(est, inputs=1, **options):
@@ -240,28 +250,28 @@ def readings(est, inputs=1, outputs=1):
     y, u = record(inputs, outputs)
     trace = est.scan(y, u)
     return {"state": [est.loglik(trace.state), est.sigma2(trace.state), est.covariance(trace.state),
-                      est.mean(trace.state), est.excitation(trace.state), est.prior_covariance],
+                      est.mean(trace.state), est.information_ratio(trace.state), est.prior_covariance],
             "model": [trace.model().poles], "band": trace.band(0.9)}  # fmt: skip
 
 
 ARX = {
-    "gate": lambda: ways(dw.ARX(2, 2, gate=dw.Gate(4.0))),
+    "gate": lambda: ways(dw.ARX(2, 2, gate=dw.InnovationGate(4.0))),
     "two inputs, delays, offset": lambda: ways(dw.ARX(2, (2, 1), (1, 0), offset=True), 2),
-    "known noise": lambda: ways(dw.ARX(1, 1, variance=0.04, gate=dw.Gate(), P0=10.0)),
-    "scale": lambda: ways(dw.ARX(2, 2, scale=dw.UnknownScale(2.0, 0.1))),
+    "known noise": lambda: ways(dw.ARX(1, 1, variance=0.04, gate=dw.InnovationGate(), P0=10.0)),
+    "scale": lambda: ways(dw.ARX(2, 2, scale=dw.models.InverseGamma(2.0, 0.1))),
     "at rest": lambda: ways(dw.ARX(2, 2, at_rest=True)),
     "hold": lambda: ways(dw.ARX(2, 2, missing="hold")),
-    "skip": lambda: ways(dw.ARX(2, 2, missing="skip", memory=dw.Weighted(0.95))),
+    "skip": lambda: ways(dw.ARX(2, 2, missing="skip", memory=dw.ExponentialForgetting(0.95))),
     "instruments": lambda: ways(dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv"), 2),
-    "instruments, delayed": lambda: ways(dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.Weighted(0.98))),
-    "normalised gradient": lambda: ways(dw.ARX(2, 2, method="nlms", gate=dw.Gate())),
-    "gradient": lambda: ways(dw.ARX(2, 2, method="lms", step=0.01, memory=dw.Weighted(0.99))),
+    "instruments, delayed": lambda: ways(dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.ExponentialForgetting(0.98))),
+    "normalised gradient": lambda: ways(dw.ARX(2, 2, method="nlms", gate=dw.InnovationGate())),
+    "gradient": lambda: ways(dw.ARX(2, 2, method="lms", step=0.01, memory=dw.ExponentialForgetting(0.99))),
     "score": lambda: ways(dw.ARX(2, (2, 1), memory=named_jump()), 2),
-    "auto, known noise": lambda: ways(dw.ARX(2, 2, memory=dw.Auto(), variance=0.04, P0=10.0), samples=80),
+    "auto, known noise": lambda: ways(dw.ARX(2, 2, memory=dw.AutoMemory(), variance=0.04, P0=10.0), samples=80),
     "algebraic start": lambda: ways(dw.ARX(2, 2, start="algebraic")),
     "units": lambda: ways(dw.ARX(2, 2).scaled_to(*record())),
-    "halves": lambda: halves(dw.ARX(2, 2, memory=dw.Weighted(0.98))),
-    "halves, auto": lambda: halves(dw.ARX(2, 2, memory=dw.Auto()), samples=80),
+    "halves": lambda: halves(dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))),
+    "halves, auto": lambda: halves(dw.ARX(2, 2, memory=dw.AutoMemory()), samples=80),
     "halves, jumps": lambda: halves(dw.ARX(2, 2, memory=named_jump())),
     "kept": lambda: kept(dw.ARX(2, 2)),
     "smooth": lambda: hindsight(dw.ARX(1, 1)),
@@ -273,7 +283,9 @@ ARX = {
 
 def named_jump():
     """Return the memory that frees only the parameter that jumped."""
-    return dw.UntilJump(dw.Score(jump=0.5, threshold=2.0), dw.Inflate(0.5, only_named=True), settle=12)
+    return dw.RestartOnChange(
+        dw.detect.ScoreCUSUM(jump=0.5, threshold=2.0), dw.memory.CovarianceInflation(0.5, only_named=True), settle=12
+    )
 
 
 KIN = {
@@ -281,10 +293,12 @@ KIN = {
     "regression": lambda **o: ways(dw.Regression(2, offset=True, **o), 2),
     "arma": lambda **o: ways(dw.ARMA(2, 1, **o), 0),
     "armax": lambda **o: ways(dw.ARMAX(2, 2, 2, **o)),
-    "oe": lambda **o: ways(dw.OE((1, 2), (1, 2), (0, 2), offset=True, gate=dw.Gate(), **o), 2),
+    "oe": lambda **o: ways(dw.OE((1, 2), (1, 2), (0, 2), offset=True, gate=dw.InnovationGate(), **o), 2),
     "bj": lambda **o: ways(dw.BJ((2, 1), 1, 2, (1, 0), **o), 2),
     "arx mimo": lambda **o: ways(dw.ARXMIMO(2, 1, **o), 1, 2),
-    "adaptive observer": lambda **o: ways(dw.AdaptiveObserver(2, (0.5 + 0.2j, 0.5 - 0.2j), 2, offset=True, **o), 2),
+    "adaptive observer": lambda **o: ways(
+        dw.estimators.AdaptiveObserver(2, (0.5 + 0.2j, 0.5 - 0.2j), 2, offset=True, **o), 2
+    ),
 }
 
 MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
@@ -294,93 +308,93 @@ OTHERS = {
     "armax/halves": lambda: halves(dw.ARMAX(2, 2, 2)),
     "bj/hold": lambda: ways(dw.BJ(1, 1, 1, 1, missing="hold")),
     "regression/disturbance": lambda: ways(
-        dw.Regression(2, disturbance=dw.Disturbance(0.8), memory=dw.Drift(nvr=(1e-3, 1e-4))), 2
+        dw.Regression(2, disturbance=dw.models.Disturbance(0.8), memory=dw.memory.Drift(nvr=(1e-3, 1e-4))), 2
     ),
     "regression/smooth": lambda: hindsight(dw.Regression(1), drift="walk"),
     "mimo/split": lambda: ways(dw.JointMIMO((2, 1), 1), 1, 2),
     "mimo/whole": lambda: ways(dw.JointMIMO((2, 1), 1, split=False), 1, 2),
-    "mimo/one output": lambda: {"table": (t := dw.JointMIMO((2,), 1).scan(*column())).outs, "state": t.state},
-    "mimo/direct, known noise": lambda: ways(dw.JointMIMO((1, 2), 2, True, noise=dw.EquationError(0.04)), 2, 2),
-    "mimo/walk, gate": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.Walk(1e-4), gate=dw.Gate()), 1, 2),
-    "mimo/until a jump": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.UntilJump(settle=12)), 1, 2),
+    "mimo/one output": lambda: {"table": (t := dw.JointMIMO((2,), 1).scan(*column())).table, "state": t.state},
+    "mimo/direct, known noise": lambda: ways(dw.JointMIMO((1, 2), 2, True, noise=dw.models.EquationError(0.04)), 2, 2),
+    "mimo/walk, gate": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate()), 1, 2),
+    "mimo/until a jump": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.RestartOnChange(settle=12)), 1, 2),
     "mimo/halves": lambda: halves(dw.JointMIMO((2, 1), 1), 1, 2),
     "mimo/kept": lambda: kept(dw.JointMIMO((1, 1), 1), 1, 2),
     "mimo/readings": lambda: readings(dw.JointMIMO((1, 1), 1), 1, 2),
-    "arx mimo/orders": lambda: ways(dw.ARXMIMO(2, 1, [[2, 2], [1, 1]], [2, 1], gate=dw.Gate(), offset=True), 1, 2),
-    "arx mimo/halves": lambda: halves(dw.ARXMIMO(2, 1, 1, 1, memory=dw.Weighted(0.98)), 1, 2),
+    "arx mimo/orders": lambda: ways(dw.ARXMIMO(2, 1, [[2, 2], [1, 1]], [2, 1], gate=dw.InnovationGate(), offset=True), 1, 2),
+    "arx mimo/halves": lambda: halves(dw.ARXMIMO(2, 1, 1, 1, memory=dw.ExponentialForgetting(0.98)), 1, 2),
     "arx mimo/readings": lambda: readings(dw.ARXMIMO(2, 1), 1, 2),
     "continuous/default": lambda: ways(dw.ContinuousJoint(2, 1)),
     "continuous/instants": lambda: irregular(dw.ContinuousJoint(2, 1, observer=0.5)),
-    "continuous/walk, gate": lambda: irregular(dw.ContinuousJoint(2, 1, memory=dw.Walk(1e-4), gate=dw.Gate())),
-    "continuous/until a jump": lambda: irregular(dw.ContinuousJoint(1, 1, memory=dw.UntilJump(settle=12))),
-    "continuous/known noise": lambda: irregular(dw.ContinuousJoint(2, 1, noise=dw.EquationError(0.01))),
+    "continuous/walk, gate": lambda: irregular(dw.ContinuousJoint(2, 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate())),
+    "continuous/until a jump": lambda: irregular(dw.ContinuousJoint(1, 1, memory=dw.RestartOnChange(settle=12))),
+    "continuous/known noise": lambda: irregular(dw.ContinuousJoint(2, 1, noise=dw.models.EquationError(0.01))),
     "continuous/halves": lambda: halves(dw.ContinuousJoint(2, 1)),
     "gain/default": lambda: ways(dw.AdaptiveGain(0.9), 0),
     "gain/plr, pull": lambda: ways(
-        dw.AdaptiveGain(0.9, method="plr", memory=dw.Weighted(0.98), detector=dw.PullTest(threshold=2.0)), 0
+        dw.AdaptiveGain(0.9, method="plr", memory=dw.ExponentialForgetting(0.98), detector=dw.detect.PullTest(threshold=2.0)), 0
     ),
     "gain/two states, probes": lambda: ways(
-        dw.AdaptiveGain([[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.GainProbes(threshold=1.0),
-                        scale=dw.UnknownScale(2.0, 1.0)),
+        dw.AdaptiveGain([[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.detect.GainProbes(threshold=1.0),
+                        scale=dw.models.InverseGamma(2.0, 1.0)),
     ),
     "gain/halves": lambda: halves(dw.AdaptiveGain(0.9), 0),
-    "manoeuvre/default": lambda: ways(dw.Manoeuvre(), 0),
-    "manoeuvre/units, gate": lambda: ways(dw.Manoeuvre(gate=dw.Gate(), dt=4.0).scaled_to(record(0)[0]), 0),
-    "manoeuvre/halves": lambda: halves(dw.Manoeuvre(), 0),
+    "manoeuvre/default": lambda: ways(dw.tracking.Manoeuvre(), 0),
+    "manoeuvre/units, gate": lambda: ways(dw.tracking.Manoeuvre(gate=dw.InnovationGate(), dt=4.0).scaled_to(record(0)[0]), 0),
+    "manoeuvre/halves": lambda: halves(dw.tracking.Manoeuvre(), 0),
     "window/default": lambda: observed(dw.WindowObserver(
-        MOTOR, 0.4, noise_std=0.01, disturbances=(dw.Polynomial([0, 0, 5], np.inf), dw.Sinusoid(5.0, [0, 0, 5], 2.0)),
-        dt=0.02, hold="foh", detector=dw.Parity())),
+        MOTOR, 0.4, noise_std=0.01, disturbances=(dw.models.Polynomial([0, 0, 5], np.inf), dw.models.Sinusoid(5.0, [0, 0, 5], 2.0)),
+        dt=0.02, hold="foh", detector=dw.detect.Parity())),
     "window/two outputs": lambda: observed(dw.WindowObserver(
         MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), dt=0.02, hold="zoh",
-        disturbances=dw.Polynomial([0, 0, 5], np.inf), derived={"acceleration": [0, 0, 0.2]},
+        disturbances=dw.models.Polynomial([0, 0, 5], np.inf), derived={"acceleration": [0, 0, 0.2]},
         tolerance=[0.1, 0.1, 2.0]), 1, 2),
     "window/noise learnt": lambda: observed(dw.WindowObserver(
-        dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.Polynomial([0, 1], np.inf), dt=0.02,
-        detector=dw.Hinkley()), 0),
+        dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.models.Polynomial([0, 1], np.inf), dt=0.02,
+        detector=dw.PageHinkley()), 0),
     "window/irregular": lambda: observed(dw.WindowObserver(
-        dw.Plant([[0, 1], [0, 0]]), 8.0, noise_std=0.05, disturbances=dw.Polynomial([0, 1], 1.0), irregular=True,
+        dw.Plant([[0, 1], [0, 0]]), 8.0, noise_std=0.05, disturbances=dw.models.Polynomial([0, 1], 1.0), irregular=True,
         dt=1.0, capacity=12), 0, time=motion()[0]),
     "window/growing": lambda: observed(dw.WindowObserver(
-        dw.Plant([[-1.0]]), np.inf, noise_std=0.05, disturbances=dw.Polynomial([1.0], np.inf), dt=0.1), 0),
+        dw.Plant([[-1.0]]), np.inf, noise_std=0.05, disturbances=dw.models.Polynomial([1.0], np.inf), dt=0.1), 0),
     "window/algebraic": lambda: observed(dw.AlgebraicObserver(
         dw.Plant([[0, 1], [-1, 0]]), into=[0, 1], dt=0.1, noise_std=0.05, tolerance=0.02), 0),
     "window/algebraic, equation": lambda: observed(dw.AlgebraicObserver.of_equation(
         [0, 2, 10, 1], [2], dt=0.05, hold="foh", frequencies=[5])),
     "average/default": lambda: ways(
-        dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.Weighted(0.98))]), samples=100),
+        dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))]), samples=100),
     "average/joint": lambda: ways(dw.ModelAverage([dw.Joint(1, 1), dw.AR(1)], names=["a", "b"]), samples=100),
-    "average/sensor": lambda: ways(dw.sensor_calibration(["sensor"]), samples=40),
+    "average/sensor": lambda: ways(dw.estimators.sensor_calibration(["sensor"]), samples=40),
     "track/estimator": lambda: tracked(dw.TrackEstimator("aircraft")),
     "track/boat": lambda: tracked(dw.TrackEstimator("boat", noise=5.0), np.diag([25.0, 100.0])),
     "track/one coordinate": lambda: tracked(dw.TrackEstimator(20.0, coordinates=1)),
     "track/tracks": lambda: flown(),
     "track/tracks, single, delay": lambda: flown("boat", single=True, delay=9.0),
     "fleet/arx": lambda: herd(dw.ARX(2, 2)),
-    "fleet/ar, weighted": lambda: herd(dw.AR(2, memory=dw.Weighted(0.98)), inputs=0),
-    "fleet/joint": lambda: herd(dw.Joint(2, 1, memory=dw.UntilJump(settle=10))),
+    "fleet/ar, weighted": lambda: herd(dw.AR(2, memory=dw.ExponentialForgetting(0.98)), inputs=0),
+    "fleet/joint": lambda: herd(dw.Joint(2, 1, memory=dw.RestartOnChange(settle=10))),
     "fleet/mimo": lambda: herd(dw.JointMIMO((1, 1), 1), outputs=2),
     "fleet/arx mimo": lambda: herd(dw.ARXMIMO(2, 1, 1, 1), outputs=2),
     "fleet/armax": lambda: herd(dw.ARMAX(1, 1, 1)),
-    "detector/level": lambda: alarms(dw.Hinkley("1 per 1000")),
-    "detector/level, growing": lambda: alarms(dw.Hinkley(jump=(1.0, 2.0), threshold=5.0, growing=True)),
-    "detector/variance": lambda: alarms(dw.VarianceChange(false_alarms="1 per 1000", threshold=None, sides="both")),
-    "detector/likelihood": lambda: alarms(dw.GLR("1 per 1000", 50)),
-    "detector/score": lambda: alarms(dw.Score("1 per 1000", jump=0.5), 2),
-    "detector/self-starting": lambda: alarms(dw.SelfStarting("1 per 1000")),
-    "detector/self-starting, learnt": lambda: alarms(dw.SelfStarting("1 per 1000", noise="learnt")),
+    "detector/level": lambda: alarms(dw.PageHinkley("1 per 1000")),
+    "detector/level, growing": lambda: alarms(dw.PageHinkley(jump=(1.0, 2.0), threshold=5.0, growing=True)),
+    "detector/variance": lambda: alarms(dw.detect.VarianceCUSUM(false_alarms="1 per 1000", threshold=None, sides="both")),
+    "detector/likelihood": lambda: alarms(dw.detect.GLR("1 per 1000", 50)),
+    "detector/score": lambda: alarms(dw.detect.ScoreCUSUM("1 per 1000", jump=0.5), 2),
+    "detector/self-starting": lambda: alarms(dw.detect.SelfStarting("1 per 1000")),
+    "detector/self-starting, learnt": lambda: alarms(dw.detect.SelfStarting("1 per 1000", noise="learnt")),
     "analysis/algebraic identification": lambda: algebraic(),
     "analysis/simulate": lambda: [
         *dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=50, noise_std=0.1, d=[0.5, 0.1], missing=0.1, seed=1),
-        *dw.simulate_mimo((1, 1), [-0.5, 0.1, 1.0, -0.2, 0.0, 2.0], samples=50, inputs=1, noise_std=0.1, seed=1),
-        *dw.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=motion()[0], noise_std=0.1, seed=1),
+        *dw.models.simulate_mimo((1, 1), [-0.5, 0.1, 1.0, -0.2, 0.0, 2.0], samples=50, inputs=1, noise_std=0.1, seed=1),
+        *dw.models.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=motion()[0], noise_std=0.1, seed=1),
     ],
     "analysis/models": lambda: [
-        *dw.spectral_factor([1.25, 0.5]), *dw.reflect([2.0, 0.1]), *dw.ellipse([[4.0, 1.0], [1.0, 1.0]]),
-        dw.wrong_noise_limit([-0.8], [0.5], [0.0]).a, dw.Singer(0.1, 1.0, 1.0).Q,
-        dw.cramer_rao([-0.24, 1.18, -1.9], [-0.056, 0.5, -1.3], samples=1000).a_std,
-        dw.run_length(5.0, 0.5), dw.threshold_for("1 per 1_000", 0.5),
+        *dw.models.spectral_factor([1.25, 0.5]), *dw.models.minimum_phase([2.0, 0.1]), *dw.models.confidence_ellipse([[4.0, 1.0], [1.0, 1.0]]),
+        dw.models.asymptotic_bias([-0.8], [0.5], [0.0]).a, dw.models.Singer(0.1, 1.0, 1.0).Q,
+        dw.models.cramer_rao([-0.24, 1.18, -1.9], [-0.056, 0.5, -1.3], samples=1000).a_std,
+        dw.detect.run_length(5.0, 0.5), dw.detect.threshold_for("1 per 1_000", 0.5),
     ],
-    "analysis/orders": lambda: dw.choose_order(*record(missing=0.02), range(1, 4)).probability,
+    "analysis/orders": lambda: dw.analysis.choose_order(*record(missing=0.02), range(1, 4)).probability,
 }  # fmt: skip
 
 
@@ -415,14 +429,16 @@ def tracked(est, covariance=None):
 def flown(*args, **options):
     """Return the numbers of all tracks in a table of plots."""
     tracks = dw.track(plots(24), *args, **options)
-    return {"tracks": [[t.state, t.trace.outs, t.plots.position] for t in tracks]}
+    return {"tracks": [[t.state, t.trace.table, t.plots.position] for t in tracks]}
 
 
 def algebraic():
     """Return the numbers of an algebraic identification."""
     t = 0.02 * np.arange(151)
-    y, u = dw.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=t, u=1 - 2.0 * (t // 1 % 2), noise_std=0.01, seed=1)
-    found = dw.algebraic_identification(y, u, order=2, zeros=0, dt=0.02, hold="zoh", disturbance=0)
+    y, u = dw.models.simulate_continuous(
+        [0.8, 4.0], [0.0, 3.0], time=t, u=1 - 2.0 * (t // 1 % 2), noise_std=0.01, seed=1
+    )
+    found = dw.estimators.algebraic_identification(y, u, order=2, zeros=0, dt=0.02, hold="zoh", disturbance=0)
     return [found.values, found.covariance]
 
 
@@ -489,14 +505,14 @@ def told(est, inputs=1, outputs=1, samples=SAMPLES, wild=False) -> str:
 def refusals() -> str:
     """Return what is said of settings that cannot be."""
     cases = [
-        lambda: dw.ARX(2, 2, memory=dw.Weighted), lambda: dw.ARX(2, 2, memory=dw.Weighted(1.5)),
-        lambda: dw.Joint(2, memory=dw.Window(20)), lambda: dw.JointMIMO((1, 1), memory=dw.Auto()),
-        lambda: dw.ContinuousJoint(1, memory=dw.Weighted(0.9)), lambda: dw.AdaptiveGain(1.0, memory=dw.Auto()),
-        lambda: dw.ARX(2, 2, gate=dw.Gate(-1.0)), lambda: dw.ARX(2, 2, memory=dw.UntilJump(dw.Hinkley)),
-        lambda: dw.ARX(2, 2, memory=dw.Walk()), lambda: dw.ARX(2, 2, scale=3.0), lambda: dw.ARX(2, 2, method="ml"),
-        lambda: dw.Joint(2, noise=dw.NoisePolynomial((2.0, 0.0))), lambda: dw.Joint(0),
+        lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting), lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting(1.5)),
+        lambda: dw.Joint(2, memory=dw.memory.Window(20)), lambda: dw.JointMIMO((1, 1), memory=dw.AutoMemory()),
+        lambda: dw.ContinuousJoint(1, memory=dw.ExponentialForgetting(0.9)), lambda: dw.AdaptiveGain(1.0, memory=dw.AutoMemory()),
+        lambda: dw.ARX(2, 2, gate=dw.InnovationGate(-1.0)), lambda: dw.ARX(2, 2, memory=dw.RestartOnChange(dw.PageHinkley)),
+        lambda: dw.ARX(2, 2, memory=dw.RandomWalk()), lambda: dw.ARX(2, 2, scale=3.0), lambda: dw.ARX(2, 2, method="ml"),
+        lambda: dw.Joint(2, noise=dw.models.NoisePolynomial((2.0, 0.0))), lambda: dw.Joint(0),
         lambda: dw.ARX(2, 2).scan([1.0]), lambda: dw.Joint(2, 1).scan([1.0, 2.0], [1.0]),
-        lambda: dw.ARX(2, 2, memory=dw.Bank((0.1,), 2.0)),
+        lambda: dw.ARX(2, 2, memory=dw.memory.MultipleModel((0.1,), 2.0)),
         lambda: dw.OE().smooth([1.0], [1.0]), lambda: dw.AR(1).update(dw.AR(2).start(), 1.0),
     ]  # fmt: skip
     found = []
@@ -560,16 +576,16 @@ WORDS = {
     "help": lambda: "".join(said(*command, "--help") for command in ([], ["run"], ["fleet", "run"], ["track"])),
     "refusals": refusals,
     "joint": lambda: told(dw.Joint(2, 1)),
-    "joint, jumps": lambda: told(dw.Joint(2, 1, memory=dw.UntilJump(), gate=dw.Gate()), wild=True),
+    "joint, jumps": lambda: told(dw.Joint(2, 1, memory=dw.RestartOnChange(), gate=dw.InnovationGate()), wild=True),
     "arx": lambda: told(dw.ARX(2, 2)),
-    "arx, auto": lambda: told(dw.ARX(2, 2, memory=dw.Auto()), samples=120),
+    "arx, auto": lambda: told(dw.ARX(2, 2, memory=dw.AutoMemory()), samples=120),
     "arx, score": lambda: told(dw.ARX(2, 2, memory=named_jump())),
-    "armax": lambda: told(dw.ARMAX(1, 1, 1, memory=dw.Walk(1e-4))),
+    "armax": lambda: told(dw.ARMAX(1, 1, 1, memory=dw.RandomWalk(1e-4))),
     "mimo": lambda: told(dw.JointMIMO((1, 1), 1), 1, 2),
     "hindsight": lambda: dw.ARX(1, 1).smooth(*record(samples=80)).words,
-    "identifiability": lambda: dw.identifiability(*record(missing=0.0), order=2).words,
+    "identifiability": lambda: dw.analysis.identifiability(*record(missing=0.0), order=2).words,
     "reprs": lambda: "\n".join(repr(memory()) for memory in MEMORIES.values()),
-    "detectors": lambda: "\n".join(d.words for d in (dw.Hinkley(), dw.Parity("1 per 5000"))),
+    "detectors": lambda: "\n".join(d.words for d in (dw.PageHinkley(), dw.detect.Parity("1 per 5000"))),
 }  # fmt: skip
 
 # What is called otherwise after the change of names: in words to be compared, the left is read as the right.

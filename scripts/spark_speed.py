@@ -121,7 +121,7 @@ def main(millions: float) -> None:
         print(f"start of Spark: {cpu:.1f} s CPU, {wall:.1f} s wall")
         warm = Path(folder) / "warm.parquet"
         table(100, 10_000, warm)
-        cpu, wall = timed(lambda: nowhere(dw.spark.scan(spark.read.parquet(str(warm)), est, **NAMES)))
+        cpu, wall = timed(lambda: nowhere(dw.fleet.spark.scan(spark.read.parquet(str(warm)), est, **NAMES)))
         print(f"first job (workers start, code is compiled or read): {cpu:.1f} s CPU, {wall:.1f} s wall")
         one_machine(warm, est)
         print(f"\n{millions:g} million samples, CPU seconds per million | one machine | scan | applyInArrow by series")
@@ -130,7 +130,7 @@ def main(millions: float) -> None:
             df = spark.read.parquet(str(path))
             found = [
                 timed(lambda: one_machine(path, est))[0],
-                timed(lambda: nowhere(dw.spark.scan(df, est, **NAMES)))[0],
+                timed(lambda: nowhere(dw.fleet.spark.scan(df, est, **NAMES)))[0],
                 timed(lambda: nowhere(by_group(df, est)))[0],
             ]
             print(f"{series:>8} series | " + " | ".join(f"{cpu / millions:.2f}" for cpu in found), flush=True)
@@ -153,7 +153,7 @@ def follow(spark, est, folder: Path) -> None:
         .option("maxFilesPerTrigger", 1)
         .parquet(str(folder / "in"))
     )
-    found = dw.spark.stream(df.withColumn("t", F.timestamp_seconds("t")), est, **NAMES, watermark="10 seconds")
+    found = dw.fleet.spark.stream(df.withColumn("t", F.timestamp_seconds("t")), est, **NAMES, watermark="10 seconds")
     write = found.writeStream.format("noop").option("checkpointLocation", str(folder / "state"))
     holder: list = []
     cpu, _ = timed(lambda: (holder.append(write.trigger(availableNow=True).start()), holder[0].awaitTermination()))

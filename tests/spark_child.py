@@ -15,7 +15,7 @@ SCHEMA = "asset long, t timestamp, y double"
 def start(spark, folder: Path, sink: str):
     """Follow the files of a folder, one after the other, to its end."""
     df = spark.readStream.schema(SCHEMA).option("maxFilesPerTrigger", 1).parquet(str(folder / "in"))
-    found = dw.spark.stream(df, dw.AR(1), **COLUMNS, watermark="25 seconds")
+    found = dw.fleet.spark.stream(df, dw.AR(1), **COLUMNS, watermark="25 seconds")
     write = found.writeStream.option("checkpointLocation", str(folder / "checkpoint")).trigger(availableNow=True)
     if sink == "files":
         return write.format("parquet").start(str(folder / "out"))

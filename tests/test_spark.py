@@ -76,12 +76,12 @@ def test_a_table_in_any_order_gives_the_numbers_of_one_machine(spark):
     rng = np.random.default_rng(1)
     order = rng.permutation(len(table["y"]))
     df = frame(spark, rows(table, order))
-    found = in_order(dw.spark.scan(df, est, **COLUMNS))
+    found = in_order(dw.fleet.spark.scan(df, est, **COLUMNS))
     assert found["asset"].to_pylist() == table["asset"].tolist() and found["t"].to_pylist() == table["t"].tolist()
     assert_same(found, columns)
-    half = dw.spark.scan_states(df.where("t < 1030"), est, **COLUMNS)
-    rest = in_order(dw.spark.scan_states(df.where("t >= 1020"), est, **COLUMNS, state=half), "asset")
-    assert_same_states(fleet, dw.spark.fleet_of(rest, est, by="asset"))
+    half = dw.fleet.spark.scan_states(df.where("t < 1030"), est, **COLUMNS)
+    rest = in_order(dw.fleet.spark.scan_states(df.where("t >= 1020"), est, **COLUMNS, state=half), "asset")
+    assert_same_states(fleet, dw.fleet.spark.fleet_of(rest, est, by="asset"))
     assert set(rest["samples"].to_pylist()) == {60} and set(rest["late"].to_pylist()) == {9}
     assert set(rest["duplicate"].to_pylist()) == {1}
     assert rest["parameters"].to_pylist() == [fleet.state(key)["theta"].tolist() for key in range(7)]
@@ -91,9 +91,9 @@ def test_a_table_in_any_order_gives_the_numbers_of_one_machine(spark):
         (dict(time="y", by="y"), "no name of a series"),
     ):
         with pytest.raises(InputError, match=words):
-            dw.spark.scan(df, est, **COLUMNS | wrong)
+            dw.fleet.spark.scan(df, est, **COLUMNS | wrong)
     with pytest.raises(InputError, match="is a table, not a stream"):
-        dw.spark.stream(df, est, **COLUMNS)
+        dw.fleet.spark.stream(df, est, **COLUMNS)
 
 
 @pytest.mark.slow
@@ -114,11 +114,11 @@ def test_many_series_of_very_different_length(spark, partitions):
     text = np.array([repr(float(value)) for value in u])
     df = frame(spark, {"asset": keys[order], "t": t[order], "y": y[order], "u": text[order]}, partitions)
     names = dict(**COLUMNS, input="u")
-    found = in_order(dw.spark.scan(df, est, **names), "t")
+    found = in_order(dw.fleet.spark.scan(df, est, **names), "t")
     assert_same(found, {"prediction": step.prediction, "innovation": step.innovation, "std": np.sqrt(step.variance)})
-    states = dw.spark.scan_states(df, est, **names)
-    assert_same_states(fleet, dw.spark.fleet_of(states, est, by="asset"))
-    some = dw.spark.scan(df, est, **names, keep="std", every=50).toArrow()
+    states = dw.fleet.spark.scan_states(df, est, **names)
+    assert_same_states(fleet, dw.fleet.spark.fleet_of(states, est, by="asset"))
+    some = dw.fleet.spark.scan(df, est, **names, keep="std", every=50).toArrow()
     assert len(some) == np.sum(lengths // 50)
     one = some.filter(np.array(some["asset"].to_pylist()) == "pump 999").sort_by("t")
     trace = est.scan(y[keys == "pump 999"], u[keys == "pump 999"])
@@ -141,7 +141,7 @@ def test_tables_change_their_shape(spark):
     both = first.unionByName(second, allowMissingColumns=True)
     fresh = dict(est=est, by="asset")
     assert_same_states(fleet, fleet_at_end(both, **fresh))
-    begun = dw.spark.scan_states(first.withColumn("asset", F.col("asset").cast("int")), est, **COLUMNS)
+    begun = dw.fleet.spark.scan_states(first.withColumn("asset", F.col("asset").cast("int")), est, **COLUMNS)
     assert_same_states(fleet, fleet_at_end(second, **fresh, state=begun))
     for kind in ("timestamp", "timestamp_ntz", "int"):
         as_date = "timestamp_seconds(t)" if kind == "timestamp" else "cast(t as int)"
@@ -149,20 +149,20 @@ def test_tables_change_their_shape(spark):
             as_date = "timestampadd(SECOND, cast(t as int), timestamp_ntz'1970-01-01')"
         other = both.withColumn("t", F.expr(as_date))
         assert other.schema["t"].dataType.simpleString() == kind
-        found = dw.spark.scan(other, est, **COLUMNS)
+        found = dw.fleet.spark.scan(other, est, **COLUMNS)
         assert found.schema["t"].dataType == other.schema["t"].dataType
         assert found.where("asset = 3").agg(F.min("t")).first() == other.where("asset = 3").agg(F.min("t")).first()
         assert_same_states(fleet, fleet_at_end(other, **fresh))
     words = both.withColumn("y", F.when(F.isnan("y"), F.lit("n/a")).otherwise(F.col("y").cast("string")))
     spoiled = words.withColumn("y", F.when(F.col("t") == 1005, "oops").otherwise(F.col("y")))
-    states = dw.spark.scan_states(spoiled, est, **COLUMNS)
+    states = dw.fleet.spark.scan_states(spoiled, est, **COLUMNS)
     assert {row.bad for row in states.collect()} == {1}
     table["y"][table["t"] == 1005] = np.nan
-    assert_same_states(expected(table, est)[0], dw.spark.fleet_of(states, est, by="asset"))
+    assert_same_states(expected(table, est)[0], dw.fleet.spark.fleet_of(states, est, by="asset"))
 
 
 def fleet_at_end(df, est, by, **more):
-    return dw.spark.fleet_of(dw.spark.scan_states(df, est, **COLUMNS, **more), est, by=by)
+    return dw.fleet.spark.fleet_of(dw.fleet.spark.scan_states(df, est, **COLUMNS, **more), est, by=by)
 
 
 def test_other_versions_and_sources_are_told():
@@ -208,7 +208,7 @@ restart = dw.RestartOnChange(loud.Loud(2.0), dw.memory.CovarianceInflation(0.01)
 own = dw.Joint(1, noise=dw.models.EquationError(0.5), memory=restart)
 for est in (dw.AR(1), own):
     fleet, columns = expected(table, est)
-    assert_same(in_order(dw.spark.scan(frame(session, table), est, **COLUMNS)), columns)
+    assert_same(in_order(dw.fleet.spark.scan(frame(session, table), est, **COLUMNS)), columns)
 assert np.any(columns["status"] & int(dw.Status.JUMP))
 
 def where(batches):

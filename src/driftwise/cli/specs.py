@@ -315,5 +315,5 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
             f"SPEC {text}: the joint filter is written joint:N or joint:N,NOISE, for example joint:2,unknown; NOISE is "
             f"one of {', '.join(NOISES)}."
         )
-    how = getattr(dw, NOISES[noise or "equation-error"])()
+    how = getattr(dw.models, NOISES[noise or "equation-error"])()
     return dw.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "never", None, True), dt=dt)
