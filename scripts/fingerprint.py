@@ -127,7 +127,13 @@ def observed(est, inputs=1, outputs=1, **options):
     """Return the numbers of an observer of a known plant."""
     _, y, u = motion()
     y = y if outputs == 1 else np.stack([y] * outputs, axis=1)
-    return seen(est.scan(y, u if inputs else None, **options))
+    u = u if inputs else None
+    found = seen(trace := est.scan(y, u, **options))
+    if options:
+        return found
+    state, step = est.update(trace.state, y[0], None if u is None else u[0])
+    two = [np.stack([c[:30], c[30:60]]) for c in (y, u) if c is not None]
+    return found | {"stream": [state, step], "fleet": list(est.update_batch(est.start(2), *two))}
 
 
 def herd(est, series=5, inputs=1, outputs=1, samples=40):
@@ -224,6 +230,7 @@ JOINTS = {
     ),
     "algebraic start": lambda: ways(dw.Joint(2, 1, noise=dw.models.OutputError(), start="algebraic")),
     "units": lambda: ways(dw.Joint(2, 1).scaled_to(*record())),
+    "prior": lambda: ways(dw.Joint(1, 1, s0=[0.5, 0.3, 0.2], P0=np.eye(3) + 0.2, y_scale=4.0, u_scale=2.0, floor=1e-6)),
     "halves": lambda: halves(dw.Joint(2, 1, memory=dw.RestartOnChange())),
     "kept": lambda: kept(dw.Joint(2, 1, noise=dw.models.UnknownPolynomial())),
     "smooth": lambda: smoothed(dw.Joint(2, 1)),
@@ -268,6 +275,7 @@ ARX = {
     "gradient": lambda: ways(dw.ARX(2, 2, method="lms", step=0.01, memory=dw.ExponentialForgetting(0.99))),
     "score": lambda: ways(dw.ARX(2, (2, 1), memory=named_jump()), 2),
     "auto, known noise": lambda: ways(dw.ARX(2, 2, memory=dw.AutoMemory(), variance=0.04, P0=10.0), samples=80),
+    "prior": lambda: ways(dw.ARX(1, 1, theta0=[-0.5, 0.3], P0=np.eye(2) + 0.2, y_scale=4.0, u_scale=2.0)),
     "algebraic start": lambda: ways(dw.ARX(2, 2, start="algebraic")),
     "units": lambda: ways(dw.ARX(2, 2).scaled_to(*record())),
     "halves": lambda: halves(dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))),
@@ -317,10 +325,17 @@ OTHERS = {
     "mimo/direct, known noise": lambda: ways(dw.JointMIMO((1, 2), 2, True, noise=dw.models.EquationError(0.04)), 2, 2),
     "mimo/walk, gate": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate()), 1, 2),
     "mimo/until a jump": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.RestartOnChange(settle=12)), 1, 2),
+    "mimo/covariances": lambda: ways(
+        dw.JointMIMO((1, 1), 1, noise=dw.models.NoiseCovariance(Q2, 0.1 * np.eye(2), np.eye(2))), 1, 2
+    ),
+    "mimo/scale, prior": lambda: ways(dw.JointMIMO((1, 1), 1, scale=dw.models.InverseGamma(2.0, 0.1), P0=10.0), 1, 2),
     "mimo/halves": lambda: halves(dw.JointMIMO((2, 1), 1), 1, 2),
     "mimo/kept": lambda: kept(dw.JointMIMO((1, 1), 1), 1, 2),
     "mimo/readings": lambda: readings(dw.JointMIMO((1, 1), 1), 1, 2),
     "arx mimo/orders": lambda: ways(dw.ARXMIMO(2, 1, [[2, 2], [1, 1]], [2, 1], gate=dw.InnovationGate(), offset=True), 1, 2),
+    "arx mimo/known noise, hold": lambda: ways(
+        dw.ARXMIMO(2, 1, 1, 1, 0, variance=(0.04, 0.1), missing="hold", P0=10.0), 1, 2
+    ),
     "arx mimo/halves": lambda: halves(dw.ARXMIMO(2, 1, 1, 1, memory=dw.ExponentialForgetting(0.98)), 1, 2),
     "arx mimo/readings": lambda: readings(dw.ARXMIMO(2, 1), 1, 2),
     "continuous/default": lambda: ways(dw.ContinuousJoint(2, 1)),
@@ -337,6 +352,7 @@ OTHERS = {
         dw.AdaptiveGain([[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.detect.GainProbes(threshold=1.0),
                         scale=dw.models.InverseGamma(2.0, 1.0)),
     ),
+    "gain/walk": lambda: ways(dw.AdaptiveGain(0.9, memory=dw.RandomWalk(1e-4), scale_samples=30), 0),
     "gain/halves": lambda: halves(dw.AdaptiveGain(0.9), 0),
     "manoeuvre/default": lambda: ways(dw.tracking.Manoeuvre(), 0),
     "manoeuvre/units, gate": lambda: ways(dw.tracking.Manoeuvre(gate=dw.InnovationGate(), dt=4.0).scaled_to(record(0)[0]), 0),
@@ -351,6 +367,9 @@ OTHERS = {
     "window/noise learnt": lambda: observed(dw.WindowObserver(
         dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.models.Polynomial([0, 1], np.inf), dt=0.02,
         detector=dw.PageHinkley()), 0),
+    "window/halves": lambda: halves(
+        dw.WindowObserver(dw.Plant([[0, 1], [0, -1]], [0, 1]), 20.0, noise_std=0.5, dt=1.0, hold="zoh")
+    ),
     "window/irregular": lambda: observed(dw.WindowObserver(
         dw.Plant([[0, 1], [0, 0]]), 8.0, noise_std=0.05, disturbances=dw.models.Polynomial([0, 1], 1.0), irregular=True,
         dt=1.0, capacity=12), 0, time=motion()[0]),
@@ -362,6 +381,7 @@ OTHERS = {
         [0, 2, 10, 1], [2], dt=0.05, hold="foh", frequencies=[5])),
     "average/default": lambda: ways(
         dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))]), samples=100),
+    "average/halves": lambda: halves(dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2)]), samples=100),
     "average/joint": lambda: ways(dw.ModelAverage([dw.Joint(1, 1), dw.AR(1)], names=["a", "b"]), samples=100),
     "average/sensor": lambda: ways(dw.estimators.sensor_calibration(["sensor"]), samples=40),
     "track/estimator": lambda: tracked(dw.TrackEstimator("aircraft")),
@@ -382,20 +402,54 @@ OTHERS = {
     "detector/score": lambda: alarms(dw.detect.ScoreCUSUM("1 per 1000", jump=0.5), 2),
     "detector/self-starting": lambda: alarms(dw.detect.SelfStarting("1 per 1000")),
     "detector/self-starting, learnt": lambda: alarms(dw.detect.SelfStarting("1 per 1000", noise="learnt")),
-    "analysis/algebraic identification": lambda: algebraic(),
-    "analysis/simulate": lambda: [
+}  # fmt: skip
+ANALYSIS = {
+    "algebraic identification": lambda: algebraic(),
+    "simulate": lambda: [
         *dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=50, noise_std=0.1, d=[0.5, 0.1], missing=0.1, seed=1),
         *dw.models.simulate_mimo((1, 1), [-0.5, 0.1, 1.0, -0.2, 0.0, 2.0], samples=50, inputs=1, noise_std=0.1, seed=1),
         *dw.models.simulate_continuous([0.8, 4.0], [0.0, 3.0], time=motion()[0], noise_std=0.1, seed=1),
     ],
-    "analysis/models": lambda: [
-        *dw.models.spectral_factor([1.25, 0.5]), *dw.models.minimum_phase([2.0, 0.1]), *dw.models.confidence_ellipse([[4.0, 1.0], [1.0, 1.0]]),
-        dw.models.asymptotic_bias([-0.8], [0.5], [0.0]).a, dw.models.Singer(0.1, 1.0, 1.0).Q,
-        dw.models.cramer_rao([-0.24, 1.18, -1.9], [-0.056, 0.5, -1.3], samples=1000).a_std,
-        dw.detect.run_length(5.0, 0.5), dw.detect.threshold_for("1 per 1_000", 0.5),
-    ],
-    "analysis/orders": lambda: dw.analysis.choose_order(*record(missing=0.02), range(1, 4)).probability,
+    "noise polynomials": lambda: [*dw.models.spectral_factor([1.25, 0.5]), *dw.models.minimum_phase([2.0, 0.1])],
+    "ellipse": lambda: list(dw.models.confidence_ellipse([[4.0, 1.0], [1.0, 1.0]])),
+    "wrong noise": lambda: [(found := dw.models.asymptotic_bias([-0.8], [0.5], [0.0])).a, found.prediction_variance],
+    "singer": lambda: [(model := dw.models.Singer(0.1, 1.0, 1.0)).Q, model.canonical(100.0).d],
+    "least variance": lambda: dw.models.cramer_rao([-0.24, 1.18, -1.9], [-0.056, 0.5, -1.3], samples=1000).a_std,
+    "run length": lambda: [dw.detect.run_length(5.0, 0.5), dw.detect.threshold_for("1 per 1_000", 0.5)],
+    "restart": lambda: [(found := dw.detect.design_restart(1.0, 500)).threshold, found.restart],
+    "score test": lambda: dw.detect.score_test(normal(100, 3), normal(100), variance=1.0).scores,
+    "probes": lambda: [(found := dw.detect.probe_bank(normal(300), normal(300, 4), threshold=8.0)).samples, found.statistic],
+    "whiteness": lambda: [*dw.results.ljung_box(normal(300)), *dw.results.nis(normal(300), 1.1)],
+    "orders": lambda: dw.analysis.choose_order(*record(missing=0.02), range(1, 4)).probability,
+    "structures": lambda: dw.analysis.choose_structure(*record(1, 2, 100, missing=0.0), largest=2).log_evidence,
+    "tune": lambda: readings(dw.ARX(1, 1).tune(*record(samples=80, missing=0.02))),
+    "tune a window": lambda: dw.WindowObserver(
+        dw.Plant([[-1.0]]), np.inf, noise_std=0.05, disturbances=dw.models.Polynomial([1.0], np.inf), dt=0.1
+    ).tune(motion()[1]).tuned.walk,
+    "forecast": lambda: [list(dw.ARX(2, 2).scan(*record()).predict(normal(9))), jumped()],
+    "frequency": lambda: dw.analysis.find_frequency(
+        dw.Plant([[0.0]]), motion()[1], dt=1.0, noise_std=0.1, band=(0.1, 1.0), outputs=1.0).statistics,
+    "found out": lambda: found_out(),
 }  # fmt: skip
+
+
+def normal(*shape):
+    """Return Gaussian numbers."""
+    return np.random.default_rng(2).standard_normal(shape)
+
+
+def jumped():
+    """Return what the score test says of the first jump of a record."""
+    trace = dw.ARX(2, 2, memory=dw.RestartOnChange()).scan(*record())
+    found = trace.what_changed(trace.jumps()[0])
+    return [found.statistic, found.scores, trace.state_before(50)]
+
+
+def found_out():
+    """Return the numbers of what is found out about a record without a word about it."""
+    y, u = record(samples=120, missing=0.02)
+    found = dw.identify({"heater": u, "temperature": y})
+    return {"trace": seen(found.trace), "forecast": seen(found.forecast)}
 
 
 def column():
@@ -407,7 +461,8 @@ def column():
 def irregular(est):
     """Return the numbers of a continuous filter at instants that are no clock's."""
     at, y, u = motion()
-    return seen(est.scan(y, u, time=at))
+    found = seen(trace := est.scan(y[:-1], u[:-1], time=at[:-1]))
+    return found | {"stream": list(est.update(trace.state, y[-1], u[-1], time=float(at[-1])))}
 
 
 def tracked(est, covariance=None):
@@ -453,6 +508,7 @@ NUMBERS = {
         for name in FEW
     },
     **OTHERS,
+    **{f"analysis/{name}": case for name, case in ANALYSIS.items()},
 }
 
 # --- words -----------------------------------------------------------------------------------------------------
@@ -582,26 +638,35 @@ WORDS = {
     "arx, score": lambda: told(dw.ARX(2, 2, memory=named_jump())),
     "armax": lambda: told(dw.ARMAX(1, 1, 1, memory=dw.RandomWalk(1e-4))),
     "mimo": lambda: told(dw.JointMIMO((1, 1), 1), 1, 2),
+    "arx mimo": lambda: told(dw.ARXMIMO(2, 1, memory=dw.ExponentialForgetting(0.97)), 1, 2),
+    "gain": lambda: told(dw.AdaptiveGain(0.9), 0),
+    "manoeuvre": lambda: told(dw.tracking.Manoeuvre(), 0),
+    "compared": lambda: dw.compare(*record(wild=False), {"first": dw.ARX(1, 1), "none": dw.AR(2)}).words,
+    "advised": lambda: repr(dw.analysis.advise_window(
+        dw.Plant([[0, 1], [0, 0]], [0, 1], states=("position", "speed")), dt=0.1, noise_std=0.1,
+        disturbances=dw.models.Polynomial([0, 1], np.inf), windows=[0.5, 1, 2], tolerance=[0.1, 0.1])),
+    "restart": lambda: dw.detect.design_restart(1.0, 500).words,
     "hindsight": lambda: dw.ARX(1, 1).smooth(*record(samples=80)).words,
     "identifiability": lambda: dw.analysis.identifiability(*record(missing=0.0), order=2).words,
     "reprs": lambda: "\n".join(repr(memory()) for memory in MEMORIES.values()),
     "detectors": lambda: "\n".join(d.words for d in (dw.PageHinkley(), dw.detect.Parity("1 per 5000"))),
 }  # fmt: skip
 
-# What is called otherwise after the change of names: in words to be compared, the left is read as the right.
+# What is called otherwise after the change of names: in words to be compared, the left is read as the right. (The ~
+# is left out of the old names; it keeps them old where a tool renames all the others in this file.)
 NAMES = """
-Never=Constant  Weighted(p=ExponentialForgetting(lam  Weighted=ExponentialForgetting  LimitedGain=GainFloor
-Walk=RandomWalk  UntilJump=RestartOnChange  RunLengths=BayesianChangePoint  Auto=AutoMemory  Interacting=IMM
-Bank=MultipleModel  Correlation=AutocovarianceLS  Inflate=CovarianceInflation  Hinkley=PageHinkley  Score=ScoreCUSUM
-VarianceChange=VarianceCUSUM  Gate=InnovationGate  UnknownScale=InverseGamma  restart=response  tick=update_batch
+N~ever=Constant  W~eighted=ExponentialForgetting  L~imitedGain=GainFloor  W~alk=RandomWalk  U~ntilJump=RestartOnChange
+R~unLengths=BayesianChangePoint  A~uto=AutoMemory  I~nteracting=IMM  B~ank=MultipleModel  C~orrelation=AutocovarianceLS
+I~nflate=CovarianceInflation  H~inkley=PageHinkley  S~core=ScoreCUSUM  V~arianceChange=VarianceCUSUM
+G~ate=InnovationGate  U~nknownScale=InverseGamma  r~estart=response  t~ick=update_batch
 """
+RENAMED = dict(pair.replace("~", "").split("=") for pair in NAMES.split())
 
 
 def read_alike(text: str) -> str:
     """Return words as they are compared: one clause a line, new names for old, no times, no drawn lines."""
-    text = text.replace("Weighted(p=", "ExponentialForgetting(lam=")
-    names = dict(pair.split("=") for pair in NAMES.split() if "(" not in pair)
-    text = re.sub(rf"\b({'|'.join(names)})\b", lambda found: names[found[0]], text)
+    text = re.sub(rf"\b({'|'.join(RENAMED)})\b", lambda found: RENAMED[found[0]], text)
+    text = re.sub(r"(?<=Forgetting\()p=", "lam=", text)
     text = re.sub(r"took \S+ s\b|\S+ (samples|rows)/s|\d+ MB of memory|(?<=seconds\": )[\d.]+", "..", text)
     text = re.sub(r"[\u2500-\u257f]+|driftwise \d\S*|\x1b\[[\d;]*m", " ", text)
     return re.sub(r"(?<=[.:;}]) ", "\n", " ".join(text.split()))
@@ -645,20 +710,18 @@ def take(name: str) -> str:
             return f"failed: {type(error).__name__}: {error}"
 
 
-def difference(name: str, before: str | None, after: str) -> list[str]:
-    """Return the lines that say what moved."""
-    if before is None:
-        return [f"{name}: new"]
-    if name.startswith("words/"):
-        pair = read_alike(before).split("\n"), read_alike(after).split("\n")
-        lines = [
-            line for line in difflib.unified_diff(*pair, lineterm="", n=0) if not line.startswith(("---", "+++", "@@"))
-        ]
-        return [f"{name}:", *(f"    {line}" for line in lines)] if lines else []
+def difference(name: str, before: str, after: str, most: int = 40) -> list[str]:
+    """Return the lines that say what moved; of words, at most so many."""
     if before == after:
         return []
-    moved = sorted(set(after.split()) - set(before.split())) if ":" in before and "failed" not in after else [after]
-    return [f"{name}: {' '.join(part.split(':')[0] for part in moved) if 'failed' not in after else after}"]
+    if "failed: " in (before[:8], after[:8]):
+        return [f"{name} {after[:300]}" if after.startswith("failed: ") else f"{name}: worked"]
+    if not name.startswith("words/"):
+        return [f"{name}: {', '.join(sorted(part.split(':')[0] for part in {*after.split()} - {*before.split()}))}"]
+    pair = read_alike(before).split("\n"), read_alike(after).split("\n")
+    lines = [f"    {line}" for line in difflib.unified_diff(*pair, lineterm="", n=0) if line[:3] not in ("---", "+++")]
+    lines = [line for line in lines if not line.startswith("    @@")]
+    return [f"{name}:", *lines[:most], *(["    .."] if len(lines) > most else [])] if lines else []
 
 
 def main() -> None:
@@ -680,20 +743,18 @@ def main() -> None:
         if asked.slow and time.process_time() - start > 1:
             print(f"{name}: {time.process_time() - start:.1f} s")
     taken = time.process_time() - begun
-    moved: list[list[str]] = []
-    failed = [name for name in names if found[name].startswith("failed")]
-    for name in failed:
-        print(f"{name} {found[name]}", file=sys.stderr)
+    failed = [f"{name} {what}" for name, what in found.items() if what.startswith("failed: ")]
+    moved, known = [], {}
     if asked.out:
         Path(asked.out).write_text(json.dumps(found, indent=0, sort_keys=True, ensure_ascii=False) + "\n")
     if asked.against:
-        before = json.loads(Path(asked.against).read_text())
-        moved = [lines for name in names if (lines := difference(name, before.get(name), found[name]))]
-        gone = [] if asked.only != "*" else [[f"{name}: gone"] for name in before if name not in found]
-        moved += gone
-        for lines in moved:
-            print("\n".join(lines))
-    print(f"{len(names)} configurations, {len(moved)} moved, {len(failed)} failed, {taken:.0f} s")
+        known = json.loads(Path(asked.against).read_text())
+        moved = [lines for name in names if name in known and (lines := difference(name, known[name], found[name]))]
+        moved += [[f"{name}: gone"] for name in known if name not in found and fnmatch.fnmatch(name, asked.only)]
+    new = sum(name not in known for name in names) if asked.against else 0
+    for lines in moved or [[line] for line in failed]:
+        print("\n".join(lines))
+    print(f"{len(names)} configurations, {len(moved)} moved, {len(failed)} failed, {new} new, {taken:.0f} s")
     sys.exit(1 if moved or failed else 0)
 
 

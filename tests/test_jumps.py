@@ -62,7 +62,7 @@ def test_no_parameter_becomes_wider_than_its_prior(records):
         2,
         1,
         noise=dw.models.EquationError(NOISE**2),
-        memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(1e6)),
+        memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation(1e6)),
         P0=2.0,
     )
     trace = est.scan(records[0][0], records[1][0], keep="covariance")
@@ -83,7 +83,7 @@ def test_the_event_is_told(records):
         (dw.RestartOnChange(12.0), "detector"),
         (dw.RestartOnChange(dw.detect.ScoreCUSUM()), "slopes"),
         (dw.RestartOnChange(dw.detect.ProbeBank([1.0])), "probes"),
-        (dw.RestartOnChange(restart=dw.memory.CovarianceInflation([1.0, 2.0])), "step"),
+        (dw.RestartOnChange(response=dw.memory.CovarianceInflation([1.0, 2.0])), "step"),
         (dw.RestartOnChange(settle=-1), "settle"),
     ],
 )
@@ -101,7 +101,7 @@ def test_an_alarm_adds_the_square_of_the_step_and_starts_counting_anew(records, 
         2,
         1,
         noise=noise,
-        memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(0.5), settle=10),
+        memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation(0.5), settle=10),
         P0=1e6,
         y_scale=2.0,
         u_scale=4.0,

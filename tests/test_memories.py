@@ -569,7 +569,7 @@ def test_when_does_starting_anew_pay(d, expected):
         (dw.memory.BayesianChangePoint(1.0, 1.0), "every must exceed 1"),
         (dw.memory.BayesianChangePoint(1.0, 100, 1), "hypotheses must be a whole number of at least 2"),
         (dw.RestartOnChange(3.0), "detector must be"),
-        (dw.RestartOnChange(At(3), restart=3.0), r"CovarianceInflation\(step\) or GainReset"),
+        (dw.RestartOnChange(At(3), response=3.0), r"CovarianceInflation\(step\) or GainReset"),
         (dw.RestartOnChange(At(3), dw.memory.GainReset(1.0)), "samples must exceed 1"),
         (0.99, "memory must be"),
     ],
@@ -582,7 +582,7 @@ def test_bad_settings_are_told(memory, words):
 def test_the_joint_filter_says_what_it_cannot():
     for restart in (dw.memory.GainReset(5), dw.memory.CovarianceInflation(1.0, only_named=True)):
         with pytest.raises(dw.InputError, match="for all parameters at once"):
-            dw.Joint(2, 1, memory=dw.RestartOnChange(restart=restart))
+            dw.Joint(2, 1, memory=dw.RestartOnChange(response=restart))
     y, u = record()
     options = dict(noise=dw.models.EquationError(0.09), P0=1e3)
     plain = dw.Joint(2, 1, memory=dw.RandomWalk([0.0002, 0.0002, 0.0008, 0.0008]), **options)

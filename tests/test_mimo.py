@@ -266,7 +266,7 @@ def test_each_group_jumps_by_its_own_steps():
         (1, 1),
         1,
         noise=dw.models.EquationError(1.0),
-        memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation(steps), settle=5),
+        memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation(steps), settle=5),
         P0=1e6,
     )
     assert est.is_split

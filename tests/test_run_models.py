@@ -101,8 +101,8 @@ def test_every_memory_is_written_as_it_is_called():
         "runlengths:0.3,0.1/500": dw.memory.BayesianChangePoint((0.3, 0.1), 500.0),
         "walk:1e-3": dw.RandomWalk(1e-3),
         "walk:0.3/500": dw.RandomWalk(matched=(0.3, 500.0)),
-        "jump:0.3": dw.RestartOnChange(restart=dw.memory.CovarianceInflation(0.3)),
-        "reset:10": dw.RestartOnChange(restart=dw.memory.GainReset(10.0)),
+        "jump:0.3": dw.RestartOnChange(response=dw.memory.CovarianceInflation(0.3)),
+        "reset:10": dw.RestartOnChange(response=dw.memory.GainReset(10.0)),
     }.items():
         assert specs.memory(text) == policy
     for text, detector in {
@@ -162,7 +162,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),
         (["--memory", "auto"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),
-        (["--model", "arx:2,1", "--memory", "weighted:1.5"], "p is a weight per sample"),
+        (["--model", "arx:2,1", "--memory", "weighted:1.5"], "lam is a weight per sample"),
         (["--model", "arx:2,1", "--memory", "walk:nan"], "q must be a finite number"),
         (["--model", "arx:2,1", "--memory", "window:1e9"], "take a shorter one"),
         (["--model", "arx:2,1", "--memory", "window:1.5"], "a whole number of samples is expected"),

@@ -84,7 +84,7 @@ def test_a_run_says_options_on_the_terminal_on_the_page_and_as_json(call, bent, 
 @pytest.mark.parametrize(
     "memory, words",
     [
-        ("weighted:0", "--model arx:1,1 --memory weighted:0: p must be a positive finite number, got 0.0"),
+        ("weighted:0", "--model arx:1,1 --memory weighted:0: lam must be a positive finite number, got 0.0"),
         ("matching:foo", "--model arx:1,1 --memory matching:foo: rule must be one of"),
         ("window:2", "a window of 2 samples cannot learn 2 parameters and the variance of the noise: it needs"),
     ],

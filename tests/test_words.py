@@ -58,8 +58,8 @@ CLASSES = {
     "detector": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(dw.PageHinkley)),
     "detector, Monitor": lambda: dw.detect.Monitor(dw.PageHinkley),
     "detector, gain": lambda: dw.AdaptiveGain(1.0, detector=dw.detect.GainProbes),
-    "restart": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(restart=dw.memory.GainReset)),
-    "restart, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(restart=dw.memory.CovarianceInflation)),
+    "restart": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(response=dw.memory.GainReset)),
+    "restart, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation)),
 }
 
 
@@ -74,7 +74,7 @@ ALL = (
     dw.memory.DirectionalForgetting(0.98),
     dw.RandomWalk(1e-4), dw.RandomWalk(matched=(0.1, 500)), dw.memory.Window(50), dw.memory.BayesianChangePoint(0.1,
     500),
-    dw.RestartOnChange(restart=dw.memory.CovarianceInflation()), dw.RestartOnChange(restart=dw.memory.GainReset(10)),
+    dw.RestartOnChange(response=dw.memory.CovarianceInflation()), dw.RestartOnChange(response=dw.memory.GainReset(10)),
 )  # fmt: skip
 NEVER, LIMITED, WEIGHTED, VARIABLE, _, WALK, MATCHED, *_, INFLATE, RESET = ALL
 TAKES = {

@@ -162,7 +162,7 @@ class Identifier:
 
 def memory_words(memory) -> str:
     """Return how fast a memory of the candidates forgets."""
-    return f"forgetting {memory.p:g}" if isinstance(memory, ExponentialForgetting) else "constant"
+    return f"forgetting {memory.lam:g}" if isinstance(memory, ExponentialForgetting) else "constant"
 
 
 def joined(parts, time) -> AverageTrace:

@@ -348,7 +348,7 @@ def _homes(policy) -> list:
 
 def _fits_joint(memory) -> bool:
     """Say whether `Joint` takes this `RestartOnChange`: it tells no slopes, and frees all parameters at once."""
-    restart = memory.restart
+    restart = memory.response
     return (
         not isinstance(memory.detector, ScoreCUSUM)
         and isinstance(restart, CovarianceInflation)

@@ -184,7 +184,7 @@ def memory(text: str) -> Any:
         "variable": dw.memory.VariableForgetting,
         "directional": dw.memory.DirectionalForgetting,
         "window": lambda number: dw.memory.Window(_whole(text, number)),
-        "reset": lambda number: dw.RestartOnChange(restart=dw.memory.GainReset(number)),
+        "reset": lambda number: dw.RestartOnChange(response=dw.memory.GainReset(number)),
     }
     if kind in plain and not colon:
         return plain[kind]()
@@ -210,7 +210,7 @@ def memory(text: str) -> Any:
         steps = floats("--memory jump:", numbers)
         if not all(step > 0 for step in steps):
             raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
-        return dw.RestartOnChange(restart=dw.memory.CovarianceInflation(_one_or_each(steps)))
+        return dw.RestartOnChange(response=dw.memory.CovarianceInflation(_one_or_each(steps)))
     raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
 
 

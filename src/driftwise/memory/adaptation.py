@@ -57,26 +57,26 @@ def adaptation(memory, setting: Setting) -> tuple[Any, Any, float, int]:
     refuse_class("memory", memory)
     detector, settle = resolve_watch(memory, setting.N, setting.units)
     if isinstance(memory, RestartOnChange):
-        return resolve_restart(memory.restart, setting), detector, settle, 0
+        return resolve_restart(memory.response, setting), detector, settle, 0
     found, memory_size = resolve(memory, setting)
     if memory_size > LARGEST:
         raise InputError(
             f"{type(memory).__name__} of {setting.N} parameters keeps {memory_size:.2g} numbers, more than "
             f"{LARGEST:.0e}: "
-            "take a smaller model, or a memory that keeps few, such as Constant() or ExponentialForgetting(p)"
+            "take a smaller model, or a memory that keeps few, such as Constant() or ExponentialForgetting(lam)"
         )
     return found, detector, settle, memory_size
 
 
 def resolve_restart(answer, setting) -> Any:
     """Return the kernel's answer to an alarm."""
-    refuse_class("restart", answer)
+    refuse_class("response", answer)
     if isinstance(answer, CovarianceInflation):
         q = jump_size("step", answer.step, setting.N) ** 2 * setting.units
         return restart.Jolt(q, float(validation.yes("only_named", answer.only_named)), setting.cap)
     if isinstance(answer, restart.GainReset):
         return restart.Reset(more_than_one("samples", answer.samples), setting.cap)
-    raise InputError(f"restart must be CovarianceInflation(step) or GainReset(samples), got {answer!r}")
+    raise InputError(f"response must be CovarianceInflation(step) or GainReset(samples), got {answer!r}")
 
 
 @singledispatch
@@ -84,8 +84,8 @@ def resolve(memory, setting) -> tuple[Any, int]:
     """Return the kernel's memory, and how many numbers it keeps."""
     if type(memory) not in learn.table:
         raise InputError(
-            "memory must be Constant(), GainFloor(N), ExponentialForgetting(p), VariableForgetting(N), "
-            "DirectionalForgetting(p), RandomWalk(q), Window(T), RestartOnChange(), BayesianChangePoint(jump, every), "
+            "memory must be Constant(), GainFloor(N), ExponentialForgetting(lam), VariableForgetting(N), "
+            "DirectionalForgetting(lam), RandomWalk(q), Window(T), RestartOnChange(), BayesianChangePoint(jump, every), "
             "Drift(phi, q) or, where q is not known, AutoMemory(), MultipleModel(), IMM(), LikelihoodDrift(), "
             "FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
             f"AutocovarianceLS() or VariationalBayes(), got {memory!r}{_meant(memory)}"
@@ -115,8 +115,8 @@ def resolve_gain_floor(memory: fading.GainFloor, setting):
 
 @resolve.register
 def resolve_exponential_forgetting(memory: fading.ExponentialForgetting, setting):
-    p, horizon = _weight(memory.p)
-    return fading.Fade(p, np.inf, horizon, setting.cap), 1 + setting.N
+    lam, horizon = _weight(memory.lam)
+    return fading.Fade(lam, np.inf, horizon, setting.cap), 1 + setting.N
 
 
 @resolve.register
@@ -129,7 +129,7 @@ def resolve_variable_forgetting(memory: fading.VariableForgetting, setting):
 
 @resolve.register
 def resolve_directional_forgetting(memory: directional.DirectionalForgetting, setting):
-    return directional.Along(*_weight(memory.p), setting.cap), 1 + setting.N
+    return directional.Along(*_weight(memory.lam), setting.cap), 1 + setting.N
 
 
 @resolve.register
@@ -177,8 +177,8 @@ def more_than_one(name, value) -> float:
     return float(value)
 
 
-def _weight(p) -> tuple[float, float]:
+def _weight(lam) -> tuple[float, float]:
     """Return a weight per sample, and over how many samples `hold` calls something typical."""
-    if validation.positive("p", p) > 1:
-        raise InputError(f"p is a weight per sample, above 0 and at most 1, got {p!r}")
-    return float(p), MEMORIES / (1 - p) if p < 1 else np.inf
+    if validation.positive("lam", lam) > 1:
+        raise InputError(f"lam is a weight per sample, above 0 and at most 1, got {lam!r}")
+    return float(lam), MEMORIES / (1 - lam) if lam < 1 else np.inf

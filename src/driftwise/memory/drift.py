@@ -49,9 +49,9 @@ class CovarianceInflation(NamedTuple):
 
 
 class RestartOnChange(NamedTuple):
-    """Nothing is forgotten until the parameters jump; then they are freed as ``restart`` says.
+    """Nothing is forgotten until the parameters jump; then they are freed as ``response`` says.
 
-    ``restart`` is `CovarianceInflation` (the default: each parameter gains variance 1 in the units of `y_scale` and
+    ``response`` is `CovarianceInflation` (the default: each parameter gains variance 1 in the units of `y_scale` and
     `u_scale`) or, for recursive estimators, `GainReset`. The detector (`VarianceCUSUM`, `PageHinkley`, `GLR`; for
     recursive estimators also `ScoreCUSUM`) watches the whitened innovations after ``settle`` measured samples (None:
     six times the number of unknowns); with several outputs, each has one of its own. No parameter becomes wider than
@@ -61,7 +61,7 @@ class RestartOnChange(NamedTuple):
     """
 
     detector: Any = VarianceCUSUM()
-    restart: Any = CovarianceInflation()
+    response: Any = CovarianceInflation()
     settle: float | None = None
 
 

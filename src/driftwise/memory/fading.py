@@ -20,15 +20,15 @@ class GainFloor(NamedTuple):
 
 
 class ExponentialForgetting(NamedTuple):
-    """A sample of age k counts ``p`` to the power k: exponential forgetting, gain (1 - p)/(1 - p^n).
+    """A sample of age k counts ``lam`` to the power k: exponential forgetting, gain (1 - lam)/(1 - lam^n).
 
-    The memory is 1/(1 - p) samples. Without excitation no variance exceeds that of one typical sample (status CAPPED).
+    The memory is 1/(1 - lam) samples. Without excitation no variance exceeds that of one typical sample (status CAPPED).
     P is what the weighted sum allows, as if old samples had louder noise. Where the parameters are in fact constant the
-    variance of their estimate is P/(1 + p): bars are sqrt(1 + p), about 1.4, too wide, and leave room for drift.
-    Source: Perriot-Mathonna (1981), eqs. 7-9. Bad at: directions that stay unexcited, which are forgotten meanwhile.
+    variance of their estimate is P/(1 + lam): bars are sqrt(1 + lam), about 1.4, too wide, and leave room for drift.
+    Source: Perriot-Mathonna (1981), eqs. 7-9 (his p). Bad at: directions that stay unexcited, which are forgotten meanwhile.
     """
 
-    p: float
+    lam: float
 
 
 class VariableForgetting(NamedTuple):
@@ -46,9 +46,9 @@ class VariableForgetting(NamedTuple):
 
 
 class Fade(NamedTuple):
-    """What the kernel sees of `GainFloor` and `ExponentialForgetting`: lambda = min(p, (samples - 1)/weight)."""
+    """What the kernel sees of `GainFloor` and `ExponentialForgetting`: lambda = min(lam, (samples - 1)/weight)."""
 
-    p: float
+    lam: float
     samples: float
     horizon: float
     cap: Vector
@@ -69,7 +69,7 @@ plain(Fade, Alert)
 
 @age.on(Fade)
 def age_fade(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
-    lam = memory.p
+    lam = memory.lam
     if weight > 0.0:
         lam = min(lam, (memory.samples - 1.0) / weight)
     if not (surprise >= 0.0 and lam < 1.0):

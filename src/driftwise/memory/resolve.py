@@ -24,12 +24,12 @@ def resolve_memory(memory, units, cap) -> Any:
     if isinstance(memory, RandomWalk):
         return resolve_walk(memory, units, np.array(cap))
     if isinstance(memory, RestartOnChange):
-        refuse_class("restart", memory.restart)
-        if not isinstance(memory.restart, CovarianceInflation) or memory.restart.only_named:
+        refuse_class("response", memory.response)
+        if not isinstance(memory.response, CovarianceInflation) or memory.response.only_named:
             raise InputError(
-                f"restart must be CovarianceInflation(step) here, for all parameters at once, got {memory.restart!r}"
+                f"response must be CovarianceInflation(step) here, for all parameters at once, got {memory.response!r}"
             )
-        return Restart(jump_size("step", memory.restart.step, len(units)) ** 2 * units, np.array(cap))
+        return Restart(jump_size("step", memory.response.step, len(units)) ** 2 * units, np.array(cap))
     if type(memory) not in drift.table:
         raise InputError(f"memory must be Constant(), RandomWalk(q) or RestartOnChange(), got {memory!r}")
     return memory

@@ -155,7 +155,7 @@ class AdaptiveGain(Reading):
         memory = RandomWalk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
         if type(memory) not in _step.reopen.table:
             raise InputError(
-                "memory must be None, Constant(), GainFloor(N), ExponentialForgetting(p) or RandomWalk(q), got "
+                "memory must be None, Constant(), GainFloor(N), ExponentialForgetting(lam) or RandomWalk(q), got "
                 f"{given!r}"
             )
         check_scale(scale, proper=True)

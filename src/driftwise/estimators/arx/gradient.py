@@ -92,6 +92,6 @@ def gradient(kind, step, memory, units, y_scale, R) -> Gradient:
     if type(memory) not in (Constant, GainFloor, ExponentialForgetting):
         raise InputError(
             f"with method={kind!r} a constant step forgets by itself; memory says how the variance does: "
-            f"Constant(), GainFloor(N) or ExponentialForgetting(p), got {memory!r}"
+            f"Constant(), GainFloor(N) or ExponentialForgetting(lam), got {memory!r}"
         )
     return Gradient(R, float(step), float(kind == "lms"), y_scale**2, units)

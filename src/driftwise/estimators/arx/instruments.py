@@ -127,11 +127,11 @@ def instruments(kind, model, memory) -> int:
         raise InputError("instruments stand for past outputs, and na = 0 has none: least squares is right there")
     if not model.inputs or not sum(model.nb):
         raise InputError("instruments are made of inputs: give the model one (nb), or use method='ls'")
-    is_reset = isinstance(memory, RestartOnChange) and isinstance(memory.restart, GainReset)
+    is_reset = isinstance(memory, RestartOnChange) and isinstance(memory.response, GainReset)
     if not is_reset and not isinstance(memory, Constant | GainFloor | ExponentialForgetting | VariableForgetting):
         raise InputError(
-            "with method='iv' memory must be Constant(), GainFloor(N), ExponentialForgetting(p), VariableForgetting(N) "
+            "with method='iv' memory must be Constant(), GainFloor(N), ExponentialForgetting(lam), VariableForgetting(N) "
             "or "
-            f"RestartOnChange(restart=GainReset(N)), which scale all of P alike; got {memory!r}"
+            f"RestartOnChange(response=GainReset(N)), which scale all of P alike; got {memory!r}"
         )
     return model.nk[0] + model.nb[0] if kind == "delayed" else 0
