@@ -61,7 +61,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
         forecast, trace = finder.add(*piece)
         forecasts.append(forecast)
         traces.append(trace)
-    columns = [np.concatenate([getattr(trace, name) for trace in traces]) for name in ("time", "y", "u", "outs")]
+    columns = [np.concatenate([getattr(trace, name) for trace in traces]) for name in ("time", "y", "u", "table")]
     stamps, y, u, outs = columns
     whole = type(traces[0])(finder.estimator, y, u, outs, "std", traces[-1].state, time=stamps)
     whole.begun = traces[0].begun

@@ -85,7 +85,8 @@ def resolve(memory, setting) -> tuple[Any, int]:
     if type(memory) not in learn.table:
         raise InputError(
             "memory must be Constant(), GainFloor(N), ExponentialForgetting(lam), VariableForgetting(N), "
-            "DirectionalForgetting(lam), RandomWalk(q), Window(T), RestartOnChange(), BayesianChangePoint(jump, every), "
+            "DirectionalForgetting(lam), RandomWalk(q), Window(T), RestartOnChange(), BayesianChangePoint(jump, "
+            "every), "
             "Drift(phi, q) or, where q is not known, AutoMemory(), MultipleModel(), IMM(), LikelihoodDrift(), "
             "FuzzyDrift(), CovarianceMatching(), AuxiliaryFilter(), "
             f"AutocovarianceLS() or VariationalBayes(), got {memory!r}{_meant(memory)}"

@@ -17,10 +17,10 @@ class DirectionalForgetting(NamedTuple):
     knows no units. One direction of N is forgotten per sample, so the memory is N/(1 - lam) samples, N times that of
     `ExponentialForgetting`, even where all are excited; directions that never are, are never forgotten.
 
-    Source: Kulhavy (1987), Automatica 23, 589-600. Bad at: following jumps and drift (unless lam makes up for N; after a
-    jump the bars are too narrow for two or three memories); a regressor hundreds of times larger than the others, whose
-    direction then stays put for long; and regressors that shrink to noise, which forget as much as large ones and teach
-    nothing (held as in `ExponentialForgetting`). On constant parameters bars are too wide, as there.
+    Source: Kulhavy (1987), Automatica 23, 589-600. Bad at: following jumps and drift (unless lam makes up for N; after
+    a jump the bars are too narrow for two or three memories); a regressor hundreds of times larger than the others,
+    whose direction then stays put for long; and regressors that shrink to noise, which forget as much as large ones and
+    teach nothing (held as in `ExponentialForgetting`). On constant parameters bars are too wide, as there.
     """
 
     lam: float

@@ -22,10 +22,11 @@ class GainFloor(NamedTuple):
 class ExponentialForgetting(NamedTuple):
     """A sample of age k counts ``lam`` to the power k: exponential forgetting, gain (1 - lam)/(1 - lam^n).
 
-    The memory is 1/(1 - lam) samples. Without excitation no variance exceeds that of one typical sample (status CAPPED).
-    P is what the weighted sum allows, as if old samples had louder noise. Where the parameters are in fact constant the
-    variance of their estimate is P/(1 + lam): bars are sqrt(1 + lam), about 1.4, too wide, and leave room for drift.
-    Source: Perriot-Mathonna (1981), eqs. 7-9 (his p). Bad at: directions that stay unexcited, which are forgotten meanwhile.
+    The memory is 1/(1 - lam) samples. Without excitation no variance exceeds that of one typical sample (status
+    CAPPED). P is what the weighted sum allows, as if old samples had louder noise. Where the parameters are in fact
+    constant the variance of their estimate is P/(1 + lam): bars are sqrt(1 + lam), about 1.4, too wide, and leave room
+    for drift. Source: Perriot-Mathonna (1981), eqs. 7-9 (his p). Bad at: directions that stay unexcited, which are
+    forgotten meanwhile.
     """
 
     lam: float

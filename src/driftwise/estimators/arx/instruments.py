@@ -130,7 +130,8 @@ def instruments(kind, model, memory) -> int:
     is_reset = isinstance(memory, RestartOnChange) and isinstance(memory.response, GainReset)
     if not is_reset and not isinstance(memory, Constant | GainFloor | ExponentialForgetting | VariableForgetting):
         raise InputError(
-            "with method='iv' memory must be Constant(), GainFloor(N), ExponentialForgetting(lam), VariableForgetting(N) "
+            "with method='iv' memory must be Constant(), GainFloor(N), ExponentialForgetting(lam), "
+            "VariableForgetting(N) "
             "or "
             f"RestartOnChange(response=GainReset(N)), which scale all of P alike; got {memory!r}"
         )
