@@ -2,17 +2,23 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+ALONE := $(VENV)/.alone
 STAMP := $(VENV)/.ready
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: run test test-all check format bench score docs clean
 
-$(STAMP): pyproject.toml
+$(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(INSTALL) -e .
 	touch $@
 
-run: $(STAMP)  ## estimate the embedded flight, print a table, write a report
+$(STAMP): $(ALONE) studies/pyproject.toml  # with every optional part, the studies and the developers' tools
+	$(INSTALL) -e '.[dev]' -e ./studies
+	touch $@
+
+run: $(ALONE)  ## estimate the embedded flight, print a table, write a report
 	@mkdir -p out
 	@$(BIN)/driftwise demo --report out/flight.html
 

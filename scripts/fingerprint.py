@@ -1,3 +1,4 @@
+# ruff: noqa: E501  (a configuration is a line)
 """Hash the numbers of every model and memory, and keep the words of reports: proof that a change moved none of them.
 
     python scripts/fingerprint.py --out before.json        # on the tree before

@@ -1,8 +1,9 @@
-"""The command line: `driftwise run`, `compare`, `score` and their kin. Nothing heavy loads before one runs."""
+"""The command line: `driftwise run`, `compare`, `track` and their kin. Nothing heavy loads before one runs."""
 
 from __future__ import annotations
 
 import sys
+from importlib.metadata import entry_points
 from typing import Annotated
 
 import typer
@@ -12,6 +13,8 @@ from driftwise.engine.errors import CommandError, InputError
 from driftwise.report.advice_translation import spoken
 
 __all__ = ["app", "main"]
+
+STUDIES = ("reproduce", "score")  # commands of the second distribution of the repository
 
 app = typer.Typer(
     name="driftwise",
@@ -432,59 +435,6 @@ def demo(
 
 
 @app.command()
-def reproduce(
-    name: Annotated[
-        str, typer.Argument(metavar="NAME", help="salut1979, radar, perriot1981, abid2008, tian2009 or policies.")
-    ],
-    seeds: Annotated[
-        int,
-        typer.Option(
-            help="Simulated records; full: 300 for salut1979, 500 for perriot1981, 400 for abid2008, 200 for tian2009 "
-            "and policies; radar simulates nothing. Tolerances widen with fewer."
-        ),
-    ] = 300,
-    json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,
-    figures: Annotated[str | None, typer.Option(help="Write the figures and one HTML page into this folder.")] = None,
-) -> None:
-    """Run a paper's experiments again and say which findings are confirmed; exit code 0 when none fails.
-
-    Example: driftwise reproduce salut1979 --figures out
-    """
-    from driftwise.cli.reproduction import execute
-
-    if not execute(name, seeds, json, figures):
-        raise typer.Exit(1)
-
-
-@app.command()
-def score(
-    data: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DIR", help="Folder of the recordings (sysid and tracking below it); else DRIFTWISE_DATA."
-        ),
-    ] = None,
-    json: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write tables and verdicts as JSON; - for standard output.")
-    ] = None,
-    page: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write the tables between the markers of this Markdown page.")
-    ] = None,
-    only: Annotated[str, typer.Option(metavar="NAME", help="Only what has NAME in its name.")] = "",
-    processes: Annotated[int | None, typer.Option(min=1, help="How many at a time; all cores if omitted.")] = None,
-    strict: Annotated[bool, typer.Option("--strict", metavar="", help="Exit code 1 when a target is missed.")] = False,
-) -> None:
-    """Measure driftwise on recordings, nothing tuned, beside opponents tuned in hindsight; say what is lost and won.
-
-    Example: driftwise score --data recordings --json score.json
-    """
-    from driftwise_studies.score.command import execute
-
-    if not execute(data, json, page, only, processes) and strict:
-        raise typer.Exit(1)
-
-
-@app.command()
 def warm() -> None:
     """Compile ahead, so that the first estimate does not have to wait."""
     from time import perf_counter
@@ -498,6 +448,27 @@ def warm() -> None:
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
     typer.echo(f"{count} combinations compiled and stored in {perf_counter() - start:.1f} s")
+
+
+def _add_commands() -> None:
+    """Add the commands that other distributions bring, under the entry points ``driftwise.commands``."""
+    brought = {entry.name: entry for entry in entry_points(group="driftwise.commands")}
+    for name in sorted({*brought, *STUDIES}):
+        if name in brought:
+            app.command(name)(brought[name].load())
+        else:
+            anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+            app.command(name, hidden=True, context_settings=anything)(_refuse_study)
+
+
+def _refuse_study(context: typer.Context) -> None:
+    raise CommandError(
+        f"driftwise {context.info_name} is one of the studies, a distribution of its own: pip install ./studies "
+        "in the repository."
+    )
+
+
+_add_commands()
 
 
 def main() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from driftwise.cli.reproduction import print_table, write_json
 from driftwise.engine.errors import InputError
 from driftwise.report.terminal import console
+from driftwise_studies.papers.command import print_table, write_json
 
 from ..papers.verdict import Verdict
 
