@@ -11,7 +11,6 @@ from scipy.optimize import brentq, minimize_scalar
 
 from ..engine import validation
 from ..engine.errors import InputError
-from ..estimators.joint_mimo import door as mimo_door
 from ..estimators.window_observer.gains import Design
 from ..models.plant import Augmented, Plant, Sinusoid
 
@@ -257,7 +256,7 @@ def forced(augmented: Augmented, u, dt: float, hold: str):
 
 
 def _record(augmented, y, u):
-    y, u = mimo_door.record(y, u, augmented.outputs, augmented.inputs)
+    y, u = validation.record(y, u, augmented.inputs, augmented.outputs)
     if np.isnan(u).any():
         raise InputError("u is missing (NaN) somewhere: what it does to the plant cannot be taken out. Fill it first")
     return y, u

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.errors import InputError
-from ..estimators.joint_mimo import door as mimo_door
 from ..estimators.joint_mimo.estimator import JointMIMO
 from ..memory.drift import Constant
 from ..models.noise import EquationError
@@ -128,7 +127,7 @@ def choose_structure(
         raise InputError("structures is empty: which ones shall be compared?")
     if any(len(nu) != p for nu in tried):
         raise InputError(f"y has {p} columns, so a structure lists {p} indices; got {tried}")
-    y, u = mimo_door.record(y, u, p, inputs)
+    y, u = validation.record(y, u, inputs, p)
     some = np.isfinite(y).any(axis=1)
     start = int(np.argmax(some)) if some.any() else len(y)
     y, u = y[start:], (u[start:] if inputs else None)

@@ -1,4 +1,4 @@
-"""The door: what a user hands over is checked once, here, with words that say what is wrong."""
+"""Checks of what a user hands over, made once, with words that say what is wrong."""
 
 from __future__ import annotations
 
@@ -138,9 +138,17 @@ def numbers(name, value) -> np.ndarray:
     return value if value.flags.writeable else value.copy()
 
 
-def record(y, u, inputs: int):
-    """Return y (T,) and u (T, k), contiguous float64, of a record."""
+def record(y, u, inputs: int, outputs: int | None = None):
+    """Return y and u (T, k), contiguous float64, of a record.
+
+    y is (T,) where there is one output, which ``outputs=None`` says, and (T, p) where there are p, also for p = 1.
+    """
     y = numbers("y", y)
+    y = _column(y) if outputs is None else _columns(y, outputs)
+    return y, simultaneous(u, len(y), inputs)
+
+
+def _column(y) -> np.ndarray:
     if not y.ndim:
         raise InputError("y must be a record, (T,), got a single number: for one sample use update")
     if y.ndim != 1:
@@ -148,7 +156,18 @@ def record(y, u, inputs: int):
             f"y must be one-dimensional, (T,), got shape {y.shape}: the model has one output. "
             "Did you pass inputs and outputs together, or a column as (T, 1)? Use y[:, 0]."
         )
-    return y, simultaneous(u, len(y), inputs)
+    return y
+
+
+def _columns(y, outputs) -> np.ndarray:
+    if y.ndim == 1 and outputs == 1:
+        y = y[:, None]
+    if y.ndim != 2 or y.shape[1] != outputs:
+        raise InputError(
+            f"y must have shape (T, {outputs}), one column per output, got {y.shape}; time comes first. "
+            "Is it transposed, or are these other outputs?"
+        )
+    return np.ascontiguousarray(y)
 
 
 def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
@@ -181,32 +200,37 @@ def one(value, size: int) -> np.ndarray:
     return one
 
 
-def sample(y, u, inputs: int):
-    """Return y (1, 1, 1) and u (1, 1, k) of one sample."""
+def sample(y, u, inputs: int, outputs: int | None = None):
+    """Return y (1, 1, p) and u (1, 1, k) of one sample; one output, a number, where ``outputs`` is None."""
     try:
-        ys, us = one(y, 1), one(() if u is None else u, inputs)
+        ys, us = one(y, outputs or 1), one(() if u is None else u, inputs)
     except (TypeError, ValueError):
+        what = "a number y" if outputs is None else f"{outputs} output(s) y"
         raise InputError(
-            f"one sample is a number y and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
+            f"one sample is {what} and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
         ) from None
     if any(map(math.isinf, ys.ravel().tolist() + us.ravel().tolist())):
         raise InputError(f"y and u must be finite, or NaN where missing; got y = {y!r}, u = {u!r}")
     return ys, us
 
 
-def fleet(y, u, series: int, inputs: int):
-    """Return y (S, T, 1), u (S, T, k) and the shape of y, for S series."""
-    y = numbers("y", y)
-    if y.ndim not in (1, 2) or len(y) != series:
-        raise InputError(f"y must be ({series},) or ({series}, T), one row per state, got shape {y.shape}")
-    length = 1 if y.ndim == 1 else y.shape[1]
+def fleet(y, u, series: int, inputs: int, outputs: int | None = None):
+    """Return y (S, T, p), u (S, T, k) and the shape of y, for S series of one output (None) or of p."""
+    y, last = numbers("y", y), () if outputs is None else (outputs,)
+    lead = y.shape[: y.ndim - len(last)]  # (S,) or (S, T)
+    if len(lead) not in (1, 2) or lead[0] != series or y.shape[len(lead) :] != last:
+        shapes = (
+            f"({series},) or ({series}, T)" if outputs is None else f"({series}, {outputs}) or ({series}, T, {outputs})"
+        )
+        raise InputError(f"y must be {shapes}, one row per state, got shape {y.shape}")
     if (u is None) != (inputs == 0):
         raise InputError(f"the model has {inputs} input(s); u was {'not ' if u is None else ''}given")
-    us = numbers("u", np.zeros((*y.shape, 0)) if u is None else u)
-    if us.shape not in ((*y.shape, inputs), y.shape if inputs == 1 else None):
-        expected = f"{(*y.shape, inputs)}" + (f" or {y.shape}" if inputs == 1 else "")
+    us = numbers("u", np.zeros((*lead, 0)) if u is None else u)
+    if us.shape not in ((*lead, inputs), lead if inputs == 1 else None):
+        expected = f"{(*lead, inputs)}" + (f" or {lead}" if inputs == 1 else "")
         raise InputError(f"u must be {expected}, like y with the inputs last, got shape {us.shape}")
-    return y.reshape(series, length, 1), us.reshape(series, length, inputs), y.shape
+    length = 1 if len(lead) == 1 else lead[1]
+    return y.reshape(series, length, outputs or 1), us.reshape(series, length, inputs), y.shape
 
 
 def counts(name, value, least=0) -> tuple[int, ...]:

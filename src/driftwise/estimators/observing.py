@@ -11,7 +11,6 @@ from ..engine.errors import InputError
 from ..models.plant import Augmented
 from .base import Rows, Step
 from .common.times import instants
-from .joint_mimo import door as mimo_door
 
 
 class Observed(NamedTuple):
@@ -72,7 +71,7 @@ class Observing(Rows):
         time : instant in seconds, where irregular; dt after the sample before if omitted
         """
         rows, p = self._rows(state), self.model.outputs
-        ys, us = mimo_door.sample(y, u, p, self.model.inputs) if p > 1 else validation.sample(y, u, self.model.inputs)
+        ys, us = validation.sample(y, u, self.model.inputs, p if p > 1 else None)
         if time is not None:
             stamp = self._instants([time], 1, state)
             us = np.concatenate([us, stamp[None, :, None]], axis=2)
@@ -98,7 +97,7 @@ class Observing(Rows):
         """
         from ..results.observer_trace import ObserverTrace, width
 
-        ys, us = mimo_door.record(y, u, self.model.outputs, self.model.inputs)
+        ys, us = validation.record(y, u, self.model.inputs, self.model.outputs)
         start = self.start() if state is None else state
         rows = self._rows(start)
         outs = np.empty((1, len(ys), width(keep, self.model.N, self.columns)))
@@ -131,7 +130,7 @@ class Observing(Rows):
         steps : Step of arrays shaped like y
         """
         rows, p, k = self._rows(states, is_one=False), self.model.outputs, self.model.inputs
-        ys, us, shape = validation.fleet(y, u, len(rows), k) if p == 1 else mimo_door.fleet(y, u, len(rows), p, k)
+        ys, us, shape = validation.fleet(y, u, len(rows), k, p if p > 1 else None)
         if time is not None:
             expected = shape if p == 1 else shape[:-1]
             if np.shape(time) != expected:

@@ -20,7 +20,6 @@ from ..arx.estimator import Recursive
 from ..arx.row import COLUMNS
 from ..arx.speeds import read as read_speeds
 from ..base import directions
-from ..joint_mimo import door as mimo_door
 from ..joint_mimo.reading import ReadingMIMO
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import Channel, Several, fields, scratch_size
@@ -206,7 +205,7 @@ class ARXMIMO(ReadingMIMO):
 
         Scaling an output or input by a power of two then scales every result exactly.
         """
-        y, u = mimo_door.record(y, u, self.model.outputs, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs, self.model.outputs)
         scales = dict(y_scale=[power_of_two(c) for c in y.T], u_scale=[power_of_two(c) for c in u.T] or 1.0)
         return ARXMIMO(**{**self.options, **scales})
 

@@ -22,7 +22,6 @@ from ...models.scale import InverseGamma, KnownScale, sigma2
 from ...models.structure import Structure, indices
 from ..base import directions
 from ..joint.estimator import WIDTH
-from . import door as mimo_door
 from .reading import ReadingMIMO
 from .row import INPUT, OUTPUT, scratch_size
 from .step import share
@@ -203,7 +202,7 @@ class JointMIMO(ReadingMIMO):
 
         Scaling an output or input by a power of two then scales every result exactly.
         """
-        y, u = mimo_door.record(y, u, self.model.outputs, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs, self.model.outputs)
         scales = dict(y_scale=[power_of_two(c) for c in y.T], u_scale=[power_of_two(c) for c in u.T] or 1.0)
         return JointMIMO(**{**self.options, **scales})
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ...engine import validation
 from ..base import Rows, Step
-from . import door as mimo_door
 
 
 class ReadingMIMO(Rows):
@@ -31,7 +31,7 @@ class ReadingMIMO(Rows):
         u : the input, or a sequence of k inputs
         """
         rows, p = self._rows(state), self.model.outputs
-        ys, us = mimo_door.sample(y, u, p, self.model.inputs)
+        ys, us = validation.sample(y, u, self.model.inputs, p)
         outs = np.empty((1, 1, 4 * p))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
         prediction, innovation, variance, status = outs.reshape(4, p)
@@ -52,7 +52,7 @@ class ReadingMIMO(Rows):
         from ...results.trace import width
 
         p = self.model.outputs
-        y, u = mimo_door.record(y, u, p, self.model.inputs)
+        y, u = validation.record(y, u, self.model.inputs, p)
         start = self.start() if state is None else state
         rows = self._rows(start)
         outs = np.empty((1, len(y), width(keep, self.model.N, self.columns * p)))
@@ -77,7 +77,7 @@ class ReadingMIMO(Rows):
         steps : Step of arrays shaped like y
         """
         rows, p = self._rows(states, is_one=False), self.model.outputs
-        ys, us, shape = mimo_door.fleet(y, u, len(rows), p, self.model.inputs)
+        ys, us, shape = validation.fleet(y, u, len(rows), self.model.inputs, p)
         outs = np.empty((*ys.shape[:2], 4 * p))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
         prediction, innovation, variance, status = (outs[..., p * i : p * i + p].reshape(shape) for i in range(4))

@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from ...engine import ud
+from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ..joint_mimo import door as mimo_door
 from . import growing
 
 PER_DECADE = 2  # walks looked at
@@ -58,7 +57,7 @@ class Record:
         alone = [_alone(est, i) for i in range(len(disturbances))]
         self.units = [one.noise(est.dt) for one in alone]  # what a walk of one adds to the covariance in a dt
         self.walks = np.array([one.walk for one in alone])  # and the states it moves
-        self.ys, us = mimo_door.record(y, u, est.model.outputs, est.model.inputs)
+        self.ys, us = validation.record(y, u, est.model.inputs, est.model.outputs)
         self.seconds = est.dt * len(self.ys)
         if time is not None:
             time = est._instants(time, len(self.ys), est.start())
