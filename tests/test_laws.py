@@ -12,7 +12,7 @@ import driftwise as dw
 from driftwise.analysis.laws import LAWS, example, same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 from driftwise.engine import ud
-from driftwise.memory.adapt import age, plain
+from driftwise.memory.adapt import plain, time_update
 from driftwise.memory.drift import drift
 
 Q2 = np.array([[0.3, 0.1], [0.1, 0.2]])
@@ -349,7 +349,7 @@ class Amnesia(NamedTuple):
 plain(Amnesia)
 
 
-@age.on(Amnesia)
+@time_update.on(Amnesia)
 def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
     for j in range(D.size):
         D[j] /= memory.p

@@ -20,7 +20,7 @@ from ..estimators.arx.estimator import ARX
 from ..estimators.joint.estimator import Joint
 from ..estimators.observing import Observing
 from ..fleet.fleet import Fleet
-from ..memory.adapt import learn
+from ..memory.adapt import adapt
 from ..memory.adaptation import resolve
 from ..memory.drift import CovarianceInflation, RestartOnChange, drift
 from ..memory.fading import ExponentialForgetting
@@ -334,14 +334,14 @@ def _homes(policy) -> list:
         return [ARX(2, 2, memory=policy if isinstance(policy, RestartOnChange) else RestartOnChange(policy, settle=10))]
     if kind in drift.table or isinstance(policy, RestartOnChange):
         homes = [Joint(2, inputs=1, memory=policy, **joint)]
-        is_both = kind in learn.table or isinstance(policy, RestartOnChange)
+        is_both = kind in adapt.table or isinstance(policy, RestartOnChange)
         return [*homes, ARX(2, 2, memory=policy)] if is_both else homes
-    if kind in learn.table or kind in resolve.registry:
+    if kind in adapt.table or kind in resolve.registry:
         return [ARX(2, 2, memory=policy)]
     if kind in watch.table or hasattr(policy, "resolve"):
         return [Joint(2, inputs=1, memory=RestartOnChange(policy, settle=10), **joint)]
     raise InputError(
-        "a policy is a memory, a gate or a detector with its rule (drift.on, learn.on, admit.on, watch.on), or a "
+        "a policy is a memory, a gate or a detector with its rule (drift.on, adapt.on, admit.on, watch.on), or a "
         f"restart, got {policy!r}"
     )
 

@@ -10,7 +10,7 @@ from .drift import Constant, Matched, RandomWalk, widen_within
 
 
 @choice
-def learn(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def adapt(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Take the innovation e of the row ``scratch.psi`` into theta and P (``scratch.f`` = U' psi); return T = psi' P psi
     + R.
 
@@ -19,7 +19,7 @@ def learn(memory, memory_state, e, R, s2, theta, U, D, scratch):
 
 
 @choice
-def reckon(memory, memory_state, count, chi2, weight, gain):
+def count(memory, memory_state, count, chi2, weight, gain):
     """Count the sample just learnt: return the new count and chi2 (of sigma^2) and the effective number of samples.
 
     ``gain`` is its e^2/T.
@@ -27,7 +27,7 @@ def reckon(memory, memory_state, count, chi2, weight, gain):
 
 
 @choice
-def notice(memory, memory_state, detector_state):
+def found_jump(memory, memory_state, detector_state):
     """Say whether the memory itself found, at the sample just learnt, that the parameters had jumped: 1, otherwise 0.
 
     ``detector_state`` are those of a detector: statistic over threshold, and at an alarm since when and which
@@ -36,7 +36,7 @@ def notice(memory, memory_state, detector_state):
 
 
 @choice
-def age(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def time_update(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     """Forget, between two samples; return lambda, by which all sums over the past are to shrink, and status bits.
 
     ``weight`` is the effective number of samples taken in, ``surprise`` is e^2/(s2 T) of the last one (NaN where it
@@ -45,12 +45,12 @@ def age(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch)
 
 
 @choice
-def respond(memory, way, which, memory_state, weight, s2, U, D, scratch):
+def on_alarm(memory, way, which, memory_state, weight, s2, U, D, scratch):
     """Answer an alarm of direction ``way`` about parameter ``which`` (-1: any); return the new weight, status bits."""
 
 
 @choice
-def distrust(memory, memory_state):
+def outlier_probability(memory, memory_state):
     """Return the probability that the sample just learnt was an outlier: then it is no regressor to rely on."""
 
 
@@ -60,7 +60,7 @@ def begin(memory, memory_state, theta, U, D):
 
 
 @choice
-def tell(memory, memory_state, R, s2, theta, scratch, out):
+def mixture(memory, memory_state, R, s2, theta, scratch, out):
     """Write into ``out`` what a mixture's prediction is made of: weight, mean less the whole's, squared scale of each.
 
     ``scratch.psi`` is the row. Memories that are no mixtures have nothing to tell.
@@ -71,14 +71,14 @@ def tell(memory, memory_state, R, s2, theta, scratch, out):
 
 
 def plain(*kinds: type):
-    """Give memories the usual answer to every choice but `age`, in which they differ."""
-    learn.on(*kinds)(by_least_squares)
-    reckon.on(*kinds)(one_more)
-    notice.on(*kinds)(nothing)
-    respond.on(*kinds)(unmoved)
-    tell.on(*kinds)(silent)
+    """Give memories the usual answer to every choice but `time_update`, in which they differ."""
+    adapt.on(*kinds)(by_least_squares)
+    count.on(*kinds)(one_more)
+    found_jump.on(*kinds)(nothing)
+    on_alarm.on(*kinds)(unmoved)
+    mixture.on(*kinds)(silent)
     begin.on(*kinds)(from_nothing)
-    distrust.on(*kinds)(trust)
+    outlier_probability.on(*kinds)(trust)
 
 
 @kernel
@@ -132,16 +132,16 @@ def stay(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch
 
 
 plain(Constant, RandomWalk, Matched)
-age.on(Constant)(stay)
+time_update.on(Constant)(stay)
 
 
-@age.on(RandomWalk)
-def age_random_walk(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(RandomWalk)
+def time_update_random_walk(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     return 1.0, wander(memory, 1.0, U, D, scratch)
 
 
-@age.on(Matched)
-def age_matched(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Matched)
+def time_update_matched(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     return 1.0, wander(memory, s2, U, D, scratch)
 
 

@@ -11,7 +11,7 @@ from ..engine import validation
 from ..engine.errors import InputError, refuse_class
 from ..models.scale import KnownScale
 from . import directional, fading, restart, run_lengths, window
-from .adapt import learn
+from .adapt import adapt
 from .drift import CovarianceInflation, RandomWalk, RestartOnChange
 from .hold import MEMORIES
 from .resolve import jump_size, resolve_walk, resolve_watch
@@ -82,7 +82,7 @@ def resolve_restart(answer, setting) -> Any:
 @singledispatch
 def resolve(memory, setting) -> tuple[Any, int]:
     """Return the kernel's memory, and how many numbers it keeps."""
-    if type(memory) not in learn.table:
+    if type(memory) not in adapt.table:
         raise InputError(
             "memory must be Constant(), GainFloor(N), ExponentialForgetting(lam), VariableForgetting(N), "
             "DirectionalForgetting(lam), RandomWalk(q), Window(T), RestartOnChange(), BayesianChangePoint(jump, "

@@ -15,8 +15,18 @@ from ..engine.dense import at
 from ..engine.dispatch import Vector, kernel, rare
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import factor_within, predicted_variance, widen
-from .adapt import age, begin, distrust, learn, notice, reckon, respond, tell, unmoved
-from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, Cells, merge_again, open_cells, own_cells, reckon_mixture, tell_modes
+from .adapt import adapt, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update, unmoved
+from .bank import (
+    FREEDOM_NOW,
+    SIGMA2_NOW,
+    WAITS,
+    Cells,
+    count_mixture,
+    merge_again,
+    mixture_of_modes,
+    open_cells,
+    own_cells,
+)
 from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
 from .likelihood import own_cells as learner_cells
 from .mixing import drift_apart, interact, merge
@@ -168,8 +178,8 @@ def take_over(own, bank, trial):
     trial[ON] = 0.0
 
 
-@learn.on(Contest)
-def learn_contest(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Contest)
+def adapt_contest(memory, memory_state, e, R, s2, theta, U, D, scratch):
     parts = open_parts(memory, memory_state, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, T = D.size, MODES, predicted_variance(scratch.f, D, R)
@@ -204,23 +214,23 @@ def learn_contest(memory, memory_state, e, R, s2, theta, U, D, scratch):
     return T
 
 
-respond.on(Contest)(unmoved)
+on_alarm.on(Contest)(unmoved)
 
 
-@reckon.on(Contest)
-def reckon_contest(memory, memory_state, count, chi2, weight, gain):
+@count.on(Contest)
+def count_contest(memory, memory_state, count, chi2, weight, gain):
     ground = open_ground(memory_state, memory.cap.size)
-    return reckon_mixture(memory, ground, ground.own[TRIAL:], count, chi2, gain)
+    return count_mixture(memory, ground, ground.own[TRIAL:], count, chi2, gain)
 
 
-@distrust.on(Contest)
-def distrust_contest(memory, memory_state):
+@outlier_probability.on(Contest)
+def outlier_probability_contest(memory, memory_state):
     trial = open_ground(memory_state, memory.cap.size).own
     return trial[RHO] if trial[VERDICT] == NOTHING else 0.0
 
 
-@notice.on(Contest)
-def notice_contest(memory, memory_state, detector_state):
+@found_jump.on(Contest)
+def found_jump_contest(memory, memory_state, detector_state):
     trial = open_ground(memory_state, memory.cap.size).own
     is_told = trial[VERDICT] == A_JUMP
     detector_state[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
@@ -240,8 +250,8 @@ def take_on(memory, parts, waits, b):
             drift_apart(memory, bank, parts.own.q, b)
 
 
-@age.on(Contest)
-def age_contest(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Contest)
+def time_update_contest(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     parts = open_parts(memory, memory_state, D.size)
     own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
     N, M, q, status = D.size, MODES, own.q, 0
@@ -299,6 +309,6 @@ def drift_together(memory, own, waits, theta, U, D, scratch):
             widen(U, D, i, scratch.c[i], scratch.b)
 
 
-@tell.on(Contest)
-def tell_contest(memory, memory_state, R, s2, theta, scratch, out):
-    tell_modes(memory, open_parts(memory, memory_state, theta.size).own.bank, R, s2, theta, scratch, out)
+@mixture.on(Contest)
+def mixture_contest(memory, memory_state, R, s2, theta, scratch, out):
+    mixture_of_modes(memory, open_parts(memory, memory_state, theta.size).own.bank, R, s2, theta, scratch, out)

@@ -8,7 +8,19 @@ from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine.dispatch import Vector, kernel, rare
 from ..engine.status import AT_REST, CAPPED
 from ..engine.ud import predicted_variance, project
-from .adapt import age, begin, distrust, learn, nothing, notice, reckon, respond, tell, trust, unmoved
+from .adapt import (
+    adapt,
+    begin,
+    count,
+    found_jump,
+    mixture,
+    nothing,
+    on_alarm,
+    outlier_probability,
+    time_update,
+    trust,
+    unmoved,
+)
 from .mixing import drift_apart, interact, merge
 from .modes import FREEDOM, WEIGHT, count_of, mode, normalise, open_bank, own_sigma2, size_of, unfold, update
 from .unknown import RESTS, excite, lean, open_ground, pace
@@ -120,7 +132,7 @@ def cells_of_modes(memory, ground):
 
 
 @kernel
-def learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, is_apart):
+def adapt_in_bank(memory, memory_state, e, R, theta, U, D, scratch, is_apart):
     """Every mode learns; theta and P become those of the mixture. Modes that do not stay apart wait to be mixed."""
     ground = open_ground(memory_state, D.size)
     own, T = cells_of_modes(memory, ground), predicted_variance(scratch.f, D, R)
@@ -141,15 +153,15 @@ def merge_again(memory, own, theta, U, D):
     merge(memory, own, theta, U, D)
 
 
-@learn.on(Mixing)
-def learn_mixing(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    return learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, False)
+@adapt.on(Mixing)
+def adapt_mixing(memory, memory_state, e, R, s2, theta, U, D, scratch):
+    return adapt_in_bank(memory, memory_state, e, R, theta, U, D, scratch, False)
 
 
-@learn.on(Fading)
-def learn_fading(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Fading)
+def adapt_fading(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Then the weights fade; P stays what it is, relative to the sigma^2 that is theirs."""
-    T = learn_in_bank(memory, memory_state, e, R, theta, U, D, scratch, True)
+    T = adapt_in_bank(memory, memory_state, e, R, theta, U, D, scratch, True)
     own = cells_of_modes(memory, open_ground(memory_state, D.size))
     total, before = 0.0, own.head[SIGMA2_NOW]
     for m in range(memory.levels.size):
@@ -173,22 +185,22 @@ def begin_fading(memory, memory_state, theta, U, D):
 
 
 @kernel
-def reckon_mixture(memory, ground, head, count, chi2, gain):
+def count_mixture(memory, ground, head, count, chi2, gain):
     """Freedom and sigma^2 are those of the mixture."""
     if memory.learns == 0.0:
         return count + 1.0, chi2 + gain, pace(ground)
     return head[FREEDOM_NOW], head[SIGMA2_NOW] * max(head[FREEDOM_NOW], 1.0), pace(ground)
 
 
-@reckon.on(Fading, Mixing)
-def reckon_fading(memory, memory_state, count, chi2, weight, gain):
+@count.on(Fading, Mixing)
+def count_fading(memory, memory_state, count, chi2, weight, gain):
     ground = open_ground(memory_state, memory.cap.size)
-    return reckon_mixture(memory, ground, ground.own, count, chi2, gain)
+    return count_mixture(memory, ground, ground.own, count, chi2, gain)
 
 
-notice.on(Fading)(nothing)
-respond.on(Fading, Mixing)(unmoved)
-distrust.on(Fading, Mixing)(trust)
+found_jump.on(Fading)(nothing)
+on_alarm.on(Fading, Mixing)(unmoved)
+outlier_probability.on(Fading, Mixing)(trust)
 
 
 @kernel
@@ -215,8 +227,8 @@ def met(ground, is_capped, surprise):
     return status | AT_REST if surprise >= 0.0 and ground.head[RESTS] > 0.0 else status
 
 
-@age.on(Fading)
-def age_fading(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Fading)
+def time_update_fading(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     ground = open_ground(memory_state, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
@@ -225,8 +237,8 @@ def age_fading(memory, memory_state, weight, surprise, share, s2, theta, U, D, s
     return 1.0, met(ground, is_capped, surprise)
 
 
-@age.on(Mixing)
-def age_mixing(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Mixing)
+def time_update_mixing(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     ground = open_ground(memory_state, D.size)
     own = cells_of_modes(memory, ground)
     speeds(memory, ground, own)
@@ -239,8 +251,8 @@ def age_mixing(memory, memory_state, weight, surprise, share, s2, theta, U, D, s
     return 1.0, met(ground, is_capped, surprise)
 
 
-@notice.on(Mixing)
-def notice_mixing(memory, memory_state, detector_state):
+@found_jump.on(Mixing)
+def found_jump_mixing(memory, memory_state, detector_state):
     """Tell a jump when the jump mode is likelier than all others, once until it is not."""
     own = cells_of_modes(memory, open_ground(memory_state, memory.cap.size))
     last = mode(own.bank, memory.levels.size - 1, memory.cap.size)
@@ -256,7 +268,7 @@ def notice_mixing(memory, memory_state, detector_state):
 
 
 @kernel
-def tell_modes(memory, bank, R, s2, theta, scratch, out):
+def mixture_of_modes(memory, bank, R, s2, theta, scratch, out):
     """Write weight, mean less the mixture's, and squared scale of each mode's prediction."""
     N = theta.size
     for m in range(count_of(bank, N)):
@@ -268,7 +280,7 @@ def tell_modes(memory, bank, R, s2, theta, scratch, out):
         out[3 * m + 2] = own_sigma2(memory, one.own) * predicted_variance(scratch.b, one.D, R)
 
 
-@tell.on(Fading, Mixing)
-def tell_fading(memory, memory_state, R, s2, theta, scratch, out):
+@mixture.on(Fading, Mixing)
+def mixture_fading(memory, memory_state, R, s2, theta, scratch, out):
     own = cells_of_modes(memory, open_ground(memory_state, theta.size))
-    tell_modes(memory, own.bank, R, s2, theta, scratch, out)
+    mixture_of_modes(memory, own.bank, R, s2, theta, scratch, out)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from ..engine.dispatch import Vector
 from ..engine.ud import covariances, predicted_variance, project, widen_along
-from .adapt import age, by_least_squares, learn, plain
+from .adapt import adapt, by_least_squares, plain, time_update
 from .hold import shrink
 
 
@@ -37,8 +37,8 @@ class Along(NamedTuple):
 plain(Along)
 
 
-@learn.on(Along)
-def learn_along(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Along)
+def adapt_along(memory, memory_state, e, R, s2, theta, U, D, scratch):
     known = predicted_variance(scratch.f, D, 0.0)
     if memory.lam < 1.0 and known > 0.0:
         covariances(U, D, scratch.f, scratch.c)
@@ -49,8 +49,8 @@ def learn_along(memory, memory_state, e, R, s2, theta, U, D, scratch):
     return by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
 
 
-@age.on(Along)
-def age_along(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Along)
+def time_update_along(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     if not (surprise >= 0.0 and memory.lam < 1.0):
         return 1.0, 0
     return memory.lam, shrink(U, D, 1.0, weight, memory.horizon, memory.cap, memory_state, scratch)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ..engine.dispatch import Vector
-from .adapt import age, plain
+from .adapt import plain, time_update
 from .hold import shrink
 
 
@@ -68,8 +68,8 @@ class Alert(NamedTuple):
 plain(Fade, Alert)
 
 
-@age.on(Fade)
-def age_fade(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Fade)
+def time_update_fade(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam = memory.lam
     if weight > 0.0:
         lam = min(lam, (memory.samples - 1.0) / weight)
@@ -78,8 +78,8 @@ def age_fade(memory, memory_state, weight, surprise, share, s2, theta, U, D, scr
     return lam, shrink(U, D, lam, weight, memory.horizon, memory.cap, memory_state, scratch)
 
 
-@age.on(Alert)
-def age_alert(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Alert)
+def time_update_alert(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam = max(1.0 - surprise / memory.samples, memory.least)
     if not (surprise >= 0.0 and lam < 1.0 and weight > memory.settle):
         return 1.0, 0

@@ -8,7 +8,7 @@ import numpy as np
 from ..engine.dense import at, solve
 from ..engine.dispatch import Vector, kernel
 from ..engine.ud import variances
-from .adapt import age, by_least_squares, learn
+from .adapt import adapt, by_least_squares, time_update
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time
 from .unknown import SEEN, adaptive, excite, open_ground, wander
 
@@ -186,8 +186,8 @@ def carry(learner, phi, q, p, cap):
 adaptive(Climb)
 
 
-@learn.on(Climb)
-def learn_climb(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Climb)
+def adapt_climb(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N = D.size
     ground = open_ground(memory_state, N)
     learner = open_learner(ground.own, N, int(memory.ratios))
@@ -203,8 +203,8 @@ def learn_climb(memory, memory_state, e, R, s2, theta, U, D, scratch):
     return T
 
 
-@age.on(Climb)
-def age_climb(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Climb)
+def time_update_climb(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     lam, status = wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch)
     ground = open_ground(memory_state, D.size)
     learner = open_learner(ground.own, D.size, int(memory.ratios))

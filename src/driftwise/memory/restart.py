@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from ..engine.dispatch import Vector, kernel
 from ..engine.status import JUMP
-from .adapt import age, plain, respond, stay
+from .adapt import on_alarm, plain, stay, time_update
 from .drift import widen_within
 from .hold import hold_within
 
@@ -36,7 +36,7 @@ class Reset(NamedTuple):
 
 
 plain(Jolt, Reset)
-age.on(Jolt, Reset)(stay)
+time_update.on(Jolt, Reset)(stay)
 
 
 @kernel
@@ -49,8 +49,8 @@ def log_volume(D):
     return total
 
 
-@respond.on(Jolt)
-def respond_jolt(memory, way, which, memory_state, weight, s2, U, D, scratch):
+@on_alarm.on(Jolt)
+def on_alarm_jolt(memory, way, which, memory_state, weight, s2, U, D, scratch):
     known = log_volume(D)
     for i in range(D.size):
         if memory.is_named == 0.0 or which < 0.0 or which == i:
@@ -59,8 +59,8 @@ def respond_jolt(memory, way, which, memory_state, weight, s2, U, D, scratch):
     return weight * math.exp(min((known - log_volume(D)) / D.size, 0.0)), JUMP
 
 
-@respond.on(Reset)
-def respond_reset(memory, way, which, memory_state, weight, s2, U, D, scratch):
+@on_alarm.on(Reset)
+def on_alarm_reset(memory, way, which, memory_state, weight, s2, U, D, scratch):
     left = memory.samples - 1.0
     if weight <= left:
         return weight, JUMP

@@ -7,7 +7,7 @@ from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine.dispatch import Vector, kernel, rare
 from ..engine.status import CAPPED
 from ..engine.ud import correct, predicted_variance, project, widen_along
-from .adapt import age, learn, notice, plain, reckon
+from .adapt import adapt, count, found_jump, plain, time_update
 from .drift import widen_within
 from .hold import hold_within
 
@@ -89,8 +89,8 @@ def settle_in(memory_state, i, log_weight, theta, U, D):
     memory_state[NEWEST] = i
 
 
-@learn.on(Mixture)
-def learn_mixture(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Mixture)
+def adapt_mixture(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N, T, top = D.size, predicted_variance(scratch.f, D, R), -math.inf
     if memory_state[COUNT] == 0.0:
         settle_in(memory_state, 0, 0.0, theta, U, D)
@@ -142,8 +142,8 @@ def mix(memory_state, evidence, s2, theta, U, D, a):
         widen_along(U, D, a, w / s2, N - 1)
 
 
-@reckon.on(Mixture)
-def reckon_mixture(memory, memory_state, count, chi2, weight, gain):
+@count.on(Mixture)
+def count_mixture(memory, memory_state, count, chi2, weight, gain):
     """E-step of EM: chi2 is what it is on average over the hypotheses, each with the errors e_i^2/T_i of its own run.
 
     e^2/T of the mixture will not do: its T holds the jump that hardly ever comes, so sigma^2 would come out too small.
@@ -157,8 +157,8 @@ def reckon_mixture(memory, memory_state, count, chi2, weight, gain):
     return count + 1.0, chi2 + added, average(memory_state, RUN, N)
 
 
-@notice.on(Mixture)
-def notice_mixture(memory, memory_state, detector_state):
+@found_jump.on(Mixture)
+def found_jump_mixture(memory, memory_state, detector_state):
     """Tell a jump when runs that began after the last one told are ODDS times likelier than all others.
 
     While nothing jumps these odds grow by 1/every a sample on average (a martingale, Shiryaev 1963), so that false
@@ -182,8 +182,8 @@ def notice_mixture(memory, memory_state, detector_state):
     return 1.0
 
 
-@age.on(Mixture)
-def age_mixture(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Mixture)
+def time_update_mixture(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     N, count = D.size, int(memory_state[COUNT])
     is_learnt = surprise >= 0.0
     if count < 2 and (weight <= memory.settle or not is_learnt):

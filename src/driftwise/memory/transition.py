@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from ..engine.dispatch import Vector, kernel
 from ..engine.status import CAPPED
 from ..engine.ud import entry, orthogonalise, widen_along
-from .adapt import age, plain
+from .adapt import plain, time_update
 from .drift import widen_within
 
 
@@ -64,8 +64,8 @@ def relax(theta, U, D, phi, a):
         at += j
 
 
-@age.on(Drifting)
-def age_drifting(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Drifting)
+def time_update_drifting(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     status = 0
     relax(theta, U, D, memory.phi, scratch.b)
     for i in range(D.size):
@@ -74,8 +74,8 @@ def age_drifting(memory, memory_state, weight, surprise, share, s2, theta, U, D,
     return 1.0, status
 
 
-@age.on(Coupled)
-def age_coupled(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+@time_update.on(Coupled)
+def time_update_coupled(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
     N = D.size
     Phi, G = memory.phi.reshape(N, N), memory.G.reshape(N, N)
     Y, d, g = (

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..engine.dispatch import Vector, choice, kernel
 from ..engine.status import AT_REST, CAPPED
-from .adapt import age, by_least_squares, learn, plain, reckon
+from .adapt import adapt, by_least_squares, count, plain, time_update
 from .drift import widen_within
 from .transition import relax
 
@@ -117,7 +117,7 @@ def excite(memory, ground, psi):
 
 
 @kernel
-def learn_and_revise(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def adapt_and_revise(memory, memory_state, e, R, s2, theta, U, D, scratch):
     """Least squares, then the policy."""
     ground = open_ground(memory_state, D.size)
     rests = excite(memory, ground, scratch.psi)
@@ -172,9 +172,9 @@ def wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scrat
 def adaptive(*kinds: type):
     """Give policies all they have in common; each of them then only has its `revise`."""
     plain(*kinds)
-    learn.on(*kinds)(learn_and_revise)
-    reckon.on(*kinds)(count_unless_at_rest)
-    age.on(*kinds)(wander)
+    adapt.on(*kinds)(adapt_and_revise)
+    count.on(*kinds)(count_unless_at_rest)
+    time_update.on(*kinds)(wander)
 
 
 class Paced(NamedTuple):

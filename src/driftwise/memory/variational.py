@@ -6,7 +6,7 @@ import numpy as np
 
 from ..engine.dispatch import Vector, kernel
 from ..engine.ud import correct, covariances, predicted_variance, widen_along
-from .adapt import by_least_squares, learn, reckon
+from .adapt import adapt, by_least_squares, count
 from .hold import hold_within
 from .unknown import RESTS, SEEN, adaptive, count_unless_at_rest, excite, open_ground
 
@@ -57,8 +57,8 @@ WEIGHT, CHI2, FIRST, CELLS = range(
 adaptive(Nominal)
 
 
-@learn.on(Nominal)
-def learn_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Nominal)
+def adapt_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
     ground = open_ground(memory_state, D.size)
     own, seen = ground.own, ground.head[SEEN]
     if excite(memory, ground, scratch.psi):
@@ -89,8 +89,8 @@ def learn_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
     return p + R
 
 
-@reckon.on(Nominal)
-def reckon_nominal(memory, memory_state, count, chi2, weight, gain):
+@count.on(Nominal)
+def count_nominal(memory, memory_state, count, chi2, weight, gain):
     ground = open_ground(memory_state, memory.cap.size)
     count, chi2, weight = count_unless_at_rest(memory, memory_state, count, chi2, weight, gain)
     if memory.rule != DRIFT and ground.head[RESTS] == 0.0:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ..engine.dispatch import Vector, kernel, rare
 from ..engine.ud import predicted_variance, project
-from .adapt import age, learn, plain, reckon, stay
+from .adapt import adapt, count, plain, stay, time_update
 
 AT, IS_FULL, TRIANGLES = range(3)  # cells: next slot, whether a round is complete; then `now`, `sum`, a row, the slots
 
@@ -44,7 +44,7 @@ def cells_of(samples: int, N: int) -> int:
 
 
 plain(Slide)
-age.on(Slide)(stay)
+time_update.on(Slide)(stay)
 
 
 @kernel
@@ -101,8 +101,8 @@ def begin(now, width):
         at += width - i
 
 
-@learn.on(Slide)
-def learn_slide(memory, memory_state, e, R, s2, theta, U, D, scratch):
+@adapt.on(Slide)
+def adapt_slide(memory, memory_state, e, R, s2, theta, U, D, scratch):
     N = D.size
     width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(scratch.f, D, R)
     now, whole = memory_state[TRIANGLES : TRIANGLES + size], memory_state[TRIANGLES + size : TRIANGLES + 2 * size]
@@ -171,8 +171,8 @@ def into_theta(memory, w, size):
             w[i] += memory.U[k * (k - 1) // 2 + i] * w[k]
 
 
-@reckon.on(Slide)
-def reckon_slide(memory, memory_state, count, chi2, weight, gain):
+@count.on(Slide)
+def count_slide(memory, memory_state, count, chi2, weight, gain):
     size = int((memory.theta.size + 1) * (memory.theta.size + 2) // 2)
     rho = memory_state[TRIANGLES + 2 * size - 1]
     filled = memory.samples if memory_state[IS_FULL] > 0.0 else memory_state[AT]

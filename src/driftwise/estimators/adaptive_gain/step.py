@@ -9,7 +9,7 @@ from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, choice, kernel
 from ...engine.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, variance
-from ...memory.adapt import age, learn
+from ...memory.adapt import adapt, time_update
 from ...memory.drift import Constant, RandomWalk, widen_within
 from ...memory.fading import Fade
 from ...memory.hold import hold_within
@@ -249,7 +249,7 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         scratch.old[i] = K[i]
     surprise, z_pull = np.nan, 0.0
     if is_known and head[COUNT] >= form.wait and dot(psi, psi) > 0.0:
-        if learn(memory, state.memory_state, e, R, s, K, U, D, scratch) > 0.0:
+        if adapt(memory, state.memory_state, e, R, s, K, U, D, scratch) > 0.0:
             surprise = e * e / T if T > 0.0 else 0.0
             head[WEIGHT] += 1.0
             z_pull = head[WEIGHT] * (K[0] - scratch.old[0])
@@ -310,7 +310,7 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
     if alarm != 0.0:
         head[WEIGHT] = reopen(memory, form, form.reopen[0 if alarm > 0.0 else 1], head[WEIGHT], U, D, scratch)
         status |= JUMP
-    lam, moved = age(memory, state.memory_state, head[WEIGHT], surprise, 1.0, s, K, U, D, scratch)
+    lam, moved = time_update(memory, state.memory_state, head[WEIGHT], surprise, 1.0, s, K, U, D, scratch)
     if lam < 1.0:
         head[WEIGHT] *= lam
     status |= moved

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ...engine.dispatch import choice
-from ...memory.adapt import learn
+from ...memory.adapt import adapt
 
 
 class LeastSquares(NamedTuple):
@@ -22,4 +22,4 @@ def correct_by(method, memory, state, e, R, s2, scratch):
 
 @correct_by.on(LeastSquares)
 def correct_by_least_squares(method, memory, state, e, R, s2, scratch):
-    return learn(memory, state.memory_state, e, R, s2, state.theta, state.U, state.D, scratch)
+    return adapt(memory, state.memory_state, e, R, s2, state.theta, state.U, state.D, scratch)

@@ -9,7 +9,7 @@ from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
-from ...memory.adapt import age, begin, distrust, notice, reckon, respond, tell
+from ...memory.adapt import begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .gaps import is_clear, pass_gap, spread
@@ -170,7 +170,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
     if out.shape[1] >= COLUMNS:
         out[t, 8] = freedom(scale, head[COUNT])
         if form.told > 0.0:
-            tell(memory, state.memory_state, R, s2, theta, scratch, out[t, COLUMNS:])
+            mixture(memory, state.memory_state, R, s2, theta, scratch, out[t, COLUMNS:])
 
     # project
     project(U, psi, scratch.f)
@@ -195,10 +195,10 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         if T > 0.0:
             surprise = e * e / (s2 * T)
             head[OBSERVED] += 1.0
-            head[COUNT], head[CHI2], head[WEIGHT] = reckon(
+            head[COUNT], head[CHI2], head[WEIGHT] = count(
                 memory, state.memory_state, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
-            alarm += notice(memory, state.memory_state, state.detector_state)
+            alarm += found_jump(memory, state.memory_state, state.detector_state)
             head[LOGDET] += math.log(T)
             head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
         else:
@@ -215,7 +215,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
             status |= LOST if head[OBSERVED] > theta.size else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
-        if form.missing == PREDICT and surprise >= 0.0 and distrust(memory, state.memory_state) > 0.5:
+        if form.missing == PREDICT and surprise >= 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
             doubt = GLITCH * e * e
     status |= renew(form, state, scratch, z, doubt, seen, s2 * T)
 
@@ -227,11 +227,11 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
 
     # respond, forget
     if alarm != 0.0:
-        head[WEIGHT], moved = respond(
+        head[WEIGHT], moved = on_alarm(
             memory, alarm, state.detector_state[WHICH], state.memory_state, head[WEIGHT], s2, U, D, scratch
         )
         status |= moved
-    lam, moved = age(
+    lam, moved = time_update(
         memory, state.memory_state, head[WEIGHT], surprise, R / T if T > 0.0 else 1.0, s2, theta, U, D, scratch
     )
     if lam < 1.0:
