@@ -19,7 +19,7 @@ from ...models.scale import InverseGamma
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..base import Reading
 from . import step as _step  # noqa: F401  (registers the step)
-from .row import Form, detector_at, scratch_size
+from .row import JOINT, Form, scratch_size
 
 # Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
 # not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
@@ -145,6 +145,7 @@ class Joint(Reading):
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
             settle,
+            detector.state_size(0),
         )
         cap = np.diag(self.prior_covariance)[n:]
         memory = resolve_memory(memory, self._theta_units(), cap)
@@ -152,18 +153,7 @@ class Joint(Reading):
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.starting = prepare(self, start, kernel_noise, model, range(N - n), n)
-        self.dtype = np.dtype(
-            [(name, "f8") for name in ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")]
-            + [("x", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
-            + [
-                (name, "f8", (inputs + model.coloured,))
-                for name in ("held", "unsure", "known", "sums", "squares", "steps")
-            ]
-            + [("detector_state", "f8", (detector.state_size(0),))]
-            + (self.starting.fields if self.starting else [])
-        )
-        fields = self.dtype.fields
-        assert fields and fields["detector_state"][1] == 8 * detector_at(shape)
+        self.dtype = JOINT.dtype(shape, more=self.starting.fields if self.starting else [])
 
     # --- prior ---------------------------------------------------------------------------------------------
 

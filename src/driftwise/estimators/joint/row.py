@@ -14,12 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import Size, kernel, open_row, open_scratch
+from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.views import matrix
+from ..common.inputs import each_input
 
-# head of the row: one number each
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)
-HEAD = 8
-INPUT = 6  # numbers kept for each input
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)  # of the head of a row
 MEMO = 5  # what the last step did: T (0: no correction), R, e, what multiplied a, whether kappa holds
 USED_T, USED_R, USED_E, USED_Y, HAS_KAPPA = range(MEMO)
 HUGE = 1e100  # beyond this a square or a product of two would overflow
@@ -38,22 +37,34 @@ class Form(NamedTuple):
     Px: float  # prior variance of the measured state
     least: float  # variance of the state, negligible beside R, that counts as none
     settle: float  # measured samples before the detector watches
+    detector_size: Size  # numbers that the detector keeps
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    head: np.ndarray
-    s: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-    held: np.ndarray  # each input: its value, predicted while missing (and last, where coloured, v)
-    unsure: np.ndarray  # variance of that prediction
-    known: np.ndarray  # how many values are known, and their sums of values, squares and squared steps
-    sums: np.ndarray
-    squares: np.ndarray
-    steps: np.ndarray
-    detector_state: np.ndarray  # what the detector keeps
+JOINT = Layout(
+    *numbers(
+        "head",
+        samples="samples taken",
+        observed="of them, corrected by an output",
+        status="bits of the last one",
+        in_a_row="outliers in a row, until now",
+        chi2="sum of e^2/T",
+        logdet="sum of log T",
+        peak="largest recent |y|",
+        top="largest |y|",
+    ),
+    *joined(
+        "s",
+        Field("x", ("n",), "state at the next sample, the measured one first", trace="x{i}"),
+        Field("theta", ("N - n",), "parameters", trace="their names"),
+    ),
+    Field("D", ("N",), "P = U D U', relative to sigma^2: the diagonal"),
+    Field("U", ("N * (N - 1) // 2",), "and the factor above it, column by column"),
+    *each_input("k"),
+    policy("detector_state", of="detector"),
+    k="inputs + coloured",
+    N="n * (k + 2) + direct",
+)
+open_row.on(Form)(JOINT.open)
 
 
 class Work(NamedTuple):
@@ -73,31 +84,6 @@ class Work(NamedTuple):
     d: np.ndarray
     g: np.ndarray
     memo: np.ndarray  # what the last step did, for the smoother
-
-
-@open_row.on(Form)
-@kernel
-def open_joint(form, row):
-    """Return the views of a state row."""
-    n, k = int(form.n), int(form.inputs + form.coloured)
-    N = n * (k + 2) + int(form.direct)
-    s = HEAD
-    D = s + N
-    U = D + N
-    h = U + N * (N - 1) // 2
-    detector_state = h + INPUT * k
-    inputs = matrix(row[h:detector_state], INPUT, k)
-    return Row(
-        row[:s], row[s:D], row[D:U], row[U:h],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], row[detector_state:],
-    )  # fmt: skip
-
-
-def detector_at(form) -> int:
-    """Return where in a row the detector's numbers begin."""
-    k = int(form.inputs + form.coloured)
-    N = int(form.n) * (k + 2) + int(form.direct)
-    return HEAD + 2 * N + N * (N - 1) // 2 + INPUT * k
 
 
 @kernel

@@ -21,9 +21,9 @@ from ...models.convert import Model
 from ...models.scale import InverseGamma
 from ..base import Reading
 from ..joint.estimator import WIDTH
-from ..joint.row import Form, detector_at, scratch_size
+from ..joint.row import Form, scratch_size
 from . import step as _step  # noqa: F401  (registers the step)
-from .row import TRACK, ManoeuvreForm
+from .row import MANOEUVRE, ManoeuvreForm
 
 ALONG = np.array([-1.0, 2.0, -1.0])  # a1, a2, a3 per unit of phi
 STILL = np.array([-2.0, 1.0, 0.0])  # and where phi is zero
@@ -125,21 +125,13 @@ class Manoeuvre(Reading):
         self._s0 = np.concatenate([np.zeros(3), STILL + pole * ALONG])
         U, self._D0 = ud.factor(P)
         self._U0, self.prior_covariance = U[ud.packed_indices(6)], P
-        form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf)
+        form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf, Silent().state_size(0))
         self.policies = (
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),
             noise, Constant(), resolve_gate(gate, model.N), self.scale, Silent(),
         )  # fmt: skip
         self.spec, self.scratch_size = flatten(self.policies), scratch_size(form)
-        head = ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "top")
-        detector_state = Silent().state_size(0)
-        self.dtype = np.dtype(
-            [(name, "f8") for name in head]
-            + [("x", "f8", (3,)), ("theta", "f8", (3,)), ("D", "f8", (6,)), ("U", "f8", (15,))]
-            + [("detector_state", "f8", (detector_state,)), ("track", "f8", (TRACK,))]
-        )
-        fields = self.dtype.fields
-        assert fields and fields["detector_state"][1] == 8 * detector_at(form)
+        self.dtype = MANOEUVRE.dtype(self.policies[0])
 
     def scaled_to(self, y, u=None) -> Manoeuvre:
         """Return the same estimator with ``y_scale`` from the second differences of the first ten plots."""

@@ -1,0 +1,165 @@
+"""Rows declared once: from one list of named fields come the dtype, the views that kernels work on, and the tables.
+
+    JOINT = Layout(
+        *numbers("head", samples="samples taken", observed="of them, with an output"),
+        *joined("s", Field("x", ("n",)), Field("theta", ("N - n",))),
+        Field("U", ("N * (N - 1) // 2",), "factor of the covariance"),
+        policy("detector_state", of="detector"),
+        N="n * (inputs + 2)",
+    )
+    open_row.on(Form)(JOINT.open)
+
+A size is Python over the numbers of a form: ``n`` is ``int(form.n)``, a name that the layout defines is what it
+defines, ``form`` is the form itself (``len(form.H)``). A size of 0 or 1 is a condition. Neighbours that are joined are
+one view. What is written from that, `Layout.source`, is Python that a debugger can step through, and that compiles.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import linecache
+import sys
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .views import matrix
+
+REST = "..."  # the size of a last field that takes whatever is left of a row
+
+
+class Field(NamedTuple):
+    """Neighbouring numbers of a row that have one name."""
+
+    name: str
+    shape: tuple[str, ...] = ()  # one size, two of a table; none: a single number
+    about: str = ""
+    trace: str = ""  # the columns of a trace that show it
+    view: str = ""  # what it is seen in together with its neighbours; "": it is a view by itself
+    table: tuple[str, ...] = ()  # the shape of that view, where it is a table
+
+
+def numbers(view: str, **about: str) -> list[Field]:
+    """Return fields of one number each, with what they mean; kernels see them as one array of this name."""
+    return joined(view, *(Field(name, (), text) for name, text in about.items()))
+
+
+def joined(view: str, *fields: Field, table: tuple[str, ...] = ()) -> list[Field]:
+    """Return neighbours that kernels see as one array of this name, or as one table of this shape."""
+    return [field._replace(view=view, table=table) for field in fields]
+
+
+def each(*shape: str, **about: str) -> list[Field]:
+    """Return fields of the same shape, with what they mean."""
+    return [Field(name, shape, text) for name, text in about.items()]
+
+
+def policy(name: str, of: str) -> Field:
+    """Return the numbers that a policy keeps; the form says how many, in ``memory_size`` for ``of="memory"``."""
+    return Field(name, (f"{of}_size",), f"what the {of} keeps")
+
+
+class Layout:
+    """The fields of a row, and what is written from them.
+
+    Parameters
+    ----------
+    *fields : in the order of the row
+    given : names of sizes that the functions below take one by one, in place of a form
+    **sizes : names for sizes, each in terms of those before it
+
+    Attributes
+    ----------
+    open : ``open(form, row)``, or ``open(row, *given)``: the named views of a row, compiled or not
+    size : ``size(form)``, or ``size(*given)``: how many numbers a row has, compiled or not
+    Row : the type of the views
+    source : the text of these functions
+    """
+
+    def __init__(self, *fields: Field, given: tuple[str, ...] = (), **sizes: str):
+        self.fields, self.given, self.sizes = fields, given, sizes
+        self.views: dict[str, list[Field]] = {}
+        for field in fields:
+            self.views.setdefault(field.view or field.name, []).append(field)
+        frame = sys._getframe(1)
+        while frame.f_globals["__name__"] == __name__:
+            frame = frame.f_back  # type: ignore[assignment]
+        module = frame.f_globals["__name__"]
+        self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]
+        self.source = "\n".join(self._write())
+        filename = f"<layout of {module}, line {frame.f_lineno}>"
+        linecache.cache[filename] = len(self.source), None, self.source.splitlines(keepends=True), filename
+        scope: dict[str, Any] = {"__name__": module, "Row": self.Row, "matrix": matrix}
+        exec(compile(self.source, filename, "exec"), scope)
+        self.open: Callable = scope["open_row"]
+        self.size: Callable[..., int] = scope["row_size"]
+        self._shapes: Callable[..., list[tuple[int, ...]]] = scope["shapes"]
+
+    def replace(self, *more: Field, **sizes: str) -> Layout:
+        """Return the same layout with more fields behind, and other sizes."""
+        return Layout(*self.fields, *more, given=self.given, **{**self.sizes, **sizes})
+
+    def dtype(self, *form, more=()) -> np.dtype:
+        """Return the type of a row, by its fields; ``more`` are fields, as NumPy wants them, behind its own."""
+        names = [field.name for field in self.fields]
+        return np.dtype([(name, float, shape) for name, shape in zip(names, self._shapes(*form))] + list(more))
+
+    def at(self, name: str, *form) -> int:
+        """Return where in a row a field begins."""
+        return self.dtype(*form).fields[name][1] // 8  # type: ignore[index]
+
+    # --- writing ---------------------------------------------------------------------------------------------
+
+    def _write(self) -> Iterator[str]:
+        """Yield the lines of the three functions."""
+        form = ", ".join(self.given) or "form"
+        is_open = self.fields[-1].shape == (REST,)
+        yield f"def open_row({f'row, {form}' if self.given else 'form, row'}):"
+        yield from self._names()
+        at, shown = "", []
+        for name, fields in self.views.items():
+            shape = fields[0].table or fields[0].shape
+            end = "" if is_open and fields[-1] is self.fields[-1] else f"end_of_{name}"
+            if end:
+                yield f"    {end} = {_sum(fields, at)}"
+            part = f"row[{at}:{end}]"
+            shown.append(f"matrix({part}, {shape[0]}, {shape[1]})" if len(shape) == 2 else part)
+            at = end
+        yield "    return Row("
+        yield from (f"        {view}," for view in shown)
+        yield "    )"
+        if not is_open:
+            yield from ("", f"def row_size({form}):", *self._names())
+            yield f"    return {_sum(self.fields)}"
+            yield from ("", f"def shapes({form}):", *self._names())
+            yield f"    return [{', '.join(_tuple(field.shape) for field in self.fields)}]"
+
+    def _names(self) -> Iterator[str]:
+        """Yield the lines that name the sizes."""
+        known = {*dir(builtins), "form", *self.given}
+        texts = [*self.sizes.items(), *(("", size) for field in self.fields for size in field.shape if size != REST)]
+        for name, text in texts:
+            for node in ast.walk(ast.parse(text, mode="eval")):
+                if isinstance(node, ast.Name) and node.id not in known:
+                    known.add(node.id)
+                    yield f"    {node.id} = int(form.{node.id})"
+            if name:
+                known.add(name)
+                yield f"    {name} = {text}"
+
+
+def _sum(fields: Sequence[Field], begin: str = "") -> str:
+    """Return where these fields end, as text."""
+    single, counts = sum(not field.shape for field in fields), [begin] if begin else []
+    for field in fields:
+        if field.shape:
+            counts.append(" * ".join(s if s.isalnum() else f"({s})" for s in field.shape))
+    return " + ".join([*counts, str(single)] if single else counts)
+
+
+def _tuple(shape: tuple[str, ...]) -> str:
+    """Return a shape, as text."""
+    return f"({', '.join(shape)}{',' * (len(shape) == 1)})"
