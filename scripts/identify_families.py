@@ -18,8 +18,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from driftwise.analysis.candidates import Candidate
+from driftwise.analysis.forecast_summary import ForecastSummary
 from driftwise.analysis.identifier import Identifier
-from driftwise.results.forecast_summary import ForecastSummary
 
 FAMILIES = ("AR", "ARX", "ARMAX", "OE")
 TO_COME, SETTLE = 3000, 100

@@ -182,17 +182,17 @@ def test_too_little_is_no_alarm():
 
 def test_calibration_of_scores():
     z = np.random.default_rng(0).standard_normal(2000)
-    good = dw.results.calibration(np.where(np.arange(2000) % 7, z, math.nan))
+    good = dw.analysis.calibration(np.where(np.arange(2000) % 7, z, math.nan))
     assert good.is_fine
     assert good.find("NIS").value == pytest.approx(np.mean(z[np.arange(2000) % 7 > 0] ** 2))
-    coloured = dw.results.calibration((z[1:] + z[:-1]) / math.sqrt(2))
+    coloured = dw.analysis.calibration((z[1:] + z[:-1]) / math.sqrt(2))
     assert [v.name for v in coloured.not_fine] == ["whiteness"]
     assert coloured.find("whiteness").value == pytest.approx(0.25, abs=0.1), "r1 = 1/2"
-    assert [v.name for v in dw.results.calibration(0.5 * z).not_fine] == ["NIS", "coverage"]
+    assert [v.name for v in dw.analysis.calibration(0.5 * z).not_fine] == ["NIS", "coverage"]
 
 
 def test_thresholds_are_those_of_the_books():
-    verdicts = dw.results.calibration(np.random.default_rng(1).standard_normal(100))
+    verdicts = dw.analysis.calibration(np.random.default_rng(1).standard_normal(100))
     low, high = verdicts.find("NIS").threshold
     assert (low, high) == pytest.approx((chi2.ppf(0.005, 100) / 100, chi2.ppf(0.995, 100) / 100))
     low, high = verdicts.find("coverage").threshold

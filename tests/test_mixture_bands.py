@@ -8,7 +8,7 @@ from driftwise_studies.papers.abid.systems import system
 from scipy import integrate, stats
 
 import driftwise as dw
-from driftwise.results.mixture import half_width
+from driftwise.results.bands import half_width
 
 
 @pytest.mark.parametrize("dof", [3.0, 40.0, np.inf])

@@ -183,7 +183,7 @@ def test_a_gain_beside_an_integrator_has_an_interval_or_no_bound(call, tmp_path)
 
 def test_a_record_too_long_is_not_smoothed_and_says_why(call, record, tmp_path, monkeypatch):
     monkeypatch.setattr("driftwise.cli.early_samples.ROWS", 500)
-    monkeypatch.setattr("driftwise.cli.study.ROWS", 400)
+    monkeypatch.setattr("driftwise.analysis.study.ROWS", 400)
     path, *_ = record
     saved, result = tmp_path / "s.csv", tmp_path / "r.json"
     options = ("--smooth", "all", "--save", saved, "--json", result, "--chunk", 300, "--report", tmp_path / "r.html")

@@ -8,7 +8,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.analysis.change_log import Change, surest
-from driftwise.results.forecast_summary import ForecastSummary, Own
+from driftwise.analysis.forecast_summary import ForecastSummary, Own
 
 
 def plant(samples=800, noise=0.05, rest=0, seed=1):
@@ -82,7 +82,7 @@ def test_the_deviates_of_a_single_model_are_standard_normal(found):
 
 
 def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
-    from driftwise.results.identification_words import _mode
+    from driftwise.analysis.identification_words import _mode
     from driftwise.results.wording import is_integrator, swings
 
     fast = 0.66 + 0.06j  # half a swing takes 35 samples, after 8 a twentieth is left
@@ -146,8 +146,8 @@ def test_the_first_movement_of_a_plant_is_no_change_of_it():
 
 
 def test_numbers_that_nobody_reads_are_words():
+    from driftwise.analysis.forecast_verdicts import off
     from driftwise.results.events import odds_words
-    from driftwise.results.forecast_calibration import off
     from driftwise.results.verdicts import Verdict
 
     assert off(1.0404) == "2 % too narrow" and off(0.25) == "50 % too wide"

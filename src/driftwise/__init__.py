@@ -5,8 +5,7 @@ What people type most is here; the rest is where it belongs: `driftwise.memory`,
 """
 
 from .engine.lazy import lazily
-
-__version__ = "0.1.0"
+from .version import __version__ as __version__
 
 _HOME = {
     "AR": "estimators.arx.estimator",
@@ -34,7 +33,7 @@ _HOME = {
     "InnovationGate": "detect.gate",
     "Plant": "models.plant",
     "simulate": "models.simulation",
-    "identify": "cli.identify",
+    "identify": "analysis.identify",
     "compare": "analysis.comparison",
     "Fleet": "fleet.fleet",
     "track": "tracking.tracker",

@@ -81,5 +81,5 @@ def _followed(number, one, estimator) -> Track:
     key, name = (next((word for word in getattr(one, of)[::-1] if word), "") for of in ("key", "name"))
     return Track(
         id=number, key=key, name=name, status="confirmed", plots=one, events=(), origin=one.origin, follows=None,
-        period=0.0, state=trace.state, estimator=estimator, outs=trace.table,
+        period=0.0, state=trace.state, estimator=estimator, table=trace.table,
     )  # fmt: skip

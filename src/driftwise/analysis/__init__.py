@@ -12,6 +12,7 @@ _HOME = {
     "Identification": "identification",
     "advise_window": "advisor",
     "find_frequency": "lines",
+    "calibration": "forecast_verdicts",
     "compare": "comparison",
     "check_estimator": "laws",
     "check_policy": "laws",

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..results.clock_words import instant
 from ..results.events import odds_words
-from ..results.forecast_calibration import LEVEL, calibration, of_summary
 from ..results.stable import stability
 from ..results.verdicts import Diagnosis, Verdict
 from .drift_or_jump import constancy, odds
+from .forecast_verdicts import LEVEL, calibration, of_summary
 from .identifiable import ROWS, WEAK, Identifiability, taught
 from .information_age import last_news
 from .remedies import memories
@@ -71,6 +71,16 @@ def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
         for part, label in zip(parts, labels)
         for verdict in (*of_summary(part, label, is_white), *shares(part, label))
     )
+
+
+def of_equations(trace) -> Diagnosis:
+    """Return the verdicts on the predictions of an estimator with several outputs."""
+    return of_outputs(trace.summary().parts)
+
+
+def of_observer(trace) -> Diagnosis:
+    """Return the verdicts on the predictions of an observer; innovations of a window are not white anyway."""
+    return of_outputs(trace.summary().outputs, trace.estimator.model.output_names, is_white=False)
 
 
 # --- what was taught -----------------------------------------------------------------------------------------

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..results.forecast_calibration import BAND, WIDE
-from ..results.mixture import share_within
+from ..results.bands import share_within
 from ..results.summary import is_inside
+from .forecast_verdicts import BAND, WIDE
 
 __all__ = ["Forecast", "forecast"]
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ..estimators.model_average.trace import AverageTrace
 from ..memory.drift import RestartOnChange
-from ..results.average_trace import AverageTrace
-from ..results.forecast_summary import ForecastSummary, Own
+from ..results import verbs
 from ..results.frames import as_frame
 from ..results.summary import Summary
 from ..results.trace import Trace
@@ -20,6 +20,7 @@ from ..tables.recognise import Table
 from .change_log import LOOKED, Change, changes_of, surest
 from .change_monitor import Watching
 from .diagnose import diagnose
+from .forecast_summary import ForecastSummary, Own
 from .identifier import Identifier, Rival
 
 
@@ -123,14 +124,14 @@ class Identification:
     @cached_property
     def words(self) -> str:
         """The answer in plain words."""
-        from ..results.identification_words import words
+        from .identification_words import words
 
         return words(self)
 
     @cached_property
     def answer(self) -> str:
         """The same without how the columns were taken."""
-        from ..results.identification_words import answer
+        from .identification_words import answer
 
         return answer(self)
 
@@ -140,9 +141,7 @@ class Identification:
 
     def report(self, path, title: str | None = None) -> Any:
         """Write one self-contained HTML page that opens without a network."""
-        from ..report.report_identified import write
-
-        return write(self, path, title, notes=self.table.notes)
+        return verbs.call("report", self, path, title, notes=self.table.notes)
 
     def __str__(self):
         return self.words

@@ -11,8 +11,8 @@ from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.model_average.estimator import ModelAverage
 from ..estimators.model_average.step import NAIVE, SCALES, SEEN, TOLD
+from ..estimators.model_average.trace import AverageTrace
 from ..memory.fading import ExponentialForgetting
-from ..results.average_trace import AverageTrace
 from .candidates import Candidate, candidates
 
 PILOT = 200  # samples that set the units, or half of a record that is shorter

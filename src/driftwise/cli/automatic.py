@@ -50,7 +50,7 @@ class Both(Keeper):
 
     def traces(self):
         """Return what was kept: a trace and a forecast."""
-        from driftwise.results.average_trace import AverageTrace
+        from driftwise.estimators.model_average.trace import AverageTrace
 
         rows, time, y, u, outs, dof, told = self.kept()
         from driftwise.cli.downsample import ThinTrace
@@ -129,11 +129,11 @@ def identify_file(plan: Automatic, saver=None):
 
 def content(found, notes) -> dict[str, Any]:
     """Return the answer as plain data."""
-    import driftwise
+    from driftwise.version import __version__
 
     table, f, own = found.table, found.forecast_summary, found.own_summary
     return {
-        "driftwise": driftwise.__version__,
+        "driftwise": __version__,
         "columns": {"output": table.output, "inputs": list(table.inputs), "time": table.time},
         "dt": table.dt,
         "words": found.words,

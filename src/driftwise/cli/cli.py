@@ -51,7 +51,7 @@ Chunk = Annotated[int, typer.Option(help="Rows held in memory at a time.", min=1
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from driftwise import __version__
+        from driftwise.version import __version__
 
         typer.echo(f"driftwise {__version__}")
         raise typer.Exit()
@@ -389,9 +389,10 @@ def track(
     driftwise track radar.pcap --sites radars.csv --out tracks --format csv,kml;
     receiver | driftwise track - --follow
     """
+    from driftwise.cli.follow import follow as followed
     from driftwise.cli.track import Order, execute
 
-    execute(
+    (followed if follow else execute)(
         Order(tuple(files), tuple(site or ()), sites, speed, out, format, report, json, follow, quiet, single, delay)
     )
 

@@ -6,11 +6,11 @@ import os
 from typing import Any
 
 from driftwise.cli import specs
+from driftwise.cli.notes import clock_notes, labels
 from driftwise.cli.options import Plan
 from driftwise.cli.runner import no_row, progress, time_of, window
 from driftwise.cli.targets import check_targets
 from driftwise.engine.errors import CommandError, InputError
-from driftwise.report.notes import clock_notes, labels
 from driftwise.report.wording import number
 from driftwise.tables.record import Record, open_record
 
@@ -34,11 +34,11 @@ def execute(plan: Plan, texts: list[str]) -> None:
     if plan.report:
         write(found, plan.report, f"{os.path.basename(title)}: {record.output}", facts, labels(record, plan))
     if plan.json:
-        import driftwise
         from driftwise.cli.results import write as write_json
+        from driftwise.version import __version__
 
         columns = {"output": plan.output, "inputs": list(plan.inputs), "time": plan.time}
-        content = {"driftwise": driftwise.__version__, "file": plan.file, "columns": columns, "notes": said}
+        content = {"driftwise": __version__, "file": plan.file, "columns": columns, "notes": said}
         write_json(content | found.as_dict(), plan.json)
     _show(found, title, facts, said, plan)
 

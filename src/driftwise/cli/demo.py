@@ -17,10 +17,9 @@ def fly(report: str | None) -> None:
     """Identify the flight that comes with the package and say what to type for another table."""
     from pathlib import Path
 
-    import driftwise
     from driftwise.cli.automatic import Automatic, execute
 
-    file = str(Path(driftwise.__file__).parent / "data" / "flight.csv")
+    file = str(Path(__file__).parent.parent / "data" / "flight.csv")
     print("An airliner takes off, climbs and gathers speed, and turns a few times:")
     print("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
     execute(Automatic(file, "track_deg", ("roll_deg",), "time_s", report=report))

@@ -280,12 +280,12 @@ def _write_names(told, path: Path) -> Path:
 
 def _content(order: Order, told) -> dict:
     """Return the results as JSON has them; the files hold the rest."""
-    import driftwise
     from driftwise.report import fleet_words
+    from driftwise.version import __version__
 
     found = told.outliers
     return {
-        "driftwise": driftwise.__version__, "data": order.data, "estimator": order.words, "series": len(told.fleet),
+        "driftwise": __version__, "data": order.data, "estimator": order.words, "series": len(told.fleet),
         "rows": told.rows, "samples": told.samples, "seconds": told.took, "time": told.span,
         "need_a_look": len(found.rows), "kinds": {kind: len(rows) for kind, (rows, _) in found.found.items()},
         "worst": [dict(zip(("key", "kind", "score", "words"), row)) for row in found.table()],

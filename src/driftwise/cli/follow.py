@@ -24,6 +24,7 @@ SHARE = 0.2  # of the time that may go into drawing
 
 def follow(order: Order) -> None:
     """Take plots until the input ends or Ctrl-C is pressed; then write and print as for a file that is complete."""
+    order.check()
     start = perf_counter()
     source, live, tracker = Growing(order.files[0]), LivePlots(order.title, order.place), make(order)
     with _told(order) as tell, _asked_to_stop() as asked:
@@ -126,7 +127,7 @@ class _Lines:
 
     def _estimates(self, track) -> None:
         """Tell the rows of the trace of a track that have not been told."""
-        from driftwise.results.track_trace import TrackTrace
+        from driftwise.estimators.track.trace import TrackTrace
 
         known = self.rows.get(track.id, 0)
         if known == len(track):

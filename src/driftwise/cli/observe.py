@@ -6,6 +6,7 @@ import os
 from time import perf_counter
 from typing import Any, NamedTuple
 
+from driftwise import estimators as families
 from driftwise.cli.options import Plan
 from driftwise.cli.saving import Saver
 from driftwise.cli.targets import check_targets
@@ -110,8 +111,6 @@ def _estimator(asked, options, tuned, record, y, u, time):
     """Return the observer, its walks tuned on the first rows where that is asked for, and what to say about it."""
     import numpy as np
 
-    import driftwise as dw
-
     dt, said = asked.dt or record.clock.dt, []
     if not dt:
         raise CommandError("the plant is in seconds: say --time COLUMN, or --dt with the seconds between samples")
@@ -129,7 +128,7 @@ def _estimator(asked, options, tuned, record, y, u, time):
     if finds["noise"]:
         options = options | {"noise_std": _roughness(y[rows])}
     try:
-        estimator = dw.WindowObserver(dt=dt, **options)
+        estimator = families.WindowObserver(dt=dt, **options)
         if tuned or any(finds.values()):
             stamps = time[rows] if time is not None and estimator.irregular else None
             more = {"which": tuned, "noise": finds["noise"]} if tuned or finds["noise"] else {}
@@ -160,11 +159,11 @@ def _named(record, name) -> str:
 
 
 def _write_json(asked, estimator, summary, said) -> None:
-    import driftwise
     from driftwise.cli.results import write
+    from driftwise.version import __version__
 
     content = {
-        "driftwise": driftwise.__version__, "file": asked.file, "plant": asked.plant,
+        "driftwise": __version__, "file": asked.file, "plant": asked.plant,
         "columns": {"outputs": list(asked.outputs), "inputs": list(asked.inputs), "time": asked.time},
         "estimator": repr(estimator), "notes": said, "summary": summary.as_dict(),
     }  # fmt: skip

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from driftwise import analysis, detect, models
+from driftwise import estimators as families
 from driftwise.cli import specs
 from driftwise.cli.targets import check_targets
 from driftwise.engine.errors import InputError
@@ -97,15 +99,13 @@ class Plan(NamedTuple):
 
     def evidence(self, dt: float) -> Any:
         """Return an `OrderEvidence` of the orders to compare; the gate is left out."""
-        import driftwise as dw
-
         noise = self.noise
         if "," in self.kept:
             raise InputError(
                 f"--memory {self.kept} lists one number for each parameter, and every order has another number of "
                 "them: give one number for all while orders are compared."
             )
-        return dw.analysis.OrderEvidence(
+        return analysis.OrderEvidence(
             self.candidates,
             len(self.inputs),
             self.direct,
@@ -116,8 +116,6 @@ class Plan(NamedTuple):
 
     def estimator(self, dt: float) -> Any:
         """Return the estimator; its prior is not yet in units of the data."""
-        import driftwise as dw
-
         if self.center not in ("mean", "median", "none"):
             raise InputError(f"--center must be mean, median or none, got {self.center!r}.")
         if self.direct and not self.inputs:
@@ -126,12 +124,12 @@ class Plan(NamedTuple):
         if self.gate is not None:
             if not self.gate > 0:
                 raise InputError(f"--gate must be a positive number of standard deviations, got {self.gate:g}.")
-            gate = dw.InnovationGate(sigmas=self.gate)
+            gate = detect.InnovationGate(sigmas=self.gate)
         if self.model is not None:
             return self._recursive(gate, dt)
         if not isinstance(self.order, int):
             raise InputError(f"--order must be a whole number or auto, got {self.order!r}.")
-        return dw.Joint(
+        return families.Joint(
             self.order,
             len(self.inputs),
             self.direct,
@@ -180,15 +178,13 @@ def orders(text: str) -> list[int]:
 
 
 def _noise(text: str, order):
-    import driftwise as dw
-
     kind, _, numbers = text.partition(":")
     if kind == "output-error" and not numbers:
-        return dw.models.OutputError()
+        return models.OutputError()
     if kind == "equation-error" and not numbers:
-        return dw.models.EquationError()
+        return models.EquationError()
     if kind == "unknown" and not numbers:
-        return dw.models.UnknownPolynomial()
+        return models.UnknownPolynomial()
     if kind == "polynomial" and numbers:
         d = specs.floats("--noise polynomial:", numbers)
         if len(d) != order:
@@ -196,7 +192,7 @@ def _noise(text: str, order):
                 f"--noise polynomial lists {len(d)} coefficients d0,d1,.. and the order is {order}: it takes as many "
                 "as the order (fill up with zeros in front)."
             )
-        return dw.models.NoisePolynomial(tuple(d))
+        return models.NoisePolynomial(tuple(d))
     raise InputError(
         "--noise must be equation-error, output-error, unknown or polynomial:d0,d1,.. (as many as the order), "
         f"got {text!r}."

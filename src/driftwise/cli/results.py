@@ -11,11 +11,11 @@ __all__ = ["write", "write_json"]
 
 def write_json(plan, record, run, notes) -> None:
     """Write what was estimated, from what, and how well."""
-    import driftwise
+    from driftwise.version import __version__
 
     estimator = run.estimator
     content = {
-        "driftwise": driftwise.__version__,
+        "driftwise": __version__,
         "file": plan.file,
         "columns": {"output": record.output, "inputs": list(record.inputs), "time": record.time},
         "estimator": {

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
+from driftwise.cli.notes import counted_in, described, labels, notes, verdicts
 from driftwise.cli.options import AUTO, Plan
 from driftwise.cli.saving import Saver, smoothed_columns, widen
 from driftwise.cli.specs import refusal
 from driftwise.engine.errors import InputError
 from driftwise.report.advice_translation import spoken_verdicts
-from driftwise.report.notes import counted_in, described, labels, notes, verdicts
 from driftwise.tables.record import Chunk, Record, open_record
 
 __all__ = ["Run", "execute", "no_row", "progress", "time_of", "window"]
@@ -119,7 +119,7 @@ def _choose(plan: Plan):
 def _estimate(plan: Plan, record: Record, evidence) -> Run:
     import numpy as np
 
-    from driftwise.cli import study
+    from driftwise.analysis import study
     from driftwise.cli.downsample import Keeper, Offsets
     from driftwise.cli.early_samples import Held, smoothing_rows
     from driftwise.engine.status import Status
@@ -174,8 +174,8 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
 def _look_again(plan: Plan, run: Run) -> None:
     """Do what needs the rows themselves: what they can teach, and smoothing."""
     from driftwise.analysis.diagnose import diagnose
+    from driftwise.analysis.study import ROWS, study
     from driftwise.cli.early_samples import smoothing_rows
-    from driftwise.cli.study import ROWS, study
 
     center = plan.center if run.offsets.values else "none"
     y, u = run.held.record(ROWS)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from driftwise import detect, models
+from driftwise import estimators as families
+from driftwise import memory as memories
 from driftwise.engine.errors import CommandError, InputError
 
 __all__ = [
@@ -99,8 +102,6 @@ def _order(name: str, part: str, inputs: int, text: str) -> Any:
 
 def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
     """Return the memory that --memory and --jumps ask for together, refused where the model has none like it."""
-    import driftwise as dw
-
     found, kind = memory(text), text.partition(":")[0]
     if is_joint and kind not in JOINT:
         raise InputError(
@@ -114,19 +115,21 @@ def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
             f"--jumps {jumps} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) "
             "watches its innovations: --jumps level, noise or glr."
         )
-    if not isinstance(found, dw.Constant | dw.RestartOnChange):
+    if not isinstance(found, memories.Constant | memories.RestartOnChange):
         raise InputError(
             f"--jumps {jumps} restarts a memory that forgets nothing in between, and --memory {text} forgets all the "
             "time: leave one of them out, or say --memory jump:STEP."
         )
     watching = detector(jumps)
-    return found._replace(detector=watching) if isinstance(found, dw.RestartOnChange) else dw.RestartOnChange(watching)
+    return (
+        found._replace(detector=watching)
+        if isinstance(found, memories.RestartOnChange)
+        else memories.RestartOnChange(watching)
+    )
 
 
 def detector(text: str) -> Any:
     """Return the detector that a text such as "level:10000,0.5" names: what, false alarms, size."""
-    import driftwise as dw
-
     kind, _, numbers = text.partition(":")
     rate, comma, size = (part.strip() for part in numbers.partition(","))
     if kind not in DETECTORS or not rate or (comma and not size):
@@ -141,13 +144,13 @@ def detector(text: str) -> Any:
         raise InputError(f"--jumps {text}: SIZE is {DETECTORS[kind][1]}, a whole number.")
     try:
         if kind == "parameters":
-            found: Any = dw.detect.ScoreCUSUM(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
+            found: Any = detect.ScoreCUSUM(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
             found.resolve(max(len(sizes), 1))
         else:
             found = {
-                "level": lambda: dw.PageHinkley(rate, *sizes),
-                "noise": lambda: dw.detect.VarianceCUSUM(*sizes, false_alarms=rate),
-                "glr": lambda: dw.detect.GLR(rate, *map(int, sizes)),
+                "level": lambda: detect.PageHinkley(rate, *sizes),
+                "noise": lambda: detect.VarianceCUSUM(*sizes, false_alarms=rate),
+                "glr": lambda: detect.GLR(rate, *map(int, sizes)),
             }[kind]()
             found.resolve()
     except InputError as error:
@@ -157,34 +160,32 @@ def detector(text: str) -> Any:
 
 def memory(text: str) -> Any:
     """Return the memory policy that a text such as "weighted:0.99" names."""
-    import driftwise as dw
-
     kind, colon, numbers = text.partition(":")
     plain: dict[str, Callable[[], Any]] = {
-        "auto": dw.AutoMemory,
-        "bank": dw.memory.MultipleModel,
-        "interacting": dw.memory.IMM,
-        "never": dw.Constant,
-        "jump": dw.RestartOnChange,
-        "likelihood": dw.memory.LikelihoodDrift,
-        "fuzzy": dw.memory.FuzzyDrift,
-        "matching": dw.memory.CovarianceMatching,
-        "auxiliary": dw.memory.AuxiliaryFilter,
-        "correlation": dw.memory.AutocovarianceLS,
-        "variational": dw.memory.VariationalBayes,
+        "auto": memories.AutoMemory,
+        "bank": memories.MultipleModel,
+        "interacting": memories.IMM,
+        "never": memories.Constant,
+        "jump": memories.RestartOnChange,
+        "likelihood": memories.LikelihoodDrift,
+        "fuzzy": memories.FuzzyDrift,
+        "matching": memories.CovarianceMatching,
+        "auxiliary": memories.AuxiliaryFilter,
+        "correlation": memories.AutocovarianceLS,
+        "variational": memories.VariationalBayes,
     }
     ruled: dict[str, Callable[[str], Any]] = {
-        "auto": dw.AutoMemory,
-        "matching": dw.memory.CovarianceMatching,
-        "variational": dw.memory.VariationalBayes,
+        "auto": memories.AutoMemory,
+        "matching": memories.CovarianceMatching,
+        "variational": memories.VariationalBayes,
     }
     one: dict[str, Callable[[float], Any]] = {
-        "limited": dw.memory.GainFloor,
-        "weighted": dw.ExponentialForgetting,
-        "variable": dw.memory.VariableForgetting,
-        "directional": dw.memory.DirectionalForgetting,
-        "window": lambda number: dw.memory.Window(_whole(text, number)),
-        "reset": lambda number: dw.RestartOnChange(response=dw.memory.GainReset(number)),
+        "limited": memories.GainFloor,
+        "weighted": memories.ExponentialForgetting,
+        "variable": memories.VariableForgetting,
+        "directional": memories.DirectionalForgetting,
+        "window": lambda number: memories.Window(_whole(text, number)),
+        "reset": lambda number: memories.RestartOnChange(response=memories.GainReset(number)),
     }
     if kind in plain and not colon:
         return plain[kind]()
@@ -195,22 +196,22 @@ def memory(text: str) -> Any:
     if kind == "drift" and numbers:
         nvr, slash, phi = numbers.partition("/")
         phis = _one_or_each(floats("--memory drift:NVR/", phi)) if slash else 1.0
-        return dw.memory.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
+        return memories.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
     if kind == "ekf":
         from driftwise.memory.adaptation import EKF
 
         raise InputError(f"--memory ekf: {EKF}.")
     if kind == "runlengths" and numbers:
-        return dw.memory.BayesianChangePoint(*_jump_every(text, numbers))
+        return memories.BayesianChangePoint(*_jump_every(text, numbers))
     if kind == "walk" and "/" in numbers:
-        return dw.RandomWalk(matched=_jump_every(text, numbers))
+        return memories.RandomWalk(matched=_jump_every(text, numbers))
     if kind == "walk" and numbers:
-        return dw.RandomWalk(_one_or_each(floats("--memory walk:", numbers)))
+        return memories.RandomWalk(_one_or_each(floats("--memory walk:", numbers)))
     if kind == "jump" and numbers:
         steps = floats("--memory jump:", numbers)
         if not all(step > 0 for step in steps):
             raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
-        return dw.RestartOnChange(response=dw.memory.CovarianceInflation(_one_or_each(steps)))
+        return memories.RestartOnChange(response=memories.CovarianceInflation(_one_or_each(steps)))
     raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
 
 
@@ -244,37 +245,29 @@ def _number(text: str, numbers: str) -> float:
 
 def recursive(text: str, inputs: tuple[str, ...], **options) -> Any:
     """Return the recursive estimator that a text such as "arx:2,2,1" names."""
-    import driftwise as dw
-
     kind, orders = model(text, len(inputs))
     kinds = {"ar": "AR", "arx": "ARX", "arma": "ARMA", "armax": "ARMAX", "oe": "OE", "bj": "BJ"}
     if kind == "regression":
-        return dw.Regression(list(inputs), **options)
-    return getattr(dw, kinds[kind])(**orders, **options)
+        return families.Regression(list(inputs), **options)
+    return getattr(families, kinds[kind])(**orders, **options)
 
 
 def _last(others: dict[str, Any], dt: float) -> Any:
     """Return the forecaster that expects the last value again."""
-    import driftwise as dw
-
-    return dw.AR(1, theta0=[-1.0], P0=1e-24, dt=dt)
+    return families.AR(1, theta0=[-1.0], P0=1e-24, dt=dt)
 
 
 def _mean(others: dict[str, Any], dt: float) -> Any:
     """Return the forecaster that expects the mean so far."""
-    import driftwise as dw
-
-    return dw.ARX(0, (), (), offset=True, dt=dt)
+    return families.ARX(0, (), (), offset=True, dt=dt)
 
 
 def _average(others: dict[str, Any], dt: float) -> Any:
     """Return the average of the other estimators; last value and mean are in it anyway."""
-    import driftwise as dw
-
     members = {name: est for name, est in others.items() if name not in NAMED}
     if not members:
         raise InputError("average needs something to average: name other estimators too, such as arx:1,1 arx:2,2.")
-    return dw.ModelAverage(list(members.values()), names=list(members))
+    return families.ModelAverage(list(members.values()), names=list(members))
 
 
 # forecasters that go by a word alone, each made of (the other estimators by name, dt)
@@ -292,8 +285,6 @@ def estimators(texts: list[str], inputs: tuple[str, ...], dt: float) -> dict[str
 
 
 def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
-    import driftwise as dw
-
     what, at, kept = text.partition("@")
     kind, _, numbers = what.partition(":")
     if at and not kept:
@@ -315,5 +306,5 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
             f"SPEC {text}: the joint filter is written joint:N or joint:N,NOISE, for example joint:2,unknown; NOISE is "
             f"one of {', '.join(NOISES)}."
         )
-    how = getattr(dw.models, NOISES[noise or "equation-error"])()
-    return dw.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "never", None, True), dt=dt)
+    how = getattr(models, NOISES[noise or "equation-error"])()
+    return families.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "never", None, True), dt=dt)

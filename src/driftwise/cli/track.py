@@ -121,11 +121,6 @@ class Order:
 def execute(order: Order) -> None:
     """Read the plots, track them, write what was asked for, and print the table."""
     order.check()
-    if order.follow:
-        from driftwise.cli.follow import follow
-
-        follow(order)
-        return
     start = perf_counter()
     plots = _read(order)
     tracker = make(order)
@@ -195,10 +190,10 @@ def _sites(order: Order, tracks) -> list[tuple[str, float, float]]:
 
 def _content(order: Order, tracks, rows) -> dict:
     """Return the results as JSON has them: a record for each track, and what was skipped."""
-    import driftwise
+    from driftwise.version import __version__
 
     return {
-        "driftwise": driftwise.__version__, "files": order.files, "speed": order.pace, "origin": tracks.origin,
+        "driftwise": __version__, "files": order.files, "speed": order.pace, "origin": tracks.origin,
         "tracks": [r.as_dict() for r in rows],
         "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
     }  # fmt: skip

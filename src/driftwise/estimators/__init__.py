@@ -7,6 +7,7 @@ _HOME = {
     "algebraic_identification": "algebraic_start.algebraic",
     "AlgebraicStart": "algebraic_start.start",
     "AdaptiveObserver": "adaptive_observer.estimator",
+    "SmoothedParameters": "smoothing.smoothed_parameters",
     "sensor_calibration": "model_average.sensor",
     "symbolic_coefficients": "algebraic_observer.symbolic",
     "AR": "arx.estimator",
@@ -23,7 +24,9 @@ _HOME = {
     "AdaptiveGain": "adaptive_gain.estimator",
     "WindowObserver": "window_observer.estimator",
     "AlgebraicObserver": "algebraic_observer.estimator",
+    "Manoeuvre": "manoeuvre.estimator",
     "ModelAverage": "model_average.estimator",
+    "AverageTrace": "model_average.trace",
     "TrackEstimator": "track.estimator",
 }
 

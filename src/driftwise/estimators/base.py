@@ -13,6 +13,8 @@ from ..engine import compile, ud, validation
 from ..engine.errors import InputError
 from ..models import noise as noises
 from ..models.scale import KnownScale, sigma2
+from ..results.snapshot import register
+from ..results.trace import Trace, width
 
 
 class Step(NamedTuple):
@@ -38,7 +40,12 @@ class Rows:
     _D0: np.ndarray
     _U0: np.ndarray
     columns = 4  # prediction, innovation, variance, status: what the trace holds before means and spreads
+    trace_kind: type[Trace] = Trace  # what a run over a record returns
     _x = "x"  # the state's field in a row
+
+    def __init_subclass__(cls, **options):
+        super().__init_subclass__(**options)
+        register(cls)
 
     def __repr__(self):
         first = next(iter(self.options))
@@ -144,8 +151,6 @@ class Reading(Rows):
         keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
         time : (T,) instants in seconds; multiples of dt if omitted
         """
-        from ..results.trace import Trace, width
-
         y, u = validation.record(y, u, self.model.inputs)
         start = self.start() if state is None else state
         rows = self._rows(start)

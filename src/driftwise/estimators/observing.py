@@ -9,6 +9,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.errors import InputError
 from ..models.plant import Augmented
+from ..results.observer_trace import ObserverTrace, width
 from .base import Rows, Step
 from .common.times import instants
 
@@ -55,6 +56,7 @@ class Observing(Rows):
     hold: str
     irregular: bool
     noise_std: Any
+    trace_kind = ObserverTrace
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
@@ -95,8 +97,6 @@ class Observing(Rows):
         state : state to start from; a fresh one if omitted
         keep : "innovations", "means" or "std": how much of each sample the trace holds
         """
-        from ..results.observer_trace import ObserverTrace, width
-
         ys, us = validation.record(y, u, self.model.inputs, self.model.outputs)
         start = self.start() if state is None else state
         rows = self._rows(start)

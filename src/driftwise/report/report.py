@@ -52,7 +52,7 @@ def write(
     summary.origin = summary.origin or labels.get("origin")
     directions = parts_of.directions(summary)
     if study is None:
-        from driftwise.cli.study import study as made
+        from driftwise.analysis.study import study as made
 
         study = made(trace.estimator, summary.state, trace.y, trace.u)
     line, figures = report_figures.draw(trace, summary, labels, events, directions, smoothed, orders)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from driftwise.analysis.change_log import MISFIT
+from driftwise.analysis.forecast_summary import Own
 from driftwise.report import report_answer as answer
 from driftwise.report import report_figures, report_plots, report_verdicts
 from driftwise.report import report_page as html
@@ -13,7 +14,6 @@ from driftwise.report.report_axes import Timeline
 from driftwise.report.report_marks import Mark
 from driftwise.report.terminal_identified import SO_FAR
 from driftwise.report.wording import fixed, number
-from driftwise.results.forecast_summary import Own
 
 __all__ = ["write"]
 

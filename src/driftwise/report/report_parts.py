@@ -22,9 +22,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from driftwise.analysis.forecast_verdicts import off
 from driftwise.report import report_page as html
 from driftwise.report.wording import fixed, near_one
-from driftwise.results.forecast_calibration import off
 
 __all__ = [
     "EVENTS_SHOWN",

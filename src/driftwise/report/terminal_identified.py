@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from driftwise.analysis.identification_words import brief
 from driftwise.report.terminal import console, parameters, roots, shelves, table
 from driftwise.report.wording import fixed, number
-from driftwise.results.identification_words import brief
 
 __all__ = ["show"]
 

@@ -3,11 +3,8 @@
 from ..engine.lazy import lazily
 
 _HOME = {
-    "AverageTrace": "average_trace",
     "Diagnosis": "verdicts",
     "Verdict": "verdicts",
-    "calibration": "forecast_calibration",
-    "SmoothedParameters": "smoothed_parameters",
     "Summary": "summary",
     "SummaryMIMO": "mimo_summary",
     "ljung_box": "whiteness",

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..models.model_mimo import ModelMIMO
-from .mimo_trace import TraceMIMO
 from .summary import Summary, _finite, combination
 from .whiteness import LEAST, Nis, Whiteness
 
@@ -61,7 +60,7 @@ class SummaryMIMO:
         self.samples = 0
         self._products, self._squares, self._pairs = np.zeros((3, p, p))
 
-    def add(self, trace: TraceMIMO) -> SummaryMIMO:
+    def add(self, trace: Any) -> SummaryMIMO:
         """Take in one more stretch of the run."""
         self.state, self._model = trace.state, None
         self.samples += len(trace)
@@ -70,7 +69,7 @@ class SummaryMIMO:
             late = part.observed + np.cumsum(one.is_used) > part.settle
             scored = one.is_used & late & (one.variance > 0) & (one.dof >= LEAST)
             z[scored, i] = (one.innovation[scored] / np.sqrt(one.variance[scored])).clip(-4, 4)
-            part.add(cast(Any, one))
+            part.add(one)
         known = np.isfinite(z).astype(float)
         z = np.where(known > 0, z, 0.0)
         self._products += z.T @ z

@@ -11,8 +11,10 @@ from ..engine.errors import InputError
 from ..engine.validation import floats
 from ..models.model_mimo import ModelMIMO
 from ..models.scale import KnownScale
+from . import verbs
+from .bands import quantile
 from .events import events_of, jumps_of
-from .trace import KEEP, UNUSED, Trace, quantile
+from .trace import KEEP, UNUSED, Trace
 
 
 class TraceMIMO(Trace):
@@ -163,18 +165,14 @@ class TraceMIMO(Trace):
 
     def diagnose(self):
         """Return a `Diagnosis`: NIS, coverage and whiteness of each output, as of one (`Trace.diagnose`)."""
-        from ..analysis.diagnose import of_outputs
-
-        return of_outputs(self.summary().parts)
+        return verbs.call("diagnose", self)
 
     def plot(self, **options) -> Any:
         """Draw each output as measured and predicted, its innovations and its equation's parameters; return the Axes.
 
         Options: ``labels``, a dict with "outputs" (a name with unit for each) and "time"; ``figure`` to draw into.
         """
-        from ..report.figure_mimo import plot
-
-        return plot(self, **options)
+        return verbs.call("plot", self, **options)
 
     def report(self, path, **options) -> Any:
         """Refuse: the page is for one output; `summary` and `plot` say the same of several."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..engine.status import Status
+from .bands import quantile
 from .events import Event
-from .observer_trace import ObserverTrace
 from .summary import Summary, _finite
 from .whiteness import Nis
 
@@ -33,7 +33,7 @@ class ObserverSummary:
         self.last, self.last_std = np.full((2, len(self.names)), np.nan)
         self._begin = math.nan
 
-    def add(self, trace: ObserverTrace) -> ObserverSummary:
+    def add(self, trace: Any) -> ObserverSummary:
         """Take in one more stretch of the run."""
         if not len(trace):
             return self
@@ -41,7 +41,7 @@ class ObserverSummary:
         if not self.samples:
             self._begin = float(trace.time[0])
         for part, one in zip(self.outputs, views(trace)):
-            part.add(cast(Any, one))
+            part.add(one)
         ready = trace.ready
         if ready.any():
             if math.isnan(self.first_ready):
@@ -145,7 +145,7 @@ class ObserverSummary:
 class View:
     """One output's columns of an observer's trace, as `Summary` and the figures read them, (T,) each."""
 
-    trace: ObserverTrace
+    trace: Any
     time: np.ndarray
     y: np.ndarray
     prediction: np.ndarray
@@ -168,8 +168,6 @@ class View:
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval; NaN while nothing is determined."""
-        from .trace import quantile
-
         std = np.where(np.isfinite(self.variance), np.sqrt(self.variance), np.nan)
         return quantile(0.5 + level / 2, self.dof) * std
 
@@ -177,7 +175,7 @@ class View:
         return len(self.time)
 
 
-def views(trace: ObserverTrace) -> list[View]:
+def views(trace: Any) -> list[View]:
     """Return the columns of each output."""
     T, p = len(trace), trace.estimator.model.outputs
     names = ("y", "prediction", "innovation", "variance", "status", "dof", "is_used")

@@ -10,6 +10,7 @@ import numpy as np
 from ..engine.errors import InputError
 from ..engine.status import MEANING, Status
 from ..engine.validation import count, floats
+from . import verbs
 from .events import Event, runs
 from .trace import Trace
 
@@ -225,18 +226,14 @@ class ObserverTrace(Trace):
 
     def diagnose(self):
         """Return a `Diagnosis`: NIS and coverage of each output; innovations of a window are not white anyway."""
-        from ..analysis.diagnose import of_outputs
-
-        return of_outputs(self.summary().outputs, self.estimator.model.output_names, is_white=False)
+        return verbs.call("diagnose", self)
 
     def plot(self, **options) -> Any:
         """Draw the outputs and every estimate with its 2-sigma band; return the Axes.
 
         Options: ``labels``, a dict of names with what to write at their axes; ``figure`` to draw into.
         """
-        from ..report.figure_observer import plot
-
-        return plot(self, **options)
+        return verbs.call("plot", self, **options)
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -261,9 +258,7 @@ class ObserverTrace(Trace):
 
     def report(self, path, **options) -> Any:
         """Write one self-contained HTML page that opens without a network."""
-        from ..report.report_observer import write
-
-        return write(self, path, **options)
+        return verbs.call("report", self, path, **options)
 
     @classmethod
     def load(cls, path) -> ObserverTrace:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..engine.errors import InputError
-from .trace import KEEP, unpack
+from .bands import unpack
+from .trace import KEEP
 
 LEAST = KEEP[1:]
 

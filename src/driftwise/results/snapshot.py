@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from importlib import import_module
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,9 +18,6 @@ from ..detect.score import ScoreCUSUM
 from ..detect.self_starting import SelfStarting
 from ..detect.variance import VarianceCUSUM
 from ..engine.errors import InputError
-from ..estimators.algebraic_observer.relation import Relation
-from ..estimators.algebraic_start.start import AlgebraicStart
-from ..estimators.base import Rows
 from ..memory.auto import AutoMemory
 from ..memory.auxiliary import AuxiliaryFilter
 from ..memory.bank import IMM, MultipleModel
@@ -41,7 +39,7 @@ from ..models.plant import Plant, Polynomial, Sinusoid
 from ..models.scale import InverseGamma
 
 SCHEMA = 4  # 4: a trace keeps the degrees of freedom of each prediction
-KINDS = {
+KINDS: dict[str, Any] = {
     k.__name__: k
     for k in (
         EquationError,
@@ -85,10 +83,29 @@ KINDS = {
         Plant,
         Polynomial,
         Sinusoid,
-        Relation,
-        AlgebraicStart,
     )
 }
+
+
+Kind = TypeVar("Kind")
+ESTIMATORS: dict[str, type] = {}  # by name, each written down by itself when its class is made
+
+
+def register(kind: type[Kind]) -> type[Kind]:
+    """Write a class of estimators, or of their settings, down under its name, so that `rebuild` finds it."""
+    (KINDS if hasattr(kind, "_fields") else ESTIMATORS).setdefault(kind.__name__, kind)
+    return kind
+
+
+def _estimator(name: str) -> Any:
+    """Return the class of estimators of that name, loaded now if it was not yet."""
+    if name not in ESTIMATORS:
+        return getattr(import_module("driftwise.estimators"), name)
+    return ESTIMATORS[name]
+
+
+def _is_estimator(value) -> bool:
+    return ESTIMATORS.get(type(value).__name__) is type(value)
 
 
 def _plain(value: Any) -> Any:
@@ -96,7 +113,7 @@ def _plain(value: Any) -> Any:
         return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
     if isinstance(value, dict):
         return {"kind": "dict", **{k: _plain(v) for k, v in value.items()}}
-    if isinstance(value, Rows):
+    if _is_estimator(value):
         return {"kind": "estimator", "text": describe(value)}
     if isinstance(value, np.ndarray):
         return np.asarray(value, float).tolist()
@@ -125,7 +142,7 @@ def is_described(estimator) -> bool:
 def _is_ours(value) -> bool:
     if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
         return all(map(_is_ours, value))
-    if isinstance(value, Rows):
+    if _is_estimator(value):
         return is_described(value)
     return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
 
@@ -140,30 +157,14 @@ def describe(estimator) -> str:
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
-    from ..estimators.adaptive_gain.estimator import AdaptiveGain
-    from ..estimators.adaptive_observer.estimator import AdaptiveObserver
-    from ..estimators.algebraic_observer.estimator import AlgebraicObserver
-    from ..estimators.armax.estimator import ARMA, ARMAX, BJ, OE
-    from ..estimators.arx.estimator import AR, ARX
-    from ..estimators.arx.regression import Regression
-    from ..estimators.arx_mimo.estimator import ARXMIMO
-    from ..estimators.continuous.estimator import ContinuousJoint
-    from ..estimators.joint.estimator import Joint
-    from ..estimators.joint_mimo.estimator import JointMIMO
-    from ..estimators.manoeuvre.estimator import Manoeuvre
-    from ..estimators.model_average.estimator import ModelAverage
-    from ..estimators.window_observer.estimator import WindowObserver
-
     data = json.loads(text)
     if data.get("schema") != SCHEMA:
         found = data.get("schema")
         newer = isinstance(found, int) and found > SCHEMA
         advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
         raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
-    recursive = AR, ARX, Regression, ARMA, ARMAX, OE, BJ, ARXMIMO, AdaptiveObserver
-    known = Joint, JointMIMO, ContinuousJoint, AdaptiveGain, Manoeuvre, WindowObserver, AlgebraicObserver, ModelAverage
-    kinds: dict[str, Any] = {k.__name__: k for k in (*known, *recursive)}
-    return kinds[data.get("estimator", "Joint")](**{k: _rich(v) for k, v in data["options"].items()})
+    kind = _estimator(data["estimator"])
+    return kind(**{k: _rich(v) for k, v in data["options"].items()})
 
 
 def save_state(estimator, state, path) -> None:

@@ -9,11 +9,10 @@ import numpy as np
 
 from ..engine.status import Status
 from ..models.convert import Model
+from .bands import quantile, share_within
 from .clock_words import SECONDS
 from .events import runs, weighed_words
-from .mixture import share_within
 from .stable import moduli
-from .trace import Trace, quantile
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 
 HAPPENED = {"noise_rises": Status.NOISE, "outliers": Status.OUTLIER, "at_rest": Status.AT_REST}
@@ -44,7 +43,7 @@ class Summary:
         self._squares, self._nis, self._nis_spread, self._covered, self._scored = 0.0, 0.0, 0.0, 0, 0
         self._lags = Correlations()
 
-    def add(self, trace: Trace) -> Summary:
+    def add(self, trace: Any) -> Summary:
         """Take in one more stretch of the run."""
         status = trace.status
         self.state, self._model = trace.state, None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +10,17 @@ import numpy as np
 from ..engine.errors import InputError
 from ..engine.status import Status
 from ..engine.validation import count, floats
-from ..estimators.arx.row import COLUMNS
 from ..models.convert import Model
 from ..models.scale import KnownScale
+from . import verbs
+from .bands import half_width, quantile, unpack
 from .events import Event, events_of, jumps_of, watched
 from .frames import as_frame
-from .mixture import half_width
 
 KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
 
-
-TOLD = COLUMNS  # where the columns begin that a mixture fills
+TOLD = 9  # where the columns begin that a mixture fills
 
 
 def width(keep: str, N: int, head: int = 4) -> int:
@@ -238,9 +236,7 @@ class Trace:
         the parameters jumped, b1 by +1 at sample 401 (odds beyond a million to one against drift): try
         memory=RestartOnChange() or AutoMemory()
         """
-        from ..analysis.diagnose import diagnose
-
-        return diagnose(self)
+        return verbs.call("diagnose", self)
 
     def jumps(self, limit: int = 10_000) -> list[Event]:
         """Return an event for each alarm: when, about what, since when, on what evidence."""
@@ -290,11 +286,9 @@ class Trace:
         >>> trace.what_changed(trace.jumps()[0])
         chi2 = 1080.0 on 4 degrees of freedom (p = 1.6e-232); most of all a1 up (+32.7 sd)
         """
-        from ..analysis.score_after_jump import what_changed
-
         if isinstance(event, Event):
             event = event.sample if event.since is None else event.since
-        return what_changed(self, event, samples)
+        return verbs.call("what_changed", self, event, samples)
 
     def state_before(self, sample: int):
         """Return the state just before a sample, bit for bit as it was: replay an event from there."""
@@ -326,15 +320,11 @@ class Trace:
 
     def plot(self, **options) -> Any:
         """Draw measured and predicted output, parameters and innovations with 2-sigma bands; return the Axes."""
-        from ..report.figure import plot
-
-        return plot(self, **options)
+        return verbs.call("plot", self, **options)
 
     def report(self, path, **options) -> Any:
         """Write one self-contained HTML page that opens without a network."""
-        from ..report.report import write
-
-        return write(self, path, **options)
+        return verbs.call("report", self, path, **options)
 
     # --- keeping -------------------------------------------------------------------------------------------
 
@@ -360,36 +350,10 @@ class Trace:
     @classmethod
     def load(cls, path) -> Trace:
         """Return a saved trace."""
-        from ..estimators.observing import Observing
         from .snapshot import rebuild
 
         path = Path(path)
         with np.load(path if path.exists() else f"{path}.npz", allow_pickle=False) as f:
             est = rebuild(str(f["header"]))
             state = f["state"].view(est.dtype).reshape(())
-            kind = cls
-            if isinstance(est, Observing):
-                from .observer_trace import ObserverTrace as kind
-            elif f["y"].ndim == 2:
-                from .mimo_trace import TraceMIMO as kind
-            return kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
-
-
-def unpack(packed, N) -> np.ndarray:
-    """Return full covariances (T, N, N) of rows that list their upper triangles by columns."""
-    full = np.empty((len(packed), N, N))
-    j, i = np.tril_indices(N)
-    full[:, i, j] = full[:, j, i] = packed
-    return full
-
-
-def quantile(level, dof):
-    """Return the quantile of Student's t, of the normal law where ``dof`` is infinite."""
-    from scipy.special import ndtri, stdtrit
-
-    dof = np.asarray(dof, float)
-    if np.all(np.isinf(dof)):
-        return np.full(dof.shape, ndtri(level))
-    # one per distinct value: a long record has few (and large ones are normal to five digits)
-    values, back = np.unique(np.where(dof > 1e5, math.inf, dof), return_inverse=True)
-    return np.where(np.isinf(values), ndtri(level), stdtrit(np.where(np.isinf(values), 1, values), level))[back]
+            return est.trace_kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
+from driftwise import detect, models
 from driftwise.engine.errors import CommandError, InputError
 
 __all__ = ["EXAMPLE", "read"]
@@ -38,8 +39,6 @@ OBSERVER = ("window", "noise_std", "hold", "irregular", "capacity", "tolerance",
 
 def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[int]]:
     """Return the options of a `WindowObserver`, and the numbers of the disturbances whose walk is to be tuned."""
-    import driftwise as dw
-
     try:
         with open(path, "rb") as file:
             found = tomllib.load(file)
@@ -56,7 +55,7 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
         _known(plant, ("states", "A", "B", "C", "D"), "entry of [plant]")
         if "A" not in plant:
             raise InputError("[plant] needs A, the state matrix")
-        plant = dw.Plant(**plant, inputs=inputs or None, outputs=outputs)
+        plant = models.Plant(**plant, inputs=inputs or None, outputs=outputs)
         listed = found.get("disturbance", [])
         listed = listed if isinstance(listed, list) else [listed]
         derived = found.get("derived", {})
@@ -71,7 +70,7 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
         if observer["noise_std"] == "learn":
             observer["noise_std"] = None
         if "false_alarms" in observer:
-            observer["detector"] = dw.detect.Parity(observer.pop("false_alarms"))
+            observer["detector"] = detect.Parity(observer.pop("false_alarms"))
         names = _checked(plant, disturbances, inputs)
         derived = {name: _row(name, row, names, inputs) for name, row in derived.items()}
     except InputError as error:
@@ -96,9 +95,7 @@ def _known(table, names, what) -> None:
 
 
 def _disturbance(table) -> Any:
-    import driftwise as dw
-
-    kinds = {"frequency": dw.models.Sinusoid, "degree": dw.models.Polynomial}
+    kinds = {"frequency": models.Sinusoid, "degree": models.Polynomial}
     _known(table, ("name", "into", "outputs", "prior_std", "walk", *kinds), "entry of [[disturbance]]")
     table = dict(table)
     if table.get("walk") == "tune":
@@ -111,8 +108,8 @@ def _disturbance(table) -> Any:
     if "frequency" in table:
         if "degree" in table:
             raise InputError("a [[disturbance]] has a frequency or a degree, not both: list two")
-        return dw.models.Sinusoid(table.pop("frequency"), **table)
-    return dw.models.Polynomial(**table)
+        return models.Sinusoid(table.pop("frequency"), **table)
+    return models.Polynomial(**table)
 
 
 def _row(name, row, names, inputs):

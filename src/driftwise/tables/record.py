@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any, NamedTuple
 
-from driftwise.cli.checks import first_chunks
 from driftwise.engine.errors import CommandError, InputError
+from driftwise.tables.checks import first_chunks
 from driftwise.tables.clock import Clock
 from driftwise.tables.source import resolve, source_of, title
 

@@ -5,7 +5,7 @@ from ..engine.lazy import lazily
 _HOME = {
     "Tracker": "tracker",
     "Tracks": "tracks",
-    "TrackTrace": ".results.track_trace",
+    "TrackTrace": ".estimators.track.trace",
     "Manoeuvre": ".estimators.manoeuvre.estimator",
     "track": "tracker",
     "TrackEstimator": ".estimators.track.estimator",

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..engine.errors import InputError
-from ..results.track_trace import TrackTrace
+from ..estimators.track.trace import TrackTrace
+from ..results import verbs
 from .live import PLOT, Event, Live
 from .plots import Fault, Plots
 
@@ -53,7 +53,7 @@ class Track:
     period: float
     state: Any = field(repr=False)
     estimator: Any = field(repr=False)
-    outs: np.ndarray = field(repr=False)
+    table: np.ndarray = field(repr=False)
 
     def __len__(self):
         return len(self.plots)
@@ -80,7 +80,7 @@ class Track:
     @cached_property
     def trace(self) -> TrackTrace:
         """What the estimator said: a `TrackTrace` with a row for each plot."""
-        return TrackTrace(self.estimator, self.plots.time, self.plots.position, self.outs, self.state)
+        return TrackTrace(self.estimator, self.plots.time, self.plots.position, self.table, self.state)
 
     def predict(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (2,) and covariance (2, 2) of a plot at a later time, East and North; so a track coasts."""
@@ -160,21 +160,11 @@ class Tracks(Sequence):
 
     def write(self, folder, formats=("csv",)) -> list[Path]:
         """Write ``tracks.csv``, .parquet, .geojson, .kml or .cat062 into a folder, and return the paths."""
-        from .write import WRITERS
-
-        formats = [formats] if isinstance(formats, str) else list(formats)
-        for name in formats:
-            if name not in WRITERS:
-                raise InputError(f"formats must be of {', '.join(WRITERS)}, got {name!r}")
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        return [WRITERS[name](self, folder / f"tracks.{name}") for name in formats]
+        return verbs.call("write", self, folder, formats)
 
     def report(self, path, title: str = "Tracks", **options) -> Path:
-        """Write a page to look at: plan view, tracks over time, a table; options of ``edge.report_tracks.write``."""
-        from ..report.report_tracks import write
-
-        return write(self, path, title, **options)
+        """Write a page to look at: plan view, tracks over time, a table; options of ``report.report_tracks.write``."""
+        return verbs.call("report", self, path, title, **options)
 
 
 def track_of(live: Live, estimator, words: list[str], origin) -> Track:

@@ -107,3 +107,14 @@ WRITERS: dict[str, Callable[[Tracks, Path], Path]] = {
     "kml": write_kml,
     "cat062": write_cat062,
 }
+
+
+def write(tracks: Tracks, folder, formats=("csv",)) -> list[Path]:
+    """Write ``tracks.csv``, .parquet, .geojson, .kml or .cat062 into a folder, and return the paths."""
+    formats = [formats] if isinstance(formats, str) else list(formats)
+    for name in formats:
+        if name not in WRITERS:
+            raise InputError(f"formats must be of {', '.join(WRITERS)}, got {name!r}")
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    return [WRITERS[name](tracks, folder / f"tracks.{name}") for name in formats]

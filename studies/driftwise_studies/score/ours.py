@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 import driftwise as dw
+from driftwise.analysis.forecast_verdicts import WIDE
 from driftwise.analysis.identification import Finder
 from driftwise.analysis.identifier import PILOT
-from driftwise.results.forecast_calibration import WIDE
 from driftwise.tables.recognise import recognise
 
 from ..papers.recordings import Series

@@ -10,12 +10,14 @@ import numpy as np
 from ...engine import validation
 from ...engine.errors import InputError
 from ...models.plant import Augmented, Plant, Polynomial, Sinusoid
+from ...results.snapshot import register
 from .theorem import derivatives, product, transfer_function
 
 GROWS = 1e-7  # real part of a pole, relative to the largest pole, from which it counts as unstable
 ZERO = 1e-9  # size of C A^k D, relative to its terms, up to which it counts as zero
 
 
+@register
 class Relation(NamedTuple):
     """sum_i a_i y^(i) = sum_i b_i u^(i) + disturbance, a_n = 1: a plant without its states."""
 

@@ -14,11 +14,13 @@ from ...memory.drift import Constant, RandomWalk, RestartOnChange
 from ...models.canonical import Canonical
 from ...models.noise import Unknown
 from ...models.scale import KnownScale
+from ...results.snapshot import register
 
 EACH = 5  # samples for each unknown, state or parameter, unless said otherwise
 LEAST = 40  # and at least so many
 
 
+@register
 class AlgebraicStart(NamedTuple):
     """Identify the first samples at once (`algebraic_identification`), and let the filter go on from there.
 

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...engine import validation
+from ...results.mimo_trace import TraceMIMO
+from ...results.trace import width
 from ..base import Rows, Step
 
 
@@ -19,6 +21,7 @@ class ReadingMIMO(Rows):
     is_split: bool
     unknowns: Any
     prior_covariance: np.ndarray
+    trace_kind = TraceMIMO
     link_words = "estimate them together with NoiseCovariance"  # what to do where innovations are correlated
 
     def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
@@ -48,9 +51,6 @@ class ReadingMIMO(Rows):
         keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
         time : (T,) instants in seconds; multiples of dt if omitted
         """
-        from ...results.mimo_trace import TraceMIMO
-        from ...results.trace import width
-
         p = self.model.outputs
         y, u = validation.record(y, u, self.model.inputs, p)
         start = self.start() if state is None else state

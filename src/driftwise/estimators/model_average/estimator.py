@@ -11,11 +11,14 @@ from ...engine import compile, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...models.canonical import power_of_two
+from ...results.snapshot import register
 from ..base import Rows, Step
 from . import step as _step
 from .step import BLOCKS, HEAD, INNOVATION, NAIVE, PREDICTION, SCALES, STATUS, VARIANCE, Averaging
+from .trace import AverageTrace
 
 
+@register
 class ModelAverage:
     """The forecast of several estimators on the same samples: one density from all, honest about its tails.
 
@@ -143,8 +146,6 @@ class ModelAverage:
 
     def scan(self, y, u=None, *, state=None, time=None):
         """Run over a record and return its `AverageTrace`; ``trace.state`` continues where it ended."""
-        from ...results.average_trace import AverageTrace
-
         y, u = validation.record(y, u, self.inputs)
         rows = self._rows(self.start() if state is None else state)
         outs = self._advance(rows, y.reshape(1, -1, 1), u[None])

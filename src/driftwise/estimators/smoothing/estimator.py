@@ -59,7 +59,7 @@ class InHindsight:
         Jumps: gain jumped by +1.98 (±0.032) at sample 150; odds beyond a million to one. The record cannot tell a drift
         of gain from none. The bars take the drift for known all the same; those of hyper='average' do not.
         """
-        from ...results.smoothed_parameters import SmoothedParameters
+        from .smoothed_parameters import SmoothedParameters
 
         found = look_back(self, y, u, drift, hyper, jumps, lag, shared)
         y, u = validation.record(y, u, self.model.inputs)

@@ -10,9 +10,11 @@ import numpy as np
 from ...engine import compile, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
+from ...results.snapshot import register
 from . import bank, step
 from .motion import unpacked
 from .step import Tracking
+from .trace import TrackTrace
 
 CLASSES = {"aircraft": 250.0, "helicopter": 60.0, "glider": 40.0, "uav": 20.0, "boat": 8.0}  # m/s
 
@@ -35,6 +37,7 @@ class TrackStep(NamedTuple):
     status: int
 
 
+@register
 class TrackEstimator:
     """Position, velocity, acceleration and turn rate of one object from its plots, with error bars: nothing to tune.
 
@@ -147,8 +150,6 @@ class TrackEstimator:
         state : optional
             To go on from.
         """
-        from ...results.track_trace import TrackTrace
-
         time, position, R = self._door(time, position, covariance)
         row = self._row(self.start() if state is None else state)
         self._later(time, row)

@@ -27,8 +27,8 @@ def ship(estimator) -> Shipped:
     InputError
         Where a policy was defined in a notebook: its compiled code is found by the name of its module.
     """
-    from ... import __version__
     from ...results.snapshot import describe, is_described
+    from ...version import __version__
     from ..fleet import Fleet
 
     Fleet(estimator)  # refuses what no fleet can hold, in its own words
@@ -59,8 +59,8 @@ def unship(shipped: Shipped) -> Any:
     InputError
         Where this machine has another driftwise, or other sources of a policy: its numbers would be others.
     """
-    from ... import __version__
     from ...results.snapshot import rebuild
+    from ...version import __version__
 
     if shipped.version != __version__:
         raise InputError(

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ..engine.status import Status
-from ..estimators.track import bank
-from ..estimators.track.motion import moving, unpacked
-from .frames import as_frame
-from .mixture import half_width, normal_score
+from ...engine.status import Status
+from ...results.bands import half_width, normal_score
+from ...results.frames import as_frame
+from . import bank
+from .motion import moving, unpacked
 
 AXES = {1: ("",), 2: ("_east", "_north")}
 

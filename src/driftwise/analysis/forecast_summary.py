@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from .forecast_calibration import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
-from .mixture import normal_score
-from .trace import Trace
-from .verdicts import Diagnosis
-from .whiteness import Correlations, score, verdict
+from ..results.bands import normal_score
+from ..results.trace import Trace
+from ..results.verdicts import Diagnosis
+from ..results.whiteness import Correlations, score, verdict
+from .forecast_verdicts import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
 
 
 class Own:

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ..engine.status import Status
-from ..engine.validation import floats
-from ..estimators.model_average import step
-from .frames import as_frame
-from .mixture import half_width, normal_score
+from ...engine.status import Status
+from ...engine.validation import floats
+from ...results.bands import half_width, normal_score
+from ...results.frames import as_frame
+from . import step
 
 
 class AverageTrace:

@@ -1,11 +1,25 @@
-"""Bands of a mixture: quantiles, where a mean and a variance do not say enough."""
+"""Bands of predictions: quantiles of Student's law, and of mixtures, where mean and variance do not say enough."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 STEPS = 200
 CLOSE = 1e-7  # relative, of a half-width
+
+
+def quantile(level, dof):
+    """Return the quantile of Student's t, of the normal law where ``dof`` is infinite."""
+    from scipy.special import ndtri, stdtrit
+
+    dof = np.asarray(dof, float)
+    if np.all(np.isinf(dof)):
+        return np.full(dof.shape, ndtri(level))
+    # one per distinct value: a long record has few (and large ones are normal to five digits)
+    values, back = np.unique(np.where(dof > 1e5, math.inf, dof), return_inverse=True)
+    return np.where(np.isinf(values), ndtri(level), stdtrit(np.where(np.isinf(values), 1, values), level))[back]
 
 
 def normal_score(lower, upper) -> np.ndarray:
@@ -70,3 +84,11 @@ def density_at(h, weight, offset, scale, dof) -> np.ndarray:
     tails = (1 + up * up / nu) ** (-(nu + 1) / 2) + (1 + down * down / nu) ** (-(nu + 1) / 2)
     peak = np.exp(gammaln((nu + 1) / 2) - gammaln(nu / 2)) / np.sqrt(nu * np.pi)
     return (weight * peak / scale * tails).sum(axis=1)
+
+
+def unpack(packed, N) -> np.ndarray:
+    """Return full covariances (T, N, N) of rows that list their upper triangles by columns."""
+    full = np.empty((len(packed), N, N))
+    j, i = np.tril_indices(N)
+    full[:, i, j] = full[:, j, i] = packed
+    return full

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from driftwise.analysis.identifiable import ROWS, WEAK, taught
-from driftwise.engine.errors import InputError
+from ..engine.errors import InputError
+from .identifiable import ROWS, WEAK, taught
 
 __all__ = ["ROWS", "Study", "study"]
 
@@ -74,7 +74,7 @@ def study(estimator, state, y, u, centered: str = "none") -> Study:
 
 def _bound(model, y, u):
     """Return the Cramer-Rao bound at the estimates: from the record, or for white noise in where there is no input."""
-    from driftwise.models.information import cramer_rao, cramer_rao_of_record
+    from ..models.information import cramer_rao, cramer_rao_of_record
 
     form = model.form
     A, B = form.polynomials(model.values)

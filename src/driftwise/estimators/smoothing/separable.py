@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..estimators.smoothing.smoother import Hindsight
+from .smoother import Hindsight
 
 NOTICED = 1.353  # of the log-likelihood: 5 % for a variance that may be zero (half a chi2 on one degree of freedom)
 VAGUE = 1.0  # deviation of a logarithm: known to a factor exp(2) either way

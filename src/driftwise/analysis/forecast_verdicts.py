@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ..analysis.remedies import for_bars, for_colour
-from .verdicts import Diagnosis, Verdict
-from .whiteness import LEAST, Correlations, Nis, Whiteness, chance, nis
+from ..results.verdicts import Diagnosis, Verdict
+from ..results.whiteness import LEAST, Correlations, Nis, Whiteness, chance, nis
+from .remedies import for_bars, for_colour
 
 LEVEL = 0.99  # of each threshold that a chance can cross
 RIGHT, HELD = (0.8, 1.25), (0.92, 0.975)  # so far off, NIS and coverage are right for all practical purposes

@@ -5,10 +5,10 @@ from __future__ import annotations
 import cmath
 import math
 
-from ..analysis.change_log import surest
-from ..analysis.change_monitor import FALSE
-from .stable import NEAR
-from .wording import gain_words, is_integrator, pole_words, swings
+from ..results.stable import NEAR
+from ..results.wording import gain_words, is_integrator, pole_words, swings
+from .change_log import surest
+from .change_monitor import FALSE
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
 SHOWN = 3  # changes that are named, the surest

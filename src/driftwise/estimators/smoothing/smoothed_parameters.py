@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.separable import Separability, separability
-from ..engine.errors import InputError
-from ..estimators.smoothing.jumps import Step
-from ..estimators.smoothing.smoother import Hindsight, diagonal
-from .frames import as_frame
-from .trace import unpack
+from ...engine.errors import InputError
+from ...results import verbs
+from ...results.bands import unpack
+from ...results.frames import as_frame
+from .jumps import Step
+from .separable import Separability, separability
+from .smoothed_wording import paragraph
+from .smoother import Hindsight, diagonal
 
 SURE = 3.0  # deviations: a step this large is named
-KINDS = {"walk": "a random walk", "integrated": "an integrated random walk"}
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,6 @@ class SmoothedParameters:
     @property
     def words(self) -> str:
         """The record in hindsight, one plain paragraph."""
-        from .smoothed_wording import paragraph
-
         return paragraph(self)
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -146,9 +145,7 @@ class SmoothedParameters:
 
     def plot(self, **options) -> Any:
         """Draw each parameter with its 2-sigma band, the filtered one thin, the jumps; return the Axes."""
-        from ..report.figure_smoothed import plot
-
-        return plot(self, **options)
+        return verbs.call("plot", self, **options)
 
 
 def odds_words(odds: float) -> str:

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from ..tables.autoread import gathered, read
+from .identification import Finder
+from .identifier import joined
+
 __all__ = ["identify"]
 
 
@@ -47,12 +53,6 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     >>> found.chosen.name, found.table.output
     ('ARX(2,2,1)', 'temperature')
     """
-    import numpy as np
-
-    from driftwise.analysis.identification import Finder
-    from driftwise.analysis.identifier import joined
-    from driftwise.tables.autoread import gathered, read
-
     table, stretches = read(data, output, input, time, dt=dt)
     finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
     forecasts: list[Any] = []

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+KINDS = {"walk": "a random walk", "integrated": "an integrated random walk"}
+
 
 def paragraph(found) -> str:
     """Return drift, memory, noise, jumps and what cannot be told, of `SmoothedParameters`."""
-    from .smoothed_parameters import KINDS
-
     used = int(found.is_used.sum())
     samples = f"{len(found)} samples" if used == len(found) else f"{len(found)} samples, of which {used} teach"
     parts = [f"In hindsight ({samples}), the parameters take {KINDS[found.drift]}{_why(found)}."]
@@ -26,8 +26,6 @@ def paragraph(found) -> str:
 
 def _why(found) -> str:
     """Say by how much the drift beat the other one."""
-    from .smoothed_parameters import KINDS
-
     if len(found.logliks) < 2:
         return ""
     (other,) = (kind for kind in found.logliks if kind != found.drift)
