@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 # A root whose std exceeds this fraction of the distance to its nearest neighbour is sampled: there the first-order
-# variance is 4 % short, at twice that 20 % and more (tests/test_roots.py).
+# variance is 4 % short, at twice that 20 % and more (tests/models/test_roots.py).
 CLOSE = 0.05
 # A leading coefficient, or a denominator, known to this fraction: its inverse has 8 % more variance than first order.
 SMALL = 0.1

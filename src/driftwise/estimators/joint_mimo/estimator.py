@@ -83,8 +83,8 @@ class JointMIMO(ReadingMIMO):
     -----
     Bad at: white measurement noise (biased, as `Joint`; `OutputError` is refused), structure indices above the truth
     (nearly unidentifiable: see `information_ratio`), and split filters with many missing samples: what a gap makes two
-    filters have in common is not carried from sample to sample (`tests/test_mimo_statistics.py` bounds what that
-    costs).
+    filters have in common is not carried from sample to sample
+    (`tests/estimators/joint_mimo/test_joint_mimo_statistics.py` bounds what that costs).
 
     Examples
     --------
