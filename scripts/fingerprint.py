@@ -1,12 +1,12 @@
-# ruff: noqa: E501  (a configuration is a line)
 """Hash the numbers of every model and memory, and keep the words of reports: proof that a change moved none of them.
 
     python scripts/fingerprint.py --out before.json        # on the tree before
     python scripts/fingerprint.py --against before.json    # on the tree after: prints what moved, exit code 1 if any
 
 Numbers are the float64 bytes of states, traces and columns (NaN is one NaN, the sign of zero counts); a configuration
-is a line of `NUMBERS` or `WORDS` below. Loops run uncompiled, unless ``--compiled``: no waiting, and the numbers are
-the same. Words are compared after `NAMES`: a class may be renamed, what is said of it may not change by accident.
+is a line of `NUMBERS` or `WORDS` below. Loops run uncompiled, unless ``--compiled``: no waiting. The numbers are then
+the same but for the last bits of exp and log: compare like with like, on one machine. Words are compared after `NAMES`:
+a class may be renamed, what is said of it may not change by accident.
 """
 
 from __future__ import annotations
@@ -159,8 +159,117 @@ def alarms(detector, slopes=0):
     for t in range(100, 170):
         state, sign = monitor.update(state, z[t], *([c[t]] if slopes else []))
         signs.append(sign)
-    return {"alarms": [found.samples, found.changes, found.directions, found.which, found.statistic, found.state],
-            "monitor": [state, signs]}  # fmt: skip
+    return {
+        "alarms": [found.samples, found.changes, found.directions, found.which, found.statistic, found.state],
+        "monitor": [state, signs],
+    }
+
+
+def smoothed(est, **options):
+    """Return a smoothed record of the joint filter."""
+    found = est.smooth(*record(samples=60), **options)
+    return {"state": found.state, "table": found.table, "bars": [found.x_std, found.parameters_std]}
+
+
+def hindsight(est, inputs=1, **options):
+    """Return parameters in hindsight."""
+    found = est.smooth(*record(inputs, samples=80, missing=0.05), **options)
+    return {"columns": list(found.columns().values()), "found": [found.nvr, found.q, found.sigma2, found.loglik]}
+
+
+def readings(est, inputs=1, outputs=1):
+    """Return what else a state can be asked."""
+    y, u = record(inputs, outputs)
+    trace = est.scan(y, u)
+    return {
+        "state": [
+            est.loglik(trace.state),
+            est.sigma2(trace.state),
+            est.covariance(trace.state),
+            est.mean(trace.state),
+            est.information_ratio(trace.state),
+            est.prior_covariance,
+        ],
+        "model": [trace.model().poles],
+        "band": trace.band(0.9),
+    }
+
+
+def irregular(est):
+    """Return the numbers of a continuous filter at instants that are no clock's."""
+    at, y, u = motion()
+    found = seen(trace := est.scan(y[:-1], u[:-1], time=at[:-1]))
+    return found | {"stream": list(est.update(trace.state, y[-1], u[-1], time=float(at[-1])))}
+
+
+def tracked(est, covariance=None):
+    """Return the numbers of one object's track: a record of it, and its last plots one by one."""
+    at, C = 4.0 * np.arange(36), est.coordinates
+    turn = np.clip(at - 60, 0, 60) * np.radians(3)
+    path = np.cumsum(600 * np.stack([np.sin(turn), np.cos(turn)], axis=1), axis=0)
+    place = (path + 50 * np.random.default_rng(1).standard_normal(path.shape))[:, :C]
+    place[7] = np.nan
+    R = None if covariance is None else np.broadcast_to(covariance, (36, C, C))
+    found, steps = seen(trace := est.scan(at[:32], place[:32], None if R is None else R[:32])), []
+    state = trace.state
+    for t in range(32, 36):
+        state, step = est.update(state, at[t], place[t], None if R is None else R[t])
+        steps.append(step)
+    return found | {"stream": [state, steps], "ahead": list(est.predict(state, at[-1] + 10))}
+
+
+def flown(*args, **options):
+    """Return the numbers of all tracks in a table of plots."""
+    tracks = dw.track(plots(24), *args, **options)
+    return {"tracks": [[t.state, t.trace.table, t.plots.position] for t in tracks]}
+
+
+def named_jump():
+    """Return the memory that frees only the parameter that jumped."""
+    return dw.RestartOnChange(
+        dw.detect.ScoreCUSUM(jump=0.5, threshold=2.0), dw.memory.CovarianceInflation(0.5, only_named=True), settle=12
+    )
+
+
+def column():
+    """Return a record whose outputs are a table of one column."""
+    y, u = record()
+    return y[:, None], u
+
+
+def growing():
+    """Return the observer of a tank with a leak, by all samples so far."""
+    leak = dw.models.Polynomial([1.0], np.inf)
+    return dw.WindowObserver(dw.Plant([[-1.0]]), np.inf, noise_std=0.05, disturbances=leak, dt=0.1)
+
+
+def normal(*shape):
+    """Return Gaussian numbers."""
+    return np.random.default_rng(2).standard_normal(shape)
+
+
+def jumped():
+    """Return what the score test says of the first jump of a record."""
+    trace = dw.ARX(2, 2, memory=dw.RestartOnChange()).scan(*record())
+    found = trace.what_changed(trace.jumps()[0])
+    return [found.statistic, found.scores, trace.state_before(50)]
+
+
+def found_out():
+    """Return the numbers of what is found out about a record without a word about it."""
+    y, u = record(samples=120, missing=0.02)
+    found = dw.identify({"heater": u, "temperature": y})
+    return {"trace": seen(found.trace), "forecast": seen(found.forecast)}
+
+
+def algebraic():
+    """Return the numbers of an algebraic identification."""
+    t = 0.02 * np.arange(151)
+    y, u = dw.models.simulate_continuous(
+        [0.8, 4.0], [0.0, 3.0], time=t, u=1 - 2.0 * (t // 1 % 2), noise_std=0.01, seed=1
+    )
+    found = dw.estimators.algebraic_identification(y, u, order=2, zeros=0, dt=0.02, hold="zoh", disturbance=0)
+    return [found.values, found.covariance]
 
 
 # --- numbers ---------------------------------------------------------------------------------------------------
@@ -241,27 +350,6 @@ JOINTS = {
 }
 
 
-def smoothed(est, **options):
-    """Return a smoothed record of the joint filter."""
-    found = est.smooth(*record(samples=60), **options)
-    return {"state": found.state, "table": found.table, "bars": [found.x_std, found.parameters_std]}
-
-
-def hindsight(est, inputs=1, **options):
-    """Return parameters in hindsight."""
-    found = est.smooth(*record(inputs, samples=80, missing=0.05), **options)
-    return {"columns": list(found.columns().values()), "found": [found.nvr, found.q, found.sigma2, found.loglik]}
-
-
-def readings(est, inputs=1, outputs=1):
-    """Return what else a state can be asked."""
-    y, u = record(inputs, outputs)
-    trace = est.scan(y, u)
-    return {"state": [est.loglik(trace.state), est.sigma2(trace.state), est.covariance(trace.state),
-                      est.mean(trace.state), est.information_ratio(trace.state), est.prior_covariance],
-            "model": [trace.model().poles], "band": trace.band(0.9)}  # fmt: skip
-
-
 ARX = {
     "gate": lambda: ways(dw.ARX(2, 2, gate=dw.InnovationGate(4.0))),
     "two inputs, delays, offset": lambda: ways(dw.ARX(2, (2, 1), (1, 0), offset=True), 2),
@@ -271,7 +359,9 @@ ARX = {
     "hold": lambda: ways(dw.ARX(2, 2, missing="hold")),
     "skip": lambda: ways(dw.ARX(2, 2, missing="skip", memory=dw.ExponentialForgetting(0.95))),
     "instruments": lambda: ways(dw.ARX(2, (2, 1), (1, 0), offset=True, method="iv"), 2),
-    "instruments, delayed": lambda: ways(dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.ExponentialForgetting(0.98))),
+    "instruments, delayed": lambda: ways(
+        dw.ARX(1, 1, method="iv", instruments="delayed", memory=dw.ExponentialForgetting(0.98))
+    ),
     "normalised gradient": lambda: ways(dw.ARX(2, 2, method="nlms", gate=dw.InnovationGate())),
     "gradient": lambda: ways(dw.ARX(2, 2, method="lms", step=0.01, memory=dw.ExponentialForgetting(0.99))),
     "score": lambda: ways(dw.ARX(2, (2, 1), memory=named_jump()), 2),
@@ -287,14 +377,7 @@ ARX = {
     "smooth, average": lambda: hindsight(dw.AR(1), 0, hyper="average"),
     "smooth, given": lambda: hindsight(dw.ARX(2, 2), hyper=1e-3, drift="integrated", jumps=[40], lag=5),
     "readings": lambda: readings(dw.ARX(2, 2)),
-}  # fmt: skip
-
-
-def named_jump():
-    """Return the memory that frees only the parameter that jumped."""
-    return dw.RestartOnChange(
-        dw.detect.ScoreCUSUM(jump=0.5, threshold=2.0), dw.memory.CovarianceInflation(0.5, only_named=True), settle=12
-    )
+}
 
 
 KIN = {
@@ -311,6 +394,28 @@ KIN = {
 }
 
 MOTOR = dw.Plant([[0, 1, 0], [0, 0, 0.2], [0, -10, -10]], [0, 0, 10], [1, 0, 0])
+PUSH = dw.models.Polynomial([0, 0, 5], np.inf)
+WINDOWS = {
+    "window/default": lambda: observed(dw.WindowObserver(
+        MOTOR, 0.4, noise_std=0.01, disturbances=(PUSH, dw.models.Sinusoid(5.0, [0, 0, 5], 2.0)), dt=0.02, hold="foh",
+        detector=dw.detect.Parity())),
+    "window/two outputs": lambda: observed(dw.WindowObserver(
+        MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), dt=0.02, hold="zoh",
+        disturbances=PUSH, derived={"acceleration": [0, 0, 0.2]}, tolerance=[0.1, 0.1, 2.0]), 1, 2),
+    "window/noise learnt": lambda: observed(dw.WindowObserver(
+        dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.models.Polynomial([0, 1], np.inf),
+        dt=0.02, detector=dw.PageHinkley()), 0),
+    "window/halves": lambda: halves(dw.WindowObserver(
+        dw.Plant([[0, 1], [0, -1]], [0, 1]), 20.0, noise_std=0.5, dt=1.0, hold="zoh")),
+    "window/irregular": lambda: observed(dw.WindowObserver(
+        dw.Plant([[0, 1], [0, 0]]), 8.0, noise_std=0.05, disturbances=dw.models.Polynomial([0, 1], 1.0), dt=1.0,
+        irregular=True, capacity=12), 0, time=motion()[0]),
+    "window/growing": lambda: observed(growing(), 0),
+    "window/algebraic": lambda: observed(dw.AlgebraicObserver(
+        dw.Plant([[0, 1], [-1, 0]]), into=[0, 1], dt=0.1, noise_std=0.05, tolerance=0.02), 0),
+    "window/algebraic, equation": lambda: observed(dw.AlgebraicObserver.of_equation(
+        [0, 2, 10, 1], [2], dt=0.05, hold="foh", frequencies=[5])),
+}  # fmt: skip
 OTHERS = {
     "armax/plr": lambda: ways(dw.ARMAX(2, (2, 1), 1, (1, 0), method="plr", offset=True), 2),
     "armax/skip": lambda: ways(dw.ARMAX(1, 1, 1, missing="skip")),
@@ -324,7 +429,9 @@ OTHERS = {
     "mimo/whole": lambda: ways(dw.JointMIMO((2, 1), 1, split=False), 1, 2),
     "mimo/one output": lambda: {"table": (t := dw.JointMIMO((2,), 1).scan(*column())).table, "state": t.state},
     "mimo/direct, known noise": lambda: ways(dw.JointMIMO((1, 2), 2, True, noise=dw.models.EquationError(0.04)), 2, 2),
-    "mimo/walk, gate": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate()), 1, 2),
+    "mimo/walk, gate": lambda: ways(
+        dw.JointMIMO((1, 1), 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate()), 1, 2
+    ),
     "mimo/until a jump": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.RestartOnChange(settle=12)), 1, 2),
     "mimo/covariances": lambda: ways(
         dw.JointMIMO((1, 1), 1, noise=dw.models.NoiseCovariance(Q2, 0.1 * np.eye(2), np.eye(2))), 1, 2
@@ -333,7 +440,9 @@ OTHERS = {
     "mimo/halves": lambda: halves(dw.JointMIMO((2, 1), 1), 1, 2),
     "mimo/kept": lambda: kept(dw.JointMIMO((1, 1), 1), 1, 2),
     "mimo/readings": lambda: readings(dw.JointMIMO((1, 1), 1), 1, 2),
-    "arx mimo/orders": lambda: ways(dw.ARXMIMO(2, 1, [[2, 2], [1, 1]], [2, 1], gate=dw.InnovationGate(), offset=True), 1, 2),
+    "arx mimo/orders": lambda: ways(
+        dw.ARXMIMO(2, 1, [[2, 2], [1, 1]], [2, 1], gate=dw.InnovationGate(), offset=True), 1, 2
+    ),
     "arx mimo/known noise, hold": lambda: ways(
         dw.ARXMIMO(2, 1, 1, 1, 0, variance=(0.04, 0.1), missing="hold", P0=10.0), 1, 2
     ),
@@ -341,54 +450,44 @@ OTHERS = {
     "arx mimo/readings": lambda: readings(dw.ARXMIMO(2, 1), 1, 2),
     "continuous/default": lambda: ways(dw.ContinuousJoint(2, 1)),
     "continuous/instants": lambda: irregular(dw.ContinuousJoint(2, 1, observer=0.5)),
-    "continuous/walk, gate": lambda: irregular(dw.ContinuousJoint(2, 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate())),
+    "continuous/walk, gate": lambda: irregular(
+        dw.ContinuousJoint(2, 1, memory=dw.RandomWalk(1e-4), gate=dw.InnovationGate())
+    ),
     "continuous/until a jump": lambda: irregular(dw.ContinuousJoint(1, 1, memory=dw.RestartOnChange(settle=12))),
     "continuous/known noise": lambda: irregular(dw.ContinuousJoint(2, 1, noise=dw.models.EquationError(0.01))),
     "continuous/halves": lambda: halves(dw.ContinuousJoint(2, 1)),
     "gain/default": lambda: ways(dw.AdaptiveGain(0.9), 0),
     "gain/plr, pull": lambda: ways(
-        dw.AdaptiveGain(0.9, method="plr", memory=dw.ExponentialForgetting(0.98), detector=dw.detect.PullTest(threshold=2.0)), 0
+        dw.AdaptiveGain(
+            0.9, method="plr", memory=dw.ExponentialForgetting(0.98), detector=dw.detect.PullTest(threshold=2.0)
+        ),
+        0,
     ),
     "gain/two states, probes": lambda: ways(
-        dw.AdaptiveGain([[1.0, 1.0], [0.0, 1.0]], B=[0.5, 1.0], detector=dw.detect.GainProbes(threshold=1.0),
-                        scale=dw.models.InverseGamma(2.0, 1.0)),
+        dw.AdaptiveGain(
+            [[1.0, 1.0], [0.0, 1.0]],
+            B=[0.5, 1.0],
+            detector=dw.detect.GainProbes(threshold=1.0),
+            scale=dw.models.InverseGamma(2.0, 1.0),
+        ),
     ),
     "gain/walk": lambda: ways(dw.AdaptiveGain(0.9, memory=dw.RandomWalk(1e-4), scale_samples=30), 0),
     "gain/halves": lambda: halves(dw.AdaptiveGain(0.9), 0),
     "manoeuvre/default": lambda: ways(dw.tracking.Manoeuvre(), 0),
-    "manoeuvre/units, gate": lambda: ways(dw.tracking.Manoeuvre(gate=dw.InnovationGate(), dt=4.0).scaled_to(record(0)[0]), 0),
-    "manoeuvre/halves": lambda: halves(dw.tracking.Manoeuvre(), 0),
-    "window/default": lambda: observed(dw.WindowObserver(
-        MOTOR, 0.4, noise_std=0.01, disturbances=(dw.models.Polynomial([0, 0, 5], np.inf), dw.models.Sinusoid(5.0, [0, 0, 5], 2.0)),
-        dt=0.02, hold="foh", detector=dw.detect.Parity())),
-    "window/two outputs": lambda: observed(dw.WindowObserver(
-        MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), dt=0.02, hold="zoh",
-        disturbances=dw.models.Polynomial([0, 0, 5], np.inf), derived={"acceleration": [0, 0, 0.2]},
-        tolerance=[0.1, 0.1, 2.0]), 1, 2),
-    "window/noise learnt": lambda: observed(dw.WindowObserver(
-        dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.models.Polynomial([0, 1], np.inf), dt=0.02,
-        detector=dw.PageHinkley()), 0),
-    "window/halves": lambda: halves(
-        dw.WindowObserver(dw.Plant([[0, 1], [0, -1]], [0, 1]), 20.0, noise_std=0.5, dt=1.0, hold="zoh")
+    "manoeuvre/units, gate": lambda: ways(
+        dw.tracking.Manoeuvre(gate=dw.InnovationGate(), dt=4.0).scaled_to(record(0)[0]), 0
     ),
-    "window/irregular": lambda: observed(dw.WindowObserver(
-        dw.Plant([[0, 1], [0, 0]]), 8.0, noise_std=0.05, disturbances=dw.models.Polynomial([0, 1], 1.0), irregular=True,
-        dt=1.0, capacity=12), 0, time=motion()[0]),
-    "window/growing": lambda: observed(dw.WindowObserver(
-        dw.Plant([[-1.0]]), np.inf, noise_std=0.05, disturbances=dw.models.Polynomial([1.0], np.inf), dt=0.1), 0),
-    "window/algebraic": lambda: observed(dw.AlgebraicObserver(
-        dw.Plant([[0, 1], [-1, 0]]), into=[0, 1], dt=0.1, noise_std=0.05, tolerance=0.02), 0),
-    "window/algebraic, equation": lambda: observed(dw.AlgebraicObserver.of_equation(
-        [0, 2, 10, 1], [2], dt=0.05, hold="foh", frequencies=[5])),
+    "manoeuvre/halves": lambda: halves(dw.tracking.Manoeuvre(), 0),
     "average/default": lambda: ways(
-        dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))]), samples=100),
+        dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2), dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.98))]), samples=100
+    ),
     "average/halves": lambda: halves(dw.ModelAverage([dw.ARX(1, 1), dw.ARX(2, 2)]), samples=100),
     "average/joint": lambda: ways(dw.ModelAverage([dw.Joint(1, 1), dw.AR(1)], names=["a", "b"]), samples=100),
     "average/sensor": lambda: ways(dw.estimators.sensor_calibration(["sensor"]), samples=40),
     "track/estimator": lambda: tracked(dw.TrackEstimator("aircraft")),
     "track/boat": lambda: tracked(dw.TrackEstimator("boat", noise=5.0), np.diag([25.0, 100.0])),
     "track/one coordinate": lambda: tracked(dw.TrackEstimator(20.0, coordinates=1)),
-    "track/tracks": lambda: flown(),
+    "track/tracks": flown,
     "track/tracks, single, delay": lambda: flown("boat", single=True, delay=9.0),
     "fleet/arx": lambda: herd(dw.ARX(2, 2)),
     "fleet/ar, weighted": lambda: herd(dw.AR(2, memory=dw.ExponentialForgetting(0.98)), inputs=0),
@@ -398,14 +497,16 @@ OTHERS = {
     "fleet/armax": lambda: herd(dw.ARMAX(1, 1, 1)),
     "detector/level": lambda: alarms(dw.PageHinkley("1 per 1000")),
     "detector/level, growing": lambda: alarms(dw.PageHinkley(jump=(1.0, 2.0), threshold=5.0, growing=True)),
-    "detector/variance": lambda: alarms(dw.detect.VarianceCUSUM(false_alarms="1 per 1000", threshold=None, sides="both")),
+    "detector/variance": lambda: alarms(
+        dw.detect.VarianceCUSUM(false_alarms="1 per 1000", threshold=None, sides="both")
+    ),
     "detector/likelihood": lambda: alarms(dw.detect.GLR("1 per 1000", 50)),
     "detector/score": lambda: alarms(dw.detect.ScoreCUSUM("1 per 1000", jump=0.5), 2),
     "detector/self-starting": lambda: alarms(dw.detect.SelfStarting("1 per 1000")),
     "detector/self-starting, learnt": lambda: alarms(dw.detect.SelfStarting("1 per 1000", noise="learnt")),
-}  # fmt: skip
+}
 ANALYSIS = {
-    "algebraic identification": lambda: algebraic(),
+    "algebraic identification": algebraic,
     "simulate": lambda: [
         *dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=50, noise_std=0.1, d=[0.5, 0.1], missing=0.1, seed=1),
         *dw.models.simulate_mimo((1, 1), [-0.5, 0.1, 1.0, -0.2, 0.0, 2.0], samples=50, inputs=1, noise_std=0.1, seed=1),
@@ -419,83 +520,23 @@ ANALYSIS = {
     "run length": lambda: [dw.detect.run_length(5.0, 0.5), dw.detect.threshold_for("1 per 1_000", 0.5)],
     "restart": lambda: [(found := dw.detect.design_restart(1.0, 500)).threshold, found.restart],
     "score test": lambda: dw.detect.score_test(normal(100, 3), normal(100), variance=1.0).scores,
-    "probes": lambda: [(found := dw.detect.probe_bank(normal(300), normal(300, 4), threshold=8.0)).samples, found.statistic],
+    "probes": lambda: [
+        (found := dw.detect.probe_bank(normal(300), normal(300, 4), threshold=8.0)).samples,
+        found.statistic,
+    ],
     "whiteness": lambda: [*dw.results.ljung_box(normal(300)), *dw.results.nis(normal(300), 1.1)],
     "orders": lambda: dw.analysis.choose_order(*record(missing=0.02), range(1, 4)).probability,
     "structures": lambda: dw.analysis.choose_structure(*record(1, 2, 100, missing=0.0), largest=2).log_evidence,
     "tune": lambda: readings(dw.ARX(1, 1).tune(*record(samples=80, missing=0.02))),
-    "tune a window": lambda: dw.WindowObserver(
-        dw.Plant([[-1.0]]), np.inf, noise_std=0.05, disturbances=dw.models.Polynomial([1.0], np.inf), dt=0.1
-    ).tune(motion()[1]).tuned.walk,
+    "tune a window": lambda: growing().tune(motion()[1]).tuned.walk,
     "forecast": lambda: [list(dw.ARX(2, 2).scan(*record()).predict(normal(9))), jumped()],
-    "frequency": lambda: dw.analysis.find_frequency(
-        dw.Plant([[0.0]]), motion()[1], dt=1.0, noise_std=0.1, band=(0.1, 1.0), outputs=1.0).statistics,
-    "found out": lambda: found_out(),
-}  # fmt: skip
-
-
-def normal(*shape):
-    """Return Gaussian numbers."""
-    return np.random.default_rng(2).standard_normal(shape)
-
-
-def jumped():
-    """Return what the score test says of the first jump of a record."""
-    trace = dw.ARX(2, 2, memory=dw.RestartOnChange()).scan(*record())
-    found = trace.what_changed(trace.jumps()[0])
-    return [found.statistic, found.scores, trace.state_before(50)]
-
-
-def found_out():
-    """Return the numbers of what is found out about a record without a word about it."""
-    y, u = record(samples=120, missing=0.02)
-    found = dw.identify({"heater": u, "temperature": y})
-    return {"trace": seen(found.trace), "forecast": seen(found.forecast)}
-
-
-def column():
-    """Return a record whose outputs are a table of one column."""
-    y, u = record()
-    return y[:, None], u
-
-
-def irregular(est):
-    """Return the numbers of a continuous filter at instants that are no clock's."""
-    at, y, u = motion()
-    found = seen(trace := est.scan(y[:-1], u[:-1], time=at[:-1]))
-    return found | {"stream": list(est.update(trace.state, y[-1], u[-1], time=float(at[-1])))}
-
-
-def tracked(est, covariance=None):
-    """Return the numbers of one object's track: a record of it, and its last plots one by one."""
-    at, C = 4.0 * np.arange(36), est.coordinates
-    turn = np.clip(at - 60, 0, 60) * np.radians(3)
-    path = np.cumsum(600 * np.stack([np.sin(turn), np.cos(turn)], axis=1), axis=0)
-    place = (path + 50 * np.random.default_rng(1).standard_normal(path.shape))[:, :C]
-    place[7] = np.nan
-    R = None if covariance is None else np.broadcast_to(covariance, (36, C, C))
-    found, steps = seen(trace := est.scan(at[:32], place[:32], None if R is None else R[:32])), []
-    state = trace.state
-    for t in range(32, 36):
-        state, step = est.update(state, at[t], place[t], None if R is None else R[t])
-        steps.append(step)
-    return found | {"stream": [state, steps], "ahead": list(est.predict(state, at[-1] + 10))}
-
-
-def flown(*args, **options):
-    """Return the numbers of all tracks in a table of plots."""
-    tracks = dw.track(plots(24), *args, **options)
-    return {"tracks": [[t.state, t.trace.table, t.plots.position] for t in tracks]}
-
-
-def algebraic():
-    """Return the numbers of an algebraic identification."""
-    t = 0.02 * np.arange(151)
-    y, u = dw.models.simulate_continuous(
-        [0.8, 4.0], [0.0, 3.0], time=t, u=1 - 2.0 * (t // 1 % 2), noise_std=0.01, seed=1
-    )
-    found = dw.estimators.algebraic_identification(y, u, order=2, zeros=0, dt=0.02, hold="zoh", disturbance=0)
-    return [found.values, found.covariance]
+    "frequency": lambda: (
+        dw.analysis.find_frequency(
+            dw.Plant([[0.0]]), motion()[1], dt=1.0, noise_std=0.1, band=(0.1, 1.0), outputs=1.0
+        ).statistics
+    ),
+    "found out": found_out,
+}
 
 
 NUMBERS = {
@@ -508,6 +549,7 @@ NUMBERS = {
         for kin, case in KIN.items()
         for name in FEW
     },
+    **WINDOWS,
     **OTHERS,
     **{f"analysis/{name}": case for name, case in ANALYSIS.items()},
 }
@@ -562,16 +604,25 @@ def told(est, inputs=1, outputs=1, samples=SAMPLES, wild=False) -> str:
 def refusals() -> str:
     """Return what is said of settings that cannot be."""
     cases = [
-        lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting), lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting(1.5)),
-        lambda: dw.Joint(2, memory=dw.memory.Window(20)), lambda: dw.JointMIMO((1, 1), memory=dw.AutoMemory()),
-        lambda: dw.ContinuousJoint(1, memory=dw.ExponentialForgetting(0.9)), lambda: dw.AdaptiveGain(1.0, memory=dw.AutoMemory()),
-        lambda: dw.ARX(2, 2, gate=dw.InnovationGate(-1.0)), lambda: dw.ARX(2, 2, memory=dw.RestartOnChange(dw.PageHinkley)),
-        lambda: dw.ARX(2, 2, memory=dw.RandomWalk()), lambda: dw.ARX(2, 2, scale=3.0), lambda: dw.ARX(2, 2, method="ml"),
-        lambda: dw.Joint(2, noise=dw.models.NoisePolynomial((2.0, 0.0))), lambda: dw.Joint(0),
-        lambda: dw.ARX(2, 2).scan([1.0]), lambda: dw.Joint(2, 1).scan([1.0, 2.0], [1.0]),
+        lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting),
+        lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting(1.5)),
+        lambda: dw.Joint(2, memory=dw.memory.Window(20)),
+        lambda: dw.JointMIMO((1, 1), memory=dw.AutoMemory()),
+        lambda: dw.ContinuousJoint(1, memory=dw.ExponentialForgetting(0.9)),
+        lambda: dw.AdaptiveGain(1.0, memory=dw.AutoMemory()),
+        lambda: dw.ARX(2, 2, gate=dw.InnovationGate(-1.0)),
+        lambda: dw.ARX(2, 2, memory=dw.RestartOnChange(dw.PageHinkley)),
+        lambda: dw.ARX(2, 2, memory=dw.RandomWalk()),
+        lambda: dw.ARX(2, 2, scale=3.0),
+        lambda: dw.ARX(2, 2, method="ml"),
+        lambda: dw.Joint(2, noise=dw.models.NoisePolynomial((2.0, 0.0))),
+        lambda: dw.Joint(0),
+        lambda: dw.ARX(2, 2).scan([1.0]),
+        lambda: dw.Joint(2, 1).scan([1.0, 2.0], [1.0]),
         lambda: dw.ARX(2, 2, memory=dw.memory.MultipleModel((0.1,), 2.0)),
-        lambda: dw.OE().smooth([1.0], [1.0]), lambda: dw.AR(1).update(dw.AR(2).start(), 1.0),
-    ]  # fmt: skip
+        lambda: dw.OE().smooth([1.0], [1.0]),
+        lambda: dw.AR(1).update(dw.AR(2).start(), 1.0),
+    ]
     found = []
     for case in cases:
         try:
@@ -643,15 +694,22 @@ WORDS = {
     "gain": lambda: told(dw.AdaptiveGain(0.9), 0),
     "manoeuvre": lambda: told(dw.tracking.Manoeuvre(), 0),
     "compared": lambda: dw.compare(*record(wild=False), {"first": dw.ARX(1, 1), "none": dw.AR(2)}).words,
-    "advised": lambda: repr(dw.analysis.advise_window(
-        dw.Plant([[0, 1], [0, 0]], [0, 1], states=("position", "speed")), dt=0.1, noise_std=0.1,
-        disturbances=dw.models.Polynomial([0, 1], np.inf), windows=[0.5, 1, 2], tolerance=[0.1, 0.1])),
+    "advised": lambda: repr(
+        dw.analysis.advise_window(
+            dw.Plant([[0, 1], [0, 0]], [0, 1], states=("position", "speed")),
+            dt=0.1,
+            noise_std=0.1,
+            disturbances=dw.models.Polynomial([0, 1], np.inf),
+            windows=[0.5, 1, 2],
+            tolerance=[0.1, 0.1],
+        )
+    ),
     "restart": lambda: dw.detect.design_restart(1.0, 500).words,
     "hindsight": lambda: dw.ARX(1, 1).smooth(*record(samples=80)).words,
     "identifiability": lambda: dw.analysis.identifiability(*record(missing=0.0), order=2).words,
     "reprs": lambda: "\n".join(repr(memory()) for memory in MEMORIES.values()),
     "detectors": lambda: "\n".join(d.words for d in (dw.PageHinkley(), dw.detect.Parity("1 per 5000"))),
-}  # fmt: skip
+}
 
 # What is called otherwise after the change of names: in words to be compared, the left is read as the right. (The ~
 # is left out of the old names; it keeps them old where a tool renames all the others in this file.)
@@ -667,10 +725,12 @@ RENAMED = dict(pair.replace("~", "").split("=") for pair in NAMES.split())
 def read_alike(text: str) -> str:
     """Return words as they are compared: one clause a line, new names for old, no times, no drawn lines."""
     text = re.sub(rf"\b({'|'.join(RENAMED)})\b", lambda found: RENAMED[found[0]], text)
-    text = re.sub(r"(?<=Forgetting\()p=", "lam=", text)
+    text = re.sub(
+        r"(?<=Forgetting\()p(?=[=)])|\bp(?= is a weight per sample)", lambda found: found[0].replace("p", "lam"), text
+    )
     text = re.sub(r"took \S+ s\b|\S+ (samples|rows)/s|\d+ MB of memory|(?<=seconds\": )[\d.]+", "..", text)
     text = re.sub(r"[\u2500-\u257f]+|driftwise \d\S*|\x1b\[[\d;]*m", " ", text)
-    return re.sub(r"(?<=[.:;}]) ", "\n", " ".join(text.split()))
+    return re.sub(r"(?<=[.:;,}]) ", "\n", " ".join(text.split()))
 
 
 # --- hashing and comparing -------------------------------------------------------------------------------------
