@@ -17,7 +17,7 @@ from ..engine import ud
 from ..engine.errors import InputError
 from ..estimators.arx.estimator import AR
 from ..estimators.arx.regression import Regression
-from ..estimators.arx.row import INPUT
+from ..estimators.common.inputs import each_input
 from ..memory.auto import AutoMemory
 from ..models.canonical import power_of_two
 from ..models.scale import InverseGamma
@@ -138,8 +138,8 @@ class DriftRegressor(base.Regressor):
         root = np.diag(np.sqrt(np.diag(est.prior_covariance)))
         root[np.ix_(kept, kept)] = ud.unpack_root(state["U"], state["D"])
         self._state["D"], self._state["U"] = ud.factor_root(root)
-        for field in INPUT:
-            self._state[field][:before] = state[field]
+        for name in (field.name for field in each_input()):
+            self._state[name][:before] = state[name]
 
     def _build(self, scale):
         """Return the estimator for the features so far."""

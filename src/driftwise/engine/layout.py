@@ -7,11 +7,11 @@
         policy("detector_state", of="detector"),
         N="n * (inputs + 2)",
     )
-    open_row.on(Form)(JOINT.open)
+    JOINT.on(Form)
 
-A size is Python over the numbers of a form: ``n`` is ``int(form.n)``, a name that the layout defines is what it
-defines, ``form`` is the form itself (``len(form.H)``). A size of 0 or 1 is a condition. Neighbours that are joined are
-one view. What is written from that, `Layout.source`, is Python that a debugger can step through, and that compiles.
+A size is Python: a name is what the layout or the module around it defines, else a number of the form, ``n`` being
+``int(form.n)``; ``form`` is the form itself (``len(form.H)``). A size of 0 or 1 is a condition. Neighbours that are
+joined are one view. What is written, `Layout.source`, a debugger can step through, and it compiles.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .dispatch import open_row
 from .views import matrix
 
 REST = "..."  # the size of a last field that takes whatever is left of a row
@@ -75,6 +76,7 @@ class Layout:
     ----------
     open : ``open(form, row)``, or ``open(row, *given)``: the named views of a row, compiled or not
     size : ``size(form)``, or ``size(*given)``: how many numbers a row has, compiled or not
+    places : ``places(form)``, or ``places(*given)``: where each view begins, compiled or not
     Row : the type of the views
     source : the text of these functions
     """
@@ -87,16 +89,25 @@ class Layout:
         frame = sys._getframe(1)
         while frame.f_globals["__name__"] == __name__:
             frame = frame.f_back  # type: ignore[assignment]
-        module = frame.f_globals["__name__"]
+        around, line = frame.f_globals, frame.f_lineno
+        module = around["__name__"]
+        self._is_defined = frozenset(dir(builtins)) | {name for name in around if not name.startswith("_")} | {"form"}
         self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]
+        Places = namedtuple("Places", list(self.views), module=module)  # type: ignore[misc]
         self.source = "\n".join(self._write())
-        filename = f"<layout of {module}, line {frame.f_lineno}>"
+        filename = f"<layout of {module}, line {line}>"
         linecache.cache[filename] = len(self.source), None, self.source.splitlines(keepends=True), filename
-        scope: dict[str, Any] = {"__name__": module, "Row": self.Row, "matrix": matrix}
+        scope: dict[str, Any] = {**around, "Row": self.Row, "Places": Places, "matrix": matrix}
         exec(compile(self.source, filename, "exec"), scope)
         self.open: Callable = scope["open_row"]
+        self.places: Callable[..., Any] = scope["places"]
         self.size: Callable[..., int] = scope["row_size"]
         self._shapes: Callable[..., list[tuple[int, ...]]] = scope["shapes"]
+
+    def on(self, *forms: type) -> None:
+        """Let the rows of these forms be laid out like this."""
+        open_row.on(*forms)(self.open)
+        _layouts.update(dict.fromkeys(forms, self))
 
     def replace(self, *more: Field, **sizes: str) -> Layout:
         """Return the same layout with more fields behind, and other sizes."""
@@ -114,32 +125,30 @@ class Layout:
     # --- writing ---------------------------------------------------------------------------------------------
 
     def _write(self) -> Iterator[str]:
-        """Yield the lines of the three functions."""
-        form = ", ".join(self.given) or "form"
+        """Yield the lines of the four functions."""
+        form, at, begins, shown = ", ".join(self.given) or "form", "0", [], []
         is_open = self.fields[-1].shape == (REST,)
-        yield f"def open_row({f'row, {form}' if self.given else 'form, row'}):"
-        yield from self._names()
-        at, shown = "", []
+        ends = []
         for name, fields in self.views.items():
             shape = fields[0].table or fields[0].shape
             end = "" if is_open and fields[-1] is self.fields[-1] else f"end_of_{name}"
             if end:
-                yield f"    {end} = {_sum(fields, at)}"
+                ends.append(f"    {end} = {_sum(fields, at)}")
             part = f"row[{at}:{end}]"
-            shown.append(f"matrix({part}, {shape[0]}, {shape[1]})" if len(shape) == 2 else part)
+            shown.append(f"        {f'matrix({part}, {shape[0]}, {shape[1]})' if len(shape) == 2 else part},")
+            begins.append(f"        {at},")
             at = end
-        yield "    return Row("
-        yield from (f"        {view}," for view in shown)
-        yield "    )"
-        if not is_open:
-            yield from ("", f"def row_size({form}):", *self._names())
-            yield f"    return {_sum(self.fields)}"
-            yield from ("", f"def shapes({form}):", *self._names())
-            yield f"    return [{', '.join(_tuple(field.shape) for field in self.fields)}]"
+        yield from (f"def open_row({f'row, {form}' if self.given else 'form, row'}):", *self._names(), *ends)
+        yield from ("    return Row(", *shown, "    )", "")
+        yield from (f"def places({form}):", *self._names(), *ends, "    return Places(", *begins, "    )", "")
+        known = self.fields[:-1] if is_open else self.fields
+        yield from (f"def row_size({form}):", *self._names(), f"    return {_sum(known)}", "")
+        yield from (f"def shapes({form}):", *self._names())
+        yield f"    return [{', '.join(_tuple(field.shape) for field in known)}]"
 
     def _names(self) -> Iterator[str]:
         """Yield the lines that name the sizes."""
-        known = {*dir(builtins), "form", *self.given}
+        known = {*self._is_defined, *self.given} - self.sizes.keys()
         texts = [*self.sizes.items(), *(("", size) for field in self.fields for size in field.shape if size != REST)]
         for name, text in texts:
             for node in ast.walk(ast.parse(text, mode="eval")):
@@ -151,13 +160,25 @@ class Layout:
                 yield f"    {name} = {text}"
 
 
-def _sum(fields: Sequence[Field], begin: str = "") -> str:
+_layouts: dict[type, Layout] = {}
+
+
+def layout_of(form) -> Layout:
+    """Return how the rows of a form are laid out."""
+    return _layouts[type(form)]
+
+
+def _sum(fields: Sequence[Field], begin: str = "0") -> str:
     """Return where these fields end, as text."""
-    single, counts = sum(not field.shape for field in fields), [begin] if begin else []
-    for field in fields:
-        if field.shape:
-            counts.append(" * ".join(s if s.isalnum() else f"({s})" for s in field.shape))
-    return " + ".join([*counts, str(single)] if single else counts)
+    single = sum(not field.shape for field in fields)
+    counts = [" * ".join(map(_factor, field.shape)) for field in fields if field.shape]
+    counts = [begin] * (begin != "0") + counts + [str(single)] * (single > 0)
+    return " + ".join(counts) or "0"
+
+
+def _factor(size: str) -> str:
+    """Return a size as it stands in a product."""
+    return size if size.isidentifier() or size.isdigit() else f"({size})"
 
 
 def _tuple(shape: tuple[str, ...]) -> str:

@@ -21,7 +21,7 @@ from ...models.scale import InverseGamma, KnownScale
 from ..arx.methods import LeastSquares
 from ..base import Reading
 from . import step as _step  # registers the step
-from .row import COLUMNS, INNOVATION, PROBES, PULL, GainForm, fields, scratch_size
+from .row import COLUMNS, GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
 
 USUAL = 0.2  # Q/R of the gain to start from: .36 for a random walk
 RADIUS = 1 - 1e-3
@@ -175,7 +175,7 @@ class AdaptiveGain(Reading):
         )  # fmt: skip
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
         self.spec = flatten(self.policies)
-        self.dtype = np.dtype(fields(form))
+        self.dtype = GAIN.dtype(form)
         self.scratch_size = scratch_size(form)
 
     def _set_prior(self, usual, is_walk):

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, open_row, open_scratch
+from ...engine.dispatch import Vector, open_scratch
+from ...engine.layout import Field, Layout, policy
 from ..arx.row import HEAD
 
 COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
@@ -40,20 +41,20 @@ class GainForm(NamedTuple):
     probes: Vector
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    head: np.ndarray
-    x: np.ndarray  # predicted state x(t+1 | t)
-    theta: np.ndarray  # K
-    D: np.ndarray
-    U: np.ndarray
-    W: np.ndarray  # dx/dK
-    held: np.ndarray  # inputs: last known value
-    doubt: np.ndarray  # 1: an input was missing since the last measured output
-    probes: np.ndarray  # predicted state of each probe
-    memory_state: np.ndarray
-    detector_state: np.ndarray
+GAIN = Layout(
+    *HEAD,
+    Field("x", ("n",), "state at the next sample, as predicted", trace="x{i}"),
+    Field("theta", ("n",), "gain K", trace="K{i}"),
+    Field("D", ("n",), "P = U D U' of K: the diagonal"),
+    Field("U", ("n * (n - 1) // 2",), "and the factor above it, column by column"),
+    Field("W", ("n", "n"), "dx/dK"),
+    Field("held", ("inputs",), "each input: its last known value"),
+    Field("doubt", ("1",), "1: an input was missing since the last measured output"),
+    Field("probes", ("len(form.probes) // n", "n"), "state of each probe of the detector, as predicted"),
+    policy("memory_state", of="memory"),
+    policy("detector_state", of="detector"),
+)
+GAIN.on(GainForm)
 
 
 class Work(NamedTuple):
@@ -72,41 +73,10 @@ class Work(NamedTuple):
     ratios: np.ndarray
 
 
-def fields(form) -> list[tuple]:
-    """Return the fields of a row as NumPy's dtype wants them; the order is that of `Row`."""
-    n = int(form.n)
-    return [
-        *((name, "f8") for name in HEAD),
-        ("x", "f8", (n,)), ("theta", "f8", (n,)), ("D", "f8", (n,)), ("U", "f8", (n * (n - 1) // 2,)),
-        ("W", "f8", (n, n)), ("held", "f8", (int(form.inputs),)), ("doubt", "f8", (1,)),
-        ("probes", "f8", (len(form.probes) // n, n)), ("memory_state", "f8", (int(form.memory_size),)),
-        ("detector_state", "f8", (int(form.detector_size),)),
-    ]  # fmt: skip
-
-
 def scratch_size(form) -> int:
     """Return how many numbers `Work` takes."""
     n = int(form.n)
     return 9 * n + n * n + len(form.probes) // n
-
-
-@open_row.on(GainForm)
-def open_row_gain_form(form, row):
-    n, M = int(form.n), form.probes.size
-    s = len(HEAD)
-    theta = s + n
-    D = theta + n
-    U = D + n
-    W = U + n * (n - 1) // 2
-    h = W + n * n
-    d = h + int(form.inputs)
-    p = d + 1
-    c = p + M
-    m = c + int(form.memory_size)
-    return Row(
-        row[:s], row[s:theta], row[theta:D], row[D:U], row[U:W], row[W:h].reshape(n, n), row[h:d], row[d:p],
-        row[p:c].reshape(M // n, n), row[c:m], row[m:],
-    )  # fmt: skip
 
 
 @open_scratch.on(GainForm)

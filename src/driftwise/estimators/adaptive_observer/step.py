@@ -8,10 +8,10 @@ be predicted.
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch
+from ...engine.dispatch import Vector, advance, kernel, open_scratch
 from ..arx import step as _step  # noqa: F401  (registers the step)
 from ..arx.gaps import shift, spread
-from ..arx.row import Lags, push, regress, renew
+from ..arx.row import LAGS, Lags, push, regress, renew
 
 FADED = 1e-6  # errors of past predictions that add less than this fraction of the noise are forgotten
 
@@ -35,7 +35,7 @@ class Filtered(NamedTuple):
     lam: Vector
 
 
-open_row.on(Filtered)(open_row.table[Lags])
+LAGS.on(Filtered)
 open_scratch.on(Filtered)(open_scratch.table[Lags])
 advance.on(Filtered)(advance.table[Lags])
 

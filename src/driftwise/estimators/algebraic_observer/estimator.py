@@ -19,7 +19,7 @@ from ..observing import Observed, Observing, check_names
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
 from .relation import Relation, known
-from .row import COLUMNS, Algebraic, fields, scratch_size
+from .row import ALGEBRAIC, COLUMNS, Algebraic, scratch_size
 from .theorem import Theorem
 
 
@@ -126,7 +126,7 @@ class AlgebraicObserver(Observing):
         self.scale = InverseGamma(0.5, 1e-20) if noise_std is None else KnownScale()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, Silent())
         self.spec = flatten(self.policies)
-        self.dtype, self.scratch_size, self.columns = np.dtype(fields(form)), scratch_size(form), COLUMNS
+        self.dtype, self.scratch_size, self.columns = ALGEBRAIC.dtype(form), scratch_size(form), COLUMNS
 
     @classmethod
     def of_equation(cls, a, b=(), **options) -> AlgebraicObserver:

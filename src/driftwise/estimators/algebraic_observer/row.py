@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, open_row, open_scratch
+from ...engine.dispatch import Vector, open_scratch
+from ...engine.layout import Field, Layout
 from ..window_observer.row import HEAD
 
 COLUMNS = 5  # prediction, innovation, variance, status, statistic (0: nothing watches)
@@ -34,19 +35,20 @@ class Algebraic(NamedTuple):
     tolerance: Vector  # (E,) largest deviations that are ready
 
 
-class Row(NamedTuple):
-    """Views of one state row. Errors are those the noise leaves: of chi, and of the newest y."""
-
-    head: np.ndarray
-    clock: np.ndarray  # samples since the integrals began
-    chi: np.ndarray
-    last: np.ndarray  # y(k), its error's variance, the prediction of y(k+1) without the part of u
-    link: np.ndarray  # covariance of the errors of chi and y(k)
-    h: np.ndarray  # y(k+1) = h chi + ..
-    P: np.ndarray  # covariance of the error of chi
-    held: np.ndarray  # input: last known value
-    estimates: np.ndarray
-    std: np.ndarray  # relative to sigma
+ALGEBRAIC = Layout(
+    *HEAD,
+    Field("clock", ("1",), "samples since the integrals began"),
+    Field("chi", ("N",), "state of the filter; errors are those that the noise leaves, of chi and of the newest y"),
+    Field("last", ("3",), "y(k), its error's variance, the prediction of y(k+1) without the part of u"),
+    Field("link", ("N",), "covariance of the errors of chi and y(k)"),
+    Field("h", ("N",), "y(k+1) = h chi + .."),
+    Field("P", ("N", "N"), "covariance of the error of chi"),
+    Field("held", ("inputs",), "input: last known value"),
+    Field("estimates", ("E",), "what is asked for", trace="their names"),
+    Field("std", ("E",), "standard deviations, relative to sigma"),
+    E="len(form.tolerance)",
+)
+ALGEBRAIC.on(Algebraic)
 
 
 class Work(NamedTuple):
@@ -65,37 +67,10 @@ class Work(NamedTuple):
     C: np.ndarray
 
 
-def fields(form) -> list[tuple]:
-    """Return the fields of a row as NumPy's dtype wants them; the order is that of `Row`."""
-    N, E = int(form.N), len(form.tolerance)
-    return [
-        *((name, "f8") for name in HEAD), ("clock", "f8", (1,)), ("chi", "f8", (N,)), ("last", "f8", (3,)),
-        ("link", "f8", (N,)), ("h", "f8", (N,)), ("P", "f8", (N, N)), ("held", "f8", (int(form.inputs),)),
-        ("estimates", "f8", (E,)), ("std", "f8", (E,)),
-    ]  # fmt: skip
-
-
 def scratch_size(form) -> int:
     """Return how many numbers `Work` takes."""
     N = int(form.N)
     return 8 * (N + 1) + 3 * N * N
-
-
-@open_row.on(Algebraic)
-def open_row_algebraic(form, row):
-    N, E, clock = int(form.N), form.tolerance.size, len(HEAD)
-    chi = clock + 1
-    last = chi + N
-    link = last + 3
-    h = link + N
-    P = h + N
-    held = P + N * N
-    estimates = held + int(form.inputs)
-    std = estimates + E
-    return Row(
-        row[:clock], row[clock:chi], row[chi:last], row[last:link], row[link:h], row[h:P], row[P:held].reshape(N, N),
-        row[held:estimates], row[estimates:std], row[std:],
-    )  # fmt: skip
 
 
 @open_scratch.on(Algebraic)

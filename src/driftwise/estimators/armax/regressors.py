@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, Vector, advance, kernel, open_row, open_scratch
+from ...engine.dispatch import Size, Vector, advance, kernel, open_scratch
 from ...engine.status import PROJECTED
 from ...memory.drift import widen_within
 from ...memory.hold import hold_within
 from ...models.stability import is_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
-from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, Lags, push, regress, renew
+from ..arx.row import CHI2, COUNT, LAGS, OBSERVED, WEIGHT, Lags, push, regress, renew
 from .gaps import in_doubt, revise
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
@@ -104,7 +104,7 @@ def open_room(form, scratch):
     return Room(own[:1], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
 
 
-open_row.on(Polynomials)(open_row.table[Lags])
+LAGS.on(Polynomials)
 open_scratch.on(Polynomials)(open_scratch.table[Lags])
 advance.on(Polynomials)(advance.table[Lags])
 

@@ -11,6 +11,7 @@ from ...detect.gate import InnovationGate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
+from ...engine.layout import layout_of
 from ...memory import banks as _banks  # noqa: F401  (registers the policies)
 from ...memory import unknown_noise as _unknown_noise  # noqa: F401  (registers the policies)
 from ...memory.adaptation import Setting, adaptation
@@ -29,7 +30,7 @@ from . import step as _step  # noqa: F401  (registers the step)
 from .gradient import LagsAlone, gradient
 from .instruments import InstrumentalLags, Instruments, instruments
 from .methods import LeastSquares
-from .row import COLUMNS, HOLD, PREDICT, SKIP, Lags, fields
+from .row import COLUMNS, HOLD, PREDICT, SKIP, Lags
 from .speeds import read as read_speeds
 
 METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone, "lms": LagsAlone}
@@ -78,7 +79,7 @@ class Recursive(Reading):
             form = form._replace(R=R, cap=np.diag(self.prior_covariance))
         self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
         self.spec = flatten(self.policies)
-        self.dtype = np.dtype(fields(form))
+        self.dtype = layout_of(form).dtype(form)
         self.scratch_size = 5 * N + own
 
     def _memory(self, R) -> Any:
@@ -375,7 +376,8 @@ class ARX(InHindsight, Recursive):
             self._D0, self._U0, self.prior_covariance = np.zeros(0), np.zeros(0), self._unknown()
         self.starting = prepare_equation(self, White(self.policies[1].R))
         if self.starting:
-            self.dtype = np.dtype(fields(self.policies[0]) + self.starting.fields)
+            form = self.policies[0]
+            self.dtype = layout_of(form).dtype(form, more=self.starting.fields)
 
     def _method(self, R) -> Any:
         kind, memory, form = self.options["method"], self.options["memory"], self.model
@@ -389,7 +391,7 @@ class ARX(InHindsight, Recursive):
     @property
     def _is_bare(self) -> bool:
         """Whether there is no covariance."""
-        return getattr(self.policies[0], "is_bare", False)
+        return isinstance(self.policies[0], LagsAlone)
 
     def _unknown(self) -> np.ndarray:
         return np.diag(np.full(self.model.N, np.inf))

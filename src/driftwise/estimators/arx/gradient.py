@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, advance, open_row, open_scratch
+from ...engine.dispatch import Vector, advance, open_scratch
 from ...engine.errors import InputError
 from ...memory.drift import Constant
 from ...memory.fading import ExponentialForgetting, GainFloor
 from .methods import correct_by
-from .row import HEAD, Lags, Row, Work, regress, renew
+from .row import LAGS, Lags, Work, regress, renew
 from .step import fill_lags
 
 LEAST = 1e-3  # added to psi' psi, in units of y squared
@@ -19,11 +19,6 @@ class LagsAlone(Lags):
     """`Lags` without a covariance."""
 
     __slots__ = ()
-
-    @property
-    def is_bare(self) -> bool:
-        """There is no covariance to keep."""
-        return True
 
 
 class Gradient(NamedTuple):
@@ -36,23 +31,7 @@ class Gradient(NamedTuple):
     units: Vector
 
 
-@open_row.on(LagsAlone)
-def open_row_lags_alone(form, row):
-    N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
-    s = len(HEAD)
-    y = s + N
-    S = y + na
-    h = S + na * na
-    u = h + 6 * k
-    c = u + 2 * k * deep
-    m = c + int(form.memory_size)
-    nothing = row[:0]
-    inputs, lags = row[h:u].reshape(6, k), row[u:c].reshape(2, k, deep)
-    return Row(
-        row[:s], row[s:y], nothing, nothing, row[y:S], row[S:h],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
-        lags[0], lags[1], nothing, row[c:m], row[m:],
-    )  # fmt: skip
+LAGS.replace(M="0").on(LagsAlone)
 
 
 @open_scratch.on(LagsAlone)

@@ -11,7 +11,7 @@ P is not symmetric. C, the covariance of theta, is P (sum zeta zeta') P' written
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch
+from ...engine.dispatch import Vector, advance, kernel, open_scratch
 from ...engine.errors import InputError
 from ...engine.ud import correct, predicted_variance, widen_along
 from ...memory.drift import Constant, RestartOnChange
@@ -19,7 +19,7 @@ from ...memory.fading import ExponentialForgetting, GainFloor, VariableForgettin
 from ...memory.restart import GainReset
 from ...models.stability import is_inside
 from .methods import correct_by
-from .row import OBSERVED, TOP, WEIGHT, Lags, push, regress, renew
+from .row import LAGS, OBSERVED, TOP, WEIGHT, Lags, push, regress, renew
 from .step import fill_lags, take_output
 
 LEAST = 0.01  # below this fraction of R, 1 + phi' P zeta counts as zero
@@ -46,7 +46,7 @@ class Instruments(NamedTuple):
     cap: Vector  # beyond these variances P is not forgotten any more
 
 
-open_row.on(InstrumentalLags)(open_row.table[Lags])
+LAGS.on(InstrumentalLags)
 open_scratch.on(InstrumentalLags)(open_scratch.table[Lags])
 advance.on(InstrumentalLags)(advance.table[Lags])
 

@@ -4,14 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, Vector, choice, kernel, open_row, open_scratch
+from ...engine.dispatch import Size, Vector, choice, kernel, open_scratch
+from ...engine.layout import Field, Layout, each, joined, numbers, policy
 from ...engine.views import matrix
+from ..common.inputs import each_input
 
-# head of the row, one number each: COUNT and CHI2 (of sigma^2) and WEIGHT fade with the memory; PAST: samples since
-# the first measured y
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP, PAST = range(11)
-HEAD = ("samples", "observed", "status", "in_a_row", "count", "chi2", "logdet", "score", "weight", "top", "past")
-INPUT = ("held", "unsure", "known", "sums", "squares", "steps")  # numbers kept for each input
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP, PAST = range(11)  # of the head of a row
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
 COLUMNS = 9  # prediction, innovation, variance, status, weight, statistic, since, which, dof; then what a mixture tells
 HUGE = 1e60  # beyond this a product of four, and of a variance, would overflow
@@ -36,26 +34,35 @@ class Lags(NamedTuple):
     nk: Vector
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    head: np.ndarray
-    theta: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-    ys: np.ndarray  # past outputs (na,), newest first
-    ydoubt: np.ndarray  # covariance (na na,) of their errors, where some were predicted
-    held: np.ndarray  # each input: its value, predicted while missing
-    unsure: np.ndarray
-    known: np.ndarray
-    sums: np.ndarray
-    squares: np.ndarray
-    steps: np.ndarray
-    us: np.ndarray  # inputs (k, deep), newest first, and the variance of those that were predicted
-    udoubt: np.ndarray
-    registers: np.ndarray
-    memory_state: np.ndarray
-    detector_state: np.ndarray
+HEAD = numbers(
+    "head",
+    samples="samples taken",
+    observed="of them, corrected by an output",
+    status="bits of the last one",
+    in_a_row="outliers in a row, until now",
+    count="samples behind sigma^2; fades with the memory",
+    chi2="sum of e^2/T over them; fades likewise",
+    logdet="sum of log T",
+    score="sum of log p(y)",
+    weight="samples behind the estimate; fades with the memory",
+    top="largest |y|",
+    past="samples since the first measured y",
+)
+LAGS = Layout(
+    *HEAD,
+    *joined("theta", Field("x", ("0",), "no state"), Field("theta", ("N",), "parameters", trace="their names")),
+    Field("D", ("M",), "P = U D U', relative to sigma^2: the diagonal; none where no covariance is kept"),
+    Field("U", ("M * (M - 1) // 2",), "and the factor above it, column by column"),
+    Field("ys", ("na",), "past outputs, newest first"),
+    Field("ydoubt", ("na * na",), "covariance of their errors, where some were predicted"),
+    *each_input(),
+    *each("inputs", "deep", us="inputs, newest first", udoubt="variance of those that were predicted"),
+    Field("registers", ("registers",), "what the form keeps besides"),
+    policy("memory_state", of="memory"),
+    policy("detector_state", of="detector"),
+    M="N",
+)
+LAGS.on(Lags)
 
 
 class Work(NamedTuple):
@@ -67,45 +74,6 @@ class Work(NamedTuple):
     c: np.ndarray
     slope: np.ndarray
     own: np.ndarray  # the form's own
-
-
-def fields(form) -> list[tuple]:
-    """Return the fields of a row as NumPy's dtype wants them; the order is that of `Row`."""
-    N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
-    M = 0 if getattr(form, "is_bare", False) else N  # no covariance
-    return [
-        *((name, "f8") for name in HEAD),
-        ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (M,)), ("U", "f8", (M * (M - 1) // 2,)),
-        ("ys", "f8", (na,)), ("ydoubt", "f8", (na * na,)),
-        *((name, "f8", (k,)) for name in INPUT),
-        ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),
-        ("registers", "f8", (int(form.registers),)), ("memory_state", "f8", (int(form.memory_size),)),
-        ("detector_state", "f8", (int(form.detector_size),)),
-    ]  # fmt: skip
-
-
-@open_row.on(Lags)
-def open_row_lags(form, row):
-    N, na, k, deep = int(form.N), int(form.na), int(form.inputs), int(form.deep)
-    s = len(HEAD)
-    D = s + N
-    U = D + N
-    y = U + N * (N - 1) // 2
-    S = y + na
-    h = S + na * na
-    u = h + 6 * k
-    r = u + 2 * k * deep
-    c = r + int(form.registers)
-    m = c + int(form.memory_size)
-    inputs, lags = matrix(row[h:u], 6, k), matrix(row[u:r], 2 * k, deep)
-    return Row(
-        row[:s], row[s:D], row[D:U], row[U:y], row[y:S], row[S:h],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
-        lags[:k], lags[k:], row[r:c], row[c:m], row[m:],
-    )  # fmt: skip
-
-
-OWN = 0  # scratch of the form itself
 
 
 @open_scratch.on(Lags)

@@ -22,7 +22,7 @@ from ..arx.speeds import read as read_speeds
 from ..base import directions
 from ..joint_mimo.reading import ReadingMIMO
 from . import step as _step  # noqa: F401  (registers the step)
-from .row import Channel, Several, fields, scratch_size
+from .row import SEVERAL, Channel, Several, scratch_size
 
 
 class Part(NamedTuple):
@@ -148,7 +148,7 @@ class ARXMIMO(ReadingMIMO):
         shape = self._several()
         self.policies = (shape, *first.policies[1:])
         self.spec = flatten(self.policies)
-        self.dtype = np.dtype(fields(shape))
+        self.dtype = SEVERAL.dtype(shape)
         self.scratch_size = scratch_size(shape, max(part.scratch_size for part in self.parts))
 
     # --- settings ------------------------------------------------------------------------------------------

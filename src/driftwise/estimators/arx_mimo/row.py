@@ -8,8 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, kernel, open_row, open_scratch
-from ..arx.row import HEAD, INPUT, Lags
+from ...engine.dispatch import Vector, kernel, open_scratch
+from ...engine.layout import Field, Layout, each, joined, policy
+from ..arx.row import HEAD, LAGS, Lags
+from ..common.inputs import each_input
 
 FRESH = 5  # numbers that `renew` is given of an output, and one more
 
@@ -50,28 +52,34 @@ class Channel(NamedTuple):
     nk: Vector
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    samples: np.ndarray
-    heads: np.ndarray  # (HEAD, p)
-    theta: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-    ys: np.ndarray  # past outputs (p, past), newest first
-    ydoubt: np.ndarray  # covariance (M M,) of their errors, M = p past, where some were predicted
-    held: np.ndarray
-    unsure: np.ndarray
-    known: np.ndarray
-    sums: np.ndarray
-    squares: np.ndarray
-    steps: np.ndarray
-    us: np.ndarray
-    udoubt: np.ndarray
-    products: np.ndarray  # (p, p) of the innovations, e_i e_j weighed by their variances, and the sum of the weights
-    weights: np.ndarray
-    memory_state: np.ndarray
-    detector_state: np.ndarray
+SEVERAL = Layout(
+    Field("samples", (), "samples taken"),
+    *joined(
+        "heads",
+        Field("clock", ("outputs",), "each output: the same"),
+        *(field._replace(shape=("outputs",)) for field in HEAD[1:]),
+        table=(f"{len(HEAD)}", "outputs"),
+    ),
+    *joined(
+        "theta",
+        Field("x", ("0",), "no state"),
+        Field("theta", ("N",), "parameters of each equation", trace="their names"),
+    ),
+    Field("D", ("N",), "P = U D U' of each equation, relative to its sigma^2: the diagonals"),
+    Field("U", ("int(form.U_at[outputs])",), "and the factors above them, column by column"),
+    Field("ys", ("outputs", "past"), "past outputs, newest first"),
+    Field("ydoubt", ("(outputs * past) ** 2",), "covariance of their errors, where some were predicted"),
+    *each_input(),
+    *each("inputs", "deep", us="inputs, newest first", udoubt="variance of those that were predicted"),
+    Field("products", ("outputs", "outputs"), "of the innovations, e_i e_j weighed by their variances"),
+    Field("weights", ("outputs", "outputs"), "sums of the weights"),
+    policy("memory_state", of="memory"),
+    policy("detector_state", of="detector"),
+    N="int(form.theta_at[outputs])",
+    memory_size="int(form.memory_at[outputs])",
+    detector_size="int(form.detector_at[outputs])",
+)
+SEVERAL.on(Several)
 
 
 class ChannelRow(NamedTuple):
@@ -111,43 +119,6 @@ class Work(NamedTuple):
     rest: np.ndarray
 
 
-def fields(form) -> list[tuple]:
-    """Return the fields of a row as NumPy's dtype wants them; the order is that of `Row`."""
-    p, k, past, deep = (int(v) for v in form[:4])
-    N, U, memory_size, detector_size = (int(table[-1]) for table in form[5:9])
-    return [
-        ("samples", "f8"), ("clock", "f8", (p,)), *((name, "f8", (p,)) for name in HEAD[1:]),
-        ("x", "f8", (0,)), ("theta", "f8", (N,)), ("D", "f8", (N,)), ("U", "f8", (U,)),
-        ("ys", "f8", (p, past)), ("ydoubt", "f8", ((p * past) ** 2,)),
-        *((name, "f8", (k,)) for name in INPUT),
-        ("us", "f8", (k, deep)), ("udoubt", "f8", (k, deep)),
-        ("products", "f8", (p, p)), ("weights", "f8", (p, p)), ("memory_state", "f8", (memory_size,)),
-        ("detector_state", "f8", (detector_size,)),
-    ]  # fmt: skip
-
-
-@open_row.on(Several)
-def open_row_several(form, row):
-    p, k, past, deep = int(form.outputs), int(form.inputs), int(form.past), int(form.deep)
-    N, memory_size = int(form.theta_at[p]), int(form.memory_at[p])
-    s = 1 + len(HEAD) * p
-    D = s + N
-    U = D + N
-    y = U + int(form.U_at[p])
-    S = y + p * past
-    h = S + (p * past) ** 2
-    u = h + 6 * k
-    z = u + 2 * k * deep
-    c = z + 2 * p * p
-    inputs, lags = row[h:u].reshape(6, k), row[u:z].reshape(2, k, deep)
-    pairs = row[z:c].reshape(2, p, p)
-    return Row(
-        row[:1], row[1:s].reshape(len(HEAD), p), row[s:D], row[D:U], row[U:y], row[y:S].reshape(p, past), row[S:h],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5], lags[0], lags[1], pairs[0], pairs[1],
-        row[c : c + memory_size], row[c + memory_size :],
-    )  # fmt: skip
-
-
 def scratch_size(form, longest: int) -> int:
     """Return how many numbers of scratch a run needs, of which an equation ``longest``."""
     N = int(np.diff(form.theta_at).max())
@@ -181,6 +152,7 @@ def open_scratch_several(form, buffer):
     )  # fmt: skip
 
 
+LAGS.on(Channel)  # the settings of each equation are resolved as if it were alone
 open_scratch.on(Channel)(open_scratch.table[Lags])
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, kernel, open_row, open_scratch
+from ...engine.dispatch import Size, kernel, open_scratch
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.views import matrix
 from ..common.inputs import each_input
@@ -64,7 +64,7 @@ JOINT = Layout(
     k="inputs + coloured",
     N="n * (k + 2) + direct",
 )
-open_row.on(Form)(JOINT.open)
+JOINT.on(Form)
 
 
 class Work(NamedTuple):

@@ -2,13 +2,12 @@
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Size, open_row, open_scratch
+from ...engine.dispatch import Size, open_scratch
 from ...engine.layout import Field
 from ..joint.row import JOINT, Form
 
 # plots seen of the two that start it, scans since the first, and the last two positions
 PLOTS, ELAPSED, LAST, BEFORE = range(4)
-TRACK = 4
 
 
 class ManoeuvreForm(NamedTuple):
@@ -31,8 +30,6 @@ class ManoeuvreForm(NamedTuple):
     spread: float  # variance of each state after two plots
 
 
-MANOEUVRE = JOINT.replace(
-    Field("track", (f"{TRACK}",), "plots, scans, and the last two positions, of a track that starts")
-)
-open_row.on(ManoeuvreForm)(MANOEUVRE.open)
+MANOEUVRE = JOINT.replace(Field("track", ("4",), "plots, scans, and the last two positions, of a track that starts"))
+MANOEUVRE.on(ManoeuvreForm)
 open_scratch.on(ManoeuvreForm)(open_scratch.table[Form])  # the scratch is the joint filter's

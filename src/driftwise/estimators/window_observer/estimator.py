@@ -13,6 +13,7 @@ from ...detect.watch import Silent
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
+from ...engine.layout import layout_of
 from ...memory.drift import Constant
 from ...memory.resolve import resolve_detector
 from ...models.plant import Augmented
@@ -20,7 +21,6 @@ from ...models.scale import InverseGamma, KnownScale
 from ..observing import Observed, Observing, check_names
 from . import fir, growing, queue
 from .gains import LONGEST
-from .row import common_fields
 from .tuning import Tuned, tune_walks, tune_window
 
 SETTLE = 20  # innovations before the detector counts
@@ -163,7 +163,7 @@ class WindowObserver(Observing):
         self._form, form = self._build()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, kernel_detector)
         self.spec = flatten(self.policies)
-        self.dtype = np.dtype(common_fields(form) + self._form.fields(form))
+        self.dtype = layout_of(form).dtype(form)
         self.scratch_size = self._form.scratch_size(form)
         self.columns = 4 * p + 1
 

@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch
+from ...engine.dispatch import Vector, advance, kernel, open_scratch
+from ...engine.layout import Field, Layout
 from ..adaptive_gain.step import take_inputs
 from .gains import Design, require_usable
 from .parity import contradiction, tables
 from .partial import AT, FILLED, FORESEEN, GAPS, solve
-from .row import DETERMINED, along, elapse, observe, places, products, report, unit
+from .row import COMMON, DETERMINED, along, elapse, observe, products, report, unit
 
 BY_GAINS, BY_ROWS = 2.0, 1.0  # how z was determined
 
@@ -67,19 +68,14 @@ class Fir(NamedTuple):
     feed: Vector  # (degrees, L, p + k): and of the inputs between (0 for the outputs)
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    head: np.ndarray
-    z: np.ndarray
-    std: np.ndarray
-    ahead: np.ndarray
-    held: np.ndarray
-    detector_state: np.ndarray
-    own: np.ndarray
-    ring: np.ndarray  # (2 L (p + k)): y and u of each sample; 0 where y is missing
-    there: np.ndarray  # (L p): 1 where y is there
-    predicted: np.ndarray  # (L m): the parity test's, z predicted for each sample by those before it
+FIR = Layout(
+    *COMMON,
+    Field("own", ("4",), "where the ring stands, how full it is, gaps in it, .."),
+    Field("ring", ("2 * length * (outputs + inputs)",), "y and u of each sample, twice; 0 where y is missing"),
+    Field("there", ("length * outputs",), "1 where y is there"),
+    Field("predicted", ("length * m * (form.parity > 0)",), "z predicted for each sample, for the parity test"),
+)
+FIR.on(Fir)
 
 
 class Work(NamedTuple):
@@ -129,35 +125,11 @@ def build(est, common) -> Fir:
     )  # fmt: skip
 
 
-def fields(form) -> list[tuple]:
-    """Return the fields of a row that follow the common ones; the order is that of `Row`."""
-    L, p, k = int(form.length), int(form.outputs), int(form.inputs)
-    remembered = L * int(form.m) if form.parity > 0 else 0
-    return [
-        ("own", "f8", (4,)), ("ring", "f8", (2 * L * (p + k),)), ("there", "f8", (L * p,)),
-        ("predicted", "f8", (remembered,)),
-    ]  # fmt: skip
-
-
 def scratch_size(form) -> int:
     """Return how many numbers `Work` takes."""
     m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
     s, b = len(form.Ta) // m, len(form.Tb) // m
     return m + 2 * p + 2 * w + m * w + 2 * s + L * b + (w + 1) * (w + L * p) + w * w
-
-
-@open_row.on(Fir)
-def open_row_fir(form, row):
-    k, p, L = int(form.inputs), int(form.outputs), int(form.length)
-    z, std, ahead, held, detector_state, own = places(form)
-    ring = own + 4
-    there = ring + 2 * L * (p + k)
-    predicted = there + L * p
-    return Row(
-        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:detector_state], row[detector_state:own],
-        row[own:ring],
-        row[ring:there], row[there:predicted], row[predicted:],
-    )  # fmt: skip
 
 
 @open_scratch.on(Fir)

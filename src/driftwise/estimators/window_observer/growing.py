@@ -11,14 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine import ud
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch, rare
+from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare
+from ...engine.layout import Field, Layout
 from ...engine.status import LOST
 from ...engine.ud import correct, predicted_variance, project
 from ..adaptive_gain.step import take_inputs
 from ..arx.row import HUGE
 from .anchored import ANCHORED, LOGDET, OUTPUTS, SQUARES, START, add, begin, fold, orthonormalise, resolve
 from .motion import discretise, move
-from .row import DETERMINED, SAMPLES, along, elapse, observe, places, report
+from .row import COMMON, DETERMINED, SAMPLES, along, elapse, observe, report
 
 KNOWN = 1e12  # condition of the triangle up to which the unknown counts as determined
 HAND_OVER = 1e8  # and up to which a covariance is made of it: half the digits are left
@@ -54,21 +55,21 @@ class Growing(NamedTuple):
     free: Vector
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    head: np.ndarray
-    z: np.ndarray
-    std: np.ndarray
-    ahead: np.ndarray
-    held: np.ndarray
-    detector_state: np.ndarray
-    start: np.ndarray  # as `anchored.START` says
-    zhat: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-    X: np.ndarray  # (m, d)
-    R: np.ndarray  # (d + 1, d): the triangle, and what it equals, transposed
+GROWING = Layout(
+    *COMMON,
+    Field(
+        "start",
+        (f"{len(START)}",),
+        "whether delta is apart, of which nothing was known; of all rows squares, log variances, number",
+    ),
+    Field("zhat", ("m",), "z = zhat + X delta: what is known of it"),
+    Field("D", ("m",), "its covariance U D U'"),
+    Field("U", ("m * (m - 1) // 2",), ""),
+    Field("X", ("m", "d"), "what delta makes of it"),
+    Field("R", ("d + 1", "d"), "what is known of delta: R delta = .., transposed"),
+    d="len(form.free)",
+)
+GROWING.on(Growing)
 
 
 class Work(NamedTuple):
@@ -116,15 +117,6 @@ def build(estimator, common) -> Growing:
     )  # fmt: skip
 
 
-def fields(form) -> list[tuple]:
-    """Return the fields of a row behind those that all forms share."""
-    m, d = int(form.m), len(form.free)
-    return [
-        ("start", "f8", (len(START),)), ("zhat", "f8", (m,)), ("D", "f8", (m,)), ("U", "f8", (m * (m - 1) // 2,)),
-        ("X", "f8", (m, d)), ("R", "f8", (d + 1, d)),
-    ]  # fmt: skip
-
-
 def fresh(form, state) -> None:
     """Set the prior in a state, or in several, that are zero."""
     state["zhat"], state["D"] = form.mean, form.prior
@@ -144,22 +136,6 @@ def scratch_size(form) -> int:
     m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), len(form.free), widest(form)
     step = 2 * m * m + 2 * m * k + m * (m + 1) // 2 + 8 * m * m if wide else 0
     return 2 * p + k + 8 * m + 2 * d + 1 + m * d + d * d + 2 * m * m + step + 5 * wide
-
-
-@open_row.on(Growing)
-def open_row_growing(form, row):
-    m, d = int(form.m), form.free.size
-    z, std, ahead, held, detector_state, start = places(form)
-    zhat = start + len(START)
-    D = zhat + m
-    U = D + m
-    X = U + m * (m - 1) // 2
-    R = X + m * d
-    return Row(
-        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:detector_state], row[detector_state:start],
-        row[start:zhat],
-        row[zhat:D], row[D:U], row[U:X], row[X:R].reshape(m, d), row[R:].reshape(d + 1, d),
-    )  # fmt: skip
 
 
 @open_scratch.on(Growing)

@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, advance, kernel, open_row, open_scratch, rare
+from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare
 from ...engine.errors import InputError
+from ...engine.layout import Field, Layout, joined
 from ...engine.qr import invert, solve_triangular, triangularise
 from ..adaptive_gain.step import take_inputs
 from .gains import WORST, Coordinates, Design, require_usable
-from .row import DETERMINED, TIME, along, elapse, observe, places, report
-from .segment import Layout, coordinates, driven, layout
+from .row import COMMON, DETERMINED, TIME, along, elapse, observe, report
+from .segment import Places, coordinates, driven, places
 from .stacks import COUNT, FRONT, MARKS, Bench, Queue, append, drop_older, join_all, move_over
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # of an instant
@@ -48,29 +49,42 @@ class QueueForm(NamedTuple):
     window: float  # age at which a sample leaves
     capacity: float  # most samples in the queue
     block: float
-    plant: Vector  # As, Bs, Au, Bu; outputs as measured in units of their noise (`segment.Layout`)
+    plant: Vector  # As, Bs, Au, Bu; outputs as measured in units of their noise (`segment.Places`)
     V: Vector  # z and the derived outputs are V w
     prior: Vector  # 1 / prior deviation of each w at the window's start
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
+@kernel
+def laid_out(form):
+    """Return where numbers lie in a segment."""
+    return places(int(form.s), int(form.m), int(form.inputs), int(form.outputs), int(form.straight))
 
-    head: np.ndarray
-    z: np.ndarray
-    std: np.ndarray
-    ahead: np.ndarray
-    held: np.ndarray
-    detector_state: np.ndarray
-    w: np.ndarray  # estimate in coordinates of its own
-    C: np.ndarray  # its covariance is C C'
-    queue: Queue
+
+QUEUE = Layout(
+    *COMMON,
+    Field("w", ("m",), "estimate in coordinates of its own"),
+    Field("C", ("m", "m"), "its covariance is C C'"),
+    *joined("marks", Field("queue", (f"{MARKS}",), "oldest sample in the ring, samples, those in front, last move")),
+    Field("moves", ("laid_out(form).moves",), "what the last interval did: found once for all that are equal"),
+    Field("ring", ("capacity", "1 + inputs + outputs"), "samples: seconds since the one before, inputs, outputs"),
+    Field("behind", ("size",), "segment of the newest samples"),
+    Field("block", ("block", "size"), "segments of the front's block in use"),
+    Field("blocks", ("capacity // block", "size"), "the oldest segment of each block"),
+    size="laid_out(form).size",
+)
+QUEUE.on(QueueForm)
+
+
+@kernel
+def open_queue(state):
+    """Return the views of the samples."""
+    return Queue(state.marks, state.moves, state.ring, state.behind, state.block, state.blocks)
 
 
 class Work(NamedTuple):
-    """Layout of segments, and scratch."""
+    """Places in a segment, and scratch."""
 
-    at: Layout
+    at: Places
     z: np.ndarray
     ahead: np.ndarray
     y: np.ndarray
@@ -101,48 +115,10 @@ def build(est, common) -> QueueForm:
     )  # fmt: skip
 
 
-@kernel
-def laid_out(form):
-    """Return the layout."""
-    return layout(int(form.s), int(form.m), int(form.inputs), int(form.outputs), int(form.straight))
-
-
-def fields(form) -> list[tuple]:
-    """Return the fields of a row behind the common ones."""
-    at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
-    return [
-        ("w", "f8", (at.m,)), ("C", "f8", (at.m, at.m)), ("queue", "f8", (MARKS,)), ("moves", "f8", (at.moves,)),
-        ("ring", "f8", (capacity, 1 + at.k + at.p)), ("behind", "f8", (at.size,)), ("block", "f8", (block, at.size)),
-        ("blocks", "f8", (capacity // block, at.size)),
-    ]  # fmt: skip
-
-
 def scratch_size(form) -> int:
     """Return how many numbers `Work` takes."""
     m, k, p, size = int(form.m), int(form.inputs), int(form.outputs), laid_out(form).size
     return 2 * m + 2 * p + k + (m + 1) * (2 * m + p) + m * m + 5 * m * max(m, k) + 2 * size
-
-
-@open_row.on(QueueForm)
-def open_row_queue_form(form, row):
-    at, capacity, block = laid_out(form), int(form.capacity), int(form.block)
-    m, wide = at.m, 1 + at.k + at.p
-    z, std, ahead, held, detector_state, w = places(form)
-    C = w + m
-    queue = C + m * m
-    moves = queue + MARKS
-    ring = moves + at.moves
-    behind = ring + capacity * wide
-    use = behind + at.size
-    blocks = use + block * at.size
-    return Row(
-        row[:z], row[z:std], row[std:ahead], row[ahead:held], row[held:detector_state], row[detector_state:w], row[w:C],
-        row[C:queue].reshape(m, m),
-        Queue(
-            row[queue:moves], row[moves:ring], row[ring:behind].reshape(capacity, wide), row[behind:use],
-            row[use:blocks].reshape(block, at.size), row[blocks:].reshape(capacity // block, at.size),
-        ),
-    )  # fmt: skip
 
 
 @open_scratch.on(QueueForm)
@@ -249,7 +225,7 @@ def carry(at, moves, before, u, w0, C0, w, C):
 def advance_queue_form(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, queue, at, bench, w, X, m = (
         state.head,
-        state.queue,
+        open_queue(state),
         scratch.at,
         scratch.bench,
         scratch.w,
@@ -267,11 +243,11 @@ def advance_queue_form(form, noise, memory, gate, scale, detector, state, scratc
     # what is too old leaves
     age = form.window - max(SAME * form.window, rounding)
     if seconds >= age:
-        queue.detector_state[COUNT] = queue.detector_state[FRONT] = head[DETERMINED] = 0.0
+        queue.marks[COUNT] = queue.marks[FRONT] = head[DETERMINED] = 0.0
     drop_older(at, form.plant, queue, bench, age - seconds)
 
     # predict
-    if queue.detector_state[COUNT] > 0.0 or head[DETERMINED] > 0.0:
+    if queue.marks[COUNT] > 0.0 or head[DETERMINED] > 0.0:
         move_over(at, form.plant, queue, bench, seconds)
     if head[DETERMINED] > 0.0:
         carry(at, queue.moves, scratch.before, state.held, state.w, state.C, w, X)

@@ -1,7 +1,7 @@
 """What the forms of the observer of a known plant share: the head of a row, its columns, one sample's bookkeeping.
 
-A form (`fir`, `queue`, `growing`) is a NamedTuple that begins with the fields `common` lists. Its row begins with those
-of `common_fields`, its `Row` and `Work` with the names used here. Its step reads
+A form (`fir`, `queue`, `growing`) is a NamedTuple that begins with the fields `common` lists. Its row begins with the
+fields of `COMMON`, its `Work` with the names used here. Its step reads
 
     seconds = elapse(form, state, u, t)                        irregular time only
     predict z and the variance of each output into work.z, work.ahead; status = take_inputs(state, u, t) on the way
@@ -16,13 +16,23 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import Vector, choice, kernel, watch
+from ...engine.layout import Field, numbers, policy
 from ...engine.status import BAD_VALUE, JUMP, MISSING_OUTPUT, NOT_READY
 from ...models.scale import InverseGamma, KnownScale
 from ..arx.row import HUGE
 
-# determined: z has a finite covariance; ready: its deviations meet the tolerance, too
-HEAD = ("samples", "observed", "status", "chi2", "score", "time", "determined", "ready")
-SAMPLES, OBSERVED, STATUS, CHI2, SCORE, TIME, DETERMINED, READY = range(len(HEAD))
+SAMPLES, OBSERVED, STATUS, CHI2, SCORE, TIME, DETERMINED, READY = range(8)  # of the head of a row
+HEAD = numbers(
+    "head",
+    samples="samples taken",
+    observed="outputs that had a prediction",
+    status="bits of the last one",
+    chi2="sum of e^2/T over them",
+    score="sum of log p(y)",
+    time="of the last sample",
+    determined="whether z has a finite covariance",
+    ready="whether its deviations meet the tolerance, too",
+)
 SETTLED = 10.0  # innovations that a noise learnt from them takes before its deviations are worth telling
 
 
@@ -44,27 +54,14 @@ class Common(NamedTuple):
     detector_size: float  # numbers the detector keeps
 
 
-def common_fields(form) -> list[tuple]:
-    """Return the fields that every row begins with, after which a form's own follow; the order is that of a `Row`."""
-    m, k, p = int(form.m), int(form.inputs), int(form.outputs)
-    return [
-        *((name, "f8") for name in HEAD),
-        ("z", "f8", (m,)),  # the estimate; only what head[DETERMINED] vouches for
-        ("std", "f8", (len(form.tolerance),)),  # of z and of the derived outputs, relative to sigma
-        ("ahead", "f8", (p,)),  # free for the form: variance of the next prediction, relative to sigma^2
-        ("held", "f8", (k,)),  # inputs: last known value
-        ("detector_state", "f8", (int(form.detector_size),)),
-    ]
-
-
-@kernel
-def places(form):
-    """Return where z, std, ahead, held, marks, and what follows them begin in a row."""
-    std = len(HEAD) + int(form.m)
-    ahead = std + form.tolerance.size
-    held = ahead + int(form.outputs)
-    detector_state = held + int(form.inputs)
-    return len(HEAD), std, ahead, held, detector_state, detector_state + int(form.detector_size)
+COMMON = (
+    *HEAD,
+    Field("z", ("m",), "state and disturbances; only what determined vouches for", trace="their names"),
+    Field("std", ("len(form.tolerance)",), "deviations of z and of the derived outputs, relative to sigma"),
+    Field("ahead", ("outputs",), "free for the form: variance of the next prediction, relative to sigma^2"),
+    Field("held", ("inputs",), "each input: its last known value"),
+    policy("detector_state", of="detector"),
+)  # what every row begins with; a form's own fields follow
 
 
 @choice

@@ -6,7 +6,7 @@ A segment from time a to time b knows
     s(b) = F s(a) + d,    v(a) = G v(b) + g,    sum of squares = |R [s(a); v(b)] - z|^2 + what no w explains
 
 so that each mode is told where it is large: nothing ever grows, and no transition is ever inverted. `combine` is
-associative, by orthogonal transformations alone; it is never undone. A segment is one row of numbers (`Layout`).
+associative, by orthogonal transformations alone; it is never undone. A segment is one row of numbers (`Places`).
 """
 
 from typing import NamedTuple
@@ -36,7 +36,7 @@ def coordinates(frame, A, n):
     return V * scale, back / scale[:, None], s
 
 
-class Layout(NamedTuple):
+class Places(NamedTuple):
     """Sizes, and where numbers lie: in a segment, in the plant, in what an interval does."""
 
     s: int
@@ -64,8 +64,8 @@ class Layout(NamedTuple):
 
 
 @kernel
-def layout(s, m, k, p, straight):
-    """Return the layout for s modes that stay and m - s that grow, k inputs and p outputs."""
+def places(s, m, k, p, straight):
+    """Return the places for s modes that stay and m - s that grow, k inputs and p outputs."""
     v = m - s
     d, B, ahead = s * s, s * s, s * (s + 2 * k)
     G, Au, back = d + s, B + s * k, ahead + v * (v + 2 * k)
@@ -73,7 +73,7 @@ def layout(s, m, k, p, straight):
     R, E = g + v, Bu + v * k
     rows, D = R + m * (m + 1), E + p * m
     size, weight = rows + 2, D + p * k
-    return Layout(
+    return Places(
         s, v, m, k, p, straight, d, G, g, R, rows, rows + 1, size, B, Au, Bu, E, D, weight, ahead, back, moves
     )
 

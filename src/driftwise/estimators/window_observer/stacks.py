@@ -25,7 +25,7 @@ MARKS = 5
 class Queue(NamedTuple):
     """Views of the part of a row that holds the samples."""
 
-    detector_state: np.ndarray  # FIRST, ..
+    marks: np.ndarray  # FIRST, ..
     moves: np.ndarray  # what the last interval did: found once for all that are equal
     ring: np.ndarray  # samples: (seconds since the one before, inputs, outputs)
     behind: np.ndarray  # segment
@@ -45,9 +45,9 @@ class Bench(NamedTuple):
 @kernel
 def move_over(at, plant, queue, bench, seconds):
     """Find what so many seconds do, unless they are those of the last time."""
-    if queue.detector_state[FOUND] == 0.0 or queue.detector_state[SECONDS] != seconds:
+    if queue.marks[FOUND] == 0.0 or queue.marks[SECONDS] != seconds:
         find_moves(at, plant, seconds, queue.moves, bench.powers)
-        queue.detector_state[FOUND], queue.detector_state[SECONDS] = 1.0, seconds
+        queue.marks[FOUND], queue.marks[SECONDS] = 1.0, seconds
 
 
 @rare
@@ -55,7 +55,7 @@ def fill_front(at, plant, queue, bench, start, stop):
     """Find the segments of the front's samples ``start`` to ``stop``, counted from its newest."""
     ring, leaf, k = queue.ring, bench.leaf, at.k
     capacity, block = ring.shape[0], queue.block.shape[0]
-    newest = int(queue.detector_state[FIRST]) + int(queue.detector_state[FRONT]) - 1
+    newest = int(queue.marks[FIRST]) + int(queue.marks[FRONT]) - 1
     for i in range(start, stop):
         one, own = ring[(newest - i) % capacity], queue.block[i % block]
         if i == 0:
@@ -75,17 +75,17 @@ def fill_front(at, plant, queue, bench, start, stop):
 @rare
 def turn(at, plant, queue, bench):
     """Let the samples behind become the front."""
-    queue.detector_state[FRONT] = queue.detector_state[COUNT]
-    fill_front(at, plant, queue, bench, 0, int(queue.detector_state[FRONT]))
+    queue.marks[FRONT] = queue.marks[COUNT]
+    fill_front(at, plant, queue, bench, 0, int(queue.marks[FRONT]))
 
 
 @kernel
 def span(at, queue):
     """Return the seconds from the oldest sample to the newest."""
-    detector_state, total = queue.detector_state, 0.0
-    if detector_state[FRONT] > 0.0:
-        total += queue.block[(int(detector_state[FRONT]) - 1) % queue.block.shape[0], at.seconds]
-    if detector_state[COUNT] > detector_state[FRONT]:
+    marks, total = queue.marks, 0.0
+    if marks[FRONT] > 0.0:
+        total += queue.block[(int(marks[FRONT]) - 1) % queue.block.shape[0], at.seconds]
+    if marks[COUNT] > marks[FRONT]:
         total += queue.behind[at.seconds]
     return total
 
@@ -93,15 +93,15 @@ def span(at, queue):
 @rare
 def drop_older(at, plant, queue, bench, seconds):
     """Let samples leave until there is room, and the oldest is younger than so many seconds."""
-    detector_state, block = queue.detector_state, queue.block.shape[0]
-    while detector_state[COUNT] > 0.0 and (detector_state[COUNT] >= queue.ring.shape[0] or span(at, queue) >= seconds):
-        if detector_state[FRONT] == 0.0:
+    marks, block = queue.marks, queue.block.shape[0]
+    while marks[COUNT] > 0.0 and (marks[COUNT] >= queue.ring.shape[0] or span(at, queue) >= seconds):
+        if marks[FRONT] == 0.0:
             turn(at, plant, queue, bench)
-        detector_state[FRONT] -= 1.0
-        detector_state[COUNT] -= 1.0
-        detector_state[FIRST] = (detector_state[FIRST] + 1.0) % queue.ring.shape[0]
-        front = int(detector_state[FRONT])
-        if front == 0 and detector_state[COUNT] > 0.0:
+        marks[FRONT] -= 1.0
+        marks[COUNT] -= 1.0
+        marks[FIRST] = (marks[FIRST] + 1.0) % queue.ring.shape[0]
+        front = int(marks[FRONT])
+        if front == 0 and marks[COUNT] > 0.0:
             turn(at, plant, queue, bench)
         elif front > 0 and front % block == 0:
             fill_front(at, plant, queue, bench, front - block, front)
@@ -110,32 +110,32 @@ def drop_older(at, plant, queue, bench, seconds):
 @rare
 def append(at, plant, queue, bench, seconds, before, u, y):
     """Let outputs y, so many seconds after the last sample, be the newest."""
-    detector_state, leaf = queue.detector_state, bench.leaf
-    if detector_state[COUNT] == 0.0:
+    marks, leaf = queue.marks, bench.leaf
+    if marks[COUNT] == 0.0:
         stand(at, leaf)
     else:
         travel(at, leaf, queue.moves, seconds, before, u)
     measure(at, plant, leaf, y, u, True, bench.M)
-    if detector_state[COUNT] == detector_state[FRONT]:
+    if marks[COUNT] == marks[FRONT]:
         copy(leaf, queue.behind)
     else:
         combine(at, queue.behind, leaf, bench.whole, bench.M)
         copy(bench.whole, queue.behind)
-    own = queue.ring[int(detector_state[FIRST] + detector_state[COUNT]) % queue.ring.shape[0]]
+    own = queue.ring[int(marks[FIRST] + marks[COUNT]) % queue.ring.shape[0]]
     own[0] = seconds
     for l in range(at.k):
         own[1 + l] = u[l]
     for i in range(at.p):
         own[1 + at.k + i] = y[i] if y[i] == y[i] else MISSING
-    detector_state[COUNT] += 1.0
+    marks[COUNT] += 1.0
 
 
 @kernel
 def join_all(at, queue, bench):
     """Make ``bench.whole`` the segment of the whole window."""
-    detector_state = queue.detector_state
-    if detector_state[FRONT] > 0.0:
-        first = queue.block[(int(detector_state[FRONT]) - 1) % queue.block.shape[0]]
+    marks = queue.marks
+    if marks[FRONT] > 0.0:
+        first = queue.block[(int(marks[FRONT]) - 1) % queue.block.shape[0]]
         combine(at, first, queue.behind, bench.whole, bench.M)
     else:
         copy(queue.behind, bench.whole)
