@@ -61,12 +61,12 @@ def _write(path: Path, rows: int) -> None:
 
 def _run(path: str) -> None:
     """The measured process: through the file in chunks, then a stretch in memory."""
-    from driftwise.tables.record import open_record
+    from driftwise.tables.table import open_record
 
     est = joint(NOISE)
     state = est.scan(*record(100), keep="innovations").state  # compiled before the clock starts
     table = open_record(path, "y", ["u"])
-    seen, state, rows, memory = 0, est.start(), table.rows or 0, [0.0, 0.0]
+    seen, state, rows, memory = 0, est.start(), table.source.rows or 0, [0.0, 0.0]
     start = time.process_time()
     for chunk in table:
         state = est.scan(chunk.columns["y"], chunk.columns["u"], state=state, keep="innovations").state

@@ -157,7 +157,7 @@ def test_each_series_gets_what_a_loop_over_it_alone_gives(has_clock, options):
 def test_cuts_threads_and_snapshots_do_not_show(dt, monkeypatch):
     rows = table(4)
     whole = run(rows, dt=dt, longest=50)
-    monkeypatch.setattr(intakes, "STRETCH", 64)  # many series set their units in one batch: stretch by stretch
+    monkeypatch.setattr(intakes, "SEGMENT", 64)  # many series set their units in one batch: stretch by stretch
     monkeypatch.setattr("driftwise.fleet.crew.SMALL", 1)
     rng = np.random.default_rng(5)
     for trial in range(6):
@@ -281,7 +281,7 @@ def test_units_of_constants_and_of_nothing():
 
 
 def test_a_clock_that_is_wrong_by_a_thousand_costs_no_memory(monkeypatch):
-    monkeypatch.setattr(intakes, "STRETCH", 1000)
+    monkeypatch.setattr(intakes, "SEGMENT", 1000)
     batch = of_one(np.arange(50.0), time=np.arange(50) * 1000.0)
     taken = list(Intake(dw.Fleet(EST), dt=1.0, first=10).take(batch))
     assert sum(len(one.at) for one in taken) == 49 * 1000 + 1 and max(len(one.at) for one in taken) <= 2000

@@ -571,9 +571,9 @@ def test_a_long_file_is_read_chunk_by_chunk(tmp_path):
     write_long(path, 300_000)
     stretches = read(path, chunk_rows=20_000)[1]
     y = next(stretches)[1]
-    assert len(y) <= 20_000 and stretches.table.fraction < 0.5
+    assert len(y) <= 20_000 and stretches.table.source.fraction < 0.5
     sizes = [len(y)] + [len(part) for _, part, _ in stretches]
-    assert sum(sizes) == 300_000 and max(sizes) <= 20_000 and stretches.table.fraction == 1.0
+    assert sum(sizes) == 300_000 and max(sizes) <= 20_000 and stretches.table.source.fraction == 1.0
 
 
 @pytest.mark.slow

@@ -10,11 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from driftwise.cli import checks
 from driftwise.engine.errors import InputError
-from driftwise.tables import csvfile
+from driftwise.tables import checks, csvfile
 from driftwise.tables.dialect import kind, sniff
-from driftwise.tables.record import open_record
+from driftwise.tables.table import open_record
 
 NaN = math.nan
 
@@ -67,13 +66,13 @@ def test_one_table_in_many_dialects(tmp_path, text):
     assert columns["t"].tolist() == [0, 1, 2]
     assert columns["u"].tolist() == [1, -1, 0]
     assert columns["y"].tolist() == [2.5, 3.5, 4.5]
-    assert record.bad == record.ragged == 0
+    assert record.bad == record.source.ragged == 0
     assert not any(flags.any() for flags in bad.values())
 
 
 def test_units_line_becomes_units(tmp_path):
     record, _, _ = read(put(tmp_path, "t,u,y\n[s],[V],[degC]\n0,1,2.5\n1,-1,3.5\n"), "y", ["u"], "t")
-    assert record.units == {"t": "s", "u": "V", "y": "degC"}
+    assert record.source.units == {"t": "s", "u": "V", "y": "degC"}
 
 
 def test_no_header_and_columns_by_number(tmp_path):
@@ -110,7 +109,7 @@ def test_marks_of_a_spreadsheet_are_no_words(tmp_path, rows, values, unit):
         return
     record, columns, _ = read(path)
     np.testing.assert_array_equal(columns["y"], values)
-    assert record.units == ({"y": unit} if unit else {})
+    assert record.source.units == ({"y": unit} if unit else {})
 
 
 def test_decimal_comma_only_where_no_point_was_seen():
@@ -156,7 +155,7 @@ def test_bad_rows_are_counted_flagged_and_keep_their_place(tmp_path):
     good = np.setdiff1d(np.arange(20), lost)
     assert columns["y"][good].tolist() == (good**2).tolist()
     assert np.flatnonzero(bad["u"]).tolist() == [8, 13, 15]
-    assert (record.ragged, record.bad) == (2, 8)
+    assert (record.source.ragged, record.bad) == (2, 8)
     assert record.first_bad == "row 6, column 'y'"
 
 
@@ -169,7 +168,7 @@ def test_a_stray_quote_costs_one_row_at_most(tmp_path):
     assert len(columns["y"]) == 200
     assert np.isnan(columns["y"]).sum() <= 1
     assert columns["y"][-1] == 199
-    assert record.ragged <= 1
+    assert record.source.ragged <= 1
 
 
 def test_a_column_of_mostly_text_is_refused(tmp_path):
@@ -249,7 +248,7 @@ def test_small_blocks_with_comments_quotes_and_ragged_rows(tmp_path, monkeypatch
         monkeypatch.setattr(csvfile, "BLOCK", block)
         record, columns, _ = read(path)
         np.testing.assert_array_equal(columns["y"], expected)
-        assert record.ragged == np.isnan(expected).sum()
+        assert record.source.ragged == np.isnan(expected).sum()
 
 
 def test_chunks_have_exactly_the_rows_asked_for(tmp_path):
@@ -292,7 +291,7 @@ def test_parquet_types_and_column_selection(tmp_path):
     np.testing.assert_array_equal(found["d"], [1, 2, 1, NaN])
     assert bad["f"].tolist() == [False, False, False, True]
     assert bad["s"].tolist() == [False, True, False, False]
-    assert (record.rows, record.bad) == (4, 2)
+    assert (record.source.rows, record.bad) == (4, 2)
     with pytest.raises(InputError, match=r"column .other.: a column of type struct"):
         read(path, "other")
 
@@ -472,4 +471,4 @@ def test_standard_input(monkeypatch):
     monkeypatch.setattr(sys, "stdin", Stdin)
     record, columns, _ = read("-")
     assert columns["y"].tolist() == [k * k for k in range(50)]
-    assert record.fraction is None
+    assert record.source.fraction is None

@@ -8,11 +8,11 @@ from typing import Any
 from driftwise.cli import specs
 from driftwise.cli.notes import clock_notes, labels
 from driftwise.cli.options import Plan
-from driftwise.cli.runner import no_row, progress, time_of, window
+from driftwise.cli.runner import look_of, no_row, progress, time_of, window
 from driftwise.cli.targets import check_targets
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.report.wording import number
-from driftwise.tables.record import Record, open_record
+from driftwise.tables.table import Record, open_record
 
 __all__ = ["execute", "write"]
 
@@ -26,7 +26,7 @@ def execute(plan: Plan, texts: list[str]) -> None:
         specs.estimators(texts, plan.inputs, 1.0)
     except InputError as error:
         raise CommandError(str(error)) from None
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw)
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw, look_of(plan))
     found, offsets = _compared(plan, texts, record)
     said = _notes(plan, record, offsets)
     title = "standard input" if plan.file == "-" else plan.file
@@ -86,7 +86,7 @@ def _notes(plan: Plan, record: Record, offsets) -> list[str]:
     if offsets.values:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
         said.append(f"means of the first chunk were subtracted, for all alike: {values}.")
-    return [*clock_notes(plan), *said, *record.clock.notes()]
+    return [*clock_notes(record), *said, *record.clock.notes()]
 
 
 def cells(found) -> list[list[str]]:

@@ -11,7 +11,6 @@ from driftwise.results.clock_words import SAMPLES, SECONDS
 
 __all__ = ["clock_notes", "counted_in", "described", "labels", "notes", "verdicts"]
 
-LOOK = 1000  # rows by which a clock is known
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
 
 
@@ -20,14 +19,14 @@ def counted_in(plan) -> str:
     return SAMPLES if plan.time is None and plan.dt is None else SECONDS
 
 
-def clock_notes(plan) -> list[str]:
-    """Return a sentence about the column that looks like the clock, where none was named."""
-    from driftwise.tables.autoread import read
+def clock_notes(record) -> list[str]:
+    """Return a sentence about the column that looks like the clock, where the whole table was looked at for one."""
+    from driftwise.tables.autoread import recognised
 
-    if counted_in(plan) != SAMPLES or plan.file == "-":
+    if record.whole is None:
         return []
     try:
-        table, _ = read(plan.file, plan.output, plan.inputs, head_rows=LOOK)
+        table = recognised(record.whole, record.output, record.inputs)
     except InputError:  # a table that is not understood as a whole
         return []
     if table.time is None:
@@ -73,7 +72,7 @@ def labels(record, plan) -> dict:
     """Return names with units for the axes."""
 
     def named(name):
-        unit = record.units.get(name)
+        unit = record.source.units.get(name)
         return f"{name} ({unit})" if unit else name
 
     if record.time is None:
@@ -88,10 +87,12 @@ def notes(plan, record, found) -> list[str]:
     """Return a sentence for each thing to beware of; ``found`` is what the run brought."""
     summary, offsets = found.summary, found.offsets
     said = ["stopped early; the results are those of the rows read so far."] if found.stopped else []
-    said += clock_notes(plan)
-    if record.ragged:
-        said.append(f"{record.ragged} rows have too many or too few cells; each was counted as a missing sample.")
-    cells = record.bad - record.ragged * len(record.columns)
+    said += clock_notes(record)
+    if record.source.ragged:
+        said.append(
+            f"{record.source.ragged} rows have too many or too few cells; each was counted as a missing sample."
+        )
+    cells = record.bad - record.source.ragged * len(record.columns)
     if cells > 0:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
         said.append(f"{cells} cells are not finite numbers and were taken as missing{where}.")

@@ -13,7 +13,7 @@ from driftwise.cli.targets import check_targets
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.report.wording import number, plus_minus
 from driftwise.tables import plantfile
-from driftwise.tables.record import open_record
+from driftwise.tables.table import open_record
 
 __all__ = ["Observation", "execute"]
 
@@ -154,7 +154,7 @@ def _table(trace):
 
 
 def _named(record, name) -> str:
-    unit = record.units.get(name)
+    unit = record.source.units.get(name)
     return f"{name} ({unit})" if unit else name
 
 

@@ -29,7 +29,7 @@ def write_json(plan, record, run, notes) -> None:
             "origin": record.clock.origin, "duplicates": record.clock.duplicates,
             "decreases": record.clock.decreases, "gaps": record.clock.gaps, "missing": record.clock.missing,
         },
-        "ragged_rows": record.ragged,
+        "ragged_rows": record.source.ragged,
         "bad_cells": record.bad,
         "notes": notes,
         "summary": run.summary.as_dict(),

@@ -15,10 +15,12 @@ from driftwise.cli.saving import Saver, smoothed_columns, widen
 from driftwise.cli.specs import refusal
 from driftwise.engine.errors import InputError
 from driftwise.report.advice_translation import spoken_verdicts
-from driftwise.tables.record import Chunk, Record, open_record
+from driftwise.results.clock_words import SAMPLES
+from driftwise.tables.table import Chunk, Record, open_record
 
 __all__ = ["Run", "execute", "no_row", "progress", "time_of", "window"]
 
+LOOK = 1000  # rows by which a clock is known
 MANY = 60  # unknowns; beyond it roots and their bars take longer than the filter
 
 
@@ -51,7 +53,7 @@ def execute(plan: Plan) -> None:
     evidence = _choose(plan) if plan.is_auto else None
     if evidence is not None:
         plan = plan._replace(order=evidence.best, chosen=True)
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw)
+    record = open_record(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, plan.raw, look_of(plan))
     run = _estimate(plan, record, evidence)
     _look_again(plan, run)
     taken = perf_counter() - start
@@ -244,9 +246,14 @@ def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:
     if unknowns > MANY:
         print(
             f"driftwise: {what} has {unknowns} unknowns, which takes long, and "
-            f"{record.rows or seen} rows may be too few for so many: was a smaller one meant?",
+            f"{record.source.rows or seen} rows may be too few for so many: was a smaller one meant?",
             file=sys.stderr,
         )
+
+
+def look_of(plan: Plan) -> int:
+    """Return by how many rows the columns that were not named are looked at: none where the clock is known."""
+    return LOOK if counted_in(plan) == SAMPLES and plan.file != "-" else 0
 
 
 def _dt(plan: Plan, record: Record) -> float:
@@ -265,7 +272,7 @@ def time_of(chunk: Chunk, record: Record, dt: float):
 @contextmanager
 def progress(record: Record, what: str):
     """Show a bar on standard error while a long file is read; nothing where it is no terminal."""
-    if not sys.stderr.isatty() or record.fraction == 1.0:
+    if not sys.stderr.isatty() or record.source.fraction == 1.0:
         yield lambda: None
         return
     from rich.console import Console
@@ -273,5 +280,5 @@ def progress(record: Record, what: str):
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0 if record.fraction is not None else None)
-        yield lambda: bar.update(task, completed=record.fraction)
+        task = bar.add_task(what, total=1.0 if record.source.fraction is not None else None)
+        yield lambda: bar.update(task, completed=record.source.fraction)

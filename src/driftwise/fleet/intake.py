@@ -10,14 +10,14 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.errors import InputError
-from .clock import LONGEST, Clock
 from .columns import Columns
 from .counters import Tally
-from .row_buffer import Held
+from .row_buffer import RowBuffer
 from .samples import Samples, joined, rank_of, starts_of
+from .ticks import LONGEST, Ticks
 from .units import Settings, levels, sizes
 
-STRETCH = 1 << 16  # samples handed out at once, or little more
+SEGMENT = 1 << 16  # samples handed out at once, or little more
 PATIENCE = 8  # times ``first`` rows are held back at most, however few of them are complete
 SETTLED, WAITING, NEW = 0.0, 1.0, 2.0  # its units are known; its first rows are held back; nothing was measured yet
 
@@ -106,8 +106,8 @@ class Intake:
             | dict.fromkeys([*self._y_levels, *self._u_levels, "complete"], 0.0),
             len(fleet),
         )
-        self.clock = Clock(self.columns, self.tally, dt, longest)
-        self._held = Held(first, p, k)
+        self.ticks = Ticks(self.columns, self.tally, dt, longest)
+        self._buffer = RowBuffer(first, p, k)
         self._names: list = []
         self._map = np.array([-1])  # row of the fleet by code; the last for -1
         self._settings = Settings(fleet)
@@ -128,13 +128,13 @@ class Intake:
         its fields.
         """
         samples = self._samples(batch)
-        samples = self.clock.in_time(samples) if batch.time is not None else self.clock.in_order(samples)
+        samples = self.ticks.in_time(samples) if batch.time is not None else self.ticks.in_order(samples)
         yield from self._released(samples)
 
     def rest(self) -> Iterator[Taken]:
         """Yield the samples still held back, of series shorter than ``first``: all of them tell their units."""
         waiting = np.flatnonzero(self.columns["stage"] == WAITING)
-        size = max(STRETCH // max(PATIENCE * self.first, 1), 1)
+        size = max(SEGMENT // max(PATIENCE * self.first, 1), 1)
         for start in range(0, len(waiting), size):
             some = waiting[start : start + size]
             yield from self._told(self._settled(some, self.columns["number"][some].astype(np.int64)))
@@ -197,7 +197,7 @@ class Intake:
             yield from self._told(samples)
             return
         weight = lengths + np.where(is_open, self.columns["number"][series] - lengths, 0)
-        block = np.cumsum(weight) // STRETCH
+        block = np.cumsum(weight) // SEGMENT
         cuts = [0, *(np.flatnonzero(np.diff(block)) + 1), len(series)]
         for first, last in pairwise(cuts):
             part = Samples(*(column[starts[first] : starts[last]] for column in samples))
@@ -208,7 +208,7 @@ class Intake:
         columns, starts = self.columns, starts_of(samples.at)
         series, lengths = samples.at[starts[:-1]], np.diff(starts)
         new = series[columns["stage"][series] == NEW]
-        columns["slot"][new], columns["stage"][new] = self._held.blocks(len(new)), WAITING
+        columns["slot"][new], columns["stage"][new] = self._buffer.blocks(len(new)), WAITING
         held_before = columns["number"][series].astype(np.int64) - lengths
         place = rank_of(starts) + np.repeat(held_before, lengths)
         is_complete = _are_complete(samples)
@@ -216,7 +216,7 @@ class Intake:
         complete = seen + np.repeat(columns["complete"][series] - seen[starts[:-1]] + is_complete[starts[:-1]], lengths)
         is_waiting = columns["stage"][samples.at] == WAITING
         is_held = is_waiting & (complete - is_complete < self.first) & (place < PATIENCE * self.first)
-        self._held.put(columns["slot"][samples.at[is_held]].astype(int), place[is_held], samples.pick(is_held))
+        self._buffer.put(columns["slot"][samples.at[is_held]].astype(int), place[is_held], samples.pick(is_held))
         number = held_before + np.add.reduceat(is_held, starts[:-1])
         columns["complete"][series] = complete[starts[1:] - 1]
         is_full = (columns["complete"][series] >= self.first) | (columns["number"][series] >= PATIENCE * self.first)
@@ -229,7 +229,7 @@ class Intake:
     def _settled(self, series, counts) -> Samples:
         """Give series (ascending) the units of their held rows, so many of each, and return those."""
         columns, slots = self.columns, self.columns["slot"][series].astype(int)
-        samples = self._held.read(series, slots, counts)
+        samples = self._buffer.read(series, slots, counts)
         starts = np.append(0, np.cumsum(counts))
         ys, us = _side_by_side(samples.ys, starts), _side_by_side(samples.us, starts)
         y_levels, u_levels = levels(ys, self.center), levels(us, self.center)
@@ -240,7 +240,7 @@ class Intake:
         kinds, which = np.unique(scales, axis=0, return_inverse=True)
         for i, kind in enumerate(kinds):
             self.fleet.begin(series[which.ravel() == i], self._settings.of(kind))
-        self._held.empty(slots)
+        self._buffer.empty(slots)
         columns["stage"][series], columns["slot"][series] = SETTLED, -1
         return samples
 
@@ -257,7 +257,7 @@ class Intake:
             yield Taken(at, ys, us, time, source, np.zeros(len(at), bool), bad)
             return
         ends = np.cumsum(samples.gap + 1, dtype=np.int64)
-        cuts = [0, *(np.flatnonzero(np.diff(ends // STRETCH)) + 1), len(ends)]
+        cuts = [0, *(np.flatnonzero(np.diff(ends // SEGMENT)) + 1), len(ends)]
         for first, last in pairwise(cuts):
             yield self._filled(Samples(*(column[first:last] for column in samples)))
 
@@ -275,7 +275,7 @@ class Intake:
         back = ends[which] - 1 - np.arange(len(which))  # ticks from here to the sample
         filled = back > 0
         at, time, ys, us, bad, source, _ = samples.pick(which)
-        time[filled] = self.clock.earlier(time[filled], at[filled], back[filled])
+        time[filled] = self.ticks.earlier(time[filled], at[filled], back[filled])
         ys[filled], us[filled], bad[filled] = np.nan, np.nan, False
         return Taken(at, ys, us, time, source, filled, bad)
 
@@ -285,7 +285,7 @@ class Intake:
         """Return all it remembers between two batches, the tally left out: arrays of numbers."""
         waiting = np.flatnonzero(self.columns["stage"] == WAITING)
         slots, counts = (self.columns[name][waiting].astype(np.int64) for name in ("slot", "number"))
-        held = self._held.read(waiting, slots, counts)
+        held = self._buffer.read(waiting, slots, counts)
         kept = {f"held_{name}": column for name, column in held._asdict().items()}
         return {"columns": self.columns.table.copy(), "keyless": np.array([self.keyless]), **kept}
 
@@ -295,16 +295,16 @@ class Intake:
             raise InputError(f"the snapshot has {len(found['columns'])} series, the fleet {len(self.fleet)}")
         self.columns.restore(found["columns"])
         self.keyless = int(found["keyless"][0])
-        self._held = Held(self.first, len(self._y_levels), len(self._u_levels))
+        self._buffer = RowBuffer(self.first, len(self._y_levels), len(self._u_levels))
         self._names, self._map = [], np.array([-1])
         held = Samples(*(np.asarray(found[f"held_{name}"]) for name in Samples._fields))
         starts = starts_of(held.at)
         series = held.at[starts[:-1]]
         is_complete = _are_complete(held)
         self.columns["complete"][series] = [is_complete[a:b].sum() for a, b in pairwise(starts)]
-        slots = self._held.blocks(len(series))
+        slots = self._buffer.blocks(len(series))
         self.columns["slot"][series] = slots
-        self._held.put(np.repeat(slots, np.diff(starts)), rank_of(starts), held)
+        self._buffer.put(np.repeat(slots, np.diff(starts)), rank_of(starts), held)
 
 
 def _are_complete(samples) -> np.ndarray:

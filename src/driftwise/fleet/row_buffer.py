@@ -7,7 +7,7 @@ import numpy as np
 from .samples import Samples, rank_of
 
 
-class Held:
+class RowBuffer:
     """Samples of each series that waits, in blocks of so many: a chain of them per series, known by its first.
 
     Blocks are used again.

@@ -1,4 +1,4 @@
-"""A newcomer's table, read without a single option: recognised, cleaned, on a regular clock."""
+"""A table that nobody described, read without a single option: recognised, cleaned, on a regular clock."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 
-__all__ = ["Stretches", "gathered", "read"]
+__all__ = ["Segments", "gathered", "read", "recognised"]
 
 
-class Stretches:
+class Segments:
     """Iterates over (time (T,), y (T,), u (T, k)), NaN where missing, cleaned and on a regular clock.
 
     Attributes
     ----------
-    rows : row of the table that each sample of the last stretch came from, from 0; -1 where it was put in
-    table : the `OpenTable` that is read; its `fraction` says how far
+    rows : row of the table that each sample of the last segment came from, from 0; -1 where it was put in
+    table : the `OpenTable` that is read; its source says how far
     clock : the `Regular` clock; it counts the rows put in and left out
     cleaned : values taken as missing so far, per column name
     """
@@ -31,7 +31,7 @@ class Stretches:
         self._cleaner = Cleaner(found[name].belief for name in self.signals)
         self.clock = Regular(found.sampling, [False] + [True] * len(found.inputs))
         self.rows: Any = None
-        self._stretches = self._read()
+        self._segments = self._read()
 
     @property
     def cleaned(self) -> dict[str, int]:
@@ -39,35 +39,35 @@ class Stretches:
 
     def losses(self) -> list[str]:
         """Return which cells and rows could not be read so far, a sentence each."""
-        told = [
+        notes = [
             f"{count} cell{'s' * (count > 1)} of {name!r} cannot be read as a number: taken as missing."
             for name, count in self.table.bad.items()
             if count and name in self.signals
         ]
-        if self.table.ragged:
-            many = "1 row has" if self.table.ragged == 1 else f"{self.table.ragged} rows have"
-            told.append(f"{many} too many or too few cells: taken as missing.")
-        return told
+        if ragged := self.table.source.ragged:
+            many = "1 row has" if ragged == 1 else f"{ragged} rows have"
+            notes.append(f"{many} too many or too few cells: taken as missing.")
+        return notes
 
     def notes(self) -> list[str]:
         """Return what reading the whole table has brought up, a sentence each; of the part read so far."""
-        told = self.losses()
+        notes = self.losses()
         cleaned = ", ".join(f"{count} of {name!r}" for name, count in self.cleaned.items() if count)
         if cleaned:
-            told.append(f"Values not believed and taken as missing: {cleaned}.")
+            notes.append(f"Values not believed and taken as missing: {cleaned}.")
         clock = self.clock
         if clock.inserted or clock.dropped:
-            told.append(
+            notes.append(
                 f"On the clock of {self.found.dt:.6g}, {clock.inserted} missing samples were put in and "
                 f"{clock.dropped} rows left out; it started again {clock.restarts} times."
             )
-        return told
+        return notes
 
     def __iter__(self):
         return self
 
     def __next__(self):
-        return next(self._stretches)
+        return next(self._segments)
 
     def _read(self):
         import numpy as np
@@ -84,19 +84,19 @@ class Stretches:
         yield from self._handed(self.clock.push(waiting if clock else None, self._cleaner.flush()))
         yield from self._handed(self.clock.flush())
 
-    def _handed(self, stretch):
-        time, values, self.rows = stretch
+    def _handed(self, segment):
+        time, values, self.rows = segment
         if len(time):
             yield time, values[:, 0].copy(), values[:, 1:].copy()
 
 
-def gathered(stretches, rows: int = CHUNK_ROWS):
+def gathered(segments, rows: int = CHUNK_ROWS):
     """Yield the same as arrays of at least so many rows each, the last one shorter."""
     import numpy as np
 
     parts: list[Any] = []
-    for stretch in stretches:
-        parts.append(stretch)
+    for segment in segments:
+        parts.append(segment)
         if sum(len(part[0]) for part in parts) >= rows:
             yield tuple(map(np.concatenate, zip(*parts)))
             parts = []
@@ -119,23 +119,29 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
     Returns
     -------
     table : what was recognised, with `words` and `notes`
-    stretches : `Stretches`, to be iterated once
+    segments : `Segments`, to be iterated once
 
     Examples
     --------
     >>> import numpy as np
     >>> u = np.repeat([0.0, 1.0, 0.0, 2.0], 25)
     >>> y = np.convolve(u, 0.5 ** np.arange(1, 12))[:100]
-    >>> table, stretches = read({"time": np.arange(100.0), "valve": u, "level": y})
+    >>> table, segments = read({"time": np.arange(100.0), "valve": u, "level": y})
     >>> table.output, table.inputs
     ('level', ('valve',))
-    >>> sum(len(y) for time, y, u in stretches)
+    >>> sum(len(y) for time, y, u in segments)
     100
     """
+    table = open_table(data, chunk_rows, head_rows)
+    found = recognised(table, output, inputs, time, dt)
+    return found, Segments(table, found)
+
+
+def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> Any:
+    """Return the `Table` that was recognised by the first rows of an open one; arguments as those of `read`."""
     from driftwise.tables.recognise import on_clock, recognise
     from driftwise.tables.source import resolve
 
-    table = open_table(data, chunk_rows, head_rows)
     try:
         output = None if output is None else resolve(table.names, output, "output")
         time = None if time is None else resolve(table.names, time, "time")
@@ -148,13 +154,11 @@ def read(data, output=None, inputs=None, time=None, chunk_rows: int = CHUNK_ROWS
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
         turned = _turned(table, time, stamps)
         head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
-        found = recognise(head, output, inputs, time, table.units, stamps)
-        if dt is not None:
-            found = on_clock(found, dt)
-        found = replace(found, notes=(*turned, *found.notes))
+        found = recognise(head, output, inputs, time, table.source.units, stamps)
+        found = found if dt is None else on_clock(found, dt)
+        return replace(found, notes=(*turned, *found.notes))
     except InputError as error:
         raise InputError(f"{table.title}: {error}") from None
-    return found, Stretches(table, found)
 
 
 def _turned(table: OpenTable, time, stamps) -> list[str]:
@@ -163,9 +167,10 @@ def _turned(table: OpenTable, time, stamps) -> list[str]:
 
     from driftwise.tables.column_roles import parse
 
-    for name in [time] if time is not None else table.names:
+    kinds = {name: parse(name).kinds for name in ([time] if time is not None else table.names)}
+    for name, known in kinds.items():
         values = table.head[name]
-        if values is None or (name not in stamps and name != time and "time" not in parse(name).kinds):
+        if values is None or (name not in stamps and name != time and "time" not in known):
             continue
         steps = np.diff(values[np.isfinite(values)])
         if len(steps) > 1 and np.mean(steps < 0) > 0.9:

@@ -1,4 +1,4 @@
-"""Turn columns of cells into float64, whole columns at a time."""
+"""Columns of cells into float64, whole columns at a time: numbers, switches, time stamps, times of day."""
 
 from __future__ import annotations
 
@@ -7,13 +7,17 @@ import re
 from driftwise.engine.errors import InputError
 from driftwise.tables.dialect import MISSING
 
-__all__ = ["numbers", "seconds", "switched", "trimmed"]
+__all__ = ["NAT", "converted", "instants", "is_text", "kind_of", "numbers", "of_day", "seconds", "switched", "trimmed"]
 
 LARGEST = 1e100  # whose square is a number yet
+LOOK = 2000  # cells by which the kind of a column is settled
+NAT = -(2**63)  # nanoseconds of a missing time stamp: what NumPy calls NaT
+PER_SECOND = {"s": 1e0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 ON, OFF = {"on", "true", "yes", "ein", "an", "ja", "wahr"}, {"off", "false", "no", "aus", "nein", "falsch"}
 
 _GROUPED = r"^[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?$"  # 1.234,5 with thousands dots
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
+_CLOCK = r"^\d{1,2}:\d\d(:\d\d([.,]\d+)?)?$"
 
 
 def numbers(column, decimal: str = "."):
@@ -148,7 +152,7 @@ def _stamps(column, day_first):
             continue
     else:
         stamps = _one_by_one(cells)
-    bad = pc.is_valid(cells).to_numpy(zero_copy_only=False) & (stamps == _nat())
+    bad = pc.is_valid(cells).to_numpy(zero_copy_only=False) & (stamps == NAT)
     return stamps, bad
 
 
@@ -184,7 +188,7 @@ def _one_by_one(cells):
         try:
             stamp = datetime.fromisoformat(re.sub(r"(\.\d{6})\d+", r"\1", cell.replace(" ", "T", 1).replace(" ", "")))
         except (ValueError, AttributeError):
-            return _nat()
+            return NAT
         stamp = stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
         delta = stamp - datetime(1970, 1, 1, tzinfo=UTC)
         return ((delta.days * 86_400 + delta.seconds) * 1_000_000 + delta.microseconds) * 1000
@@ -196,8 +200,88 @@ def _nanoseconds(stamps):
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    return pc.fill_null(stamps.cast(pa.int64()), _nat()).to_numpy(zero_copy_only=False)
+    return pc.fill_null(stamps.cast(pa.int64()), NAT).to_numpy(zero_copy_only=False)
 
 
-def _nat() -> int:
-    return -(2**63)
+def converted(column, kind: str, decimal: str = ".", day_first: bool = True):
+    """Return (values, bad) of a column of that kind, as `kind_of` says it; of time stamps int64 nanoseconds."""
+    import numpy as np
+
+    if kind == "stamp":
+        values, bad, is_stamp = seconds(column, decimal, day_first)
+        return values if is_stamp else np.full(len(values), NAT), bad
+    if kind == "time of day":
+        return of_day(column)[0], np.zeros(len(column), bool)
+    return switched(column) if kind == "switch" else numbers(column, decimal)
+
+
+def kind_of(column, decimal: str = ".", day_first: bool = True) -> str:
+    """Return what a column holds, by its first cells: "number", "stamp", "time of day", "switch" or "text".
+
+    >>> import pyarrow as pa
+    >>> [kind_of(pa.array(cells)) for cells in (["1", "x", "2"], ["on", "off"], ["13:45", "13:46"], ["a", "b"])]
+    ['number', 'switch', 'time of day', 'text']
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    kind = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
+    if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
+        return "stamp"
+    column = column.drop_null().slice(0, LOOK)
+    if 2 * of_day(column)[1] > len(column):
+        return "time of day"
+    if is_text(column.type) and len(column) and not switched(column)[1].any():
+        return "switch"
+    try:
+        values, bad, is_stamp = seconds(column, decimal, day_first)
+        if is_stamp:
+            return "stamp" if 2 * bad.sum() < len(column) else "text"
+        values, bad = numbers(column, decimal)
+    except InputError:
+        return "text"
+    return "number" if bad.sum() <= np.isfinite(values).sum() else "text"
+
+
+def instants(column, decimal: str = ".", day_first: bool = True, are_stamps: bool | None = None):
+    """Return (seconds, bad, whether they are stamps) of a clock's column; stamps count from 1970.
+
+    Where ``are_stamps`` is known already, cells of the other kind are bad.
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_timestamp(kind):  # in their own unit: nanoseconds end in the year 2262
+        values = column.cast(pa.int64()).cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+        found, bad, is_stamp = values / PER_SECOND[kind.unit], np.zeros(len(column), bool), True
+    else:
+        found, bad, is_stamp = seconds(column, decimal, day_first)
+        if is_stamp:
+            found = np.where(found == NAT, np.nan, found / 1e9)
+    if are_stamps is not None and is_stamp != are_stamps:
+        wrong = np.ones(len(column), bool) if is_stamp else bad | np.isfinite(found)
+        return np.full(len(column), np.nan), wrong, is_stamp
+    return found, bad, is_stamp
+
+
+def of_day(column):
+    """Return (seconds since midnight, NaN where missing or no time of day; how many cells are one)."""
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if pa.types.is_time(column.type):
+        values = column.cast(pa.time64("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
+        return values.to_numpy(zero_copy_only=False) / 1e9, len(column) - column.null_count
+    if not is_text(column.type):
+        return np.full(len(column), np.nan), 0
+    cells = pc.utf8_trim_whitespace(column.cast(pa.string()))
+    good = pc.fill_null(pc.match_substring_regex(cells, _CLOCK), False)
+    cells = pc.if_else(good, pc.replace_substring(cells, ",", "."), pa.scalar(None, pa.string()))
+    cells = pc.replace_substring_regex(cells, r"^(\d+:\d\d)$", r"\1:00")
+    total = np.zeros(len(column))
+    for part, unit in ((r"^(\d+):.*$", 3600.0), (r"^\d+:(\d+):.*$", 60.0), (r"^\d+:\d+:([\d.]+)$", 1.0)):
+        number = pc.replace_substring_regex(cells, part, r"\1").cast(pa.float64())
+        total += unit * number.to_numpy(zero_copy_only=False)
+    return total, int(pc.sum(good).as_py() or 0)

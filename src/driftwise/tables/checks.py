@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.source import title
+from driftwise.tables.source import title_of
 
-__all__ = ["first_chunks"]
+__all__ = ["first_chunks", "refuse_text"]
 
 PATIENCE = 1 << 20  # rows read in search of an output that moves
 
@@ -31,32 +31,36 @@ def first_chunks(record: Any, chunks: Iterator) -> list:
                 low[name] = np.fmin.reduce(chunk.columns[name], initial=low[name])
                 high[name] = np.fmax.reduce(chunk.columns[name], initial=high[name])
             if len(first) == 1:
-                _refuse_text(record, chunk, signals)
+                _refuse_strangers(record, chunk, signals)
             if low[record.output] < high[record.output] and all(low[name] <= high[name] for name in signals):
                 return first
             if rows >= PATIENCE:
                 break
         _refuse_silence(record, rows, signals, low, high)
     except InputError as error:
-        raise InputError(f"{title(record.path)}: {error}") from None
+        raise InputError(f"{title_of(record.path)}: {error}") from None
     return first
 
 
-def _refuse_text(record, chunk, signals) -> None:
+def _refuse_strangers(record, chunk, signals) -> None:
+    """Refuse columns of which most cells are something else than numbers."""
     import numpy as np
 
     for name in [*signals, *([record.time] if record.time else [])]:
         bad = int(chunk.bad_cells[name].sum())
         good = int(np.isfinite(chunk.columns[name]).sum()) if name != record.time else chunk.rows - bad
         if bad > good:
-            what = "neither numbers nor time stamps" if name == record.time else "not finite numbers"
-            raise InputError(
-                f"column {name!r}: {bad} of the first {chunk.rows} cells are {what}. Is it the wrong "
-                "column, or are "
-                "the numbers written in another way (thousands separators, units in the cells, a decimal "
-                "comma "
-                "beside decimal points)?"
-            )
+            refuse_text(name, bad, chunk.rows, name == record.time)
+
+
+def refuse_text(name: str, bad: int, rows: int, is_time: bool, where: str = "") -> None:
+    """Raise `InputError` about a column whose cells are no numbers."""
+    what = "neither numbers nor time stamps" if is_time else "not finite numbers"
+    raise InputError(
+        f"{where}column {name!r}: {bad} of the first {rows} cells are {what}. Is it the wrong column, or are the "
+        "numbers written in another way (thousands separators, units in the cells, a decimal comma beside decimal "
+        "points)?"
+    )
 
 
 def _refuse_silence(record, rows: int, signals, low, high) -> None:
@@ -70,7 +74,6 @@ def _refuse_silence(record, rows: int, signals, low, high) -> None:
             )
     if low[record.output] == high[record.output]:
         raise InputError(
-            f"output column {record.output!r} is {low[record.output]:g} in {where}: a constant tells "
-            "nothing about "
+            f"output column {record.output!r} is {low[record.output]:g} in {where}: a constant tells nothing about "
             "the system. Is it a set point, or was the sensor stuck?"
         )

@@ -1,4 +1,4 @@
-"""Which values of a column cannot be believed: codes for "missing", and drop-outs of a sample or three.
+"""Values of a column that cannot be believed: codes for "missing", and drop-outs of a sample or three.
 
 A drop-out goes, for at most `LONGEST` samples, far outside both of its neighbours and returns to where it was, by
 a distance that the rest of the record never moves in one sample. That last condition is what spares true steps,
@@ -13,7 +13,7 @@ import numpy as np
 
 from .stuck_sensor import repeats
 
-__all__ = ["Belief", "Cleaner", "believe", "codes_in", "doubtful"]
+__all__ = ["Belief", "Cleaner", "believe", "codes_in", "doubtful", "judged"]
 
 LONGEST = 3  # samples that a drop-out lasts at most
 REACH = 16  # rows over which its neighbours are looked for
@@ -93,6 +93,12 @@ def doubtful(values, belief: Belief):
             found = found[(y[found] < belief.low) | (y[found] > belief.high)]
         doubt[rows[found[_is_far(y, rows, found)]]] = True
     return doubt
+
+
+def judged(columns) -> dict[str, tuple[Belief, np.ndarray]]:
+    """Return what is believed of each column of a table, and where its values cannot be."""
+    beliefs = {name: believe(values) for name, values in columns.items()}
+    return {name: (beliefs[name], doubtful(values, beliefs[name])) for name, values in columns.items()}
 
 
 class Cleaner:

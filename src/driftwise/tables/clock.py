@@ -1,13 +1,16 @@
-"""The time column of a record: seconds since the first stamp, the sampling step, and what is wrong."""
+"""The clock of a table: seconds since the first stamp, the step, what is wrong, and midnights between times of day."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-__all__ = ["Clock"]
+from driftwise.tables.cells import NAT
 
+__all__ = ["DAY", "Clock", "TimeOfDay"]
+
+DAY = 86_400.0  # seconds
 GAP = 1.75  # a step longer than this many usual steps lost samples
-_NAT = -(2**63)
 
 
 @dataclass
@@ -42,7 +45,7 @@ class Clock:
         """Return seconds since the first valid stamp; NaN where the stamp is missing."""
         import numpy as np
 
-        valid = nanoseconds != _NAT
+        valid = nanoseconds != NAT
         if self._zero is None and valid.any():
             self._zero = int(nanoseconds[valid][0])
             self.origin = _text(self._zero)
@@ -143,3 +146,32 @@ def _step(time):
     if not steps.size:
         return None
     return float(f"{np.median(steps):.9g}")
+
+
+class TimeOfDay:
+    """Times of day as seconds since the first midnight, chunk by chunk: a step of more than half a day changes the day.
+
+    ``goes_back``: also upwards, as where rows of the day before come late.
+
+    >>> [TimeOfDay(goes_back).push([86399.0, 1.0, 86398.0]).tolist() for goes_back in (False, True)]
+    [[86399.0, 86401.0, 172798.0], [86399.0, 86401.0, 86398.0]]
+    """
+
+    def __init__(self, goes_back: bool = False):
+        self.goes_back = goes_back
+        self._days, self._last = 0, math.nan  # the last time of day, NaN before the first
+
+    def push(self, seconds):
+        """Take seconds since midnight (T,), NaN where unknown; return them counted on over midnights."""
+        import numpy as np
+
+        out = np.array(seconds, float)
+        known = np.isfinite(out)
+        found = out[known]
+        if found.size:
+            steps = np.diff(found, prepend=found[0] if self._last != self._last else self._last)
+            changes = (steps < -DAY / 2).astype(int) - (self.goes_back & (steps > DAY / 2))
+            days = self._days + np.cumsum(changes)
+            self._days, self._last = int(days[-1]), float(found[-1])
+            out[known] = found + DAY * days
+        return out

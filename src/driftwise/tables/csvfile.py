@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from driftwise.engine.errors import InputError
 from driftwise.tables.dialect import MISSING, Dialect, sniff
 from driftwise.tables.marks import plain
+from driftwise.tables.source import Source
 
 __all__ = ["CsvSource"]
 
@@ -16,7 +17,7 @@ HEAD = 1 << 18
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")
 
 
-class CsvSource:
+class CsvSource(Source):
     """Rows of a delimited text file or stream, as batches of pyarrow columns.
 
     Blank lines are skipped (in a file of one column they are missing values), lines that begin with # or %
@@ -24,14 +25,11 @@ class CsvSource:
     a sample was taken, only its values are lost.
     """
 
-    rows = None
-
     def __init__(self, stream, size: int | None = None):
+        super().__init__()
         self.size = size
-        self.position = 0
-        self.ragged = 0
         self._stream = stream
-        head = self._read(HEAD)
+        head = self._bytes(HEAD)
         if not head.strip(b"\xef\xbb\xbf \t\r\n"):
             raise InputError(
                 "the table is empty: it holds no characters. Was the recording ever started, or the pipe cut?"
@@ -44,22 +42,16 @@ class CsvSource:
         complete = lines[:-1] if len(head) >= HEAD // 2 and len(lines) > 1 else lines
         self.dialect: Dialect = sniff([_decode(line).rstrip("\r") for line in complete])
         self._rest = b"\n".join(lines[self.dialect.skip :])
-        self.names = self.dialect.names
-        self.decimal = self.dialect.decimal
-        self.units = self.dialect.units
-        self.day_first = self.dialect.day_first
+        self.names, self.units = self.dialect.names, self.dialect.units
+        self.decimal, self.day_first = self.dialect.decimal, self.dialect.day_first
 
-    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
-        """Yield (pyarrow arrays in the order of `columns`, positions of the ragged rows among them).
-
-        Called again, it goes on where the last batch ended: the columns may change on the way.
-        """
+    def _read(self, columns):
         for block in self._blocks():
             block = self._tidy(block)
             if block:
                 yield self._parse(block, columns)
 
-    def _read(self, size: int) -> bytes:
+    def _bytes(self, size: int) -> bytes:
         """Read until `size` bytes or the end: a pipe hands over less at a time."""
         parts = []
         while size > 0:
@@ -78,7 +70,7 @@ class CsvSource:
         """Yield blocks of whole lines; blank lines at its end go with the next; the last are dropped."""
         rest, self._rest = self._rest, b""
         while True:
-            fresh = self._line_ends(self._read(BLOCK))
+            fresh = self._line_ends(self._bytes(BLOCK))
             buffer = rest + fresh
             if not fresh:
                 self._rest = b""
@@ -106,13 +98,11 @@ class CsvSource:
 
         try:
             return self._table(block, columns, pa.float64())
-        except (
-            pa.ArrowInvalid,
-            pa.ArrowKeyError,
-        ):  # some cell is no number: read text, convert column by column
+        except (pa.ArrowInvalid, pa.ArrowKeyError):  # some cell is no number: read text, convert column by column
             return self._table(_utf8(block), columns, pa.string())
 
     def _table(self, block, columns, kind):
+        import numpy as np
         import pyarrow as pa
         from pyarrow import csv
 
@@ -144,7 +134,13 @@ class CsvSource:
         )
         self.ragged += len(bad)
         arrays = [table[name].combine_chunks() for name in columns]
-        return [plain(a, marks[name]) if name in marks else a for name, a in zip(columns, arrays)], bad
+        arrays = [plain(a, marks[name]) if name in marks else a for name, a in zip(columns, arrays)]
+        ragged = np.zeros(table.num_rows + len(bad), bool)
+        if bad:  # rows that lost their cells are rows of nulls
+            ragged[bad] = True
+            where = pa.array(np.cumsum(~ragged) - 1, mask=ragged)
+            arrays = [array.take(where) for array in arrays]
+        return arrays, ragged
 
 
 def _cut(buffer: bytes) -> int:

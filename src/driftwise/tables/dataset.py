@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.cells import trimmed
+from driftwise.tables.cells import instants, trimmed
+from driftwise.tables.checks import refuse_text
 from driftwise.tables.csvfile import CsvSource
-from driftwise.tables.filling import Filling, Piece, instants
+from driftwise.tables.filling import Filling, Piece
 from driftwise.tables.keys import Keys
 from driftwise.tables.parts import Part, parts_of
-from driftwise.tables.source import resolve
+from driftwise.tables.source import Source, resolve_all
 
 __all__ = ["Batch", "Dataset", "open_dataset"]
 
@@ -21,7 +22,7 @@ ROWS = 1 << 18
 
 
 class Batch(NamedTuple):
-    """A stretch of rows.
+    """Some rows of a long table.
 
     first : number of its first row in the table, from 0
     names : keys met so far, in order of appearance: one list for all batches of a pass, which grows
@@ -63,7 +64,8 @@ class Dataset:
         self.title = str(source) if isinstance(source, str | Path) else self.parts[0].title
         self.units: dict[str, str] = {}
         self._counts: list[int | None] = []
-        self._done, self._part, self._source = 0, 0, None  # sizes of parts read; the part being read, and its reader
+        self._source: Source | None = None
+        self._done, self._part = 0, 0  # sizes of parts read; the part being read, and its reader
         for part in self.parts:
             opened, _ = self._opened(part)
             self._counts.append(opened.rows)
@@ -132,25 +134,17 @@ class Dataset:
                 values[np.isin(values, self.missing)] = np.nan
         return Batch(first, keys.names, codes, time, ys, us, filling.bad[:n])
 
-    def _opened(self, part: Part) -> tuple[Any, list[str]]:
+    def _opened(self, part: Part) -> tuple[Source, list[str]]:
         """Return a fresh reader of a part, and what it calls its columns: key, outputs, inputs, time."""
-        roles = [(self.by, "key"), *((name, "output") for name in self.outputs)]
-        roles += [*((name, "input") for name in self.inputs), *([(self.time, "time")] if self.time is not None else [])]
         try:
-            reader = part.opened(self.by)
+            reader = part.reader(self.by)
             names = (*reader.names, *(name for name in part.fixed if name not in reader.names))
-            found = [resolve(names, *role) for role in roles]
+            found = resolve_all(names, self.outputs, self.inputs, self.time, self.by)
             if found[0] != self.by:  # it was given as a number
-                reader = part.opened(found[0])
+                reader = part.reader(found[0])
         except InputError as error:
             text = str(error)
             raise InputError(text if text.startswith(part.title) else f"{part.title}: {text}") from None
-        twice = next((name for name in found if found.count(name) > 1), None)
-        if twice is not None:
-            raise InputError(
-                f"{part.title}: column {twice!r} is given two parts to play; key, output, inputs and time must be "
-                "different columns."
-            )
         return reader, found
 
     def _pieces(self, skip: int = 0) -> Iterator[Piece]:
@@ -186,39 +180,27 @@ class Dataset:
             bad = filling.add(piece, None)
             for name, count, array in zip(piece.columns[1:], bad, piece.arrays[1:]):
                 if 2 * count > len(array) - array.null_count:
-                    what = "neither numbers nor time stamps" if name == self.time else "not finite numbers"
-                    raise InputError(
-                        f"{piece.title}: column {name!r}: {count} of the first {len(array)} cells are {what}. Is it "
-                        "the wrong column, or are the numbers written in another way (thousands separators, units in "
-                        "the cells, a decimal comma beside decimal points)?"
-                    )
+                    refuse_text(name, count, len(array), name == self.time, f"{piece.title}: ")
             if np.all(self._batch(0, filling, Keys()).codes < 0):
                 raise InputError(f"{piece.title}: column {self.by!r} has no key in its first {filling.size} rows.")
             self._done, self._source = 0, None
             if filling.time is None or not np.isfinite(filling.time).any():
                 return None
-            return instants(piece.arrays[-1], piece, None)[2]
+            return instants(piece.arrays[-1], piece.decimal, piece.day_first)[2]
         raise InputError(f"{self.title}: the table has columns but no rows. Was the recording stopped before it began?")
 
 
-def _read(part: Part, reader, columns: list[str]) -> Iterator[Piece]:
-    """Yield the rows of a part, with the columns that its folders tell."""
-    import numpy as np
+def _read(part: Part, reader: Source, columns: list[str]) -> Iterator[Piece]:
+    """Yield the rows of a part, with the columns that the names of its folders stand for."""
     import pyarrow as pa
 
-    told = {name: part.fixed[name] for name in columns if name not in reader.names}
-    for arrays, ragged in reader.batches([name for name in columns if name not in told]):
-        length = len(arrays[0]) + len(ragged)
-        mask = np.zeros(length, bool)
-        if ragged:  # rows that lost their cells are rows of nulls
-            mask[ragged] = True
-            where = pa.array(np.cumsum(~mask) - 1, mask=mask)
-            arrays = [array.take(where) for array in arrays]
-        if isinstance(reader, CsvSource) and columns[0] not in told:
+    fixed = {name: part.fixed[name] for name in columns if name not in reader.names}
+    for arrays, ragged in reader.batches([name for name in columns if name not in fixed]):
+        if isinstance(reader, CsvSource) and columns[0] not in fixed:
             arrays[0] = trimmed(arrays[0])
         rest = iter(arrays)
-        whole = [pa.repeat(_scalar(told[name]), length) if name in told else next(rest) for name in columns]
-        yield Piece(part.title, columns, whole, mask, reader.decimal, reader.day_first)
+        whole = [pa.repeat(_scalar(fixed[name]), len(ragged)) if name in fixed else next(rest) for name in columns]
+        yield Piece(part.title, columns, whole, ragged, reader.decimal, reader.day_first)
 
 
 def _scalar(value):

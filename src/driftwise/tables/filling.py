@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.cells import numbers, seconds
+from driftwise.tables.cells import instants, numbers
 
 __all__ = ["Filling", "Piece"]
-
-PER_SECOND = {"s": 1e0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-_NAT = -(2**63)
 
 
 class Piece(NamedTuple):
@@ -56,7 +53,7 @@ class Filling:
         for j, (name, array) in enumerate(zip(piece.columns[1:], piece.arrays[1:])):
             try:
                 if j == p + k:
-                    values, bad, _ = instants(array, piece, are_stamps)
+                    values, bad, _ = instants(array, piece.decimal, piece.day_first, are_stamps)
                 else:
                     values, bad = numbers(array, piece.decimal)
             except InputError as error:
@@ -72,28 +69,3 @@ class Filling:
             found.append(int(bad.sum()))
         self.size = here.stop
         return found
-
-
-def instants(array, piece: Piece, are_stamps: bool | None):
-    """Return (seconds, bad, whether they are stamps) of a clock's column; stamps count from 1970.
-
-    Where ``are_stamps`` is known already, cells of the other kind are bad.
-    """
-    import numpy as np
-    import pyarrow as pa
-
-    kind = array.type
-    if pa.types.is_timestamp(kind):  # in their own unit: nanoseconds end in the year 2262
-        values = array.cast(pa.int64()).cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
-        found, bad, is_stamp = values / PER_SECOND[kind.unit], np.zeros(len(array), bool), True
-    else:
-        found, bad, is_stamp = seconds(array, piece.decimal, piece.day_first)
-        if is_stamp:
-            found = np.where(found == _NAT, np.nan, found / 1e9)
-    if are_stamps is not None and is_stamp != are_stamps:
-        return (
-            np.full(len(array), np.nan),
-            np.ones(len(array), bool) if is_stamp else bad | np.isfinite(found),
-            is_stamp,
-        )
-    return found, bad, is_stamp

@@ -1,29 +1,27 @@
-"""Parquet and data in memory, batch by batch: any length in the memory of a few batches."""
+"""Parquet, pyarrow Datasets and data in memory, batch by batch: any length in the memory of a few batches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.cells import is_text
+from driftwise.tables.source import Source
 
-__all__ = ["MemorySource", "ParquetSource"]
+__all__ = ["MemorySource", "ParquetSource", "ScannedSource"]
 
 BATCH = 1 << 16
 
 
-class ParquetSource:
+class ParquetSource(Source):
     """Rows of a Parquet file as batches of pyarrow columns; only the columns asked for are read.
 
     ``words`` are columns of text that come as dictionaries; ``least`` are the rows there must be.
     """
 
-    decimal = "."
-    day_first = True
-    ragged = 0
-
     def __init__(self, path, words=(), least: int = 1):
+        super().__init__()
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -42,18 +40,15 @@ class ParquetSource:
         schema = self._file.schema_arrow
         self.names = tuple(schema.names)
         self.units = {f.name: f.metadata[b"unit"].decode() for f in schema if f.metadata and b"unit" in f.metadata}
-        self.size, self.position = self.rows, 0
+        self.size = self.rows
         if self.rows < least:
             raise InputError(
                 "the table is empty: it has columns but no rows. Was the recording stopped before it began?"
             )
 
-    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
-        """Yield (pyarrow arrays in the order of `columns`, no ragged rows).
+    def _read(self, columns):  # row groups before ``position`` are not read
+        import numpy as np
 
-        Called again, it goes on where the last batch ended: the columns may change on the way. Row groups before
-        ``position`` are not read.
-        """
         taken, row, groups = self.position, 0, list(range(self._file.num_row_groups))
         while groups and row + self._file.metadata.row_group(groups[0]).num_rows <= taken:
             row += self._file.metadata.row_group(groups.pop(0)).num_rows
@@ -63,32 +58,51 @@ class ParquetSource:
                 continue
             batch = batch.slice(max(0, batch.num_rows - (row - taken)))
             self.position = row
-            yield [batch.column(name) for name in columns], []
+            yield [batch.column(name) for name in columns], np.zeros(batch.num_rows, bool)
 
 
-class MemorySource:
+class MemorySource(Source):
     """Rows of a data frame (pandas, polars, pyarrow ...) or of a mapping from name to array, like a file."""
 
-    decimal = "."
-    day_first = True
-    ragged = 0
-
     def __init__(self, data):
+        super().__init__()
         self._table = _mapped(data) if isinstance(data, Mapping) else _framed(data)
         self.rows = self.size = self._table.num_rows
-        self.position = 0
         self.names = tuple(str(name) for name in self._table.column_names)
-        self.units: dict[str, str] = {}
         if not self.rows:
             raise InputError("the data have no rows. Was a filter too strict?")
 
-    def batches(self, columns: list[str]) -> Iterator[tuple[list, list[int]]]:
-        """Yield (pyarrow arrays in the order of `columns`, no ragged rows), from where the last batch ended."""
+    def _read(self, columns):
+        import numpy as np
+
         at = [self.names.index(name) for name in columns]
-        while self.position < self.rows:
+        while self.position < self._table.num_rows:
             part = self._table.slice(self.position, BATCH)
             self.position += part.num_rows
-            yield [part.column(j).combine_chunks() for j in at], []
+            yield [part.column(j).combine_chunks() for j in at], np.zeros(part.num_rows, bool)
+
+
+class ScannedSource(Source):
+    """Rows of a pyarrow Dataset, wherever it lies, in its own order."""
+
+    def __init__(self, dataset):
+        super().__init__()
+        self._dataset = dataset
+        self.names = tuple(dataset.schema.names)
+        self.rows = self.size = dataset.count_rows()
+
+    def _read(self, columns):  # from ``position`` on
+        import numpy as np
+
+        ahead: Any = dict(batch_readahead=1, fragment_readahead=1, use_threads=False)
+        skip = self.position
+        for batch in self._dataset.to_batches(columns=list(dict.fromkeys(columns)), batch_size=1 << 16, **ahead):
+            if skip >= batch.num_rows:
+                skip -= batch.num_rows
+                continue
+            batch, skip = batch.slice(skip), 0
+            self.position += batch.num_rows
+            yield [batch.column(name) for name in columns], np.zeros(batch.num_rows, bool)
 
 
 def _mapped(data) -> Any:

@@ -1,9 +1,10 @@
-"""What a long table is made of: files in a folder, what their folders' names tell, frames; one reader after another."""
+"""Which reader a table takes; what a long one is made of: files of a folder, what its folders' names say, frames."""
 
 from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,10 +13,10 @@ from urllib.parse import unquote
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.csvfile import CsvSource
-from driftwise.tables.parquetfile import MemorySource, ParquetSource
-from driftwise.tables.source import missing, source_of
+from driftwise.tables.parquetfile import MemorySource, ParquetSource, ScannedSource
+from driftwise.tables.source import Source, refuse_missing, title_of
 
-__all__ = ["Part", "parts_of"]
+__all__ = ["Part", "parts_of", "source_of"]
 
 PARQUET = (".parquet", ".parq", ".pq")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
@@ -27,13 +28,13 @@ NO_VALUE = "__HIVE_DEFAULT_PARTITION__"
 class Part:
     """A file or frame with rows.
 
-    opened : returns a fresh reader; given the column of keys, a file says what is written there, not a number it reads
-    fixed : columns that are the same for all rows, which the names of the folders tell
+    reader : returns a fresh one; given the column of keys, a file says what is written there, not a number it reads
+    fixed : columns that are the same for all rows, which the names of the folders say
     size : bytes or rows, for progress
     """
 
     title: str
-    opened: Callable[[str | None], Any]
+    reader: Callable[[str | None], Any]
     fixed: dict[str, Any] = field(default_factory=dict)
     size: int = 1
 
@@ -60,31 +61,29 @@ def parts_of(source) -> tuple[list[Part], list[str]]:
     return [Part(f"the {what}", rewound)], []
 
 
-class ScannedSource:
-    """Rows of a pyarrow Dataset, wherever it lies, in its own order."""
+def source_of(data) -> Source:
+    """Return the reader of a file ("-" for standard input), of a data frame, or of a mapping from name to array."""
+    import pyarrow as pa
 
-    decimal = "."
-    day_first = True
-    ragged = 0
+    if not isinstance(data, str | Path):
+        return MemorySource(data)
+    try:
+        if str(data) == "-":
+            return CsvSource(sys.stdin.buffer)
+        refuse_missing(data)
+        if _is_parquet(data):
+            return ParquetSource(data)
+        stream = pa.input_stream(str(data))
+        packed = type(stream).__name__ == "CompressedInputStream"
+        return CsvSource(stream, None if packed else os.path.getsize(data))
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(str(data)) else f"{title_of(data)}: {text}") from None
 
-    def __init__(self, dataset):
-        self._dataset = dataset
-        self.names = tuple(dataset.schema.names)
-        self.units: dict[str, str] = {}
-        self.rows = self.size = dataset.count_rows()
-        self.position = 0
 
-    def batches(self, columns):
-        """Yield (pyarrow arrays in the order of `columns`, no ragged rows), from ``position`` on."""
-        ahead = dict(batch_readahead=1, fragment_readahead=1, use_threads=False)
-        skip = self.position
-        for batch in self._dataset.to_batches(columns=list(dict.fromkeys(columns)), batch_size=1 << 16, **ahead):
-            if skip >= batch.num_rows:
-                skip -= batch.num_rows
-                continue
-            batch, skip = batch.slice(skip), 0
-            self.position += batch.num_rows
-            yield [batch.column(name) for name in columns], []
+def _is_parquet(path) -> bool:
+    with open(path, "rb") as file:
+        return file.read(4) == b"PAR1"
 
 
 def _of_file(path, fixed=None) -> Part:
@@ -92,16 +91,14 @@ def _of_file(path, fixed=None) -> Part:
         raise InputError(f"a list of files holds file names, got {path!r}. Give one data frame, or files")
     if str(path) == "-":
         raise InputError("a fleet reads its table more than once: standard input will not do, give a file")
-    missing(path)
+    refuse_missing(path)
     is_parquet = str(path).lower().endswith(PARQUET)
-    return Part(str(path), lambda by: _opened(path, by, is_parquet), fixed or {}, max(os.path.getsize(path), 1))
+    return Part(str(path), lambda by: _reader(path, by, is_parquet), fixed or {}, max(os.path.getsize(path), 1))
 
 
-def _opened(path, by, is_parquet):
+def _reader(path, by, is_parquet):
     """Return a reader of a file, keys as they are written."""
-    with open(path, "rb") as file:
-        magic = file.read(4)
-    if magic == b"PAR1":
+    if _is_parquet(path):
         return ParquetSource(path, words=[by] if by else (), least=0)
     if is_parquet:
         raise InputError("it is called Parquet but is none. Was the copy cut short?")
@@ -126,7 +123,7 @@ def _of_folder(folder: Path) -> tuple[list[Part], list[str]]:
         if tables:
             fixed = _fixed(folder, tables)
             others = [str(path) for path in files if path not in set(tables)]
-            return [_of_file(path, told) for path, told in zip(tables, fixed)], others
+            return [_of_file(*pair) for pair in zip(tables, fixed)], others
     there = ", ".join(path.name for path in files[:5]) or "nothing"
     raise InputError(f"{folder} holds no table: files called {', '.join(PARQUET + TEXT)} are read, there is {there}.")
 
@@ -146,16 +143,16 @@ def _natural(path: Path):
 
 
 def _fixed(folder: Path, tables: list[Path]) -> list[dict[str, Any]]:
-    """Return what the folders between tell of each file, asset=7: whole numbers where all values are."""
-    told: list[dict[str, Any]] = []
+    """Return what the folders between say of each file, asset=7: whole numbers where all values are."""
+    fixed: list[dict[str, Any]] = []
     for path in tables:
         steps = [step.partition("=") for step in path.relative_to(folder).parts[:-1]]
-        told.append({unquote(name): unquote(value) for name, equals, value in steps if equals})
-    for name in {name for pairs in told for name in pairs}:
-        values = {pairs[name] for pairs in told if name in pairs} - {NO_VALUE}
+        fixed.append({unquote(name): unquote(value) for name, equals, value in steps if equals})
+    for name in {name for pairs in fixed for name in pairs}:
+        values = {pairs[name] for pairs in fixed if name in pairs} - {NO_VALUE}
         is_whole = all(re.fullmatch(r"-?(0|[1-9]\d{0,17})", value) for value in values)
-        for pairs in told:
+        for pairs in fixed:
             if name in pairs:
                 value = pairs[name]
                 pairs[name] = None if value == NO_VALUE else int(value) if is_whole else value
-    return told
+    return fixed

@@ -1,4 +1,4 @@
-"""What the columns of a newcomer's table are: the clock, the output, what drives it, and what is neither."""
+"""Roles of the columns of a table that nobody described: the clock, the output, what drives it, what is neither."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from driftwise.engine.errors import InputError
 
 from ..engine.validation import positive
 from ..results.clock_words import instant, lasting
-from .cleaning import Belief, believe, doubtful
+from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
 from .column_roles import SECONDS, Name, parse
 from .sampling import Sampling, judge_sampling
-from .stuck_sensor import LEAST, Stretch, stuck
+from .stuck_sensor import LEAST, Segment, stuck
 from .table_words import notes_of, words_of
 
 __all__ = ["Column", "Table", "on_clock", "recognise"]
@@ -40,7 +40,7 @@ class Column:
     belief : range, drop-outs and codes for "missing" (`Belief`), None where the column holds no numbers
     doubted : values of the first rows that are not believed
     helps : share of the error variance of a prediction that a proposed input takes away
-    stuck : stretches of the first rows in which the sensor is stuck
+    stuck : segments of the first rows in which the sensor is stuck
     """
 
     name: str
@@ -52,7 +52,7 @@ class Column:
     belief: Belief | None = None
     doubted: int = 0
     helps: float = 0.0
-    stuck: tuple[Stretch, ...] = ()
+    stuck: tuple[Segment, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,11 @@ def recognise(
             there = ", ".join(n for n, values in columns.items() if values is not None)
             raise InputError(f"no column of numbers {name!r}; those of numbers are: {there}.")
     names = {name: parse(name, units.get(name, "")) for name in columns}
-    found = {name: _measured(name, values, names[name].unit) for name, values in columns.items()}
+    numbers = {name: np.asarray(values, float) for name, values in columns.items() if values is not None}
+    beliefs = judged(numbers)
+    clean = {name: np.where(beliefs[name][1], np.nan, values) for name, values in numbers.items()}
+    found = {name: Column(name, "text", "words, not numbers", names[name].unit) for name in columns}
+    found |= {name: _measured(name, values, names[name].unit, *beliefs[name]) for name, values in numbers.items()}
     for name in (output, time):
         if name is not None and found[name].role in ("constant", "empty"):
             raise InputError(
@@ -164,11 +168,6 @@ def recognise(
     clock = columns[time] if time is not None else None
     scale = _seconds(clock, names[time].unit) if time is not None and time not in stamps and clock is not None else 1.0
     sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
-    clean = {
-        name: np.where(doubtful(values, belief), np.nan, values)
-        for name, values in columns.items()
-        if values is not None and (belief := found[name].belief) is not None
-    }
     _take_stuck(found, clean, names, {time, *stamps})
     first_of: dict[bytes, str] = {}
     twins = {name: first_of.setdefault(values.tobytes(), name) for name, values in clean.items()}
@@ -206,10 +205,8 @@ def recognise(
             reason = why.get(name, reason)
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0)))
     timed = time in stamps or (time is not None and (names[time].unit in SECONDS or scale != 1.0))
-    told = frozenset(key for key, value in given.items() if value is not None)
-    table = Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, told)
-    table = replace(table, notes=tuple(notes_of(table)))
-    return replace(table, words=words_of(table))
+    known = frozenset(key for key, value in given.items() if value is not None)
+    return _worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known))
 
 
 def on_clock(table: Table, dt: float) -> Table:
@@ -227,22 +224,18 @@ def on_clock(table: Table, dt: float) -> Table:
         return table
     s, unit = table.sampling, dt / table.dt
     s = s._replace(dt=dt, longest=unit * s.longest, low=unit * s.low, high=unit * s.high)
-    table = replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True)
-    table = replace(table, notes=tuple(notes_of(table)))
-    return replace(table, words=words_of(table))
+    return _worded(replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True))
 
 
-def _measured(name: str, values, unit: str) -> Column:
+def _worded(table: Table) -> Table:
+    return replace(table, notes=tuple(notes_of(table)), words=words_of(table))
+
+
+def _measured(name: str, values, unit: str, belief: Belief, doubt) -> Column:
     """Return what the values of one column say of it alone."""
-    if values is None:
-        return Column(name, "text", "words, not numbers", unit)
-    values = np.asarray(values, float)
-    belief = believe(values)
-    doubt = doubtful(values, belief)
     fine = values[np.isfinite(values) & ~doubt]
-    column = Column(
-        name, "spare", "", unit, float(np.mean(~np.isfinite(values))), _resolution(fine), belief, int(doubt.sum())
-    )
+    missing = float(np.mean(~np.isfinite(values)))
+    column = Column(name, "spare", "", unit, missing, _resolution(fine), belief, int(doubt.sum()))
     if not fine.size:
         return replace(column, role="empty", why="no value")
     if fine.min() == fine.max():
@@ -258,12 +251,12 @@ def _take_stuck(found: dict[str, Column], clean, names: dict[str, Name], clocks)
     """Take the readings of stuck sensors out of the columns, and note them; what is set by somebody may rest."""
     moving = {n: v for n, v in clean.items() if n not in clocks and not np.all(np.diff(v[np.isfinite(v)]) >= 0)}
     sensors = [n for n in moving if not names[n].kinds & {"setpoint", "actuator", "label", "counter"}]
-    stretches = {n: stuck(moving[n], [v for other, v in moving.items() if other != n]) for n in sensors}
+    segments = {n: stuck(moving[n], [v for other, v in moving.items() if other != n]) for n in sensors}
     for name in sensors:
         belief = found[name].belief
-        if stretches[name] and belief is not None:
-            found[name] = replace(found[name], stuck=tuple(stretches[name]), belief=belief._replace(still=LEAST))
-            for one in stretches[name]:
+        if segments[name] and belief is not None:
+            found[name] = replace(found[name], stuck=tuple(segments[name]), belief=belief._replace(still=LEAST))
+            for one in segments[name]:
                 clean[name][one.start : one.stop] = np.nan
 
 

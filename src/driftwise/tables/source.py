@@ -1,41 +1,75 @@
-"""Which reader a file takes, and which of its columns a name means."""
+"""What every reader of a table has, and which of its columns a name means."""
 
 from __future__ import annotations
 
 import os
-import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from driftwise.engine.errors import InputError
 
-__all__ = ["missing", "resolve", "source_of", "title"]
+__all__ = ["Source", "refuse_missing", "resolve", "resolve_all", "title_of"]
 
 
-def title(path) -> str:
+class Source:
+    """Rows of a table, batch by batch, read once.
+
+    Attributes
+    ----------
+    names, units : its columns, and the unit per name where the table gives one
+    decimal, day_first : how cells of text are written: the decimal mark, and whether 1/2/2024 is in February
+    rows : how many, None where only reading to the end can tell
+    size, position : how much there is, None for a pipe, and how much of it was read; bytes or rows
+    ragged : rows so far with too many or too few cells
+    """
+
+    names: tuple[str, ...] = ()
+    decimal, day_first = ".", True
+    rows: int | None = None
+    size: int | None = None
+    position = ragged = 0
+
+    def __init__(self):
+        self.units: dict[str, str] = {}
+        self._ahead: list[tuple[list, Any]] = []
+
+    @property
+    def fraction(self) -> float | None:
+        """Share of the table read so far; None for a pipe."""
+        return self.position / self.size if self.size else None
+
+    def look(self, rows: int) -> list[tuple[list, Any]]:
+        """Return the first batches of all columns, of so many rows or more; `batches` hands them out once more."""
+        seen = 0
+        for arrays, ragged in self._read(list(self.names)):
+            self._ahead.append((arrays, ragged))
+            seen += len(ragged)
+            if seen >= rows:
+                break
+        return list(self._ahead)
+
+    def batches(self, columns: list[str]) -> Iterator[tuple[list, Any]]:
+        """Yield (pyarrow arrays in the order of `columns`, mask of the ragged rows): these hold nulls.
+
+        Called again, it goes on where the last batch ended: the columns may change on the way.
+        """
+        at = [self.names.index(name) for name in columns] if self._ahead else []
+        while self._ahead:
+            arrays, ragged = self._ahead.pop(0)
+            yield [arrays[j] for j in at], ragged
+        yield from self._read(columns)
+
+    def _read(self, columns: list[str]) -> Iterator[tuple[list, Any]]:
+        raise NotImplementedError
+
+
+def title_of(path) -> str:
     """Return what to call the place a table comes from."""
     return "standard input" if str(path) == "-" else str(path)
 
 
-def source_of(path):
-    """Return the columns of a file, or of standard input, batch by batch."""
-    import pyarrow as pa
-
-    from driftwise.tables.csvfile import CsvSource
-    from driftwise.tables.parquetfile import ParquetSource
-
-    if str(path) == "-":
-        return _named(path, lambda: CsvSource(sys.stdin.buffer))
-    missing(path)
-    with open(path, "rb") as file:
-        magic = file.read(4)
-    if magic == b"PAR1":
-        return _named(path, lambda: ParquetSource(path))
-    stream = pa.input_stream(str(path))
-    packed = type(stream).__name__ == "CompressedInputStream"
-    return _named(path, lambda: CsvSource(stream, None if packed else os.path.getsize(path)))
-
-
-def missing(path) -> None:
+def refuse_missing(path) -> None:
     """Raise `InputError` where there is no file to be read, with the likely cause."""
     if not os.path.exists(path):
         raise InputError(f"{path}: no such file.{_similar_file(Path(path))}")
@@ -43,13 +77,6 @@ def missing(path) -> None:
         raise InputError(f"{path} is a folder; give one file in it.")
     if not os.access(path, os.R_OK):
         raise InputError(f"{path} may not be read: check the permissions of the file.")
-
-
-def _named(path, opened):
-    try:
-        return opened()
-    except InputError as error:
-        raise InputError(f"{title(path)}: {error}") from None
 
 
 def _similar_file(path: Path) -> str:
@@ -77,3 +104,16 @@ def resolve(names, wanted: str, role: str) -> str:
     hint = f" Did you mean {' or '.join(repr(folded[c]) for c in close)}?" if close else ""
     shown = ", ".join(names[:30]) + (f" and {len(names) - 30} more" if len(names) > 30 else "")
     raise InputError(f"no column {wanted!r} for the {role}.{hint} The columns are: {shown}.")
+
+
+def resolve_all(names, outputs, inputs, time: str | None, by: str | None = None) -> list[str]:
+    """Return the columns of (key,) outputs, inputs (and time), each another one."""
+    asked = [(by, "key")] if by is not None else []
+    asked += [*((name, "output") for name in outputs), *((name, "input") for name in inputs)]
+    asked += [(time, "time")] if time is not None else []
+    found = [resolve(names, *one) for one in asked]
+    twice = next((name for name in found if found.count(name) > 1), None)
+    if twice is not None:
+        roles = "output, inputs and time" if by is None else "key, output, inputs and time"
+        raise InputError(f"column {twice!r} is given two parts to play; {roles} must be different columns.")
+    return found

@@ -1,4 +1,4 @@
-"""Stretches in which a sensor is stuck: it repeats one reading while what it measures must have moved."""
+"""Segments of a record in which a sensor is stuck: it repeats one reading while what it measures must have moved."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["LEAST", "Stretch", "repeats", "stuck"]
+__all__ = ["LEAST", "Segment", "repeats", "stuck"]
 
 LEAST = 20  # equal readings in a row
 MOVES = 0.95  # share of the rows, elsewhere, in which the sensor reads something new
@@ -15,7 +15,7 @@ REST = 0.3  # share of the readings that must be elsewhere
 WITNESS = 0.2  # of the range of another column, which it must cross meanwhile
 
 
-class Stretch(NamedTuple):
+class Segment(NamedTuple):
     """Rows ``start`` to before ``stop`` read ``value``."""
 
     start: int
@@ -23,26 +23,26 @@ class Stretch(NamedTuple):
     value: float
 
 
-def repeats(values, least: int = LEAST) -> list[Stretch]:
-    """Return the stretches in which a column (T,) reads the same at least so many times in a row.
+def repeats(values, least: int = LEAST) -> list[Segment]:
+    """Return the segments in which a column (T,) reads the same at least so many times in a row.
 
     >>> repeats([1, 2, 2, 2, 3, np.nan, np.nan, np.nan], 3)
-    [Stretch(start=1, stop=4, value=2.0)]
+    [Segment(start=1, stop=4, value=2.0)]
     """
     values = np.asarray(values, float)
     edges = np.flatnonzero(np.concatenate(([True], values[1:] != values[:-1], [True])))  # NaN equals nothing
     at = np.flatnonzero(np.diff(edges) >= least)
-    return [Stretch(int(edges[k]), int(edges[k + 1]), float(values[edges[k]])) for k in at]
+    return [Segment(int(edges[k]), int(edges[k + 1]), float(values[edges[k]])) for k in at]
 
 
-def stuck(values, others) -> list[Stretch]:
-    """Return the stretches in which a column (T,) is stuck, judged beside the other columns of the table.
+def stuck(values, others) -> list[Segment]:
+    """Return the segments in which a column (T,) is stuck, judged beside the other columns of the table.
 
     It must read something new in nearly every other row, as a noisy sensor does and a switch, a set point or a column
     written in coarse steps does not. All that it repeats must lie between its other values, each once, as a plant at
     rest at the end of its range does not; and another column must move meanwhile.
 
-    Bad at: sensors that move seldom, and stretches in which nothing else is known to move.
+    Bad at: sensors that move seldom, and segments in which nothing else is known to move.
     """
     values = np.asarray(values, float)
     found = repeats(values)
@@ -61,8 +61,8 @@ def stuck(values, others) -> list[Stretch]:
     return [] if is_rest or not any(_moved(other, one) for one in found for other in others) else found
 
 
-def _moved(other, stretch: Stretch) -> bool:
-    """Whether a column crosses a good part of its range during a stretch."""
-    inside, known = other[stretch.start : stretch.stop], other[np.isfinite(other)]
+def _moved(other, segment: Segment) -> bool:
+    """Whether a column crosses a good part of its range during a segment."""
+    inside, known = other[segment.start : segment.stop], other[np.isfinite(other)]
     inside = inside[np.isfinite(inside)]
     return inside.size > 1 and np.ptp(inside) > WITNESS * np.ptp(known) > 0

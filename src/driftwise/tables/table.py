@@ -1,210 +1,349 @@
-"""A whole table, opened without naming a column: names, units, kinds, a first look, then chunks of what is wanted."""
+"""Open tables: the chosen columns of a record, or a whole table without naming one; read once, chunk by chunk.
+
+Nothing stops a run half-way: what cannot be read as a finite number becomes NaN and is counted. What makes a record
+useless is found before its first chunk is handed over, and raised as `InputError`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from driftwise.engine.errors import InputError
-from driftwise.tables.clock import Clock
-from driftwise.tables.daytime import DAY, TimeOfDay, of_day
+from driftwise.engine.errors import CommandError, InputError
+from driftwise.tables import checks
+from driftwise.tables.cells import converted, kind_of, numbers, seconds
+from driftwise.tables.cleaning import codes_in
+from driftwise.tables.clock import DAY, Clock, TimeOfDay
+from driftwise.tables.parts import source_of
+from driftwise.tables.source import Source, resolve_all, title_of
 
-__all__ = ["OpenTable", "open_table"]
+__all__ = ["Chunk", "OpenTable", "Record", "open_record", "open_table"]
 
 CHUNK_ROWS = 65_536
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
-LOOK = 2000  # cells by which the kind of a column is settled
+
+
+def rechunked(parts, rows: int) -> Iterator[tuple]:
+    """Yield tuples of arrays in chunks of exactly so many rows (the last axis), the last shorter, however they came."""
+    import numpy as np
+
+    waiting: list[tuple] = []
+    held = 0
+    for part in parts:
+        waiting.append(part)
+        held += part[0].shape[-1]
+        if held < rows:
+            continue
+        whole = tuple(np.concatenate(arrays, axis=-1) for arrays in zip(*waiting)) if len(waiting) > 1 else part
+        for start in range(0, held - rows + 1, rows):
+            yield tuple(array[..., start : start + rows] for array in whole)
+        rest = held // rows * rows
+        waiting, held = [tuple(array[..., rest:] for array in whole)], held - rest
+    if held:
+        yield tuple(np.concatenate(arrays, axis=-1) for arrays in zip(*waiting))
+
+
+# --- the chosen columns of a record --------------------------------------------------------------------------
+
+
+class Chunk(NamedTuple):
+    """Some rows of a record.
+
+    columns : float64 array per column, NaN where missing or bad
+    bad_cells : boolean array per column, True where a cell was text, infinite or part of a ragged row
+    first_row : index of the first row, from 0
+    bad : number of bad cells
+    """
+
+    columns: dict[str, Any]
+    bad_cells: dict[str, Any]
+    first_row: int
+    bad: int
+
+    @property
+    def rows(self) -> int:
+        return len(next(iter(self.columns.values())))
 
 
 @dataclass
+class Record:
+    """The chosen columns of a table; iterate once to get its chunks.
+
+    Attributes
+    ----------
+    output, inputs, time : names of the columns
+    source : the reader; it knows units, the rows of the file, those that were ragged, and how far it is
+    clock : the `Clock` of the time column
+    bad, first_bad : bad cells so far, and where the first one is
+    raw : whether codes for a missing value, such as -9999, are taken as they stand
+    codes, coded : those codes per output and input, by its first rows, and how many values were taken as missing so far
+    whole : the table with all its columns, where it was looked at
+    """
+
+    path: str
+    output: str
+    inputs: tuple[str, ...]
+    time: str | None
+    source: Source
+    chunk_rows: int = CHUNK_ROWS
+    clock: Clock = field(default_factory=Clock)
+    bad: int = 0
+    first_bad: str = ""
+    raw: bool = False
+    codes: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    coded: dict[str, int] = field(default_factory=dict)
+    whole: OpenTable | None = None
+
+    @property
+    def columns(self) -> list[str]:
+        return [self.output, *self.inputs, *([self.time] if self.time else [])]
+
+    def moment(self, option: str, said: float | str, is_end: bool = False) -> float:
+        """Return the time that an option says: a number as it is, a date since the first stamp, written as the file's.
+
+        ``is_end``: a date without a time of day is the end of its day.
+        """
+        import pyarrow as pa
+
+        try:
+            return float(said)
+        except ValueError:
+            values, bad, is_stamp = seconds(pa.array([said]), self.source.decimal, self.source.day_first)
+        if bad[0] or not is_stamp:
+            raise CommandError(
+                f"{option} takes a number, or a date such as 2024-03-30 or 2024-03-30T12:00; got {said!r}."
+            )
+        if self.time is None:
+            raise CommandError(f"{option} {said} is a date; which column holds the time stamps (--time)?")
+        if self.clock.origin is None:
+            raise CommandError(
+                f"{option} {said} is a date, and column {self.time!r} holds numbers: give a number in their unit."
+            )
+        return float(self.clock.stamps(values)[0]) + (DAY - 1e-9) * (is_end and ":" not in str(said))
+
+    def __iter__(self) -> Iterator[Chunk]:
+        chunks = self._chunks()
+        first = checks.first_chunks(self, chunks)
+        names = [] if self.raw else [self.output, *self.inputs]
+        self.codes = {name: codes for name in names if (codes := codes_in(first[0].columns[name]))}
+        for chunk in chain(first, chunks):
+            self._decode(chunk)
+            yield chunk
+
+    def _decode(self, chunk: Chunk) -> None:
+        """Make codes for a missing value missing, and count them."""
+        import numpy as np
+
+        for name, codes in self.codes.items():
+            found = np.isin(chunk.columns[name], codes)
+            if found.any():
+                chunk.columns[name] = np.where(found, np.nan, chunk.columns[name])
+                self.coded[name] = self.coded.get(name, 0) + int(found.sum())
+
+    def code_notes(self) -> list[str]:
+        """Return a sentence for each column in which codes for a missing value stood."""
+        return [
+            f"{count} value{'s' * (count > 1)} of {name!r} {'are' if count > 1 else 'is'} "
+            f"{' or '.join(f'{code:g}' for code in self.codes[name])}, far outside the others: a code for a missing "
+            "value, and taken as missing."
+            for name, count in self.coded.items()
+        ]
+
+    def _chunks(self) -> Iterator[Chunk]:
+        """Yield chunks of exactly `chunk_rows` rows, the last shorter: results do not depend on the file."""
+        import numpy as np
+
+        columns, row = self.columns, 0
+        for values, bad in rechunked(self._converted(), self.chunk_rows):
+            count = int(bad.sum())
+            self.bad += count
+            if count and not self.first_bad:
+                first, j = min((int(np.argmax(bad[j])), j) for j in range(len(columns)) if bad[j].any())
+                self.first_bad = f"row {row + first + 1}, column {columns[j]!r}"
+            data = dict(zip(columns, values))
+            if self.time:
+                data[self.time] = self.clock.push(data[self.time], row)
+            yield Chunk(data, dict(zip(columns, bad)), row, count)
+            row += values.shape[1]
+
+    def _converted(self):
+        """Yield (values, bad), each (columns, rows), batch by batch as the file hands them over."""
+        import numpy as np
+
+        stamps = None
+        for arrays, ragged in self.source.batches(self.columns):
+            found = [self._numbers(*one) for one in zip([self.output, *self.inputs], arrays)]
+            if self.time:
+                *clocked, stamps = self._clocked(arrays[-1], stamps)
+                found.append(tuple(clocked))
+            values, bad = np.stack([v for v, _ in found]), np.stack([wrong for _, wrong in found]) | ragged
+            values[:, ragged] = np.nan
+            yield values, bad
+
+    def _numbers(self, name, array):
+        try:
+            return numbers(array, self.source.decimal)
+        except InputError as error:
+            raise InputError(f"column {name!r}: {error}.") from None
+
+    def _clocked(self, array, stamps):
+        import numpy as np
+
+        try:
+            values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
+        except InputError as error:
+            raise InputError(f"time column {self.time!r}: {error}.") from None
+        if stamps is not None and is_stamp != stamps:  # a batch of nothing but holes or rubbish looks like numbers
+            return np.full(len(values), np.nan), np.ones(len(values), bool) if is_stamp else bad, stamps
+        seen = is_stamp or bool(np.isfinite(values).any())
+        return (self.clock.stamps(values) if is_stamp else values), bad, (is_stamp if seen else stamps)
+
+
+def open_record(
+    path,
+    output: str,
+    inputs=(),
+    time: str | None = None,
+    chunk_rows: int = CHUNK_ROWS,
+    raw: bool = False,
+    look: int = 0,
+) -> Record:
+    """Return the chosen columns of a table as a `Record` to iterate over.
+
+    Parameters
+    ----------
+    path : file name of a CSV (plain or compressed) or Parquet table, or "-" for CSV on standard input
+    output, inputs, time : column names; a number counts columns from 1 where no column has that name
+    chunk_rows : rows of a chunk
+    raw : leave codes for a missing value as they are
+    look : so many first rows of all columns are looked at: the record then knows its ``whole`` table
+
+    Raises
+    ------
+    InputError
+        no such file or column, an empty table, a column without numbers, an output that never changes
+    """
+    source = source_of(path)
+    try:
+        names = resolve_all(source.names, [output], inputs, time)
+    except InputError as error:
+        raise InputError(f"{title_of(path)}: {error}") from None
+    clock = names.pop() if time is not None else None
+    record = Record(str(path), names[0], tuple(names[1:]), clock, source, chunk_rows, Clock(clock or ""), raw=raw)
+    record.whole = OpenTable(record.path, source, chunk_rows, look) if look and source.look(look) else None
+    return record
+
+
+# --- a whole table -------------------------------------------------------------------------------------------
+
+
 class OpenTable:
     """A table to look at and then to read, once.
 
     Attributes
     ----------
-    names : all its columns
-    units : unit per column name, where the table gives one
+    source : the reader; it knows names, units, the rows of the file, those that were ragged, and how far it is
     kinds : "number", "stamp" (also a time of day), "switch" (on and off) or "text" per column name
     head : the first rows: float64 per column of numbers (NaN where missing), seconds per column of time stamps, None
         per column of text. A column of dates takes in the time of day that a column of its own holds.
-    bad : cells that were no finite number, per column of numbers
+    time_of_day : the column of times of day that the column of dates takes in, None where there is none
+    bad : cells so far that were no finite number, per column of numbers that was read
     """
 
-    title: str
-    source: Any
-    chunk_rows: int = CHUNK_ROWS
-    head_rows: int = HEAD_ROWS
-    kinds: dict[str, str] = field(default_factory=dict)
-    head: dict[str, Any] = field(default_factory=dict)
-    bad: dict[str, int] = field(default_factory=dict)
-    _clocks: dict[str, Clock] = field(default_factory=dict)
-    _days: dict[str, TimeOfDay] = field(default_factory=dict)  # columns of times of day
-    _paired: tuple[str, str] | None = None  # a column of dates, and the one of the times of day
-    _over: dict[str, Any] = field(default_factory=dict)  # rows read beyond the head
-    _is_whole: bool = True  # whether all rows have been read
+    def __init__(self, title: str, source: Source, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS):
+        import numpy as np
+
+        self.title, self.source, self.chunk_rows = title, source, chunk_rows
+        self.bad: dict[str, int] = {}
+        self.time_of_day: str | None = None
+        self._date: str | None = None  # the column of dates that takes them in
+        self._is_turned = False
+        first = source.look(head_rows)
+        if not first:
+            raise InputError(f"{title}: the table has a header but no rows. Was the recording stopped before it began?")
+        self._how = source.decimal, source.day_first
+        self._cells = {name: kind_of(array, *self._how) for name, array in zip(self.names, first[0][0], strict=True)}
+        self._clocks = {name: Clock(name) for name, kind in self._cells.items() if kind == "stamp"}
+        self.kinds = {name: "stamp" if kind == "time of day" else kind for name, kind in self._cells.items()}
+        self._pair(dict(zip(self.names, first[0][0])))
+        parts = list(self._converted(list(self.names), first))
+        self._is_whole = sum(len(ragged) for _, ragged in first) < head_rows
+        self.head = {name: np.concatenate([part[name] for part in parts])[:head_rows] if kind != "text" else None
+                     for name, kind in self.kinds.items()}  # fmt: skip
+        self.bad = {}
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self.source.names)
 
-    @property
-    def units(self) -> dict[str, str]:
-        return self.source.units
-
-    @property
-    def time_of_day(self) -> str | None:
-        """The column of times of day that the column of dates takes in, None where there is none."""
-        return self._paired[1] if self._paired else None
-
-    @property
-    def rows(self) -> int | None:
-        return self.source.rows
-
-    @property
-    def ragged(self) -> int:
-        return self.source.ragged
-
-    @property
-    def fraction(self) -> float | None:
-        """Share of the table read so far; None for a pipe."""
-        return self.source.position / self.source.size if self.source.size else None
-
-    def origin(self, name: str) -> str | None:
+    def origin(self, name: str | None) -> str | None:
         """Return the first time stamp of a column, None for one of numbers."""
         return self._clocks[name].origin if name in self._clocks else None
 
     def chunks(self, names=None) -> Iterator[dict[str, Any]]:
         """Yield the chosen columns, first rows first, in chunks of `chunk_rows` rows, the last one shorter."""
+        names = [name for name in (self.names if names is None else names) if self.kinds[name] != "text"]
+        for (values,) in rechunked(self._parts(names) if names else (), self.chunk_rows):
+            yield dict(zip(names, values))
+
+    def _parts(self, names):
+        """Yield the chosen columns (columns, rows), batch by batch as the file hands them over."""
         import numpy as np
 
-        names = [name for name in (self.names if names is None else names) if self.kinds[name] != "text"]
-        parts = [{name: np.concatenate((self.head[name], self._over[name])) for name in names}] if names else []
-        self._over = {}
-        asked = [*names, self._paired[1]] if self._paired and self._paired[0] in names else names
-        batches = self.source.batches(asked) if names else iter(())
-        while parts:
-            whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
-            rows, start = len(whole[names[0]]), 0
-            while rows - start >= self.chunk_rows:
-                yield {name: column[start : start + self.chunk_rows] for name, column in whole.items()}
-                start += self.chunk_rows
-            parts = [{name: column[start:] for name, column in whole.items()}]
-            fresh = next(batches, None)
-            if fresh is None:
-                break
-            parts.append(self._converted(asked, *fresh))
-        if parts and len(parts[0][names[0]]):
-            yield parts[0]
+        asked = [*names, self.time_of_day] if self._date in names else names
+        found = self._converted(asked, self.source.batches(asked))
+        parts = (np.stack([columns[name] for name in names]) for columns in found)
+        if self._is_turned:
+            yield (np.concatenate(list(parts), axis=1)[:, ::-1],)
+        else:
+            yield from ((part,) for part in parts)
 
     def turn(self, clock: str) -> None:
-        """Turn round the rows of a table whose newest row comes first; one that is too long for that is told so."""
+        """Turn round the rows of a table whose newest row comes first; refuse one that is too long for that."""
         if not self._is_whole:
             raise InputError(
                 f"{clock!r} runs backwards, the newest row first, and the table is too long to be turned round here: "
                 "sort its rows by time and save it again."
             )
-        for name, column in self.head.items():  # all rows are there: none is left over
-            self.head[name] = None if column is None else column[::-1]
-
-    def _look(self) -> None:
-        """Read the first rows, and settle what kind each column is."""
-        import numpy as np
-
-        parts: list[dict[str, Any]] = []
-        names = list(self.names)
-        for arrays, ragged in self.source.batches(names):
-            if not self.kinds:
-                self.kinds = {name: self._kind(name, array) for name, array in zip(names, arrays, strict=True)}
-                self._pair(dict(zip(names, arrays, strict=True)))
-            parts.append(self._converted(names, arrays, ragged))
-            if sum(map(_length, parts)) >= self.head_rows:
-                self._is_whole = False
-                break
-        if not self.kinds:
-            raise InputError(
-                f"{self.title}: the table has a header but no rows. Was the recording stopped before it began?"
-            )
-        for name in names:
-            if self.kinds[name] == "text":
-                self.head[name] = None
-                continue
-            column = np.concatenate([part[name] for part in parts])
-            self.head[name], self._over[name] = column[: self.head_rows], column[self.head_rows :]
+        self._is_turned = True
+        self.head = {name: None if column is None else column[::-1] for name, column in self.head.items()}
 
     def _pair(self, arrays) -> None:
         """Find a column of dates and a column of times of day that belong together."""
         import numpy as np
 
-        from driftwise.tables.cells import seconds
-
+        hours = [name for name, kind in self._cells.items() if kind == "time of day"]
+        if len(hours) != 1:
+            return
         dates = []
-        for name, kind in self.kinds.items():
-            if kind == "stamp" and name not in self._days:
-                stamps, bad, _ = seconds(arrays[name], self.source.decimal, self.source.day_first)
-                if not np.any(stamps[~bad] % int(DAY * 1e9)):
-                    dates.append(name)
-        if len(dates) == len(self._days) == 1:
-            self._paired = (dates[0], next(iter(self._days)))
-            self.kinds[self._paired[1]] = "text"
+        for name in self._clocks:
+            stamps, bad, _ = seconds(arrays[name], *self._how)
+            if not np.any(stamps[~bad] % int(DAY * 1e9)):
+                dates.append(name)
+        if len(dates) == 1:
+            self._date, self.time_of_day = dates[0], hours[0]
+            self.kinds[hours[0]] = "text"
 
-    def _kind(self, name, array) -> str:
-        import numpy as np
-        import pyarrow as pa
-
-        from driftwise.tables.cells import is_text, numbers, seconds, switched
-
-        kind = array.type.value_type if pa.types.is_dictionary(array.type) else array.type
-        if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
-            return "stamp"
-        array = array.drop_null().slice(0, LOOK)
-        if 2 * of_day(array)[1] > len(array):
-            self._days[name] = TimeOfDay()
-            return "stamp"
-        if is_text(array.type) and len(array) and not switched(array)[1].any():
-            return "switch"
-        try:
-            values, bad, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
-            if is_stamp:
-                return "stamp" if 2 * bad.sum() < len(array) else "text"
-            values, bad = numbers(array, self.source.decimal)
-        except InputError:
-            return "text"
-        return "number" if bad.sum() <= np.isfinite(values).sum() else "text"
-
-    def _converted(self, names, arrays, ragged) -> dict[str, Any]:
-        """Return float64 columns of one batch, with rows of NaN where the row was ragged."""
-        import numpy as np
-
-        from driftwise.tables.cells import numbers, seconds, switched
-
-        columns: dict[str, Any] = {}
-        rows = (len(arrays[0]) if arrays else 0) + len(ragged)
-        keep = np.ones(rows, bool)
-        keep[ragged] = False
-        for name, array in zip(names, arrays, strict=True):
-            if name in self._days:
-                values = of_day(array)[0]
-                if self._paired is None:
-                    values = self._days[name].push(values)
-            elif self.kinds[name] == "text":
-                continue
-            elif self.kinds[name] == "stamp":
-                values, _, is_stamp = seconds(array, self.source.decimal, self.source.day_first)
-                clock = self._clocks.setdefault(name, Clock(name))
-                values = clock.stamps(values) if is_stamp else np.full(len(values), np.nan)
-            else:
-                is_switch = self.kinds[name] == "switch"
-                values, bad = switched(array) if is_switch else numbers(array, self.source.decimal)
-                self.bad[name] = self.bad.get(name, 0) + int(bad.sum())
-            column = np.full(rows, np.nan)
-            column[keep] = values
-            columns[name] = column
-        if self._paired and self._paired[0] in columns:
-            date, hours = self._paired
-            columns[date] = columns[date] + columns.pop(hours)
-        return columns
+    def _converted(self, names, batches) -> Iterator[dict[str, Any]]:
+        """Yield float64 columns of each batch, NaN where a row is ragged; count bad cells."""
+        days = {name: TimeOfDay() for name, kind in self._cells.items() if kind == "time of day"}
+        for arrays, _ in batches:
+            cells = zip(names, arrays)
+            found = {n: converted(a, self._cells[n], *self._how) for n, a in cells if self._cells[n] != "text"}
+            columns = {name: values for name, (values, _) in found.items()}
+            for name, (values, bad) in found.items():
+                if name in self._clocks:
+                    columns[name] = self._clocks[name].stamps(values)
+                elif name in days:
+                    columns[name] = values if self._date else days[name].push(values)
+                else:
+                    self.bad[name] = self.bad.get(name, 0) + int(bad.sum())
+            if self._date in columns:
+                columns[self._date] = columns[self._date] + columns.pop(self.time_of_day)
+            yield columns
 
 
 def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -> OpenTable:
@@ -224,17 +363,6 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -
     >>> [chunk["y"].tolist() for chunk in table.chunks(["y"])]
     [[1.0, nan], [3.0]]
     """
-    from driftwise.tables.parquetfile import MemorySource
-    from driftwise.tables.source import source_of
-
-    if isinstance(data, str | Path):
-        table = OpenTable("standard input" if str(data) == "-" else str(data), source_of(data), chunk_rows, head_rows)
-    else:
-        what = "mapping" if isinstance(data, Mapping) else "data frame"
-        table = OpenTable(f"the {what}", MemorySource(data), chunk_rows, head_rows)
-    table._look()
-    return table
-
-
-def _length(part: dict[str, Any]) -> int:
-    return len(next(iter(part.values()))) if part else 0
+    what = "the mapping" if isinstance(data, Mapping) else "the data frame"
+    title = title_of(data) if isinstance(data, str | Path) else what
+    return OpenTable(title, source_of(data), chunk_rows, head_rows)

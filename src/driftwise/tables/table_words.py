@@ -9,7 +9,7 @@ from .sampling import LONGEST_GAP, RESTART_ROWS
 
 __all__ = ["notes_of", "words_of"]
 
-SHOWN = 3  # stretches that a note lists
+SHOWN = 3  # segments that a note lists
 
 
 def words_of(table: Any) -> str:
@@ -48,38 +48,38 @@ def notes_of(table: Any) -> list[str]:
 
 def _sampling_notes(table: Any) -> list[str]:
     s, unit = table.sampling, " s" if table.timed else ""
-    told = []
+    notes = []
     if table.time is not None and table.time_scale == 86_400.0 and not table[table.time].unit:
-        told.append(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
+        notes.append(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
     if s.kind == "uneven":
-        told.append(
+        notes.append(
             f"{table.time!r} steps unevenly, {s.low:.3g} to {s.high:.3g}{unit}: samples are taken as {s.dt:.4g}{unit} "
             "apart, which blurs time constants by about that spread."
         )
     if s.kind == "irregular":
-        told.append(
+        notes.append(
             f"{table.time!r} steps by {s.low:.3g} to {s.high:.3g}{unit}: rows are sampled every {s.dt:.4g}{unit}. "
             "Inputs are held between rows, outputs are missing there, and of rows closer than that the last counts."
         )
     if s.gaps:
-        told.append(
+        notes.append(
             f"{_count(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are "
             "put in, so that time moves."
         )
     if s.restarts:
-        told.append(
+        notes.append(
             f"{table.time!r} starts again {_count(s.restarts, 'time')} (it goes back, or is silent for more than "
             f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break."
         )
     if s.duplicates:
-        told.append(f"{_count(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.")
+        notes.append(f"{_count(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.")
     if s.late:
-        told.append(f"{_count(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.")
-    return told
+        notes.append(f"{_count(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.")
+    return notes
 
 
 def _value_notes(table: Any) -> list[str]:
-    told = []
+    notes = []
     for column in table.columns:
         if column.role not in ("output", "input", "stuck"):
             continue
@@ -93,28 +93,28 @@ def _value_notes(table: Any) -> list[str]:
                 what.append(f"drop-outs to {belief.rail:g}")
             if belief.seen:
                 what.append("single samples far outside that return")
-            told.append(
+            notes.append(
                 f"{_count(column.doubted, 'value')} of {called} not believed ({_listed(what)}) and taken as missing; "
                 f"the rest is between {belief.low:.6g} and {belief.high:.6g}."
             )
         if column.missing > 0.0:
-            told.append(f"{100 * column.missing:.2g} % of {called} is missing.")
+            notes.append(f"{100 * column.missing:.2g} % of {called} is missing.")
         if column.role == "stuck":
-            told.append(f"{called} {column.why}: stuck, and left out.")
+            notes.append(f"{called} {column.why}: stuck, and left out.")
         elif column.stuck:
-            told.append(f"{called} {_stuck(column.stuck, table.rows)}: stuck, and taken as missing there.")
+            notes.append(f"{called} {_stuck(column.stuck, table.rows)}: stuck, and taken as missing there.")
         if column.resolution and column.role == "output":
-            told.append(f"{called} is written in steps of {column.resolution:g}: nothing finer can be known of it.")
-    return told
+            notes.append(f"{called} is written in steps of {column.resolution:g}: nothing finer can be known of it.")
+    return notes
 
 
-def _stuck(stretches: Any, rows: int) -> str:
+def _stuck(segments: Any, rows: int) -> str:
     """Return which reading was repeated where, rows counted from 1."""
     said = []
-    for start, stop, value in stretches[:SHOWN]:
+    for start, stop, value in segments[:SHOWN]:
         where = f"from row {start + 1} on" if stop == rows else f"from row {start + 1} to {stop}"
         said.append(f"{value:.6g} {where}")
-    return f"reads {_listed(said)}" + (f" and {len(stretches) - SHOWN} times more" if len(stretches) > SHOWN else "")
+    return f"reads {_listed(said)}" + (f" and {len(segments) - SHOWN} times more" if len(segments) > SHOWN else "")
 
 
 def _called(column: Any) -> str:

@@ -5,25 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from ..engine.errors import InputError
-from ..tables.cells import seconds
-from ..tables.daytime import DAY, of_day
-from .columns import SECONDS, Column, meaning
+from ..tables.cells import NAT, of_day, seconds
+from ..tables.clock import DAY, TimeOfDay
+from ..tables.column_roles import SECONDS
+from .columns import Column, meaning
 
 DATED = ("Unix s", "Unix ms", "Unix us", "Unix ns", "time stamp")
-_NAT = -(2**63)
 
 
 def times(array, column: Column, decimal=".", day_first=True):
     """Return (s, unit taken, bad) of a pyarrow column of times; NaN where missing or bad."""
     day, count = of_day(array)
     if 2 * count > len(array) - array.null_count > 0:
-        return unwrapped(day), "time of day", np.isnan(day) & array.is_valid().to_numpy(zero_copy_only=False)
+        bad = np.isnan(day) & array.is_valid().to_numpy(zero_copy_only=False)
+        return TimeOfDay(goes_back=True).push(day), "time of day", bad
     try:
         values, bad, is_stamp = seconds(array, decimal, day_first)
     except InputError as error:
         raise InputError(f"time column {column.name!r}: {error}") from None
     if is_stamp:
-        missing = values == _NAT
+        missing = values == NAT
         out = np.where(missing, np.nan, values / 1e9)
         return out, "time stamp", bad | (missing & array.is_valid().to_numpy(zero_copy_only=False))
     return *_scaled(values, column), bad
@@ -38,23 +39,11 @@ def _scaled(values, column):
             return values * scale, f"Unix {unit}"
     values = values * SECONDS.get(column.unit, 1.0)
     word = meaning(column.name)[0]
-    if good.size and values[np.isfinite(values)].min() >= 0 and values[np.isfinite(values)].max() <= DAY:
-        if word in ("timeofday", "tod", "daytime") or values[np.isfinite(values)].max() > 0.98 * DAY:
-            return unwrapped(values), "s of day"
+    good = values[np.isfinite(values)]
+    if good.size and good.min() >= 0 and good.max() <= DAY:
+        if word in ("timeofday", "tod", "daytime") or good.max() > 0.98 * DAY:
+            return TimeOfDay(goes_back=True).push(values), "s of day"
     return values, "s"
-
-
-def unwrapped(seconds_of_day):
-    """Return times of day counted on over midnights: a step of more than half a day, down or up, changes the day.
-
-    >>> unwrapped([86399.0, 1.0, 86398.0, 2.0]).tolist()
-    [86399.0, 86401.0, 86398.0, 86402.0]
-    """
-    out = np.array(seconds_of_day, float)
-    known = np.isfinite(out)
-    steps = np.diff(out[known], prepend=out[known][:1])
-    out[known] += DAY * np.cumsum((steps < -DAY / 2).astype(int) - (steps > DAY / 2).astype(int))
-    return out
 
 
 def clock(get, taken, decimal=".", day_first=True):

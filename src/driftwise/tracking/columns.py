@@ -1,4 +1,4 @@
-"""Which column of a table says what about a plot, and in which unit: told by its name."""
+"""Which column of a table says what about a plot, and in which unit: known by its name."""
 
 from __future__ import annotations
 
@@ -31,7 +31,6 @@ NAMES = {  # the commonest first
 ROLES = {role: {word: rank for rank, word in enumerate(words.split())} for role, words in NAMES.items()}
 FRAMES = (("latitude", "longitude"), ("east", "north"), ("range", "azimuth"))  # of position; the first complete is used
 METRES = {"m": 1.0, "km": 1e3, "ft": 0.3048, "kft": 304.8, "NM": 1852.0, "FL": 30.48, "mi": 1609.344}
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 UNITS = {
     "m": "m", "metre": "m", "metres": "m", "meter": "m", "meters": "m", "km": "km", "nm": "NM", "nmi": "NM", "mi": "mi",
     "ft": "ft", "feet": "ft", "foot": "ft", "kft": "kft", "fl": "FL", "deg": "deg", "degree": "deg", "degrees": "deg",

@@ -11,8 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..engine.errors import InputError
-from ..tables.source import missing
-from ..tables.source import title as named
+from ..tables.source import refuse_missing
+from ..tables.source import title_of as named
 from .columns import Column
 from .merge import joined
 from .plots import Fault, Plots, checked
@@ -70,7 +70,7 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
     parts: list[Plots] = []
     asked = files_of(path)
     for number, one in enumerate(asked):
-        data, title, faults = opened(one)
+        data, title, faults = read_bytes(one)
         shared = origin if origin is not None or not parts else parts[0].origin
         parts.append(_read(data, title, site=site, sites=sites, origin=shared, columns=columns)[0])
         parts[-1] = replace(parts[-1], faults=(*faults, *parts[-1].faults))
@@ -78,13 +78,13 @@ def read_plots(path, *, site=None, sites=None, origin=None, columns=None, progre
             progress((number + 1) / len(asked))
     found = joined(parts)
     if not len(found):
-        told = (
+        why = (
             f"; the first of {len(found.faults)} records that could not be used, at {found.faults[0].offset}: "
             f"{found.faults[0].what}"
             if found.faults
             else ""
         )
-        raise InputError(f"{title_of(asked[0])}: no plot has a time and a position{told}")
+        raise InputError(f"{title_of(asked[0])}: no plot has a time and a position{why}")
     return found
 
 
@@ -105,7 +105,7 @@ def recognise_plots(path, columns=None) -> dict[str, Column]:
     {'time': ('ts', 'Unix ms'), 'latitude': ('lat', 'deg'), 'longitude': ('lon', 'deg'),
      'altitude': ('geoaltitude', 'm'), 'key': ('hex', '')}
     """
-    data, title, _ = opened(path)
+    data, title, _ = read_bytes(path)
     return _read(data, title, columns=columns)[1]
 
 
@@ -128,7 +128,7 @@ def title_of(path) -> str:
     return named(path) if isinstance(path, str | os.PathLike) else "the table"
 
 
-def opened(path):
+def read_bytes(path):
     """Return the bytes of a file, unpacked (a data frame or mapping as it is), what to call it, and faults."""
     title = title_of(path)
     if not isinstance(path, str | os.PathLike):
@@ -136,7 +136,7 @@ def opened(path):
     if title == "standard input":
         data = sys.stdin.buffer.read()
     else:
-        missing(path)
+        refuse_missing(path)
         data = Path(path).read_bytes()
     faults: list[Fault] = []
     if data[:2] == b"\x1f\x8b":

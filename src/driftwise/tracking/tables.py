@@ -210,29 +210,17 @@ def csv_table(data: bytes, title: str) -> Table:
     from ..tables.csvfile import CsvSource
 
     data = _utf8(data)
-    try:
-        source = CsvSource(pa.BufferReader(data), len(data))
-        names = list(source.names)
-        source.dialect = replace(source.dialect, texts=frozenset(names))  # codes such as 3e1234 are no numbers
-        parts, lost, start = [], [], 0
-        for arrays, ragged in source.batches(names):
-            rows = len(arrays[0]) + len(ragged)
-            keep = np.ones(rows, bool)
-            keep[ragged] = False
-            parts.append((arrays, start + np.flatnonzero(keep)))
-            lost += [start + k for k in ragged]
-            start += rows
-    except (InputError, pa.ArrowException) as error:
-        raise InputError(f"{title}: {error}") from None
-    kept = np.concatenate([at for _, at in parts]) if parts else np.empty(0, int)
-    if not len(kept):
-        raise InputError(f"{title}: the table has a header but no rows. Was the recording stopped before it began?")
-    lines = _lines(data, source.dialect.skip, start)
-    columns = {
-        name: pa.concat_arrays([arrays[j].cast(pa.string()) for arrays, _ in parts]) for j, name in enumerate(names)
-    }
-    faults = tuple(Fault(title, int(lines[k]), "more or fewer cells than the header") for k in lost)
-    return Table(title, columns, lines[kept], dict(source.units), faults, source.decimal, source.day_first)
+
+    def source():
+        found = CsvSource(pa.BufferReader(data), len(data))
+        found.dialect = replace(found.dialect, texts=frozenset(found.names))  # codes such as 3e1234 are no numbers
+        return found
+
+    table, ragged, skip = _of_source(source, title)
+    lines = _lines(data, skip, len(ragged))
+    columns = {name: column.filter(pa.array(~ragged)) for name, column in table.columns.items()}
+    faults = tuple(Fault(title, int(line), "more or fewer cells than the header") for line in lines[ragged])
+    return replace(table, columns=columns, rows=lines[~ragged], faults=faults)
 
 
 def _utf8(data: bytes) -> bytes:
@@ -266,27 +254,33 @@ def parquet_table(data: bytes, title: str) -> Table:
 
     from ..tables.parquetfile import ParquetSource
 
-    return _of_source(lambda: ParquetSource(pa.BufferReader(data)), title)
+    return _of_source(lambda: ParquetSource(pa.BufferReader(data)), title)[0]
 
 
 def memory_table(data, title: str) -> Table:
     """Return the table of a data frame or of a mapping from name to array; rows are numbered from 1."""
     from ..tables.parquetfile import MemorySource
 
-    return _of_source(lambda: MemorySource(data), title)
+    return _of_source(lambda: MemorySource(data), title)[0]
 
 
-def _of_source(opened, title):
+def _of_source(opened, title) -> tuple[Table, np.ndarray, int]:
+    """Return all that a reader has as a table, the mask of its ragged rows, and the lines before them."""
     import pyarrow as pa
 
     try:
         source = opened()
         names = list(source.names)
-        parts = [arrays for arrays, _ in source.batches(names)]
-        columns = {name: pa.concat_arrays([_plain(arrays[j]) for arrays in parts]) for j, name in enumerate(names)}
+        parts = list(source.batches(names))
+        if all(mask.all() for _, mask in parts):
+            raise InputError("the table has a header but no rows. Was the recording stopped before it began?")
+        columns = {name: pa.concat_arrays([_plain(arrays[j]) for arrays, _ in parts]) for j, name in enumerate(names)}
     except (InputError, pa.ArrowException, OSError) as error:
         raise InputError(f"{title}: {error}") from None
-    return Table(title, columns, np.arange(1, len(columns[names[0]]) + 1), dict(source.units))
+    ragged = np.concatenate([mask for _, mask in parts])
+    table = Table(title, columns, np.arange(1, len(ragged) + 1), dict(source.units))
+    table = replace(table, decimal=source.decimal, day_first=source.day_first)
+    return table, ragged, source.dialect.skip if hasattr(source, "dialect") else 0
 
 
 def _plain(array):

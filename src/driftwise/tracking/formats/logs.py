@@ -11,8 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...engine.errors import InputError
-from ...tables.daytime import DAY
-from ..clock import unwrapped
+from ...tables.clock import DAY, TimeOfDay
 from ..placed import outside, placed, repeats
 from ..plots import Fault, Plots
 
@@ -131,7 +130,7 @@ def _day(year, month, day) -> float:
 
 def _dated(time, days):
     """Return times of day on the days that some of them tell; those before the first take its."""
-    whole = unwrapped(time)
+    whole = TimeOfDay(goes_back=True).push(time)
     offset, start = np.full(len(whole), np.nan), np.nan
     for k, day in enumerate(days):
         if day is not None:

@@ -10,8 +10,8 @@ from .samples import Samples, rank_of, running_max, starts_of
 LONGEST = 10_000  # missing ticks in a row that are taken as samples
 
 
-class Clock:
-    """The time of each series, in columns: ``number`` of samples, ``origin``, ``last`` tick (or time, without dt)."""
+class Ticks:
+    """The ticks of each series, in columns: ``number`` of samples, ``origin``, ``last`` tick (or time, without dt)."""
 
     def __init__(self, columns, tally, dt: float | None, longest: int = LONGEST):
         self.columns, self.tally = columns, tally
