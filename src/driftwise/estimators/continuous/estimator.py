@@ -21,7 +21,7 @@ from ...models.scale import InverseGamma
 from ..base import Reading, Step
 from ..common.times import instants
 from ..joint.estimator import WIDTH
-from .step import HEAD, Continuous, drift_over, scratch_size
+from .step import CONTINUOUS, Continuous, drift_over, scratch_size
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 
@@ -137,7 +137,7 @@ class ContinuousJoint(Reading):
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
         lam, V = filters(n, self.observer)
         detector, settle = resolve_watch(memory, N)
-        shape = Continuous(n, inputs, self.observer, self.dt, floor, settle, lam, V.ravel())
+        shape = Continuous(n, inputs, self.observer, self.dt, floor, settle, detector.state_size(0), lam, V.ravel())
         self.policies = (
             shape,
             kernel_noise,
@@ -148,17 +148,7 @@ class ContinuousJoint(Reading):
         )
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(n, inputs)
-        self.dtype = np.dtype(
-            [(name, "f8") for name in HEAD]
-            + [("x0", "f8", (n,)), ("theta", "f8", (N - n,)), ("D", "f8", (N,)), ("U", "f8", (N * (N - 1) // 2,))]
-            + [
-                ("y", "f8", (n,)),
-                ("x", "f8", (n,)),
-                ("u", "f8", (inputs, n)),
-                ("held", "f8", (inputs,)),
-                ("detector_state", "f8", (detector.state_size(0),)),
-            ]
-        )
+        self.dtype = CONTINUOUS.dtype(shape)
 
     # --- prior ---------------------------------------------------------------------------------------------
 

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...engine.dispatch import Vector, advance, choice, kernel, open_row, open_scratch, rare, watch
+from ...engine.dispatch import Vector, advance, choice, kernel, open_scratch, rare, watch
+from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, widen
 from ...memory.drift import Constant, RandomWalk, Restart, drift
@@ -25,9 +26,7 @@ from ..adaptive_gain.step import take_inputs
 from ..joint.row import HUGE
 from .chain import decay, respond
 
-# head of the row: one number each
-HEAD = ("samples", "observed", "status", "in_a_row", "chi2", "logdet", "peak", "time", "started", "since", "last")
-SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TIME, STARTED, SINCE, LAST = range(len(HEAD))
+SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TIME, STARTED, SINCE, LAST = range(11)  # of the head of a row
 LEAST = 1e-3  # own weight w of y_k below which y_k cannot be predicted: the last one is held
 
 
@@ -40,22 +39,41 @@ class Continuous(NamedTuple):
     dt: float  # seconds between samples that come without time stamps
     floor: float  # relative round-off of y
     settle: float  # measured samples before the detector watches
+    detector_size: float  # numbers that the detector keeps
     lam: Vector  # coefficients of (p + c)^n, without the leading 1
     V: Vector  # (n, n, n): x_i = sum_j V[i, j, :] . chain of what drives x_j
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    head: np.ndarray
-    s: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-    y: np.ndarray  # chain of y, at the last measured sample
-    x: np.ndarray  # chain of the impulse that x(t0) stands for, there
-    u: np.ndarray  # chains of the inputs (k, n), now
-    held: np.ndarray  # inputs as held now
-    detector_state: np.ndarray  # what the detector keeps
+CONTINUOUS = Layout(
+    *numbers(
+        "head",
+        samples="samples taken",
+        observed="of them, corrected by an output",
+        status="bits of the last one",
+        in_a_row="outliers in a row, until now",
+        chi2="sum of e^2/T",
+        logdet="sum of log T",
+        peak="largest recent |y|",
+        time="of the last sample",
+        started="whether an output has been measured",
+        since="seconds since the last measured output",
+        last="the last measured output",
+    ),
+    *joined(
+        "s",
+        Field("x0", ("n",), "state at the first measured output"),
+        Field("theta", ("N - n",), "parameters", trace="their names"),
+    ),
+    Field("D", ("N",), "P = U D U', relative to sigma^2: the diagonal"),
+    Field("U", ("N * (N - 1) // 2",), "and the factor above it, column by column"),
+    Field("y", ("n",), "chain of y, at the last measured sample"),
+    Field("x", ("n",), "chain of the impulse that x0 stands for, there"),
+    Field("u", ("inputs", "n"), "chains of the inputs, now"),
+    Field("held", ("inputs",), "inputs as held now"),
+    policy("detector_state", of="detector"),
+    N="n * (inputs + 2)",
+)
+CONTINUOUS.on(Continuous)
 
 
 class Work(NamedTuple):
@@ -73,25 +91,6 @@ class Work(NamedTuple):
     f: np.ndarray
     b: np.ndarray
     X: np.ndarray  # rows of x(t_k), and one for what they share with a y_k that is not known
-
-
-@open_row.on(Continuous)
-def open_row_continuous(form, row):
-    n, k = int(form.n), int(form.inputs)
-    N = n * (k + 2)
-    s = HEAD_SIZE
-    D = s + N
-    U = D + N
-    y = U + N * (N - 1) // 2
-    u = y + 2 * n
-    end = u + k * n
-    return Row(
-        row[:s], row[s:D], row[D:U], row[U:y], row[y : y + n], row[y + n : u], row[u:end].reshape(k, n),
-        row[end : end + k], row[end + k :],
-    )  # fmt: skip
-
-
-HEAD_SIZE = len(HEAD)
 
 
 def scratch_size(n: int, inputs: int) -> int:

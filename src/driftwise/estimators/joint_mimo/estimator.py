@@ -23,7 +23,7 @@ from ...models.structure import Structure, indices
 from ..base import directions
 from ..joint.estimator import WIDTH
 from .reading import ReadingMIMO
-from .row import INPUT, OUTPUT, scratch_size
+from .row import JOINT_MIMO, scratch_size
 from .step import share
 from .tables import prior_factors, tables
 
@@ -143,8 +143,17 @@ class JointMIMO(ReadingMIMO):
         self.spent = np.array(spent, float)
         longest = max(self.unknowns)
         detector, settle = resolve_watch(memory, longest)
-        shape = tables(form, self.groups, kernel_noise, float(floor), self.spent, self.prior_covariance, settle)
-        n, N, m = form.n, form.N, form.N - form.n
+        shape = tables(
+            form,
+            self.groups,
+            kernel_noise,
+            float(floor),
+            self.spent,
+            self.prior_covariance,
+            settle,
+            detector.state_size(0),
+        )
+        n = form.n
         found = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
         if type(found) not in share.table:
             raise InputError(
@@ -153,13 +162,7 @@ class JointMIMO(ReadingMIMO):
         self.policies = (shape, kernel_noise, found, resolve_gate(gate, longest), self.scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
-        each: dict[str, Any] = dict.fromkeys(("observed", "status", "in_a_row", "peak", "top"), p)
-        each |= dict.fromkeys(("chi2", "logdet"), len(self.groups))
-        each |= dict(x=n, theta=m, D=N, U=int(shape.U_at[-1]))
-        each |= dict.fromkeys(("held", "unsure", "known", "sums", "squares", "steps"), inputs)
-        each["detector_state"] = (p, detector.state_size(0))
-        self.dtype = np.dtype([("samples", "f8")] + [(name, "f8", size) for name, size in each.items()])
-        assert len(each) == OUTPUT + 6 + INPUT + 1
+        self.dtype = JOINT_MIMO.dtype(shape)
 
     # --- settings ------------------------------------------------------------------------------------------
 

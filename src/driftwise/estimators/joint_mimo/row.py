@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, kernel, open_row, open_scratch, rare
+from ...engine.dispatch import Vector, kernel, open_scratch, rare
+from ...engine.layout import Field, Layout, each, joined
 from ...engine.ud import entry
-
-INPUT = 6  # numbers kept for each input
-OUTPUT = 5  # and for each output: observed, status, in_a_row, peak, top
+from ..common.inputs import each_input
 
 
 class MimoForm(NamedTuple):
@@ -40,29 +39,32 @@ class MimoForm(NamedTuple):
     Px: Vector  # prior variance of each measured state
     least: Vector  # variance of each state that counts as none
     settle: float  # measured samples of an output before its detector watches
+    detector_size: float  # numbers that the detector of an output keeps
 
 
-class Row(NamedTuple):
-    """Views of one state row."""
-
-    samples: np.ndarray
-    observed: np.ndarray  # one of each for every output
-    status: np.ndarray
-    in_a_row: np.ndarray
-    peak: np.ndarray
-    top: np.ndarray
-    chi2: np.ndarray  # one of each for every group
-    logdet: np.ndarray
-    s: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-    held: np.ndarray  # six of each for every input, as in `Joint`
-    unsure: np.ndarray
-    known: np.ndarray
-    sums: np.ndarray
-    squares: np.ndarray
-    steps: np.ndarray
-    detector_state: np.ndarray  # (p, M): what the detector of each output keeps
+JOINT_MIMO = Layout(
+    Field("samples", (), "samples taken"),
+    *each(
+        "outputs",
+        observed="each output: samples corrected by it",
+        status="bits of the last one",
+        in_a_row="outliers in a row, until now",
+        peak="largest recent |y|",
+        top="largest |y|",
+    ),
+    *each("groups", chi2="each group of outputs: sum of e^2/T", logdet="sum of log T"),
+    *joined(
+        "s",
+        Field("x", ("n",), "state at the next sample, output by output, the measured one first", trace="x{i}.{output}"),
+        Field("theta", ("unknowns - n",), "parameters, output by output", trace="their names"),
+    ),
+    Field("D", ("unknowns",), "P = U D U' of each group, relative to its sigma^2: the diagonals"),
+    Field("U", ("int(form.U_at[groups])",), "and the factors above them, group by group, column by column"),
+    *each_input(),
+    Field("detector_state", ("outputs", "detector_size"), "what the detector of each output keeps"),
+    n="int(form.x_at[outputs])",
+)
+JOINT_MIMO.on(MimoForm)
 
 
 class Work(NamedTuple):
@@ -99,25 +101,6 @@ class Group(NamedTuple):
     A: np.ndarray
     U: np.ndarray
     blocks: np.ndarray
-
-
-@open_row.on(MimoForm)
-def open_row_mimo_form(form, row):
-    p, k, groups, N = int(form.outputs), int(form.inputs), int(form.groups), int(form.unknowns)
-    per_output = row[1 : 1 + OUTPUT * p].reshape(OUTPUT, p)
-    at = 1 + OUTPUT * p
-    s = at + 2 * groups
-    U = s + 2 * N
-    end = U + int(form.U_at[groups])
-    detector_state = end + INPUT * k
-    inputs = row[end:detector_state].reshape(INPUT, k)
-    return Row(
-        row[:1], per_output[0], per_output[1], per_output[2], per_output[3], per_output[4],
-        row[at : at + groups], row[at + groups : s],
-        row[s : s + N], row[s + N : U], row[U:end],
-        inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5],
-        row[detector_state:].reshape(p, (row.size - detector_state) // p),
-    )  # fmt: skip
 
 
 def widths(form, noise) -> tuple[int, int, int]:

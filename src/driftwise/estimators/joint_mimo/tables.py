@@ -9,7 +9,7 @@ from ...engine.errors import InputError
 from .row import MimoForm
 
 
-def tables(form, groups, noise, floor, spent, prior, settle) -> MimoForm:
+def tables(form, groups, noise, floor, spent, prior, settle, detector_size) -> MimoForm:
     """Return the kernel's sizes and tables for a `Structure`; ``groups`` lists the outputs filtered together."""
     x_at, theta_at, k = form.x_at, form.theta_at, form.inputs
     U_at, work_at, block_at, blocks = [0], [0], [0], []
@@ -50,6 +50,7 @@ def tables(form, groups, noise, floor, spent, prior, settle) -> MimoForm:
         Px=np.diag(prior)[x_at[:-1]].copy(),
         least=1e-60 * np.repeat(noise.R, form.nu),
         settle=settle,
+        detector_size=detector_size,
     )
 
 
