@@ -17,8 +17,8 @@ from ..engine import compile
 from ..engine.errors import InputError, refuse_class
 from ..estimators.adaptive_gain.estimator import AdaptiveGain
 from ..estimators.arx.estimator import ARX
+from ..estimators.common.observer import Observer
 from ..estimators.joint.estimator import Joint
-from ..estimators.observing import Observing
 from ..fleet.fleet import Fleet
 from ..memory.adapt import adapt
 from ..memory.adaptation import resolve
@@ -60,7 +60,7 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
 
 def _is_observer(est):
     """Say whether the estimator observes a known plant: no parameters, estimates that may not be ready."""
-    return isinstance(est, Observing)
+    return isinstance(est, Observer)
 
 
 def _example_of_a_plant(est, rng, samples, missing):

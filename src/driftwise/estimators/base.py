@@ -1,20 +1,19 @@
-"""What every estimator's state can be asked: rows, covariance, scale, evidence, what has been learnt."""
+"""The estimator: what runs a model and a memory over samples, and what every one of them can be asked."""
 
 from __future__ import annotations
 
 import inspect
-import math
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine import compile, ud, validation
+from ..engine import compile, validation
 from ..engine.errors import InputError
-from ..models import noise as noises
-from ..models.scale import KnownScale, sigma2
+from ..models.canonical import power_of_two
 from ..results.snapshot import register
 from ..results.trace import Trace, width
+from .common.times import instants
 
 
 class Step(NamedTuple):
@@ -26,8 +25,12 @@ class Step(NamedTuple):
     status: Any
 
 
-class Rows:
-    """States as rows of numbers, and the compiled loop that runs over them."""
+class Estimator:
+    """States as rows of numbers, and the compiled loop over them: for one sample, a record, a fleet.
+
+    A kind of estimator sets what is annotated here, and says how its states are read. Inside, samples are (T, p). An
+    estimator of one output shows (T,), and a number for a sample; one of several (T, p) and (p,), also where p is 1.
+    """
 
     model: Any
     policies: Any
@@ -35,12 +38,16 @@ class Rows:
     spec: np.ndarray
     scratch_size: int
     options: dict[str, Any]
+    dt: float
+    outputs: int | None = None  # p of an estimator of several outputs
+    takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
+    trace_kind: Any = Trace  # what a run over a record returns
+    columns = 4  # prediction, innovation, variance, status: what the trace holds before means and spreads
+    step_columns = 4  # of these, for all outputs, what a sample on its own is shown
     _s0: np.ndarray
     _D0: np.ndarray
     _U0: np.ndarray
-    columns = 4  # prediction, innovation, variance, status: what the trace holds before means and spreads
-    trace_kind: type[Trace] = Trace  # what a run over a record returns
     _x = "x"  # the state's field in a row
 
     def __init_subclass__(cls, **options):
@@ -67,6 +74,118 @@ class Rows:
     def names(self) -> list[str]:
         """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
         return self.model.names
+
+    def scaled_to(self, y, u=None):
+        """Return the same estimator with its default prior in units of the data (powers of two).
+
+        Scaling an output or input by a power of two then scales every result exactly.
+        """
+        y, u = validation.record(y, u, self.model.inputs, self.outputs)
+        y_scale = power_of_two(y) if self.outputs is None else [power_of_two(c) for c in y.T]
+        scales = dict(y_scale=y_scale, u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return type(self)(**self.options | {name: scale for name, scale in scales.items() if name in self.options})
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def update(self, state, y, u=None, *, time: float | None = None) -> tuple[np.ndarray, Step]:
+        """Return the next state and what this sample showed; NaN means missing.
+
+        Parameters
+        ----------
+        state : from `start`, `update`, or a trace
+        y : the output; with several (p,)
+        u : the input, or a sequence of k inputs
+        time : instant in seconds, of an estimator that goes by it; dt after the sample before if omitted
+        """
+        rows = self._rows(state)
+        ys, us = validation.sample(y, u, self.model.inputs, self.outputs)
+        if time is not None:
+            us = np.concatenate([us, self._instants([time], 1, state)[None, :, None]], axis=2)
+        outs = np.empty((1, 1, self.step_columns))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        if self.outputs is None:
+            prediction, innovation, variance, status = outs[0, 0].tolist()[:4]
+            return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
+        prediction, innovation, variance, status = outs[0, 0, : 4 * self.outputs].reshape(4, self.outputs)
+        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, status.astype(int))
+
+    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
+        """Run over a record and return its trace; ``trace.state`` continues where it ended.
+
+        Parameters
+        ----------
+        y : (T,) outputs, with several (T, p); NaN where missing
+        u : (T,) or (T, k) inputs; NaN where missing (the last one is held on)
+        state : state to start from; a fresh one if omitted
+        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
+        time : (T,) increasing instants in seconds; steps of dt if omitted
+        """
+        y, u = validation.record(y, u, self.model.inputs, self.outputs)
+        start = self.start() if state is None else state
+        rows, us, is_stamped = self._rows(start), u, self.takes_instants and time is not None
+        if is_stamped:
+            time = self._instants(time, len(y), start)
+            us = np.column_stack([u, time])
+        outs = np.empty((1, len(y), self._width(keep)))
+        self.drive(rows, y.reshape(1, len(y), self.outputs or 1), us[None], outs, self.spec, self.scratch())
+        end = rows.view(self.dtype).reshape(())
+        clock = self._clock(np.asarray(start), end, len(y)) if time is None else time
+        trace = self._trace(y, u, outs[0], keep, np.array(start), end, clock)
+        trace.is_stamped = is_stamped
+        return trace
+
+    def update_batch(self, states, y, u=None, *, time=None):
+        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
+
+        Parameters
+        ----------
+        states : (S,) states
+        y : (S,) or (S, T) outputs; with several (S, p) or (S, T, p)
+        u : (S,), (S, k) or (S, T, k) inputs
+        time : (S,) or (S, T) instants in seconds, of an estimator that goes by them; steps of dt if omitted
+
+        Returns
+        -------
+        states : (S,) new states
+        steps : Step of arrays shaped like y
+        """
+        rows, p = self._rows(states, is_one=False), self.outputs or 1
+        ys, us, shape = validation.fleet(y, u, len(rows), self.model.inputs, self.outputs)
+        S, T = ys.shape[:2]
+        if time is not None:
+            expected = shape if self.outputs is None else shape[:-1]
+            if np.shape(time) != expected:
+                raise InputError(f"time must be {expected}, one instant per sample, got {np.shape(time)}")
+            series = np.asarray(time, float).reshape(S, T)
+            stamps = np.array([self._instants(t, T, s) for t, s in zip(series, np.ravel(states))]).reshape(S, T, 1)
+            us = np.concatenate([us, stamps], axis=2)
+        outs = np.empty((S, T, self.step_columns))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        columns = np.moveaxis(outs[..., : 4 * p].reshape(S, T, 4, p), 2, 0).reshape(4, *shape)
+        step = Step(columns[0], columns[1], columns[2], columns[3].astype(int))
+        return rows.view(self.dtype).reshape(np.shape(states)), step
+
+    def _width(self, keep) -> int:
+        """Return the number of columns of a trace."""
+        return width(keep, self.model.N, self.columns * (self.outputs or 1))
+
+    def _trace(self, y, u, outs, keep, start, end, time):
+        trace = self.trace_kind(self, y, u, outs, keep, end, start["observed"], time)
+        trace.begun = start
+        return trace
+
+    def _instants(self, time, samples, state) -> np.ndarray:
+        """Return the instants of so many samples that follow a state, checked."""
+        if not self.takes_instants:
+            raise InputError(
+                f"{type(self).__name__} counts samples, dt apart, and goes by no instants: leave time out, and mark "
+                "samples that are missing by NaN (ContinuousJoint and WindowObserver take irregular ones)"
+            )
+        return instants(time, (samples,), state)
+
+    def _clock(self, start, end, samples) -> Any:
+        """Return the instants of a record that came without; None: the trace counts multiples of dt."""
+        return None
 
     def smooth(self, *args, **options):
         """Refuse (InputError): smoothing needs regressors that are data, or a joint posterior with the state."""
@@ -114,147 +233,3 @@ class Rows:
         return np.ndarray(
             (state.size, self.dtype.itemsize // 8), np.float64, state
         ).copy()  # faster than field by field
-
-
-class Reading(Rows):
-    """The same with one output: s ~ N(mean, sigma^2 P), sigma^2 known or learnt."""
-
-    scale: Any
-    prior_covariance: np.ndarray
-
-    # --- running -------------------------------------------------------------------------------------------
-
-    def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
-        """Return the next state and what this sample showed; NaN means missing.
-
-        Parameters
-        ----------
-        state : from `start`, `update`, or a trace
-        y : the output
-        u : the input, or a sequence of k inputs
-        """
-        rows = self._rows(state)
-        ys, us = validation.sample(y, u, self.model.inputs)
-        outs = np.empty((1, 1, 4))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = outs[0, 0].tolist()
-        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
-
-    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
-        """Run over a record and return its trace; ``trace.state`` continues where it ended.
-
-        Parameters
-        ----------
-        y : (T,) outputs; NaN where missing
-        u : (T,) or (T, k) inputs; NaN where missing
-        state : state to start from; a fresh one if omitted
-        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
-        time : (T,) instants in seconds; multiples of dt if omitted
-        """
-        y, u = validation.record(y, u, self.model.inputs)
-        start = self.start() if state is None else state
-        rows = self._rows(start)
-        outs = np.empty((1, len(y), width(keep, self.model.N, self.columns)))
-        self.drive(rows, y.reshape(1, -1, 1), u[None], outs, self.spec, self.scratch())
-        final, observed = rows.view(self.dtype).reshape(()), float(np.asarray(start)["observed"])
-        trace = Trace(self, y, u, outs[0], keep, final, observed, time)
-        trace.begun = np.array(start)
-        return trace
-
-    def update_batch(self, states, y, u=None):
-        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
-
-        Parameters
-        ----------
-        states : (S,) states
-        y : (S,) or (S, T) outputs
-        u : (S,), (S, k) or (S, T, k) inputs
-
-        Returns
-        -------
-        states : (S,) new states
-        steps : Step of arrays shaped like y
-        """
-        rows = self._rows(states, is_one=False)
-        ys, us, shape = validation.fleet(y, u, len(rows), self.model.inputs)
-        outs = np.empty((*ys.shape[:2], 4))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = (outs[..., i].reshape(shape) for i in range(4))
-        return rows.view(self.dtype).reshape(np.shape(states)), Step(
-            prediction, innovation, variance, status.astype(int)
-        )
-
-    # --- reading a state -----------------------------------------------------------------------------------
-
-    def covariance(self, state) -> np.ndarray:
-        """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""
-        return self._covariance(state)[..., self.model.kernel, :][..., self.model.kernel]
-
-    def _covariance(self, state) -> np.ndarray:
-        """Return the covariance in the kernel's order, with what an unknown polynomial is yet to get."""
-        P = ud.unpack(state["U"], state["D"])
-        if self.model.coloured:
-            n, first = self.model.n, self.model.n * (self.model.blocks - 1)
-            for index in np.ndindex(P.shape[:-2]):
-                free = noises.held_back(self.policies[1], float(state["observed"][index]), self.sigma2(state[index]))
-                P[index][range(first, first + n), range(first, first + n)] += free
-        return P
-
-    def _theta_covariance(self, state) -> np.ndarray:
-        """Return the covariance of theta in its own order, relative to sigma^2 where that is unknown."""
-        n = self.model.n
-        return self._covariance(state)[n:, n:]
-
-    def scale_posterior(self, state) -> tuple[float, float]:
-        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
-        if isinstance(self.scale, KnownScale):
-            return math.inf, math.inf
-        return self.scale.alpha + float(state["observed"]) / 2, self.scale.beta + float(state["chi2"]) / 2
-
-    def sigma2(self, state) -> float:
-        """Return the estimate of the scale sigma^2 (1 where the noise is known).
-
-        It is relative to the variance that the noise has in the units of y_scale; the noise itself in units of y is
-        ``trace.summary().noise_std``.
-        """
-        return sigma2(self.scale, float(state["observed"]), float(state["chi2"]))
-
-    def loglik(self, state) -> float:
-        """Return log p(y_1..y_t), parameters (and scale) integrated out: the evidence, ready to compare.
-
-        Under the reference prior of an unknown scale it is known up to a constant only, which depends on N:
-        compare orders with a proper `InverseGamma(alpha, beta)`.
-        """
-        count, chi2, logdet = (float(state[k]) for k in ("observed", "chi2", "logdet"))
-        base = -0.5 * (count * math.log(2 * math.pi) + logdet)
-        if isinstance(self.scale, KnownScale):
-            return base - 0.5 * chi2
-        (alpha, beta), prior = self.scale_posterior(state), self.scale
-        if alpha <= 0:
-            return math.nan
-        constant = math.lgamma(prior.alpha) - prior.alpha * math.log(prior.beta) if prior.alpha > 0 else 0.0
-        return base + math.lgamma(alpha) - alpha * math.log(beta) - constant
-
-    def information_ratio(self, state) -> list[tuple[float, np.ndarray]]:
-        """Return (ratio, direction) pairs: posterior over prior variance along directions of theta, worst first.
-
-        A ratio near one says that the data have taught nothing about that combination of parameters (above 0.5
-        counts as unlearnt; S. Salut's identifiability, live). Directions are unit vectors in prior deviations.
-        """
-        n = self.model.n
-        P = self._theta_covariance(state)
-        prior = np.diag(self.prior_covariance)[n:].copy()
-        if self.model.coloured and self.policies[1].settle > 0:
-            at = n * (self.model.blocks - 2)
-            prior[at : at + n] = noises.held_back(self.policies[1], 0.0, self.sigma2(state))
-        return directions(P, prior)
-
-
-def directions(P, prior) -> list[tuple[float, np.ndarray]]:
-    """Return (ratio, direction) pairs of a covariance to its prior variances, largest ratio first."""
-    root = np.sqrt(prior)
-    live = root > 0
-    ratio, vectors = np.linalg.eigh((P / np.where(live, root, 1) / np.where(live, root, 1)[:, None])[live][:, live])
-    full = np.zeros((len(ratio), len(root)))
-    full[:, live] = vectors.T
-    return [(max(float(r), 0.0), v) for r, v in zip(ratio[::-1], full[::-1])]

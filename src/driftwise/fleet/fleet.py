@@ -10,8 +10,8 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.errors import InputError
-from ..estimators.base import Rows, Step
-from ..estimators.observing import Observing
+from ..estimators.base import Estimator, Step
+from ..estimators.common.observer import Observer
 from . import store
 from .crew import Crew
 
@@ -83,9 +83,9 @@ class Fleet:
         lanes: bool | None = None,
         device: str = "cpu",
     ):
-        if not isinstance(estimator, Rows) or len(getattr(estimator, "policies", ())) != 6:
+        if not isinstance(estimator, Estimator) or len(getattr(estimator, "policies", ())) != 6:
             raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
-        if isinstance(estimator, Observing):
+        if isinstance(estimator, Observer):
             raise InputError(
                 "a fleet is for estimators that learn parameters; for many observers of a known plant: "
                 "states, steps = est.update_batch(est.start(series), y, u)"

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..engine.status import MEANING, Status
-from ..engine.validation import count, floats
+from ..engine.validation import floats
 from . import verbs
 from .events import Event, runs
 from .trace import Trace
@@ -39,7 +39,6 @@ class ObserverTrace(Trace):
         self.y, self.u = (y[:, 0] if p == 1 and y.ndim == 2 else y).copy(), u.copy()
         self.table, self.observed_before = outs, float(observed_before)
         self.dt, self.begun = estimator.dt, None
-        self.is_stamped = False  # whether the samples came with instants
         if time is None:
             time = float(state["time"]) - self.dt * np.arange(len(y))[::-1]
         self.time = floats("time", time)
@@ -234,14 +233,6 @@ class ObserverTrace(Trace):
         Options: ``labels``, a dict of names with what to write at their axes; ``figure`` to draw into.
         """
         return verbs.call("plot", self, **options)
-
-    def state_before(self, sample: int):
-        """Return the state just before a sample, bit for bit as it was: replay an event from there."""
-        if self.begun is None or not self.is_stamped:
-            return super().state_before(sample)
-        at, u = slice(count("sample", sample)), self.u if self.u.shape[1] else None
-        rest = dict(time=self.time[at], state=self.begun, keep="innovations")
-        return self.estimator.scan(self.y[at], None if u is None else u[at], **rest).state
 
     @property
     def covariance(self) -> np.ndarray:

@@ -37,6 +37,8 @@ class Trace:
     ``parameters`` to x(t) and theta given the samples up to t. ``state`` continues where the trace ends.
     """
 
+    is_stamped = False  # whether the samples came with instants that the estimator went by
+
     def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u = y.copy(), u.copy()
@@ -297,7 +299,8 @@ class Trace:
         if self.begun is None:
             raise InputError("a trace that was read back does not know the state it began with: run it again")
         u = self.u[:sample] if self.u.shape[1] else None
-        return self.estimator.scan(self.y[:sample], u, state=self.begun, keep="innovations").state
+        time = self.time[:sample] if self.is_stamped else None
+        return self.estimator.scan(self.y[:sample], u, state=self.begun, keep="innovations", time=time).state
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""

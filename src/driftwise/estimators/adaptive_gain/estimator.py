@@ -14,12 +14,11 @@ from ...engine.errors import InputError
 from ...memory.adaptation import Setting, adaptation
 from ...memory.drift import Matched, RandomWalk, RestartOnChange
 from ...memory.resolve import check_scale, resolve_detector, resolve_gate
-from ...models.canonical import power_of_two
 from ...models.convert import Model
 from ...models.gain import GainPlant
 from ...models.scale import InverseGamma, KnownScale
 from ..arx.methods import LeastSquares
-from ..base import Reading
+from ..common.posterior import Posterior
 from . import step as _step  # registers the step
 from .row import COLUMNS, GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
 
@@ -32,7 +31,7 @@ RATIOS = 10.0 ** np.arange(-4, 2)  # probes of several states: Q/R
 VAGUE = 1e10  # with a gain sequence the data alone speak, from the first sample
 
 
-class AdaptiveGain(Reading):
+class AdaptiveGain(Posterior):
     """State of a known plant with unknown noise: a Kalman filter that learns its gain K from the innovations.
 
         x+ = Phi x + B u + w (variance Q unknown),   y = H x + e (variance R unknown)
@@ -206,11 +205,6 @@ class AdaptiveGain(Reading):
         if isinstance(detector, PullTest):
             return PULL, none, detector.resolve(n)
         return INNOVATION, none, resolve_detector(detector, np.ones(n))
-
-    def scaled_to(self, y, u=None):
-        """Return the same estimator with its default prior in units of the data (a power of two)."""
-        y, _ = validation.record(y, u, self.model.inputs)
-        return type(self)(**{**self.options, "y_scale": power_of_two(y)})
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""

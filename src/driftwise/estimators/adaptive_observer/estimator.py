@@ -14,7 +14,7 @@ from ...memory.drift import Constant
 from ...models.equation import Equation
 from ...models.scale import InverseGamma
 from ..arx.estimator import Recursive
-from ..base import Reading
+from ..base import Estimator
 from .step import Filtered
 
 LONGEST = 100_000  # samples that the filter is waited for
@@ -114,7 +114,7 @@ class AdaptiveObserver(Recursive):
 
     def predict(self, state, u=None, horizon: int | None = None):
         """Refuse (InputError): missing samples at the end of a record are the prediction here."""
-        return Reading.predict(self)
+        return Estimator.predict(self)
 
     def state_of(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return x(t+1 | t) (n,) in observer canonical form, measured state first, and its covariance (n, n).

@@ -15,7 +15,7 @@ from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.drift import Constant
 from ...models.scale import InverseGamma, KnownScale
-from ..observing import Observed, Observing, check_names
+from ..common.observer import Observed, Observer, check_names
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
 from .relation import Relation, known
@@ -23,7 +23,7 @@ from .row import ALGEBRAIC, COLUMNS, Algebraic, scratch_size
 from .theorem import Theorem
 
 
-class AlgebraicObserver(Observing):
+class AlgebraicObserver(Observer):
     """State of a known plant, and derivatives of its output, from integrals of y and u: theorem 1 of Tian (2009).
 
     The plant has one output and at most one input, x' = A x + B u + into q, and q is a polynomial and sinusoids of
@@ -126,7 +126,8 @@ class AlgebraicObserver(Observing):
         self.scale = InverseGamma(0.5, 1e-20) if noise_std is None else KnownScale()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, Silent())
         self.spec = flatten(self.policies)
-        self.dtype, self.scratch_size, self.columns = ALGEBRAIC.dtype(form), scratch_size(form), COLUMNS
+        self.dtype, self.scratch_size = ALGEBRAIC.dtype(form), scratch_size(form)
+        self.columns = self.step_columns = COLUMNS
 
     @classmethod
     def of_equation(cls, a, b=(), **options) -> AlgebraicObserver:

@@ -14,7 +14,7 @@ from ...models.polynomial import PolynomialModel
 from ...models.stability import is_inside
 from ..arx.estimator import ARX
 from ..arx.methods import LeastSquares
-from ..base import Rows
+from ..base import Estimator
 from .regressors import RADIUS, Polynomials, sizes
 
 METHODS = ("rpem", "plr")
@@ -28,7 +28,10 @@ class _Member(ARX):
     """What the members of the family share; the orders make the difference."""
 
     model: Family
-    smooth, tune = Rows.smooth, Rows.tune  # the regressors are no data: what stands for the noise is estimated
+    smooth, tune = (
+        Estimator.smooth,
+        Estimator.tune,
+    )  # its regressors are no data: noise is estimated
 
     def _set(self, orders, method, options):
         unknown = [name for name in options if name not in COMMON]

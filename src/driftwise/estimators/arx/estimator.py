@@ -17,13 +17,12 @@ from ...memory import unknown_noise as _unknown_noise  # noqa: F401  (registers 
 from ...memory.adaptation import Setting, adaptation
 from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_scale
-from ...models.canonical import power_of_two
 from ...models.convert import Model
 from ...models.equation import Equation
 from ...models.noise import White
 from ...models.scale import InverseGamma, KnownScale
 from ..algebraic_start.start import AlgebraicStart, prepare_equation
-from ..base import Reading
+from ..common.posterior import Posterior
 from ..joint.estimator import WIDTH
 from ..smoothing.estimator import InHindsight
 from . import step as _step  # noqa: F401  (registers the step)
@@ -37,7 +36,7 @@ METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone
 MISSING = {"predict": PREDICT, "hold": HOLD, "skip": SKIP}
 
 
-class Recursive(Reading):
+class Recursive(Posterior):
     """What every recursive estimator has: a prior, a memory, a gate, and rows that the compiled step advances."""
 
     columns = COLUMNS
@@ -106,15 +105,6 @@ class Recursive(Reading):
         b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
         free, constants = np.ones(getattr(form, "kept", 0)), getattr(form, "constants", int(form.has_offset))
         return np.concatenate([np.ones(form.na), b, free, np.full(constants, self.y_scale**2)])
-
-    def scaled_to(self, y, u=None):
-        """Return the same estimator with its default prior in units of the data (powers of two).
-
-        Scaling y or u by a power of two then scales every result exactly.
-        """
-        y, u = validation.record(y, u, self.model.inputs)
-        scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        return type(self)(**{**self.options, **scales})
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""

@@ -12,15 +12,15 @@ from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.drift import Constant
-from ...models.canonical import power_of_two
 from ...models.equations import Equations
 from ...models.model_mimo import ModelMIMO
 from ...models.scale import InverseGamma, KnownScale
+from ...results.mimo_trace import TraceMIMO
 from ..arx.estimator import Recursive
 from ..arx.row import COLUMNS
 from ..arx.speeds import read as read_speeds
-from ..base import directions
-from ..joint_mimo.reading import ReadingMIMO
+from ..base import Estimator
+from ..common.posterior import directions
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import SEVERAL, Channel, Several, scratch_size
 
@@ -47,7 +47,7 @@ class OneOfSeveral(Recursive):
         return self._units
 
 
-class ARXMIMO(ReadingMIMO):
+class ARXMIMO(Estimator):
     """Parameters of A(q) y = B(q) u + e with several outputs, by recursive least squares, with the memory you choose.
 
         y_i(t) = -sum_j A_ij(q) y_j(t) + sum_l B_il(q) u_l(t) + offset_i + e_i(t),        i = 1..p
@@ -98,6 +98,7 @@ class ARXMIMO(ReadingMIMO):
     """
 
     columns = COLUMNS
+    trace_kind = TraceMIMO
     is_split = True
     link_words = "each equation is right, but the bars of poles and gains leave the link out"
 
@@ -133,6 +134,7 @@ class ARXMIMO(ReadingMIMO):
         for i, (a, b) in enumerate(zip(form.na, form.nb)):
             if not any(a + b):
                 raise InputError(f"the equation of output {i + 1} has no regressor: na[{i}] and nb[{i}] are all zero")
+        self.outputs, self.step_columns = p, 4 * p
         self.dt = validation.positive("dt", dt)
         self.y_scale, self.u_scale = validation.sizes("y_scale", y_scale, p), validation.sizes("u_scale", u_scale, k)
         self.unknowns, self.groups = form.sizes, [[i] for i in range(p)]
@@ -199,15 +201,6 @@ class ARXMIMO(ReadingMIMO):
     def _theta_units(self) -> np.ndarray:
         """Return the squared units of theta."""
         return self.model.units(self.y_scale, self.u_scale)
-
-    def scaled_to(self, y, u=None) -> ARXMIMO:
-        """Return the same estimator with its default prior in units of the data (powers of two).
-
-        Scaling an output or input by a power of two then scales every result exactly.
-        """
-        y, u = validation.record(y, u, self.model.inputs, self.model.outputs)
-        scales = dict(y_scale=[power_of_two(c) for c in y.T], u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        return ARXMIMO(**{**self.options, **scales})
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""

@@ -14,11 +14,11 @@ from ...engine.errors import InputError, refuse_class
 from ...memory.drift import Constant, RandomWalk, RestartOnChange
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
-from ...models.canonical import Canonical, power_of_two
+from ...models.canonical import Canonical
 from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
 from ...models.scale import InverseGamma
-from ..base import Reading, Step
+from ..common.posterior import Posterior
 from ..common.times import instants
 from ..joint.estimator import WIDTH
 from .step import CONTINUOUS, Continuous, drift_over, scratch_size
@@ -26,7 +26,7 @@ from .step import CONTINUOUS, Continuous, drift_over, scratch_size
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 
 
-class ContinuousJoint(Reading):
+class ContinuousJoint(Posterior):
     """Posterior of A(p) y = B(p) u, p = d/dt, from samples at regular or irregular instants, sample by sample.
 
     A(p) = p^n + a1 p^(n-1) + .. + an, B(p) = b1 p^(n-1) + .. + bn. Both sides pass the filter 1/(p + c)^n, whose
@@ -91,6 +91,7 @@ class ContinuousJoint(Reading):
     ['a1 0.29', 'a2 1.00', 'b1 -0.01', 'b2 1.99']
     """
 
+    takes_instants = True
     _x = "x0"
 
     def __init__(
@@ -191,98 +192,28 @@ class ContinuousJoint(Reading):
         With ``time``, dt becomes its median step, and the default observer follows. Scaling y or u by a power of two
         then scales every result exactly.
         """
-        y, u = validation.record(y, u, self.model.inputs)
-        options = self.options | dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        if time is not None and len(y) > 1:
-            options["dt"] = float(np.median(np.diff(instants(time, y.shape))))
-        return ContinuousJoint(**options)
+        scaled = super().scaled_to(y, u)
+        if time is None or len(y) < 2:
+            return scaled
+        return ContinuousJoint(**scaled.options | {"dt": float(np.median(np.diff(instants(time, (len(y),)))))})
 
     # --- running -------------------------------------------------------------------------------------------
 
-    def update(self, state, y, u=None, *, time: float | None = None) -> tuple[np.ndarray, Step]:
-        """Return the next state and what this sample showed; NaN means missing.
+    def _instants(self, time, samples, state) -> np.ndarray:
+        """Return the instants of samples; a stream's next one has a short way in."""
+        if samples == 1 and isinstance(time[0], float) and math.isfinite(time[0]) and state is not None:
+            if time[0] > state["time"] and state["samples"] > 0:
+                return np.array([time[0]])
+        return instants(time, (samples,), state)
 
-        Parameters
-        ----------
-        state : from `start`, `update`, or a trace
-        y : the output
-        u : the input, or a sequence of k inputs, held from now on
-        time : instant in seconds; dt after the sample before if omitted
-        """
-        rows = self._rows(state)
-        ys, us = validation.sample(y, u, self.model.inputs)
-        if time is not None:
-            is_later = isinstance(time, float) and math.isfinite(time) and time > state["time"] and state["samples"] > 0
-            stamp = np.array([time]) if is_later else instants([time], (1,), state)  # the short way of a stream
-            us = np.concatenate([us, stamp[None, :, None]], axis=2)
-        outs = np.empty((1, 1, 4))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = outs[0, 0].tolist()
-        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
-
-    def scan(self, y, u=None, *, time=None, state=None, keep: str = "std"):
-        """Run over a record and return its trace; ``trace.state`` continues where it ended.
-
-        Parameters
-        ----------
-        y : (T,) outputs; NaN where missing
-        u : (T,) or (T, k) inputs, each held to the next sample; NaN where missing (the last one is held on)
-        time : (T,) increasing instants in seconds; steps of dt if omitted
-        state : state to start from; a fresh one if omitted
-        keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
-        """
-        from ...results.trace import Trace, width
-
-        y, u = validation.record(y, u, self.model.inputs)
-        start = self.start() if state is None else state
-        rows = self._rows(start)
-        us = u
-        if time is not None:
-            time = instants(time, y.shape, start)
-            us = np.column_stack([u, time])
-        outs = np.empty((1, len(y), width(keep, self.model.N)))
-        self.drive(rows, y.reshape(1, -1, 1), us[None], outs, self.spec, self.scratch())
-        end = rows.view(self.dtype).reshape(())
-        if time is None:
-            time = float(end["time"]) - self.dt * np.arange(len(y))[::-1]
-        return Trace(self, y, u, outs[0], keep, end, float(np.asarray(start)["observed"]), time)
+    def _clock(self, start, end, samples) -> np.ndarray:
+        return float(end["time"]) - self.dt * np.arange(samples)[::-1]
 
     def smooth(self, *args, **options):
         """Refuse (InputError): x(t0) and the parameters do not move here, and the last state knows them."""
         raise InputError(
             "there is nothing to smooth in continuous time: x(t0) and the parameters are constants, and the last state "
             "knows them given the whole record (trace.model(), trace.state)"
-        )
-
-    def update_batch(self, states, y, u=None, *, time=None):
-        """Advance a fleet: one state, and one sample or a stretch of samples, per series.
-
-        Parameters
-        ----------
-        states : (S,) states
-        y : (S,) or (S, T) outputs
-        u : (S,), (S, k) or (S, T, k) inputs
-        time : shaped like y: instants in seconds; steps of dt if omitted
-
-        Returns
-        -------
-        states : (S,) new states
-        steps : Step of arrays shaped like y
-        """
-        rows = self._rows(states, is_one=False)
-        ys, us, shape = validation.fleet(y, u, len(rows), self.model.inputs)
-        if time is not None:
-            stamps = np.asarray(time, float).reshape(ys.shape[:2]) if np.shape(time) == shape else np.zeros(0)
-            if not stamps.size:
-                raise InputError(f"time must be shaped like y, {shape}, got {np.shape(time)}")
-            for series, state in zip(stamps, np.ravel(states)):
-                instants(series, series.shape, state)
-            us = np.concatenate([us, stamps[:, :, None]], axis=2)
-        outs = np.empty((*ys.shape[:2], 4))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        prediction, innovation, variance, status = (outs[..., i].reshape(shape) for i in range(4))
-        return rows.view(self.dtype).reshape(np.shape(states)), Step(
-            prediction, innovation, variance, status.astype(int)
         )
 
     # --- reading a state -----------------------------------------------------------------------------------

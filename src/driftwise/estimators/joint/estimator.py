@@ -13,11 +13,11 @@ from ...engine.errors import InputError
 from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
-from ...models.canonical import Canonical, power_of_two
+from ...models.canonical import Canonical
 from ...models.convert import Model
 from ...models.scale import InverseGamma
 from ..algebraic_start.start import AlgebraicStart, prepare
-from ..base import Reading
+from ..common.posterior import Posterior
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import JOINT, Form, scratch_size
 
@@ -26,7 +26,7 @@ from .row import JOINT, Form, scratch_size
 WIDTH = 1e4
 
 
-class Joint(Reading):
+class Joint(Posterior):
     """Posterior of state and parameters of A(q) y = B(q) u + C(q) v, sample by sample.
 
     The model is Salut's canonical form (1979, eqs. 2, 17-20), here with the measured state first:
@@ -190,16 +190,7 @@ class Joint(Reading):
         c = np.ones(n * self.model.coloured)
         return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms]])
 
-    def scaled_to(self, y, u=None) -> Joint:
-        """Return the same estimator with its default prior in units of the data (powers of two).
-
-        Scaling y or u by a power of two then scales every result exactly.
-        """
-        y, u = validation.record(y, u, self.model.inputs)
-        scales = dict(y_scale=power_of_two(y), u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        return Joint(**{**self.options, **scales})
-
-    # --- running -------------------------------------------------------------------------------------------
+    # --- looking back -------------------------------------------------------------------------------------------
 
     def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None):
         """Return state and parameters at every sample given the whole record, or the samples up to ``lag`` later.

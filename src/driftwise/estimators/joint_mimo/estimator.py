@@ -16,19 +16,19 @@ from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
 from ...models import noise_many
-from ...models.canonical import power_of_two
 from ...models.model_mimo import ModelMIMO
 from ...models.scale import InverseGamma, KnownScale, sigma2
 from ...models.structure import Structure, indices
-from ..base import directions
+from ...results.mimo_trace import TraceMIMO
+from ..base import Estimator
+from ..common.posterior import directions
 from ..joint.estimator import WIDTH
-from .reading import ReadingMIMO
 from .row import JOINT_MIMO, scratch_size
 from .step import share
 from .tables import prior_factors, tables
 
 
-class JointMIMO(ReadingMIMO):
+class JointMIMO(Estimator):
     """Posterior of state and parameters of a system with several outputs, sample by sample.
 
     The canonical form of structure indices nu_1..nu_p (each output has a state of its own, and equations that
@@ -96,6 +96,11 @@ class JointMIMO(ReadingMIMO):
     ['a1.11 -1.19', 'a2.11 0.49', 'a2.12 -0.10']
     """
 
+    trace_kind = TraceMIMO
+    link_words = "estimate them together with NoiseCovariance"  # what to do where innovations are correlated
+    groups: list[list[int]]  # outputs that share a scale
+    spent: np.ndarray  # (groups,) unknowns on which the reference prior of a learnt scale spends one half each
+
     def __init__(
         self,
         structure,
@@ -121,6 +126,7 @@ class JointMIMO(ReadingMIMO):
         inputs = validation.count("inputs", inputs)
         self.options["structure"] = nu = indices(structure, inputs)
         self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
+        self.outputs, self.step_columns = form.outputs, 4 * form.outputs
         self.dt = validation.positive("dt", dt)
         self.y_scale = validation.sizes("y_scale", y_scale, form.outputs)
         self.u_scale = validation.sizes("u_scale", u_scale, inputs)
@@ -199,15 +205,6 @@ class JointMIMO(ReadingMIMO):
                 "split=True, but the noise or P0 links the outputs: separate filters would ignore it. Leave split out"
             )
         return free if split is None else bool(split)
-
-    def scaled_to(self, y, u=None) -> JointMIMO:
-        """Return the same estimator with its default prior in units of the data (powers of two).
-
-        Scaling an output or input by a power of two then scales every result exactly.
-        """
-        y, u = validation.record(y, u, self.model.inputs, self.model.outputs)
-        scales = dict(y_scale=[power_of_two(c) for c in y.T], u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        return JointMIMO(**{**self.options, **scales})
 
     def smooth(self, *args, **options):
         """Refuse: there is no smoother of several outputs.

@@ -19,7 +19,7 @@ from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
 from ...models.scale import InverseGamma
-from ..base import Reading
+from ..common.posterior import Posterior
 from ..joint.estimator import WIDTH
 from ..joint.row import Form, scratch_size
 from . import step as _step  # noqa: F401  (registers the step)
@@ -31,7 +31,7 @@ SPREAD = 25.0  # variance of the state after two plots, in units of the noise
 FIRST = 10  # plots that tell the noise
 
 
-class Manoeuvre(Reading):
+class Manoeuvre(Posterior):
     """Track one coordinate on a regular scan: constant velocity, and an acceleration whose memory is learnt.
 
     The model is (1 - phi q)(1 - q)^2 y = C(q) v with q the delay by one scan: two poles are held at 1, so position and

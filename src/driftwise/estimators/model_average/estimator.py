@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,15 +11,21 @@ from ...engine import compile, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...models.canonical import power_of_two
-from ...results.snapshot import register
-from ..base import Rows, Step
+from ..base import Estimator
+from ..common.posterior import Posterior
 from . import step as _step
-from .step import BLOCKS, HEAD, INNOVATION, NAIVE, PREDICTION, SCALES, STATUS, VARIANCE, Averaging
+from .step import BLOCKS, HEAD, NAIVE, PREDICTION, SCALES, VARIANCE, Averaging
 from .trace import AverageTrace
 
 
-@register
-class ModelAverage:
+class Members(NamedTuple):
+    """What an average of models is as a model: unknowns of all members, and inputs of those that have any."""
+
+    N: int
+    inputs: int
+
+
+class ModelAverage(Estimator):
     """The forecast of several estimators on the same samples: one density from all, honest about its tails.
 
     Each member predicts; the forecast is their mean, weighted by likelihood that fades (dynamic model averaging). The
@@ -72,6 +78,8 @@ class ModelAverage:
     ('ARX(na=2, nb=2)', 0.8)
     """
 
+    names: Any = ()
+
     def __init__(
         self,
         members,
@@ -88,7 +96,7 @@ class ModelAverage:
         center=0.0,
     ):
         self.members = list(members)
-        wrong = [m for m in self.members if not isinstance(m, Rows) or np.ndim(getattr(m, "y_scale", ())) != 0]
+        wrong = [m for m in self.members if not isinstance(m, Posterior)]
         if not self.members or wrong:
             came = f"got {wrong[0]!r}" if wrong else "got none"
             raise InputError(f"members must be estimators of one output, such as ARX(2, 2), {came}")
@@ -96,6 +104,7 @@ class ModelAverage:
         if len(counts) > 1:
             raise InputError(f"members must have the same inputs, or none, got {sorted(counts)} of them")
         self.inputs = max(counts, default=0)
+        self.model = Members(sum(m.model.N for m in self.members), self.inputs)
         self.names = [*map(repr, self.members)] if names is None else [*map(str, names)]
         if len(self.names) != len(self.members):
             raise InputError(f"names must be one for each of {len(self.members)} members, got {len(self.names)}")
@@ -121,7 +130,8 @@ class ModelAverage:
         )  # fmt: skip
         fields = [(f"member{i}", m.dtype) for i, m in enumerate(self.members)]
         self.dtype = np.dtype([*fields, ("own", float, (_step.own_size(M),))])
-        self.columns = _step.told_size(M)
+        self.columns = self.step_columns = _step.told_size(M)
+        self.spec, self.scratch_size = flatten([self.task]), 0
 
     def __repr__(self):
         return f"ModelAverage({len(self.members)} members, {self.inputs} inputs)"
@@ -144,59 +154,37 @@ class ModelAverage:
 
     # --- running -------------------------------------------------------------------------------------------
 
-    def scan(self, y, u=None, *, state=None, time=None):
-        """Run over a record and return its `AverageTrace`; ``trace.state`` continues where it ended."""
-        y, u = validation.record(y, u, self.inputs)
-        rows = self._rows(self.start() if state is None else state)
-        outs = self._advance(rows, y.reshape(1, -1, 1), u[None])
-        return AverageTrace(self, y, u, outs[0], rows.view(self.dtype).reshape(()), time)
+    def _width(self, keep) -> int:
+        validation.one_of("keep", keep, ("std",))  # weights and densities are always there
+        return self.columns
 
-    def update(self, state, y, u=None) -> tuple[np.ndarray, Step]:
-        """Return the next state and what this sample showed; NaN means missing."""
-        rows = self._rows(state)
-        row = self._advance(rows, *validation.sample(y, u, self.inputs))[0, 0]
-        return rows.view(self.dtype).reshape(()), _shown(row)
+    def _trace(self, y, u, outs, keep, start, end, time):
+        return AverageTrace(self, y, u, outs, end, time)
 
-    def update_batch(self, states, y, u=None):
-        """Advance a fleet: one state, and one sample or a stretch of samples, per series."""
-        rows = self._rows(states)
-        ys, us, shape = validation.fleet(y, u, len(rows), self.inputs)
-        shown = _shown(np.moveaxis(self._advance(rows, ys, us), -1, 0))
-        return rows.view(self.dtype).reshape(np.shape(states)), Step(*(c.reshape(shape) for c in shown))
-
-    def _rows(self, state) -> np.ndarray:
-        state = np.asarray(state)
-        if state.dtype != self.dtype:
-            raise InputError("the state belongs to another average: start one with average.start()")
-        return np.ascontiguousarray(state).reshape(-1).view(np.float64).reshape(state.size, -1).copy()
-
-    @cached_property
-    def _drive(self):
-        return compile.passage(Averaging), flatten([self.task])
-
-    def _advance(self, rows, ys, us) -> np.ndarray:
-        """Advance states of S series by T samples in place; return what the trace tells, (S, T, columns)."""
+    def drive(self, rows, ys, us, outs, spec, scratch):
+        """Advance states of S series by T samples in place: members first, then what makes one forecast of theirs."""
         (S, T), M = ys.shape[:2], len(self.members) + len(NAIVE)
         ys, us = ys - self.center[0], us - self.center[1:]
         means, variances = np.empty((S, T, M)), np.empty((S, T, M))
         at = 0
         for i, member in enumerate(self.members):
             width = member.dtype.itemsize // 8
-            own, outs = rows[:, at : at + width].copy(), np.empty((S, T, member.columns))
+            own, said = rows[:, at : at + width].copy(), np.empty((S, T, member.columns))
             member.drive(
-                own, ys, us if member.model.inputs else us[..., :0].copy(), outs, member.spec, member.scratch()
+                own, ys, us if member.model.inputs else us[..., :0].copy(), said, member.spec, member.scratch()
             )
             rows[:, at : at + width] = own
-            means[..., i], variances[..., i] = outs[..., PREDICTION], outs[..., VARIANCE]
+            means[..., i], variances[..., i] = said[..., PREDICTION], said[..., VARIANCE]
             at += width
-        go, spec = self._drive
-        outs = np.empty((S, T, self.columns))
         for s in range(S):
             numbers = np.concatenate([rows[s, at:], np.empty(M)])
-            go(ys[s], means[s], variances[s], outs[s], numbers, spec)
+            self._go(ys[s], means[s], variances[s], outs[s], numbers, spec)
             rows[s, at:] = numbers[:-M]
         outs[..., PREDICTION] += self.center[0]
-        return outs
+
+    @cached_property
+    def _go(self):
+        return compile.passage(Averaging)
 
     # --- reading a state -----------------------------------------------------------------------------------
 
@@ -247,8 +235,3 @@ def level(column) -> float:
     """
     known = column[np.isfinite(column)]
     return float(np.mean(known.clip(*np.quantile(known, (0.01, 0.99))))) if known.size else 0.0
-
-
-def _shown(row) -> Step:
-    status = row[STATUS].astype(int) if np.ndim(row[STATUS]) else int(row[STATUS])
-    return Step(row[PREDICTION], row[INNOVATION], row[VARIANCE], status)

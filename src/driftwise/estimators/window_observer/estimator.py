@@ -18,7 +18,7 @@ from ...memory.drift import Constant
 from ...memory.resolve import resolve_detector
 from ...models.plant import Augmented
 from ...models.scale import InverseGamma, KnownScale
-from ..observing import Observed, Observing, check_names
+from ..common.observer import Observed, Observer, check_names
 from . import fir, growing, queue
 from .gains import LONGEST
 from .tuning import Tuned, tune_walks, tune_window
@@ -26,7 +26,7 @@ from .tuning import Tuned, tune_walks, tune_window
 SETTLE = 20  # innovations before the detector counts
 
 
-class WindowObserver(Observing):
+class WindowObserver(Observer):
     """State and disturbances of a known plant from the samples of the last ``window`` seconds, and how sure they are.
 
     The plant is augmented by the disturbances, z = [x; q], and z at the newest sample is estimated by least squares
@@ -122,6 +122,7 @@ class WindowObserver(Observing):
             x_std=x_std,
         )  # fmt: skip
         self.plant = system = Augmented(plant, disturbances)
+        self.outputs = system.outputs if system.outputs > 1 else None
         self.hold = validation.hold(hold, system.inputs)
         if dt is None:
             raise InputError("dt must be given: the seconds between samples (the typical ones where irregular=True)")
@@ -165,7 +166,7 @@ class WindowObserver(Observing):
         self.spec = flatten(self.policies)
         self.dtype = layout_of(form).dtype(form)
         self.scratch_size = self._form.scratch_size(form)
-        self.columns = 4 * p + 1
+        self.columns = self.step_columns = 4 * p + 1
 
     def _build(self) -> tuple[Any, Any]:
         """Return the module of the form, and the form."""
