@@ -86,8 +86,8 @@ def test_a_fleet_of_the_first_version_is_read_and_kept_as_the_newest(tmp_path):
     assert float(fleet.state(2)["samples"]) == 55 and store.read(OLD).arrays == {}
     fleet.save(tmp_path / "new.parquet")
     header, *_ = checkpoint_file.read(tmp_path / "new.parquet", store.SCHEMA)
-    assert header["schema"] == store.SCHEMA == 3
-    with pytest.raises(dw.InputError, match="written with schema 3, this version reads up to 1: update driftwise"):
+    assert header["schema"] == store.SCHEMA == 4
+    with pytest.raises(dw.InputError, match="written with schema 4, this version reads up to 1: update driftwise"):
         checkpoint_file.read(tmp_path / "new.parquet", 1)
 
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..estimators.base import Estimator
+from ..results import upgrade
 from ..results.snapshot import describe, is_described, rebuild
 from . import checkpoint_file
 
-SCHEMA = 3  # 2: what a run has to remember besides, so that it can be gone on with; 3: with more columns
+SCHEMA = 4  # 2: what a run has to remember besides, so that it can be gone on with; 3: more columns; 4: new names
 READ: dict[str, Any] = {"text": str, "int": int, "float": float.fromhex, "bool": "True".__eq__}  # a key of each kind
 SCALES = "y_scale", "u_scale"  # in which series of one fleet differ: kept also where policies are a user's own
 
@@ -80,7 +81,16 @@ def _with_columns(header: dict) -> dict:
     return header | {"schema": 3}
 
 
-UPGRADES: dict[int, Callable[[dict], dict]] = {1: _with_facts, 2: _with_columns}  # from each schema to the next
+def _with_names(header: dict) -> dict:
+    """Return a header of schema 3 as schema 4 has it: parts of a state under today's names, the empty ones left out."""
+    return header | {"schema": 4, "fields": upgrade.parts(header["fields"])}
+
+
+UPGRADES: dict[int, Callable[[dict], dict]] = {
+    1: _with_facts,
+    2: _with_columns,
+    3: _with_names,
+}  # from each schema to the next
 
 
 def _words(keys) -> dict[str, list[str]]:
@@ -103,9 +113,9 @@ def _word(key) -> tuple[str, str]:
 
 
 def _fields(estimator) -> list:
-    """Return names and sizes of the parts of a state."""
-    dtype = estimator.dtype
-    return [[name, int(np.prod(dtype[name].shape))] for name in dtype.names]
+    """Return names and sizes of the parts of a state, those of no size left out."""
+    sizes = {name: int(np.prod(estimator.dtype[name].shape)) for name in estimator.dtype.names}
+    return [[name, size] for name, size in sizes.items() if size]
 
 
 def settings(estimator) -> dict:

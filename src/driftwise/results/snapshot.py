@@ -37,8 +37,8 @@ from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant, Polynomial, Sinusoid
 from ..models.scale import InverseGamma
+from .upgrade import SCHEMA, upgraded
 
-SCHEMA = 4  # 4: a trace keeps the degrees of freedom of each prediction
 KINDS: dict[str, Any] = {
     k.__name__: k
     for k in (
@@ -157,12 +157,7 @@ def describe(estimator) -> str:
 
 def rebuild(text: str):
     """Return the estimator that `describe` described."""
-    data = json.loads(text)
-    if data.get("schema") != SCHEMA:
-        found = data.get("schema")
-        newer = isinstance(found, int) and found > SCHEMA
-        advice = "update driftwise" if newer else "start afresh: a state of that version cannot be continued"
-        raise InputError(f"written with schema {found}, this version reads {SCHEMA}; {advice}")
+    data = upgraded(json.loads(text))
     kind = _estimator(data["estimator"])
     return kind(**{k: _rich(v) for k, v in data["options"].items()})
 

@@ -1,0 +1,50 @@
+"""What the version before the new names wrote is read, goes on, and gives the same numbers, bit for bit."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+
+SAVED = Path(__file__).parents[1] / "saved"
+WRITTEN = json.loads((SAVED / "states-4.json").read_text())
+TRACES = "UntilJump", "Auto", "JointMIMO", "WindowObserver"
+
+
+def digest(array) -> str:
+    return hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()[:16]
+
+
+@pytest.mark.parametrize("name", [name for name in WRITTEN if name != "fleet"])
+def test_a_saved_state_goes_on_as_it_would_have(name, tmp_path):
+    was = WRITTEN[name]
+    (tmp_path / "state.json").write_text(json.dumps(was["saved"]))
+    est, state = dw.load_state(tmp_path / "state.json")
+    trace = est.scan(was["y"], was["u"], state=state)
+    assert digest(np.ravel(trace.innovation)) == digest(np.array(was["innovation"]))
+    assert digest(np.atleast_1d(trace.state)) == was["row"]
+    dw.save_state(est, trace.state, tmp_path / "now.json")
+    again, same = dw.load_state(tmp_path / "now.json")
+    assert repr(again) == repr(est) and digest(np.atleast_1d(same)) == was["row"]
+
+
+@pytest.mark.parametrize("name", TRACES)
+def test_a_saved_trace_has_the_same_columns(name):
+    columns, was = dw.Trace.load(SAVED / f"trace-{name}-4.npz").columns(), WRITTEN[name]["trace"]
+    assert {column: digest(values.astype(float)) for column, values in columns.items()} == was
+
+
+def test_a_saved_fleet_goes_on_as_it_would_have():
+    fleet, was = dw.Fleet.load(SAVED / "fleet-3.parquet"), WRITTEN["fleet"]
+    steps = [fleet.update_batch(None, y, u).innovation for y, u in zip(was["y"], was["u"])]
+    assert digest(np.array(steps)) == digest(np.array(was["innovation"])) and digest(fleet.states) == was["row"]
+
+
+def test_other_schemas_are_refused(tmp_path):
+    for schema, words in ((3, "start afresh"), (99, "update driftwise")):
+        (tmp_path / "state.json").write_text(json.dumps(WRITTEN["Never"]["saved"] | {"schema": schema}))
+        with pytest.raises(dw.InputError, match=f"schema {schema}, this version reads 4 to .*{words}"):
+            dw.load_state(tmp_path / "state.json")
