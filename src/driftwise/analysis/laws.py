@@ -26,7 +26,7 @@ from ..memory.drift import CovarianceInflation, RestartOnChange, drift
 from ..memory.fading import ExponentialForgetting
 from ..memory.restart import GainReset
 from ..models.noise import EquationError
-from ..models.simulation_mimo import simulate_mimo
+from ..models.simulation import simulate_mimo
 from ..results.snapshot import is_described, load_state, save_state
 
 

@@ -16,7 +16,7 @@ _HOME = {
     "PolynomialModel": "polynomial",
     "ContinuousModel": "continuous",
     "simulate_continuous": "continuous",
-    "simulate_mimo": "simulation_mimo",
+    "simulate_mimo": "simulation",
     "Singer": "singer",
     "confidence_ellipse": "ellipse",
     "spectral_factor": "spectral",

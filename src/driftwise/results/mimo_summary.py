@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..models.model_mimo import ModelMIMO
+from ..models.convert import ModelMIMO
 from .summary import Summary, _finite, combination
 from .whiteness import LEAST, Nis, Whiteness
 

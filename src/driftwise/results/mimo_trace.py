@@ -9,7 +9,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..engine.validation import floats
-from ..models.model_mimo import ModelMIMO
+from ..models.convert import ModelMIMO
 from ..models.scale import KnownScale
 from . import verbs
 from .bands import quantile

@@ -12,8 +12,8 @@ from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.drift import Constant
-from ...models.equations import Equations
-from ...models.model_mimo import ModelMIMO
+from ...models.convert import ModelMIMO
+from ...models.equation import Equations
 from ...models.scale import InverseGamma, KnownScale
 from ...results.mimo_trace import TraceMIMO
 from ..arx.estimator import Recursive

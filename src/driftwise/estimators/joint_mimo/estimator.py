@@ -15,8 +15,7 @@ from ...engine.errors import InputError
 from ...memory.drift import Constant
 from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
 from ...models import noise as noises
-from ...models import noise_many
-from ...models.model_mimo import ModelMIMO
+from ...models.convert import ModelMIMO
 from ...models.scale import InverseGamma, KnownScale, sigma2
 from ...models.structure import Structure, indices
 from ...results.mimo_trace import TraceMIMO
@@ -134,7 +133,7 @@ class JointMIMO(Estimator):
         if not 0.0 <= floor < 1.0:
             raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
 
-        Q, S, R = noise_many.covariances(noise, form, self.y_scale**2)
+        Q, S, R = noises.covariances(noise, form, self.y_scale**2)
         self._set_prior(s0, P0)
         self.is_split = self._resolve_split(split, Q, S, R)
         p = form.outputs
@@ -143,7 +142,7 @@ class JointMIMO(Estimator):
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         self.scale = resolve_scale(scale, relative, 0)  # each output spends its own, below
         self._sizes = [sum(self.unknowns[i] for i in group) for group in self.groups]
-        kernel_noise = noise_many.factor(Q, S, R, form, self.groups)
+        kernel_noise = noises.stacked(Q, S, R, form, self.groups)
         # the reference prior of a learnt scale spends one half on each unknown first
         spent = self._sizes if relative and scale is None else [0] * len(self.groups)
         self.spent = np.array(spent, float)
@@ -197,7 +196,7 @@ class JointMIMO(Estimator):
         noise = np.block([[Q, S], [S.T, R]])
         outputs = np.arange(form.outputs)
         owner = np.concatenate([np.repeat(outputs, form.nu), outputs])
-        free = noise_many.separates(noise, owner) and noise_many.separates(self.prior_covariance, self._owner)
+        free = noises.separates(noise, owner) and noises.separates(self.prior_covariance, self._owner)
         if split not in (None, False, True):
             raise InputError(f"split is None (where possible), True or False, got {split!r}")
         if split and not free:
