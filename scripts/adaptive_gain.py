@@ -42,10 +42,10 @@ def optimal(y, Q, R):
 
 def run(est, y):
     """Return gains, filtered states and alarms (signed samples since the change), each (runs, T)."""
-    outs = np.empty((*y.shape, est.columns + 2))
+    outs = np.empty((*y.shape, est.n_columns + 2))
     est.drive(est._rows(est.start(len(y)), is_one=False), y[..., None].copy(), np.zeros((*y.shape, 0)), outs, est.spec,
               est.scratch())  # fmt: skip
-    return outs[..., est.columns + 1], outs[..., est.columns], outs[..., 6]
+    return outs[..., est.n_columns + 1], outs[..., est.n_columns], outs[..., 6]
 
 
 def found(alarms, segment=500, ways=(1, -1, 1)):

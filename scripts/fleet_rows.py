@@ -49,7 +49,7 @@ def write(path, rows: int, series: int) -> None:
 def warm(fleet) -> None:
     """Compile before the clock is started."""
     est = fleet.estimators[0]
-    for columns in est.columns, est.columns + 2 * est.model.N:
+    for columns in est.n_columns, est.n_columns + 2 * est.model.N:
         fleet.crew.loop(columns)
 
 

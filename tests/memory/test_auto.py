@@ -20,7 +20,7 @@ def follow(s, expect="both", psi=False, **options):
     is_arx = s.u.shape[2] == 1 and not psi
     est = dw.ARX(2, 2, **options) if is_arx else dw.Regression(4, **options)
     u = np.ascontiguousarray(s.u if is_arx else s.psi)
-    (S, T), C = s.y.shape, est.columns
+    (S, T), C = s.y.shape, est.n_columns
     rows, outs = est._rows(est.start(S), is_one=False), np.empty((S, T, C + 8))
     est.drive(rows, s.y[..., None].copy(), u, outs, est.spec, est.scratch())
     states, status = rows.view(est.dtype).ravel(), outs[..., 3].astype(int)

@@ -24,10 +24,10 @@ SERIES, TOLD = 3, 0.02
 
 def drive(est, y, psi, plain=False):
     """Columns of many series at once: innovation, T, filtered parameters and their variances, status, statistic."""
-    rows, outs = est._rows(est.start(len(y)), is_one=False), np.empty((*y.shape, est.columns + 8))
+    rows, outs = est._rows(est.start(len(y)), is_one=False), np.empty((*y.shape, est.n_columns + 8))
     run = compile.plain_driver(*map(type, est.policies)) if plain else est.drive
     run(rows, np.ascontiguousarray(y[..., None]), np.ascontiguousarray(psi), outs, est.spec, est.scratch())
-    theta, std = outs[..., est.columns : est.columns + 4], outs[..., est.columns + 4 :]
+    theta, std = outs[..., est.n_columns : est.n_columns + 4], outs[..., est.n_columns + 4 :]
     return outs[..., 1], outs[..., 2], theta, std**2, outs[..., 3].astype(int), outs[..., 5]
 
 

@@ -41,14 +41,14 @@ def like_the_theory(est, **more):
 
 def follow(est, y, u):
     """Run uncompiled: filtered parameters, innovations, and q at every sample."""
-    rows, outs, found = est._rows(est.start()), np.empty((1, 1, est.columns + 8)), []
+    rows, outs, found = est._rows(est.start()), np.empty((1, 1, est.n_columns + 8)), []
     for k in range(len(y)):
         compile.plain_driver(*map(type, est.policies))(
             rows, y[None, k : k + 1, None], u[None, k : k + 1], outs, est.spec, est.scratch()
         )
         state = rows.view(est.dtype)
         q = open_ground(state["memory_state"].ravel(), 4).q
-        found.append((outs[0, 0, est.columns : est.columns + 4].copy(), outs[0, 0, 1], q.copy()))
+        found.append((outs[0, 0, est.n_columns : est.n_columns + 4].copy(), outs[0, 0, 1], q.copy()))
     return [np.array(each) for each in zip(*found)]
 
 
@@ -225,10 +225,10 @@ def test_covariance_matching_on_unequal_speeds():
     s = system("c", 100)
     for rule in matching.RULES[:3]:
         est = dw.Regression(4, memory=dw.memory.CovarianceMatching(rule), variance=0.02, scale=CERTAIN, at_rest=True)
-        rows, outs = est._rows(est.start(100), is_one=False), np.empty((100, 600, est.columns + 8))
+        rows, outs = est._rows(est.start(100), is_one=False), np.empty((100, 600, est.n_columns + 8))
         est.drive(rows, s.y[..., None], s.u, outs, est.spec, est.scratch())
         assert np.all(outs[..., 2] > 0) and np.all(rows.view(est.dtype)["D"] >= 0)
-        error = (outs[..., est.columns : est.columns + 4] - s.theta)[:, 50:]
+        error = (outs[..., est.n_columns : est.n_columns + 4] - s.theta)[:, 50:]
         assert np.sqrt(np.mean(error**2)) <= 1.45 * 0.0442  # of the filter that knows
 
 

@@ -31,7 +31,7 @@ def test_the_band_holds_what_it_says(dof):
 
 def mixture_of(trace):
     """Weights, offsets and squared scales of the modes, as the trace has them."""
-    return trace.table[:, 9 : trace.estimator.columns].reshape(len(trace), -1, 3).transpose(2, 0, 1)
+    return trace.table[:, 9 : trace.estimator.n_columns].reshape(len(trace), -1, 3).transpose(2, 0, 1)
 
 
 def test_a_trace_tells_the_mixture_behind_its_band():

@@ -10,7 +10,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.model_average.estimator import ModelAverage
-from ..estimators.model_average.step import NAIVE, SCALES, SEEN, TOLD
+from ..estimators.model_average.step import NAIVE
 from ..estimators.model_average.trace import AverageTrace
 from ..memory.fading import ExponentialForgetting
 from .candidates import Candidate, candidates
@@ -122,7 +122,7 @@ class Identifier:
         runs = [(self._average, self._state), (average, last)]
         evidence = np.concatenate([a.evidence(s)[: len(a.members)] for a, s in runs])
         squares = np.concatenate([a.squares(s)[: len(a.members)] for a, s in runs])
-        count = float(last["own"][SEEN]) - average.task.settle
+        count = float(last["own"]["seen"]) - average.task.settle
         count = count if count > 0 else math.nan  # too short a record to compare models by
         naive = dict(zip(NAIVE, np.sqrt(average.squares(last)[len(others) :] / count).tolist()))
         self.naive = {name: naive[name] for name in BASELINES}
@@ -135,7 +135,7 @@ class Identifier:
     @property
     def baselines(self) -> dict[str, float]:
         """Errors of last value and mean in all samples so far, as ``naive`` has them of the first piece."""
-        count = float(self._state["own"][SEEN]) - self._average.task.settle
+        count = float(self._state["own"]["seen"]) - self._average.task.settle
         squares = self._average.squares(self._state)[-len(NAIVE) :]
         found = dict(zip(NAIVE, np.sqrt(squares / (count if count > 0 else math.nan)).tolist()))
         return {name: found[name] for name in BASELINES}
@@ -175,7 +175,7 @@ def joined(parts, time) -> AverageTrace:
 
 def widened(part: AverageTrace, names) -> np.ndarray:
     """Return the columns of a piece with a weight for each of ``names``: zero for members that were left out."""
-    head = TOLD + SCALES
+    head = part.estimator.columns["weights"].start
     outs = np.zeros((len(part), head + len(names)))
     outs[:, :head] = part.table[:, :head]
     outs[:, [head + names.index(name) for name in part.names]] = part.table[:, head:]

@@ -109,18 +109,19 @@ class Layout:
         open_row.on(*forms)(self.open)
         _layouts.update(dict.fromkeys(forms, self))
 
-    def replace(self, *more: Field, **sizes: str) -> Layout:
+    def replace(self, *more: Field, given: tuple[str, ...] = (), **sizes: str) -> Layout:
         """Return the same layout with more fields behind, and other sizes."""
-        return Layout(*self.fields, *more, given=self.given, **{**self.sizes, **sizes})
+        return Layout(*self.fields, *more, given=given or self.given, **{**self.sizes, **sizes})
 
     def dtype(self, *form, more=()) -> np.dtype:
         """Return the type of a row, by its fields; ``more`` are fields, as NumPy wants them, behind its own."""
         names = [field.name for field in self.fields]
         return np.dtype([(name, float, shape) for name, shape in zip(names, self._shapes(*form))] + list(more))
 
-    def at(self, name: str, *form) -> int:
-        """Return where in a row a field begins."""
-        return self.dtype(*form).fields[name][1] // 8  # type: ignore[index]
+    def slices(self, *form) -> dict[str, slice]:
+        """Return where in a row each field lies."""
+        fields: Any = self.dtype(*form).fields
+        return {name: slice(at // 8, at // 8 + kind.itemsize // 8) for name, (kind, at) in fields.items()}
 
     # --- writing ---------------------------------------------------------------------------------------------
 

@@ -10,9 +10,11 @@ import numpy as np
 
 from ..engine import compile, validation
 from ..engine.errors import InputError
+from ..engine.layout import Layout
 from ..models.canonical import power_of_two
 from ..results.snapshot import register
 from ..results.trace import Trace, width
+from .common.columns import SAMPLE
 from .common.times import instants
 
 
@@ -43,8 +45,7 @@ class Estimator:
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
     trace_kind: Any = Trace  # what a run over a record returns
-    columns = 4  # prediction, innovation, variance, status: what the trace holds before means and spreads
-    step_columns = 4  # of these, for all outputs, what a sample on its own is shown
+    sample_layout: Layout = SAMPLE  # what the loop writes of each sample, before estimates and their spread
     _s0: np.ndarray
     _D0: np.ndarray
     _U0: np.ndarray
@@ -84,6 +85,27 @@ class Estimator:
         y_scale = power_of_two(y) if self.outputs is None else [power_of_two(c) for c in y.T]
         scales = dict(y_scale=y_scale, u_scale=[power_of_two(c) for c in u.T] or 1.0)
         return type(self)(**self.options | {name: scale for name, scale in scales.items() if name in self.options})
+
+    # --- columns -------------------------------------------------------------------------------------------
+
+    @cached_property
+    def columns(self) -> dict[str, slice]:
+        """Where in ``trace.table`` the columns of each name lie, as many as there are outputs; estimates follow."""
+        return self.sample_layout.slices(*self._sample_sizes())
+
+    @cached_property
+    def n_columns(self) -> int:
+        """How many columns of ``trace.table`` come before those of the estimates."""
+        return self.sample_layout.size(*self._sample_sizes())
+
+    @property
+    def step_columns(self) -> int:
+        """How many of these a sample on its own is shown."""
+        return self.columns["status"].stop
+
+    def _sample_sizes(self) -> tuple[int, ...]:
+        """Return the sizes that ``sample_layout`` is given."""
+        return (self.outputs or 1,)
 
     # --- running -------------------------------------------------------------------------------------------
 
@@ -167,7 +189,7 @@ class Estimator:
 
     def _width(self, keep) -> int:
         """Return the number of columns of a trace."""
-        return width(keep, self.model.N, self.columns * (self.outputs or 1))
+        return width(keep, self.model.N, self.n_columns)
 
     def _trace(self, y, u, outs, keep, start, end, time):
         trace = self.trace_kind(self, y, u, outs, keep, end, start["observed"], time)

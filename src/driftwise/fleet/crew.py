@@ -30,7 +30,7 @@ class Crew:
         self.width = estimator.dtype.itemsize // 8
         self.outputs, self.inputs = getattr(estimator.model, "outputs", 1), estimator.model.inputs
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
-        self.told = estimator.columns * self.outputs
+        self.told = estimator.n_columns
         self.threads = threads or os.cpu_count() or 1
         self._pool: ThreadPoolExecutor | None = None
 

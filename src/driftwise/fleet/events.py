@@ -113,7 +113,7 @@ class FleetEvents:
         """Return what is known of the events of these kinds."""
         est = self.estimator
         names, watches = est.names, watched(est.options)
-        has_alarm = est.columns > 7 and self.fleet.crew.outputs == 1
+        has_alarm = "which" in est.columns and self.fleet.crew.outputs == 1
         alarms = outs[:, 5:8].copy() if has_alarm else np.full((len(which), 3), np.nan)
         alarms[np.array(kind) > 0] = np.nan
         jumps = {

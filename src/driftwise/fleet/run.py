@@ -50,8 +50,8 @@ class FleetRun:
         self.intake = Intake(fleet, **options)
         self.tally, self.events = self.intake.tally, FleetEvents(fleet)
         self.rows = 0
-        est, p = fleet.estimators[0], fleet.crew.outputs
-        self._head, self._n, self._N = est.columns * p, est.model.n, est.model.N
+        est = fleet.estimators[0]
+        self._head, self._n, self._N = est.n_columns, est.model.n, est.model.N
 
     def go(self, source, batch: int, after: Callable[[], None]) -> None:
         """Take what is left of a table, batch by batch; ``after`` is called behind each of them."""

@@ -88,7 +88,7 @@ def adaptation(line, trace, found) -> list:
     """Return the memory in samples, and the detector's statistic where there is a detector."""
     import numpy as np
 
-    if trace.estimator.columns <= 5:
+    if "weight" not in trace.estimator.columns:
         return []
     memory, made = trace.estimator.options.get("memory"), []
     if parts_of.has_weight(memory):

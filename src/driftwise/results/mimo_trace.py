@@ -61,9 +61,9 @@ class TraceMIMO(Trace):
         """Bits of `driftwise.Status`, (T, p)."""
         return self._of_outputs(3).astype(np.int64)
 
-    def _extra(self, column):
-        super()._extra(column)
-        return self._of_outputs(column)
+    def _extra(self, name):
+        super()._extra(name)
+        return self.table[:, self.estimator.columns[name]]
 
     @property
     def is_used(self) -> np.ndarray:
@@ -74,8 +74,8 @@ class TraceMIMO(Trace):
     def dof(self) -> np.ndarray:
         """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T, p)."""
         est = self.estimator
-        if est.columns > 8:
-            return self._extra(8)
+        if "dof" in est.columns:
+            return self._extra("dof")
         if isinstance(est.scale, KnownScale):
             return np.full(self.y.shape, np.inf)
         used, found = self.is_used, np.empty(self.y.shape)
@@ -84,9 +84,6 @@ class TraceMIMO(Trace):
             before = np.cumsum(mine).reshape(mine.shape) - mine + self.observed_before[group].sum()
             found[:, group] = est.scale.alpha + (before - est.spent[g]) / 2
         return 2 * np.maximum(found, 0.5)
-
-    def _columns(self, first, count, least):
-        return super()._columns(first + self.estimator.columns * (self.estimator.model.outputs - 1), count, least)
 
     def model(self, at: int = -1) -> ModelMIMO:  # type: ignore[override]
         """Return the model at a sample (the last by default), with the covariance of its parameters.
@@ -113,7 +110,7 @@ class TraceMIMO(Trace):
         table = {"time": self.time, **numbered("y", self.y), **u}
         for name in ("prediction", "innovation", "variance", "dof", "status"):
             table |= numbered(name, getattr(self, name))
-        if self.estimator.columns > 5:
+        if "weight" in self.estimator.columns:
             table |= {**numbered("weight", self.weight), **numbered("statistic", self.statistic)}
         names = (form.state_names if form.n else []) + form.names
         if KEEP.index(self.keep) >= KEEP.index("means"):
@@ -143,7 +140,8 @@ class TraceMIMO(Trace):
         columns = {name: getattr(self, name).T for name in names}
         each = [{name: c[i] for name, c in columns.items()} for i in range(self.y.shape[1])]
         p, at = self.y.shape[1], self.estimator.model.theta_at
-        alarms = [self.table[:, 5 * p + i : 8 * p : p] for i in range(p)] if self.estimator.columns > 7 else [None] * p
+        has_alarms = "which" in self.estimator.columns
+        alarms = [self.table[:, 5 * p + i : 8 * p : p] if has_alarms else None for i in range(p)]
 
         def own(name, i):
             return getattr(self, name)[:, at[i] : at[i + 1]] if self.has_bars else None

@@ -74,7 +74,7 @@ class ObserverTrace(Trace):
     @property
     def statistic(self) -> np.ndarray:
         """The detector's statistic relative to its threshold: 1 and more is an alarm, (T,)."""
-        return self.table[:, self.estimator.columns - 1]
+        return self.table[:, self.estimator.columns["statistic"].start]
 
     @property
     def is_used(self) -> np.ndarray:
@@ -109,7 +109,7 @@ class ObserverTrace(Trace):
     def _kept(self, which, least):
         if KEEP.index(self.keep) < KEEP.index(least):
             raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
-        N, first = self.estimator.model.N, self.estimator.columns
+        N, first = self.estimator.model.N, self.estimator.n_columns
         return self.table[:, first + which * N : first + (which + 1) * N]
 
     @property

@@ -20,8 +20,6 @@ from .frames import as_frame
 KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
 
-TOLD = 9  # where the columns begin that a mixture fills
-
 
 def width(keep: str, N: int, head: int = 4) -> int:
     """Return the number of columns the driver writes for each sample."""
@@ -79,20 +77,20 @@ class Trace:
         """Bits of `driftwise.Status`, (T,)."""
         return self.table[:, 3].astype(np.int64)
 
-    def _extra(self, column):
-        if self.estimator.columns <= column:
+    def _extra(self, name):
+        if name not in self.estimator.columns:
             raise InputError(f"{type(self.estimator).__name__} does not record it: recursive estimators do")
-        return self.table[:, column]
+        return self.table[:, self.estimator.columns[name].start]
 
     @property
     def weight(self) -> np.ndarray:
         """Effective number of samples behind the estimate, 1/gain, (T,)."""
-        return self._extra(4)
+        return self._extra("weight")
 
     @property
     def statistic(self) -> np.ndarray:
         """The detector's statistic relative to its threshold: 1 and more is an alarm, (T,)."""
-        return self._extra(5)
+        return self._extra("statistic")
 
     @property
     def is_used(self) -> np.ndarray:
@@ -102,8 +100,8 @@ class Trace:
     @property
     def dof(self) -> np.ndarray:
         """Degrees of freedom of the Student-t prediction; infinite where the noise is known, (T,)."""
-        if self.estimator.columns > 8:
-            return self.table[:, 8]
+        if "dof" in self.estimator.columns:
+            return self._extra("dof")
         scale = self.estimator.scale
         if isinstance(scale, KnownScale):
             return np.full(len(self), np.inf)
@@ -112,19 +110,19 @@ class Trace:
 
     def mixture(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return what the predictions of a mixture are made of: weights, offsets, scales (T, M), and dof (T,)."""
-        M = (self.estimator.columns - TOLD) // 3
-        parts = self.table[:, TOLD : TOLD + 3 * M].reshape(len(self), M, 3)
+        parts = self.table[:, self.estimator.columns["mixture"]].reshape(len(self), -1, 3)
         return parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof
 
     @property
     def is_mixture(self) -> bool:
         """Whether predictions are mixtures, so that bands are quantiles of their own."""
-        return self.estimator.columns > TOLD
+        at = self.estimator.columns.get("mixture", slice(0, 0))
+        return at.stop > at.start
 
     def _columns(self, first, count, least):
         if KEEP.index(self.keep) < KEEP.index(least):
             raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
-        first += self.estimator.columns
+        first += self.estimator.n_columns
         return self.table[:, first : first + count]
 
     @property
@@ -261,7 +259,7 @@ class Trace:
 
     def alarm(self, k):
         """Return statistic, since and which of the detector, None where the estimator does not write them."""
-        return self.table[k, 5:8] if self.estimator.columns > 7 else None
+        return self.table[k, 5:8] if "which" in self.estimator.columns else None
 
     def what_changed(self, event, samples: int = 100):
         """Return which parameter no longer fits after a jump: a `ScoreTest` of the samples since it began.
@@ -311,7 +309,7 @@ class Trace:
         u = {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
         table = {"time": self.time, "y": self.y, **u, "prediction": self.prediction, "innovation": self.innovation}
         table |= {"variance": self.variance, "dof": self.dof, "status": self.status}
-        if self.estimator.columns > 5:
+        if "weight" in self.estimator.columns:
             table |= {"weight": self.weight, "statistic": self.statistic}
         n = self.estimator.model.n
         if self.keep != "innovations":

@@ -32,7 +32,7 @@ def records(runs, levels=(0.1, 0.3, 0.1, 0.3), seed=1, segment=500):
 
 def run(est, y):
     """Gains and alarms (runs, T)."""
-    outs = np.empty((*y.shape, est.columns + 2))
+    outs = np.empty((*y.shape, est.n_columns + 2))
     rows = est._rows(est.start(len(y)), is_one=False)
     est.drive(rows, y[..., None].copy(), np.zeros((*y.shape, 0)), outs, est.spec, est.scratch())
     return outs[..., -1], outs[..., 6]

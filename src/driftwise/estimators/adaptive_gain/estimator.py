@@ -18,9 +18,10 @@ from ...models.convert import Model
 from ...models.gain import GainPlant
 from ...models.scale import InverseGamma, KnownScale
 from ..arx.methods import LeastSquares
+from ..common.columns import GAIN_SAMPLE
 from ..common.posterior import Posterior
 from . import step as _step  # registers the step
-from .row import COLUMNS, GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
+from .row import GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
 
 USUAL = 0.2  # Q/R of the gain to start from: .36 for a random walk
 RADIUS = 1 - 1e-3
@@ -105,7 +106,7 @@ class AdaptiveGain(Posterior):
     0.38 +- 0.08, the best is 0.39
     """
 
-    columns = COLUMNS
+    sample_layout = GAIN_SAMPLE
 
     def __init__(
         self,

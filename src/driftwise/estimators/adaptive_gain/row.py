@@ -7,8 +7,9 @@ import numpy as np
 from ...engine.dispatch import Vector, open_scratch
 from ...engine.layout import Field, Layout, policy
 from ..arx.row import HEAD
+from ..common.columns import GAIN_SAMPLE
 
-COLUMNS = 8  # prediction, innovation, variance, status, weight, statistic, since, which
+COLUMNS = GAIN_SAMPLE.size(1)
 INNOVATION, PULL, PROBES = range(3)  # what the detector listens to
 
 

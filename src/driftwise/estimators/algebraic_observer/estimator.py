@@ -19,7 +19,7 @@ from ..common.observer import Observed, Observer, check_names
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
 from .relation import Relation, known
-from .row import ALGEBRAIC, COLUMNS, Algebraic, scratch_size
+from .row import ALGEBRAIC, Algebraic, scratch_size
 from .theorem import Theorem
 
 
@@ -127,7 +127,6 @@ class AlgebraicObserver(Observer):
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, Silent())
         self.spec = flatten(self.policies)
         self.dtype, self.scratch_size = ALGEBRAIC.dtype(form), scratch_size(form)
-        self.columns = self.step_columns = COLUMNS
 
     @classmethod
     def of_equation(cls, a, b=(), **options) -> AlgebraicObserver:

@@ -6,9 +6,10 @@ import numpy as np
 
 from ...engine.dispatch import Vector, open_scratch
 from ...engine.layout import Field, Layout
+from ..common.columns import OBSERVER_SAMPLE
 from ..window_observer.row import HEAD
 
-COLUMNS = 5  # prediction, innovation, variance, status, statistic (0: nothing watches)
+COLUMNS = OBSERVER_SAMPLE.size(1)
 
 
 class Algebraic(NamedTuple):

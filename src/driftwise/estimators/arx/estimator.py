@@ -22,6 +22,7 @@ from ...models.equation import Equation
 from ...models.noise import White
 from ...models.scale import InverseGamma, KnownScale
 from ..algebraic_start.start import AlgebraicStart, prepare_equation
+from ..common.columns import RECURSIVE_SAMPLE
 from ..common.posterior import Posterior
 from ..joint.estimator import WIDTH
 from ..smoothing.estimator import InHindsight
@@ -29,7 +30,7 @@ from . import step as _step  # noqa: F401  (registers the step)
 from .gradient import LagsAlone, gradient
 from .instruments import InstrumentalLags, Instruments, instruments
 from .methods import LeastSquares
-from .row import COLUMNS, HOLD, PREDICT, SKIP, Lags
+from .row import HOLD, PREDICT, SKIP, Lags
 from .speeds import read as read_speeds
 
 METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone, "lms": LagsAlone}
@@ -39,7 +40,7 @@ MISSING = {"predict": PREDICT, "hold": HOLD, "skip": SKIP}
 class Recursive(Posterior):
     """What every recursive estimator has: a prior, a memory, a gate, and rows that the compiled step advances."""
 
-    columns = COLUMNS
+    sample_layout = RECURSIVE_SAMPLE
     _tells = True  # a trace has columns for what a mixture is made of
 
     def _prepare(self, form, own: int = 0):
@@ -62,7 +63,6 @@ class Recursive(Posterior):
         memory, detector, settle, memory_size = adaptation(self._memory(R), setting)
         fill = 0.0 if options["at_rest"] else form.fill
         told = float(getattr(memory, "told", 0)) if self._tells else 0.0
-        self.columns = COLUMNS + int(told)
         form = form._replace(
             N=float(N),
             memory_size=memory_size,
@@ -80,6 +80,9 @@ class Recursive(Posterior):
         self.spec = flatten(self.policies)
         self.dtype = layout_of(form).dtype(form)
         self.scratch_size = 5 * N + own
+
+    def _sample_sizes(self) -> tuple[int, ...]:
+        return 1, int(self.policies[0].told)
 
     def _memory(self, R) -> Any:
         """Return the memory of all parameters."""

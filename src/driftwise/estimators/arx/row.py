@@ -7,11 +7,12 @@ import numpy as np
 from ...engine.dispatch import Size, Vector, choice, kernel, open_scratch
 from ...engine.layout import Field, Layout, each, joined, numbers, policy
 from ...engine.views import matrix
+from ..common.columns import RECURSIVE_SAMPLE
 from ..common.inputs import each_input
 
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, COUNT, CHI2, LOGDET, SCORE, WEIGHT, TOP, PAST = range(11)  # of the head of a row
 PREDICT, HOLD, SKIP = range(3)  # what stands for a missing number among the regressors
-COLUMNS = 9  # prediction, innovation, variance, status, weight, statistic, since, which, dof; then what a mixture tells
+COLUMNS = RECURSIVE_SAMPLE.size(1, 0)
 HUGE = 1e60  # beyond this a product of four, and of a variance, would overflow
 
 

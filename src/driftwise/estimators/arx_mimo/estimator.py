@@ -17,9 +17,9 @@ from ...models.equation import Equations
 from ...models.scale import InverseGamma, KnownScale
 from ...results.mimo_trace import TraceMIMO
 from ..arx.estimator import Recursive
-from ..arx.row import COLUMNS
 from ..arx.speeds import read as read_speeds
 from ..base import Estimator
+from ..common.columns import RECURSIVE_SAMPLE
 from ..common.posterior import directions
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import SEVERAL, Channel, Several, scratch_size
@@ -97,7 +97,7 @@ class ARXMIMO(Estimator):
     ['a1.11 -1.2', 'a2.11 0.5', 'a1.12 0.0', 'a2.12 -0.1']
     """
 
-    columns = COLUMNS
+    sample_layout = RECURSIVE_SAMPLE
     trace_kind = TraceMIMO
     is_split = True
     link_words = "each equation is right, but the bars of poles and gains leave the link out"
@@ -134,7 +134,7 @@ class ARXMIMO(Estimator):
         for i, (a, b) in enumerate(zip(form.na, form.nb)):
             if not any(a + b):
                 raise InputError(f"the equation of output {i + 1} has no regressor: na[{i}] and nb[{i}] are all zero")
-        self.outputs, self.step_columns = p, 4 * p
+        self.outputs = p
         self.dt = validation.positive("dt", dt)
         self.y_scale, self.u_scale = validation.sizes("y_scale", y_scale, p), validation.sizes("u_scale", u_scale, k)
         self.unknowns, self.groups = form.sizes, [[i] for i in range(p)]
@@ -154,6 +154,9 @@ class ARXMIMO(Estimator):
         self.scratch_size = scratch_size(shape, max(part.scratch_size for part in self.parts))
 
     # --- settings ------------------------------------------------------------------------------------------
+
+    def _sample_sizes(self) -> tuple[int, ...]:
+        return self.model.outputs, 0
 
     def _equations(self) -> list[OneOfSeveral]:
         """Return the policies of each equation, each with its part of the prior."""

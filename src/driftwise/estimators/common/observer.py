@@ -11,6 +11,7 @@ from ...engine.errors import InputError
 from ...models.plant import Augmented
 from ...results.observer_trace import ObserverTrace, width
 from ..base import Estimator
+from .columns import OBSERVER_SAMPLE
 from .times import instants
 
 
@@ -52,6 +53,7 @@ class Observer(Estimator):
 
     takes_instants = True
     trace_kind = ObserverTrace
+    sample_layout = OBSERVER_SAMPLE
 
     model: Observed
     plant: Augmented
@@ -64,8 +66,16 @@ class Observer(Estimator):
         """Return a fresh state, or ``series`` of them."""
         return np.zeros(() if series is None else validation.count("series", series), self.dtype)
 
+    @property
+    def step_columns(self) -> int:
+        """A sample on its own is shown all of them."""
+        return self.n_columns
+
+    def _sample_sizes(self) -> tuple[int, ...]:
+        return (self.model.outputs,)
+
     def _width(self, keep) -> int:
-        return width(keep, self.model.N, self.columns)
+        return width(keep, self.model.N, self.n_columns)
 
     def _clock(self, start, end, samples) -> np.ndarray:
         first = float(start["time"]) + self.dt if start["samples"] > 0 else 0.0

@@ -125,7 +125,7 @@ class JointMIMO(Estimator):
         inputs = validation.count("inputs", inputs)
         self.options["structure"] = nu = indices(structure, inputs)
         self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
-        self.outputs, self.step_columns = form.outputs, 4 * form.outputs
+        self.outputs = form.outputs
         self.dt = validation.positive("dt", dt)
         self.y_scale = validation.sizes("y_scale", y_scale, form.outputs)
         self.u_scale = validation.sizes("u_scale", u_scale, inputs)

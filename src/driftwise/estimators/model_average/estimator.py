@@ -14,7 +14,7 @@ from ...models.canonical import power_of_two
 from ..base import Estimator
 from ..common.posterior import Posterior
 from . import step as _step
-from .step import BLOCKS, HEAD, NAIVE, PREDICTION, SCALES, VARIANCE, Averaging
+from .step import AVERAGE, AVERAGE_SAMPLE, NAIVE, PREDICTION, VARIANCE, Averaging
 from .trace import AverageTrace
 
 
@@ -80,6 +80,8 @@ class ModelAverage(Estimator):
 
     names: Any = ()
 
+    sample_layout = AVERAGE_SAMPLE
+
     def __init__(
         self,
         members,
@@ -129,8 +131,7 @@ class ModelAverage(Estimator):
             validation.count("settle", settle), self.y_scale**2,
         )  # fmt: skip
         fields = [(f"member{i}", m.dtype) for i, m in enumerate(self.members)]
-        self.dtype = np.dtype([*fields, ("own", float, (_step.own_size(M),))])
-        self.columns = self.step_columns = _step.told_size(M)
+        self.dtype = np.dtype([*fields, ("own", AVERAGE.dtype(M))])
         self.spec, self.scratch_size = flatten([self.task]), 0
 
     def __repr__(self):
@@ -154,9 +155,17 @@ class ModelAverage(Estimator):
 
     # --- running -------------------------------------------------------------------------------------------
 
+    @property
+    def step_columns(self) -> int:
+        """A sample on its own is shown all of them."""
+        return self.n_columns
+
+    def _sample_sizes(self) -> tuple[int, ...]:
+        return (len(self.members),)
+
     def _width(self, keep) -> int:
         validation.one_of("keep", keep, ("std",))  # weights and densities are always there
-        return self.columns
+        return self.n_columns
 
     def _trace(self, y, u, outs, keep, start, end, time):
         return AverageTrace(self, y, u, outs, end, time)
@@ -169,7 +178,7 @@ class ModelAverage(Estimator):
         at = 0
         for i, member in enumerate(self.members):
             width = member.dtype.itemsize // 8
-            own, said = rows[:, at : at + width].copy(), np.empty((S, T, member.columns))
+            own, said = rows[:, at : at + width].copy(), np.empty((S, T, member.n_columns))
             member.drive(
                 own, ys, us if member.model.inputs else us[..., :0].copy(), said, member.spec, member.scratch()
             )
@@ -190,23 +199,20 @@ class ModelAverage(Estimator):
 
     def weights(self, state) -> np.ndarray:
         """Return the weight of each member and of the naive forecasters, in the order of ``all_names``."""
-        return np.exp(self._own(state)[0])
+        return np.exp(state["own"]["logs"])
 
     def evidence(self, state) -> np.ndarray:
         """Return the log density, in units of y_scale, each member gave to all outputs from the ``settle``-th on."""
-        return self._own(state)[1].copy()
+        return state["own"]["evidence"].copy()
 
     def squares(self, state) -> np.ndarray:
         """Return the sum of squared errors of each member, from the ``settle``-th measured sample on."""
-        return self._own(state)[2].copy()
+        return state["own"]["squares"].copy()
 
     @property
     def all_names(self) -> list[str]:
         """Names of the members, and of the naive forecasters behind them."""
         return [*self.names, *NAIVE]
-
-    def _own(self, state) -> np.ndarray:
-        return np.asarray(state)["own"][HEAD + SCALES :].reshape(BLOCKS, -1)
 
     def narrowed(self, state, keep) -> tuple[ModelAverage, np.ndarray]:
         """Return an average of fewer members, and the state that continues this one's.
@@ -221,9 +227,10 @@ class ModelAverage(Estimator):
         after, M = fewer.start(), len(self.members)
         for new, old in enumerate(keep):
             after[f"member{new}"] = state[f"member{old}"]
-        own = self._own(state)[:, [*keep, *range(M, M + len(NAIVE))]]
-        own[0] -= np.log(np.exp(own[0]).sum())
-        after["own"] = np.concatenate([state["own"][: HEAD + SCALES], own.ravel()])
+        own, chosen = state["own"], [*keep, *range(M, M + len(NAIVE))]
+        for name, shape in ((field.name, field.shape) for field in AVERAGE.fields):
+            after["own"][name] = own[name][chosen] if shape == ("all",) else own[name]
+        after["own"]["logs"] -= np.log(np.exp(after["own"]["logs"]).sum())
         return fewer, after
 
 

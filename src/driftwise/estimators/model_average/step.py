@@ -16,18 +16,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import kernel, pass_over
+from ...engine.layout import Field, Layout, each, numbers
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
-# of a state: samples taken, last and last but one y, the smallest step of y so far, mean of y, long-run mean of e^2
-# and the samples behind it; the q_j; then of each member: log weight, evidence, squared errors, c, samples behind c
-SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT, HEAD = range(8)
-BLOCKS = 5
-# of a row of the trace
-PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, BASE, LEVEL, FLOOR, TOLD = range(11)
+SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
+PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, BASE, LEVEL, FLOOR, TOLD = range(11)  # of a trace's row
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
@@ -50,24 +47,56 @@ class Averaging(NamedTuple):
     unit: float  # y_scale^2
 
 
-def own_size(members: int) -> int:
-    """Return how many numbers a state has beside its members' own."""
-    return HEAD + SCALES + BLOCKS * (members + len(NAIVE))
-
-
-def told_size(members: int) -> int:
-    """Return how many columns a row of the trace has: those above, the q_j, the weights."""
-    return TOLD + SCALES + members + len(NAIVE)
+AVERAGE = Layout(
+    *numbers(
+        "head",
+        seen="samples taken",
+        last="last y",
+        before="the one before",
+        step="the smallest step of y so far",
+        mean="mean of y",
+        long="long-run mean of e^2",
+        long_count="samples behind it",
+    ),
+    Field("tails", ("SCALES",), "q_j: samples that each scale of the tails is worth"),
+    *each(
+        "all",
+        logs="each member, and each naive forecaster: log weight",
+        evidence="log density that it gave to all outputs that count",
+        squares="its squared errors",
+        ratio="c: mean of e^2/S",
+        behind="samples behind c",
+    ),
+    given=("members",),
+    all="members + len(NAIVE)",
+)
+open_average = kernel(AVERAGE.open)
+AVERAGE_SAMPLE = Layout(
+    *each(
+        prediction="y(t) given everything before t",
+        innovation="y(t) less that; NaN where y is missing",
+        variance="of the innovation",
+        status="bits",
+        log_score="log density given to y",
+        lower="share of the density below y",
+        upper="and above",
+        base="s: variance of the mixture, before its tails",
+        level="long-run mean of e^2",
+        floor="least variance",
+    ),
+    Field("shares", ("SCALES",), "q_j of the density"),
+    Field("weights", ("members + len(NAIVE)",), "of each member, and of each naive forecaster"),
+    given=("members",),
+)
 
 
 def fresh(task: Averaging) -> np.ndarray:
     """Return the state before the first sample: equal weights, a density near the normal one."""
-    row = np.zeros(own_size(int(task.members)))
-    row[LAST] = row[BEFORE] = row[STEP] = np.nan
-    row[LONG] = task.unit
-    fill_tails(row[HEAD:])
-    row[HEAD + SCALES :].reshape(BLOCKS, -1)[3] = 1.0
-    return row
+    state = np.zeros((), AVERAGE.dtype(int(task.members)))
+    state["last"] = state["before"] = state["step"] = np.nan
+    state["long"], state["ratio"] = task.unit, 1.0
+    fill_tails(state["tails"])
+    return state
 
 
 @kernel
@@ -222,15 +251,14 @@ def tell(row, q, y, mean, base, floor, out):
 
 
 @pass_over.on(Averaging)
-def pass_over_averaging(task, rows, q, kept, out, numbers):
+def pass_over_averaging(task, rows, q, kept, out, state):
     """Average over a record: y in ``rows``, the members' predictions in ``q``, their variances in ``kept``.
 
     ``q`` and ``kept`` have columns for the naive members, which are filled here.
     """
     M = q.shape[1]
-    row, tails, own = numbers, numbers[HEAD : HEAD + SCALES], numbers[HEAD + SCALES :]
-    logs, evidence, squares = own[:M], own[M : 2 * M], own[2 * M : 3 * M]
-    ratio, behind, scores = own[3 * M : 4 * M], own[4 * M : 5 * M], own[5 * M :]
+    row, tails, logs, evidence, squares, ratio, behind = open_average(state, M - len(NAIVE))
+    scores = state[state.size - M :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):

@@ -69,7 +69,7 @@ class AverageTrace:
     @property
     def weights(self) -> np.ndarray:
         """Weight of each member and of the naive forecasters in the prediction, (T, M), in the order of ``names``."""
-        return self.table[:, step.TOLD + step.SCALES :]
+        return self.table[:, self.estimator.columns["weights"]]
 
     @property
     def names(self) -> list[str]:
@@ -86,7 +86,7 @@ class AverageTrace:
         base, level = self.table[:, [step.BASE]], self.table[:, [step.LEVEL]]
         scales = np.hstack([base * np.array(step.FAST), level * np.array(step.SLOW)])
         least = self.table[:, [step.FLOOR]]
-        return self.table[:, step.TOLD : step.TOLD + step.SCALES], np.sqrt(np.maximum(scales, least))
+        return self.table[:, self.estimator.columns["shares"]], np.sqrt(np.maximum(scales, least))
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval at each sample, a quantile of the density, (T,)."""

@@ -123,7 +123,7 @@ class TrackEstimator:
             noise=noise, tails=tails,
         )  # fmt: skip
         self.dtype = np.dtype([("row", float, (bank.row_size(C),))])
-        self.columns = bank.columns(C)
+        self.n_columns = bank.columns(C)
         self.names = bank.names(C)
 
     def __repr__(self):
@@ -209,7 +209,7 @@ class TrackEstimator:
     def run(self, row, time, position, R) -> np.ndarray:
         """Advance a state's numbers in place, unchecked; return the columns of the trace (T, columns)."""
         go, kept, spec = self._drive
-        outs = np.empty((len(time), self.columns))
+        outs = np.empty((len(time), self.n_columns))
         rows = np.empty((len(time), 1 + self.coordinates))
         rows[:, 0], rows[:, 1:] = time, position
         go(rows, R, kept, outs, row, spec)

@@ -166,7 +166,6 @@ class WindowObserver(Observer):
         self.spec = flatten(self.policies)
         self.dtype = layout_of(form).dtype(form)
         self.scratch_size = self._form.scratch_size(form)
-        self.columns = self.step_columns = 4 * p + 1
 
     def _build(self) -> tuple[Any, Any]:
         """Return the module of the form, and the form."""

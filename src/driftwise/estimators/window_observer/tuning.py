@@ -62,7 +62,7 @@ class Record:
         if time is not None:
             time = est._instants(time, len(self.ys), est.start())
             self.seconds, us = float(time[-1] - time[0]), np.column_stack([us, time])
-        self.us, self.table = us, np.empty((1, len(self.ys), est.columns))
+        self.us, self.table = us, np.empty((1, len(self.ys), est.n_columns))
 
     def loglik(self, walks, factor) -> float:
         """Return the log-likelihood of the record under these walks and so many times the noise deviation."""

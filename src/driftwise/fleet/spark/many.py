@@ -35,7 +35,7 @@ class Many:
         self.estimator = unship(shipped)
         self.fleet = Fleet(self.estimator, threads=1)  # Spark has one worker for each core
         model, p = self.estimator.model, self.fleet.crew.outputs
-        self.head, self.n, self.N = self.estimator.columns * p, model.n, model.N
+        self.head, self.n, self.N = self.estimator.n_columns, model.n, model.N
         self.columns = 4 * p if keep == "innovations" else width(keep, model.N, self.head)
         self.keep, self.every = keep, every
         self.last, self.counts = np.empty(0), np.empty((0, len(COUNTS)))

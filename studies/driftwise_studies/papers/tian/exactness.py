@@ -207,7 +207,7 @@ def _irregular():
     est = dw.WindowObserver(plant, 5.0, noise_std=1.0, disturbances=load, hold="zoh", dt=0.1, irregular=True)
     state = est.start()
     rows = state.reshape(1).view(float).reshape(1, -1)
-    outs = np.empty((1, len(GAPS), est.columns))
+    outs = np.empty((1, len(GAPS), est.n_columns))
     with np.errstate(all="ignore"):
         compile.plain_driver(*map(type, est.policies))(
             rows, np.array(GAPS)[None, :, None], np.column_stack([HELD, INSTANTS])[None], outs, est.spec, est.scratch()
