@@ -10,7 +10,8 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.errors import InputError
-from ..estimators.joint.estimator import WIDTH, Joint
+from ..estimators.common.priors import WIDTH
+from ..estimators.joint.estimator import Joint
 from ..models.canonical import power_of_two
 from ..models.noise import EquationError
 from ..models.scale import InverseGamma, KnownScale

@@ -20,6 +20,8 @@ from ...models.scale import InverseGamma, KnownScale
 from ..arx.methods import LeastSquares
 from ..common.columns import GAIN_SAMPLE
 from ..common.posterior import Posterior
+from ..common.priors import factors_of
+from ..common.settings import arguments
 from . import step as _step  # registers the step
 from .row import GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
 
@@ -128,10 +130,7 @@ class AdaptiveGain(Posterior):
         y_scale: float = 1.0,
         dt: float = 1.0,
     ):
-        self.options: dict[str, Any] = dict(
-            Phi=Phi, H=H, B=B, method=method, memory=memory, detector=detector, restart=restart, gate=gate,
-            limits=limits, scale=scale, scale_samples=scale_samples, K0=K0, P0=P0, x0=x0, y_scale=y_scale, dt=dt,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self.model = plant = _plant(Phi, H, B)
         if method not in ("rpem", "plr") or (method == "plr" and plant.n > 1):
             raise InputError(
@@ -185,12 +184,8 @@ class AdaptiveGain(Posterior):
         P = np.diag(usual**2) * (1.0 if is_walk else VAGUE)
         P = P if options["P0"] is None else validation.covariance("P0", options["P0"], n)
         P = P if is_walk else P / self.y_scale**2
-        try:
-            U, self._D0 = ud.factor(P)
-        except ValueError:
-            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
         self._s0 = np.concatenate([x0, K0])
-        self._U0, self.prior_covariance = U[ud.packed_indices(n)], np.zeros((2 * n, 2 * n))
+        (self._U0, self._D0), self.prior_covariance = factors_of(P), np.zeros((2 * n, 2 * n))
         self.prior_covariance[n:, n:] = P
 
     def _resolve_detector(self, detector, is_walk):

@@ -15,6 +15,7 @@ from ...models.equation import Equation
 from ...models.scale import InverseGamma
 from ..arx.estimator import Recursive
 from ..base import Estimator
+from ..common.settings import arguments
 from .step import Filtered
 
 LONGEST = 100_000  # samples that the filter is waited for
@@ -84,11 +85,7 @@ class AdaptiveObserver(Recursive):
         u_scale=1.0,
         dt: float = 1.0,
     ):
-        self.options: dict[str, Any] = dict(
-            order=order, poles=poles, inputs=inputs, memory=memory, gate=gate, offset=offset, variance=variance,
-            scale=scale, missing=missing, at_rest=at_rest, theta0=theta0, P0=P0, y_scale=y_scale, u_scale=u_scale,
-            dt=dt,
-        )  # fmt: skip
+        self.options = arguments(locals())
         if isinstance(poles, np.ndarray):
             self.options["poles"] = poles.tolist()
         n, k = validation.count("order", order, least=1), validation.count("inputs", inputs)

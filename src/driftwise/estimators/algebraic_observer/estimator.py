@@ -16,6 +16,7 @@ from ...engine.errors import InputError
 from ...memory.drift import Constant
 from ...models.scale import InverseGamma, KnownScale
 from ..common.observer import Observed, Observer, check_names
+from ..common.settings import arguments
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
 from .relation import Relation, known
@@ -102,10 +103,7 @@ class AlgebraicObserver(Observer):
         tolerance: Any = None,
         epsilon: float | None = None,
     ):
-        self.options: dict[str, Any] = dict(
-            plant=plant, into=into, dt=dt, hold=hold, degree=degree, frequencies=frequencies, noise_std=noise_std,
-            tolerance=tolerance, epsilon=epsilon,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self.dt, self.irregular = validation.positive("dt", dt), False
         self.degree, self.frequencies = validation.degree("degree", degree), validation.frequencies(frequencies)
         self.noise_std = None if noise_std is None else validation.size("noise_std", noise_std)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...detect.gate import InnovationGate
-from ...engine import ud, validation
+from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...engine.layout import layout_of
@@ -24,7 +24,8 @@ from ...models.scale import InverseGamma, KnownScale
 from ..algebraic_start.start import AlgebraicStart, prepare_equation
 from ..common.columns import RECURSIVE_SAMPLE
 from ..common.posterior import Posterior
-from ..joint.estimator import WIDTH
+from ..common.priors import covariance_of, factors_of, mean_of
+from ..common.settings import arguments
 from ..smoothing.estimator import InHindsight
 from . import step as _step  # noqa: F401  (registers the step)
 from .gradient import LagsAlone, gradient
@@ -93,14 +94,9 @@ class Recursive(Posterior):
         return LeastSquares(R)
 
     def _set_prior(self, theta0, P0):
-        N = self.model.N
-        self._s0 = np.zeros(N) if theta0 is None else validation.vector("theta0", theta0, N)
-        P = np.diag(WIDTH * self._theta_units()) if P0 is None else validation.covariance("P0", P0, N)
-        try:
-            U, self._D0 = ud.factor(P)
-        except ValueError:
-            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
-        self._U0, self.prior_covariance = U[ud.packed_indices(N)], P
+        order = np.arange(self.model.N)
+        self._s0, P = mean_of("theta0", theta0, order), covariance_of(P0, order, self._theta_units())
+        (self._U0, self._D0), self.prior_covariance = factors_of(P), P
 
     def _theta_units(self) -> np.ndarray:
         """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
@@ -331,11 +327,7 @@ class ARX(InHindsight, Recursive):
         dt: float = 1.0,
         start: str | AlgebraicStart | None = None,
     ):
-        self.options: dict[str, Any] = dict(
-            na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset, variance=variance, scale=scale,
-            missing=missing, at_rest=at_rest, method=method, instruments=instruments, step=step, theta0=theta0,
-            P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, start=start,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self._build(na, nb, nk, offset)
 
     def _build(self, na, nb, nk, offset, labels=(), has_disturbance=False):

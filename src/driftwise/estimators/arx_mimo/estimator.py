@@ -21,6 +21,7 @@ from ..arx.speeds import read as read_speeds
 from ..base import Estimator
 from ..common.columns import RECURSIVE_SAMPLE
 from ..common.posterior import directions
+from ..common.settings import arguments
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import SEVERAL, Channel, Several, scratch_size
 
@@ -123,11 +124,7 @@ class ARXMIMO(Estimator):
         u_scale=1.0,
         dt: float = 1.0,
     ):
-        self.options: dict[str, Any] = dict(
-            outputs=outputs, inputs=inputs, na=na, nb=nb, nk=nk, memory=memory, gate=gate, offset=offset,
-            variance=variance, scale=scale, missing=missing, at_rest=at_rest, theta0=theta0, P0=P0, y_scale=y_scale,
-            u_scale=u_scale, dt=dt,
-        )  # fmt: skip
+        self.options = arguments(locals())
         p, k = validation.count("outputs", outputs, least=1), validation.count("inputs", inputs)
         tables = (_table("na", na, p, p), _table("nb", nb, p, k), _table("nk", nk, p, k))
         self.model = form = Equations(*tables, validation.yes("offset", offset))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...detect.gate import InnovationGate
-from ...engine import ud, validation
+from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError, refuse_class
 from ...memory.drift import Constant, RandomWalk, RestartOnChange
@@ -19,8 +19,9 @@ from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
 from ...models.scale import InverseGamma
 from ..common.posterior import Posterior
+from ..common.priors import covariance_of, factors_of, mean_of
+from ..common.settings import arguments, floor_of
 from ..common.times import instants
-from ..joint.estimator import WIDTH
 from .step import CONTINUOUS, Continuous, drift_over, scratch_size
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
@@ -111,20 +112,14 @@ class ContinuousJoint(Posterior):
         dt: float = 1.0,
         floor: float = 1e-12,
     ):
-        self.options = dict(
-            order=order, inputs=inputs, observer=observer, noise=noise, memory=memory, gate=gate, scale=scale,
-            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self.model = model = Canonical(validation.count("order", order, least=1), validation.count("inputs", inputs))
         n, N = model.n, model.N
         if n > 12:
             raise InputError(f"order must be at most 12, got {order}: beyond, the filters' binomials eat the digits")
         self.dt = validation.positive("dt", dt)
         self.observer = RATE / self.dt if observer is None else validation.positive("observer", observer)
-        self.y_scale = validation.positive("y_scale", y_scale)
-        self.u_scale = validation.each("u_scale", u_scale, inputs)
-        if np.any(self.u_scale <= 0):
-            raise InputError(f"u_scale must be positive, got {u_scale!r}")
+        self.y_scale, self.u_scale = validation.size("y_scale", y_scale), validation.sizes("u_scale", u_scale, inputs)
         if not isinstance(noise, noises.EquationError):
             raise InputError(
                 f"noise must be EquationError(variance) in continuous time, got {noise!r}; for noise on the sensor "
@@ -134,11 +129,11 @@ class ContinuousJoint(Posterior):
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
         self.scale = resolve_scale(scale, relative, N)
         self._set_prior(s0, P0)
-        if not 0.0 <= floor < 1.0:
-            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
         lam, V = filters(n, self.observer)
         detector, settle = resolve_watch(memory, N)
-        shape = Continuous(n, inputs, self.observer, self.dt, floor, settle, detector.state_size(0), lam, V.ravel())
+        shape = Continuous(
+            n, inputs, self.observer, self.dt, floor_of(floor), settle, detector.state_size(0), lam, V.ravel()
+        )
         self.policies = (
             shape,
             kernel_noise,
@@ -154,20 +149,11 @@ class ContinuousJoint(Posterior):
     # --- prior ---------------------------------------------------------------------------------------------
 
     def _set_prior(self, s0, P0):
-        model, back = self.model, self.model.salut
-        n, N = model.n, model.N
-        self._s0 = (np.zeros(N) if s0 is None else validation.vector("s0", s0, N))[back]
-        if P0 is None:
-            x = self.y_scale**2 * self.observer ** (2.0 * np.arange(n))
-            P = WIDTH * np.diag(np.concatenate([x, self._theta_units()]))
-        else:
-            P = validation.covariance("P0", P0, N)[np.ix_(back, back)]
-        try:
-            U, self._D0 = ud.factor(P)
-        except ValueError:
-            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
-        self._U0 = U[ud.packed_indices(N)]
-        self.prior_covariance = P
+        n, order = self.model.n, self.model.salut
+        self._s0 = mean_of("s0", s0, order)
+        x = self.y_scale**2 * self.observer ** (2.0 * np.arange(n))
+        self.prior_covariance = covariance_of(P0, order, np.concatenate([x, self._theta_units()]))
+        self._U0, self._D0 = factors_of(self.prior_covariance)
 
     def _theta_units(self):
         """Return the squared units of theta: powers of the observer's rate, times y over u for b."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...detect.gate import InnovationGate
-from ...engine import ud, validation
+from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.drift import Constant
@@ -18,12 +18,10 @@ from ...models.convert import Model
 from ...models.scale import InverseGamma
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..common.posterior import Posterior
+from ..common.priors import WIDTH, covariance_of, factors_of
+from ..common.settings import arguments, floor_of
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import JOINT, Form, scratch_size
-
-# Default prior variance in units of the data: a ridge of 1e-4. Much wider priors let directions that the inputs do
-# not excite run away on measured records, and spoil a learnt scale while the first samples stand still.
-WIDTH = 1e4
 
 
 class Joint(Posterior):
@@ -105,10 +103,7 @@ class Joint(Posterior):
         form: str | None = None,
         start: str | AlgebraicStart | None = None,
     ):
-        self.options = dict(
-            order=order, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
-            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, form=form, start=start,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self.model = model = Canonical(
             validation.count("order", order, least=1),
             validation.count("inputs", inputs),
@@ -131,8 +126,6 @@ class Joint(Posterior):
         if isinstance(kernel_noise, noises.Coloured):
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
-        if not 0.0 <= floor < 1.0:
-            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
         detector, settle = resolve_watch(memory, N)
         shape = Form(
             n,
@@ -141,7 +134,7 @@ class Joint(Posterior):
             float(model.coloured),
             rows,
             columns,
-            floor,
+            floor_of(floor),
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
             settle,
@@ -167,17 +160,10 @@ class Joint(Posterior):
         elif self.model.coloured and noise.d is not None:
             mean[c] = noises.coefficients(noise.d, n)
         self._s0 = mean[back]
-        if P0 is None:
-            P = WIDTH * np.diag(np.concatenate([np.full(n, self.y_scale**2), self._theta_units()]))
-            if self.model.coloured and not is_relative:
-                P[c, c] = noise.std**2 * np.eye(n)
-        else:
-            P = validation.covariance("P0", P0, N)[np.ix_(back, back)]
-        try:
-            U, self._D0 = ud.factor(P)
-        except ValueError:
-            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
-        self._U0 = U[ud.packed_indices(N)]
+        P = covariance_of(P0, back, np.concatenate([np.full(n, self.y_scale**2), self._theta_units()]))
+        if P0 is None and self.model.coloured and not is_relative:
+            P[c, c] = noise.std**2 * np.eye(n)
+        self._U0, self._D0 = factors_of(P)
         self.prior_covariance = P
         if self.model.coloured and P0 is None and is_relative:
             self._D0[c] = 0.0  # held until sigma^2 is known

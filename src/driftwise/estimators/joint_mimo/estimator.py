@@ -21,7 +21,8 @@ from ...models.structure import Structure, indices
 from ...results.mimo_trace import TraceMIMO
 from ..base import Estimator
 from ..common.posterior import directions
-from ..joint.estimator import WIDTH
+from ..common.priors import covariance_of, mean_of
+from ..common.settings import arguments, floor_of
 from .row import JOINT_MIMO, scratch_size
 from .step import share
 from .tables import prior_factors, tables
@@ -118,10 +119,7 @@ class JointMIMO(Estimator):
         floor: float = 1e-12,
         split: bool | None = None,
     ):
-        self.options = dict(
-            structure=structure, inputs=inputs, direct=direct, noise=noise, memory=memory, gate=gate, scale=scale,
-            s0=s0, P0=P0, y_scale=y_scale, u_scale=u_scale, dt=dt, floor=floor, split=split,
-        )  # fmt: skip
+        self.options = arguments(locals())
         inputs = validation.count("inputs", inputs)
         self.options["structure"] = nu = indices(structure, inputs)
         self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
@@ -130,8 +128,6 @@ class JointMIMO(Estimator):
         self.y_scale = validation.sizes("y_scale", y_scale, form.outputs)
         self.u_scale = validation.sizes("u_scale", u_scale, inputs)
         self._units = form.units(self.y_scale, self.u_scale)
-        if not 0.0 <= floor < 1.0:
-            raise InputError(f"floor is a relative error, at least 0 and below 1, got {floor!r}")
 
         Q, S, R = noises.covariances(noise, form, self.y_scale**2)
         self._set_prior(s0, P0)
@@ -152,7 +148,7 @@ class JointMIMO(Estimator):
             form,
             self.groups,
             kernel_noise,
-            float(floor),
+            floor_of(floor),
             self.spent,
             self.prior_covariance,
             settle,
@@ -186,10 +182,8 @@ class JointMIMO(Estimator):
         return self._units[self.model.n :]
 
     def _set_prior(self, s0, P0):
-        N, back = self.model.N, self.model.salut
-        self._s0 = (np.zeros(N) if s0 is None else validation.vector("s0", s0, N))[back]
-        P = WIDTH * np.diag(self._units) if P0 is None else validation.covariance("P0", P0, N)[np.ix_(back, back)]
-        self.prior_covariance = P
+        order = self.model.salut
+        self._s0, self.prior_covariance = mean_of("s0", s0, order), covariance_of(P0, order, self._units)
 
     def _resolve_split(self, split, Q, S, R) -> bool:
         form = self.model

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...engine import ud
-from ...engine.errors import InputError
+from ..common.priors import factors_of
 from .row import MimoForm
 
 
@@ -59,9 +58,6 @@ def prior_factors(prior, owner, groups):
     D, columns = np.zeros(len(prior)), []
     for group in groups:
         mine = np.flatnonzero(np.isin(owner, group))
-        try:
-            U, D[mine] = ud.factor(prior[np.ix_(mine, mine)])
-        except ValueError:
-            raise InputError("P0 must be a covariance: it has a negative eigenvalue. Was a precision given?") from None
-        columns.append(U[ud.packed_indices(len(mine))])
+        U, D[mine] = factors_of(prior[np.ix_(mine, mine)])
+        columns.append(U)
     return D, np.concatenate(columns)

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from ...detect.gate import InnovationGate
 from ...detect.watch import Silent
-from ...engine import ud, validation
+from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.drift import Constant
@@ -20,7 +20,8 @@ from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
 from ...models.scale import InverseGamma
 from ..common.posterior import Posterior
-from ..joint.estimator import WIDTH
+from ..common.priors import WIDTH, factors_of
+from ..common.settings import arguments
 from ..joint.row import Form, scratch_size
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import MANOEUVRE, ManoeuvreForm
@@ -106,10 +107,7 @@ class Manoeuvre(Posterior):
         y_scale: float = 1.0,
         dt: float = 1.0,
     ):
-        self.options: dict[str, Any] = dict(
-            rho=rho, m=m, d=d, variance=variance, pole=pole, pole_std=pole_std, walk=walk, limit=limit, gate=gate,
-            scale=scale, y_scale=y_scale, dt=dt,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self.model = model = Canonical(3)
         self.dt, self.y_scale = validation.positive("dt", dt), validation.size("y_scale", y_scale)
         limit, pole, pole_std, walk = _pole(limit, pole, pole_std, walk)
@@ -123,8 +121,7 @@ class Manoeuvre(Posterior):
         P = np.diag(np.repeat([WIDTH * self.y_scale**2, 0.0], 3))
         P[3:, 3:] = pole_std**2 * np.outer(ALONG, ALONG)
         self._s0 = np.concatenate([np.zeros(3), STILL + pole * ALONG])
-        U, self._D0 = ud.factor(P)
-        self._U0, self.prior_covariance = U[ud.packed_indices(6)], P
+        (self._U0, self._D0), self.prior_covariance = factors_of(P), P
         form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf, Silent().state_size(0))
         self.policies = (
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),

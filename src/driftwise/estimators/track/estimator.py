@@ -11,6 +11,7 @@ from ...engine import compile, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...results.snapshot import register
+from ..common.settings import share_of
 from . import bank, step
 from .motion import unpacked
 from .step import Tracking
@@ -110,9 +111,7 @@ class TrackEstimator:
                 f"coordinates must be 1 or 2 (East, North), got {coordinates!r}; altitude comes from another sensor: "
                 "give it an estimator of its own"
             )
-        for name, value in (("forgetting", forgetting), ("learning_rate", learning_rate)):
-            if not 0 < validation.positive(name, value) <= 1:
-                raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
+        share_of("forgetting", forgetting), share_of("learning_rate", learning_rate)
         self.coordinates = C = int(coordinates)
         self.task = Tracking(
             C, self.speed, forgetting, learning_rate, -abs(float(doubt)), validation.positive("noise", noise),

@@ -19,6 +19,7 @@ from ...memory.resolve import resolve_detector
 from ...models.plant import Augmented
 from ...models.scale import InverseGamma, KnownScale
 from ..common.observer import Observed, Observer, check_names
+from ..common.settings import arguments
 from . import fir, growing, queue
 from .gains import LONGEST
 from .tuning import Tuned, tune_walks, tune_window
@@ -116,11 +117,7 @@ class WindowObserver(Observer):
         x0: Any = None,
         x_std: Any = np.inf,
     ):
-        self.options: dict[str, Any] = dict(
-            plant=plant, window=window, noise_std=noise_std, disturbances=disturbances, hold=hold, dt=dt,
-            irregular=irregular, capacity=capacity, tolerance=tolerance, derived=derived, detector=detector, x0=x0,
-            x_std=x_std,
-        )  # fmt: skip
+        self.options = arguments(locals())
         self.plant = system = Augmented(plant, disturbances)
         self.outputs = system.outputs if system.outputs > 1 else None
         self.hold = validation.hold(hold, system.inputs)
