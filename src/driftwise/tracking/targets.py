@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..estimators.track import bank
+from ..estimators.track.bank import TRACK_SAMPLE
 from ..estimators.track.estimator import TrackEstimator
 from .inbox import LEAP
 from .live import COASTING, CONFIRMED, ENDED, TENTATIVE, Event, Live, Plot
@@ -22,9 +22,8 @@ SUSPECTS = 8  # plots set aside that are remembered for a key
 WIDE = 3.0  # gates: two plots of one new track within them, and none of the old one, are of the old one
 CODE = re.compile(r"A[0-7]{4}$")  # a Mode A code
 CLIMB, LEVELS = 50.0, 300.0  # m/s, m: altitudes that differ by more are two objects
-BASE = bank.column(2, bank.OUTPUTS.index("base"), 0), bank.column(2, bank.OUTPUTS.index("base"), 1)  # of a trace's row
-VELOCITY = bank.at_state(2) + 1, bank.at_state(2) + 4
-SPREADING = bank.at_told(2) + bank.SPREADING
+AT = TRACK_SAMPLE.slices(2)  # of a trace's row
+EAST_SPEED, NORTH_SPEED, SPREADING = AT["state"].start + 1, AT["state"].start + 4, AT["spreading"].start
 
 
 class Rules(NamedTuple):
@@ -192,8 +191,8 @@ class Targets:
         self.scans.tick(track.clock, plot.sensor, plot.time)
         track.period = self.scans.period(track.clock)
         track.last, track.name = plot, plot.name or track.name
-        track.motion = float(out[VELOCITY[0]]), float(out[VELOCITY[1]])
-        variance = float(max(out[BASE[0]], out[BASE[1]]) * out[SPREADING])  # of the forecast that there was
+        track.motion = float(out[EAST_SPEED]), float(out[NORTH_SPEED])
+        variance = float(max(out[AT["base"]]) * out[SPREADING])  # of the forecast that there was
         if track.count > 1 and 0 <= variance < math.inf:
             least, most = 0.25 * self.rules.fastest, self.rules.fastest * max(track.period, 1.0)
             track.allowance = min(max(5 * math.sqrt(variance), least), most)

@@ -7,6 +7,7 @@ T is the time between plots, r the variance of a plot.
 import math
 
 from ...engine.dispatch import kernel
+from ...engine.layout import Field, Layout, each, numbers
 
 # of a velocity forgotten at rate alpha, under white acceleration of intensity q: alpha T, q T^3 / r; constant velocity,
 # and wandering: what a turn looks like that is too fast for the radar
@@ -21,16 +22,13 @@ RADII = (0.2, 0.4, 0.6, 0.75, 0.87)
 LINES, CURVES, CIRCLES, POLES = len(STRAIGHT), len(CURVED), len(TURNS), len(RADII)
 KALMAN = LINES + CURVES
 
-# of a row: plots seen, time of the last, log of the typical and of the last time between plots, probability of a
-# manoeuvre, whether one was told, plots that the stated variance is worth; then per coordinate ..
-SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST, HEAD = range(8)
-# .. first plot, last plot less the first, last velocity between plots, log of a plot's variance, what was stated of it
-FIRST, LAST, SPEED, LOG, STATED, EACH = range(6)
+SEEN, TIME, PERIOD, GAP, MANOEUVRE, ALERT, TRUST = range(7)  # of the head of a row
+FIRST, LAST, SPEED, LOG, STATED, EACH = range(6)  # of each coordinate
 SCALES = tuple(4.0**k for k in range(-2, 6))  # of the predictive density's tails
 TAILS = len(SCALES)
 LINEAR = 10  # per coordinate: position, velocity, acceleration; upper triangle of their covariance; noise scale
 CIRCULAR = 5 + 15  # E, vE, N, vN, omega T and their covariance
-OUTPUTS = ("prediction", "innovation", "base", "log_score", "lower", "upper")  # of a row of the trace, per coordinate
+CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS = range(9)  # told of a plot
 
 
 def names(C) -> tuple[str, ...]:
@@ -71,88 +69,93 @@ def circle_size(C):
     return CIRCULAR + C
 
 
-@kernel
-def at_tails(C):
-    """Return where the counts of the tails start in a row; the log weights follow."""
-    return HEAD + EACH * C
-
-
-@kernel
-def at_weights(C):
-    """Return where the log weights start."""
-    return at_tails(C) + TAILS
+TRACK = Layout(
+    *numbers(
+        "head",
+        seen="plots seen",
+        time="of the last",
+        period="log of the typical time between plots",
+        gap="and of the last",
+        manoeuvre="probability of a manoeuvre",
+        alert="whether one was told",
+        trust="plots that the stated variance is worth",
+    ),
+    Field(
+        "plots",
+        ("C", "EACH"),
+        "each coordinate: first plot, last less the first, last velocity, log of a plot's variance, what was stated",
+    ),
+    Field("tails", ("TAILS",), "plots that each scale of the tails is worth"),
+    Field("weights", ("members(C)",), "log weight of each member"),
+    Field(
+        "linear",
+        ("KALMAN", "LINEAR * C"),
+        "each that is linear, a coordinate after the other: state, covariance, scale",
+    ),
+    Field("circle", ("circles(C)", "circle_size(C)"), "each that turns: state, covariance, scales"),
+    Field("pole", ("POLES", "pole_size(C)"), "each with a manoeuvre pole: state, covariance, scales"),
+    given=("C",),
+)
+TRACK_SAMPLE = Layout(
+    *each(
+        "C",
+        prediction="where the plot was expected",
+        innovation="the plot less that",
+        base="variance of the mixture, before its tails",
+        log_score="log density given to the plot",
+        lower="share of the density below the plot",
+        upper="and above",
+    ),
+    Field("state", ("3 * C",), "position, velocity, acceleration of each coordinate"),
+    Field("covariance", ("triangle(3 * C)",), "its upper triangle, row by row"),
+    *numbers(
+        "told",
+        cross="covariance of the two coordinates in the mixture",
+        spreading="variance of the density over base",
+        manoeuvring="probability of a manoeuvre",
+        onset="1 where one is told to have begun",
+        turn="turn rate",
+        turn_sd="its standard deviation",
+        pole="manoeuvre pole",
+        pole_sd="its standard deviation",
+        status="bits",
+    ),
+    Field("shares", ("TAILS",), "of the scales of the tails"),
+    Field("weights", ("members(C)",), "of the members"),
+    given=("C",),
+)
+row_at, sample_at = kernel(TRACK.places), kernel(TRACK_SAMPLE.places)
+row_size, columns = kernel(TRACK.size), kernel(TRACK_SAMPLE.size)
 
 
 @kernel
 def at_linear(C, i):
     """Return where member i of constant velocity, acceleration or Singer starts."""
-    return at_weights(C) + members(C) + i * LINEAR * C
+    return row_at(C).linear + i * LINEAR * C
 
 
 @kernel
 def at_circle(C, i):
     """Return where the i-th member that turns starts."""
-    return at_linear(C, KALMAN) + i * circle_size(C)
+    return row_at(C).circle + i * circle_size(C)
 
 
 @kernel
 def at_pole(C, i):
     """Return where the i-th member with a manoeuvre pole starts."""
-    return at_circle(C, circles(C)) + i * pole_size(C)
-
-
-@kernel
-def row_size(C):
-    """Return the numbers of a state."""
-    return at_pole(C, POLES)
+    return row_at(C).pole + i * pole_size(C)
 
 
 @kernel
 def of_coordinate(C, what, c):
     """Return where a number of coordinate c stands."""
-    return HEAD + EACH * c + what
-
-
-# --- columns of a row of the trace: OUTPUTS per coordinate, then ... --------------------------------------------
+    return row_at(C).plots + EACH * c + what
 
 
 @kernel
 def column(C, what, c):
-    """Return the column of one of OUTPUTS."""
+    """Return the column of one of the first six names of `TRACK_SAMPLE`."""
     return what * C + c
-
-
-@kernel
-def at_state(C):
-    """Return where position, velocity, acceleration of each coordinate start; the triangle of their covariance next."""
-    return len(OUTPUTS) * C
-
-
-@kernel
-def at_covariance(C):
-    """Return where the triangle of the covariance of the state starts."""
-    return at_state(C) + 3 * C
-
-
-@kernel
-def at_told(C):
-    """Return where the single numbers start: CROSS ... STATUS; shares of the tails and weights of the members next."""
-    return at_covariance(C) + triangle(3 * C)
-
-
-CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS, TOLD = range(10)
-
-
-@kernel
-def at_shares(C):
-    """Return where the shares of the tails start."""
-    return at_told(C) + TOLD
-
-
-@kernel
-def columns(C):
-    """Return how many columns a row of the trace has."""
-    return at_shares(C) + TAILS + members(C)
 
 
 @kernel

@@ -121,8 +121,8 @@ class TrackEstimator:
             speed=self.speed, coordinates=C, forgetting=forgetting, learning_rate=learning_rate, doubt=doubt,
             noise=noise, tails=tails,
         )  # fmt: skip
-        self.dtype = np.dtype([("row", float, (bank.row_size(C),))])
-        self.n_columns = bank.columns(C)
+        self.dtype = bank.TRACK.dtype(C)
+        self.columns, self.n_columns = bank.TRACK_SAMPLE.slices(C), bank.TRACK_SAMPLE.size(C)
         self.names = bank.names(C)
 
     def __repr__(self):
@@ -180,7 +180,7 @@ class TrackEstimator:
         base = out[2 * C : 3 * C]
         if not np.isfinite(base).all():
             return 0.0
-        shares, total = out[bank.at_shares(C) :][: bank.TAILS], 0.0
+        shares, total = out[self.columns["shares"]], 0.0
         for e, s in zip(position - out[:C], base):
             v = np.array(bank.SCALES) * s
             total += float(np.logaddexp.reduce(np.log(shares) - 0.5 * np.log(2 * np.pi * v) - 0.5 * e * e / v))
@@ -223,7 +223,7 @@ class TrackEstimator:
         return self.run(row, time, np.full((1, C), np.nan), np.full((1, C), np.nan))[0]
 
     def _covariance(self, out) -> np.ndarray:
-        C, told = self.coordinates, bank.at_told(self.coordinates)
+        C, told = self.coordinates, bank.sample_at(self.coordinates).told
         S = np.diag(out[2 * C : 3 * C])
         if C == 2:
             S[0, 1] = S[1, 0] = out[told + bank.CROSS]
@@ -231,7 +231,7 @@ class TrackEstimator:
 
     def shown(self, out) -> TrackStep:
         """Return a row of the trace's columns as a `TrackStep`."""
-        C, told = self.coordinates, out[bank.at_told(self.coordinates) :].tolist()
+        C, told = self.coordinates, out[bank.sample_at(self.coordinates).told :].tolist()
         state, spread = unpacked(out, C)
         e, S = out[C : 2 * C], self._covariance(out)
         nis = sum(e[c] * e[c] / S[c, c] for c in range(C)) / C

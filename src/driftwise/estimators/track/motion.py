@@ -11,7 +11,7 @@ from . import bank
 
 def unpacked(outs, C):
     """Return mean (.., 3C) and covariance (.., 3C, 3C) of the state in rows of a trace."""
-    n, at = 3 * C, bank.at_state(C)
+    n, at = 3 * C, bank.sample_at(C).state
     return outs[..., at : at + n], outs[..., _square(C)]
 
 
@@ -21,7 +21,7 @@ def _square(C):
     n = 3 * C
     i, j = np.triu_indices(n)
     square = np.empty((n, n), int)
-    square[i, j] = square[j, i] = bank.at_covariance(C) + np.arange(len(i))
+    square[i, j] = square[j, i] = bank.sample_at(C).covariance + np.arange(len(i))
     return square
 
 

@@ -20,12 +20,12 @@ def tell(row, C, y, w, mean, S, out):
     """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it."""
     total = 0.0
     for j in range(bank.TAILS):
-        total += row[bank.at_tails(C) + j]
+        total += row[bank.row_at(C).tails + j]
     spreading = 0.0
     for j in range(bank.TAILS):
-        out[bank.at_shares(C) + j] = row[bank.at_tails(C) + j] / total
-        spreading += bank.SCALES[j] * out[bank.at_shares(C) + j]
-    out[bank.at_told(C) + bank.SPREADING] = spreading
+        out[bank.sample_at(C).shares + j] = row[bank.row_at(C).tails + j] / total
+        spreading += bank.SCALES[j] * out[bank.sample_at(C).shares + j]
+    out[bank.sample_at(C).told + bank.SPREADING] = spreading
     cross = 0.0
     for c in range(C):
         m, s = 0.0, 0.0
@@ -37,7 +37,7 @@ def tell(row, C, y, w, mean, S, out):
                 s += w[i] * (S[i, c] + (mean[i, c] - m) ** 2)
         e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
         for j in range(bank.TAILS):
-            v, share = bank.SCALES[j] * s, out[bank.at_shares(C) + j]
+            v, share = bank.SCALES[j] * s, out[bank.sample_at(C).shares + j]
             p += share * normal(e, v)
             lower += share * 0.5 * math.erfc(-e / math.sqrt(2.0 * v))
             upper += share * 0.5 * math.erfc(e / math.sqrt(2.0 * v))
@@ -52,9 +52,9 @@ def tell(row, C, y, w, mean, S, out):
                     * (mean[i, 0] - out[bank.column(C, 0, 0)] + row[bank.of_coordinate(C, bank.FIRST, 0)])
                     * (mean[i, 1] - out[bank.column(C, 0, 1)] + row[bank.of_coordinate(C, bank.FIRST, 1)])
                 )
-    out[bank.at_told(C) + bank.CROSS] = cross
+    out[bank.sample_at(C).told + bank.CROSS] = cross
     for i in range(bank.members(C)):
-        out[bank.at_shares(C) + bank.TAILS + i] = w[i]
+        out[bank.sample_at(C).shares + bank.TAILS + i] = w[i]
 
 
 @kernel
@@ -98,7 +98,7 @@ def tell_state(row, C, w, unit, x, V, total, out):
     Member after member (West 1979), so that nothing cancels.
     """
     n, share = 3 * C, 0.0
-    mean = out[bank.at_state(C) : bank.at_state(C) + n]
+    mean = out[bank.sample_at(C).state : bank.sample_at(C).state + n]
     for j in range(n):
         mean[j] = 0.0
         for k in range(n):
@@ -116,7 +116,7 @@ def tell_state(row, C, w, unit, x, V, total, out):
                     total[j, k] = old * total[j, k] + new * (V[j, k] + old * apart)
             for j in range(n):
                 mean[j] += new * (x[j] - mean[j])
-    at = bank.at_covariance(C)
+    at = bank.sample_at(C).covariance
     for j in range(n):
         for k in range(j, n):
             out[at] = total[j, k]
@@ -128,11 +128,11 @@ def tell_state(row, C, w, unit, x, V, total, out):
 @kernel
 def tell_turn(C, out):
     """Write the turn rate, positive to the right, and its standard deviation by the delta method; NaN at rest."""
-    told = bank.at_told(C)
+    told = bank.sample_at(C).told
     out[told + bank.TURN] = out[told + bank.TURN_SD] = math.nan
     if C != 2:
         return
-    x, at = out[bank.at_state(C) :], bank.at_covariance(C)
+    x, at = out[bank.sample_at(C).state :], bank.sample_at(C).covariance
     vE, aE, vN, aN = x[1], x[2], x[4], x[5]
     v2 = vE * vE + vN * vN
     if not v2 > 0.0 or out[at] == math.inf:
@@ -172,8 +172,8 @@ def tell_pole(row, C, w, out):
         mean += v * row[at + n - 1]
         square += v * (row[at + n - 1] ** 2 + row[at + n + bank.triangle(n) - 1])
     is_known = row[bank.SEEN] > 2.0
-    out[bank.at_told(C) + bank.POLE] = mean if is_known else math.nan
-    out[bank.at_told(C) + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
+    out[bank.sample_at(C).told + bank.POLE] = mean if is_known else math.nan
+    out[bank.sample_at(C).told + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
 
 
 @kernel
@@ -181,20 +181,20 @@ def blank(task, row, C, t, y, out):
     """Write what is known before there are two plots: nothing, or one place and the speed of the class."""
     for k in range(bank.columns(C)):
         out[k] = 0.0
-    share = bank.at_shares(C)
+    share = bank.sample_at(C).shares
     for j in range(bank.TAILS):
         out[share + j] = 1.0 if bank.SCALES[j] == 1.0 else 0.0
-    out[bank.at_told(C) + bank.SPREADING] = 1.0
+    out[bank.sample_at(C).told + bank.SPREADING] = 1.0
     tell_turn(C, out)
-    out[bank.at_told(C) + bank.POLE] = out[bank.at_told(C) + bank.POLE_SD] = math.nan
-    out[bank.at_told(C) + bank.STATUS] = NOT_READY
-    out[bank.at_told(C) + bank.MANOEUVRING] = row[bank.MANOEUVRE]
+    out[bank.sample_at(C).told + bank.POLE] = out[bank.sample_at(C).told + bank.POLE_SD] = math.nan
+    out[bank.sample_at(C).told + bank.STATUS] = NOT_READY
+    out[bank.sample_at(C).told + bank.MANOEUVRING] = row[bank.MANOEUVRE]
     for c in range(C):
         for k in range(6):
             out[bank.column(C, k, c)] = math.nan
         out[bank.column(C, 2, c)] = math.inf
-        out[bank.at_state(C) + 3 * c] = y[c]
-    at, n = bank.at_covariance(C), 3 * C
+        out[bank.sample_at(C).state + 3 * c] = y[c]
+    at, n = bank.sample_at(C).covariance, 3 * C
     for j in range(n):
         for k in range(j, n):
             out[at] = math.inf if j == k else 0.0

@@ -66,9 +66,9 @@ def enter(task, row, t, y, R, C):
         if R[c] > 0.0:
             row[bank.TRUST] = task.claim
     for j in range(bank.TAILS):
-        row[bank.at_tails(C) + j] = PRIOR[j]
+        row[bank.row_at(C).tails + j] = PRIOR[j]
     for i in range(bank.members(C)):
-        row[bank.at_weights(C) + i] = 0.0 if i < bank.LINES else task.doubt
+        row[bank.row_at(C).weights + i] = 0.0 if i < bank.LINES else task.doubt
 
 
 @kernel
@@ -151,9 +151,9 @@ def weigh(row, C, mean, w):
     M, best, total = bank.members(C), -math.inf, 0.0
     for i in range(M):
         if math.isfinite(mean[i, 0]):
-            best = max(best, row[bank.at_weights(C) + i])
+            best = max(best, row[bank.row_at(C).weights + i])
     for i in range(M):
-        w[i] = math.exp(row[bank.at_weights(C) + i] - best) if math.isfinite(mean[i, 0]) else 0.0
+        w[i] = math.exp(row[bank.row_at(C).weights + i] - best) if math.isfinite(mean[i, 0]) else 0.0
         total += w[i]
     for i in range(M):
         w[i] /= total
@@ -228,7 +228,7 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
     moving += tiny * (quiet / still - 1.0)  # where none sees a manoeuvre the plot is no evidence of one
     quiet, moving = (1.0 - before) * quiet / still, before * moving / alive
     row[bank.MANOEUVRE] = moving / (moving + quiet)
-    at = bank.at_weights(C)
+    at = bank.row_at(C).weights
     for i in range(M):
         if math.isfinite(mean[i, 0]):
             row[at + i] = task.forgetting * row[at + i] + task.rate * (scores[i] - top)
@@ -242,15 +242,15 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
 @kernel
 def learn_tails(task, row, C, out):
     """Share the plot out among the scales that may have made it; say how likely it is wild."""
-    fade, wild, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0, bank.at_tails(C)
+    fade, wild, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0, bank.row_at(C).tails
     for j in range(bank.TAILS):
         row[first + j] *= fade**C  # the coordinates' order does not matter
     for c in range(C):
         e, s, p, far = out[bank.column(C, 1, c)], out[bank.column(C, 2, c)], 0.0, 0.0
         for j in range(bank.TAILS):
-            p += out[bank.at_shares(C) + j] * output.normal(e, bank.SCALES[j] * s)
+            p += out[bank.sample_at(C).shares + j] * output.normal(e, bank.SCALES[j] * s)
         for j in range(bank.TAILS):
-            part = out[bank.at_shares(C) + j] * output.normal(e, bank.SCALES[j] * s) / p
+            part = out[bank.sample_at(C).shares + j] * output.normal(e, bank.SCALES[j] * s) / p
             far += part if bank.SCALES[j] > 10.0 else 0.0
             row[first + j] += part
         wild = max(wild, far)
@@ -360,7 +360,7 @@ def advance(task, row, t, y, R, out, kept):
         if is_seen:
             enter(task, row, t, y, R, C)
         else:
-            out[bank.at_told(C) + bank.STATUS] = NOT_READY + MISSING_OUTPUT
+            out[bank.sample_at(C).told + bank.STATUS] = NOT_READY + MISSING_OUTPUT
         return
     d = t - row[bank.TIME]
     for k in range(row.size):
@@ -401,8 +401,11 @@ def advance(task, row, t, y, R, out, kept):
     output.tell_state(ahead, C, w, unit, x, A, F, out)
     output.tell_turn(C, out)
     output.tell_pole(ahead, C, w, out)
-    out[bank.at_told(C) + bank.MANOEUVRING], out[bank.at_told(C) + bank.ONSET] = ahead[bank.MANOEUVRE], onset
-    out[bank.at_told(C) + bank.STATUS] = status
+    out[bank.sample_at(C).told + bank.MANOEUVRING], out[bank.sample_at(C).told + bank.ONSET] = (
+        ahead[bank.MANOEUVRE],
+        onset,
+    )
+    out[bank.sample_at(C).told + bank.STATUS] = status
 
 
 def room(C) -> tuple[int, int]:

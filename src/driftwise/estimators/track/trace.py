@@ -36,11 +36,10 @@ class TrackTrace:
     # --- the forecast of a plot ----------------------------------------------------------------------------
 
     def _per_coordinate(self, name) -> np.ndarray:
-        C, what = self.estimator.coordinates, bank.OUTPUTS.index(name)
-        return self.table[:, what * C : (what + 1) * C]
+        return self.table[:, self.estimator.columns[name]]
 
-    def _told(self, what) -> np.ndarray:
-        return self.table[:, bank.at_told(self.estimator.coordinates) + what]
+    def _told(self, name) -> np.ndarray:
+        return self.table[:, self.estimator.columns[name].start]
 
     @property
     def prediction(self) -> np.ndarray:
@@ -55,7 +54,7 @@ class TrackTrace:
     @property
     def variance(self) -> np.ndarray:
         """Variance of the prediction error, (T, C); infinite for the first plot."""
-        return self._per_coordinate("base") * self._told(bank.SPREADING)[:, None]
+        return self._per_coordinate("base") * self._told("spreading")[:, None]
 
     @property
     def nis(self) -> np.ndarray:
@@ -74,8 +73,7 @@ class TrackTrace:
 
     def tails(self) -> np.ndarray:
         """Return the shares of the normal components of the forecast, (T, J); their variances are in `bank.SCALES`."""
-        at = bank.at_shares(self.estimator.coordinates)
-        return self.table[:, at : at + bank.TAILS]
+        return self.table[:, self.estimator.columns["shares"]]
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval of each coordinate, a quantile of the density, (T, C)."""
@@ -164,39 +162,39 @@ class TrackTrace:
     @property
     def turn_rate(self) -> np.ndarray:
         """Turn rate, rad/s, positive to the right, (T,)."""
-        return self._told(bank.TURN)
+        return self._told("turn")
 
     @property
     def turn_rate_sd(self) -> np.ndarray:
         """Standard deviation of the turn rate, rad/s, (T,)."""
-        return self._told(bank.TURN_SD)
+        return self._told("turn_sd")
 
     @property
     def manoeuvre(self) -> np.ndarray:
         """Probability that the target manoeuvres, (T,)."""
-        return self._told(bank.MANOEUVRING)
+        return self._told("manoeuvring")
 
     @property
     def onset(self) -> np.ndarray:
         """Whether a manoeuvre was told to have begun, (T,) bool."""
-        return self._told(bank.ONSET) > 0
+        return self._told("onset") > 0
 
     @property
     def pole(self) -> np.ndarray:
         """Manoeuvre pole phi, of a step of `period`; NaN before the third plot, (T,)."""
-        return self._told(bank.POLE)
+        return self._told("pole")
 
     @property
     def pole_sd(self) -> np.ndarray:
         """Standard deviation of the manoeuvre pole, (T,)."""
-        return self._told(bank.POLE_SD)
+        return self._told("pole_sd")
 
     # --- the bank ------------------------------------------------------------------------------------------
 
     @property
     def status(self) -> np.ndarray:
         """Bits of `driftwise.Status`, (T,)."""
-        return self._told(bank.STATUS).astype(np.int64)
+        return self._told("status").astype(np.int64)
 
     @property
     def is_plot(self) -> np.ndarray:
@@ -206,7 +204,7 @@ class TrackTrace:
     @property
     def weights(self) -> np.ndarray:
         """Weight of each member in the prediction, (T, M), in the order of ``names``."""
-        return self.table[:, bank.at_shares(self.estimator.coordinates) + bank.TAILS :]
+        return self.table[:, self.estimator.columns["weights"]]
 
     @property
     def names(self) -> tuple[str, ...]:
