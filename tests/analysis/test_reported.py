@@ -57,11 +57,11 @@ def test_where_no_forecast_beats_the_last_value_no_model_is_offered(found):
 
 
 def test_the_page_and_the_terminal_show_the_numbers_of_the_words(found, tmp_path, capsys):
-    from driftwise.report.terminal_identified import show
+    from driftwise.report.terminal import show_identification
 
     told = dataclasses.replace(found, forecast_summary=summary(found.trace, 10.0))
     told.report(tmp_path / "page.html")
-    show(told, title="plant", taken=0.1, notes=[])
+    show_identification(told, title="plant", taken=0.1, notes=[])
     fit = f"{told.own_summary.fit:.1f}"
     page, said = (tmp_path / "page.html").read_text(), capsys.readouterr().out
     assert f">{fit} <small>" in page and f"{fit} %" in said and f"{told.forecast_summary.fit:.1f} %" not in said
@@ -147,7 +147,7 @@ def test_the_first_movement_of_a_plant_is_no_change_of_it():
 
 def test_numbers_that_nobody_reads_are_words():
     from driftwise.analysis.forecast_verdicts import off
-    from driftwise.results.events import odds_words
+    from driftwise.results.numbers import odds_words
     from driftwise.results.verdicts import Verdict
 
     assert off(1.0404) == "2 % too narrow" and off(0.25) == "50 % too wide"

@@ -15,8 +15,8 @@ from driftwise.cli import demo_fleet
 from driftwise.cli.fleet import Order, estimator_of
 from driftwise.fleet.fleet_run import former_run
 from driftwise.fleet.outliers import outliers
+from driftwise.report.fleet_page import write
 from driftwise.report.fleet_words import Told, lead
-from driftwise.report.report_fleet import write
 
 PUMPS = ["--by", "asset", "--output", "flow", "--input", "speed", "--time", "time"]
 QUICK = ["--model", "joint:1", "--every", "0"]  # compiled by other tests as well

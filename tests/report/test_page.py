@@ -182,29 +182,29 @@ def test_prints_on_a4_with_nothing_cut(page):
 
 
 def test_a_page_of_plain_columns(browser, tmp_path):
-    """The recipe of `report_parts`, with the members of an average."""
-    from driftwise.report import report_page as html
-    from driftwise.report import report_parts as common
-    from driftwise.report.report_axes import Timeline
-    from driftwise.report.report_marks import marks
-    from driftwise.report.report_plots import innovations, output, panels, weights
+    """The recipe of `page`, with the members of an average."""
+    from driftwise.report.axes import Timeline
+    from driftwise.report.marks import marks
+    from driftwise.report.page import Page, Panel, card, group, named
+    from driftwise.report.panels import verdict_table, zoom_words
+    from driftwise.report.plots import innovations, output, panels, weights
+    from driftwise.results.verdicts import Verdict
 
     rng, T = np.random.default_rng(1), 9000
     time, z, shares = np.arange(T) * 0.5, rng.standard_normal(T), rng.dirichlet(np.ones(12), T)
     z[100:300] = np.nan
     line, members = Timeline(time, "time (s)"), [f"member {j}" for j in range(12)]
-    figures = {"output": output(line, z, 0 * z, np.full(T, 1.96), "level (m)", marks=marks([]))}
-    figures |= common.named("parameter", panels(line, ["gain"], shares[:, :1], 0 * shares[:, :1]))
-    figures |= {"weights": weights(line, shares, members), "innovations": innovations(line, z)}
-    script, parts = common.components(figures)
-    cards = [html.group("The plant", [html.card("Time constant", "1.8", unit="s")])]
-    rows = [("NIS", "1.02", "0.9 to 1.1", True, "error bars are right"), ("whiteness", "3e-9", "", False, "<try> more")]
-    sections = [html.section("forecast", "Forecast", "", *map(common.plot, parts.values()), common.zoom_words(line))]
-    sections.append(html.section("verdicts", "Verdicts", "", html.verdict_list(rows)))
-    looks = {"title": "An average", "facts": "", "lead": "It is so. And more.", "cards": cards}
-    browser.open(common.write(tmp_path / "average.html", sections=sections, script=script, **looks))
+    figures = [output(line, z, 0 * z, np.full(T, 1.96), "level (m)", marks=marks([]))]
+    figures += named("parameter", panels(line, ["gain"], shares[:, :1], 0 * shares[:, :1]))
+    figures += [weights(line, shares, members), innovations(line, z)]
+    cards = [group("The plant", [card("Time constant", "1.8", unit="s")])]
+    rows = [Verdict("NIS", 1.02, (0.9, 1.1), True, "error bars are right")]
+    rows += [Verdict("whiteness", 3e-9, (0.01, np.inf), False, "<try> more")]
+    parts = [Panel("forecast", "Forecast", "", (*figures, zoom_words(line)))]
+    parts.append(Panel("verdicts", "Verdicts", "", (verdict_table(rows),)))
+    browser.open(Page("An average", parts, "It is so. And more.", cards=cards).write(tmp_path / "average.html"))
     assert browser.errors == []
-    assert set(browser.run(FIGURES)) == set(figures)
+    assert set(browser.run(FIGURES)) == {figure.name for figure in figures}
     tops = browser.run(f"({COLUMN})('weights', 'top7')")
     assert np.nanmin(tops[0]) == pytest.approx(1, abs=1e-6), "the shares add up to one"
     assert "<try> more" in browser.run("document.querySelector('#verdicts').innerText")

@@ -10,11 +10,11 @@ import driftwise as dw
 from driftwise.engine.errors import InputError
 from driftwise.models.canonical import Canonical
 from driftwise.models.convert import Model
-from driftwise.report import report_roots
-from driftwise.report.report import write
-from driftwise.report.report_dynamics import roots
+from driftwise.report.panels import roots_panel
+from driftwise.report.roots import plane
+from driftwise.report.run_page import write
 from driftwise.report.thin import envelope, together
-from driftwise.report.wording import fixed, interval, number, plus_minus, probable
+from driftwise.results.numbers import fixed, interval, number, plus_minus, probable
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +122,7 @@ def test_report_draws_smoothed_orders_and_zeros(tmp_path):
 
 def figure_of(model):
     """Return the z-plane as (ellipse centres, numbers of marks by name)."""
-    fig = report_roots.plane(model)
+    fig = plane(model)
     patches = [r for r in fig.renderers if r.glyph.__class__.__name__ == "Patch"][1:]
     marks = {}
     for item in fig.legend[0].items:
@@ -153,7 +153,7 @@ def test_plane_draws_a_cloud_where_poles_nearly_coincide_and_leaves_out_what_is_
     assert marks["draws"] > 100
     assert marks["pole"] == 2
     assert "zero" not in marks
-    text = roots(_Summary(model), 1.0, "")
+    text = roots_panel(_Summary(model), 1.0).html({"poles": "", "closeup": ""})
     assert "1 zero lies outside the figure." in text
     assert "nearly coincide" in text
 
@@ -163,7 +163,7 @@ class _Summary:
 
     def __init__(self, model):
         self.model, self.notes, self.moduli = model, model.notes, list(zip(model.poles, model.poles_std))
-        self.unit = "s"
+        self.unit, self.is_static, self.is_enough = "s", False, True
 
 
 def test_plot_keeps_spikes_and_labels(trace):

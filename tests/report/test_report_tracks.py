@@ -7,8 +7,8 @@ from test_page import COLUMN, FIGURES
 
 import driftwise as dw
 from driftwise.report import track_words
-from driftwise.report.report_tracked import running_mean
-from driftwise.report.report_tracks import write
+from driftwise.report.track_plots import running_mean
+from driftwise.report.tracks_page import write
 from driftwise.tracking.plots import Fault, plots
 
 PANELS = ["altitude", "speed", "turn", "manoeuvre", "east", "north", "nis"]

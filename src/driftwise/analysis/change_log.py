@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..results.clock_words import instant
-from ..results.events import Event, odds_words
+from ..results.events import Event
+from ..results.numbers import instant, odds_words
 
 LATER = 6  # samples for each parameter after a change, at least, until its size is told
 CLEAR = 2.0  # standard deviations by which a gain or a level has moved

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from ..results.clock_words import instant
-from ..results.events import odds_words
+from ..results.numbers import instant, odds_words
 from ..results.stable import stability
 from ..results.verdicts import Diagnosis, Verdict
 from .drift_or_jump import constancy, odds

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from ..results.numbers import chance
 from ..results.verdicts import Diagnosis, Verdict
-from ..results.whiteness import LEAST, Correlations, Nis, Whiteness, chance, nis
+from ..results.whiteness import LEAST, Correlations, Nis, Whiteness, nis
 from .remedies import for_bars, for_colour
 
 LEVEL = 0.99  # of each threshold that a chance can cross

@@ -62,7 +62,7 @@ class Both(Keeper):
 def execute(plan: Automatic) -> None:
     """Identify, save, report, print."""
     from driftwise.cli.saving import Saver
-    from driftwise.report.terminal_identified import show
+    from driftwise.report.terminal import show_identification
 
     start = perf_counter()
     check_targets(plan)
@@ -80,14 +80,14 @@ def execute(plan: Automatic) -> None:
     if stopped:
         notes.insert(0, "stopped early; the results are those of the rows read so far.")
     if plan.report:
-        from driftwise.report.report_identified import write
+        from driftwise.report.identification_page import write
 
         write(found, plan.report, os.path.basename(title), keeper.events, notes)
     if plan.json:
         from driftwise.cli.results import write as write_json
 
         write_json(content(found, notes), plan.json)
-    show(found, title=title, taken=taken, notes=notes, stderr=plan.json == "-")
+    show_identification(found, title=title, taken=taken, notes=notes, stderr=plan.json == "-")
     files = (("samples", plan.save), ("report", plan.report), ("results", plan.json))
     written = [f"{what} in {path}" for what, path in files if path]
     if written and plan.json != "-":
@@ -99,7 +99,7 @@ def identify_file(plan: Automatic, saver=None):
     import pyarrow as pa
 
     from driftwise.analysis.identification import Finder, told
-    from driftwise.results.clock_words import SAMPLES
+    from driftwise.results.numbers import SAMPLES
     from driftwise.tables.autoread import gathered, read
 
     table, stretches = read(plan.file, plan.output, plan.inputs, plan.time, plan.chunk, dt=plan.dt)

@@ -242,7 +242,7 @@ def _peak() -> float | None:
 def _written(told, folder: Path) -> Any:
     """Write page and names, and tell all files that are there."""
     from driftwise.fleet.fleet_out import ESTIMATES, EVENTS, FINAL, FLEET
-    from driftwise.report.report_fleet import write
+    from driftwise.report.fleet_page import write
 
     try:
         write(told, folder / PAGE)
@@ -258,10 +258,9 @@ def _written(told, folder: Path) -> Any:
 
 
 def _show(told, stderr: bool) -> None:
-    from driftwise.report.terminal import console
-    from driftwise.report.terminal_fleet import show
+    from driftwise.report.terminal import console, show_fleet
 
-    show(told, console(stderr=stderr))
+    show_fleet(told, console(stderr=stderr))
 
 
 def _write_names(told, path: Path) -> Path:

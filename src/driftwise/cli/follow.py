@@ -95,15 +95,15 @@ class _Picture:
         from rich.text import Text
 
         from driftwise.report import track_words
-        from driftwise.report.terminal_tracks import MOST, table_of
+        from driftwise.report.terminal import MOST_TRACKS, track_table
 
         rows = track_words.rows(tracker.tracks)
         told = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
-        told += f" ({MOST} shown)" if len(rows) > MOST else ""
+        told += f" ({MOST_TRACKS} shown)" if len(rows) > MOST_TRACKS else ""
         last = tracker.events[-1:]
         words = [f"track {e.track} {e.kind}: {e.words}" for e in last]
         head = Text(" \u00b7 ".join([told, *words, "Ctrl-C ends"]), style="dim")
-        self.shown.update(Group(head, table_of(rows)) if rows else head, refresh=True)
+        self.shown.update(Group(head, track_table(rows)) if rows else head, refresh=True)
         self.seen = tracker.counts["plots"]
         self.next = perf_counter() + max(REFRESH, (perf_counter() - begin) / SHARE)
 

@@ -6,8 +6,7 @@ from shlex import quote
 
 from driftwise.cli.specs import DETECTORS
 from driftwise.engine.errors import InputError
-from driftwise.report.wording import number
-from driftwise.results.clock_words import SAMPLES, SECONDS
+from driftwise.results.numbers import SAMPLES, SECONDS, number
 
 __all__ = ["clock_notes", "counted_in", "described", "labels", "notes", "verdicts"]
 

@@ -11,7 +11,7 @@ from driftwise.cli.options import Plan
 from driftwise.cli.saving import Saver
 from driftwise.cli.targets import check_targets
 from driftwise.engine.errors import CommandError, InputError
-from driftwise.report.wording import number, plus_minus
+from driftwise.results.numbers import number, plus_minus
 from driftwise.tables import plantfile
 from driftwise.tables.table import open_record
 
@@ -83,7 +83,7 @@ def execute(asked: Observation) -> None:
     said += [note for note in record.clock.notes() if not (estimator.irregular and "irregular" in note)]
     title = "standard input" if asked.file == "-" else os.path.basename(asked.file)
     if asked.report:
-        from driftwise.report.report_observer import write
+        from driftwise.report.observer_page import write
 
         names = {
             "outputs": [_named(record, name) for name in asked.outputs],

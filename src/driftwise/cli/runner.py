@@ -15,7 +15,7 @@ from driftwise.cli.saving import Saver, smoothed_columns, widen
 from driftwise.cli.specs import refusal
 from driftwise.engine.errors import InputError
 from driftwise.report.advice_translation import spoken_verdicts
-from driftwise.results.clock_words import SAMPLES
+from driftwise.results.numbers import SAMPLES
 from driftwise.tables.table import Chunk, Record, open_record
 
 __all__ = ["Run", "execute", "no_row", "progress", "time_of", "window"]
@@ -60,7 +60,7 @@ def execute(plan: Plan) -> None:
     said = notes(plan, record, run) + verdicts(run.kept.diagnosis)
     title = "standard input" if plan.file == "-" else plan.file
     if plan.report:
-        from driftwise.report.report import write
+        from driftwise.report.run_page import write
 
         write(
             run.kept,
@@ -77,7 +77,7 @@ def execute(plan: Plan) -> None:
         from driftwise.cli.results import write_json
 
         write_json(plan, record, run, said)
-    from driftwise.report.terminal import console, show
+    from driftwise.report.terminal import console, show_run
 
     facts = [f"{run.summary.samples} samples", *described(plan, run.estimator.dt), f"took {taken:.2f} s"]
     written = [
@@ -85,7 +85,7 @@ def execute(plan: Plan) -> None:
         for what, path in (("trace", plan.save), ("report", plan.report), ("results", plan.json))
         if path
     ]
-    show(run, title=title, facts=facts, notes=said, out=console(stderr=plan.json == "-"))
+    show_run(run, title=title, facts=facts, notes=said, out=console(stderr=plan.json == "-"))
     if written and plan.json != "-":
         print(", ".join(written))
 

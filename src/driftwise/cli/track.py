@@ -157,12 +157,11 @@ def _read(order: Order):
 def deliver(order: Order, tracks, took: str) -> None:
     """Write the tracks, the page and the numbers, and print the table."""
     from driftwise.report import track_words
-    from driftwise.report.terminal import console
-    from driftwise.report.terminal_tracks import show
+    from driftwise.report.terminal import console, show_tracks
 
     rows, written = track_words.rows(tracks), []
     if order.report:
-        from driftwise.report.report_tracks import write
+        from driftwise.report.tracks_page import write
 
         written.append(f"report in {write(tracks, order.report, order.title, sites=_sites(order, tracks))}")
     if order.json:
@@ -172,7 +171,7 @@ def deliver(order: Order, tracks, took: str) -> None:
         written.append(f"results in {order.json}")
     out = console(stderr=order.json == "-" or (order.follow and not sys.stdout.isatty()))
     if not order.quiet:
-        show(tracks, rows, title=order.title, took=took, out=out)
+        show_tracks(tracks, rows, title=order.title, took=took, out=out)
     if order.out and rows:
         Path(order.out).mkdir(parents=True, exist_ok=True)
         files = tracks.write(order.out, order.kinds)

@@ -4,19 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..results.numbers import percent
 from ..results.summary import combination
 from .counters import never_moved
 
-__all__ = ["percent", "sentence"]
-
-
-def percent(share: float) -> str:
-    """Return a share in percent, two digits where that is less than all.
-
-    >>> percent(0.333), percent(0.0012), percent(0.997)
-    ('33 %', '0.12 %', '100 %')
-    """
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
+__all__ = ["sentence"]
 
 
 def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -> str:

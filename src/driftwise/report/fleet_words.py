@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from driftwise.report.wording import number
-from driftwise.results.clock_words import instant, lasting
+from driftwise.results.numbers import instant, lasting, number
 
 __all__ = [
     "Told",

@@ -1,18 +1,28 @@
-"""What `driftwise run` prints: what the plant is, how far to trust it, what went wrong."""
+"""What the commands print: what was found, how far to trust it, what went wrong."""
 
 from __future__ import annotations
 
 from math import inf, isfinite
+from typing import Any
 
-from driftwise.report.wording import fixed, near_one, number, plus_minus, probable, zeros_told
-from driftwise.results.clock_words import SAMPLES
+from driftwise.report.roots import own_zeros
 from driftwise.results.events import SOMETHING
-from driftwise.results.whiteness import chance
+from driftwise.results.numbers import SAMPLES, chance, fixed, near_one, number, percent, plus_minus, probable
 
-__all__ = ["console", "parameters", "roots", "shelves", "show", "table"]
+__all__ = [
+    "MOST_TRACKS", "SO_FAR", "console", "foot", "head", "show_fleet", "show_identification", "show_run", "show_tracks",
+    "table", "track_table",
+]  # fmt: skip
 
 JUMPS = 8  # times of jumps printed
 GAP = 3  # columns between tables
+SO_FAR = {"mean": "mean so far"}  # a forecast knows no other
+CANDIDATES = 6  # that are listed
+MOST_TRACKS = 20  # listed
+MOST_SERIES = 3  # of each kind
+
+
+# --- building blocks -----------------------------------------------------------------------------------------
 
 
 def console(stderr: bool = False):
@@ -25,39 +35,34 @@ def console(stderr: bool = False):
     return found
 
 
-def show(run, *, title: str, facts: list[str], notes: list[str], out=None) -> None:
-    """Print the results of a run."""
+def head(out, title: str, *lines) -> None:
+    """Print a title, and quiet lines of what there was in a few words each."""
     from rich.text import Text
 
-    out, summary = out or console(), run.summary
     out.print()
     out.print(Text(title, style="bold"))
-    out.print(Text(" \u00b7 ".join(facts), style="dim"))
+    for words in lines:
+        out.print(Text(" \u00b7 ".join(filter(None, words)), style="dim"))
     out.print()
-    tables = [parameters(summary)]
-    if not summary.is_static:
-        zeros = [pair for i in range(summary.model.form.inputs) for pair in zeros_told(summary.model, i)]
-        tables += [roots("pole", summary.moduli, 1.0)]
-        tables += [roots("zero", zeros)] if zeros and summary.is_enough else []
-    for k, shelf in enumerate(shelves([*tables, _quality(summary)], out)):
-        if k:
-            out.print()
-        out.print(shelf)
-    if run.evidence is not None:
-        out.print()
-        out.print(_orders(run.evidence))
-        out.print(Text(f"{run.evidence.words}."))
-    for label, text in _unlearned(run):
+
+
+def foot(out, *, beware=(), label: str = "note") -> None:
+    """Print sentences behind a label that stands out."""
+    from rich.text import Text
+
+    for text in beware:
         out.print(Text(f"{label}: ", style="yellow") + Text(text))
-    out.print()
-    out.print(Text(summary.words))
-    if run.keeper.jumps:
-        out.print(Text("jumps noticed at: ", style="yellow") + Text(_times(run.keeper.jumps, summary.unit)))
-    if run.smoothed is not None and not run.estimator.model.n:
-        out.print(Text(run.smoothed.words))
-    for note in notes:
-        out.print(Text("note: ", style="yellow") + Text(note))
-    out.print()
+
+
+def table(*columns: tuple[str, str]):
+    """Return an empty table of columns (name, "left" or "right")."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name, justify in columns:
+        table.add_column(name, justify=justify, no_wrap=True, header_style="dim")  # type: ignore[arg-type]
+    return table
 
 
 def shelves(tables, out) -> list:
@@ -84,24 +89,14 @@ def shelves(tables, out) -> list:
     return shelves
 
 
-def table(*columns: tuple[str, str]):
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for name, justify in columns:
-        table.add_column(name, justify=justify, no_wrap=True, header_style="dim")  # type: ignore[arg-type]
-    return table
-
-
-def parameters(summary):
+def _parameters(summary):
     shown = table(("parameter", "left"), ("estimate", "right"))
     for name, value, std in summary.parameters:
         shown.add_row(name, plus_minus(value, std))
     return shown
 
 
-def roots(what: str, roots, edge: float = inf):
+def _roots(what: str, roots, edge: float = inf):
     shown = table((what, "right"), ("size", "right"), ("+-", "right"))
     for root, std in roots:
         root = complex(root)
@@ -114,6 +109,41 @@ def roots(what: str, roots, edge: float = inf):
     return shown
 
 
+# --- a run ---------------------------------------------------------------------------------------------------
+
+
+def show_run(run, *, title: str, facts: list[str], notes: list[str], out=None) -> None:
+    """Print the results of a run."""
+    from rich.text import Text
+
+    out, summary = out or console(), run.summary
+    head(out, title, facts)
+    tables = [_parameters(summary)]
+    if not summary.is_static:
+        zeros = [pair for i in range(summary.model.form.inputs) for pair in own_zeros(summary.model, i)]
+        tables += [_roots("pole", summary.moduli, 1.0)]
+        tables += [_roots("zero", zeros)] if zeros and summary.is_enough else []
+    for k, shelf in enumerate(shelves([*tables, _quality(summary)], out)):
+        if k:
+            out.print()
+        out.print(shelf)
+    if run.evidence is not None:
+        out.print()
+        out.print(_orders(run.evidence))
+        out.print(Text(f"{run.evidence.words}."))
+    foot(out, label="not identified", beware=[f"{d} (ratio {number(ratio, 2)})" for d, ratio in summary.unlearned])
+    foot(out, label="record", beware=[run.study.words] if run.study.is_poor else [])
+    foot(out, label="noise", beware=filter(None, [run.study.trust]))
+    out.print()
+    out.print(Text(summary.words))
+    if run.keeper.jumps:
+        foot(out, label="jumps noticed at", beware=[_times(run.keeper.jumps, summary.unit)])
+    if run.smoothed is not None and not run.estimator.model.n:
+        out.print(Text(run.smoothed.words))
+    foot(out, beware=notes)
+    out.print()
+
+
 def _orders(evidence):
     shown = table(*((name, "right") for name in ("order", "log evidence", "probability", "fit %", "NIS")))
     for order, log_evidence, p, fit, _, nis in zip(*evidence.columns().values()):
@@ -124,19 +154,23 @@ def _orders(evidence):
 
 def _times(jumps, unit: str) -> str:
     form = "sample {}" if unit == SAMPLES else "{} s"
-    told = [event.moved if event.moved != SOMETHING else "" for event in jumps[:JUMPS]]
-    shown = ", ".join(form.format(number(event.time)) + f" ({text})" * bool(text) for event, text in zip(jumps, told))
+    moved = [event.moved if event.moved != SOMETHING else "" for event in jumps[:JUMPS]]
+    shown = ", ".join(form.format(number(event.time)) + f" ({text})" * bool(text) for event, text in zip(jumps, moved))
     return shown + (f" and {len(jumps) - JUMPS} more" if len(jumps) > JUMPS else "")
 
 
 def _quality(summary):
-    white = tuple(summary.whiteness)
+    _, _, p_value, is_white = summary.whiteness
+    white = (
+        ("white" if is_white else "not white", chance(p_value, 2)) if p_value == p_value else ("too few", "to judge")
+    )
+    nis = summary.nis_interval
     shown = table(("quality", "left"), ("", "right"), ("", "left"))
     shown.add_row("one-step fit", f"{fixed(summary.fit, 1)} %", "")
     shown.add_row("noise std", number(summary.noise_std, 3), "")
-    shown.add_row("NIS", fixed(summary.nis, 3), _interval(summary.nis_interval))
+    shown.add_row("NIS", fixed(summary.nis, 3), near_one(nis.low, nis.high, "\u2026") if nis.samples else "ideal 1")
     shown.add_row("95 % bands hold", f"{fixed(100 * summary.coverage, 1)} %", "ideal 95")
-    shown.add_row("innovations", *_whiteness(white))
+    shown.add_row("innovations", *white)
     for name, count in (
         ("missing outputs", summary.missing_outputs),
         ("missing inputs", summary.missing_inputs),
@@ -148,22 +182,123 @@ def _quality(summary):
     return shown
 
 
-def _interval(nis) -> str:
-    return near_one(nis.low, nis.high, "\u2026") if nis.samples else "ideal 1"
+# --- an identification ---------------------------------------------------------------------------------------
 
 
-def _unlearned(run) -> list[tuple[str, str]]:
-    """Return what the record leaves open: a label and what it is, one line each."""
-    found = [("not identified", f"{text} (ratio {number(ratio, 2)})") for text, ratio in run.summary.unlearned]
-    if run.study.is_poor:
-        found.append(("record", run.study.words))
-    if run.study.trust:
-        found.append(("noise", run.study.trust))
-    return found
+def show_identification(found, *, title: str, taken: float, notes: list[str], stderr: bool = False) -> None:
+    """Print the answer of an identification in words, the numbers behind it, the candidates."""
+    from rich.text import Text
+
+    from driftwise.analysis.identification_words import brief
+
+    out, t, s = console(stderr=stderr), found.table, found.summary
+    head(out, title, [f"{s.samples} samples", t.step, f"{len(found.rivals)} models compared", f"took {taken:.2f} s"])
+    for text in (brief(found), t.words):
+        out.print(Text(text))
+        out.print()
+    if not found.diagnosis.is_fine and s.is_enough:
+        foot(out, label="beware", beware=[f"{verdict.advice}." for verdict in found.diagnosis.not_fine])
+        out.print()
+    tables = [_parameters(s), _roots("pole", s.moduli, 1.0), _forecast(found)] if s.is_enough else []
+    for shelf in shelves([*tables, _candidates(found)] if found.is_judged else tables, out):
+        out.print(shelf)
+        out.print()
+    if len(t.inputs) > 1:
+        by = ", ".join(f"b.{k} of {name}" for k, name in enumerate(t.inputs, 1))
+        out.print(Text(f"Parameters by input: {by}.", style="dim"))
+    foot(out, beware=notes)
 
 
-def _whiteness(white) -> tuple[str, str]:
-    _, _, p_value, is_white = white
-    if p_value != p_value:
-        return "too few", "to judge"
-    return "white" if is_white else "not white", chance(p_value, 2)
+def _forecast(found):
+    f, name = found.quoted, f"forecast of {found.chosen.name}" if found.is_alone else "forecast"
+    shown = table((name, "left"), ("", "right"))
+    shown.add_row("one-step fit", f"{fixed(f.fit, 1)} %")
+    shown.add_row("error (rms)", number(f.rmse, 3))
+    for name, error in found.naive.items() if found.is_judged else ():
+        shown.add_row(f"that of the {SO_FAR.get(name, name)}", number(error, 3))
+    shown.add_row("NIS", fixed(f.nis, 2))
+    shown.add_row("95 % bands hold", f"{fixed(100 * f.coverage, 1)} %")
+    return shown
+
+
+def _candidates(found):
+    shown = table(("model", "left"), ("unknowns", "right"), ("log odds", "right"), ("error (rms)", "right"))
+    for rival in found.rivals[:CANDIDATES]:
+        cells = rival.name, str(rival.unknowns), fixed(rival.evidence, 1), number(rival.rmse, 3)
+        shown.add_row(*cells, style="bold" if rival.name == found.chosen.name else None)
+    return shown
+
+
+# --- a fleet -------------------------------------------------------------------------------------------------
+
+
+def show_fleet(told, out) -> None:
+    """Print how much there was, who needs a look and why, where the files are."""
+    from rich.text import Text
+
+    from driftwise.report import fleet_words
+
+    head(out, told.title, told.facts, told.cost)
+    if len(told.outliers.rows):
+        out.print(_worst(told))
+        out.print()
+    out.print(Text(fleet_words.lead(told)))
+    for what, count, share, series in fleet_words.quality(told):
+        of = f"{what}: {fleet_words.shown(count)} ({percent(share)}) in {fleet_words.shown(series)} series"
+        out.print(Text(of, style="dim"))
+    foot(out, beware=told.notes)
+    for line in told.files:
+        out.print(line, soft_wrap=True)
+    out.print()
+
+
+def _worst(told):
+    """Return the table of the worst of each kind, in words."""
+    from driftwise.fleet.outliers import KINDS
+    from driftwise.report.fleet_words import shown as count
+
+    shown = table(("what", "left"), ("series", "right"), ("worst", "left"), ("why", "left"))
+    shown.columns[3].no_wrap = False
+    for kind, (rows, _) in told.outliers.found.items():
+        for k, row in enumerate(rows[:MOST_SERIES].tolist()):
+            first = (KINDS[kind], count(len(rows))) if k == 0 else ("", "")
+            shown.add_row(*first, str(told.outliers.keys[row]), told.outliers.words(kind, row))
+    return shown
+
+
+# --- tracks --------------------------------------------------------------------------------------------------
+
+
+def show_tracks(tracks, rows, *, title: str, took: str, out) -> None:
+    """Print the tracks, the busiest first, the whole in a sentence, and what was skipped."""
+    from rich.text import Text
+
+    from driftwise.report import track_words
+
+    plots = f"{sum(r.plots for r in rows)} plots on {len(rows)} track{'' if len(rows) == 1 else 's'}"
+    head(out, title, [plots, took])
+    if rows:
+        out.print(track_table(rows))
+        if rest := rows[MOST_TRACKS:]:
+            out.print(Text(f"and {len(rest)} more tracks of {rest[-1].plots} to {rest[0].plots} plots", style="dim"))
+        out.print()
+    out.print(Text(track_words.lead(rows, tracks.counts)))
+    foot(out, label="skipped", beware=filter(None, [track_words.faults_told(tracks.faults)]))
+    said = track_words.counted(tracks.counts), track_words.hint(rows, tracks.counts)
+    foot(out, beware=[f"{text}." for text in said if text])
+    out.print()
+
+
+def track_table(rows) -> Any:
+    """Return the table of the busiest tracks."""
+    from driftwise.report import track_words
+
+    days = {track_words.when(t).partition(" ")[0] for r in rows for t in (r.start, r.end)}
+    dated = bool(rows) and track_words.clock(rows[0].start) is not None and len(days) > 1
+    narrow = {"manoeuvres": "man-\noeuvres", "in 95 %": "in\n95 %"}
+    text = ("track", "name", "from", "to", "status")
+    shown = table(*((narrow.get(name, name), "left" if name in text else "right") for name in track_words.HEAD))
+    for r in rows[:MOST_TRACKS]:
+        label, name, start, end, *numbers = track_words.cells(r, with_day=dated)
+        shown.add_row(label, name, *(time[2:-3] if dated else time for time in (start, end)), *numbers)
+    return shown

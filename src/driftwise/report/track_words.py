@@ -7,15 +7,13 @@ import re
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from driftwise.report.wording import fixed, number
-from driftwise.results.clock_words import instant, lasting
+from driftwise.results.numbers import count_of, fixed, instant, lasting, number, often
 
 __all__ = [
     "HEAD",
     "Row",
     "cells",
     "clock",
-    "count_of",
     "faults_told",
     "skipped",
     "lead",
@@ -23,7 +21,6 @@ __all__ = [
     "objects",
     "row",
     "rows",
-    "times",
     "when",
 ]
 
@@ -210,7 +207,7 @@ def lead(rows: list[Row], counts: dict[str, int]) -> str:
     turning = [r for r in rows if r.turns]
     if objects(rows) == 1:
         turns = sum(len(r.turns) for r in rows)
-        turned = f"and turned {times(turns)}" if turning else "and did not turn"
+        turned = f"and turned {often(turns)}" if turning else "and did not turn"
         who = rows[0].called if rows[0].name or rows[0].track.key else "One object"
         told = [f"{who} was followed for {lasting(end - start)} {turned}."]
     else:
@@ -276,11 +273,3 @@ def _where(some, most: int = 3) -> str:
     """Return the places of the first ones: bytes of a binary file, lines or rows of a text."""
     places = ", ".join(place for _, place in some[:most])
     return f"at {places}{', ..' if len(some) > most else ''}" if some[0][0] == 1 else f"first at {places}"
-
-
-def count_of(n: int, what: str) -> str:
-    return f"{n} {what}{'' if n == 1 else 's'}"
-
-
-def times(n: int) -> str:
-    return {1: "once", 2: "twice"}.get(n, f"{n} times")

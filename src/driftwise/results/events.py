@@ -8,11 +8,11 @@ import numpy as np
 
 from ..detect.variance import VarianceCUSUM
 from ..engine.status import MEANING, Status
+from .numbers import odds_words
 
 SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
 RESTS = 10  # samples at rest that are told; regressors are all small at once by chance, too
 MOVED = 3.0  # deviations by which an estimate has moved
-MOST_ODDS = 1e6  # beyond them odds are no longer told apart
 SOMETHING = "parameters jumped"  # of a jump that names none
 VERBS = {"width": ("widened", "narrowed"), "level": ("rose", "fell")}
 
@@ -124,8 +124,3 @@ def weighed_words(event: Event) -> str:
     if event.odds is None:
         return ""
     return f"{event.moved}, odds {odds_words(event.odds)}" if event.parameter else f"odds {odds_words(event.odds)}"
-
-
-def odds_words(odds: float) -> str:
-    """Return odds as one writes them."""
-    return "beyond a million to one" if odds > MOST_ODDS else f"{odds:.0f}:1"

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .verdicts import plain
-from .whiteness import chance
+from .numbers import chance, plain
 from .wording import fit_words, lost_words, pole_words, size_words, times
 
 

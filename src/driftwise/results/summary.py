@@ -10,8 +10,8 @@ import numpy as np
 from ..engine.status import Status
 from ..models.convert import Model
 from .bands import quantile, share_within
-from .clock_words import SECONDS
 from .events import runs, weighed_words
+from .numbers import SECONDS
 from .stable import moduli
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 

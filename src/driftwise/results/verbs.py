@@ -8,15 +8,15 @@ from typing import Any
 VERBS: dict[str, dict[str, str]] = {  # verb, kind of result: module and function, asked with the result first
     "plot": {
         "Trace": "report.figure:plot",
-        "TraceMIMO": "report.figure_mimo:plot",
-        "ObserverTrace": "report.figure_observer:plot",
-        "SmoothedParameters": "report.figure_smoothed:plot",
+        "TraceMIMO": "report.figure:plot_mimo",
+        "ObserverTrace": "report.figure:plot_observer",
+        "SmoothedParameters": "report.figure:plot_smoothed",
     },
     "report": {
-        "Trace": "report.report:write",
-        "ObserverTrace": "report.report_observer:write",
-        "Identification": "report.report_identified:write",
-        "Tracks": "report.report_tracks:write",
+        "Trace": "report.run_page:write",
+        "ObserverTrace": "report.observer_page:write",
+        "Identification": "report.identification_page:write",
+        "Tracks": "report.tracks_page:write",
     },
     "diagnose": {
         "Trace": "analysis.diagnose:diagnose",

@@ -6,6 +6,8 @@ import math
 import textwrap
 from typing import Any, NamedTuple
 
+from .numbers import rounded, sentence
+
 __all__ = ["Diagnosis", "Verdict"]
 
 WIDTH = 110  # of the printed table
@@ -41,15 +43,15 @@ class Verdict(NamedTuple):
         if math.isinf(low) and math.isinf(high):
             return ""
         if math.isinf(high):
-            return f"at least {_number(low)}"
+            return f"at least {rounded(low)}"
         if math.isinf(low):
-            return f"at most {_number(high)}"
-        return f"{_number(low)} to {_number(high)}"
+            return f"at most {rounded(high)}"
+        return f"{rounded(low)} to {rounded(high)}"
 
     @property
     def shown(self) -> str:
         """The value as one prints it."""
-        return _number(self.value) if self.is_known else "-"
+        return rounded(self.value) if self.is_known else "-"
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values; a threshold without end, and a value not known, are None."""
@@ -103,26 +105,3 @@ class Diagnosis(list[Verdict]):
         return "\n".join(lines)
 
     __repr__ = __str__
-
-
-def plain(value: float, places: int) -> str:
-    """Return `value` with so many decimals, with three digits where it is large, and in words where nobody reads it.
-
-    >>> plain(0.928, 2), plain(26_843.7, 2), plain(-218606731.3, 1), plain(3.1e6, 2)
-    ('0.93', '26800', 'far below 0', '> 1 million')
-    """
-    if abs(value) >= 999_500:
-        return "> 1 million" if value > 0 else "far below 0"
-    return f"{value:z.{places}f}" if abs(value) < 10_000 else f"{float(f'{value:.3g}'):.0f}"
-
-
-def _number(value: float) -> str:
-    """Return a number with three digits, counts with all of them, and in words where nobody reads it."""
-    if abs(value) >= 999_500:
-        return plain(value, 0)
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-
-
-def sentence(text: str) -> str:
-    """Return the text with a capital at its beginning and a full stop at its end."""
-    return text[:1].upper() + text[1:].rstrip(".") + "."

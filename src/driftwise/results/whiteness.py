@@ -13,15 +13,6 @@ LAGS = 20
 LEAST = 10  # samples (and degrees of freedom of a Student prediction) below which there is no verdict
 
 
-def chance(p: float, digits: int = 1) -> str:
-    """Return a p-value as one says it.
-
-    >>> chance(0.0123, 2), chance(3e-154)
-    ('p = 0.012', 'p below 0.0001')
-    """
-    return f"p = {p:.{digits}g}" if p >= 1e-4 else "p below 0.0001"
-
-
 class Whiteness(NamedTuple):
     """Verdict of `ljung_box` at 1 %: statistic, lags that had pairs, p-value. White, too, where there is no verdict."""
 

@@ -6,10 +6,9 @@ import cmath
 import math
 
 from ..models.polynomial import PolynomialModel
-from .clock_words import SECONDS, instant
+from .numbers import SECONDS, chance, instant, plain
 from .stable import NEAR
-from .verdicts import plain
-from .whiteness import Nis, chance
+from .whiteness import Nis
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
 

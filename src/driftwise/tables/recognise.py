@@ -11,7 +11,7 @@ import numpy as np
 from driftwise.engine.errors import InputError
 
 from ..engine.validation import positive
-from ..results.clock_words import instant, lasting
+from ..results.numbers import instant, lasting
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
 from .column_roles import SECONDS, Name, parse

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..results.clock_words import lasting
+from ..results.numbers import lasting
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
 __all__ = ["notes_of", "words_of"]

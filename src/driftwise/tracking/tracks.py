@@ -163,7 +163,7 @@ class Tracks(Sequence):
         return verbs.call("write", self, folder, formats)
 
     def report(self, path, title: str = "Tracks", **options) -> Path:
-        """Write a page to look at: plan view, tracks over time, a table; options of ``report.report_tracks.write``."""
+        """Write a page to look at: plan view, tracks over time, a table; options of `report.tracks_page.write`."""
         return verbs.call("report", self, path, title, **options)
 
 

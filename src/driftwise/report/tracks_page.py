@@ -5,12 +5,13 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
-from driftwise.report import report_page as html
-from driftwise.report import report_parts as common
-from driftwise.report import report_plan, track_words
-from driftwise.report.report_tracked import Panels
-from driftwise.report.wording import fixed, number
-from driftwise.results.clock_words import lasting
+from driftwise.report import track_words
+from driftwise.report.page import Page, Panel, card, group, say, table
+from driftwise.report.panels import grade, held_card, zoom_words
+from driftwise.report.plan import plan
+from driftwise.report.track_plots import Panels
+from driftwise.report.track_words import skipped
+from driftwise.results.numbers import count_of, fixed, lasting, number, often
 
 __all__ = ["write"]
 
@@ -30,37 +31,30 @@ def write(tracks, path, title: str = "Tracks", *, sites=(), notes=()) -> Path:
     notes : sentences about what was read
     """
     rows = track_words.rows(tracks)
-    figures, panels = {}, None
-    if rows:
-        figures["plan"] = report_plan.plan(rows, min(CHOICE, len(rows)), _placed(sites, tracks.origin))
-        panels = Panels(rows[:CHOICE])
-        if len(rows) > 1:
-            panels.link(figures["plan"].select_one({"name": "tracks"}))
-        figures |= panels.figures
-    script, parts = common.components(figures) if figures else ("", {})
-    told = track_words.faults_told(tracks.faults)
-    sections = [_plan(parts, rows, tracks.origin), _tracked(parts, rows, panels)] if rows else []
-    sections.append(_table(rows))
-    folds = [_skipped(tracks.faults, told), _read([*notes, *filter(None, [track_words.counted(tracks.counts)])])]
-    return common.write(
-        path,
-        title=title,
-        facts=_facts(rows),
-        lead=track_words.lead(rows, tracks.counts),
-        cards=_cards(rows, tracks.faults),
-        sections=sections,
-        folds=folds,
-        script=script,
-    )
+    notes = [*notes, *filter(None, [track_words.counted(tracks.counts)])]
+    panels = [*_drawn(tracks, rows, sites), _table(rows), _skipped(tracks.faults), _read(notes)]
+    lead = track_words.lead(rows, tracks.counts)
+    return Page(title, panels, lead, _facts(rows), _cards(rows, tracks.faults)).write(path)
 
 
-def _facts(rows) -> str:
+def _drawn(tracks, rows, sites) -> list[Panel]:
+    """Return the plan view and one track over time, each of which chooses what the other shows."""
     if not rows:
-        return ""
+        return []
+    above = plan(rows, min(CHOICE, len(rows)), _placed(sites, tracks.origin))
+    below = Panels(rows[:CHOICE])
+    if len(rows) > 1:
+        below.link(above.select_one({"name": "tracks"}))
+    return [_plan(above, rows, tracks.origin), _tracked(below, rows)]
+
+
+def _facts(rows) -> list[str]:
+    if not rows:
+        return []
     start, end = min(r.start for r in rows), max(r.end for r in rows)
     facts = [f"{sum(r.plots for r in rows)} plots", f"{track_words.when(start)} to {track_words.when(end)}"]
     sensors = sorted({sensor for r in rows for sensor in r.track.plots.sensor if sensor})
-    return " \u00b7 ".join([*facts, *([f"seen by {', '.join(sensors)}"] if 0 < len(sensors) <= 8 else [])])
+    return [*facts, *([f"seen by {', '.join(sensors)}"] if 0 < len(sensors) <= 8 else [])]
 
 
 def _placed(sites, origin):
@@ -84,26 +78,21 @@ def _cards(rows, faults) -> list[str]:
     objects = track_words.objects(rows)
     value, _, unit = lasting(end - start).partition(" ")
     there = [
-        html.card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
-        html.card("Time", value, "first plot to last", unit=unit),
-        html.card(
-            "Plots",
-            str(plots),
-            f"{missed} missed, {track_words.count_of(track_words.skipped(faults), 'record')} skipped",
-        ),
+        card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
+        card("Time", value, "first plot to last", unit=unit),
+        card("Plots", str(plots), f"{missed} missed, {count_of(skipped(faults), 'record')} skipped"),
     ]
     turning, speeds = [r for r in rows if r.turns], [r.speed for r in rows if r.speed == r.speed]
     whose = f", by {track_words.objects(turning)} of {objects}" if objects > 1 else ""
-    moved = [html.card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
+    moved = [card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
     if speeds:
-        moved.append(html.card("Median speed", *_speed(speeds), unit="m/s"))
+        moved.append(card("Median speed", *_speed(speeds), unit="m/s"))
     nis, held = track_words.mean(rows, "nis"), track_words.mean(rows, "coverage")
     sure = [
-        html.card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
-        html.card("Held by 95 % bands", fixed(100 * held, 1), "about 95 is right",
-                  _graded(held, (0.92, 0.975), (0.85, 1.0)), "%"),
-    ]  # fmt: skip
-    return [html.group("What was there", there), html.group("How it moved", moved), html.group("How sure", sure)]
+        card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
+        held_card(held, _graded(held, (0.92, 0.975), (0.85, 1.0))),
+    ]
+    return [group("What was there", there), group("How it moved", moved), group("How sure", sure)]
 
 
 def _speed(speeds) -> tuple[str, str]:
@@ -116,10 +105,10 @@ def _speed(speeds) -> tuple[str, str]:
 def _graded(value, good, fair) -> str:
     if value != value:
         return ""
-    return common.grade(good[0] <= value <= good[1], fair[0] <= value <= fair[1])
+    return grade(good[0] <= value <= good[1], fair[0] <= value <= fair[1])
 
 
-def _plan(parts, rows, origin) -> str:
+def _plan(figure, rows, origin) -> Panel:
     words = (
         "East and North in kilometres, at equal scales. Arrow heads show the direction of flight or travel; a wide "
         "band marks where, over five scans, a manoeuvre was more likely than not."
@@ -131,16 +120,14 @@ def _plan(parts, rows, origin) -> str:
         more += " Click on a track to see it below."
     if len(rows) > CHOICE:
         more += f" The {CHOICE} tracks with most plots are coloured."
-    return html.section(
-        "plan", "Plan view", words, common.plot(parts["plan"]), f'<p class="say howto">{escape(more)}</p>'
-    )
+    return Panel("plan", "Plan view", words, (figure, f'<p class="say howto">{escape(more)}</p>'))
 
 
 def _degrees(value: float, letters: str) -> str:
     return f"{abs(value):.5f}\u00b0 {letters[value < 0]}"
 
 
-def _tracked(parts, rows, panels) -> str:
+def _tracked(panels, rows) -> Panel:
     words = (
         "Shaded: 95 % bands. Innovations are what each plot differs by from where it was predicted to be; a triangle "
         "marks the onset of a manoeuvre. The running mean of the NIS should stay in its band about 1."
@@ -151,8 +138,7 @@ def _tracked(parts, rows, panels) -> str:
         )
     choice = _choice(rows[:CHOICE]) if len(rows) > 1 else ""
     title = "One track over time" if len(rows) > 1 else f"{rows[0].name or rows[0].track.key or 'The track'} over time"
-    divs = [common.plot(parts[name]) for name in panels.figures]
-    return html.section("track", title, words, choice, *divs, common.zoom_words(panels.line))
+    return Panel("track", title, words, (choice, *panels.figures, zoom_words(panels.line)))
 
 
 def _choice(rows) -> str:
@@ -166,36 +152,32 @@ def _choice(rows) -> str:
 
 def _option(r) -> str:
     name = f"{r.name} ({r.label})" if r.name and r.name != r.label else r.label
-    turned = f", turned {track_words.times(len(r.turns))}" if r.turns else ""
+    turned = f", turned {often(len(r.turns))}" if r.turns else ""
     return f"{name}: {r.plots} plots{turned}"
 
 
-def _table(rows) -> str:
+def _table(rows) -> Panel:
+    if not rows:
+        return Panel("tracks", "Tracks", "None: no object was seen often enough.")
     words = (
         "The busiest first. NIS should be about 1, and the 95 % bands hold 95 %; the first 3 plots settle speed and "
         "noise."
     )
     if len(rows) > TABLE:
         words += f" {TABLE} of {len(rows)} tracks are listed."
-    if not rows:
-        return html.section("tracks", "Tracks", "None: no object was seen often enough.")
     body = [track_words.cells(r, with_day=True) for r in rows[:TABLE]]
-    return html.section("tracks", "Tracks", words, html.table(list(track_words.HEAD), body, text=(0, 1, 2, 3, 10)))
+    return Panel("tracks", "Tracks", words, (table(list(track_words.HEAD), body, text=(0, 1, 2, 3, 10)),))
 
 
-def _skipped(faults, told: str) -> str:
+def _skipped(faults) -> Panel | None:
     if not faults:
-        return ""
-    some = [[f.source, f.offset, f.what] for f in faults[:200]]
-    return html.fold(
-        "skipped", "What was skipped", track_words.count_of(track_words.skipped(faults), "record"), told,
-        html.table(["source", "at", "what is wrong"], some, text=(0, 2)),
-    )  # fmt: skip
+        return None
+    some = table(["source", "at", "what is wrong"], [[f.source, f.offset, f.what] for f in faults[:200]], text=(0, 2))
+    count = count_of(skipped(faults), "record")
+    return Panel("skipped", "What was skipped", track_words.faults_told(faults), (some,), count)
 
 
-def _read(notes) -> str:
+def _read(notes) -> Panel | None:
     if not notes:
-        return ""
-    return html.fold(
-        "read", "What became of the plots", track_words.count_of(len(notes), "note"), "", "".join(map(html.say, notes))
-    )
+        return None
+    return Panel("read", "What became of the plots", "", tuple(map(say, notes)), count_of(len(notes), "note"))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
+from driftwise.report.axes import dress, legend
 from driftwise.report.figure import PALETTE
-from driftwise.report.report_axes import dress, legend
 
-__all__ = ["FAR", "plane", "smallest_window"]
+__all__ = ["FAR", "own_zeros", "plane", "smallest_window"]
 
 FAR = 2.5  # a zero farther out than this is told, not drawn
 CLOUD = 300  # posterior draws shown where an ellipse would mislead
@@ -15,6 +16,12 @@ MARKERS = ("circle", "square", "diamond", "triangle", "inverted_triangle", "hex"
 
 
 SMALL = 0.12  # an ellipse smaller than this hides behind its mark: it gets a window of its own
+
+
+def own_zeros(model, input: int) -> list[tuple[complex, float]]:
+    """Return (zero, std) of an input, without those that the orders themselves put at 0 or at infinity."""
+    pairs = zip(model.zeros(input), model.zeros_std(input))
+    return [(z, std) for z, std in pairs if isfinite(abs(z)) and (z != 0 or std > 0)]
 
 
 def smallest_window(model):
@@ -39,11 +46,11 @@ def plane(model, window=None):
 
     reach = _reach(model)
     (x, y), half = ((0.0, 0.0), reach) if window is None else ((window[0].real, window[0].imag), window[1])
-    size = 310 if window is None else 150
+    size, name = (310, "poles") if window is None else (150, "closeup")
     labels = ("real part", "imaginary part") if window is None else ("close-up of a pole", "")
     look: dict[str, Any] = {"width": size + 90, "height": size + 90, "frame_width": size, "frame_height": size}
     look |= {"x_range": (x - half, x + half), "y_range": (y - half, y + half), "tools": "box_zoom,pan,reset,save"}
-    fig: Any = figure(**look)
+    fig: Any = figure(name=name, **look)
     dress(fig, *labels).sizing_mode = "fixed"
     if window is not None:
         fig.xaxis.ticker.desired_num_ticks = fig.yaxis.ticker.desired_num_ticks = 3

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from driftwise.engine.status import MEANING, Status
 from driftwise.report.figure import LINES_SHOWN, MARKS
 
-__all__ = ["Mark", "dots", "lines", "marks"]
+__all__ = ["Mark", "mark_dots", "mark_lines", "marks"]
 
 ACROSS = 1200  # marks of a kind that can be told apart across a page
 
@@ -42,7 +42,7 @@ def _spread(times: list[float]) -> list[float]:
     return list({round((when - times[0]) / step): when for when in reversed(times)}.values())[::-1]
 
 
-def dots(line, fig, found: list[Mark], level: float) -> list:
+def mark_dots(line, fig, found: list[Mark], level: float) -> list:
     """Mark jumps and changes of the noise along a level of a panel over a `Timeline`; return (name, what was drawn)."""
     from bokeh.models import ColumnDataSource, HoverTool
 
@@ -62,7 +62,7 @@ def dots(line, fig, found: list[Mark], level: float) -> list:
     return drawn
 
 
-def lines(line, fig, found: list[Mark]) -> None:
+def mark_lines(line, fig, found: list[Mark]) -> None:
     """Draw a vertical line at each jump and change of the noise, unless they are too many to tell apart."""
     from bokeh.models import Span  # type: ignore[attr-defined]
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from driftwise.report import report_marks
+from driftwise.report.axes import across, legend, shade, single
 from driftwise.report.figure import LINES, PALETTE, steady_range
-from driftwise.report.report_axes import legend, single
-from driftwise.report.report_bars import shade
+from driftwise.report.marks import mark_dots, mark_lines
+from driftwise.report.page import named
 from driftwise.report.thin import alone, envelope, together
 
 __all__ = ["POINTS", "edges", "innovations", "inputs", "limits", "output", "panels", "statistic", "weight", "weights"]
@@ -32,24 +32,24 @@ def output(line, y, prediction, half, label: str = "output", *, outlier=None, ma
     i = together(POINTS, y, predicted)
     below, above = edges(predicted, half)
     source = line.source(i, y=y, p=predicted, low=below, high=above)
-    fig = line.figure(330, label, is_named=is_named, y_range=(low, high))
+    fig = line.figure(330, label, is_named=is_named, y_range=(low, high), name="output")
     band = fig.varea("t", "low", "high", source=source, color=PALETTE["predicted"], alpha=0.18)
     blue = fig.line("t", "p", source=source, color=PALETTE["predicted"], width=2.4)
     ink = fig.line("t", "y", source=source, color=PALETTE["measured"], width=1.0)
     dots = i if len(i) <= 500 else i[alone(y)[i]]
     lone = fig.scatter("t", "y", source=line.source(dots, y=y), size=4 if len(dots) < 1000 else 3, color=PALETTE["ink"])
-    told = [("measured", [ink, lone]), ("predicted one step ahead", [blue]), ("95 % band", [band])]
+    drawn = [("measured", [ink, lone]), ("predicted one step ahead", [blue]), ("95 % band", [band])]
     far = np.flatnonzero(outlier)
     if len(far):
         far = far[envelope(y[far], FEW)]
         shown = np.clip(y, low + 0.02 * (high - low), high - 0.02 * (high - low))
         look = {"marker": "x", "size": 10, "color": PALETTE["alert"], "line_width": 2}
-        told.append(("outlier", [fig.scatter("t", "y", source=line.source(far, y=shown), **look)]))
-    report_marks.lines(line, fig, marks)
-    told += report_marks.dots(line, fig, marks, high - 0.03 * (high - low))
+        drawn.append(("outlier", [fig.scatter("t", "y", source=line.source(far, y=shown), **look)]))
+    mark_lines(line, fig, marks)
+    drawn += mark_dots(line, fig, marks, high - 0.03 * (high - low))
     line.hover(fig, [ink], ("measured", "y"), ("predicted", "p"), ("from", "low"), ("to", "high"))
     band.level = "underlay"
-    legend(fig, told)
+    legend(fig, drawn)
     return fig
 
 
@@ -69,7 +69,7 @@ def inputs(line, columns, labels) -> list:
         fig.yaxis.ticker.desired_num_ticks = 3
         line.hover(fig, [drawn], (label, "v"))
         found.append(fig)
-    return found
+    return named("input", found)
 
 
 def edges(middle, half):
@@ -118,7 +118,7 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
                 fig.line("t", edge, source=source, color=PALETTE["ink"], width=1.1, line_dash="dotted")
             fig.line("t", "s", source=source, color=PALETTE["ink"], width=1.8, line_dash="dashed")
             tips.append(("smoothed", "s"))
-        report_marks.lines(line, fig, marks)
+        mark_lines(line, fig, marks)
         line.hover(fig, [drawn], *tips)
         fig.yaxis.axis_label_text_font_style = "bold"
         fig.yaxis.ticker.desired_num_ticks = 4
@@ -129,20 +129,19 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
 def innovations(line, z, *, outlier=None, marks=()) -> Any:
     """Innovations over their predicted standard deviation; what leaves the figure is drawn at its edge."""
     import numpy as np
-    from bokeh.models.annotations.geometry import Span
 
     z = np.asarray(z, float)
     outlier = np.zeros(len(z), bool) if outlier is None else np.asarray(outlier)
     size = np.abs(z[np.isfinite(z) & ~outlier])
     reach = min(1.12 * size.max(), max(1.8 * float(np.quantile(size, 0.99)), 4.5)) if size.size else 4.5
-    fig, told = line.figure(240, "innovation / sigma", y_range=(-reach, reach)), []
-    fig.add_layout(shade(-2, 2))
-    fig.add_layout(Span(location=0, dimension="width", line_color=PALETTE["quiet"], line_width=1))
+    fig, drawn = line.figure(240, "innovation / sigma", y_range=(-reach, reach), name="innovations"), []
+    shade(fig, -2, 2)
+    across(fig, 0)
     is_long, shown = np.isfinite(z).sum() > LONG, np.clip(z, -0.965 * reach, 0.965 * reach)
     limit = 4 if is_long else 3
     far = np.abs(z) > limit
     if is_long:  # dots would be extremes only, and look like louder innovations
-        told.append(("from lowest to highest", [_span(line, fig, shown)]))
+        drawn.append(("from lowest to highest", [_span(line, fig, shown)]))
     kinds = (
         (f"within {limit} sigma", ~outlier & ~far & np.isfinite(z), "circle", 4, PALETTE["measured"], 0.6),
         (f"beyond {limit} sigma", ~outlier & far, "triangle", 7, PALETTE["alert"], 0.9),
@@ -153,11 +152,11 @@ def innovations(line, z, *, outlier=None, marks=()) -> Any:
         if len(i):
             i = i[envelope(z[i], FEW)] if is_long else i
             look = {"marker": marker, "size": width, "color": color, "alpha": alpha}
-            told.append((name, [fig.scatter("t", "y", source=line.source(i, y=shown, z=z), **look)]))
-    report_marks.lines(line, fig, marks)
-    dots = [drawn for _, some in told[int(is_long) :] for drawn in some]
+            drawn.append((name, [fig.scatter("t", "y", source=line.source(i, y=shown, z=z), **look)]))
+    mark_lines(line, fig, marks)
+    dots = [dot for _, some in drawn[int(is_long) :] for dot in some]
     line.hover(fig, dots, ("innovation / sigma", "z"))
-    legend(fig, told)
+    legend(fig, drawn)
     return fig
 
 
@@ -178,10 +177,9 @@ def weight(line, values, marks=()) -> Any:
 
 def statistic(line, values, marks=()) -> Any:
     """A detector's statistic against its threshold."""
-    from bokeh.models.annotations.geometry import Span
-
     fig = _from_zero(line, "statistic / threshold", values, LINES[0], marks)
-    fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["ink"], line_dash="dashed"))
+    fig.name = "statistic"
+    across(fig, 1, line_color=PALETTE["ink"], line_dash="dashed")
     return fig
 
 
@@ -193,7 +191,7 @@ def _from_zero(line, label, values, color, marks):
     top = 1.08 * max(float(np.nanmax(values, initial=1.0)), 1.0)
     fig = line.figure(190, label, y_range=(0.0, top))
     drawn = fig.line("t", "v", source=line.source(envelope(values, FEW), v=values), width=1.6, color=color)
-    report_marks.lines(line, fig, marks)
+    mark_lines(line, fig, marks)
     line.hover(fig, [drawn], (label, "v"))
     return fig
 
@@ -208,28 +206,27 @@ def weights(line, shares, names, marks=()) -> Any:
     Long records are drawn with the mean of every bucket of samples, which keeps the sum at one.
     """
     import numpy as np
+    from bokeh.models import ColumnDataSource
 
     shares = np.asarray(shares, float)
     order = np.argsort(-np.nanmean(shares, axis=0), kind="stable")
     first, rest = order[:SHOWN], order[SHOWN:]
-    columns, told = [shares[:, j] for j in first], [str(names[j]) for j in first]
+    columns, called = [shares[:, j] for j in first], [str(names[j]) for j in first]
     if len(rest):
-        columns, told = [*columns, shares[:, rest].sum(axis=1)], [*told, f"{len(rest)} others"]
+        columns, called = [*columns, shares[:, rest].sum(axis=1)], [*called, f"{len(rest)} others"]
     start = np.arange(0, len(shares), -(-len(shares) // FEW))
     size = np.diff(np.append(start, len(shares)))[:, None]
     top = np.cumsum(np.add.reduceat(np.column_stack(columns), start, axis=0) / size, axis=1)
-    fig = line.figure(240, "weight", y_range=(0.0, 1.0))
+    fig = line.figure(240, "weight", y_range=(0.0, 1.0), name="weights")
     data = {"t": line.t[start], "k": line.rows[start].astype(np.int32), "top-1": single(0 * top[:, 0])}
-    data |= {f"top{j}": single(top[:, j]) for j in range(len(told))}
-    from bokeh.models import ColumnDataSource
-
+    data |= {f"top{j}": single(top[:, j]) for j in range(len(called))}
     source, drawn = ColumnDataSource(data), []
-    for j, name in enumerate(told):
+    for j, name in enumerate(called):
         look = {"color": LINES[j % len(LINES)], "alpha": 0.75, "hatch_pattern": HATCHES[j % len(HATCHES)]}
         area = fig.varea(
             "t", f"top{j - 1}", f"top{j}", source=source, hatch_color="#ffffff", hatch_alpha=0.6, hatch_scale=10, **look
         )
         drawn.append((name, [area]))
-    report_marks.lines(line, fig, marks)
+    mark_lines(line, fig, marks)
     legend(fig, drawn)
     return fig

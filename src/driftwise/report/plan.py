@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from driftwise.report.axes import FONT, dress, legend, single, zoomable
 from driftwise.report.figure import LINES, PALETTE
-from driftwise.report.report_axes import FONT, dress, legend, single
 from driftwise.report.thin import together
 from driftwise.report.track_words import when
 
@@ -47,15 +47,15 @@ def plan(rows, shown: int, sites=()) -> Any:
         _add(lines, *line)
         for a, b in r.spans:
             _add(wide, *single(path[max(a - 1, 0) : b]).T, colour(k, shown))
-    told = [("plot", [dots])]
+    drawn = [("plot", [dots])]
     some = _ellipses(rows[:shown], shown, extent)
     if some["x"]:
         look: Any = {"line_color": "colour", "fill_color": "colour", "fill_alpha": 0.08, "line_alpha": 0.45}
-        drawn = fig.ellipse("x", "y", "width", "height", "angle", source=ColumnDataSource(some), **look)
-        told.append(("95 % of the position", [drawn]))
+        ellipses = fig.ellipse("x", "y", "width", "height", "angle", source=ColumnDataSource(some), **look)
+        drawn.append(("95 % of the position", [ellipses]))
     if wide["x"]:
-        drawn = fig.multi_line("x", "y", source=ColumnDataSource(wide), color="colour", width=8, alpha=0.3)
-        told.append(("manoeuvre", [drawn]))
+        bands = fig.multi_line("x", "y", source=ColumnDataSource(wide), color="colour", width=8, alpha=0.3)
+        drawn.append(("manoeuvre", [bands]))
     source = ColumnDataSource(lines, name="tracks")
     source.selected.indices = [0] if len(rows) > 1 else []
     tracks = fig.multi_line("x", "y", source=source, color="colour", width="width", nonselection_alpha=0.8)
@@ -63,7 +63,7 @@ def plan(rows, shown: int, sites=()) -> Any:
     _heads(fig, rows, paths, shown)
     _tools(fig, tracks)
     fig.x_range.renderers = fig.y_range.renderers = [tracks, dots]
-    legend(fig, told)
+    legend(fig, drawn)
     return fig
 
 
@@ -75,22 +75,18 @@ def _add(columns: dict[str, list], *values) -> None:
 
 def _blank():
     from bokeh.models import DataRange1d
-    from bokeh.plotting import figure
 
     ranges: Any = {"x_range": DataRange1d(range_padding=0.06), "y_range": DataRange1d(range_padding=0.06)}
-    fig: Any = figure(height=640, tools="", match_aspect=True, **ranges)
+    fig = zoomable({"match_aspect": True}, height=640, match_aspect=True, name="plan", **ranges)
     return dress(fig, "East (km)", "North (km)")
 
 
 def _tools(fig, tracks) -> None:
-    from bokeh.models import BoxZoomTool, CustomJS, HoverTool, PanTool, ResetTool, SaveTool, TapTool, WheelZoomTool
+    from bokeh.models import HoverTool, TapTool
 
-    zoom, wheel = BoxZoomTool(match_aspect=True), WheelZoomTool(modifiers={"ctrl": True})
-    hover = HoverTool(renderers=[tracks], tooltips="@track: @said", line_policy="interp")
     tap = TapTool(renderers=[tracks])
-    fig.add_tools(zoom, PanTool(), wheel, ResetTool(), SaveTool(), hover, tap)
-    fig.toolbar.active_drag, fig.toolbar.active_scroll, fig.toolbar.active_tap = zoom, wheel, tap
-    fig.js_on_event("doubletap", CustomJS(args={"figure": fig}, code="figure.reset.emit()"))
+    fig.add_tools(HoverTool(renderers=[tracks], tooltips="@track: @said", line_policy="interp"), tap)
+    fig.toolbar.active_tap = tap
 
 
 def _extent(paths) -> float:

@@ -2,44 +2,39 @@
 
 from __future__ import annotations
 
+from driftwise.report.axes import across, dress, shade
 from driftwise.report.figure import PALETTE
-from driftwise.report.report_axes import dress
 
-__all__ = ["autocorrelations", "excitation", "orders", "shade"]
-
-
-def shade(low: float, high: float):
-    """Return a horizontal band to shade."""
-    from bokeh.models.annotations.geometry import BoxAnnotation
-
-    return BoxAnnotation(
-        bottom=low,
-        top=high,
-        fill_color=PALETTE["predicted"],
-        fill_alpha=0.08,
-        line_color=None,
-        level="underlay",
-    )
+__all__ = ["autocorrelations", "excitation", "orders"]
 
 
-def _blank(height: int, x_label: str, y_label: str, **more):
+def _blank(name: str, height: int, x_label: str, y_label: str, **more):
     from bokeh.plotting import figure
 
-    return dress(figure(height=height, tools="save", **more), x_label, y_label)
+    return dress(figure(name=name, height=height, tools="save", **more), x_label, y_label)
+
+
+def _listed(name: str, height: int, factors: list[str], x_label: str, y_label: str, **more):
+    """Return an empty figure for a bar in each row."""
+    from bokeh.models.ranges import FactorRange
+
+    height = max(70 + 30 * len(factors), height)
+    fig = _blank(name, height, x_label, y_label, y_range=FactorRange(factors=factors[::-1]), **more)
+    fig.ygrid.grid_line_color = None
+    return fig
 
 
 def autocorrelations(values, count: float):
     """Autocorrelation of the innovations from lag 1 with the 95 % bounds of white noise."""
     import numpy as np
-    from bokeh.models.annotations.geometry import Span
 
     values = np.asarray(values, float)
     bound = 1.96 / np.sqrt(max(count, 1.0))
     reach = max(1.25 * np.nanmax(np.abs(values), initial=0.0), 2.2 * bound)
     ranges = {"y_range": (-reach, reach), "x_range": (0.3, len(values) + 0.7)}
-    fig = _blank(250, "lag (samples)", "autocorrelation", **ranges)
-    fig.add_layout(shade(-bound, bound))
-    fig.add_layout(Span(location=0, dimension="width", line_color=PALETTE["quiet"], line_width=1))
+    fig = _blank("acf", 250, "lag (samples)", "autocorrelation", **ranges)
+    shade(fig, -bound, bound)
+    across(fig, 0)
     lags = np.arange(1, len(values) + 1)
     for beyond, look in ((False, {"color": PALETTE["predicted"]}), (True, {"color": PALETTE["alert"]})):
         some = (abs(values) > bound) == beyond
@@ -52,9 +47,6 @@ def excitation(directions, threshold: float):
     """Bars of posterior over prior variance per direction, on a log scale; long bars were not learned."""
     from math import log10
 
-    from bokeh.models.annotations.geometry import Span
-    from bokeh.models.ranges import FactorRange
-
     names: list[str] = []
     seen: dict[str, int] = {}
     for text, _ in directions:
@@ -65,16 +57,13 @@ def excitation(directions, threshold: float):
     decades = max(1, round(-log10(min([*ratios, 0.1]))) + 1)
     step = -(-decades // 5)
     lowest = 10.0**-decades
-    fig = _blank(
-        max(70 + 30 * len(names), 300 if len(names) > 2 else 0),
-        "variance left: posterior / prior", "",
-        x_axis_type="log", x_range=(lowest, 10 ** (0.04 * decades)), y_range=FactorRange(factors=names[::-1]),
-    )  # fmt: skip
+    ranges = {"x_axis_type": "log", "x_range": (lowest, 10 ** (0.04 * decades))}
+    least = 300 if len(names) > 2 else 0
+    fig = _listed("excitation", least, names, "variance left: posterior / prior", "", **ranges)
     colors = [PALETTE["warn"] if r > threshold else PALETTE["good"] for r in ratios]
     fig.hbar(y=names, left=lowest, right=ratios, height=0.5, color=colors, alpha=0.85)
-    fig.add_layout(Span(location=threshold, dimension="height", line_color=PALETTE["warn"], line_dash="dashed"))
+    across(fig, threshold, dimension="height", line_color=PALETTE["warn"], line_dash="dashed")
     fig.xaxis.ticker = [10.0**-k for k in range(0, decades + 1, step)]
-    fig.ygrid.grid_line_color = None
     return fig
 
 
@@ -89,16 +78,11 @@ def _short(text: str, most: int = 28) -> str:
 def orders(names: list[int], probability):
     """Bars of the posterior probability of each order."""
     import numpy as np
-    from bokeh.models.ranges import FactorRange
 
     factors = [str(name) for name in names]
     p = np.asarray(probability, float)
-    fig = _blank(
-        max(70 + 30 * len(names), 190), "posterior probability", "order",
-        x_range=(0, 1.02), y_range=FactorRange(factors=factors[::-1]),
-    )  # fmt: skip
+    fig = _listed("orders", 190, factors, "posterior probability", "order", x_range=(0, 1.02))
     colors = [PALETTE["predicted"] if v == p.max() else PALETTE["quiet"] for v in p]
     fig.hbar(y=factors, left=0, right=p, height=0.5, color=colors, alpha=0.85)
     fig.xaxis.ticker = [0, 0.25, 0.5, 0.75, 1]
-    fig.ygrid.grid_line_color = None
     return fig

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from driftwise.report.figure import PALETTE
-from driftwise.report.wording import number
-from driftwise.results.clock_words import instant
+from driftwise.results.numbers import instant, number
 
-__all__ = ["FONT", "Timeline", "dress", "legend", "single"]
+__all__ = ["FONT", "Timeline", "across", "dress", "legend", "shade", "single", "zoomable"]
 
 FONT = "system-ui, -apple-system, Segoe UI, Roboto, Helvetica Neue, Arial, sans-serif"
 LEFT = 84  # pixels left of the frame, so that frames stand one above the other
@@ -61,16 +60,12 @@ class Timeline:
 
     def figure(self, height: int, label: str, *, is_named: bool = True, **more) -> Any:
         """Return an empty panel over this axis; only where `is_named` the axis says what it shows."""
-        from bokeh.models import BoxZoomTool, CrosshairTool, CustomJS, PanTool, ResetTool, SaveTool, WheelZoomTool
-        from bokeh.plotting import figure
+        from bokeh.models import CrosshairTool
 
-        zoom = BoxZoomTool(dimensions="auto")
-        wheel = WheelZoomTool(dimensions="width", modifiers={"ctrl": True})  # the bare wheel scrolls the page
-        tools = [zoom, PanTool(), wheel, ResetTool(), SaveTool(), CrosshairTool(overlay=self.pointer, visible=False)]
         kind = "linear" if self.origin is None else "datetime"
-        fig: Any = figure(height=height, tools=tools, x_range=self.range, x_axis_type=kind, **more)  # type: ignore[arg-type]
-        fig.toolbar.active_drag, fig.toolbar.active_scroll = zoom, wheel
-        fig.js_on_event("doubletap", CustomJS(args={"figure": fig}, code="figure.reset.emit()"))
+        pointer = CrosshairTool(overlay=self.pointer, visible=False)
+        more |= {"height": height, "x_range": self.range, "x_axis_type": kind}
+        fig = zoomable({"dimensions": "auto"}, {"dimensions": "width"}, pointer, **more)
         fig.min_border_left = LEFT
         for axis in fig.axis:
             if hasattr(axis.formatter, "power_limit_high"):
@@ -86,6 +81,33 @@ class Timeline:
         shown += [(name, f"@{column}{{%.5g}}") for name, column in tips]
         kinds = {f"@{column}": "printf" for _, column in tips} | {"@t": "datetime" if dated else "printf"}
         fig.add_tools(HoverTool(renderers=renderers, tooltips=shown, formatters=kinds, mode="vline", visible=False))  # type: ignore[arg-type]
+
+
+def zoomable(box=None, wheel=None, *tools, **more) -> Any:
+    """Return an empty figure that is zoomed by dragging and by Ctrl and wheel (the bare wheel scrolls the page)."""
+    from bokeh.models import BoxZoomTool, CustomJS, PanTool, ResetTool, SaveTool, WheelZoomTool
+    from bokeh.plotting import figure
+
+    zoom, scroll = BoxZoomTool(**box or {}), WheelZoomTool(modifiers={"ctrl": True}, **wheel or {})
+    fig: Any = figure(tools=[zoom, PanTool(), scroll, ResetTool(), SaveTool(), *tools], **more)
+    fig.toolbar.active_drag, fig.toolbar.active_scroll = zoom, scroll
+    fig.js_on_event("doubletap", CustomJS(args={"figure": fig}, code="figure.reset.emit()"))
+    return fig
+
+
+def across(fig, at: float, **look) -> None:
+    """Draw a line across a figure at a level."""
+    from bokeh.models.annotations.geometry import Span
+
+    fig.add_layout(Span(location=at, **{"dimension": "width", "line_color": PALETTE["quiet"], "line_width": 1, **look}))
+
+
+def shade(fig, low: float, high: float, way: str = "bottom top", **look) -> None:
+    """Shade a figure between two levels."""
+    from bokeh.models.annotations.geometry import BoxAnnotation
+
+    usual: Any = {"fill_color": PALETTE["predicted"], "fill_alpha": 0.08, "line_color": None, "level": "underlay"}
+    fig.add_layout(BoxAnnotation(**usual | dict(zip(way.split(), (low, high))) | look))
 
 
 def dress(fig, x_label: str = "", y_label: str = ""):
@@ -108,12 +130,12 @@ def dress(fig, x_label: str = "", y_label: str = ""):
     return fig
 
 
-def legend(fig, told) -> None:
-    """Put a legend in a row above a figure; ``told`` are pairs of a name and what was drawn for it."""
+def legend(fig, drawn) -> None:
+    """Put a legend in a row above a figure; ``drawn`` are pairs of a name and what was drawn for it."""
     from bokeh.models import Legend, LegendItem  # type: ignore[attr-defined]
 
     row = Legend(
-        items=[LegendItem(label=name, renderers=drawn) for name, drawn in told], orientation="horizontal",
+        items=[LegendItem(label=name, renderers=some) for name, some in drawn], orientation="horizontal",
         location="top_right", border_line_color=None, background_fill_alpha=0, label_text_font=FONT,
         label_text_font_size="13px", padding=0, margin=0, spacing=14, label_text_color="#1f2933", glyph_width=22,
         click_policy="hide",

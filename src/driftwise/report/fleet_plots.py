@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from driftwise.report.axes import FONT, Timeline, dress, legend, shade, single, zoomable
 from driftwise.report.figure import PALETTE
-from driftwise.report.report_axes import FONT, Timeline, dress, legend, single
 
 __all__ = ["against", "jumps", "spread"]
 
@@ -15,17 +15,6 @@ MARKED = 400  # of those that need a look, in a histogram
 DOTS, ODD = 3000, 1500  # of a scatter: of the rest, and of those that need a look
 APART = 0.28  # of the width of a figure: names closer than this are left to the pointer
 REACH = 20.0  # widths between quartiles that a histogram shows either side; what is beyond stands at its edge
-
-
-def _blank(height: int, x: str, y: str, **more) -> Any:
-    from bokeh.models import BoxZoomTool, CustomJS, PanTool, ResetTool, SaveTool, WheelZoomTool
-    from bokeh.plotting import figure
-
-    zoom, wheel = BoxZoomTool(), WheelZoomTool(modifiers={"ctrl": True})
-    fig: Any = figure(height=height, tools=[zoom, PanTool(), wheel, ResetTool(), SaveTool()], **more)
-    fig.toolbar.active_drag, fig.toolbar.active_scroll = zoom, wheel
-    fig.js_on_event("doubletap", CustomJS(args={"figure": fig}, code="figure.reset.emit()"))
-    return dress(fig, x, y)
 
 
 def window(values) -> tuple[float, float]:
@@ -55,9 +44,9 @@ def spread(values, label: str, keys, odd, *, worth=None, ideal: tuple[float, flo
     inside = values[np.isfinite(values)].clip(low, high)
     counts, edges = np.histogram(inside, BINS, (low, high))
     top = float(counts.max(initial=1))
-    fig = _blank(230, label, "series", x_range=(low, high), y_range=(0, 1.32 * top))
+    fig = dress(zoomable(height=230, x_range=(low, high), y_range=(0, 1.32 * top)), label, "series")
     if ideal:
-        _shade(fig, *ideal)
+        shade(fig, *ideal, "left right", fill_color=PALETTE["good"], fill_alpha=0.1)
     fig.quad(left=edges[:-1], right=edges[1:], top=counts, bottom=0, color=PALETTE["predicted"], alpha=0.55,
              line_color="#ffffff")  # fmt: skip
     odd = np.asarray(odd, int)
@@ -74,13 +63,6 @@ def spread(values, label: str, keys, odd, *, worth=None, ideal: tuple[float, flo
     fig.yaxis.ticker.desired_num_ticks = 4
     fig.yaxis.formatter.use_scientific = False
     return fig
-
-
-def _shade(fig, low: float, high: float) -> None:
-    from bokeh.models.annotations.geometry import BoxAnnotation
-
-    look: Any = {"fill_color": PALETTE["good"], "fill_alpha": 0.1, "line_color": None, "level": "underlay"}
-    fig.add_layout(BoxAnnotation(left=low, right=high, **look))
 
 
 def _name(fig, x, y, names, ends) -> None:
@@ -112,10 +94,10 @@ def against(x, y, labels, keys, odd) -> Any:
 
     x, y = np.asarray(x, float), np.asarray(y, float)
     (left, right), (low, high) = window(x), window(y)
-    fig = _blank(380, *labels, x_range=(left, right), y_range=(low, high))
+    fig = dress(zoomable(height=380, x_range=(left, right), y_range=(low, high), name="against"), *labels)
     is_odd = np.zeros(len(x), bool)
     is_odd[np.asarray(odd, int)] = True
-    seen, told = np.isfinite(x) & np.isfinite(y), []
+    seen, groups = np.isfinite(x) & np.isfinite(y), []
     usual: Any = {"marker": "circle", "size": 4, "color": PALETTE["measured"], "alpha": 0.35}
     unlike: Any = {"marker": "triangle", "size": 8, "color": PALETTE["alert"], "alpha": 0.8}
     kinds = ("as the rest", seen & ~is_odd, DOTS, usual), ("not like the rest", seen & is_odd, ODD, unlike)
@@ -130,8 +112,8 @@ def against(x, y, labels, keys, odd) -> Any:
             drawn = fig.scatter("x", "y", source=ColumnDataSource(data), **look)
             tips = [("", "@name"), (labels[0], "@v{%.5g}"), (labels[1], "@w{%.5g}")]
             fig.add_tools(HoverTool(renderers=[drawn], tooltips=tips, formatters={"@v": "printf", "@w": "printf"}))  # type: ignore[arg-type]
-            told.append((name, [drawn]))
-    legend(fig, told)
+            groups.append((name, [drawn]))
+    legend(fig, groups)
     return fig
 
 
@@ -146,7 +128,7 @@ def jumps(time, span, bursts, origin: str | None, label: str) -> Any:
     for burst in bursts:
         together |= (edges[1:] >= burst.start) & (edges[:-1] <= burst.end) & (counts > 0)
     top = 1.15 * max(counts.max(initial=0), 1)
-    fig, at, told = line.figure(220, "series that jumped", y_range=(0, top)), line.at(edges), []
+    fig, at, groups = line.figure(220, "series that jumped", y_range=(0, top), name="jumps"), line.at(edges), []
     for name, chosen, color in (("one by one", ~together, "predicted"), ("together", together, "alert")):
         some = np.flatnonzero(chosen & (counts > 0))
         if len(some):
@@ -156,6 +138,6 @@ def jumps(time, span, bursts, origin: str | None, label: str) -> Any:
             tips = [("series", "@top"), (line.label, "@middle{%F %T}" if dated else "@middle{%.6g}")]
             kind: Any = {"@middle": "datetime" if dated else "printf"}
             fig.add_tools(HoverTool(renderers=[bars], tooltips=tips, formatters=kind))  # type: ignore[arg-type]
-            told.append((name, [bars]))
-    legend(fig, told)
+            groups.append((name, [bars]))
+    legend(fig, groups)
     return fig

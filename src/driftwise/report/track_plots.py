@@ -5,10 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
+from driftwise.report.axes import Timeline, across, legend, shade
 from driftwise.report.figure import LINES, PALETTE, steady_range
-from driftwise.report.report_axes import Timeline, legend
-from driftwise.report.report_bars import shade
-from driftwise.report.report_plots import edges, limits
+from driftwise.report.plots import edges, limits
 from driftwise.report.thin import together
 from driftwise.report.track_words import clock
 
@@ -67,7 +66,7 @@ class Panels:
         self.has_altitude = any(np.isfinite(part[ALTITUDE]).any() for part in parts)
         first = self.spans[0]
         self.line.range.update(start=first[0][0], end=first[0][1])
-        self.figures: dict[str, Any] = dict(self._draw())
+        self.figures = list(self._draw())
 
     def link(self, source) -> None:
         """Let the selection of a source with one row for each track choose the track."""
@@ -82,29 +81,28 @@ class Panels:
     spanned = (ALTITUDE, SPEED, TURN, EAST, NORTH, NIS)
 
     def _draw(self):
-        from bokeh.models.annotations.geometry import Span
-
         first = dict(zip(self.spanned, self.spans[0][1:]))
         self._range = {name: _range(first[name]) for name in self.spanned}
         if self.has_altitude:
-            yield ALTITUDE, self._curve(ALTITUDE, "altitude (m)", LINES[5])
-        yield SPEED, self._curve(SPEED, "speed (m/s)", LINES[0])
+            yield self._curve(ALTITUDE, "altitude (m)", LINES[5])
+        yield self._curve(SPEED, "speed (m/s)", LINES[0])
         fig = self._curve(TURN, "turn rate (°/s)", LINES[2])
-        fig.add_layout(Span(location=0, dimension="width", line_color=PALETTE["quiet"], line_width=1))
-        yield TURN, fig
-        yield PROBABILITY, self._probability()
+        across(fig, 0)
+        yield fig
+        yield self._probability()
         for name, axis in ((EAST, "east"), (NORTH, "north")):
-            yield name, self._innovation(name, axis)
-        yield NIS, self._nis()
+            yield self._innovation(name, axis)
+        yield self._nis()
 
-    def _panel(self, label: str, y_range, *, is_named: bool = False):
-        fig = self.line.figure(178 if is_named else 126, label, is_named=is_named, y_range=y_range)
+    def _panel(self, name: str, label: str, *, is_named: bool = False):
+        y_range = self._range.get(name) or _range((0.0, 1.04))
+        fig = self.line.figure(178 if is_named else 126, label, is_named=is_named, y_range=y_range, name=name)
         fig.yaxis.ticker.desired_num_ticks = 4
         fig.xaxis.visible = is_named  # the last panel has the times of all
         return fig
 
     def _curve(self, name: str, label: str, colour: str):
-        fig = self._panel(label, self._range[name])
+        fig = self._panel(name, label)
         tips = [(label, name)]
         if name != ALTITUDE:
             fig.varea("t", f"{name}_low", f"{name}_high", source=self.shown, color=colour, alpha=0.22)
@@ -114,7 +112,7 @@ class Panels:
         return fig
 
     def _probability(self):
-        fig = self._panel("manoeuvre", _range((0.0, 1.04)))
+        fig = self._panel(PROBABILITY, "manoeuvre")
         fig.varea("t", "zero", PROBABILITY, source=self.shown, color=PALETTE["alert"], alpha=0.22)
         drawn = fig.line("t", PROBABILITY, source=self.shown, color=PALETTE["alert"], width=1.6)
         fig.scatter(
@@ -126,7 +124,7 @@ class Panels:
         return fig
 
     def _innovation(self, name: str, axis: str):
-        fig = self._panel(f"{axis} (m)", self._range[name])
+        fig = self._panel(name, f"{axis} (m)")
         fig.varea("t", f"{name}_low", f"{name}_high", source=self.shown, color=PALETTE["predicted"], alpha=0.16)
         look = {"size": 2.5, "alpha": 0.4} if self.is_crowded else {"size": 3.5, "alpha": 0.75}
         drawn = fig.scatter("t", name, source=self.shown, color=PALETTE["ink"], **look)
@@ -135,11 +133,9 @@ class Panels:
         return fig
 
     def _nis(self):
-        from bokeh.models.annotations.geometry import Span
-
-        fig = self._panel("NIS", self._range[NIS], is_named=True)
-        fig.add_layout(shade(*LIMITS))
-        fig.add_layout(Span(location=1, dimension="width", line_color=PALETTE["quiet"], line_width=1))
+        fig = self._panel(NIS, "NIS", is_named=True)
+        shade(fig, *LIMITS)
+        across(fig, 1)
         dots = fig.scatter("t", "nis_one", source=self.shown, size=3, color=PALETTE["quiet"], alpha=0.6)
         drawn = fig.line("t", NIS, source=self.shown, color=LINES[3], width=2)
         self.line.hover(fig, [drawn], (f"mean of {RUN}", NIS), ("of this plot", "nis_one"))
