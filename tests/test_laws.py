@@ -12,8 +12,7 @@ import driftwise as dw
 from driftwise.analysis.laws import LAWS, example, same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
 from driftwise.engine import ud
-from driftwise.memory.adapt import plain, time_update
-from driftwise.memory.drift import drift
+from driftwise.memory import time_update
 
 Q2 = np.array([[0.3, 0.1], [0.1, 0.2]])
 FULL = np.diag([0.2, 0.1, 1e-4, 1e-5, 1e-4, 1e-4])
@@ -287,10 +286,10 @@ class Swelling(NamedTuple):
     q: float
 
 
-@drift.on(Swelling)
-def _(memory, alarm, surprise, observed, s2, U, D, n, scratch):
-    ud.widen(U, D, n, memory.q, scratch)
-    return 0
+@time_update.on(Swelling)
+def _(memory, state, elapsed, view):
+    ud.widen(view.U, view.D, view.first, memory.q, view.b)
+    return 1.0, 0
 
 
 IDLE = [
@@ -346,13 +345,10 @@ class Amnesia(NamedTuple):
     p: float
 
 
-plain(Amnesia)
-
-
 @time_update.on(Amnesia)
-def _(memory, cells, weight, surprise, share, s2, theta, U, D, work):
-    for j in range(D.size):
-        D[j] /= memory.p
+def _(memory, state, elapsed, view):
+    for j in range(view.D.size):
+        view.D[j] /= memory.p
     return memory.p, 0
 
 

@@ -13,7 +13,7 @@ import pytest
 import driftwise as dw
 from driftwise.engine import compile, ud
 from driftwise.engine.dispatch import Size, Vector, flatten, read, read_all
-from driftwise.memory.drift import drift
+from driftwise.memory import time_update
 
 PACKAGE = Path(dw.__file__).parent
 
@@ -94,12 +94,12 @@ class Breathing(NamedTuple):
     q: Vector
 
 
-@drift.on(Breathing)
-def _(memory, cell, surprise, observed, s2, U, D, n, scratch):
-    if D[n] * memory.period < 0.01:
+@time_update.on(Breathing)
+def _(memory, state, elapsed, view):
+    if view.D[view.first] * memory.period < 0.01:
         for i in range(memory.q.size):
-            ud.widen(U, D, n + i, memory.q[i], scratch)
-    return 0
+            ud.widen(view.U, view.D, view.first + i, memory.q[i], view.b)
+    return 1.0, 0
 
 
 def test_a_users_own_policy_runs_compiled_in_a_few_lines():

@@ -13,9 +13,9 @@ from scipy import stats
 import driftwise as dw
 from driftwise.engine import compile
 from driftwise.engine.dispatch import flatten
-from driftwise.memory.bank import open_cells
+from driftwise.memory.bank import open_bank
 from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, log_density, mode
-from driftwise.memory.unknown import open_ground
+from driftwise.memory.unknown_drift import open_drift_state
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "golden" / "abid.json").read_text())["cases"]}
 BITS = {"jump": dw.Status.JUMP, "noise level": dw.Status.NOISE, "outlier": dw.Status.OUTLIER}
@@ -112,7 +112,7 @@ def test_bank_of_two_is_the_case_in_50_digits():
     faded = after / after.sum(axis=1, keepdims=True)
     for k, (y, psi) in enumerate(zip(given["y"], given["psi"])):
         state, _ = est.update(state, y, psi)
-        own = open_cells(open_ground(state["memory_state"].ravel(), 2).own, 2, 2)
+        own = open_bank(open_drift_state(state["memory_state"].ravel(), 2).own, 2, 2)
         each = np.array([mode(own.bank, m, 2).own for m in range(2)])
         golden.assert_close(each[:, WEIGHT], faded[k], case["rtol"], f"weights of sample {k}")
         golden.assert_close(0.02 * each[:, CHI2] / each[:, FREEDOM], expected["sigma2_each"][k], case["rtol"])

@@ -14,9 +14,13 @@ import driftwise as dw
 from driftwise.cli import specs
 from driftwise.engine import compile, ud
 from driftwise.engine.dispatch import flatten
-from driftwise.memory import auxiliary, correlation, fuzzy, matching, sensitivity
-from driftwise.memory.transition import relax
-from driftwise.memory.unknown import Sample, open_ground, revise
+from driftwise.memory import auxiliary_filter as auxiliary
+from driftwise.memory import covariance_matching as matching
+from driftwise.memory import fuzzy_drift as fuzzy
+from driftwise.memory import sensitivity
+from driftwise.memory.autocovariance_ls import design_size, open_design
+from driftwise.memory.gauss_markov import relax
+from driftwise.memory.unknown_drift import Sample, open_drift_state, revise
 
 CASES = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "golden" / "abid.json").read_text())["cases"]}
 PHI = (0.5, 0.3, 1.0, 0.09)
@@ -47,7 +51,7 @@ def follow(est, y, u):
             rows, y[None, k : k + 1, None], u[None, k : k + 1], outs, est.spec, est.scratch()
         )
         state = rows.view(est.dtype)
-        q = open_ground(state["memory_state"].ravel(), 4).q
+        q = open_drift_state(state["memory_state"].ravel(), 4).q
         found.append((outs[0, 0, est.n_columns : est.n_columns + 4].copy(), outs[0, 0, 1], q.copy()))
     return [np.array(each) for each in zip(*found)]
 
@@ -66,7 +70,7 @@ def sample(given):
 def test_fuzzy_table():
     given, expected, tolerance = case("fuzzy_table_linear")
     small, medium, large = given["alpha"]
-    rule = fuzzy.Fuzzy(
+    rule = fuzzy.FuzzyDriftKernel(
         1.0, (), (), 0.0, 0.0, 1.0, small, medium, large, given["e0"], given["e1"], given["d1"], 0.0, 0.0
     )
     golden.assert_close([fuzzy.table(rule, *x) for x in given["x"]], expected["alpha_i"], tolerance)
@@ -87,7 +91,7 @@ def test_one_step_of_each_matching_rule():
     given, expected, tolerance = case("covmatch_single_step")
     now, old = sample(given), given["q_old"]
     golden.assert_close(now.T, expected["S"], tolerance)
-    rule = matching.Match(1.0, given["Phi"] * np.ones(2), (), 0.0, 0.0, 1.0, 0.0, given["gain"])
+    rule = matching.CovarianceMatchingKernel(1.0, given["Phi"] * np.ones(2), (), 0.0, 0.0, 1.0, 0.0, given["gain"])
     found = {}
     for key, step in {"q_innovation_EW": matching.match_gain, "online_em_q": matching.climb_em}.items():
         found[key] = old.copy()
@@ -96,8 +100,10 @@ def test_one_step_of_each_matching_rule():
     own = np.append(np.zeros(matching.UNIT), old)
     matching.match_myers_tapley(rule, own, now, used)
     found["myers_tapley_q"] = own[matching.UNIT :]
-    listener = auxiliary.Auxiliary(1.0, np.ones(2), (), 0.0, 0.0, 1.0, given["lam"], 1.0, np.inf, np.full(2, np.inf))
-    own = np.zeros(auxiliary.own_cells(2))
+    listener = auxiliary.AuxiliaryFilterKernel(
+        1.0, np.ones(2), (), 0.0, 0.0, 1.0, given["lam"], 1.0, np.inf, np.full(2, np.inf)
+    )
+    own = np.zeros(13)
     second = auxiliary.open_filter(own, 2)
     unit = now.unit
     U, second.D[:] = ud.factor(given["Pq"] / np.outer(unit, unit))
@@ -114,9 +120,9 @@ def test_a_variance_that_would_turn_negative_is_clamped():
     given, expected, _ = case("covmatch_negative_guard")
     now, q = sample(given), np.array(given["q_old"], float)
     assert expected["aux_z"] < 0 and matching.excess(now) < 0
-    own = np.zeros(matching.own_cells(2))
+    own = np.zeros(matching.UNIT + 2)
     own[matching.UNIT :] = now.unit
-    rule = matching.Match(1.0, np.ones(2), (), 0.0, 0.0, 1.0, 0.0, 1.0)
+    rule = matching.CovarianceMatchingKernel(1.0, np.ones(2), (), 0.0, 0.0, 1.0, 0.0, 1.0)
     for kind in (matching.SCALAR, matching.MYERS):
         revise(rule._replace(rule=float(kind)), own, now, None, None, None, q)
         assert np.all(q == 0)
@@ -237,8 +243,8 @@ def test_correlation_learns_speeds_where_the_noise_is_unknown():
     s = system("c", 20)
     est = dw.Regression(4, memory=dw.memory.AutocovarianceLS(), at_rest=True)
     states, _ = est.update_batch(est.start(20), s.y, s.u)
-    own = states["memory_state"][:, -correlation.own_cells(4, 10) :]
-    x = np.median([correlation.open_design(row, 4, 10).x for row in own], axis=0)
+    own = states["memory_state"][:, -design_size(4, 10) :]
+    x = np.median([open_design(row, 4, 10).x for row in own], axis=0)
     assert x[0] > 2 * x[1] > 0 and x[1] > 2 * x[2] and x[3] < 1e-3
 
 

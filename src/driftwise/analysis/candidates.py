@@ -12,8 +12,9 @@ from ..detect.self_starting import SelfStarting
 from ..estimators.armax.estimator import ARMA, ARMAX, OE
 from ..estimators.arx.estimator import AR, ARX
 from ..memory.auto import AutoMemory
-from ..memory.drift import Constant, RestartOnChange
-from ..memory.fading import ExponentialForgetting
+from ..memory.constant import Constant
+from ..memory.exponential_forgetting import ExponentialForgetting
+from ..memory.restart_on_change import RestartOnChange
 
 FORGETTING = (
     Constant(),

@@ -142,7 +142,7 @@ def identifiability_verdict(found: Identifiability) -> Verdict:
 def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Verdict:
     """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
     from ..memory.auto import AutoMemory
-    from ..memory.drift import Constant
+    from ..memory.constant import Constant
 
     memory = s.estimator.options.get("memory")
     name, speeds = "drift or jump", s.drift

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..estimators.model_average.trace import AverageTrace
-from ..memory.drift import RestartOnChange
+from ..memory.restart_on_change import RestartOnChange
 from ..results import verbs
 from ..results.frames import as_frame
 from ..results.summary import Summary

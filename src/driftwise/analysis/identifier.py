@@ -12,7 +12,7 @@ from ..engine.errors import InputError
 from ..estimators.model_average.estimator import ModelAverage
 from ..estimators.model_average.step import NAIVE
 from ..estimators.model_average.trace import AverageTrace
-from ..memory.fading import ExponentialForgetting
+from ..memory.exponential_forgetting import ExponentialForgetting
 from .candidates import Candidate, candidates
 
 PILOT = 200  # samples that set the units, or half of a record that is shorter

@@ -17,14 +17,13 @@ from ..engine import compile
 from ..engine.errors import InputError, refuse_class
 from ..estimators.adaptive_gain.estimator import AdaptiveGain
 from ..estimators.arx.estimator import ARX
+from ..estimators.common.memories import fits_joint
 from ..estimators.common.observer import Observer
 from ..estimators.joint.estimator import Joint
 from ..fleet.fleet import Fleet
-from ..memory.adapt import adapt
-from ..memory.adaptation import resolve
-from ..memory.drift import CovarianceInflation, RestartOnChange, drift
-from ..memory.fading import ExponentialForgetting
-from ..memory.restart import GainReset
+from ..memory.exponential_forgetting import ExponentialForgetting
+from ..memory.registry import MEMORIES
+from ..memory.restart_on_change import CovarianceInflation, GainReset, RestartOnChange
 from ..models.noise import EquationError
 from ..models.simulation import simulate_mimo
 from ..results.snapshot import is_described, load_state, save_state
@@ -332,16 +331,13 @@ def _homes(policy) -> list:
         return [Joint(2, inputs=1, gate=policy, **joint), ARX(2, 2, gate=policy)]
     if isinstance(policy, ScoreCUSUM) or (isinstance(policy, RestartOnChange) and not _fits_joint(policy)):
         return [ARX(2, 2, memory=policy if isinstance(policy, RestartOnChange) else RestartOnChange(policy, settle=10))]
-    if kind in drift.table or isinstance(policy, RestartOnChange):
-        homes = [Joint(2, inputs=1, memory=policy, **joint)]
-        is_both = kind in adapt.table or isinstance(policy, RestartOnChange)
-        return [*homes, ARX(2, 2, memory=policy)] if is_both else homes
-    if kind in adapt.table or kind in resolve.registry:
-        return [ARX(2, 2, memory=policy)]
+    if kind in MEMORIES:
+        homes = [Joint(2, inputs=1, memory=policy, **joint)] if fits_joint(policy) else []
+        return [*homes, ARX(2, 2, memory=policy)]
     if kind in watch.table or hasattr(policy, "resolve"):
         return [Joint(2, inputs=1, memory=RestartOnChange(policy, settle=10), **joint)]
     raise InputError(
-        "a policy is a memory, a gate or a detector with its rule (drift.on, adapt.on, admit.on, watch.on), or a "
+        "a policy is a memory, a gate or a detector with its rule (time_update.on, adapt.on, admit.on, watch.on), or a "
         f"restart, got {policy!r}"
     )
 

@@ -7,7 +7,7 @@ from ..estimators.arx.estimator import AR, ARX
 from ..estimators.arx.regression import Regression
 from ..estimators.joint.estimator import Joint
 from ..memory.auto import AutoMemory
-from ..memory.drift import Constant
+from ..memory.constant import Constant
 from ..models.noise import UnknownPolynomial
 from ..models.scale import KnownScale
 from ..results.whiteness import LAGS

@@ -9,7 +9,7 @@ from ..engine.errors import InputError
 from ..estimators.arx.estimator import Recursive
 from ..estimators.arx.forecast import STEP
 from ..estimators.arx.methods import LeastSquares
-from ..memory.drift import Constant
+from ..memory.constant import Constant
 
 __all__ = ["what_changed"]
 

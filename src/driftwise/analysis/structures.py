@@ -12,7 +12,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.joint_mimo.estimator import JointMIMO
-from ..memory.drift import Constant
+from ..memory.constant import Constant
 from ..models.noise import EquationError
 from ..models.scale import InverseGamma
 from .orders import CLOSE, PILOT, SMALLEST, VAGUE, _ratio

@@ -198,7 +198,7 @@ def memory(text: str) -> Any:
         phis = _one_or_each(floats("--memory drift:NVR/", phi)) if slash else 1.0
         return memories.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
     if kind == "ekf":
-        from driftwise.memory.adaptation import EKF
+        from driftwise.memory.settings import EKF
 
         raise InputError(f"--memory ekf: {EKF}.")
     if kind == "runlengths" and numbers:

@@ -1,8 +1,10 @@
 """Which samples are believed: all of them, or those within so many standard deviations."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from ..engine import validation
 from ..engine.dispatch import choice
+from ..engine.errors import InputError, refuse_class
 from ..engine.ud import predicted_variance
 
 
@@ -57,3 +59,18 @@ def count_rejections_innovation_gate(gate, rejected, is_rejected):
     if rejected >= gate.patience:
         return -gate.settle
     return min(rejected + 1.0, 0.0)
+
+
+def resolve_gate(gate, unknowns: int) -> Any:
+    """Return the kernel's gate."""
+    refuse_class("gate", gate)
+    if gate is None:
+        return Always()
+    if isinstance(gate, InnovationGate):
+        settle = 6 * unknowns if gate.settle is None else validation.count("settle", gate.settle)
+        return InnovationGate(
+            validation.positive("sigmas", gate.sigmas), validation.positive("patience", gate.patience), float(settle)
+        )
+    if type(gate) not in admit.table:
+        raise InputError(f"gate must be None or InnovationGate(sigmas), got {gate!r}")
+    return gate

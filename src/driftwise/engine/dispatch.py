@@ -2,8 +2,11 @@
 
 * ``@kernel`` marks a function that compiled code may call. It stays an ordinary Python function.
 * ``@choice`` marks a function with one implementation per policy type; ``choice.on(Type)`` adds one.
-* A policy is a named tuple; fields that hold several numbers are annotated `Vector`, those that decide how long loops
-  are `Size`. Drivers get the policies of an estimator as one row of numbers, and read them back.
+* Policies that answer several choices are a family: who answers one of them gives, to the others, the plain answer,
+  which is the body of the prototype.
+* A policy is a named tuple; fields that hold several numbers are annotated `Vector` (`PerParameter`: one of each
+  parameter), those that decide how long loops are `Size`. Drivers get the policies of an estimator as one row of
+  numbers, and read them back.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from typing import Annotated, Any, get_type_hints
 import numpy as np
 
 Vector = Annotated[Any, "several numbers"]  # marks such a field of a policy
+PerParameter = Annotated[Any, "one number of each parameter"]  # such a vector: `part` cuts it
 Size = Annotated[
     float, "a size"
 ]  # marks a number that decides the length of loops, or a branch: a fleet has it compiled in
@@ -37,22 +41,34 @@ def rare(function: Callable) -> Callable:
     return kernel(function)
 
 
-def choice(prototype: Callable) -> Any:
-    """Turn a prototype into a function whose first argument's type selects the implementation."""
+def choice(prototype: Callable, family: set[type] | None = None) -> Any:
+    """Turn a prototype into a function whose first argument's type selects the implementation.
+
+    ``choice.on(Type)`` adds one, ``choice.find(Type)`` returns it, or None. Types of the ``family`` that have none of
+    their own get the body of the prototype; `on` makes its types members.
+    """
     table: dict[type, Callable] = {}
+
+    def find(kind) -> Callable | None:
+        return table.get(kind) or (prototype if family is not None and kind in family else None)
 
     @functools.wraps(prototype)
     def choose(policy, *args):
-        return table[type(policy)](policy, *args)
+        found = find(type(policy))
+        if found is None:
+            raise TypeError(f"a {type(policy).__name__} has no {prototype.__name__}")
+        return found(policy, *args)
 
     def on(*kinds: type) -> Callable:
         def add(function: Callable) -> Callable:
             table.update(dict.fromkeys(kinds, function))
+            if family is not None:
+                family.update(kinds)
             return function
 
         return add
 
-    choose.on, choose.table = on, table  # type: ignore[attr-defined]
+    choose.on, choose.table, choose.find = on, table, find  # type: ignore[attr-defined]
     choices.append(choose)
     return choose
 
@@ -85,7 +101,7 @@ def reader(kinds: tuple[type, ...], given: str, is_sized: bool = False) -> Calla
     for i, kind in enumerate(kinds):
         names = [f"{name}_{i}" for name in kind._fields]  # type: ignore[attr-defined]
         for name, annotation in zip(names, get_type_hints(kind, include_extras=True).values()):
-            if annotation is Vector:
+            if annotation in (Vector, PerParameter):
                 lines += ["    size = int(spec[at])", f"    {name} = spec[at + 1 : at + 1 + size]", "    at += size"]
             elif annotation is Size and is_sized and i == 0:
                 lines.append(f"    {name} = sizes[{next(fixed)}]")
@@ -97,6 +113,21 @@ def reader(kinds: tuple[type, ...], given: str, is_sized: bool = False) -> Calla
     scope: dict[str, Any] = {f"kind_{i}": kind for i, kind in enumerate(kinds)}
     exec("\n".join(lines), scope)
     return scope["read"]
+
+
+@functools.cache
+def cutter(kind: type) -> Callable:
+    """Write the function ``cut(policy, first, last)`` that returns the policy of some parameters alone."""
+    hints = get_type_hints(kind, include_extras=True)
+    fields = [f"policy.{name}" + "[first:last]" * (hints[name] == PerParameter) for name in kind._fields]  # type: ignore
+    scope: dict[str, Any] = {"kind": kind}
+    exec(f"def cut(policy, first, last):\n    return kind({', '.join(fields)})", scope)
+    return scope["cut"]
+
+
+def part(policy, first, last):
+    """Return the policy of the parameters first .. last - 1: of each `PerParameter` only those."""
+    return cutter(type(policy))(policy, first, last)  # type: ignore[arg-type]
 
 
 def read(kind, spec, at):
@@ -119,7 +150,8 @@ def resolvers() -> Iterator[tuple[Callable, Callable]]:
     for function in kernels:
         yield function, lambda *args, function=function: function
     for function in choices:
-        yield function, lambda policy, *args, table=function.table: table.get(getattr(policy, "instance_class", None))
+        yield function, lambda policy, *args, find=function.find: find(getattr(policy, "instance_class", None))
+    yield part, lambda policy, first, last: cutter(policy.instance_class)
     yield read, lambda kind, spec, at: reader((kind.instance_class,), "kind, spec, at")
     yield read_like, lambda like, spec, at: reader((like.instance_class,), "like, spec, at")
     yield (

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..memory import auto
-from ..memory.bank import open_cells
+from ..memory.bank import open_bank
 from ..memory.modes import WEIGHT, mode
-from ..memory.unknown import open_ground
+from ..memory.unknown_drift import open_drift_state
 from .fleet import Fleet
 
 SLICE = 4096  # series whose covariances are in memory at a time
@@ -107,10 +107,10 @@ def _speeds(found: Census, at, est, states) -> None:
         return
     cells = states["memory_state"]
     places = np.arange(cells.shape[1])  # views of these are where the numbers of each view are
-    ground = open_ground(places, N)
-    q, unit = cells[:, ground.q], cells[:, ground.unit]
+    drift = open_drift_state(places, N)
+    q, unit = cells[:, drift.q], cells[:, drift.unit]
     with np.errstate(divide="ignore", invalid="ignore"):
         found.memory[at] = np.sqrt(unit / q)
-    if isinstance(memory, auto.Contest):
-        bank = open_cells(ground.own[auto.TRIAL :], N, len(memory.levels)).bank
+    if isinstance(memory, auto.AutoMemoryKernel):
+        bank = open_bank(drift.own[auto.TRIAL :], N, len(memory.levels)).bank
         found.still[at] = cells[:, mode(bank, 0, N).own[WEIGHT]]

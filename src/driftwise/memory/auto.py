@@ -11,30 +11,32 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
+from ..engine import validation
 from ..engine.dense import at
-from ..engine.dispatch import Vector, kernel, rare
+from ..engine.dispatch import PerParameter, Vector, kernel, rare
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import factor_within, predicted_variance, widen
-from .adapt import adapt, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update, unmoved
 from .bank import (
     FREEDOM_NOW,
     SIGMA2_NOW,
     WAITS,
-    Cells,
+    Bank,
+    bank_size,
+    common_of_banks,
     count_mixture,
     merge_again,
     mixture_of_modes,
-    open_cells,
-    own_cells,
+    open_bank,
+    staying,
 )
-from .likelihood import Learner, begin_again, carry, climb, follow, open_learner, ratio
-from .likelihood import own_cells as learner_cells
+from .gauss_markov import relax
+from .likelihood_drift import Learner, begin_again, carry, climb, follow, learner_size, open_learner, ratio
 from .mixing import drift_apart, interact, merge
-from .modes import CHI2, FREEDOM, WEIGHT, mode, open_bank, own_sigma2, size_of, unfold
+from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, mode, own_sigma2, size_of, unfold
 from .modes import update as update_bank
+from .registry import adapt, begin, count, found_jump, mixture, outlier_probability, register, resolve, time_update
 from .sensitivity import pass_time
-from .transition import relax
-from .unknown import RESTS, SEEN, Ground, excite, lean, open_ground
+from .unknown_drift import SEEN, UNEXCITED, DriftState, drift_state_size, excite, lean, open_drift_state
 
 ON, AGE, JUMPED, LOUDER, VERDICT, RHO, CLEAN, TRIAL = range(8)  # of a trial: runs it, how long, log odds, what it found
 NOTHING, A_JUMP, A_LEVEL = range(3)
@@ -47,6 +49,13 @@ JUMP_ODDS, LEVEL_ODDS, AHEAD = math.log(5.0), math.log(20.0), math.log(3.0)
 LEVEL_AGE, OLDEST, HOPELESS, IMPOSSIBLE = 8.0, 16.0, -6.0, -1e300
 
 
+@register(
+    "auto",
+    "auto:outliers",
+    "auto:jumps",
+    about="how fast each parameter drifts, the noise, outliers and jumps are found out; or only these surprise",
+    read=lambda words: AutoMemory(words.rest),
+)
 class AutoMemory(NamedTuple):
     """Nothing to tune: how fast each parameter drifts, sigma^2, outliers, jumps and louder noise are found out.
 
@@ -72,18 +81,17 @@ class AutoMemory(NamedTuple):
         return math.exp(JUMP_ODDS)
 
 
-class Contest(NamedTuple):
+class AutoMemoryKernel(NamedTuple):
     """What the kernel sees of `AutoMemory`."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     learns: float
     freedom: float
     chi2: float
-    told: float
     outliers: float  # 1: some samples are
     trials: float  # 1: jumps and louder noise are looked for
     ripe: float  # samples a challenger runs at least
@@ -96,40 +104,60 @@ class Contest(NamedTuple):
     levels: Vector
     A: Vector
 
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, auto_size(parameters, len(self.levels)))
+
+    @property
+    def mixture_columns(self) -> int:
+        """How many numbers tell what a prediction is mixed of: three of each mode."""
+        return 3 * len(self.levels)
+
 
 class Parts(NamedTuple):
     """Views of everything `AutoMemory` keeps."""
 
-    ground: Ground
-    own: Cells
+    drift: DriftState
+    own: Bank
     trial: np.ndarray
     challenger: np.ndarray
     rival: np.ndarray
     learner: Learner
 
 
-def auto_cells(N: int, M: int) -> int:
-    """Return how many numbers `AutoMemory` keeps beyond the ground of all policies."""
-    return own_cells(N, M) + TRIAL + 2 * M * size_of(N) + learner_cells(N, N)
+def auto_size(N: int, M: int) -> int:
+    """Return how many numbers `AutoMemory` keeps beyond its drift state."""
+    return bank_size(N, M) + TRIAL + 2 * M * size_of(N) + learner_size(N, N)
 
 
 @kernel
-def open_parts(memory, memory_state, N):
+def open_parts(memory, state, N):
     """Return the views."""
     M = MODES
     size = M * size_of(N)
-    ground = open_ground(memory_state, N)
-    own = open_cells(ground.own[TRIAL:], N, M)
-    a = ground.own.size - 2 * size - learner_cells(N, N)
+    drift = open_drift_state(state, N)
+    own = open_bank(drift.own[TRIAL:], N, M)
+    a = drift.own.size - 2 * size - learner_size(N, N)
     b = a + size
     c = b + size
-    return Parts(ground, own, ground.own[:TRIAL], ground.own[a:b], ground.own[b:c], open_learner(ground.own[c:], N, N))
+    return Parts(drift, own, drift.own[:TRIAL], drift.own[a:b], drift.own[b:c], open_learner(drift.own[c:], N, N))
 
 
-@begin.on(Contest)
-def begin_contest(memory, memory_state, theta, U, D):
-    parts = open_parts(memory, memory_state, D.size)
-    open_bank(memory, parts.own.bank, theta, U, D)
+@resolve.on(AutoMemory)
+def resolve_auto_memory(memory, setting):
+    expect = validation.one_of("expect", memory.expect, ("both", "outliers", "jumps"))
+    levels = np.array([*LEVELS, np.nan])  # the last one is learnt
+    return AutoMemoryKernel(
+        **common_of_banks(setting, memory.phi), outliers=float(expect != "jumps"), trials=float(expect != "outliers"),
+        ripe=1.0 if expect == "jumps" else 2.0, start=np.log(1e-2), least=np.log(1e-6), most=np.log(10.0),
+        samples=300.0, tau=2.0, prior=4.0, levels=levels, A=staying(MODES, STAY).ravel(),
+    )  # fmt: skip
+
+
+@begin.on(AutoMemoryKernel)
+def begin_auto_memory(memory, state, view):
+    parts = open_parts(memory, state, view.D.size)
+    begin_modes(memory, parts.own.bank, view.theta, view.U, view.D)
 
 
 @rare
@@ -141,20 +169,20 @@ def challenge(memory, parts, b):
     for m in range(MODES):
         one, rival = mode(parts.challenger, m, N), mode(parts.rival, m, N).own
         for i in range(N):
-            widen(one.U, one.D, i, WIDE * parts.ground.unit[i], b)
+            widen(one.U, one.D, i, WIDE * parts.drift.unit[i], b)
         rival[CHI2] = 2.0 * LOUD * own_sigma2(memory, rival)
         rival[FREEDOM] = 2.0
     trial[ON], trial[AGE], trial[JUMPED], trial[LOUDER] = 1.0, 0.0, PRIOR, PRIOR
 
 
 @rare
-def argue(memory, parts, e, R, theta, evidence, scratch, rests):
+def argue(memory, parts, e, R, theta, evidence, view, is_unexcited):
     """Let challenger and rival see the sample; return what is decided, NOTHING while the trial goes on."""
     trial, own, is_robust = parts.trial, parts.own, memory.outliers > 0.0
     noise = memory.R if trial[CLEAN] <= theta.size else R  # to both, what looked like an outlier is as it should be
     for which in (JUMPED, LOUDER):
         bank = parts.challenger if which == JUMPED else parts.rival
-        found, _ = update_bank(memory, bank, own.dense, e, noise, theta, scratch, own.logs, is_robust, rests, True)
+        found, _ = update_bank(memory, bank, own.dense, e, noise, theta, view, own.logs, is_robust, is_unexcited, True)
         trial[which] += found - evidence
     if memory.learns == 0.0:
         trial[LOUDER] = IMPOSSIBLE
@@ -178,32 +206,32 @@ def take_over(own, bank, trial):
     trial[ON] = 0.0
 
 
-@adapt.on(Contest)
-def adapt_contest(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    parts = open_parts(memory, memory_state, D.size)
-    own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
-    N, M, T = D.size, MODES, predicted_variance(scratch.f, D, R)
-    rests = excite(memory, ground, scratch.psi)
-    lean(ground, R, T)
-    if memory.trials > 0.0 and trial[ON] == 0.0 and ground.head[SEEN] > 4.0 * N:
+@adapt.on(AutoMemoryKernel)
+def adapt_auto_memory(memory, state, e, R, view):
+    theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
+    own, trial, drift, learner = parts.own, parts.trial, parts.drift, parts.learner
+    N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
+    is_unexcited = excite(memory, drift, view.psi)
+    lean(drift, R, T)
+    if memory.trials > 0.0 and trial[ON] == 0.0 and drift.head[SEEN] > 4.0 * N:
         freedom = own.head[FREEDOM_NOW] if memory.learns > 0.0 else math.inf
         heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0
         if e * e > SURPRISE * heavy * s2 * T:
-            challenge(memory, parts, scratch.b)
+            challenge(memory, parts, view.b)
     evidence, trial[RHO] = update_bank(
-        memory, own.bank, own.dense, e, R, theta, scratch, own.logs, memory.outliers > 0.0, rests, rests
+        memory, own.bank, own.dense, e, R, theta, view, own.logs, memory.outliers > 0.0, is_unexcited, is_unexcited
     )
-    own.head[WAITS] = 0.0 if rests else 1.0
-    if rests:
+    own.head[WAITS] = 0.0 if is_unexcited else 1.0
+    if is_unexcited:
         unfold(own.bank, own.dense, N)
     error, spread, own_s2, part = own.logs[M], own.logs[M + 1], own.logs[M + 2], own.logs[M + 3]
-    follow(learner, scratch.psi, scratch.b, error, spread, own_s2, part, scratch.c)
-    if ground.head[SEEN] > 2.0 * N and not rests:
+    follow(learner, view.psi, view.b, error, spread, own_s2, part, view.c)
+    if drift.head[SEEN] > 2.0 * N and not is_unexcited:
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     trial[VERDICT] = NOTHING
     trial[CLEAN] = 0.0 if trial[RHO] > 0.5 else trial[CLEAN] + 1.0
     if trial[ON] > 0.0:
-        trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, scratch, rests)
+        trial[VERDICT] = argue(memory, parts, e, R, theta, evidence, view, is_unexcited)
         if trial[VERDICT] == A_JUMP:
             take_over(own, parts.challenger, trial)
             for j in range(N):
@@ -214,24 +242,21 @@ def adapt_contest(memory, memory_state, e, R, s2, theta, U, D, scratch):
     return T
 
 
-on_alarm.on(Contest)(unmoved)
+@count.on(AutoMemoryKernel)
+def count_auto_memory(memory, state, count, chi2, weight, gain):
+    drift = open_drift_state(state, memory.cap.size)
+    return count_mixture(memory, drift, drift.own[TRIAL:], count, chi2, gain)
 
 
-@count.on(Contest)
-def count_contest(memory, memory_state, count, chi2, weight, gain):
-    ground = open_ground(memory_state, memory.cap.size)
-    return count_mixture(memory, ground, ground.own[TRIAL:], count, chi2, gain)
-
-
-@outlier_probability.on(Contest)
-def outlier_probability_contest(memory, memory_state):
-    trial = open_ground(memory_state, memory.cap.size).own
+@outlier_probability.on(AutoMemoryKernel)
+def outlier_probability_auto_memory(memory, state):
+    trial = open_drift_state(state, memory.cap.size).own
     return trial[RHO] if trial[VERDICT] == NOTHING else 0.0
 
 
-@found_jump.on(Contest)
-def found_jump_contest(memory, memory_state, detector_state):
-    trial = open_ground(memory_state, memory.cap.size).own
+@found_jump.on(AutoMemoryKernel)
+def found_jump_auto_memory(memory, state, detector_state):
+    trial = open_drift_state(state, memory.cap.size).own
     is_told = trial[VERDICT] == A_JUMP
     detector_state[STATISTIC] = max(trial[JUMPED] / JUMP_ODDS, 0.0) if is_told or trial[ON] > 0.0 else 0.0
     if is_told:
@@ -250,41 +275,41 @@ def take_on(memory, parts, waits, b):
             drift_apart(memory, bank, parts.own.q, b)
 
 
-@time_update.on(Contest)
-def time_update_contest(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
-    parts = open_parts(memory, memory_state, D.size)
-    own, trial, ground, learner = parts.own, parts.trial, parts.ground, parts.learner
+@time_update.on(AutoMemoryKernel)
+def time_update_auto_memory(memory, state, elapsed, view):
+    theta, U, D, parts = view.theta, view.U, view.D, open_parts(memory, state, view.D.size)
+    own, trial, drift, learner = parts.own, parts.trial, parts.drift, parts.learner
     N, M, q, status = D.size, MODES, own.q, 0
-    rests, waits = ground.head[RESTS] > 0.0, own.head[WAITS] > 0.0
+    is_unexcited, waits = drift.head[UNEXCITED] > 0.0, own.head[WAITS] > 0.0
     for i in range(N):
         for m in range(M - 1):
-            q[m * N + i] = memory.levels[m] * ground.unit[i]
-        q[(M - 1) * N + i] = ground.q[i] = ratio(memory, learner, i) * ground.unit[i]
+            q[m * N + i] = memory.levels[m] * drift.unit[i]
+        q[(M - 1) * N + i] = drift.q[i] = ratio(memory, learner, i) * drift.unit[i]
     if not waits:
         unfold(own.bank, own.dense, N)
     for i in range(N):
-        scratch.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
-    carry(learner, memory.phi, ground.q, scratch.c, memory.cap)
+        view.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
+    carry(learner, memory.phi, drift.q, view.c, memory.cap)
     if waits:
         is_capped = interact(memory, own, own.bank, q, N)
     else:
-        is_capped = drift_apart(memory, own.bank, q, scratch.b)
+        is_capped = drift_apart(memory, own.bank, q, view.b)
     if trial[ON] > 0.0:
-        take_on(memory, parts, waits, scratch.b)
+        take_on(memory, parts, waits, view.b)
     own.head[WAITS] = 0.0
-    if surprise >= 0.0:
-        status |= AT_REST if rests else 0
+    if view.surprise >= 0.0:
+        status |= AT_REST if is_unexcited else 0
         status |= NOISE if trial[VERDICT] == A_LEVEL else 0
         status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
     if is_capped:
         merge_again(memory, own, theta, U, D)
         return 1.0, status | CAPPED
-    drift_together(memory, own, waits, theta, U, D, scratch)
+    drift_together(memory, own, waits, theta, U, D, view)
     return 1.0, status
 
 
 @kernel
-def drift_together(memory, own, waits, theta, U, D, scratch):
+def drift_together(memory, own, waits, theta, U, D, view):
     """Take the mixture on: what its modes are now, told without mixing them again."""
     N, M, total = D.size, MODES, 0.0
     for m in range(M):
@@ -293,22 +318,22 @@ def drift_together(memory, own, waits, theta, U, D, scratch):
         total += own.logs[m]
     inverse = 1.0 / total
     for i in range(N):
-        scratch.c[i] = 0.0
+        view.c[i] = 0.0
         for m in range(M):
-            scratch.c[i] += own.logs[m] * own.q[m * N + i]
-        scratch.c[i] *= inverse
+            view.c[i] += own.logs[m] * own.q[m * N + i]
+        view.c[i] *= inverse
     if waits:
         P = own.dense[M * own.P.size :]
         pass_time(theta, P, memory.phi)
         for i in range(N):
-            P[at(i, i)] += scratch.c[i]
+            P[at(i, i)] += view.c[i]
         factor_within(P, U, D)
     else:
-        relax(theta, U, D, memory.phi, scratch.b)
+        relax(theta, U, D, memory.phi, view.b)
         for i in range(N):
-            widen(U, D, i, scratch.c[i], scratch.b)
+            widen(U, D, i, view.c[i], view.b)
 
 
-@mixture.on(Contest)
-def mixture_contest(memory, memory_state, R, s2, theta, scratch, out):
-    mixture_of_modes(memory, open_parts(memory, memory_state, theta.size).own.bank, R, s2, theta, scratch, out)
+@mixture.on(AutoMemoryKernel)
+def mixture_auto_memory(memory, state, R, view, out):
+    mixture_of_modes(memory, open_parts(memory, state, view.theta.size).own.bank, R, view, out)

@@ -1,123 +1,161 @@
-"""How the parameters may move between samples: not at all, as a random walk, or by jumps."""
+"""Drift of known speed: a Gauss-Markov process, theta <- Phi theta + w."""
 
 from typing import Any, NamedTuple
 
-from ..detect.variance import VarianceCUSUM
-from ..engine.dispatch import Vector, choice, kernel
-from ..engine.status import CAPPED, JUMP
-from ..engine.ud import variance, widen
+import numpy as np
+
+from ..engine import ud, validation
+from ..engine.dispatch import PerParameter, Vector
+from ..engine.errors import InputError
+from ..engine.status import CAPPED
+from ..engine.ud import entry, orthogonalise
+from .gauss_markov import relax, widen_within
+from .registry import register, resolve, time_update
+from .settings import variances
+from .unknown_drift import ROOM, common, diagonal, drift_state_size, learns_drift, revise
 
 
-class Constant(NamedTuple):
-    """Nothing is forgotten: constant parameters, gain 1/n. Bad at plants that change."""
+def _read(words):
+    nvr, slash, phi = words.rest.partition("/")
+    phis = words.each(phi, "NVR/") if slash else 1.0
+    return Drift(phi=phis, nvr=words.each(nvr))
 
 
-class RandomWalk(NamedTuple):
-    """Each parameter takes a random step of variance ``q`` per sample, never wider than its prior.
+@register(
+    "drift:NVR",
+    "drift:NVR/PHI",
+    about="they wander with that noise variance ratio, a memory of 1/sqrt(NVR) samples, and relax by PHI",
+    read=_read,
+)
+class Drift(NamedTuple):
+    """Each parameter relaxes and wanders: theta(k+1) = phi theta(k) + w(k), var w = q (a Gauss-Markov process).
 
-    ``q`` is one number or one per parameter (order of ``state["theta"]``), in the units of `y_scale` and `u_scale`,
-    and relative to sigma^2 where the scale is unknown. ``cap`` is filled in from the prior: without excitation the
-    covariance stays bounded. Or say ``matched=(jump, every)``: jumps of that size (one number or one per parameter)
-    every so many samples; the walk then has their variance per sample, q = jump^2/every, whatever sigma^2 is.
-    One of the two is required. Bad at rare jumps: a q that follows them quickly is noisy in between, and takes noise
-    for steps, so that sigma is learnt too small (docs/memory.md: .7 of the truth and less; after a true walk it is
-    right).
+    ``phi`` is one number, one per parameter, or a matrix; 1 is a random walk. How fast they wander is said either as
+    ``nvr``, the noise variance ratio q ms/sigma^2 (ms: the mean square of the regressor so far), which has no units
+    and means a memory of about 1/sqrt(nvr) samples; or as ``q``, variances per sample (or a covariance matrix) in
+    the units of `RandomWalk`: relative to sigma^2 where that is learnt. Source: Abid and Kamoun (2008), eqs. 7-12, with
+    the gain L = Phi P psi/S that their (9) and (11) print without Phi. Between the samples a state holds theta and P of
+    the next sample; a trace shows those given its own. No variance exceeds twice its prior. Bad at: a speed that is
+    not known (use a policy that learns it), and |phi| < 1 with little q, which pulls the parameters to zero with bars
+    that soon call them known.
     """
 
-    q: Vector = ()
-    cap: Vector = ()
-    matched: Vector = ()
+    phi: Any = 1.0
+    q: Any = ()
+    nvr: Any = ()
 
 
-class Matched(NamedTuple):
-    """What the kernel sees of a `RandomWalk` that is matched to jumps: q is absolute."""
+class DriftKernel(NamedTuple):
+    """What the kernel sees of a `Drift` with diagonal phi and given variances."""
 
-    q: Vector
-    cap: Vector
-
-
-class CovarianceInflation(NamedTuple):
-    """After an alarm each parameter gains variance ``step`` squared, at most up to its prior.
-
-    ``step`` is the size of jump to expect, one number or one per parameter, in the units of `y_scale` and `u_scale`.
-    ``only_named``: where the detector names the parameter that jumped, only that one is freed.
-    Bad at: jumps much larger than the step.
-    """
-
-    step: Any = 1.0
-    only_named: bool = False
+    phi: PerParameter
+    q: PerParameter
+    cap: PerParameter
 
 
-class RestartOnChange(NamedTuple):
-    """Nothing is forgotten until the parameters jump; then they are freed as ``response`` says.
+class DriftMatrixKernel(NamedTuple):
+    """What the kernel sees of a `Drift` whose phi or q is a matrix: Phi (N N numbers), q = G diag(d) G'."""
 
-    ``response`` is `CovarianceInflation` (the default: each parameter gains variance 1 in the units of `y_scale` and
-    `u_scale`) or, for recursive estimators, `GainReset`. The detector (`VarianceCUSUM`, `PageHinkley`, `GLR`; for
-    recursive estimators also `ScoreCUSUM`) watches the whitened innovations after ``settle`` measured samples (None:
-    six times the number of unknowns); with several outputs, each has one of its own. No parameter becomes wider than
-    its prior. Bad at slow drift, which never alarms (use `RandomWalk`), at noise whose variance grows (it looks like a
-    jump), and at dating a jump: the samples between jump and alarm are taken for the old parameters, so bars are too
-    short there, smoothed ones (`Joint.smooth`) also before.
-    """
+    phi: Vector
+    G: Vector
+    d: Vector
 
-    detector: Any = VarianceCUSUM()
-    response: Any = CovarianceInflation()
-    settle: float | None = None
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps: Phi U, Phi's and G's columns; scratch."""
+        return 2 * parameters**2 + 4 * parameters
 
 
-class Restart(NamedTuple):
-    """What the kernel sees of `RestartOnChange`."""
+class DriftRatioKernel(NamedTuple):
+    """What the kernel sees of a `Drift` of given noise variance ratios."""
 
-    q: Vector
-    cap: Vector
+    R: float
+    phi: PerParameter
+    cap: PerParameter
+    floor: float
+    moving: float
+    discount: float
+    nvr: PerParameter
 
-
-@kernel
-def widen_within(U, D, i, q, cap, scratch):
-    """Add variance q to element i, at most up to cap; say whether all of it found room."""
-    if q <= 0.0:
-        return True
-    room = cap - variance(U, D, i)
-    widen(U, D, i, min(q, max(room, 0.0)), scratch)
-    return room >= q
-
-
-@choice
-def drift(memory, alarm, surprise, observed, s2, U, D, n, scratch):
-    """Widen U D U' by one sample's drift and return status bits.
-
-    ``alarm`` is what the detector said (0, or +1 or -1: the direction), ``surprise`` is e^2/T of the sample (NaN where
-    it taught nothing), ``observed`` how many samples have, and P is relative to ``s2``.
-    """
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters)
 
 
-@drift.on(Constant)
-def drift_constant(memory, alarm, surprise, observed, s2, U, D, n, scratch):
-    return 0
+learns_drift(DriftRatioKernel)
 
 
-@drift.on(RandomWalk)
-def drift_random_walk(memory, alarm, surprise, observed, s2, U, D, n, scratch):
-    status = 0
-    for i in range(memory.q.size):
-        if not widen_within(U, D, n + i, memory.q[i], memory.cap[i], scratch):
+@resolve.on(Drift)
+def resolve_drift(memory, setting):
+    has_q, has_nvr = np.size(memory.q) > 0, np.size(memory.nvr) > 0
+    if has_q == has_nvr:
+        raise InputError(
+            "Drift(phi, q) or Drift(phi, nvr=..) needs its speed, in one of the two: q, variances per sample, or nvr, "
+            f"q ms/sigma^2; got q = {memory.q!r} and nvr = {memory.nvr!r}. Is it not known? Some policies learn it"
+        )
+    N = setting.N
+    if np.ndim(memory.phi) == 2 or np.ndim(memory.q) == 2:
+        if has_nvr:
+            raise InputError("nvr goes with a diagonal phi: say q where phi is a matrix")
+        return _coupled(memory, setting)
+    if has_nvr:
+        return DriftRatioKernel(**common(setting, memory.phi), nvr=variances("nvr", memory.nvr, N))
+    q = variances("q", memory.q, N) * setting.units
+    return DriftKernel(diagonal(memory.phi, N), q, ROOM * setting.cap)
+
+
+def _coupled(memory, setting):
+    """Return the kernel's drift of full matrices."""
+    N, root = setting.N, np.sqrt(setting.units)
+    phi = np.asarray(memory.phi, float)
+    phi = phi if phi.ndim == 2 else np.diag(diagonal(memory.phi, N))
+    if phi.shape != (N, N) or not np.isfinite(phi).all():
+        raise InputError(f"phi must be a number, {N} numbers or a {N} x {N} matrix, got shape {phi.shape}")
+    if max(abs(np.linalg.eigvals(phi))) > 1 + 1e-9:
+        raise InputError(f"phi has an eigenvalue outside the unit circle: the parameters would run away; got {phi!r}")
+    q = np.asarray(memory.q, float)
+    q = q if q.ndim == 2 else np.diag(variances("q", memory.q, N))
+    try:
+        G, d = ud.factor(validation.covariance("q", q, N))
+    except ValueError:
+        raise InputError("q must be a covariance: it has a negative eigenvalue") from None
+    # in units of the prior: theta = root * theta'
+    return DriftMatrixKernel((phi * root[:, None] / root).ravel(), (G * root[:, None]).ravel(), d)
+
+
+@time_update.on(DriftKernel)
+def time_update_drift(memory, state, elapsed, view):
+    U, D, status = view.U, view.D, 0
+    relax(view.theta, U, D, memory.phi, view.b)
+    for i in range(D.size):
+        if not widen_within(U, D, i, memory.q[i], memory.cap[i], view.b):
             status = CAPPED
-    return status
+    return 1.0, status
 
 
-@drift.on(Matched)
-def drift_matched(memory, alarm, surprise, observed, s2, U, D, n, scratch):
-    status = 0
-    for i in range(memory.q.size):
-        if not widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch):
-            status = CAPPED
-    return status
+@time_update.on(DriftMatrixKernel)
+def time_update_drift_matrix(memory, state, elapsed, view):
+    theta, U, D, N = view.theta, view.U, view.D, view.D.size
+    Phi, G = memory.phi.reshape(N, N), memory.G.reshape(N, N)
+    Y, d, g = (
+        state[: 2 * N * N].reshape(N, 2 * N),
+        state[2 * N * N : 2 * N * N + 2 * N],
+        state[2 * N * N + 2 * N :],
+    )
+    for i in range(N):
+        view.b[i] = theta[i]
+        d[i], d[N + i] = D[i], memory.d[i]
+    for i in range(N):
+        theta[i] = 0.0
+        for j in range(N):
+            theta[i] += Phi[i, j] * view.b[j]
+            Y[i, j], Y[i, N + j] = 0.0, G[i, j]
+            for k in range(j + 1):
+                Y[i, j] += Phi[i, k] * entry(U, k, j)
+    orthogonalise(Y, d, g, N, 2 * N, U, D, False)
+    return 1.0, 0
 
 
-@drift.on(Restart)
-def drift_restart(memory, alarm, surprise, observed, s2, U, D, n, scratch):
-    if alarm == 0.0:
-        return 0
-    for i in range(memory.q.size):
-        widen_within(U, D, n + i, memory.q[i] / s2, memory.cap[i], scratch)
-    return JUMP
+@revise.on(DriftRatioKernel)
+def revise_drift_ratio(policy, own, sample, theta, U, D, q):
+    for i in range(q.size):
+        q[i] = policy.nvr[i] * sample.unit[i]

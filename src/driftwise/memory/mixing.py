@@ -5,19 +5,18 @@ import math
 from ..engine.dense import at
 from ..engine.dispatch import kernel, rare
 from ..engine.ud import factor_within
-from .drift import widen_within
+from .gauss_markov import relax, widen_within
 from .modes import CHI2, FREEDOM, OWN, WEIGHT, count_of, mode, own_sigma2
 from .sensitivity import pass_time
-from .transition import relax
 
 
 @kernel
-def merge(memory, memory_state, theta, U, D):
+def merge(memory, own, theta, U, D):
     """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
 
     ``dense`` has the P of every mode, packed one behind the other, and receives that of the mixture behind them.
     """
-    bank, dense, logs, P = memory_state.bank, memory_state.dense, memory_state.logs, memory_state.P
+    bank, dense, logs, P = own.bank, own.dense, own.logs, own.P
     N, size = D.size, P.size
     M = count_of(bank, N)
     for m in range(M):
@@ -83,14 +82,14 @@ def drift_apart(memory, bank, q, b):
 
 
 @kernel
-def interact(memory, memory_state, bank, q, N):
+def interact(memory, own, bank, q, N):
     """Take a bank one sample on: mixed by memory.A (M, M), then drifted, each mode with its own q (N of each).
 
     Mode j becomes what a mode drawn with the odds w_i A_ij amounts to: its mean, and its covariance about that. No
     variance exceeds its cap (D P D keeps P a covariance); say whether one met it. ``dense`` has the P of every mode,
     packed.
     """
-    old, dense, logs, P, A = memory_state.old, memory_state.dense, memory_state.logs, memory_state.P, memory.A
+    old, dense, logs, P, A = own.old, own.dense, own.logs, own.P, memory.A
     M, is_capped = count_of(bank, N), False
     for m in range(M):
         one, before = mode(bank, m, N), mode(old, m, N)

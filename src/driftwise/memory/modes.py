@@ -61,7 +61,7 @@ def own_sigma2(memory, own):
 
 
 @kernel
-def open_bank(memory, bank, theta, U, D):
+def begin_modes(memory, bank, theta, U, D):
     """Let every mode begin as the estimator does; the weights are equal."""
     M = count_of(bank, D.size)
     for m in range(M):
@@ -106,7 +106,7 @@ def outlier(nu, z, V, wider):
 
 
 @kernel
-def take(memory, one, P, error, R, scratch, is_robust, rests, is_apart):
+def take(memory, one, P, error, R, view, is_robust, is_unexcited, is_apart):
     """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
 
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
@@ -115,12 +115,12 @@ def take(memory, one, P, error, R, scratch, is_robust, rests, is_apart):
     rank-one change along P psi. It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has
     it in U and D.
     """
-    D, U, own, f, b = one.D, one.U, one.own, scratch.f, scratch.b
+    D, U, own, f, b = one.D, one.U, one.own, view.f, view.b
     s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]
     is_ready = memory.learns == 0.0 or own[FREEDOM] >= 1.0
     if memory.learns > 0.0:
         nu = max(own[FREEDOM], 1.0)
-    project(U, scratch.psi, f)
+    project(U, view.psi, f)
     p = predicted_variance(f, D, 0.0)
     T = p + R
     k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / (FARTHEST * s2) - R))
@@ -134,7 +134,7 @@ def take(memory, one, P, error, R, scratch, is_robust, rests, is_apart):
     gain = (1.0 - rho) * k + rho * k2
     less = gain - rho * (1.0 - rho) * z * T * (k - k2) * (k - k2)
     if is_apart or p > WIDE * R:
-        lessen(U, D, f, less, p, T, b, scratch.c)
+        lessen(U, D, f, less, p, T, b, view.c)
         if not is_apart:
             expand(U, D, P)
     else:
@@ -143,7 +143,7 @@ def take(memory, one, P, error, R, scratch, is_robust, rests, is_apart):
         add_square(P, -less, b)
     for i in range(D.size):
         one.theta[i] += b[i] * (gain * error)
-    if memory.learns > 0.0 and not rests:
+    if memory.learns > 0.0 and not is_unexcited:
         own[FREEDOM] = FADE * own[FREEDOM] + 1.0 - rho
         own[CHI2] = FADE * own[CHI2] + (1.0 - rho) * error * error * k
     return log_p, rho, T, s2
@@ -163,7 +163,7 @@ def lessen(U, D, f, less, p, T, b, c):
 
 
 @kernel
-def update(memory, bank, dense, e, R, theta, scratch, logs, is_robust, rests, is_apart):
+def update(memory, bank, dense, e, R, theta, view, logs, is_robust, is_unexcited, is_apart):
     """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
 
     e is the innovation of ``theta``, R the variance of the noise. The P of each mode is left in ``dense``, packed one
@@ -176,9 +176,9 @@ def update(memory, bank, dense, e, R, theta, scratch, logs, is_robust, rests, is
         one = mode(bank, m, N)
         error = e
         for i in range(N):
-            error += scratch.psi[i] * (theta[i] - one.theta[i])
+            error += view.psi[i] * (theta[i] - one.theta[i])
         P = dense[m * size : (m + 1) * size]
-        logs[m], share, T, s2 = take(memory, one, P, error, R, scratch, is_robust, rests, is_apart)
+        logs[m], share, T, s2 = take(memory, one, P, error, R, view, is_robust, is_unexcited, is_apart)
         logs[M + 4 + m] = share
         top = max(top, logs[m])
         if m == M - 1:

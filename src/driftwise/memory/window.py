@@ -9,13 +9,17 @@ factor of rows [psi' | y] in coordinates in which the prior is a unit covariance
 import math
 from typing import NamedTuple
 
-from ..engine.dispatch import Vector, kernel, rare
+from ..engine import validation
+from ..engine.dispatch import PerParameter, Vector, kernel, rare
+from ..engine.errors import InputError
 from ..engine.ud import predicted_variance, project
-from .adapt import adapt, count, plain, stay, time_update
+from .registry import adapt, count, register, resolve
+from .settings import LARGEST
 
-AT, IS_FULL, TRIANGLES = range(3)  # cells: next slot, whether a round is complete; then `now`, `sum`, a row, the slots
+AT, IS_FULL, TRIANGLES = range(3)  # next slot, whether a round is complete; then `now`, `sum`, a row, the slots
 
 
+@register("window:T", about="the last T samples", read=lambda words: Window(words.whole()))
 class Window(NamedTuple):
     """The last ``samples`` measured samples and the prior are all that counts: batch least squares that moves along.
 
@@ -27,24 +31,37 @@ class Window(NamedTuple):
     samples: int
 
 
-class Slide(NamedTuple):
+class WindowKernel(NamedTuple):
     """What the kernel sees of `Window`: its length, and the prior of sigma^2 and of theta."""
 
     samples: float
     freedom: float
     chi2: float
-    theta: Vector
+    theta: PerParameter
     U: Vector
-    D: Vector
+    D: PerParameter
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return TRIANGLES + (int(self.samples) + 2) * ((parameters + 1) * (parameters + 2) // 2) + parameters + 1
 
 
-def cells_of(samples: int, N: int) -> int:
-    """Return how many numbers a window keeps."""
-    return TRIANGLES + (samples + 2) * ((N + 1) * (N + 2) // 2) + N + 1
-
-
-plain(Slide)
-time_update.on(Slide)(stay)
+@resolve.on(Window)
+def resolve_window(memory, setting):
+    samples, (freedom, chi2) = validation.count("samples", memory.samples, least=1), setting.prior_counts
+    if setting.is_learnt and freedom + samples < 2:
+        raise InputError(
+            f"a window of {samples} samples cannot learn {setting.N} parameters and the variance of the noise: "
+            f"it needs {setting.N + 1} samples, better ten times that. Is the variance known? Then say variance=..."
+        )
+    found = WindowKernel(samples, freedom, chi2, *setting.prior)
+    if found.state_size(setting.N) > LARGEST:
+        raise InputError(
+            f"a window of {samples} samples of {setting.N} parameters keeps {found.state_size(setting.N):.2g} numbers, "
+            "more than "
+            f"{LARGEST:.0e}: take a shorter one, or GainFloor(samples), which keeps next to nothing"
+        )
+    return found
 
 
 @kernel
@@ -68,7 +85,7 @@ def absorb(R, row, first):
 
 @rare
 def merge(R, other, row):
-    """Rotate the triangle ``other`` into R; ``row`` is scratch."""
+    """Rotate the triangle ``other`` into R; ``row`` is view."""
     at, width = 0, row.size
     for i in range(width):
         for k in range(i, width):
@@ -88,11 +105,11 @@ def turn(slots, now, row, size):
         for i in range(size):
             slot[i] = slots[k + 1, i] if k < last else 0.0
         absorb(slot, row, 0)
-    begin(now, width)
+    start_round(now, width)
 
 
 @kernel
-def begin(now, width):
+def start_round(now, width):
     """Let the triangle hold the prior: unit information, mean zero."""
     at = 0
     for i in range(width):
@@ -101,37 +118,37 @@ def begin(now, width):
         at += width - i
 
 
-@adapt.on(Slide)
-def adapt_slide(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    N = D.size
-    width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(scratch.f, D, R)
-    now, whole = memory_state[TRIANGLES : TRIANGLES + size], memory_state[TRIANGLES + size : TRIANGLES + 2 * size]
-    row = memory_state[TRIANGLES + 2 * size : TRIANGLES + 2 * size + width]
-    slots = memory_state[TRIANGLES + 2 * size + width :].reshape(int(memory.samples), size)
-    at = int(memory_state[AT])
-    if at == 0 and memory_state[IS_FULL] > 0.0:
+@adapt.on(WindowKernel)
+def adapt_window(memory, state, e, R, view):
+    theta, U, D, N = view.theta, view.U, view.D, view.D.size
+    width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(view.f, D, R)
+    now, whole = state[TRIANGLES : TRIANGLES + size], state[TRIANGLES + size : TRIANGLES + 2 * size]
+    row = state[TRIANGLES + 2 * size : TRIANGLES + 2 * size + width]
+    slots = state[TRIANGLES + 2 * size + width :].reshape(int(memory.samples), size)
+    at = int(state[AT])
+    if at == 0 and state[IS_FULL] > 0.0:
         turn(slots, now, row, size)
     elif at == 0:
-        begin(now, width)
+        start_round(now, width)
 
     # the new row in the prior's coordinates: theta = theta0 + U0 sqrt(D0) w
-    project(memory.U, scratch.psi, scratch.f)
+    project(memory.U, view.psi, view.f)
     y = e
     for i in range(N):
-        y += scratch.psi[i] * (theta[i] - memory.theta[i])
-        row[i] = scratch.f[i] * math.sqrt(memory.D[i] / R)
+        y += view.psi[i] * (theta[i] - memory.theta[i])
+        row[i] = view.f[i] * math.sqrt(memory.D[i] / R)
     row[N] = y / math.sqrt(R)
     for i in range(width):
         slots[at, i] = row[i]
     absorb(now, row, 0)
     for i in range(size):
         whole[i] = now[i]
-    if memory_state[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
+    if state[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
         merge(whole, slots[at + 1], row)
-    memory_state[AT] = at + 1.0
+    state[AT] = at + 1.0
     if at + 1 == slots.shape[0]:
-        memory_state[AT], memory_state[IS_FULL] = 0.0, 1.0
-    solve(memory, whole, theta, U, D, scratch.b, scratch.c)
+        state[AT], state[IS_FULL] = 0.0, 1.0
+    solve(memory, whole, theta, U, D, view.b, view.c)
     return T
 
 
@@ -171,9 +188,9 @@ def into_theta(memory, w, size):
             w[i] += memory.U[k * (k - 1) // 2 + i] * w[k]
 
 
-@count.on(Slide)
-def count_slide(memory, memory_state, count, chi2, weight, gain):
+@count.on(WindowKernel)
+def count_window(memory, state, count, chi2, weight, gain):
     size = int((memory.theta.size + 1) * (memory.theta.size + 2) // 2)
-    rho = memory_state[TRIANGLES + 2 * size - 1]
-    filled = memory.samples if memory_state[IS_FULL] > 0.0 else memory_state[AT]
+    rho = state[TRIANGLES + 2 * size - 1]
+    filled = memory.samples if state[IS_FULL] > 0.0 else state[AT]
     return memory.freedom + filled, memory.chi2 + rho * rho, filled

@@ -1,9 +1,12 @@
 """The scale sigma^2 that multiplies every variance: known to be one, or learnt (normal-inverse-gamma)."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..engine.dispatch import choice
+from ..engine.errors import InputError
 
 
 class KnownScale(NamedTuple):
@@ -50,3 +53,21 @@ def freedom_known_scale(scale, observed):
 @freedom.on(InverseGamma)
 def freedom_inverse_gamma(scale, observed):
     return max(2.0 * scale.alpha + observed, 1.0)
+
+
+def check_scale(scale, proper: bool = False) -> None:
+    """Raise InputError unless ``scale`` is None or a prior; a proper one has a positive alpha."""
+    if scale is None:
+        return
+    numbers = tuple(scale) if isinstance(scale, InverseGamma) else ()
+    if not numbers or not all(isinstance(n, int | float | np.number) and math.isfinite(n) for n in numbers):
+        raise InputError(f"scale must be InverseGamma(alpha, beta) of finite numbers or None, got {scale!r}")
+    if scale.beta <= 0 or (proper and scale.alpha <= 0):
+        which = "a positive alpha and a positive beta" if proper else "a finite alpha and a positive beta"
+        raise InputError(f"InverseGamma needs {which}, got {scale!r}. It is the prior of a variance, beta/alpha")
+
+
+def resolve_scale(scale, is_relative: bool, unknowns: int) -> Any:
+    """Return the prior of sigma^2: the one given, or the reference prior that spends one half on each unknown."""
+    check_scale(scale)
+    return (scale or InverseGamma(0.5 - unknowns / 2, 1e-20)) if is_relative else KnownScale()

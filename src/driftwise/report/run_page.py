@@ -306,7 +306,7 @@ def _memory(trace, line, found) -> Panel | None:
     """Return the memory in samples, and the detector's statistic where there is a detector; nothing without both."""
     import numpy as np
 
-    from driftwise.memory.drift import RandomWalk
+    from driftwise.memory.random_walk import RandomWalk
 
     if "weight" not in trace.estimator.columns:
         return None

@@ -18,21 +18,7 @@ from ..detect.score import ScoreCUSUM
 from ..detect.self_starting import SelfStarting
 from ..detect.variance import VarianceCUSUM
 from ..engine.errors import InputError
-from ..memory.auto import AutoMemory
-from ..memory.auxiliary import AuxiliaryFilter
-from ..memory.bank import IMM, MultipleModel
-from ..memory.correlation import AutocovarianceLS
-from ..memory.directional import DirectionalForgetting
-from ..memory.drift import Constant, CovarianceInflation, RandomWalk, RestartOnChange
-from ..memory.fading import ExponentialForgetting, GainFloor, VariableForgetting
-from ..memory.fuzzy import FuzzyDrift
-from ..memory.likelihood import LikelihoodDrift
-from ..memory.matching import CovarianceMatching
-from ..memory.restart import GainReset
-from ..memory.run_lengths import BayesianChangePoint
-from ..memory.transition import Drift
-from ..memory.variational import VariationalBayes
-from ..memory.window import Window
+from ..memory.registry import public
 from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant, Polynomial, Sinusoid
@@ -47,28 +33,7 @@ KINDS: dict[str, Any] = {
         NoisePolynomial,
         UnknownPolynomial,
         NoiseCovariance,
-        Constant,
-        RandomWalk,
-        Drift,
         Disturbance,
-        AutoMemory,
-        MultipleModel,
-        IMM,
-        FuzzyDrift,
-        CovarianceMatching,
-        AuxiliaryFilter,
-        AutocovarianceLS,
-        LikelihoodDrift,
-        VariationalBayes,
-        GainFloor,
-        ExponentialForgetting,
-        VariableForgetting,
-        DirectionalForgetting,
-        Window,
-        BayesianChangePoint,
-        RestartOnChange,
-        CovarianceInflation,
-        GainReset,
         PageHinkley,
         ScoreCUSUM,
         VarianceCUSUM,
@@ -108,8 +73,13 @@ def _is_estimator(value) -> bool:
     return ESTIMATORS.get(type(value).__name__) is type(value)
 
 
+def kinds() -> dict[str, Any]:
+    """Return the settings that a file may hold, by name: those of above, and all public memories."""
+    return {**KINDS, **{name: entry.kind for name, entry in public().items()}}
+
+
 def _plain(value: Any) -> Any:
-    if type(value).__name__ in KINDS:
+    if type(value).__name__ in kinds():
         return {"kind": type(value).__name__, **{k: _plain(v) for k, v in value._asdict().items()}}
     if isinstance(value, dict):
         return {"kind": "dict", **{k: _plain(v) for k, v in value.items()}}
@@ -128,7 +98,12 @@ def _rich(value: Any) -> Any:
         return rebuild(value["text"])
     if isinstance(value, dict):
         fields = {k: _rich(v) for k, v in value.items() if k != "kind"}
-        return {"complex": complex, "dict": dict, **KINDS}[value["kind"]](**fields)
+        known = {"complex": complex, "dict": dict, **kinds()}
+        if value["kind"] not in known:
+            raise InputError(
+                f"a {value['kind']} is not known here: import the module that registers it, then load again"
+            )
+        return known[value["kind"]](**fields)
     if isinstance(value, list):
         return [_rich(v) for v in value]
     return value
@@ -144,7 +119,7 @@ def _is_ours(value) -> bool:
         return all(map(_is_ours, value))
     if _is_estimator(value):
         return is_described(value)
-    return not hasattr(value, "_fields") or (type(value) in KINDS.values() and all(map(_is_ours, value)))
+    return not hasattr(value, "_fields") or (type(value) in kinds().values() and all(map(_is_ours, value)))
 
 
 def describe(estimator) -> str:

@@ -7,22 +7,26 @@ from typing import Any
 import numpy as np
 
 from ...detect.gain import GainProbes, PullTest
+from ...detect.gate import resolve_gate
+from ...detect.resolve import resolve_detector
 from ...detect.watch import Silent
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.adaptation import Setting, adaptation
-from ...memory.drift import Matched, RandomWalk, RestartOnChange
-from ...memory.resolve import check_scale, resolve_detector, resolve_gate
+from ...memory.constant import Constant
+from ...memory.exponential_forgetting import ExponentialForgettingKernel
+from ...memory.random_walk import RandomWalk
+from ...memory.restart_on_change import RestartOnChange
+from ...memory.settings import Setting, resolve_memory, state_size
 from ...models.convert import Model
 from ...models.gain import GainPlant
-from ...models.scale import InverseGamma, KnownScale
+from ...models.scale import InverseGamma, KnownScale, check_scale
 from ..arx.methods import LeastSquares
 from ..common.columns import GAIN_SAMPLE
 from ..common.posterior import Posterior
 from ..common.priors import factors_of
 from ..common.settings import arguments
-from . import step as _step  # registers the step
+from . import step as _step  # noqa: F401  (registers the step)
 from .row import GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
 
 USUAL = 0.2  # Q/R of the gain to start from: .36 for a random walk
@@ -148,11 +152,10 @@ class AdaptiveGain(Posterior):
                 "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
                 f"detector={memory.detector!r}, and restart= says what an alarm does"
             )
-        memory, _, _, memory_size = adaptation(
-            given, Setting(np.ones(plant.n), prior, (np.zeros(0),) * 3, KnownScale(), 1.0, plant.n)
-        )
-        memory = RandomWalk(*memory) if isinstance(memory, Matched) else memory  # the same, where P is absolute
-        if type(memory) not in _step.reopen.table:
+        memory = resolve_memory(given, Setting(np.ones(plant.n), prior, moving=plant.n))
+        if isinstance(memory, RandomWalk):
+            memory = memory._replace(matched=())  # the same here: P is absolute
+        elif not isinstance(memory, Constant | ExponentialForgettingKernel):
             raise InputError(
                 "memory must be None, Constant(), GainFloor(N), ExponentialForgetting(lam) or RandomWalk(q), got "
                 f"{given!r}"
@@ -167,9 +170,9 @@ class AdaptiveGain(Posterior):
             start=float(plant.n if x0 is None else 0), wait=float(WAIT if is_walk and scale is None else 0),
             samples=float(validation.count("scale_samples", scale_samples, least=2)), unit=self.y_scale**2,
             settle=float(SETTLE), signal=float(signal), low=low, high=high, radius=radius,
-            memory_size=float(memory_size), detector_size=float(detector.state_size(plant.n)), Phi=plant.Phi.ravel(),
-            H=plant.H,
-            B=plant.B.ravel(), dead_beat=plant.dead_beat, cap=prior, poles=poles, moves=moves.ravel(),
+            memory_size=float(state_size(memory, plant.n)), detector_size=float(detector.state_size(plant.n)),
+            Phi=plant.Phi.ravel(), H=plant.H, B=plant.B.ravel(), dead_beat=plant.dead_beat,
+            cap=prior, poles=poles, moves=moves.ravel(),
             reopen=_restart(restart, is_walk), probes=probes.ravel(),
         )  # fmt: skip
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)

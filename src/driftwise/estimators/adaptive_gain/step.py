@@ -6,13 +6,10 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...engine.dispatch import advance, choice, kernel
-from ...engine.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
-from ...engine.ud import entry, predicted_variance, variance
-from ...memory.adapt import adapt, time_update
-from ...memory.drift import Constant, RandomWalk, widen_within
-from ...memory.fading import Fade
-from ...memory.hold import hold_within
+from ...engine.dispatch import advance, kernel
+from ...engine.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
+from ...engine.ud import entry, predicted_variance
+from ...memory.registry import Alarm, View, adapt, on_alarm, time_update
 from ...models.stability import is_inside
 from ..arx.row import CHI2, COUNT, HUGE, IN_A_ROW, LOGDET, OBSERVED, SAMPLES, SCORE, STATUS, WEIGHT
 from ..arx.step import project
@@ -94,27 +91,13 @@ def bound(form, K, old, scratch):
     return PROJECTED
 
 
-@choice
-def reopen(memory, form, strength, weight, U, D, scratch):
-    """Let K move again after an alarm; return the new effective number of samples."""
-
-
-@reopen.on(Constant, Fade)
-def reopen_constant(memory, form, strength, weight, U, D, scratch):
-    lam = (strength - 1.0) / weight if weight > 0.0 else 1.0
-    if lam >= 1.0:
-        return weight
-    for j in range(D.size):
-        D[j] /= lam
-    hold_within(U, D, form.cap, scratch.c, scratch.f, scratch.b)
-    return lam * weight
-
-
-@reopen.on(RandomWalk)
-def reopen_random_walk(memory, form, strength, weight, U, D, scratch):
-    for i in range(D.size):
-        widen_within(U, D, i, strength * strength * form.cap[i] - variance(U, D, i), form.cap[i], scratch.b)
-    return weight
+@kernel
+def view_of(form, state, scratch, s, surprise, strength):
+    """Return what the memory sees; ``strength`` is how far an alarm lets K move again."""
+    return View(
+        0, state.theta, state.U, state.D, scratch.psi, scratch.f, scratch.b, scratch.c,
+        s, state.head[WEIGHT], surprise, strength, form.cap,
+    )  # fmt: skip
 
 
 @kernel
@@ -249,7 +232,7 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         scratch.old[i] = K[i]
     surprise, z_pull = np.nan, 0.0
     if is_known and head[COUNT] >= form.wait and dot(psi, psi) > 0.0:
-        if adapt(memory, state.memory_state, e, R, s, K, U, D, scratch) > 0.0:
+        if adapt(memory, state.memory_state, e, R, view_of(form, state, scratch, s, np.nan, 0.0)) > 0.0:
             surprise = e * e / T if T > 0.0 else 0.0
             head[WEIGHT] += 1.0
             z_pull = head[WEIGHT] * (K[0] - scratch.old[0])
@@ -308,9 +291,11 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
 
     # respond, forget, move on
     if alarm != 0.0:
-        head[WEIGHT] = reopen(memory, form, form.reopen[0 if alarm > 0.0 else 1], head[WEIGHT], U, D, scratch)
-        status |= JUMP
-    lam, moved = time_update(memory, state.memory_state, head[WEIGHT], surprise, 1.0, s, K, U, D, scratch)
+        view = view_of(form, state, scratch, s, surprise, form.reopen[0 if alarm > 0.0 else 1])
+        found = Alarm(alarm, state.detector_state[WHICH])
+        head[WEIGHT], moved = on_alarm(memory, state.memory_state, found, view)
+        status |= moved
+    lam, moved = time_update(memory, state.memory_state, 1.0, view_of(form, state, scratch, s, surprise, 0.0))
     if lam < 1.0:
         head[WEIGHT] *= lam
     status |= moved

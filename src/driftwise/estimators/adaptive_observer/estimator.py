@@ -10,7 +10,7 @@ import numpy as np
 from ...detect.gate import InnovationGate
 from ...engine import validation
 from ...engine.errors import InputError
-from ...memory.drift import Constant
+from ...memory.constant import Constant
 from ...models.equation import Equation
 from ...models.scale import InverseGamma
 from ..arx.estimator import Recursive

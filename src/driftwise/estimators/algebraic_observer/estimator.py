@@ -13,7 +13,7 @@ from ...detect.watch import Silent
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Constant
+from ...memory.constant import Constant
 from ...models.scale import InverseGamma, KnownScale
 from ..common.observer import Observed, Observer, check_names
 from ..common.settings import arguments

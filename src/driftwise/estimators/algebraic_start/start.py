@@ -10,7 +10,9 @@ from ...engine import validation
 from ...engine.errors import InputError, refuse_class
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT, NOT_STARTED, REJECTED, STARTED
 from ...engine.ud import factor_root, unpack_root
-from ...memory.drift import Constant, RandomWalk, RestartOnChange
+from ...memory.constant import Constant
+from ...memory.random_walk import RandomWalk
+from ...memory.restart_on_change import RestartOnChange
 from ...models.canonical import Canonical
 from ...models.noise import Unknown
 from ...models.scale import KnownScale

@@ -17,8 +17,8 @@ import numpy as np
 
 from ...engine.dispatch import Size, Vector, advance, kernel, open_scratch
 from ...engine.status import PROJECTED
-from ...memory.drift import widen_within
-from ...memory.hold import hold_within
+from ...memory.gauss_markov import widen_within
+from ...memory.wind_up import hold_within
 from ...models.stability import is_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
 from ..arx.row import CHI2, COUNT, LAGS, OBSERVED, WEIGHT, Lags, push, regress, renew

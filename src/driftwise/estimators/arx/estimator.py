@@ -7,20 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import InnovationGate
+from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...engine.layout import layout_of
-from ...memory import banks as _banks  # noqa: F401  (registers the policies)
-from ...memory import unknown_noise as _unknown_noise  # noqa: F401  (registers the policies)
-from ...memory.adaptation import Setting, adaptation
-from ...memory.drift import Constant
-from ...memory.resolve import resolve_gate, resolve_scale
+from ...memory.constant import Constant
+from ...memory.settings import Setting, resolve_memory, resolve_watch, state_size
 from ...models.convert import Model
 from ...models.equation import Equation
 from ...models.noise import White
-from ...models.scale import InverseGamma, KnownScale
+from ...models.scale import InverseGamma, KnownScale, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare_equation
 from ..common.columns import RECURSIVE_SAMPLE
 from ..common.posterior import Posterior
@@ -56,17 +53,16 @@ class Recursive(Posterior):
         is_relative = scale is not None or variance is None
         self.scale = resolve_scale(scale, is_relative, N)
         self._set_prior(options["theta0"], options["P0"])
-        prior = self._s0, self._U0, self._D0
         constants = getattr(self.model, "constants", int(getattr(self.model, "has_offset", False)))
-        setting = Setting(
-            self._theta_units(), np.diag(self.prior_covariance).copy(), prior, self.scale, R, N - constants
-        )
-        memory, detector, settle, memory_size = adaptation(self._memory(R), setting)
+        prior, cap = (self._s0, self._U0, self._D0), np.diag(self.prior_covariance).copy()
+        setting, given = Setting(self._theta_units(), cap, self.scale, R, N - constants, prior), self._memory(R)
+        detector, settle = resolve_watch(given, N, setting.units)
+        memory = resolve_memory(given, setting)
         fill = 0.0 if options["at_rest"] else form.fill
-        told = float(getattr(memory, "told", 0)) if self._tells else 0.0
+        told = float(getattr(memory, "mixture_columns", 0)) if self._tells else 0.0
         form = form._replace(
             N=float(N),
-            memory_size=memory_size,
+            memory_size=state_size(memory, N),
             detector_size=detector.state_size(N),
             settle=settle,
             fill=fill,

@@ -6,8 +6,9 @@ import numpy as np
 
 from ...engine.dispatch import Vector, advance, open_scratch
 from ...engine.errors import InputError
-from ...memory.drift import Constant
-from ...memory.fading import ExponentialForgetting, GainFloor
+from ...memory.constant import Constant
+from ...memory.exponential_forgetting import ExponentialForgetting
+from ...memory.gain_floor import GainFloor
 from .methods import correct_by
 from .row import LAGS, Lags, Work, regress, renew
 from .step import fill_lags

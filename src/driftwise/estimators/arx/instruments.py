@@ -14,9 +14,11 @@ from typing import NamedTuple
 from ...engine.dispatch import Vector, advance, kernel, open_scratch
 from ...engine.errors import InputError
 from ...engine.ud import correct, predicted_variance, widen_along
-from ...memory.drift import Constant, RestartOnChange
-from ...memory.fading import ExponentialForgetting, GainFloor, VariableForgetting
-from ...memory.restart import GainReset
+from ...memory.constant import Constant
+from ...memory.exponential_forgetting import ExponentialForgetting
+from ...memory.gain_floor import GainFloor
+from ...memory.restart_on_change import GainReset, RestartOnChange
+from ...memory.variable_forgetting import VariableForgetting
 from ...models.stability import is_inside
 from .methods import correct_by
 from .row import LAGS, OBSERVED, TOP, WEIGHT, Lags, push, regress, renew

@@ -1,15 +1,27 @@
 """How an innovation becomes a correction of the parameters."""
 
+import math
 from typing import NamedTuple
 
-from ...engine.dispatch import choice
-from ...memory.adapt import adapt
+from ...engine.dispatch import choice, kernel
+from ...memory.registry import View, adapt
+from .row import WEIGHT
 
 
 class LeastSquares(NamedTuple):
     """Gain P psi / T with P from the memory: least squares, prediction error, Kalman; ``R`` is the noise's."""
 
     R: float
+
+
+@kernel
+def view_of(state, scratch, s2, surprise):
+    """Return what the memory sees of a state."""
+    nothing = scratch.c[:0]
+    return View(
+        0, state.theta, state.U, state.D, scratch.psi, scratch.f, scratch.b, scratch.c,
+        s2, state.head[WEIGHT], surprise, 0.0, nothing,
+    )  # fmt: skip
 
 
 @choice
@@ -22,4 +34,4 @@ def correct_by(method, memory, state, e, R, s2, scratch):
 
 @correct_by.on(LeastSquares)
 def correct_by_least_squares(method, memory, state, e, R, s2, scratch):
-    return adapt(memory, state.memory_state, e, R, s2, state.theta, state.U, state.D, scratch)
+    return adapt(memory, state.memory_state, e, R, view_of(state, scratch, s2, math.nan))

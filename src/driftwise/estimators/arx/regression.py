@@ -9,8 +9,8 @@ import numpy as np
 from ...engine import validation
 from ...engine.errors import InputError
 from ...memory.auto import AutoMemory
-from ...memory.likelihood import LikelihoodDrift
-from ...memory.transition import Drift
+from ...memory.drift import Drift
+from ...memory.likelihood_drift import LikelihoodDrift
 from ...models.disturbance import Disturbance
 from ...models.equation import Equation
 from .estimator import ARX

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from ...engine import ud
-from ...memory import auto, bank
-from ...memory.drift import Matched, RandomWalk
+from ...memory import auto
+from ...memory.bank import open_bank
+from ...memory.drift import DriftKernel, DriftMatrixKernel
+from ...memory.imm import IMMKernel
 from ...memory.modes import WEIGHT, mode
-from ...memory.transition import Coupled, Drifting
-from ...memory.unknown import open_ground
+from ...memory.random_walk import RandomWalk
+from ...memory.unknown_drift import open_drift_state
 
 EXPLANATIONS = ("still", "fast", "learnt")  # the modes of `AutoMemory`
 
@@ -101,23 +103,23 @@ class Speeds:
 def read(est, state, names: list[str]) -> Speeds | None:
     """Return the speeds in a state of a recursive estimator; None where its memory knows of no drift."""
     memory, N = est.policies[2], est.model.N
-    if isinstance(memory, RandomWalk | Matched | Drifting | Coupled):
+    if isinstance(memory, RandomWalk | DriftKernel | DriftMatrixKernel):
         return Speeds(names, _by_variance(memory, est, state), int(state["observed"]))
     if not hasattr(memory, "moving"):
         return None
-    ground = open_ground(np.array(state["memory_state"]), N)
-    nvr = np.divide(ground.q, ground.unit, out=np.full(N, np.nan), where=ground.unit > 0)
-    return Speeds(names, nvr, int(state["observed"]), _weights(memory, ground.own, N))
+    drift = open_drift_state(np.array(state["memory_state"]), N)
+    nvr = np.divide(drift.q, drift.unit, out=np.full(N, np.nan), where=drift.unit > 0)
+    return Speeds(names, nvr, int(state["observed"]), _weights(memory, drift.own, N))
 
 
 def _by_variance(memory, est, state) -> np.ndarray:
     """Return the NVR of steps in the units of theta: a drift known for long leaves a variance of q/sqrt(NVR)."""
     P = np.einsum("ii->i", ud.unpack(np.asarray(state["U"]), np.asarray(state["D"])))
-    if isinstance(memory, Coupled):
+    if isinstance(memory, DriftMatrixKernel):
         G = np.reshape(memory.G, (est.model.N, -1))
         q = G**2 @ memory.d
     else:
-        q = memory.q / est.sigma2(state) if isinstance(memory, Matched) else memory.q
+        q = memory.q / est.sigma2(state) if isinstance(memory, RandomWalk) and memory.is_absolute else memory.q
     return np.divide(q, P, out=np.zeros(len(P)), where=P > 0) ** 2
 
 
@@ -126,11 +128,11 @@ def _weights(memory, own, N) -> dict[str, float] | None:
     if not hasattr(memory, "levels"):
         return None
     M = len(memory.levels)
-    if isinstance(memory, auto.Contest):
+    if isinstance(memory, auto.AutoMemoryKernel):
         names, own = list(EXPLANATIONS), own[auto.TRIAL :]
     else:
         names = [f"{level:g}" for level in memory.levels]
-        if isinstance(memory, bank.Mixing) and memory.jumps > 0:
+        if isinstance(memory, IMMKernel) and memory.jumps > 0:
             names[-1] = "jump"
-    modes = bank.open_cells(own, N, M).bank
+    modes = open_bank(own, N, M).bank
     return {name: float(mode(modes, m, N).own[WEIGHT]) for m, name in enumerate(names)}

@@ -9,11 +9,11 @@ from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
-from ...memory.adapt import begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
+from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .gaps import is_clear, pass_gap, spread
-from .methods import correct_by
+from .methods import correct_by, view_of
 from .row import (
     CHI2,
     COLUMNS,
@@ -147,7 +147,7 @@ def known_so_far(scale, head):
 def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y, u, out, t):
     head, theta, U, D, psi = state.head, state.theta, state.U, state.D, scratch.psi
     if head[SAMPLES] == 0.0:
-        begin(memory, state.memory_state, theta, U, D)
+        begin(memory, state.memory_state, view_of(state, scratch, 1.0, math.nan))
     status = take_inputs(form, state, u, t)
     z = y[t, 0]
     is_used = abs(z) < HUGE
@@ -170,7 +170,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
     if out.shape[1] >= COLUMNS:
         out[t, 8] = freedom(scale, head[COUNT])
         if form.told > 0.0:
-            mixture(memory, state.memory_state, R, s2, theta, scratch, out[t, COLUMNS:])
+            mixture(memory, state.memory_state, R, view_of(state, scratch, s2, math.nan), out[t, COLUMNS:])
 
     # project
     project(U, psi, scratch.f)
@@ -227,13 +227,10 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
 
     # respond, forget
     if alarm != 0.0:
-        head[WEIGHT], moved = on_alarm(
-            memory, alarm, state.detector_state[WHICH], state.memory_state, head[WEIGHT], s2, U, D, scratch
-        )
+        found = Alarm(alarm, state.detector_state[WHICH])
+        head[WEIGHT], moved = on_alarm(memory, state.memory_state, found, view_of(state, scratch, s2, surprise))
         status |= moved
-    lam, moved = time_update(
-        memory, state.memory_state, head[WEIGHT], surprise, R / T if T > 0.0 else 1.0, s2, theta, U, D, scratch
-    )
+    lam, moved = time_update(memory, state.memory_state, 1.0, view_of(state, scratch, s2, surprise))
     if lam < 1.0:
         head[WEIGHT] *= lam
         head[COUNT] *= lam

@@ -2,7 +2,7 @@
 
 from ...detect.gate import Always, InnovationGate
 from ...detect.watch import Silent
-from ...memory.drift import Constant
+from ...memory.constant import Constant
 from ...models.noise import White
 from ...models.scale import InverseGamma, KnownScale
 from ..arx.methods import LeastSquares

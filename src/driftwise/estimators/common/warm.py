@@ -27,8 +27,10 @@ from ...detect.score import ScoreCUSUM
 from ...detect.self_starting import SelfStarting
 from ...engine import compile
 from ...memory.auto import AutoMemory
-from ...memory.drift import Constant, RandomWalk, RestartOnChange
-from ...memory.fading import ExponentialForgetting
+from ...memory.constant import Constant
+from ...memory.exponential_forgetting import ExponentialForgetting
+from ...memory.random_walk import RandomWalk
+from ...memory.restart_on_change import RestartOnChange
 from ...models.noise import EquationError, NoisePolynomial, OutputError, UnknownPolynomial
 from ...models.plant import Plant
 from ..adaptive_gain.estimator import AdaptiveGain

@@ -7,22 +7,25 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import InnovationGate
+from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError, refuse_class
-from ...memory.drift import Constant, RandomWalk, RestartOnChange
-from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
+from ...memory.constant import Constant
+from ...memory.random_walk import RandomWalk
+from ...memory.restart_on_change import RestartOnChange
+from ...memory.settings import Setting, resolve_watch
 from ...models import noise as noises
 from ...models.canonical import Canonical
 from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
-from ...models.scale import InverseGamma
+from ...models.scale import InverseGamma, resolve_scale
+from ..common.memories import memory_of_joint
 from ..common.posterior import Posterior
 from ..common.priors import covariance_of, factors_of, mean_of
 from ..common.settings import arguments, floor_of
 from ..common.times import instants
-from .step import CONTINUOUS, Continuous, drift_over, scratch_size
+from .step import CONTINUOUS, Continuous, scratch_size
 
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 
@@ -167,8 +170,9 @@ class ContinuousJoint(Posterior):
                 f"memory must be Constant(), RandomWalk(q) or RestartOnChange() in continuous time, got {memory!r}"
             )
         n = self.model.n
-        found = resolve_memory(memory, self._theta_units(), np.diag(self.prior_covariance)[n:])
-        if type(found) not in drift_over.table:
+        setting = Setting(self._theta_units(), np.diag(self.prior_covariance)[n:], self.scale)
+        found = memory_of_joint(memory, setting)
+        if isinstance(found, RandomWalk) and found.is_absolute:
             raise InputError(f"in continuous time a walk has q, a variance per second: RandomWalk(q), got {memory!r}")
         return found
 

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...engine.dispatch import Vector, advance, choice, kernel, open_scratch, rare, watch
+from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare, watch
 from ...engine.layout import Field, Layout, joined, numbers, policy
-from ...engine.status import BAD_VALUE, CAPPED, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
-from ...engine.ud import correct, entry, predicted_variance, variance, widen
-from ...memory.drift import Constant, RandomWalk, Restart, drift
+from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
+from ...engine.ud import correct, entry, predicted_variance
+from ...memory.registry import Alarm, View, on_alarm, time_update
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
 from ..joint.row import HUGE
@@ -110,28 +110,13 @@ def open_scratch_continuous(form, buffer):
     )  # fmt: skip
 
 
-@choice
-def drift_over(memory, U, D, n, seconds, buffer):
-    """Widen U D U' by the drift of so many seconds and return a status bit."""
-
-
-@drift_over.on(Constant, Restart)
-def drift_over_constant(memory, U, D, n, seconds, buffer):
-    return 0
-
-
-@drift_over.on(RandomWalk)
-def drift_over_random_walk(memory, U, D, n, seconds, buffer):
-    status = 0
-    for i in range(memory.q.size):
-        q = memory.q[i] * seconds
-        if q > 0.0:
-            room = memory.cap[i] - variance(U, D, n + i)
-            if room < q:
-                q = max(room, 0.0)
-                status = CAPPED
-            widen(U, D, n + i, q, buffer)
-    return status
+@kernel
+def view_of(state, scratch, s2):
+    """Return what the memory sees."""
+    s, head = state.s, state.head
+    return View(
+        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h, s2, head[OBSERVED], np.nan, 0.0, s[:0]
+    )  # fmt: skip
 
 
 @kernel
@@ -265,7 +250,8 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
     if scratch.inputs > 0:
         move_inputs(form, state, scratch, seconds)
     status = take_inputs(state, u, t)
-    status |= drift_over(memory, U, D, n, seconds, scratch.b)
+    _, moved = time_update(memory, s[:0], seconds, view_of(state, scratch, 1.0))
+    status |= moved
     head[SINCE] += seconds
     if head[STARTED] == 0.0:
         begin(state, scratch)
@@ -335,7 +321,8 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
         write_estimates(form, state, scratch, out, t, divisor, R, after, is_measured)
 
     if alarm != 0.0:
-        status |= drift(memory, alarm, np.nan, head[OBSERVED], s2, U, D, n, scratch.b)
+        _, moved = on_alarm(memory, s[:0], Alarm(alarm, -1.0), view_of(state, scratch, s2))
+        status |= moved
         out[t, 3] = status
 
     # keep

@@ -9,7 +9,7 @@ import numpy as np
 from ...detect.gate import Always
 from ...engine import ud, validation
 from ...engine.errors import InputError
-from ...memory.drift import Constant
+from ...memory.constant import Constant
 from ...models.noise import EquationError, NoisePolynomial
 from ...models.rows import regression_rows, triangle
 from ...models.scale import sigma2

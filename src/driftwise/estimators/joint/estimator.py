@@ -6,17 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import InnovationGate
+from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Constant
-from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
+from ...memory.constant import Constant
+from ...memory.settings import Setting, resolve_watch, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
 from ...models.convert import Model
-from ...models.scale import InverseGamma
+from ...models.scale import InverseGamma, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
+from ..common.memories import memory_of_joint
 from ..common.posterior import Posterior
 from ..common.priors import WIDTH, covariance_of, factors_of
 from ..common.settings import arguments, floor_of
@@ -127,6 +128,8 @@ class Joint(Posterior):
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
         detector, settle = resolve_watch(memory, N)
+        setting = Setting(self._theta_units(), np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R)
+        memory = memory_of_joint(memory, setting)
         shape = Form(
             n,
             inputs,
@@ -139,9 +142,8 @@ class Joint(Posterior):
             1e-60 * kernel_noise.R,
             settle,
             detector.state_size(0),
+            state_size(memory, N - n),
         )
-        cap = np.diag(self.prior_covariance)[n:]
-        memory = resolve_memory(memory, self._theta_units(), cap)
         self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)

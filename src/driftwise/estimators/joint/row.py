@@ -38,6 +38,7 @@ class Form(NamedTuple):
     least: float  # variance of the state, negligible beside R, that counts as none
     settle: float  # measured samples before the detector watches
     detector_size: Size  # numbers that the detector keeps
+    memory_size: Size  # and the memory
 
 
 JOINT = Layout(
@@ -61,6 +62,7 @@ JOINT = Layout(
     Field("U", ("N * (N - 1) // 2",), "and the factor above it, column by column"),
     *each_input("k"),
     policy("detector_state", of="detector"),
+    policy("memory_state", of="memory"),
     k="inputs + coloured",
     N="n * (k + 2) + direct",
 )

@@ -8,7 +8,7 @@ from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, kernel, rare, watch
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, variances
-from ...memory.drift import drift
+from ...memory.registry import Alarm, View, begin, on_alarm, time_update
 from ...models.noise import held_back
 from ...models.scale import sigma2
 from .predict import propagate
@@ -118,11 +118,22 @@ def restart_state(state, n, Px, s2):
             state.U[j * (j - 1) // 2 + i] = 0.0
 
 
+@kernel
+def view_of(state, scratch, s2, surprise):
+    """Return what the memory sees."""
+    s, head = state.s, state.head
+    return View(
+        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b, s2, head[OBSERVED], surprise, 0.0, s[:0]
+    )
+
+
 @advance.on(Form)
 @kernel
 def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     """Take sample t: predict, project, detect, correct, predict."""
     head, s, U, D, n = state.head, state.s, state.U, state.D, scratch.n
+    if head[SAMPLES] == 0.0:
+        begin(memory, state.memory_state, view_of(state, scratch, 1.0, np.nan))
     status = take_inputs(state, scratch.inputs, u, t)
     z = y[t, 0]
     head[PEAK] *= 0.75
@@ -187,7 +198,12 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     alarm = 0.0
     if white == white and head[OBSERVED] > form.settle:
         alarm = watch(detector, state.detector_state, white, state.detector_state[:0])
-    status |= drift(memory, alarm, white * white, head[OBSERVED], s2, U, D, n, scratch.c)
+    view = view_of(state, scratch, s2, white * white)
+    if alarm != 0.0:
+        _, moved = on_alarm(memory, state.memory_state, Alarm(alarm, -1.0), view)
+        status |= moved
+    _, moved = time_update(memory, state.memory_state, 1.0, view)
+    status |= moved
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0

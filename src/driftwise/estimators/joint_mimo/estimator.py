@@ -8,23 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from ...detect.gate import InnovationGate
+from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Constant
-from ...memory.resolve import resolve_gate, resolve_memory, resolve_scale, resolve_watch
+from ...memory.constant import Constant
+from ...memory.random_walk import RandomWalk
+from ...memory.restart_on_change import RestartOnChange
+from ...memory.settings import Setting, resolve_watch
 from ...models import noise as noises
 from ...models.convert import ModelMIMO
-from ...models.scale import InverseGamma, KnownScale, sigma2
+from ...models.scale import InverseGamma, KnownScale, resolve_scale, sigma2
 from ...models.structure import Structure, indices
 from ...results.mimo_trace import TraceMIMO
 from ..base import Estimator
+from ..common.memories import memory_of_joint
 from ..common.posterior import directions
 from ..common.priors import covariance_of, mean_of
 from ..common.settings import arguments, floor_of
+from . import step as _step  # noqa: F401  (registers the step)
 from .row import JOINT_MIMO, scratch_size
-from .step import share
 from .tables import prior_factors, tables
 
 
@@ -155,8 +158,9 @@ class JointMIMO(Estimator):
             detector.state_size(0),
         )
         n = form.n
-        found = resolve_memory(memory, self._units[n:], np.diag(self.prior_covariance)[n:])
-        if type(found) not in share.table:
+        found = memory_of_joint(memory, Setting(self._units[n:], np.diag(self.prior_covariance)[n:], self.scale))
+        is_known = isinstance(memory, Constant | RandomWalk | RestartOnChange)
+        if not is_known or (isinstance(found, RandomWalk) and found.is_absolute):
             raise InputError(
                 f"memory must be Constant(), RandomWalk(q) or RestartOnChange() with several outputs, got {memory!r}"
             )

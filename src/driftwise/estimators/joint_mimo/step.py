@@ -5,35 +5,15 @@ import math
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...engine.dispatch import advance, choice, kernel, rare, watch
+from ...engine.dispatch import advance, kernel, part, rare, watch
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variances
-from ...memory.drift import Constant, RandomWalk, Restart, drift
+from ...memory.registry import Alarm, View, on_alarm, time_update
 from ...models.scale import sigma2
 from ..joint.row import HUGE
 from ..joint.step import LIMIT, take_inputs
 from .predict import propagate
 from .row import MimoForm, add_row, covariance, gather, make_room, open_group, place, scatter
-
-
-@choice
-def share(memory, first, last):
-    """Return the memory of parameters first .. last - 1: what one group of outputs forgets by."""
-
-
-@share.on(Constant)
-def share_constant(memory, first, last):
-    return memory
-
-
-@share.on(RandomWalk)
-def share_random_walk(memory, first, last):
-    return RandomWalk(memory.q[first:last], memory.cap[first:last])
-
-
-@share.on(Restart)
-def share_restart(memory, first, last):
-    return Restart(memory.q[first:last], memory.cap[first:last])
 
 
 @kernel
@@ -298,11 +278,16 @@ def advance_mimo_form(form, noise, memory, gate, scale, detector, state, scratch
         propagate(form, noise, scratch, group, g)
         D = group.D[: group.N]
         first = group.theta0 - int(form.x_at[p])
-        forgets = share(memory, first, first + group.N - group.n)
-        observed = seen(form, state, group, g) + form.spent[g]
-        moved = drift(
-            forgets, scratch.alarm[g], scratch.surprise[g], observed, scratch.s2[g], group.U, D, group.n, scratch.c
-        )
+        forgets = part(memory, first, first + group.N - group.n)
+        observed, nothing, moved = seen(form, state, group, g) + form.spent[g], D[:0], 0
+        view = View(
+            group.n, group.s, group.U, D, nothing, scratch.f, scratch.c, scratch.b,
+            scratch.s2[g], observed, scratch.surprise[g], 0.0, nothing,
+        )  # fmt: skip
+        if scratch.alarm[g] != 0.0:
+            _, moved = on_alarm(forgets, nothing, Alarm(scratch.alarm[g], -1.0), view)
+        _, more = time_update(forgets, nothing, 1.0, view)
+        moved |= more
         scatter(state, group)
         for i in range(group.first, group.last):
             state.status[i] = int(state.status[i]) | held | moved

@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-from ...detect.gate import InnovationGate
+from ...detect.gate import InnovationGate, resolve_gate
 from ...detect.watch import Silent
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
-from ...memory.drift import Constant
-from ...memory.resolve import resolve_gate, resolve_scale
+from ...memory.constant import Constant
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
 from ...models.convert import Model
-from ...models.scale import InverseGamma
+from ...models.scale import InverseGamma, resolve_scale
 from ..common.posterior import Posterior
 from ..common.priors import WIDTH, factors_of
 from ..common.settings import arguments
@@ -122,7 +121,7 @@ class Manoeuvre(Posterior):
         P[3:, 3:] = pole_std**2 * np.outer(ALONG, ALONG)
         self._s0 = np.concatenate([np.zeros(3), STILL + pole * ALONG])
         (self._U0, self._D0), self.prior_covariance = factors_of(P), P
-        form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf, Silent().state_size(0))
+        form = Form(3, 0, 0, 0, 3, 0, 1e-12, P[0, 0], 1e-60 * noise.R, np.inf, Silent().state_size(0), 0)
         self.policies = (
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),
             noise, Constant(), resolve_gate(gate, model.N), self.scale, Silent(),

@@ -24,6 +24,7 @@ class ManoeuvreForm(NamedTuple):
     least: float
     settle: float
     detector_size: Size
+    memory_size: Size
     walk: float  # variance of a step of phi
     cap: float  # its prior variance, never exceeded
     limit: float  # of |phi|

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...memory.transition import Drift
+from ...memory.drift import Drift
 from ...models.disturbance import Disturbance
 from ..arx.regression import Regression
 from .estimator import ModelAverage

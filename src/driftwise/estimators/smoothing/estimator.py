@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...engine import validation
-from ...memory.transition import Drift
+from ...memory.drift import Drift
 from .smoother import look_back, transition
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...engine.dispatch import Vector, kernel, pass_over
 from ...engine.ud import correct, entry, project, widen
-from ...memory.transition import relax
+from ...memory.gauss_markov import relax
 
 NONE = np.zeros((1, 1))  # where a pass has nothing to write
 EPS, VARIANCE, GAIN = range(3)  # a note begins with them: innovation, its variance (0: nothing was learnt), m gains

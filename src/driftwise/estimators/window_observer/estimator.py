@@ -9,13 +9,13 @@ import numpy as np
 
 from ...detect.gate import Always
 from ...detect.parity import Parity
+from ...detect.resolve import resolve_detector
 from ...detect.watch import Silent
 from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...engine.layout import layout_of
-from ...memory.drift import Constant
-from ...memory.resolve import resolve_detector
+from ...memory.constant import Constant
 from ...models.plant import Augmented
 from ...models.scale import InverseGamma, KnownScale
 from ..common.observer import Observed, Observer, check_names

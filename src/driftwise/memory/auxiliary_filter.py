@@ -4,13 +4,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine.dispatch import Vector, kernel
+from ..engine import validation
+from ..engine.dispatch import PerParameter, kernel
 from ..engine.ud import correct, project
-from .hold import hold_within
-from .transition import relax
-from .unknown import START, adaptive, revise, starts
+from .gauss_markov import relax
+from .registry import register, resolve
+from .settings import share
+from .unknown_drift import START, common, drift_state_size, learns_drift, revise, starts
+from .wind_up import hold_within
 
 
+@register("auxiliary", about="the ratio is learnt by a second filter")
 class AuxiliaryFilter(NamedTuple):
     """The speed of drift of each parameter by a Kalman filter of its own, e^2 its measurement.
 
@@ -27,26 +31,30 @@ class AuxiliaryFilter(NamedTuple):
     phi: Any = 1.0
 
 
-class Auxiliary(NamedTuple):
+class AuxiliaryFilterKernel(NamedTuple):
     """What the kernel sees of an `AuxiliaryFilter`; ``widest`` are the largest variances of the ratios."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     discount: float
     forgetting: float
     start: float
     most: float
-    widest: Vector
+    widest: PerParameter
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, 6 * parameters + parameters * (parameters - 1) // 2)
 
 
 LOUDER = 1e6  # times its mean square so far, the largest jump of a regressor that counts
 
 
 class Filter(NamedTuple):
-    """Views of what it keeps: ratios, the units they were in, their covariance, and scratch."""
+    """Views of what it keeps: ratios, the units they were in, their covariance, and view."""
 
     nvr: np.ndarray
     unit: np.ndarray
@@ -57,11 +65,6 @@ class Filter(NamedTuple):
     U: np.ndarray
 
 
-def own_cells(N: int) -> int:
-    """Return how many numbers the filter keeps."""
-    return 6 * N + N * (N - 1) // 2
-
-
 @kernel
 def open_filter(own, N):
     """Return the views."""
@@ -69,11 +72,20 @@ def open_filter(own, N):
     return Filter(v[0], v[1], v[2], v[3], v[4], v[5], own[6 * N :])
 
 
-adaptive(Auxiliary)
+learns_drift(AuxiliaryFilterKernel)
 
 
-@revise.on(Auxiliary)
-def revise_auxiliary(policy, own, sample, theta, U, D, q):
+@resolve.on(AuxiliaryFilter)
+def resolve_auxiliary_filter(memory, setting):
+    most = validation.positive("most", memory.most)
+    return AuxiliaryFilterKernel(
+        **common(setting, memory.phi), forgetting=share("forgetting", memory.forgetting),
+        start=validation.positive("start", memory.start), most=most, widest=np.full(setting.N, most**2),
+    )  # fmt: skip
+
+
+@revise.on(AuxiliaryFilterKernel)
+def revise_auxiliary_filter(policy, own, sample, theta, U, D, q):
     second, N = open_filter(own, q.size), q.size
     if starts(sample, q):
         for i in range(N):

@@ -4,20 +4,27 @@ import math
 from typing import Any, NamedTuple
 
 from ..detect.watch import SINCE, STATISTIC, WHICH
-from ..engine.dispatch import Vector, kernel, rare
+from ..engine import validation
+from ..engine.dispatch import PerParameter, kernel, rare
 from ..engine.status import CAPPED
 from ..engine.ud import correct, predicted_variance, project, widen_along
-from .adapt import adapt, count, found_jump, plain, time_update
-from .drift import widen_within
-from .hold import hold_within
+from .gauss_markov import widen_within
+from .registry import adapt, count, found_jump, register, resolve, time_update
+from .settings import jump_size, more_than_one
+from .wind_up import hold_within
 
-# cells: how many hypotheses, which one is the newest, samples since the last jump that was told; then each hypothesis:
+# state: how many hypotheses, which one is the newest, samples since the last jump that was told; then each hypothesis:
 # log weight, samples since its jump (run), chi2 of sigma^2 less what the row has, theta, D, U
 COUNT, NEWEST, TOLD, FIRST = range(4)
 LOG, RUN, CHI2, OWN = range(4)
 ODDS = 100.0  # a jump is told when it is so many times likelier than none
 
 
+@register(
+    "change-point:JUMP/EVERY",
+    about="jumps of that size every so many samples, all instants considered",
+    read=lambda words: BayesianChangePoint(*words.jump_every()),
+)
 class BayesianChangePoint(NamedTuple):
     """Jumps of size ``jump``, one every so many samples on average: all instants are considered, the likely ones kept.
 
@@ -41,96 +48,102 @@ class BayesianChangePoint(NamedTuple):
         return ODDS
 
 
-class Mixture(NamedTuple):
+class BayesianChangePointKernel(NamedTuple):
     """What the kernel sees of `BayesianChangePoint`: a jump has probability ``rate`` and variances q (absolute)."""
 
     rate: float
     hypotheses: float
     settle: float
-    q: Vector
-    cap: Vector
+    q: PerParameter
+    cap: PerParameter
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return FIRST + int(self.hypotheses) * (OWN + 2 * parameters + parameters * (parameters - 1) // 2)
 
 
-def cells_of(hypotheses: int, N: int) -> int:
-    """Return how many numbers the mixture keeps."""
-    return FIRST + hypotheses * (OWN + 2 * N + N * (N - 1) // 2)
-
-
-plain(Mixture)
+@resolve.on(BayesianChangePoint)
+def resolve_bayesian_change_point(memory, setting):
+    q = jump_size("jump", memory.jump, setting.N) ** 2 * setting.units
+    rate = 1 / more_than_one("every", memory.every)
+    hypotheses = validation.count("hypotheses", memory.hypotheses, least=2)
+    settle = 3 * setting.settle  # six times the number of unknowns, as long as detectors wait
+    return BayesianChangePointKernel(rate, hypotheses, settle, q, setting.cap)
 
 
 @kernel
-def hypothesis(memory_state, i, N):
+def hypothesis(state, i, N):
     """Return views of hypothesis i: its own numbers (log weight, run, chi2), theta, D, U."""
     at = FIRST + i * (OWN + 2 * N + N * (N - 1) // 2)
     m, d, u = at + OWN, at + OWN + N, at + OWN + 2 * N
-    return memory_state[at:m], memory_state[m:d], memory_state[d:u], memory_state[u : u + N * (N - 1) // 2]
+    return state[at:m], state[m:d], state[d:u], state[u : u + N * (N - 1) // 2]
 
 
 @kernel
-def average(memory_state, which, N):
+def average(state, which, N):
     """Return what the hypotheses' own number ``which`` is on average."""
     total = 0.0
-    for i in range(int(memory_state[COUNT])):
-        own = hypothesis(memory_state, i, N)[0]
+    for i in range(int(state[COUNT])):
+        own = hypothesis(state, i, N)[0]
         total += math.exp(own[LOG]) * own[which]
     return total
 
 
 @kernel
-def settle_in(memory_state, i, log_weight, theta, U, D):
+def settle_in(state, i, log_weight, theta, U, D):
     """Write hypothesis i, of run 0, and make it the newest."""
-    own, m, d, u = hypothesis(memory_state, i, D.size)
+    own, m, d, u = hypothesis(state, i, D.size)
     own[LOG], own[RUN], own[CHI2] = log_weight, 0.0, 0.0
     for j in range(D.size):
         m[j], d[j] = theta[j], D[j]
     for j in range(U.size):
         u[j] = U[j]
-    memory_state[NEWEST] = i
+    state[NEWEST] = i
 
 
-@adapt.on(Mixture)
-def adapt_mixture(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    N, T, top = D.size, predicted_variance(scratch.f, D, R), -math.inf
-    if memory_state[COUNT] == 0.0:
-        settle_in(memory_state, 0, 0.0, theta, U, D)
-        memory_state[COUNT] = 1.0
-    for i in range(int(memory_state[COUNT])):
-        own, m, d, u = hypothesis(memory_state, i, N)
+@adapt.on(BayesianChangePointKernel)
+def adapt_bayesian_change_point(memory, state, e, R, view):
+    theta, U, D, s2 = view.theta, view.U, view.D, view.s2
+    N, T, top = D.size, predicted_variance(view.f, D, R), -math.inf
+    if state[COUNT] == 0.0:
+        settle_in(state, 0, 0.0, theta, U, D)
+        state[COUNT] = 1.0
+    for i in range(int(state[COUNT])):
+        own, m, d, u = hypothesis(state, i, N)
         error = e
         for j in range(N):
-            error += scratch.psi[j] * (theta[j] - m[j])
-        project(u, scratch.psi, scratch.f)
-        S = correct(u, d, scratch.f, R, scratch.b)
+            error += view.psi[j] * (theta[j] - m[j])
+        project(u, view.psi, view.f)
+        S = correct(u, d, view.f, R, view.b)
         for j in range(N):
-            m[j] += scratch.b[j] * (error / S)
+            m[j] += view.b[j] * (error / S)
         own[LOG] -= 0.5 * (error * error / (s2 * S) + math.log(S / T))
         own[RUN] += 1.0
         own[CHI2] += error * error / S
         top = max(top, own[LOG])
     total = 0.0
-    for i in range(int(memory_state[COUNT])):
-        total += math.exp(hypothesis(memory_state, i, N)[0][LOG] - top)
-    mix(memory_state, top + math.log(total), s2, theta, U, D, scratch.c)
+    for i in range(int(state[COUNT])):
+        total += math.exp(hypothesis(state, i, N)[0][LOG] - top)
+    mix(state, top + math.log(total), s2, theta, U, D, view.c)
     return T
 
 
 @rare
-def mix(memory_state, evidence, s2, theta, U, D, a):
+def mix(state, evidence, s2, theta, U, D, a):
     """Normalise the weights; let theta and U, D be mean and covariance of the mixture, by rank-one additions."""
     N = D.size
     for j in range(N):
         theta[j] = D[j] = 0.0
     for j in range(U.size):
         U[j] = 0.0
-    for i in range(int(memory_state[COUNT])):
-        own, m, d, u = hypothesis(memory_state, i, N)
+    for i in range(int(state[COUNT])):
+        own, m, d, u = hypothesis(state, i, N)
         own[LOG] -= evidence
         w = math.exp(own[LOG])
         for j in range(N):
             theta[j] += w * m[j]
-    for i in range(int(memory_state[COUNT])):
-        own, m, d, u = hypothesis(memory_state, i, N)
+    for i in range(int(state[COUNT])):
+        own, m, d, u = hypothesis(state, i, N)
         w = math.exp(own[LOG])
         for j in range(N):
             for k in range(j):
@@ -142,33 +155,33 @@ def mix(memory_state, evidence, s2, theta, U, D, a):
         widen_along(U, D, a, w / s2, N - 1)
 
 
-@count.on(Mixture)
-def count_mixture(memory, memory_state, count, chi2, weight, gain):
+@count.on(BayesianChangePointKernel)
+def count_bayesian_change_point(memory, state, count, chi2, weight, gain):
     """E-step of EM: chi2 is what it is on average over the hypotheses, each with the errors e_i^2/T_i of its own run.
 
     e^2/T of the mixture will not do: its T holds the jump that hardly ever comes, so sigma^2 would come out too small.
     Runs that turn out unlikely take their errors away again, at most half of chi2 at a time: it stays positive.
     """
     N = memory.q.size
-    added = max(average(memory_state, CHI2, N), -0.5 * chi2)
-    for i in range(int(memory_state[COUNT])):
-        own = hypothesis(memory_state, i, N)[0]
+    added = max(average(state, CHI2, N), -0.5 * chi2)
+    for i in range(int(state[COUNT])):
+        own = hypothesis(state, i, N)[0]
         own[CHI2] -= added
-    return count + 1.0, chi2 + added, average(memory_state, RUN, N)
+    return count + 1.0, chi2 + added, average(state, RUN, N)
 
 
-@found_jump.on(Mixture)
-def found_jump_mixture(memory, memory_state, detector_state):
+@found_jump.on(BayesianChangePointKernel)
+def found_jump_bayesian_change_point(memory, state, detector_state):
     """Tell a jump when runs that began after the last one told are ODDS times likelier than all others.
 
     While nothing jumps these odds grow by 1/every a sample on average (a martingale, Shiryaev 1963), so that false
     events are ODDS * every samples apart, or more, where the noise is known.
     """
     N, new, old, best, top = memory.q.size, 0.0, 1e-300, 0.0, -math.inf
-    memory_state[TOLD] += 1.0
-    for i in range(int(memory_state[COUNT])):
-        own = hypothesis(memory_state, i, N)[0]
-        if own[RUN] >= memory_state[TOLD]:
+    state[TOLD] += 1.0
+    for i in range(int(state[COUNT])):
+        own = hypothesis(state, i, N)[0]
+        if own[RUN] >= state[TOLD]:
             old += math.exp(own[LOG])
         else:
             new += math.exp(own[LOG])
@@ -178,43 +191,44 @@ def found_jump_mixture(memory, memory_state, detector_state):
     detector_state[STATISTIC] = math.log(odds) / math.log(ODDS) if odds > 1.0 else 0.0
     if odds < ODDS:
         return 0.0
-    detector_state[SINCE], detector_state[WHICH], memory_state[TOLD] = best, -1.0, 0.0
+    detector_state[SINCE], detector_state[WHICH], state[TOLD] = best, -1.0, 0.0
     return 1.0
 
 
-@time_update.on(Mixture)
-def time_update_mixture(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
-    N, count = D.size, int(memory_state[COUNT])
-    is_learnt = surprise >= 0.0
-    if count < 2 and (weight <= memory.settle or not is_learnt):
+@time_update.on(BayesianChangePointKernel)
+def time_update_bayesian_change_point(memory, state, elapsed, view):
+    U, D, N, count = view.U, view.D, view.D.size, int(state[COUNT])
+    is_learnt = view.surprise >= 0.0
+    if count < 2 and (view.weight <= memory.settle or not is_learnt):
         return 1.0, 0
-    is_held = hold_within(U, D, memory.cap, scratch.c, scratch.f, scratch.b)
+    is_held = hold_within(U, D, memory.cap, view.c, view.f, view.b)
     moved = memory.rate
     if is_learnt:
-        branch(memory, memory_state, count, theta, U, D, s2, scratch)
+        branch(memory, state, count, view)
     else:  # the newest hypothesis has seen nothing yet: in a gap it takes later jumps in as well
-        moved *= 1.0 - math.exp(hypothesis(memory_state, int(memory_state[NEWEST]), N)[0][LOG])
+        moved *= 1.0 - math.exp(hypothesis(state, int(state[NEWEST]), N)[0][LOG])
         for i in range(count):
-            own = hypothesis(memory_state, i, N)[0]
+            own = hypothesis(state, i, N)[0]
             own[LOG] += math.log1p(-memory.rate)
-            if i == int(memory_state[NEWEST]):
+            if i == int(state[NEWEST]):
                 own[LOG] = math.log(math.exp(own[LOG]) + memory.rate)
     for i in range(N):  # the covariance of the mixture with a new member of the same mean
-        is_held |= not widen_within(U, D, i, moved * memory.q[i] / s2, memory.cap[i], scratch.b)
+        is_held |= not widen_within(U, D, i, moved * memory.q[i] / view.s2, memory.cap[i], view.b)
     return 1.0, CAPPED if is_held else 0
 
 
 @rare
-def branch(memory, memory_state, count, theta, U, D, s2, scratch):
+def branch(memory, state, count, view):
     """Add the hypothesis that the parameters jump now; the least likely one goes where there is no room."""
+    D = view.D
     slot, least = count, math.inf
     for i in range(count):
-        own = hypothesis(memory_state, i, D.size)[0]
+        own = hypothesis(state, i, D.size)[0]
         if count == int(memory.hypotheses) and own[LOG] < least:
             slot, least = i, own[LOG]
         own[LOG] += math.log1p(-memory.rate)
-    settle_in(memory_state, slot, math.log(memory.rate), theta, U, D)
-    memory_state[COUNT] = max(memory_state[COUNT], slot + 1.0)
-    _, _, d, u = hypothesis(memory_state, slot, D.size)
+    settle_in(state, slot, math.log(memory.rate), view.theta, view.U, D)
+    state[COUNT] = max(state[COUNT], slot + 1.0)
+    _, _, d, u = hypothesis(state, slot, D.size)
     for i in range(D.size):
-        widen_within(u, d, i, memory.q[i] / s2, memory.cap[i], scratch.b)
+        widen_within(u, d, i, memory.q[i] / view.s2, memory.cap[i], view.b)

@@ -5,14 +5,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine import validation
 from ..engine.dense import at, solve
-from ..engine.dispatch import Vector, kernel
+from ..engine.dispatch import PerParameter, kernel
+from ..engine.errors import InputError
 from ..engine.ud import variances
-from .adapt import adapt, by_least_squares, time_update
+from .registry import adapt, least_squares, register, resolve, time_update
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time
-from .unknown import SEEN, adaptive, excite, open_ground, wander
+from .settings import more_than_one
+from .unknown_drift import SEEN, common, drift_state_size, excite, learns_drift, open_drift_state, wander
 
 
+@register("likelihood", about="the ratio of each climbs the likelihood")
 class LikelihoodDrift(NamedTuple):
     """The speed of drift of each parameter, by a Gauss-Newton step up the likelihood at every sample.
 
@@ -46,12 +50,12 @@ class LikelihoodDrift(NamedTuple):
     phi: Any = 1.0
 
 
-class Climb(NamedTuple):
+class LikelihoodDriftKernel(NamedTuple):
     """What the kernel sees of a `LikelihoodDrift`; ``ratios`` are N, or 1 where they are shared."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     discount: float
@@ -63,6 +67,10 @@ class Climb(NamedTuple):
     samples: float
     tau: float
     prior: float
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, learner_size(parameters, int(self.ratios)))
 
 
 STEEP = 10.0  # deviations that a prediction moves by for a ratio e times as large; more is the wake of an outlier
@@ -84,7 +92,7 @@ class Learner(NamedTuple):
 
 
 @kernel
-def own_cells(N, m):
+def learner_size(N, m):
     """Return how many numbers a learner keeps."""
     return 5 * m + 1 + m * (m + 1) + m * N + m * N * (N + 1) // 2
 
@@ -113,7 +121,7 @@ def derivatives(learner, j):
 
 @kernel
 def follow(learner, psi, b, e, T, s2, part, v):
-    """Take one sample of a filter into the derivatives: its row, b = P psi, innovation, T; ``v`` is scratch.
+    """Take one sample of a filter into the derivatives: its row, b = P psi, innovation, T; ``v`` is view.
 
     ``part`` is the share of the correction that the filter took (less than 1: the sample may be an outlier). What is
     left in b is the gain b/T.
@@ -183,31 +191,45 @@ def carry(learner, phi, q, p, cap):
             add_variance(dP, i, min(q[i], cap[i]))
 
 
-adaptive(Climb)
+learns_drift(LikelihoodDriftKernel)
 
 
-@adapt.on(Climb)
-def adapt_climb(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    N = D.size
-    ground = open_ground(memory_state, N)
-    learner = open_learner(ground.own, N, int(memory.ratios))
-    rests = excite(memory, ground, scratch.psi)
-    T = by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
+@resolve.on(LikelihoodDrift)
+def resolve_likelihood_drift(memory, setting):
+    least, start, most = (validation.positive(name, getattr(memory, name)) for name in ("least", "start", "most"))
+    if not least <= start <= most:
+        raise InputError(f"start lies between least and most, got {start!r}, {least!r} and {most!r}")
+    return LikelihoodDriftKernel(
+        **common(setting, memory.phi), learns=float(setting.is_learnt),
+        ratios=1 if validation.yes("shared", memory.shared) else setting.N,
+        start=np.log(start), least=np.log(least), most=np.log(most),
+        samples=more_than_one("samples", memory.samples), tau=validation.positive("tau", memory.tau),
+        prior=validation.positive("prior", memory.prior),
+    )  # fmt: skip
+
+
+@adapt.on(LikelihoodDriftKernel)
+def adapt_likelihood_drift(memory, state, e, R, view):
+    N, s2 = view.D.size, view.s2
+    drift = open_drift_state(state, N)
+    learner = open_learner(drift.own, N, int(memory.ratios))
+    is_unexcited = excite(memory, drift, view.psi)
+    T = least_squares(e, R, view)
     if T > 0.0:
-        follow(learner, scratch.psi, scratch.b, e, T, s2, 1.0, scratch.c)
-        if not rests:
-            if ground.head[SEEN] > 2 * N:
+        follow(learner, view.psi, view.b, e, T, s2, 1.0, view.c)
+        if not is_unexcited:
+            if drift.head[SEEN] > 2 * N:
                 climb(memory, learner, e / math.sqrt(s2 * T), 1.0)
             for i in range(N):
-                ground.q[i] = ratio(memory, learner, i) * ground.unit[i]
+                drift.q[i] = ratio(memory, learner, i) * drift.unit[i]
     return T
 
 
-@time_update.on(Climb)
-def time_update_climb(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
-    lam, status = wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch)
-    ground = open_ground(memory_state, D.size)
-    learner = open_learner(ground.own, D.size, int(memory.ratios))
-    variances(U, D, scratch.c)
-    carry(learner, memory.phi, ground.q, scratch.c, memory.cap)
+@time_update.on(LikelihoodDriftKernel)
+def time_update_likelihood_drift(memory, state, elapsed, view):
+    lam, status = wander(memory, state, elapsed, view)
+    drift = open_drift_state(state, view.D.size)
+    learner = open_learner(drift.own, view.D.size, int(memory.ratios))
+    variances(view.U, view.D, view.c)
+    carry(learner, memory.phi, drift.q, view.c, memory.cap)
     return lam, status

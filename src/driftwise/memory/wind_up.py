@@ -11,7 +11,7 @@ MEMORIES = 100.0  # "typical" is an average over so many memories
 
 @kernel
 def hold_within(U, D, cap, p, f, b):
-    """Bring every variance down to its cap and say whether any was above it; ``p``, ``f``, ``b`` are scratch."""
+    """Bring every variance down to its cap and say whether any was above it; ``p``, ``f``, ``b`` are view."""
     is_held = False
     variances(U, D, p)
     for i in range(D.size):
@@ -33,25 +33,25 @@ def hold_one(U, D, i, cap, f, b):
 
 
 @kernel
-def shrink(U, D, lam, weight, horizon, cap, memory_state, scratch):
+def shrink(lam, horizon, cap, state, view):
     """P <- P / lambda, each variance held at that of one typical sample and at the prior's; return status bits.
 
-    weight P_ii is the variance that a single sample of the past leaves. ``memory_state`` hold how many entered, and the
-    mean of its logarithm (relative to the prior's) over the last ``horizon`` samples, which a burst moves little. While
-    a variance is held its ceiling rises, e-fold in ``horizon`` samples: weaker excitation is accepted in the end.
+    weight P_ii is the variance that a single sample of the past leaves. ``state`` holds how many entered, and the mean
+    of its logarithm (relative to the prior's) over the last ``horizon`` samples, which a burst moves little. While a
+    variance is held its ceiling rises, e-fold in ``horizon`` samples: weaker excitation is accepted in the end.
     """
-    p, status = scratch.c, 0
+    U, D, weight, p, status = view.U, view.D, view.weight, view.c, 0
     variances(U, D, p)
-    memory_state[0] = min(memory_state[0] + 1.0, horizon)
+    state[0] = min(state[0] + 1.0, horizon)
     for j in range(D.size):
         D[j] /= lam
     for i in range(D.size):
         if p[i] > 0.0:
             one = math.log(weight * p[i] / cap[i])
-            most = min(memory_state[1 + i], 0.0) if memory_state[0] > 1.0 else 0.0
+            most = min(state[1 + i], 0.0) if state[0] > 1.0 else 0.0
             if one - math.log(weight * lam) <= most:
-                memory_state[1 + i] += (one - memory_state[1 + i]) / memory_state[0]
-            elif hold_one(U, D, i, cap[i] * math.exp(most), scratch.f, scratch.b):
-                memory_state[1 + i] = min(most + 1.0 / horizon, 0.0)
+                state[1 + i] += (one - state[1 + i]) / state[0]
+            elif hold_one(U, D, i, cap[i] * math.exp(most), view.f, view.b):
+                state[1 + i] = min(most + 1.0 / horizon, 0.0)
                 status = CAPPED
     return status

@@ -4,13 +4,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine.dispatch import Vector, kernel
+from ..engine import validation
+from ..engine.dispatch import PerParameter, kernel
+from ..engine.errors import InputError
 from ..engine.ud import correct, covariances, predicted_variance, widen_along
-from .adapt import adapt, by_least_squares, count
-from .hold import hold_within
-from .unknown import RESTS, SEEN, adaptive, count_unless_at_rest, excite, open_ground
+from .registry import adapt, count, least_squares, register, resolve
+from .unknown_drift import (
+    SEEN,
+    UNEXCITED,
+    common,
+    count_unless_at_rest,
+    drift_state_size,
+    excite,
+    learns_drift,
+    open_drift_state,
+)
+from .wind_up import hold_within
 
 
+@register(
+    "variational",
+    "variational:RULE",
+    about="variational Bayes; RULE is drift, noise or both",
+    read=lambda words: VariationalBayes(words.rest),
+)
 class VariationalBayes(NamedTuple):
     """Noise variance, P, or both, by variational Bayes around a drift of nominal noise variance ratio ``nvr``.
 
@@ -33,12 +50,12 @@ FADING = {"noise": 0.98, "both": 1.0 - float(np.exp(-4.0))}  # of what sigma^2 r
 TAU, TURNS, FEWER = 3.0, 5, 3  # weight of the nominal P, turns of the iterations
 
 
-class Nominal(NamedTuple):
+class VariationalBayesKernel(NamedTuple):
     """What the kernel sees of `VariationalBayes`."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     discount: float
@@ -48,24 +65,43 @@ class Nominal(NamedTuple):
     weight: float  # of the prior of sigma^2
     chi2: float
 
-
-WEIGHT, CHI2, FIRST, CELLS = range(
-    4
-)  # own cells: sigma^2 is CHI2/WEIGHT; FIRST: sigma^2 that the nominal variance is meant for
-
-
-adaptive(Nominal)
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, OWN)
 
 
-@adapt.on(Nominal)
-def adapt_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    ground = open_ground(memory_state, D.size)
-    own, seen = ground.own, ground.head[SEEN]
-    if excite(memory, ground, scratch.psi):
-        return by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
+WEIGHT, CHI2, FIRST, OWN = range(4)  # own numbers: sigma^2 is CHI2/WEIGHT; FIRST: the one that q is meant for
+
+
+learns_drift(VariationalBayesKernel)
+
+
+@resolve.on(VariationalBayes)
+def resolve_variational_bayes(memory, setting):
+    name, nvr = validation.one_of("rule", memory.rule, RULES), validation.positive("nvr", memory.nvr)
+    numbers, weight, chi2 = common(setting, memory.phi), 0.0, 0.0
+    if name != "drift":
+        if not setting.is_learnt:
+            raise InputError(
+                f"VariationalBayes(rule={name!r}) learns the variance of the noise, and variance=.. says it is known: "
+                "leave variance out, add a prior (scale=InverseGamma(alpha, beta)), or take rule='drift'"
+            )
+        numbers["discount"], (weight, chi2) = FADING[name], setting.prior_counts
+    return VariationalBayesKernel(
+        **numbers, rule=RULES.index(name), nvr=nvr, settle=0.0 if weight >= 1 else 6.0 * setting.N,
+        weight=weight, chi2=chi2,
+    )  # fmt: skip
+
+
+@adapt.on(VariationalBayesKernel)
+def adapt_variational_bayes(memory, state, e, R, view):
+    drift, D, s2 = open_drift_state(state, view.D.size), view.D, view.s2
+    own, seen = drift.own, drift.head[SEEN]
+    if excite(memory, drift, view.psi):
+        return least_squares(e, R, view)
     own[WEIGHT] = memory.discount * own[WEIGHT] + 1.0 if seen > 0.0 else memory.discount * memory.weight + 1.0
     own[CHI2] = memory.discount * own[CHI2] if seen > 0.0 else memory.discount * memory.chi2
-    p, is_relative = predicted_variance(scratch.f, D, 0.0), memory.rule == DRIFT
+    p, is_relative = predicted_variance(view.f, D, 0.0), memory.rule == DRIFT
     if not is_relative and seen < memory.settle:
         own[CHI2] += e / (p + R) * e
         own[FIRST] = own[CHI2] / max(own[WEIGHT], 1.0)
@@ -75,9 +111,9 @@ def adapt_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
     if memory.rule == NOISE:
         if not is_relative:
             own[CHI2] += residual(own, p, R, e, s2)
-        by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
+        least_squares(e, R, view)
     else:
-        adapt_covariance(memory, own, p, R, e, s2, is_relative, theta, U, D, scratch)
+        adapt_covariance(memory, own, p, R, e, is_relative, view)
     nvr = memory.nvr
     if not is_relative:  # P and q are absolute: what they are relative to changes
         after = own[CHI2] / own[WEIGHT]
@@ -85,16 +121,16 @@ def adapt_nominal(memory, memory_state, e, R, s2, theta, U, D, scratch):
         for i in range(D.size):
             D[i] *= s2 / after
     for i in range(D.size):
-        ground.q[i] = nvr * ground.unit[i]
+        drift.q[i] = nvr * drift.unit[i]
     return p + R
 
 
-@count.on(Nominal)
-def count_nominal(memory, memory_state, count, chi2, weight, gain):
-    ground = open_ground(memory_state, memory.cap.size)
-    count, chi2, weight = count_unless_at_rest(memory, memory_state, count, chi2, weight, gain)
-    if memory.rule != DRIFT and ground.head[RESTS] == 0.0:
-        return ground.own[WEIGHT], ground.own[CHI2], weight
+@count.on(VariationalBayesKernel)
+def count_variational_bayes(memory, state, count, chi2, weight, gain):
+    drift = open_drift_state(state, memory.cap.size)
+    count, chi2, weight = count_unless_at_rest(memory, state, count, chi2, weight, gain)
+    if memory.rule != DRIFT and drift.head[UNEXCITED] == 0.0:
+        return drift.own[WEIGHT], drift.own[CHI2], weight
     return count, chi2, weight
 
 
@@ -110,12 +146,12 @@ def residual(own, p, R, e, s2):
 
 
 @kernel
-def adapt_covariance(memory, own, p, R, e, s2, is_fixed, theta, U, D, scratch):
+def adapt_covariance(memory, own, p, R, e, is_fixed, view):
     """Huang's iteration. All its covariances are P + a b b'/p with b = P psi, p = psi' b: a number is iterated.
 
     P <- (tau P + P_f + (K e)(K e)')/(tau + 1), where K = k b and P_f = P less the share of b b'/p that is learnt.
     """
-    a, r, z = 0.0, 1.0, 0.0
+    theta, U, D, s2, a, r, z = view.theta, view.U, view.D, view.s2, 0.0, 1.0, 0.0
     for _ in range(TURNS):
         S = p * (1.0 + a) + r * R
         k, left = (1.0 + a) / S, r * R / S
@@ -129,11 +165,11 @@ def adapt_covariance(memory, own, p, R, e, s2, is_fixed, theta, U, D, scratch):
     if not is_fixed:
         own[CHI2] += z
     if room > 0.0:  # as if the noise had another variance
-        correct(U, D, scratch.f, r * R * (1.0 + a) * (p / room), scratch.b)
+        correct(U, D, view.f, r * R * (1.0 + a) * (p / room), view.b)
     else:
-        covariances(U, D, scratch.f, scratch.b)
+        covariances(U, D, view.f, view.b)
     for i in range(D.size):
-        theta[i] += k * scratch.b[i] * e
+        theta[i] += k * view.b[i] * e
     if p > 0.0 and not room > 0.0:
-        widen_along(U, D, scratch.b, ((1.0 + a) * (r * R / S) - 1.0) / p, D.size - 1)
-        hold_within(U, D, memory.cap, scratch.c, scratch.f, scratch.b)
+        widen_along(U, D, view.b, ((1.0 + a) * (r * R / S) - 1.0) / p, D.size - 1)
+        hold_within(U, D, memory.cap, view.c, view.f, view.b)

@@ -3,12 +3,14 @@
 import math
 from typing import NamedTuple
 
-from ..engine.dispatch import Vector
+from ..engine.dispatch import PerParameter
 from ..engine.ud import covariances, predicted_variance, project, widen_along
-from .adapt import adapt, by_least_squares, plain, time_update
-from .hold import shrink
+from .exponential_forgetting import weight_and_horizon
+from .registry import adapt, least_squares, register, resolve, time_update
+from .wind_up import shrink
 
 
+@register("directional:LAM", about="exponential, but only what new samples speak about")
 class DirectionalForgetting(NamedTuple):
     """Forget by the factor ``lam`` what the regressors psi of the new sample speak about; all else is kept as it is.
 
@@ -26,31 +28,37 @@ class DirectionalForgetting(NamedTuple):
     lam: float
 
 
-class Along(NamedTuple):
+class DirectionalForgettingKernel(NamedTuple):
     """What the kernel sees of `DirectionalForgetting`."""
 
     lam: float
     horizon: float
-    cap: Vector
+    cap: PerParameter
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps: those of `wind_up.shrink`."""
+        return 1 + parameters
 
 
-plain(Along)
+@resolve.on(DirectionalForgetting)
+def resolve_directional_forgetting(memory, setting):
+    return DirectionalForgettingKernel(*weight_and_horizon(memory.lam), setting.cap)
 
 
-@adapt.on(Along)
-def adapt_along(memory, memory_state, e, R, s2, theta, U, D, scratch):
-    known = predicted_variance(scratch.f, D, 0.0)
+@adapt.on(DirectionalForgettingKernel)
+def adapt_directional_forgetting(memory, state, e, R, view):
+    U, D, known = view.U, view.D, predicted_variance(view.f, view.D, 0.0)
     if memory.lam < 1.0 and known > 0.0:
-        covariances(U, D, scratch.f, scratch.c)
+        covariances(U, D, view.f, view.c)
         for i in range(D.size):
-            scratch.c[i] /= math.sqrt(known)
-        widen_along(U, D, scratch.c, 1.0 / memory.lam - 1.0, D.size - 1)
-        project(U, scratch.psi, scratch.f)
-    return by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
+            view.c[i] /= math.sqrt(known)
+        widen_along(U, D, view.c, 1.0 / memory.lam - 1.0, D.size - 1)
+        project(U, view.psi, view.f)
+    return least_squares(e, R, view)
 
 
-@time_update.on(Along)
-def time_update_along(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
-    if not (surprise >= 0.0 and memory.lam < 1.0):
+@time_update.on(DirectionalForgettingKernel)
+def time_update_directional_forgetting(memory, state, elapsed, view):
+    if not (view.surprise >= 0.0 and memory.lam < 1.0):
         return 1.0, 0
-    return memory.lam, shrink(U, D, 1.0, weight, memory.horizon, memory.cap, memory_state, scratch)
+    return memory.lam, shrink(1.0, memory.horizon, memory.cap, state, view)

@@ -3,10 +3,16 @@
 import math
 from typing import Any, NamedTuple
 
-from ..engine.dispatch import Vector, kernel
-from .unknown import adaptive, revise
+import numpy as np
+
+from ..engine import validation
+from ..engine.dispatch import PerParameter, kernel
+from ..engine.errors import InputError
+from .registry import register, resolve
+from .unknown_drift import common, drift_state_size, learns_drift, revise
 
 
+@register("fuzzy", about="the ratio is learnt by a fuzzy rule")
 class FuzzyDrift(NamedTuple):
     """The speed of drift by four rules: slow where innovation and step are small, fast where both are large.
 
@@ -36,12 +42,12 @@ class FuzzyDrift(NamedTuple):
     phi: Any = 1.0
 
 
-class Fuzzy(NamedTuple):
+class FuzzyDriftKernel(NamedTuple):
     """What the kernel sees of a `FuzzyDrift`."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     discount: float
@@ -54,13 +60,12 @@ class Fuzzy(NamedTuple):
     geometric: float
     delayed: float
 
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, 2 + 2 * parameters if self.delayed > 0.0 else 0)
 
-BEGUN, ERROR, STEPS = range(3)  # own cells of the delayed rule; STEPS: N steps, then theta of the sample before
 
-
-def own_cells(N: int, is_delayed: bool) -> int:
-    """Return how many numbers the rule keeps."""
-    return STEPS + 2 * N if is_delayed else 0
+BEGUN, ERROR, STEPS = range(3)  # own numbers of the delayed rule; STEPS: N steps, then theta of the sample before
 
 
 @kernel
@@ -80,11 +85,32 @@ def table(policy, error, step):
     return none * policy.small + one * policy.medium + both * policy.large
 
 
-adaptive(Fuzzy)
+learns_drift(FuzzyDriftKernel)
 
 
-@revise.on(Fuzzy)
-def revise_fuzzy(policy, own, sample, theta, U, D, q):
+@resolve.on(FuzzyDrift)
+def resolve_fuzzy_drift(memory, setting):
+    levels = _rising("levels", memory.levels, 3, "noise variance ratios, small, medium and large")
+    error = _rising("error", memory.error, 2, "where |e|/sqrt(S) begins to be large, and where it wholly is")
+    geometric = validation.yes("geometric", memory.geometric)
+    delayed = validation.yes("as_published", memory.as_published)
+    small, medium, large = np.maximum(levels, 1e-12) if geometric else levels  # a logarithm
+    return FuzzyDriftKernel(
+        **common(setting, memory.phi), small=small, medium=medium, large=large, usual=error[0], alarming=error[1],
+        increment=validation.positive("increment", memory.increment),
+        geometric=float(geometric), delayed=float(delayed),
+    )  # fmt: skip
+
+
+def _rising(name, value, size, meaning) -> np.ndarray:
+    numbers = validation.floats(name, value)
+    if numbers.shape != (size,) or not np.isfinite(numbers).all() or numbers[0] < 0 or np.any(np.diff(numbers) <= 0):
+        raise InputError(f"{name} must be {size} numbers that rise, none negative: {meaning}; got {value!r}")
+    return numbers
+
+
+@revise.on(FuzzyDriftKernel)
+def revise_fuzzy_drift(policy, own, sample, theta, U, D, q):
     e, N = sample.e / math.sqrt(sample.s2), q.size
     error = abs(e) / math.sqrt(sample.T)
     if policy.delayed == 0.0:

@@ -10,14 +10,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine.dispatch import Vector, kernel
+from ..engine import validation
+from ..engine.dispatch import PerParameter, kernel
+from ..engine.errors import InputError
 from ..engine.ud import correct, project
-from .hold import hold_within
+from .gauss_markov import relax
+from .registry import register, resolve
 from .sensitivity import add_variance, follow_covariance
-from .transition import relax
-from .unknown import START, adaptive, revise
+from .settings import LARGEST, more_than_one
+from .unknown_drift import START, common, drift_state_size, learns_drift, revise
+from .wind_up import hold_within
 
 
+@register("autocovariance", about="the ratio is learnt from correlations of the innovations")
 class AutocovarianceLS(NamedTuple):
     """The speed of drift of each parameter by autocovariance least squares over ``lags``, fading in ``memory`` samples.
 
@@ -32,19 +37,23 @@ class AutocovarianceLS(NamedTuple):
     phi: Any = 1.0
 
 
-class Correlations(NamedTuple):
+class AutocovarianceLSKernel(NamedTuple):
     """What the kernel sees of a `AutocovarianceLS`."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     discount: float
     learns: float  # whether sigma^2 is learnt
     lags: float
     samples: float
-    prior: Vector  # variances at the start
+    prior: PerParameter  # variances at the start
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, design_size(parameters, int(self.lags)))
 
 
 FORGETTING = 0.95  # of the design filter
@@ -71,7 +80,7 @@ class Design(NamedTuple):
     T: np.ndarray  # and their variances
 
 
-def own_cells(N: int, lags: int) -> int:
+def design_size(N: int, lags: int) -> int:
     """Return how many numbers it keeps."""
     m = N + 1
     return 5 * N + N * (N - 1) // 2 + 3 * m + m * m + m * N * (N + 1) // 2 + lags * (m * N + 2)
@@ -95,11 +104,27 @@ def open_design(own, N, lags):
     )  # fmt: skip
 
 
-adaptive(Correlations)
+learns_drift(AutocovarianceLSKernel)
 
 
-@revise.on(Correlations)
-def revise_correlations(policy, own, sample, theta, U, D, q):
+@resolve.on(AutocovarianceLS)
+def resolve_autocovariance_ls(memory, setting):
+    lags, samples = validation.count("lags", memory.lags, least=1), more_than_one("memory", memory.memory)
+    found = AutocovarianceLSKernel(
+        **common(setting, memory.phi), learns=float(setting.is_learnt), lags=lags, samples=samples, prior=setting.cap
+    )
+    if found.state_size(setting.N) > LARGEST:
+        raise InputError(
+            f"{lags} lags of {setting.N} parameters keep {found.state_size(setting.N):.2g} numbers, more than "
+            f"{LARGEST:.0e}: "
+            f"take fewer "
+            "lags, or LikelihoodDrift(shared=True), which keeps few"
+        )
+    return found
+
+
+@revise.on(AutocovarianceLSKernel)
+def revise_autocovariance_ls(policy, own, sample, theta, U, D, q):
     N = q.size
     design = open_design(own, N, int(policy.lags))
     if sample.seen == 1.0:

@@ -9,17 +9,20 @@ noise does. q_i = NVR_i R/ms_i, like P, is relative to sigma^2 where that is lea
 units, and 1/sqrt(NVR) a memory in samples.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine.dispatch import Vector, choice, kernel
+from ..engine import validation
+from ..engine.dispatch import choice, kernel
+from ..engine.errors import InputError
 from ..engine.status import AT_REST, CAPPED
-from .adapt import adapt, by_least_squares, count, plain, time_update
-from .drift import widen_within
-from .transition import relax
+from .gauss_markov import relax, widen_within
+from .registry import adapt, count, least_squares, time_update
 
-SEEN, RESTS, LEVER, HEAD = range(4)  # cells: samples that counted, is it at rest, mean leverage; then ms, top, unit, q
+ROOM = 2.0  # times its prior, the widest variance: a prior of known width is no limit before data come
+FADING = 0.995  # per sample, of what sigma^2 rests on: the noise may change, 200 samples of it count
+SEEN, UNEXCITED, LEVER, HEAD = range(4)  # of the head: samples that counted, is the plant at rest, mean leverage
 SLOWEST = 0.005  # gain of the running mean squares
 LEAST = 0.01  # of its largest mean square: a regressor's floor; of all mean squares: a plant at rest
 RECENT = 0.05  # gain of the mean leverage
@@ -28,8 +31,8 @@ INVISIBLE = 1e-250  # a mean square that says nothing: its inverse would overflo
 WAKING = 0.01  # at rest the mean squares move so much slower: a level that stays low is taken for normal in the end
 
 
-class Ground(NamedTuple):
-    """Views of what all policies keep: mean squares of the regressors, the largest so far, units and q."""
+class DriftState(NamedTuple):
+    """Views of what all policies keep: mean squares of the regressors, the largest so far, units, q; then their own."""
 
     head: np.ndarray
     ms: np.ndarray
@@ -56,24 +59,24 @@ class Sample(NamedTuple):
     phi: np.ndarray
 
 
-def cells_of(N: int, own: int = 0) -> int:
+def drift_state_size(N: int, own: int = 0) -> int:
     """Return how many numbers a policy keeps, ``own`` of them its own."""
     return HEAD + 4 * N + own
 
 
 @kernel
-def open_ground(memory_state, N):
+def open_drift_state(state, N):
     """Return the views."""
     a = HEAD + N
     b = a + N
     c = b + N
-    return Ground(
-        memory_state[:HEAD],
-        memory_state[HEAD:a],
-        memory_state[a:b],
-        memory_state[b:c],
-        memory_state[c : c + N],
-        memory_state[c + N :],
+    return DriftState(
+        state[:HEAD],
+        state[HEAD:a],
+        state[a:b],
+        state[b:c],
+        state[c : c + N],
+        state[c + N :],
     )
 
 
@@ -96,103 +99,100 @@ def starts(sample, q):
 
 
 @kernel
-def excite(memory, ground, psi):
+def excite(memory, drift, psi):
     """Take the row into the mean squares, update the units, and say whether the plant is at rest."""
-    head, ms, top, unit, N = ground.head, ground.ms, ground.top, ground.unit, psi.size
+    head, ms, top, unit, N = drift.head, drift.ms, drift.top, drift.unit, psi.size
     size, moving = 0.0, int(memory.moving)
     for i in range(moving):
         if ms[i] > 0.0:
             size += psi[i] * psi[i] / ms[i]
-    rests = head[SEEN] > 4.0 * N and size < LEAST * moving
-    gain = SLOWEST * WAKING if rests else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
+    is_unexcited = head[SEEN] > 4.0 * N and size < LEAST * moving
+    gain = SLOWEST * WAKING if is_unexcited else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
     for i in range(N):
         ms[i] += gain * (psi[i] * psi[i] - ms[i])
         top[i] = max(top[i], ms[i])
         floored = max(ms[i], LEAST * top[i], memory.floor)
         unit[i] = memory.R / floored if floored > INVISIBLE else 0.0
-    head[RESTS] = 1.0 if rests else 0.0
-    if not rests:
+    head[UNEXCITED] = 1.0 if is_unexcited else 0.0
+    if not is_unexcited:
         head[SEEN] += 1.0
-    return rests
+    return is_unexcited
 
 
 @kernel
-def adapt_and_revise(memory, memory_state, e, R, s2, theta, U, D, scratch):
+def adapt_and_revise(memory, state, e, R, view):
     """Least squares, then the policy."""
-    ground = open_ground(memory_state, D.size)
-    rests = excite(memory, ground, scratch.psi)
-    T = by_least_squares(memory, memory_state, e, R, s2, theta, U, D, scratch)
-    lean(ground, R, T)
-    if T > 0.0 and not rests:
-        sample = Sample(scratch.psi, scratch.b, e, T, R, s2, ground.head[SEEN], ground.unit, memory.phi)
-        revise(memory, ground.own, sample, theta, U, D, ground.q)
-        for i in range(D.size):
-            if not ground.q[i] >= 0.0:
-                ground.q[i] = 0.0
+    drift = open_drift_state(state, view.D.size)
+    is_unexcited = excite(memory, drift, view.psi)
+    T = least_squares(e, R, view)
+    lean(drift, R, T)
+    if T > 0.0 and not is_unexcited:
+        sample = Sample(view.psi, view.b, e, T, R, view.s2, drift.head[SEEN], drift.unit, memory.phi)
+        revise(memory, drift.own, sample, view.theta, view.U, view.D, drift.q)
+        for i in range(view.D.size):
+            if not drift.q[i] >= 0.0:
+                drift.q[i] = 0.0
     return T
 
 
 @kernel
-def lean(ground, R, T):
+def lean(drift, R, T):
     """Take the leverage psi' P psi/R, P after the sample, into its mean: N/n where n samples count alike."""
     if T > 0.0:
-        gain = max(1.0 / max(ground.head[SEEN], 1.0), RECENT)
-        ground.head[LEVER] += gain * ((T - R) / T - ground.head[LEVER])
+        gain = max(1.0 / max(drift.head[SEEN], 1.0), RECENT)
+        drift.head[LEVER] += gain * ((T - R) / T - drift.head[LEVER])
 
 
 @kernel
-def pace(ground):
+def pace(drift):
     """Return how many samples are behind the estimate: as many as would leave the mean leverage."""
-    return ground.q.size / max(ground.head[LEVER], 1e-300)
+    return drift.q.size / max(drift.head[LEVER], 1e-300)
 
 
 @kernel
-def count_unless_at_rest(memory, memory_state, count, chi2, weight, gain):
+def count_unless_at_rest(memory, state, count, chi2, weight, gain):
     """Count one sample more for sigma^2, unless the plant is at rest: its noise may rest as well."""
-    ground = open_ground(memory_state, memory.cap.size)
-    if ground.head[RESTS] > 0.0:
-        return count, chi2, pace(ground)
-    return count + 1.0, chi2 + gain, pace(ground)
+    drift = open_drift_state(state, memory.cap.size)
+    if drift.head[UNEXCITED] > 0.0:
+        return count, chi2, pace(drift)
+    return count + 1.0, chi2 + gain, pace(drift)
 
 
 @kernel
-def wander(memory, memory_state, weight, surprise, share, s2, theta, U, D, scratch):
+def wander(memory, state, elapsed, view):
     """P <- Phi P Phi' + diag(q), no variance beyond its prior; what sigma^2 rests on fades."""
-    ground, status = open_ground(memory_state, D.size), 0
-    relax(theta, U, D, memory.phi, scratch.b)
+    U, D, drift, status = view.U, view.D, open_drift_state(state, view.D.size), 0
+    relax(view.theta, U, D, memory.phi, view.b)
     for i in range(D.size):
-        if not widen_within(U, D, i, ground.q[i], memory.cap[i], scratch.b):
+        if not widen_within(U, D, i, drift.q[i], memory.cap[i], view.b):
             status = CAPPED
-    rests = ground.head[RESTS] > 0.0
-    if surprise >= 0.0 and rests:
+    is_unexcited = drift.head[UNEXCITED] > 0.0
+    if view.surprise >= 0.0 and is_unexcited:
         status |= AT_REST
-    return memory.discount if surprise >= 0.0 and not rests else 1.0, status
+    return memory.discount if view.surprise >= 0.0 and not is_unexcited else 1.0, status
 
 
-def adaptive(*kinds: type):
+def learns_drift(*kinds: type):
     """Give policies all they have in common; each of them then only has its `revise`."""
-    plain(*kinds)
     adapt.on(*kinds)(adapt_and_revise)
     count.on(*kinds)(count_unless_at_rest)
     time_update.on(*kinds)(wander)
 
 
-class Paced(NamedTuple):
-    """What the kernel sees of a `Drift` of given NVR."""
-
-    R: float
-    phi: Vector
-    cap: Vector
-    floor: float
-    moving: float
-    discount: float
-    nvr: Vector
+# --- settings ------------------------------------------------------------------------------------------------------
 
 
-adaptive(Paced)
+def common(setting, phi: Any = 1.0) -> dict[str, Any]:
+    """Return the numbers every policy has: R, phi, cap, floor, moving and discount."""
+    return dict(
+        R=setting.R, phi=diagonal(phi, setting.N), cap=ROOM * setting.cap, floor=0.0, moving=setting.moving,
+        discount=FADING if setting.is_learnt else 1.0,
+    )  # fmt: skip
 
 
-@revise.on(Paced)
-def revise_paced(policy, own, sample, theta, U, D, q):
-    for i in range(q.size):
-        q[i] = policy.nvr[i] * sample.unit[i]
+def diagonal(phi, N: int) -> np.ndarray:
+    """Return a diagonal Phi as a vector; raise InputError where a parameter would grow by itself."""
+    numbers = validation.each("phi", phi, N)
+    if np.any(np.abs(numbers) > 1):
+        raise InputError(f"phi is a share that remains, at most 1 in size (the parameters would run away), got {phi!r}")
+    return np.where(np.abs(numbers) < 1e-100, 0.0, numbers)

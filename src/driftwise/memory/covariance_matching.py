@@ -2,10 +2,19 @@
 
 from typing import Any, NamedTuple
 
-from ..engine.dispatch import Vector, kernel
-from .unknown import START, adaptive, revise, starts
+from ..engine import validation
+from ..engine.dispatch import PerParameter, kernel
+from .registry import register, resolve
+from .settings import share
+from .unknown_drift import START, common, drift_state_size, learns_drift, revise, starts
 
 
+@register(
+    "matching",
+    "matching:RULE",
+    about="the ratio is learnt by covariance matching; RULE is scalar, gain, myers-tapley or em",
+    read=lambda words: CovarianceMatching(words.rest),
+)
 class CovarianceMatching(NamedTuple):
     """The speed of drift that makes innovations as large as expected, over the last 1/``gain`` samples.
 
@@ -29,34 +38,39 @@ SCALAR, GAIN, MYERS, EM = range(4)
 LEAST, MOST = 1e-8, 10.0  # noise variance ratios
 
 
-class Match(NamedTuple):
+class CovarianceMatchingKernel(NamedTuple):
     """What the kernel sees of a `CovarianceMatching`."""
 
     R: float
-    phi: Vector
-    cap: Vector
+    phi: PerParameter
+    cap: PerParameter
     floor: float
     moving: float
     discount: float
     rule: float
     gain: float
 
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps."""
+        return drift_state_size(parameters, UNIT + parameters)
 
-# own cells: of the scalar rule the ratio, the means of what it is to explain and of what it explains it by, and the
+
+# own numbers: of the scalar rule the ratio, the means of what it is to explain and of what it explains it by, and the
 # units q was in; of Myers and Tapley the mean, which may be negative
 RATIO, TODO, BY, UNIT = range(4)
 
 
-def own_cells(N: int) -> int:
-    """Return how many numbers a rule keeps."""
-    return UNIT + N
+learns_drift(CovarianceMatchingKernel)
 
 
-adaptive(Match)
+@resolve.on(CovarianceMatching)
+def resolve_covariance_matching(memory, setting):
+    rule = RULES.index(validation.one_of("rule", memory.rule, RULES))
+    return CovarianceMatchingKernel(**common(setting, memory.phi), rule=rule, gain=share("gain", memory.gain))
 
 
-@revise.on(Match)
-def revise_match(policy, own, sample, theta, U, D, q):
+@revise.on(CovarianceMatchingKernel)
+def revise_covariance_matching(policy, own, sample, theta, U, D, q):
     if starts(sample, q):
         own[RATIO] = START
         for i in range(q.size):

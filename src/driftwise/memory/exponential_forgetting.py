@@ -1,0 +1,63 @@
+"""Exponential forgetting: the past counts less and less, at a given rate."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..engine.dispatch import PerParameter
+from .constant import Constant
+from .registry import on_alarm, register, resolve, time_update
+from .settings import share
+from .wind_up import MEMORIES, shrink
+
+
+@register("exponential:LAM", about="a sample fades to LAM of its weight with each new one")
+class ExponentialForgetting(NamedTuple):
+    """A sample of age k counts ``lam`` to the power k: exponential forgetting, gain (1 - lam)/(1 - lam^n).
+
+    The memory is 1/(1 - lam) samples. Without excitation no variance exceeds that of one typical sample (status
+    CAPPED). P is what the weighted sum allows, as if old samples had louder noise. Where the parameters are in fact
+    constant the variance of their estimate is P/(1 + lam): bars are sqrt(1 + lam), about 1.4, too wide, and leave room
+    for drift. Source: Perriot-Mathonna (1981), eqs. 7-9 (his p). Bad at: directions that stay unexcited, which are
+    forgotten meanwhile.
+    """
+
+    lam: float
+
+
+class ExponentialForgettingKernel(NamedTuple):
+    """What the kernel sees of it, and of `GainFloor`: lambda = min(lam, (samples - 1)/weight)."""
+
+    lam: float
+    samples: float
+    horizon: float
+    cap: PerParameter
+
+    def state_size(self, parameters: int) -> int:
+        """Return how many numbers it keeps: those of `wind_up.shrink`."""
+        return 1 + parameters
+
+
+def weight_and_horizon(lam) -> tuple[float, float]:
+    """Return a weight per sample, and over how many samples `shrink` calls something typical."""
+    lam = share("lam", lam, "a weight per sample")
+    return lam, MEMORIES / (1 - lam) if lam < 1 else np.inf
+
+
+@resolve.on(ExponentialForgetting)
+def resolve_exponential_forgetting(memory, setting):
+    lam, horizon = weight_and_horizon(memory.lam)
+    return ExponentialForgettingKernel(lam, np.inf, horizon, setting.cap)
+
+
+@time_update.on(ExponentialForgettingKernel)
+def time_update_exponential_forgetting(memory, state, elapsed, view):
+    lam = memory.lam
+    if view.weight > 0.0:
+        lam = min(lam, (memory.samples - 1.0) / view.weight)
+    if not (view.surprise >= 0.0 and lam < 1.0):
+        return 1.0, 0
+    return lam, shrink(lam, memory.horizon, memory.cap, state, view)
+
+
+on_alarm.on(ExponentialForgettingKernel)(on_alarm.find(Constant))

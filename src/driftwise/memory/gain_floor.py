@@ -1,0 +1,27 @@
+"""A gain that falls like 1/n, and no further than a floor."""
+
+from typing import NamedTuple
+
+from .exponential_forgetting import ExponentialForgettingKernel
+from .registry import register, resolve
+from .settings import more_than_one
+from .wind_up import MEMORIES
+
+
+@register("gain-floor:N", about="gain 1/n, then 1/N")
+class GainFloor(NamedTuple):
+    """The gain falls like 1/n and stops at 1/``samples``: then the past fades with that many samples of memory.
+
+    Without excitation no variance exceeds that of one typical sample (status CAPPED). Where the parameters are in fact
+    constant, their bars are 1.4 times too wide, as those of `ExponentialForgetting`.
+    Source: Perriot-Mathonna (1981), eq. 6. Bad at: both ends, as every constant gain is (slow after a jump, restless
+    without one).
+    """
+
+    samples: float
+
+
+@resolve.on(GainFloor)
+def resolve_gain_floor(memory, setting):
+    samples = more_than_one("samples", memory.samples)
+    return ExponentialForgettingKernel(1.0, samples, MEMORIES * samples, setting.cap)

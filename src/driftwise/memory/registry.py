@@ -1,0 +1,183 @@
+"""What a memory is: settings, and the answers it gives an estimator; what it does not say itself is the plain answer.
+
+A memory is a named tuple. Kernels ask it the eight questions below, each by the type of the memory: ``adapt.on(Mine)``
+adds an answer, and makes ``Mine`` a memory. Who does not answer gives the plain one, the body of the function. A ninth,
+`resolve`, is asked once, in plain Python. What a memory remembers are so many numbers of the state row, zero at first,
+as its method ``state_size(parameters)`` says; without that method there are none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+
+from ..engine import validation
+from ..engine.dispatch import PerParameter, choice, kernel
+from ..engine.errors import InputError
+from ..engine.status import JUMP
+from ..engine.ud import correct
+
+MEMORIES: set[type] = set()  # every type that answers one of the questions
+
+
+class Entry(NamedTuple):
+    """A public memory: its settings, how the command line writes it, what it is for, and what makes one of `Words`."""
+
+    kind: type
+    forms: tuple[str, ...]
+    about: str
+    read: Callable[[Any], Any]
+
+
+ENTRIES: dict[str, Entry] = {}  # by the name of the class
+
+
+def register(*forms: str, about: str = "", read: Callable[[Any], Any] | None = None) -> Callable[[type], type]:
+    """Make a memory public: a file finds it by its name, the command line by its word.
+
+    Parameters
+    ----------
+    *forms : how ``--memory`` writes it, as "window:T" or "restart", "restart:STEP"
+    about : what it is, in a few words
+    read : what makes it of the `Words` behind the colon; one number, if omitted
+    """
+
+    def add(kind: type) -> type:
+        known = ENTRIES.get(kind.__name__)
+        if known and (known.kind.__module__, known.kind.__qualname__) != (kind.__module__, kind.__qualname__):
+            raise InputError(
+                f"there is a memory {kind.__name__} already, in {known.kind.__module__}: take another name"
+            )
+        ENTRIES[kind.__name__] = Entry(kind, forms, about, read or (lambda words: kind(words.number())))
+        return kind
+
+    return add
+
+
+def public() -> dict[str, Entry]:
+    """Return all public memories by the names of their classes, driftwise's own and those that users registered."""
+    from driftwise import memory
+
+    for name in memory.__all__:  # loads the file of each
+        getattr(memory, name)
+    return ENTRIES
+
+
+class View(NamedTuple):
+    """What a memory sees of an estimator: mean and covariance U D U' of its unknowns, relative to s2, and a sample.
+
+    The parameters are those from index ``first`` on; before them stands the state of a joint filter. Between two
+    samples mean and covariance are those of the next sample.
+    """
+
+    first: int
+    theta: np.ndarray
+    U: np.ndarray
+    D: np.ndarray
+    psi: np.ndarray  # gradient of the prediction with respect to them; empty where the family does not keep it
+    f: np.ndarray  # U' psi, as long as a sample is corrected; like b and c scratch else
+    b: np.ndarray
+    c: np.ndarray
+    s2: float  # sigma^2 so far
+    weight: float  # effective number of samples taken in
+    surprise: float  # e^2/(s2 T) of the last sample; NaN where it taught nothing
+    reopen: float  # what the estimator asks of an alarm: above 1 a number of samples, else a share of the prior's width
+    cap: np.ndarray  # variances of the prior, for that
+
+
+class Alarm(NamedTuple):
+    """What a detector found: direction (+1 or -1), and which parameter changed (-1: it cannot say)."""
+
+    way: float
+    which: float
+
+
+def question(prototype: Callable) -> Any:
+    """Turn a prototype into a function that memories answer; its body is the plain answer."""
+    return choice(prototype, MEMORIES)
+
+
+# --- the eight questions, in the order of a sample, and the ninth ------------------------------------------------
+
+
+@question
+def begin(memory, state, view):
+    """Write into ``state`` what the memory starts with, before the first sample, from the prior. Plain: zeros."""
+
+
+@question
+def mixture(memory, state, R, view, out):
+    """Write into ``out`` what a mixture's prediction is made of: weight, mean less the whole's, squared scale of each.
+
+    The kernel's memory has ``mixture_columns``, the size of ``out``. Plain: no mixture, nothing to tell.
+    """
+
+
+@question
+def adapt(memory, state, e, R, view):
+    """Take the innovation e into theta and P; return T = psi' P psi + R. Plain: least squares."""
+    return least_squares(e, R, view)
+
+
+@question
+def count(memory, state, count, chi2, weight, gain):
+    """Count the sample just taken in: return count and chi2 (of sigma^2), and the effective number of samples.
+
+    ``gain`` is its e^2/T. Plain: one more.
+    """
+    return count + 1.0, chi2 + gain, weight + 1.0
+
+
+@question
+def found_jump(memory, state, detector_state):
+    """Say whether the memory itself found, at the sample just taken in, that the parameters had jumped: 1, otherwise 0.
+
+    ``detector_state`` are those of a detector: statistic over threshold, and at an alarm since when and which
+    parameter. Plain: 0, that is for the detector to say.
+    """
+    return 0.0
+
+
+@question
+def outlier_probability(memory, state):
+    """Return the probability that the sample just taken in was an outlier, no regressor to rely on. Plain: 0."""
+    return 0.0
+
+
+@question
+def on_alarm(memory, state, alarm, view):
+    """Answer an `Alarm`; return the new effective number of samples, and status bits. Plain: report it."""
+    return view.weight, JUMP
+
+
+@question
+def time_update(memory, state, elapsed, view):
+    """Forget, between two samples; return lambda, by which all sums over the past are to shrink, and status bits.
+
+    ``elapsed`` is in the unit of the settings: one sample, in continuous time seconds. Plain: nothing is forgotten.
+    """
+    return 1.0, 0
+
+
+@question
+def resolve(memory, setting):
+    """Return the memory as kernels want it: checked, complete, in the units of ``setting`` (a `Setting`).
+
+    Plain Python. It may be of another type, one that answers the questions. Plain: of each setting marked
+    `PerParameter` as many numbers as there are parameters.
+    """
+    hints = get_type_hints(type(memory), include_extras=True)
+    each = [name for name in memory._fields if hints[name] == PerParameter]
+    return memory._replace(**{name: validation.each(name, getattr(memory, name), setting.N) for name in each})
+
+
+@kernel
+def least_squares(e, R, view):
+    """Take a sample in by Bierman's update of P, and theta by its gain; return T."""
+    T = correct(view.U, view.D, view.f, R, view.b)
+    if T > 0.0:
+        for i in range(view.D.size):
+            view.theta[i] += view.b[i] * (e / T)
+    return T
