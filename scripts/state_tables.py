@@ -1,0 +1,96 @@
+"""Write the tables of docs/conventions.md that say what a state and a trace's table hold, from where rows are declared.
+
+python scripts/state_tables.py            # rewrites them
+python scripts/state_tables.py --check    # exit code 1 where they are not what the code declares
+"""
+
+import sys
+from pathlib import Path
+
+from driftwise.engine.layout import Layout
+from driftwise.estimators.adaptive_gain.row import GAIN
+from driftwise.estimators.algebraic_observer.row import ALGEBRAIC
+from driftwise.estimators.arx.row import LAGS
+from driftwise.estimators.arx_mimo.row import SEVERAL
+from driftwise.estimators.common.columns import GAIN_SAMPLE, OBSERVER_SAMPLE, RECURSIVE_SAMPLE, SAMPLE
+from driftwise.estimators.continuous.step import CONTINUOUS
+from driftwise.estimators.joint.row import JOINT
+from driftwise.estimators.joint_mimo.row import JOINT_MIMO
+from driftwise.estimators.manoeuvre.row import MANOEUVRE
+from driftwise.estimators.model_average.step import AVERAGE, AVERAGE_SAMPLE
+from driftwise.estimators.track.bank import TRACK, TRACK_SAMPLE
+from driftwise.estimators.window_observer.fir import FIR
+from driftwise.estimators.window_observer.growing import GROWING
+from driftwise.estimators.window_observer.queue import QUEUE
+
+PAGE = Path(__file__).parent.parent / "docs" / "conventions.md"
+BEGIN, END = "<!-- written by scripts/state_tables.py -->\n", "<!-- end -->\n"
+RECURSIVE = "`ARX`, `AR`, `Regression`, `ARMAX`, `ARMA`, `OE`, `BJ`, `AdaptiveObserver`"
+STATES = {
+    "`Joint`": JOINT,
+    "`Manoeuvre`": MANOEUVRE,
+    "`JointMIMO`": JOINT_MIMO,
+    "`ContinuousJoint`": CONTINUOUS,
+    RECURSIVE: LAGS,
+    "`ARXMIMO`": SEVERAL,
+    "`AdaptiveGain`": GAIN,
+    "`WindowObserver` of regular samples": FIR,
+    "`WindowObserver(window=math.inf)`": GROWING,
+    "`WindowObserver(irregular=True)`": QUEUE,
+    "`AlgebraicObserver`": ALGEBRAIC,
+    '`ModelAverage`: `state["own"]`, behind the states of its members': AVERAGE,
+    "`TrackEstimator`": TRACK,
+}
+SAMPLES = {
+    "`Joint`, `Manoeuvre`, `JointMIMO`, `ContinuousJoint`": SAMPLE,
+    "`AdaptiveGain`": GAIN_SAMPLE,
+    f"{RECURSIVE}, `ARXMIMO`": RECURSIVE_SAMPLE,
+    "`WindowObserver`, `AlgebraicObserver`": OBSERVER_SAMPLE,
+    "`ModelAverage`": AVERAGE_SAMPLE,
+    "`TrackEstimator`": TRACK_SAMPLE,
+}
+
+
+def table(title: str, layout: Layout, known: dict[str, Layout]) -> str:
+    """Return a table of a layout's fields; those that an earlier one begins with are not told again."""
+    like = max(known, key=lambda name: shared(layout, known[name]), default="")
+    same = shared(layout, known[like]) if like else 0
+    where = ", ".join(f"`{name}` = `{size}`" for name, size in layout.sizes.items())
+    lines = [f"**{title}**" + (f", where {where}" if where else ""), "", "| field | size | meaning |", "|---|---|---|"]
+    if same > 3:
+        first, last = layout.fields[0].name, layout.fields[same - 1].name
+        lines.append(f"| `{first}` .. `{last}` | | as of {like} |")
+    for field in layout.fields[same if same > 3 else 0 :]:
+        size = " x ".join(f"`{size}`" for size in field.shape)
+        about = field.about + (f"; in a trace: {field.trace}" if field.trace else "")
+        lines.append(f"| `{field.name}` | {size} | {about.replace('|', chr(92) + '|')} |")
+    known[title] = layout
+    return "\n".join(lines) + "\n"
+
+
+def shared(one: Layout, other: Layout) -> int:
+    """Return how many fields two layouts begin with alike."""
+    count = 0
+    for a, b in zip(one.fields, other.fields):
+        if a != b:
+            break
+        count += 1
+    return count
+
+
+def page() -> str:
+    """Return the page with its tables written anew."""
+    text = PAGE.read_text(encoding="utf-8")
+    for tables in (SAMPLES, STATES):
+        known: dict[str, Layout] = {}
+        before, rest = text.split(f"{BEGIN}<!-- {'states' if tables is STATES else 'samples'} -->\n")
+        _, after = rest.split(END, 1)
+        written = "\n".join(table(title, layout, known) for title, layout in tables.items())
+        text = f"{before}{BEGIN}<!-- {'states' if tables is STATES else 'samples'} -->\n\n{written}\n{END}{after}"
+    return text
+
+
+if __name__ == "__main__":
+    if "--check" in sys.argv:
+        sys.exit(page() != PAGE.read_text(encoding="utf-8"))
+    PAGE.write_text(page(), encoding="utf-8")
