@@ -10,6 +10,7 @@ import numpy as np
 from .errors import InputError
 
 LARGEST = 1e100  # typical size of data
+NUMBER = float | int  # what a stream hands over
 HOLDS = ("zoh", "foh")  # what an input does between its samples: held, or a straight line
 
 
@@ -190,7 +191,7 @@ def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
 
 def one(value, size: int) -> np.ndarray:
     """Return (1, 1, size) of a number or a sequence; streams hand over a float, which has a short way in."""
-    if size != 1 or not isinstance(value, float | int):
+    if size != 1 or not isinstance(value, NUMBER):
         value = np.asarray(value)
         if value.dtype.kind in "cSUMm":
             raise TypeError
@@ -209,7 +210,8 @@ def sample(y, u, inputs: int, outputs: int | None = None):
         raise InputError(
             f"one sample is {what} and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"
         ) from None
-    if any(map(math.isinf, ys.ravel().tolist() + us.ravel().tolist())):
+    found = ys[0, 0].tolist() + us[0, 0].tolist()
+    if math.inf in found or -math.inf in found:
         raise InputError(f"y and u must be finite, or NaN where missing; got y = {y!r}, u = {u!r}")
     return ys, us
 

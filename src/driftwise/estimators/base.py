@@ -41,6 +41,8 @@ class Estimator:
     scratch_size: int
     options: dict[str, Any]
     dt: float
+    y_scale: Any
+    u_scale: np.ndarray
     outputs: int | None = None  # p of an estimator of several outputs
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
@@ -86,6 +88,12 @@ class Estimator:
         scales = dict(y_scale=y_scale, u_scale=[power_of_two(c) for c in u.T] or 1.0)
         return type(self)(**self.options | {name: scale for name, scale in scales.items() if name in self.options})
 
+    def _set_units(self, dt, y_scale, u_scale=1.0) -> None:
+        """Check and set the seconds between samples, and the typical size of each output and input."""
+        self.dt, p = validation.positive("dt", dt), self.outputs
+        self.y_scale = validation.size("y_scale", y_scale) if p is None else validation.sizes("y_scale", y_scale, p)
+        self.u_scale = validation.sizes("u_scale", u_scale, self.model.inputs)
+
     # --- columns -------------------------------------------------------------------------------------------
 
     @cached_property
@@ -98,7 +106,7 @@ class Estimator:
         """How many columns of ``trace.table`` come before those of the estimates."""
         return self.sample_layout.size(*self._sample_sizes())
 
-    @property
+    @cached_property
     def step_columns(self) -> int:
         """How many of these a sample on its own is shown."""
         return self.columns["status"].stop

@@ -141,7 +141,7 @@ class AdaptiveGain(Posterior):
                 f'method must be "rpem", or "plr" for a scalar state, got {method!r} with {plant.n} state(s): '
                 "the pseudo-linear row H Phi nu moves K along one direction only"
             )
-        self.dt, self.y_scale = validation.positive("dt", dt), validation.size("y_scale", y_scale)
+        self._set_units(dt, y_scale)
         usual = plant.gain(USUAL)
         is_walk = memory is None or isinstance(memory, RandomWalk)
         self._set_prior(usual, is_walk)

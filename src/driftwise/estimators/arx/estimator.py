@@ -44,9 +44,7 @@ class Recursive(Posterior):
     def _prepare(self, form, own: int = 0):
         """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
         options, N = self.options, self.model.N
-        self.dt = validation.positive("dt", options["dt"])
-        self.y_scale = validation.size("y_scale", options["y_scale"])
-        self.u_scale = validation.sizes("u_scale", options["u_scale"], self.model.inputs)
+        self._set_units(options["dt"], options["y_scale"], options["u_scale"])
         missing = MISSING[validation.one_of("missing", options["missing"], MISSING)]
         variance, scale = options["variance"], options["scale"]
         R = self.y_scale**2 if variance is None else validation.positive("variance", variance)

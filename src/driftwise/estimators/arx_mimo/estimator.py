@@ -132,8 +132,7 @@ class ARXMIMO(Estimator):
             if not any(a + b):
                 raise InputError(f"the equation of output {i + 1} has no regressor: na[{i}] and nb[{i}] are all zero")
         self.outputs = p
-        self.dt = validation.positive("dt", dt)
-        self.y_scale, self.u_scale = validation.sizes("y_scale", y_scale, p), validation.sizes("u_scale", u_scale, k)
+        self._set_units(dt, y_scale, u_scale)
         self.unknowns, self.groups = form.sizes, [[i] for i in range(p)]
         self.parts = self._equations()
         first = self.parts[0]

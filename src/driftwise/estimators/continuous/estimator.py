@@ -120,9 +120,8 @@ class ContinuousJoint(Posterior):
         n, N = model.n, model.N
         if n > 12:
             raise InputError(f"order must be at most 12, got {order}: beyond, the filters' binomials eat the digits")
-        self.dt = validation.positive("dt", dt)
+        self._set_units(dt, y_scale, u_scale)
         self.observer = RATE / self.dt if observer is None else validation.positive("observer", observer)
-        self.y_scale, self.u_scale = validation.size("y_scale", y_scale), validation.sizes("u_scale", u_scale, inputs)
         if not isinstance(noise, noises.EquationError):
             raise InputError(
                 f"noise must be EquationError(variance) in continuous time, got {noise!r}; for noise on the sensor "

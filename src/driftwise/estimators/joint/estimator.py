@@ -111,8 +111,7 @@ class Joint(Posterior):
             bool(direct) and inputs > 0,
             isinstance(noise, noises.UnknownPolynomial),
         )
-        self.dt = validation.positive("dt", dt)
-        self.y_scale, self.u_scale = validation.size("y_scale", y_scale), validation.sizes("u_scale", u_scale, inputs)
+        self._set_units(dt, y_scale, u_scale)
         N, n = model.N, model.n
 
         relative = scale is not None or getattr(noise, "variance", 0.0) is None

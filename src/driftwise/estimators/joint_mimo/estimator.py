@@ -127,9 +127,7 @@ class JointMIMO(Estimator):
         self.options["structure"] = nu = indices(structure, inputs)
         self.model = form = Structure(nu, inputs, bool(direct) and inputs > 0)
         self.outputs = form.outputs
-        self.dt = validation.positive("dt", dt)
-        self.y_scale = validation.sizes("y_scale", y_scale, form.outputs)
-        self.u_scale = validation.sizes("u_scale", u_scale, inputs)
+        self._set_units(dt, y_scale, u_scale)
         self._units = form.units(self.y_scale, self.u_scale)
 
         Q, S, R = noises.covariances(noise, form, self.y_scale**2)

@@ -108,7 +108,7 @@ class Manoeuvre(Posterior):
     ):
         self.options = arguments(locals())
         self.model = model = Canonical(3)
-        self.dt, self.y_scale = validation.positive("dt", dt), validation.size("y_scale", y_scale)
+        self._set_units(dt, y_scale)
         limit, pole, pole_std, walk = _pole(limit, pole, pole_std, walk)
         d = coefficients(rho, m) if d is None else validation.vector("d", d, 3)
         noise: Any = noises.resolve(noises.NoisePolynomial(d, variance), 3, 6, model.salut, self.y_scale**2)
