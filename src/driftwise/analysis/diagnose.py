@@ -87,7 +87,7 @@ def of_observer(trace) -> Diagnosis:
 
 def excitation(s) -> Verdict:
     """Return how much of the prior is left along the least informed direction, and what is known all the same."""
-    ratios = [ratio for ratio, _ in s.estimator.information_ratio(s.state)]
+    ratios = [ratio for ratio, _ in s.directions]
     limits = (-math.inf, UNLEARNED)
     if not s.is_enough:
         return Verdict("excitation", math.nan, limits, True, "too few samples to tell what the data taught")

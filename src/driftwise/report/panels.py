@@ -222,7 +222,7 @@ def knowledge_panel(summary, study) -> Panel:
     from driftwise.results.summary import combination
 
     est = summary.estimator
-    ratios = est.information_ratio(summary.state)
+    ratios = summary.directions
     found = [(combination(vector, est.names).replace("-", "\u2212"), float(ratio)) for ratio, vector in ratios]
     lost = sum(ratio > UNLEARNED for _, ratio in found)
     words, hint = (

@@ -48,11 +48,11 @@ def watched(options) -> str:
 
 def events_of(columns, limit: int) -> list[Event]:
     """Return what happened in the columns of one output (a `Trace`, an `Output`), in order."""
-    found = jumps_of(columns, limit)
+    found, status = jumps_of(columns, limit), columns.status
     for bit, text in MEANING.items():
         if bit == Status.JUMP:
             continue
-        for k, end in runs(columns.status, bit)[:limit].tolist():
+        for k, end in runs(status, bit)[:limit].tolist():
             more = f" ({end - k + 1} samples)" if end > k else ""
             found.append(Event(int(k), float(columns.time[k]), str(bit.name), text + more))
     return sorted(found, key=lambda event: event.sample)[:limit]

@@ -7,8 +7,7 @@ from math import floor, isfinite, log10
 
 __all__ = [
     "SAMPLES", "SECONDS", "capital", "chance", "count_of", "fixed", "grouped", "instant", "interval", "lasting",
-    "listed", "near_one", "number", "odds_words", "often", "percent", "plain", "plus_minus", "probable", "rounded",
-    "sentence",
+    "listed", "near_one", "number", "odds_words", "often", "percent", "plain", "plus_minus", "probable", "sentence",
 ]  # fmt: skip
 
 SECONDS, SAMPLES = "s", "samples"  # what time is counted in: the latter where there is no clock
@@ -39,13 +38,6 @@ def plain(value: float, places: int) -> str:
 def fixed(value: float, places: int) -> str:
     """Return `value` as `plain` does, with a real minus sign; a dash where it is not known."""
     return "\u2013" if value != value else _minus(plain(value, places))
-
-
-def rounded(value: float) -> str:
-    """Return a number with three digits, counts with all of them, and in words where nobody reads it."""
-    if abs(value) >= 999_500:
-        return plain(value, 0)
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
 
 def plus_minus(value: float, std: float) -> str:

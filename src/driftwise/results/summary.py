@@ -33,7 +33,8 @@ class Summary:
         self.state = estimator.start()
         self.origin: str | None = None  # the time stamp of second 0, if it is known
         self.unit = SECONDS  # of dt and time
-        self._model: Model | None = None
+        self.unknowns = estimator.model.N
+        self._kept: dict[str, Any] = {}  # what was asked since the last sample
         self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = self.jumps = 0
         self.last_jump = math.nan  # its time
@@ -46,7 +47,8 @@ class Summary:
     def add(self, trace: Any) -> Summary:
         """Take in one more stretch of the run."""
         status = trace.status
-        self.state, self._model = trace.state, None
+        self.state = trace.state
+        self._kept.clear()
         used = trace.is_used
         late = self.observed + np.cumsum(used) > self.settle
         self.samples += len(trace)
@@ -90,12 +92,18 @@ class Summary:
         self._lags.add(z.clip(-4, 4))  # one giant must not drown the rest
         return self
 
+    def _once(self, name: str, make) -> Any:
+        """Return what was made of the run so far; it is made once."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
+
     # --- the numbers ---------------------------------------------------------------------------------------
 
     @property
     def is_enough(self) -> bool:
         """Whether more outputs were measured than there are unknowns."""
-        return self.observed > self.estimator.model.N
+        return self.observed > self.unknowns
 
     @property
     def rmse(self) -> float:
@@ -125,7 +133,7 @@ class Summary:
 
     def nis_within(self, level: float) -> Nis:
         """Return NIS with the interval that holds it with that probability under the right model."""
-        return verdict(self._nis, self._nis_spread, self._scored, level)
+        return self._once(f"nis {level}", lambda: verdict(self._nis, self._nis_spread, self._scored, level))
 
     @property
     def coverage(self) -> float:
@@ -145,7 +153,7 @@ class Summary:
     @property
     def whiteness(self) -> Whiteness:
         """Ljung-Box verdict at 1 % on 20 lags (fewer on short records)."""
-        return self._lags.whiteness
+        return self._once("whiteness", lambda: self._lags.whiteness)
 
     @property
     def loglik(self) -> float:
@@ -155,9 +163,7 @@ class Summary:
     @property
     def model(self) -> Model:
         """The model at the end of the run."""
-        if self._model is None:
-            self._model = self.estimator.model_of(self.state)
-        return self._model
+        return self._once("model", lambda: self.estimator.model_of(self.state))
 
     @property
     def parameters(self) -> list[tuple[str, float, float]]:
@@ -183,8 +189,12 @@ class Summary:
         """(pole, standard deviation of its modulus in discrete time) of each pole, largest first: what ``|p|`` is ±."""
         if self.is_static:
             return []
-        spreads = moduli(self.model, self.estimator.dt)[1] if self.is_enough else (math.inf for _ in self.poles)
-        return [(p, float(spread)) for (p, _), spread in zip(self.poles, spreads)]
+        return self._once("moduli", self._moduli)
+
+    def _moduli(self):
+        poles = self.poles
+        spreads = moduli(self.model, self.estimator.dt)[1] if self.is_enough else (math.inf for _ in poles)
+        return [(p, float(spread)) for (p, _), spread in zip(poles, spreads)]
 
     @property
     def is_static(self) -> bool:
@@ -199,8 +209,13 @@ class Summary:
     @property
     def unlearned(self) -> list[tuple[str, float]]:
         """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
-        found = [(r, v) for r, v in self.estimator.information_ratio(self.state) if r > 0.5]
+        found = [(r, v) for r, v in self.directions if r > 0.5]
         return [(combination(v, self.estimator.names), r) for r, v in found]
+
+    @property
+    def directions(self) -> list[tuple[float, np.ndarray]]:
+        """(ratio of posterior to prior variance, direction) of all combinations, the least learned first."""
+        return self._once("directions", lambda: self.estimator.information_ratio(self.state))
 
     @property
     def drift(self):
@@ -217,7 +232,7 @@ class Summary:
             return 0.0
         names, small = self.state.dtype.names or (), 0.03 * getattr(self.estimator, "y_scale", 0.0)
         most = math.inf if "top" in names and float(self.state["top"]) < small else 0.5  # else nothing excites it
-        return min(max((r for r, _ in self.estimator.information_ratio(self.state) if r <= most), default=0.0), 1.0)
+        return min(max((r for r, _ in self.directions if r <= most), default=0.0), 1.0)
 
     @property
     def words(self) -> str:

@@ -6,7 +6,7 @@ import math
 import textwrap
 from typing import Any, NamedTuple
 
-from .numbers import rounded, sentence
+from .numbers import plain, sentence
 
 __all__ = ["Diagnosis", "Verdict"]
 
@@ -43,15 +43,15 @@ class Verdict(NamedTuple):
         if math.isinf(low) and math.isinf(high):
             return ""
         if math.isinf(high):
-            return f"at least {rounded(low)}"
+            return f"at least {_number(low)}"
         if math.isinf(low):
-            return f"at most {rounded(high)}"
-        return f"{rounded(low)} to {rounded(high)}"
+            return f"at most {_number(high)}"
+        return f"{_number(low)} to {_number(high)}"
 
     @property
     def shown(self) -> str:
         """The value as one prints it."""
-        return rounded(self.value) if self.is_known else "-"
+        return _number(self.value) if self.is_known else "-"
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values; a threshold without end, and a value not known, are None."""
@@ -105,3 +105,10 @@ class Diagnosis(list[Verdict]):
         return "\n".join(lines)
 
     __repr__ = __str__
+
+
+def _number(value: float) -> str:
+    """Return a number with three digits, counts with all of them, and in words where nobody reads it."""
+    if abs(value) >= 999_500:
+        return plain(value, 0)
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"

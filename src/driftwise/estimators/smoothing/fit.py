@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .likelihood import Likelihood, Point
+from .likelihood import Likelihood, Unknowns
 
 STARTS = {"walk": (1e-2, 1e-4), "integrated": (1e-6,)}
 BOUNDS = {"walk": (1e-9, 10.0), "integrated": (1e-12, 0.1)}
@@ -28,34 +28,6 @@ def given(likelihood: Likelihood, nvr) -> Fit:
     """Return the fit where the drift is known."""
     point = likelihood.at(nvr, with_gradient=False)
     return Fit(likelihood, nvr, point.loglik, point.s2)
-
-
-class Unknowns:
-    """The logarithms of the NVRs that are looked for: one for each parameter, or one for all."""
-
-    def __init__(self, likelihood: Likelihood, shared=False, constant=()):
-        n = likelihood.n
-        self.likelihood, self.live = likelihood, likelihood.record.is_live
-        self.live[list(constant)] = False
-        self.groups = np.ones((n, 1)) if shared else np.eye(n)  # which unknown each parameter has
-        self.size = self.groups.shape[1]
-
-    def nvr(self, z) -> np.ndarray:
-        """Return the NVR of each parameter."""
-        return np.where(self.live, np.exp(self.groups @ z), 0.0)
-
-    def at(self, z) -> Point:
-        """Return the likelihood, its gradient by the unknowns, sigma^2."""
-        point = self.likelihood.at(self.nvr(z))
-        return point._replace(gradient=self.groups.T @ point.gradient)
-
-    def curvature(self, z, s2) -> np.ndarray:
-        """Return Fisher's information about the unknowns; sigma^2 follows where it is not known."""
-        n, full = self.likelihood.n, self.likelihood.information(self.nvr(z), s2)
-        about = full[:n, :n]
-        if self.likelihood.record.variance is None:
-            about = about - np.outer(full[:n, n], full[:n, n]) / full[n, n]
-        return self.groups.T @ about @ self.groups
 
 
 def most_likely(likelihood: Likelihood, shared=False, starts=None, constant=()) -> Fit:

@@ -38,7 +38,7 @@ class Likelihood:
         self.record, self.drift, self.jumps = record, drift, tuple(jumps)
         self.n = n = record.n
         self.m = m = n * (1 + (drift == "integrated"))
-        self.unit = 1 / record.power
+        self.unit, self.least = 1 / record.power, record.least_variance
         self.rows = np.zeros((len(record.y), 1 + m))
         self.rows[:, 0], self.rows[:, 1 : n + 1] = record.y, record.psi
         known = np.flatnonzero(record.known)
@@ -51,6 +51,7 @@ class Likelihood:
         self.kept = np.empty((len(self.rows), passes.note_size(m, False)))
         self.room = np.empty((len(self.rows), 2 * m))
         self.scratch = np.empty(passes.back_size(m))
+        self.size = passes.information_size(n, m)
         self.extra = np.zeros((len(self.rows), m))
         for k in self.jumps:
             self.extra[k - 1, :n] = FREED * self.unit
@@ -94,7 +95,7 @@ class Likelihood:
         self.filter(q, self.kept)
         e, S = self.kept[self.counted, passes.EPS], self.kept[self.counted, passes.VARIANCE]
         chi2, known = float(np.sum(e * e / S)), self.record.variance
-        s2 = known or max(chi2 / len(S), self.record.least_variance)
+        s2 = known or max(chi2 / len(S), self.least)
         loglik = -0.5 * (len(S) * math.log(2 * math.pi * s2) + float(np.sum(np.log(S))) + chi2 / s2)
         if not with_gradient:
             return Point(loglik, np.full(self.n, np.nan), s2)
@@ -103,9 +104,9 @@ class Likelihood:
 
     def information(self, nvr, s2) -> np.ndarray:
         """Return Fisher's information about (log NVR of each parameter, log sigma^2), (n + 1, n + 1)."""
-        n, m, q = self.n, self.m, self.variances(nvr)
+        n, q = self.n, self.variances(nvr)
         self.filter(q, self.kept)
-        out, numbers = np.zeros((n + 1, n + 1)), np.zeros(passes.information_size(n, m))
+        out, numbers = np.zeros((n + 1, n + 1)), np.zeros(self.size)
         task = passes.Information(*self.motion, nvr * self.unit, s2, float(self.head))
         compile.passage(passes.Information)(self.rows, q, self.kept, out, numbers, flatten((task,)))
         return out
@@ -126,3 +127,31 @@ class Likelihood:
         self.filter(q, self.kept)
         r, N = self._disturbances(q, len(self.rows))
         return r[:, : self.n].copy(), N[:, : self.n].copy()
+
+
+class Unknowns:
+    """The logarithms of the NVRs that are looked for: one for each parameter, or one for all."""
+
+    def __init__(self, likelihood: Likelihood, shared=False, constant=()):
+        n = likelihood.n
+        self.likelihood, self.live = likelihood, likelihood.record.is_live
+        self.live[list(constant)] = False
+        self.groups = np.ones((n, 1)) if shared else np.eye(n)  # which unknown each parameter has
+        self.size = self.groups.shape[1]
+
+    def nvr(self, z) -> np.ndarray:
+        """Return the NVR of each parameter."""
+        return np.where(self.live, np.exp(self.groups @ z), 0.0)
+
+    def at(self, z) -> Point:
+        """Return the likelihood, its gradient by the unknowns, sigma^2."""
+        point = self.likelihood.at(self.nvr(z))
+        return point._replace(gradient=self.groups.T @ point.gradient)
+
+    def curvature(self, z, s2) -> np.ndarray:
+        """Return Fisher's information about the unknowns; sigma^2 follows where it is not known."""
+        n, full = self.likelihood.n, self.likelihood.information(self.nvr(z), s2)
+        about = full[:n, :n]
+        if self.likelihood.record.variance is None:
+            about = about - np.outer(full[:n, n], full[:n, n]) / full[n, n]
+        return self.groups.T @ about @ self.groups
