@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import driftwise as dw
+from driftwise.engine import compile as compile_engine
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -28,6 +29,17 @@ def test_readme_code_runs(capsys):
     for block in code:
         exec(compile(block, "README.md", "exec"), {})
     assert "second-order model" in capsys.readouterr().out
+
+
+def test_contributed_code_runs(tmp_path, monkeypatch):
+    """As the files that the page tells to write."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(compile_engine, "driver", compile_engine.plain_driver)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "contribute.md").read_text(), re.S)
+    assert blocks
+    for number, block in enumerate(blocks):
+        (tmp_path / f"contributed_{number}.py").write_text(block)
+        importlib.import_module(f"contributed_{number}")
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if ">>> " in p.read_text()], ids=lambda p: p.name)

@@ -182,8 +182,19 @@ def fingerprint(kinds) -> int:
     foreign = set(dispatch.kernels) | {f for c in dispatch.choices for k, f in c.table.items() if k in kinds}
     for thing in sorted((*foreign, *kinds), key=lambda f: (f.__module__, f.__qualname__)):
         if not thing.__module__.startswith("driftwise."):  # a user's own policy
-            digest.update(inspect.getsource(thing).encode())
+            digest.update(_text(thing).encode())
     return int.from_bytes(digest.digest()[:7], "big")
+
+
+def _text(thing) -> str:
+    """Return what changes with a user's own policy or function; in a notebook, where classes have no source."""
+    if isinstance(thing, type):
+        return repr(get_type_hints(thing, include_extras=True))
+    try:
+        return inspect.getsource(thing)
+    except OSError:
+        code = thing.__code__
+        return repr((code.co_code, code.co_names, [c for c in code.co_consts if not inspect.iscode(c)]))
 
 
 # Nothing is allocated, so nothing needs to be counted: without `_nrt=False` reference counts take most of the time.
