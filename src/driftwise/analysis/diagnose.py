@@ -31,7 +31,7 @@ WORK = 4e9  # rows times unknowns to the fourth power that the odds may cost: so
 def diagnose(
     trace, summary=None, *, record=None, identifiable: Identifiability | None = None, are_told: bool = False
 ) -> Diagnosis:
-    """Return the verdicts on a run of an estimator with one output: see `Trace.diagnose`.
+    """Return the verdicts on a run of an estimator; with several outputs, on their predictions (`trace.diagnose`).
 
     Parameters
     ----------
@@ -44,6 +44,8 @@ def diagnose(
     are_told : bool
         Jumps are told beside the verdicts, by who watched for them: those of the memory are left out.
     """
+    if trace.estimator.outputs is not None:
+        return of_outputs(trace.summary().parts)
     s = trace.summary() if summary is None else summary
     y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
     holds_poles = getattr(trace.estimator, "holds_poles", False)  # at 1: neither taught nor in doubt
@@ -70,11 +72,6 @@ def of_outputs(parts, names=None, is_white: bool = True) -> Diagnosis:
         for part, label in zip(parts, labels)
         for verdict in (*of_summary(part, label, is_white), *shares(part, label))
     )
-
-
-def of_equations(trace) -> Diagnosis:
-    """Return the verdicts on the predictions of an estimator with several outputs."""
-    return of_outputs(trace.summary().parts)
 
 
 def of_observer(trace) -> Diagnosis:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..results.bands import normal_score
-from ..results.trace import Trace
+from ..results.parameter_trace import ParameterTrace
 from ..results.verdicts import Diagnosis
 from ..results.whiteness import Correlations, score, verdict
 from .forecast_verdicts import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
@@ -17,7 +17,7 @@ from .forecast_verdicts import LEVEL, WIDE, coverage_verdict, nis_verdict, white
 class Own:
     """The forecast that one estimator makes, as that of a model average is told: deviates of its density."""
 
-    def __init__(self, trace: Trace):
+    def __init__(self, trace: ParameterTrace):
         self.y, self.innovation, self.variance = trace.y, trace.innovation, trace.variance
         self.is_used = np.isfinite(trace.innovation)
         self.normal_score = np.full(len(trace), math.nan)
@@ -28,7 +28,7 @@ class Own:
         return len(self.y)
 
 
-def _sides(trace: Trace, use) -> list[np.ndarray]:
+def _sides(trace: ParameterTrace, use) -> list[np.ndarray]:
     """Return the probability below and above the outputs ``use``, (2, T)."""
     from scipy.special import stdtr
 

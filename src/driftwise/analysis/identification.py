@@ -13,8 +13,8 @@ from ..estimators.model_average.trace import AverageTrace
 from ..memory.restart_on_change import RestartOnChange
 from ..results import verbs
 from ..results.frames import as_frame
+from ..results.parameter_trace import ParameterTrace
 from ..results.summary import Summary
-from ..results.trace import Trace
 from ..results.verdicts import Diagnosis
 from ..tables.recognise import Table
 from .change_log import LOOKED, Change, changes_of, surest
@@ -32,7 +32,7 @@ class Identification:
     ----------
     table : Table
         What was recognised of the columns.
-    trace : Trace
+    trace : ParameterTrace
         The chosen model along the record: parameters with their deviations, state to go on from.
     forecast : AverageTrace
         One step ahead, made from all candidates and from the samples before only.
@@ -63,7 +63,7 @@ class Identification:
     """
 
     table: Table
-    trace: Trace
+    trace: ParameterTrace
     forecast: AverageTrace
     summary: Summary
     forecast_summary: ForecastSummary
@@ -167,7 +167,7 @@ def quoted(forecast: ForecastSummary, own: ForecastSummary, naive: dict[str, flo
     return own if forecast.rmse > min(naive.values()) and own.rmse < forecast.rmse else forecast
 
 
-def told(forecast: AverageTrace, trace: Trace) -> dict[str, np.ndarray]:
+def told(forecast: AverageTrace, trace: ParameterTrace) -> dict[str, np.ndarray]:
     """Return the columns of a forecast and, beside them, the parameters of the model with their deviations."""
     own = trace.columns()
     return forecast.columns() | {name: own[name] for name in own if name.removesuffix("_std") in trace.names}
@@ -195,7 +195,7 @@ class Finder:
         self.last: Change | None = None
         self.alarms = 0
 
-    def add(self, time, y, u) -> tuple[AverageTrace, Trace]:
+    def add(self, time, y, u) -> tuple[AverageTrace, ParameterTrace]:
         """Take in the next piece; return its forecast and the trace of the chosen model."""
         u, samples = u if self.table.inputs else None, self.identifier.samples
         forecast = self.identifier.add(y, u, time)
@@ -230,7 +230,7 @@ class Finder:
         trace.table[:, 0] += center[0]
         return forecast, trace
 
-    def found(self, trace: Trace, forecast: AverageTrace) -> Identification:
+    def found(self, trace: ParameterTrace, forecast: AverageTrace) -> Identification:
         """Return the answer; trace and forecast are those of the record, perhaps thinned out."""
         naive = self.identifier.baselines
         own = quoted(self.forecast_summary, self.own_summary, naive).verdicts

@@ -170,7 +170,7 @@ def joined(parts, time) -> AverageTrace:
     first, last = parts[0], parts[-1]
     outs = np.concatenate([widened(part, first.names) for part in parts])
     y, u = (np.concatenate([getattr(part, c) for part in parts]) for c in ("y", "u"))
-    return AverageTrace(first.estimator, y, u, outs, last.state, time)
+    return AverageTrace(first.estimator, y, u, outs, "std", last.state, time=time)
 
 
 def widened(part: AverageTrace, names) -> np.ndarray:

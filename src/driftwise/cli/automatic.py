@@ -56,7 +56,7 @@ class Both(Keeper):
         from driftwise.cli.downsample import ThinTrace
 
         trace = ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof, rows=rows)
-        return trace, AverageTrace(self.forecast.estimator, y, u, told, self._last.state, time)
+        return trace, AverageTrace(self.forecast.estimator, y, u, told, "std", self._last.state, time=time)
 
 
 def execute(plan: Automatic) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from driftwise.engine.status import Status
 from driftwise.report.thin import extremes
-from driftwise.results.trace import Trace
+from driftwise.results.parameter_trace import ParameterTrace
 
 __all__ = ["Keeper", "ObserverKeeper", "Offsets", "ThinTrace"]
 
@@ -83,7 +83,7 @@ class ThinSmoothed:
         return len(self.parameters)
 
 
-class ThinTrace(Trace):
+class ThinTrace(ParameterTrace):
     """Some rows of a trace (``rows`` are their numbers); the degrees of freedom are those of the whole run."""
 
     diagnosis: Any = None  # the verdicts on the whole run
@@ -163,7 +163,7 @@ class Keeper(Thinning):
         self._events: list[Any] = []
         self.state: Any = None
 
-    def add(self, trace: Trace) -> None:
+    def add(self, trace: ParameterTrace) -> None:
         """Take in the next stretch of the run, in the units it was estimated in."""
         if len(self._events) < EVENTS and trace.status.any():
             found = [event for event in trace.events(EVENTS - len(self._events)) if event.kind != Status.JUMP.name]
@@ -192,7 +192,7 @@ class Keeper(Thinning):
         y, u, outs[:, 0] = self.offsets.given_back(y, u, outs[:, 0])
         return ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof, rows=rows)
 
-    def table(self, trace: Trace):
+    def table(self, trace: ParameterTrace):
         """Return the columns of a stretch of the run as a pyarrow Table, in the units of the file."""
         import pyarrow as pa
 

@@ -127,13 +127,11 @@ class _Lines:
 
     def _estimates(self, track) -> None:
         """Tell the rows of the trace of a track that have not been told."""
-        from driftwise.estimators.track.trace import TrackTrace
-
         known = self.rows.get(track.id, 0)
         if known == len(track):
             return
         plots = track.plots[known:]
-        new = TrackTrace(track.estimator, plots.time, plots.position, track.table[known:], track.state)
+        new = track.estimator.trace_of(plots.time, plots.position, track.table[known:], track.state)
         names = ("time", "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre")
         columns = {name: getattr(new, name).tolist() for name in names}
         for name, pair in (("", new.position), ("_sd", new.position_sd)):

@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..detect.variance import VarianceCUSUM
 from ..engine import compile, validation
 from ..engine.errors import InputError
 from ..engine.layout import Layout
 from ..models.canonical import power_of_two
+from ..results.parameter_trace import ParameterTrace
 from ..results.snapshot import register
-from ..results.trace import Trace, width
+from ..results.trace import width
 from .common.columns import SAMPLE
 from .common.times import instants
 
@@ -46,7 +48,7 @@ class Estimator:
     outputs: int | None = None  # p of an estimator of several outputs
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
-    trace_kind: Any = Trace  # what a run over a record returns
+    trace_kind: Any = ParameterTrace  # what a run over a record returns
     sample_layout: Layout = SAMPLE  # what the loop writes of each sample, before estimates and their spread
     _s0: np.ndarray
     _D0: np.ndarray
@@ -77,6 +79,23 @@ class Estimator:
     def names(self) -> list[str]:
         """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
         return self.model.names
+
+    @property
+    def state_names(self) -> list[str]:
+        """Names of the states, in the order of ``state["x"]`` and of a trace's columns: the measured one last."""
+        n = self.model.n
+        return [f"x{n - i}" for i in range(n)]
+
+    @property
+    def odds(self) -> float | None:
+        """The odds at which the memory tells a jump from all else; None of one that weighs no explanations."""
+        return getattr(self.options.get("memory"), "odds", None)
+
+    @property
+    def watches(self) -> str:
+        """What tells the jumps: the "width" or the "level" of the innovations, or "", the memory itself."""
+        detector = getattr(self.options.get("memory"), "detector", None) or self.options.get("detector")
+        return "" if detector is None else "width" if isinstance(detector, VarianceCUSUM) else "level"
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (powers of two).

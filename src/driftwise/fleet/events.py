@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..engine.status import MEANING, Status
-from ..results.events import jump, watched
+from ..results.events import jump
 
 MOST = 1000  # events of a series that are told; all are counted
 RUNS = {  # what is told when it has lasted so many samples of a series
@@ -112,7 +112,7 @@ class FleetEvents:
     def _told(self, which, kind, taken, outs, sample) -> Seen:
         """Return what is known of the events of these kinds."""
         est = self.estimator
-        names, watches = est.names, watched(est.options)
+        names, watches = est.names, est.watches
         has_alarm = "which" in est.columns and self.fleet.crew.outputs == 1
         alarms = outs[:, 5:8].copy() if has_alarm else np.full((len(which), 3), np.nan)
         alarms[np.array(kind) > 0] = np.nan

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from driftwise.engine.status import OUTLIER, REJECTED
 from driftwise.report.thin import alone, envelope, together
-from driftwise.results.observer_summary import views
 
 __all__ = [
     "LINES",
@@ -69,7 +68,7 @@ def plot_mimo(trace, *, labels=None, figure=None):
 
     Parameters
     ----------
-    trace : a TraceMIMO
+    trace : a Trace of several outputs
     labels : dict with "outputs" (one name with unit for each) and "time"
     figure : a matplotlib Figure to draw into; a new one if omitted
     """
@@ -119,7 +118,7 @@ def plot_observer(trace, *, labels=None, figure=None):
     form, labels = trace.estimator.model, {"time": "time (s)", **(labels or {})}
     names = form.state_names + form.names if trace.keep != "innovations" else []
     axes = _rows(figure, [1.7, 1.0] * form.outputs + [1.2] * len(names), 1.5)
-    for i, (name, one) in enumerate(zip(form.output_names, views(trace))):
+    for i, (name, one) in enumerate(zip(form.output_names, trace.outputs)):
         _output(axes[2 * i], one, labels.get(name, name), has_legend=not i)
         _innovations(axes[2 * i + 1], one, "innovation\n/ sigma")
     for i, name in enumerate(names):

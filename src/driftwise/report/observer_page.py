@@ -13,7 +13,6 @@ from driftwise.report.page import Page, Panel, card, group, named, stack, table
 from driftwise.report.panels import change_table, event_panel, fit_cards, nis_words, zoom_words
 from driftwise.report.run_page import input_figures, named_axes, scaled
 from driftwise.results.numbers import grouped, interval, number, plus_minus
-from driftwise.results.observer_summary import views
 
 __all__ = ["write"]
 
@@ -36,7 +35,7 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     form = trace.estimator.model
     usual = {"outputs": form.output_names, "inputs": form.input_names}
     summary, events, labels = named_axes(trace, summary, events, usual, labels)
-    each = views(trace)[:OUTPUTS_SHOWN]
+    each = trace.outputs[:OUTPUTS_SHOWN]
     line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
     found = marks(events)
     panels = [

@@ -105,7 +105,7 @@ def _plots(fig, rows):
     """Draw the plots as small dots, every n-th of them where they are very many."""
     import numpy as np
 
-    seen = np.concatenate([r.track.trace.plot for r in rows])
+    seen = np.concatenate([r.track.trace.y for r in rows])
     seen = seen[np.isfinite(seen).all(axis=1)]
     seen = seen[:: -(-len(seen) // DOTS) or 1] / 1000
     return fig.scatter(single(seen[:, 0]), single(seen[:, 1]), size=2.5, color="#9aa5b1", alpha=0.6)

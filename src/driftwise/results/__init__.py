@@ -10,6 +10,8 @@ _HOME = {
     "ljung_box": "whiteness",
     "nis": "whiteness",
     "Trace": "trace",
+    "ObserverTrace": "observer_trace",
+    "ParameterTrace": "parameter_trace",
     "save_state": "snapshot",
     "load_state": "snapshot",
 }

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..detect.variance import VarianceCUSUM
 from ..engine.status import MEANING, Status
 from .numbers import odds_words
 
@@ -38,12 +37,6 @@ class Event:
     direction: int = 0
     moved: str = ""
     odds: float | None = None
-
-
-def watched(options) -> str:
-    """Return what tells the jumps of an estimator: "width" or "level" of its innovations, or "" (its memory)."""
-    detector = getattr(options.get("memory"), "detector", None) or options.get("detector")
-    return "" if detector is None else "width" if isinstance(detector, VarianceCUSUM) else "level"
 
 
 def events_of(columns, limit: int) -> list[Event]:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ..engine.status import Status
-from .bands import quantile
-from .events import Event
 from .summary import Summary, _finite
 from .whiteness import Nis
 
@@ -40,7 +36,7 @@ class ObserverSummary:
         self.state = trace.state
         if not self.samples:
             self._begin = float(trace.time[0])
-        for part, one in zip(self.outputs, views(trace)):
+        for part, one in zip(self.outputs, trace.outputs):
             part.add(one)
         ready = trace.ready
         if ready.any():
@@ -139,47 +135,3 @@ class ObserverSummary:
             "estimates": [{"name": n, "value": v, "std": s} for n, v, s in self.estimates],
             "words": self.words,
         })  # fmt: skip
-
-
-@dataclass(frozen=True)
-class View:
-    """One output's columns of an observer's trace, as `Summary` and the figures read them, (T,) each."""
-
-    trace: Any
-    time: np.ndarray
-    y: np.ndarray
-    prediction: np.ndarray
-    innovation: np.ndarray
-    variance: np.ndarray
-    status: np.ndarray
-    dof: np.ndarray
-    is_used: np.ndarray
-
-    is_mixture: ClassVar[bool] = False
-
-    @property
-    def state(self):
-        """The state after the last sample."""
-        return self.trace.state
-
-    def jumps(self) -> list[Event]:
-        """Return the alarms of the run."""
-        return self.trace.jumps()
-
-    def band(self, level: float = 0.95) -> np.ndarray:
-        """Half-width of the prediction interval; NaN while nothing is determined."""
-        std = np.where(np.isfinite(self.variance), np.sqrt(self.variance), np.nan)
-        return quantile(0.5 + level / 2, self.dof) * std
-
-    def __len__(self):
-        return len(self.time)
-
-
-def views(trace: Any) -> list[View]:
-    """Return the columns of each output."""
-    T, p = len(trace), trace.estimator.model.outputs
-    names = ("y", "prediction", "innovation", "variance", "status", "dof", "is_used")
-    columns = [np.asarray(getattr(trace, name)).reshape(T, p).T for name in names]
-    jump = ~int(Status.JUMP)
-    columns[4] = np.vstack([columns[4][:1], columns[4][1:] & jump])  # an alarm is told once
-    return [View(trace, trace.time, *one) for one in zip(*columns)]

@@ -2,74 +2,31 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..engine.errors import InputError
 from ..engine.status import MEANING, Status
-from ..engine.validation import floats
 from . import verbs
 from .events import Event, runs
-from .trace import Trace
+from .output import Output, split
+from .parameter_trace import ParameterTrace
+from .trace import KEEP as KEPT
 
-KEEP = ("innovations", "means", "std")
-
-
-def width(keep: str, N: int, head: int) -> int:
-    """Return the number of columns the driver writes for each sample."""
-    if keep not in KEEP:
-        raise InputError(f"keep must be one of {', '.join(KEEP)}, got {keep!r}")
-    return head + N * KEEP.index(keep)
+KEEP = KEPT[:3]  # no covariances
 
 
-class ObserverTrace(Trace):
+class ObserverTrace(ParameterTrace):
     """Columns of one run of an observer, time first.
 
     ``prediction``, ``innovation``, ``variance`` and ``status`` are (T,), with several outputs (T, p), and belong to
-    y(t) given the samples before it; estimates are given the samples up to t, NaN (deviation: infinite) until ready.
+    y(t) given the samples before it: NaN, the variance infinite, while nothing is determined. Estimates are given the
+    samples up to t, NaN (deviation: infinite) until ready.
     """
 
-    is_mixture, odds = False, None
-
-    def __init__(self, estimator, y, u, outs, keep, state, observed_before=0.0, time=None):
-        p = estimator.model.outputs
-        self.estimator, self.keep, self.state = estimator, keep, state
-        self.y, self.u = (y[:, 0] if p == 1 and y.ndim == 2 else y).copy(), u.copy()
-        self.table, self.observed_before = outs, float(observed_before)
-        self.dt, self.begun = estimator.dt, None
-        if time is None:
-            time = float(state["time"]) - self.dt * np.arange(len(y))[::-1]
-        self.time = floats("time", time)
-        if self.time.shape != (len(y),):
-            raise InputError(f"time must be ({len(y)},), got shape {self.time.shape}")
-
     # --- columns -------------------------------------------------------------------------------------------
-
-    def _of_outputs(self, which):
-        p = self.estimator.model.outputs
-        return self.table[:, which] if p == 1 else self.table[:, which * p : (which + 1) * p]
-
-    @property
-    def prediction(self) -> np.ndarray:
-        """Prediction of y(t) from the samples before it; NaN while nothing is determined."""
-        return self._of_outputs(0)
-
-    @property
-    def innovation(self) -> np.ndarray:
-        """y(t) minus its prediction; NaN where either is."""
-        return self._of_outputs(1)
-
-    @property
-    def variance(self) -> np.ndarray:
-        """Variance of the prediction error; infinite while nothing is determined."""
-        return self._of_outputs(2)
-
-    @property
-    def status(self) -> np.ndarray:
-        """Bits of `driftwise.Status`."""
-        return self._of_outputs(3).astype(np.int64)
 
     @property
     def statistic(self) -> np.ndarray:
@@ -82,15 +39,6 @@ class ObserverTrace(Trace):
         return ~np.isnan(self.innovation)
 
     @property
-    def dof(self) -> np.ndarray:
-        """Degrees of freedom of the prediction: infinite where the noise is known, else innovations before it."""
-        if self.estimator.noise_std is not None:
-            return np.full(self.prediction.shape, np.inf)
-        used = self.is_used.reshape(len(self), self.estimator.model.outputs)
-        before = np.cumsum(used).reshape(used.shape) - used
-        return np.maximum(self.observed_before + before, 1.0).reshape(self.prediction.shape)
-
-    @property
     def ready(self) -> np.ndarray:
         """Whether there is an estimate within the tolerance, (T,)."""
         status = self.status if self.status.ndim == 1 else self.status[:, 0]
@@ -99,32 +47,12 @@ class ObserverTrace(Trace):
     @property
     def estimates(self) -> np.ndarray:
         """Plant states, disturbances and derived outputs, (T, N), in the order of ``state_names`` and ``names``."""
-        return self._kept(0, "means")
+        return self._kept(0, self.estimator.model.N, "means")
 
     @property
     def std(self) -> np.ndarray:
         """Standard deviations of ``estimates``, (T, N)."""
-        return self._kept(1, "std")
-
-    def _kept(self, which, least):
-        if KEEP.index(self.keep) < KEEP.index(least):
-            raise InputError(f"this trace kept {self.keep!r} only; run scan(..., keep={least!r})")
-        N, first = self.estimator.model.N, self.estimator.n_columns
-        return self.table[:, first + which * N : first + (which + 1) * N]
-
-    @property
-    def _std(self):
-        return self.std
-
-    @property
-    def x(self) -> np.ndarray:
-        """State of the plant, (T, n)."""
-        return self.estimates[:, : self.estimator.model.n]
-
-    @property
-    def parameters(self) -> np.ndarray:
-        """Disturbances and derived outputs in the order of ``names``, (T, N - n)."""
-        return self.estimates[:, self.estimator.model.n :]
+        return self._std
 
     @property
     def disturbances(self) -> np.ndarray:
@@ -135,11 +63,6 @@ class ObserverTrace(Trace):
     def disturbances_std(self) -> np.ndarray:
         """Standard deviations of ``disturbances``."""
         return self.std[:, self.estimator.model.n : self.estimator.model.m]
-
-    @property
-    def state_names(self) -> list[str]:
-        """Names of the columns of ``x``."""
-        return self.estimator.model.state_names
 
     def of(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return one state, disturbance or derived output by name, and its deviation, (T,) each."""
@@ -223,9 +146,12 @@ class ObserverTrace(Trace):
 
         return ObserverSummary(self.estimator).add(self)
 
-    def diagnose(self):
-        """Return a `Diagnosis`: NIS and coverage of each output; innovations of a window are not white anyway."""
-        return verbs.call("diagnose", self)
+    @property
+    def outputs(self) -> list[Output]:
+        """The columns of each output, (T,) each; an alarm is that of the first."""
+        found = [Output(time=self.time, state=self.state, names=[], **columns) for columns in split(self)]
+        jump = ~int(Status.JUMP)
+        return [*found[:1], *(replace(one, status=one.status & jump) for one in found[1:])]
 
     def plot(self, **options) -> Any:
         """Draw the outputs and every estimate with its 2-sigma band; return the Axes.
@@ -250,14 +176,6 @@ class ObserverTrace(Trace):
     def report(self, path, **options) -> Any:
         """Write one self-contained HTML page that opens without a network."""
         return verbs.call("report", self, path, **options)
-
-    @classmethod
-    def load(cls, path) -> ObserverTrace:
-        """Return a saved trace."""
-        found = Trace.load(Path(path))
-        if not isinstance(found, ObserverTrace):
-            raise InputError(f"{path} holds the trace of {found.estimator!r}, which is no observer: use Trace.load")
-        return found
 
 
 OF_OUTPUTS = (Status.MISSING_OUTPUT, Status.BAD_VALUE)

@@ -80,7 +80,7 @@ class Track:
     @cached_property
     def trace(self) -> TrackTrace:
         """What the estimator said: a `TrackTrace` with a row for each plot."""
-        return TrackTrace(self.estimator, self.plots.time, self.plots.position, self.table, self.state)
+        return self.estimator.trace_of(self.plots.time, self.plots.position, self.table, self.state)
 
     def predict(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (2,) and covariance (2, 2) of a plot at a later time, East and North; so a track coasts."""

@@ -15,7 +15,7 @@ from .times import dated, stamps
 from .tracks import Track, Tracks
 
 PAIRS = {  # column of the table to column of the trace
-    "east north": "position", "east_sd north_sd": "position_sd", "plot_east plot_north": "plot",
+    "east north": "position", "east_sd north_sd": "position_sd", "plot_east plot_north": "y",
     "predicted_east predicted_north": "prediction", "velocity_east velocity_north": "velocity",
 }  # fmt: skip
 SINGLE = "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre", "onset", "nis"

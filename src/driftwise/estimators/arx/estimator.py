@@ -219,10 +219,6 @@ class Recursive(Posterior):
         """Return the parameters, in the order of ``names``, and their covariance."""
         return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
 
-    def model_of(self, state) -> Model:
-        """Return the model a state amounts to, with the covariance of its parameters."""
-        return self.model_at(*self.parameters_of(state))
-
     def model_at(self, theta, P) -> Model:
         """Return the model of a parameter vector and its covariance."""
         form, at = self.model.canonical()

@@ -15,7 +15,6 @@ from ...memory.constant import Constant
 from ...models.convert import ModelMIMO
 from ...models.equation import Equations
 from ...models.scale import InverseGamma, KnownScale
-from ...results.mimo_trace import TraceMIMO
 from ..arx.estimator import Recursive
 from ..arx.speeds import read as read_speeds
 from ..base import Estimator
@@ -99,7 +98,6 @@ class ARXMIMO(Estimator):
     """
 
     sample_layout = RECURSIVE_SAMPLE
-    trace_kind = TraceMIMO
     is_split = True
     link_words = "each equation is right, but the bars of poles and gains leave the link out"
 

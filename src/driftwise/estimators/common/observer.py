@@ -9,7 +9,8 @@ import numpy as np
 from ...engine import validation
 from ...engine.errors import InputError
 from ...models.plant import Augmented
-from ...results.observer_trace import ObserverTrace, width
+from ...results.observer_trace import KEEP, ObserverTrace
+from ...results.trace import width
 from ..base import Estimator
 from .columns import OBSERVER_SAMPLE
 from .times import instants
@@ -75,7 +76,20 @@ class Observer(Estimator):
         return (self.model.outputs,)
 
     def _width(self, keep) -> int:
-        return width(keep, self.model.N, self.n_columns)
+        return width(keep, self.model.N, self.n_columns, KEEP)
+
+    @property
+    def state_names(self) -> list[str]:
+        """Names of the plant's states."""
+        return self.model.state_names
+
+    def degrees_of_freedom(self, is_used, observed) -> np.ndarray:
+        """Return those of each prediction: infinite where the noise is known, else the innovations before it."""
+        if self.noise_std is not None:
+            return np.full(is_used.shape, np.inf)
+        used = is_used.reshape(len(is_used), -1)
+        before = np.cumsum(used).reshape(used.shape) - used
+        return np.maximum(observed + before, 1.0).reshape(is_used.shape)
 
     def _clock(self, start, end, samples) -> np.ndarray:
         first = float(start["time"]) + self.dt if start["samples"] > 0 else 0.0

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...engine import ud
 from ...models import noise as noises
+from ...models.convert import Model
 from ...models.scale import KnownScale, sigma2
 from ..base import Estimator
 
@@ -18,6 +19,21 @@ class Posterior(Estimator):
 
     scale: Any
     prior_covariance: np.ndarray
+
+    def degrees_of_freedom(self, is_used, observed) -> np.ndarray:
+        """Return those of each prediction, (T,), where so many outputs were used before; infinite: sigma^2 is known."""
+        if isinstance(self.scale, KnownScale):
+            return np.full(len(is_used), np.inf)
+        before = observed + np.cumsum(is_used) - is_used
+        return 2 * np.maximum(self.scale.alpha + before / 2, 0.5)
+
+    def model_at(self, theta, P) -> Any:
+        """Return the model of a parameter vector and its covariance."""
+        return Model(self.model, theta, P, self.dt)
+
+    def model_of(self, state) -> Any:
+        """Return the model a state amounts to, with the covariance of its parameters."""
+        return self.model_at(np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state))
 
     def covariance(self, state) -> np.ndarray:
         """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""

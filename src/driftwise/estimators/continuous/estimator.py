@@ -215,7 +215,3 @@ class ContinuousJoint(Posterior):
     def model_at(self, values, covariance) -> ContinuousModel:
         """Return the model of given parameters and covariance."""
         return ContinuousModel(self.model, values, covariance)
-
-    def model_of(self, state) -> ContinuousModel:
-        """Return the model a state amounts to, with the covariance of its parameters."""
-        return self.model_at(np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state))

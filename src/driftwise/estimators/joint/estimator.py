@@ -14,7 +14,6 @@ from ...memory.constant import Constant
 from ...memory.settings import Setting, resolve_watch, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
-from ...models.convert import Model
 from ...models.scale import InverseGamma, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..common.memories import memory_of_joint
@@ -234,10 +233,6 @@ class Joint(Posterior):
         """Return E s(t+1 | t) in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]."""
         s = np.concatenate([state["x"], state["theta"]], axis=-1)
         return s[..., self.model.kernel]
-
-    def model_of(self, state) -> Model:
-        """Return the model a state amounts to, with the covariance of its parameters."""
-        return Model(self.model, np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state), self.dt)
 
 
 def _pad(noise, rows):

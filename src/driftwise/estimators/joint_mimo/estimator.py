@@ -20,7 +20,6 @@ from ...models import noise as noises
 from ...models.convert import ModelMIMO
 from ...models.scale import InverseGamma, KnownScale, resolve_scale, sigma2
 from ...models.structure import Structure, indices
-from ...results.mimo_trace import TraceMIMO
 from ..base import Estimator
 from ..common.memories import memory_of_joint
 from ..common.posterior import directions
@@ -99,7 +98,6 @@ class JointMIMO(Estimator):
     ['a1.11 -1.19', 'a2.11 0.49', 'a2.12 -0.10']
     """
 
-    trace_kind = TraceMIMO
     link_words = "estimate them together with NoiseCovariance"  # what to do where innovations are correlated
     groups: list[list[int]]  # outputs that share a scale
     spent: np.ndarray  # (groups,) unknowns on which the reference prior of a learnt scale spends one half each
@@ -237,7 +235,27 @@ class JointMIMO(Estimator):
         """Return the model a state amounts to, with the covariance of its parameters."""
         n, s2 = self.model.n, self.sigma2(state)
         P = self._kernel_covariance(state, [s2[group[0]] for group in self.groups])
-        return ModelMIMO(self.model, np.array(state["theta"]), P[n:, n:], self.dt)
+        return self.model_at(np.array(state["theta"]), P[n:, n:])
+
+    def model_at(self, theta, P) -> ModelMIMO:
+        """Return the model of a parameter vector and its covariance."""
+        return ModelMIMO(self.model, theta, P, self.dt)
+
+    @property
+    def state_names(self) -> list[str]:
+        """Names of the states: x{k}.{output}."""
+        return self.model.state_names
+
+    def degrees_of_freedom(self, is_used, observed) -> np.ndarray:
+        """Return those of each prediction, (T, p), where so many outputs were used before; infinite: known scales."""
+        if isinstance(self.scale, KnownScale):
+            return np.full(is_used.shape, np.inf)
+        found = np.empty(is_used.shape)
+        for g, group in enumerate(self.groups):
+            mine = is_used[:, group]
+            before = np.cumsum(mine).reshape(mine.shape) - mine + observed[group].sum()
+            found[:, group] = self.scale.alpha + (before - self.spent[g]) / 2
+        return 2 * np.maximum(found, 0.5)
 
     def _counts(self, state):
         """Return (count, chi2, logdet, spent) of each group."""

@@ -16,7 +16,6 @@ from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...models import noise as noises
 from ...models.canonical import Canonical, power_of_two
-from ...models.convert import Model
 from ...models.scale import InverseGamma, resolve_scale
 from ..common.posterior import Posterior
 from ..common.priors import WIDTH, factors_of
@@ -186,10 +185,6 @@ class Manoeuvre(Posterior):
     def mean(self, state) -> np.ndarray:
         """Return E s(t+1 | t) in Salut's order [x_1, x_2, x_3 ; a_0, a_1, a_2]."""
         return np.concatenate([state["x"], state["theta"]], axis=-1)[..., self.model.kernel]
-
-    def model_of(self, state) -> Model:
-        """Return the model a state amounts to, with the covariance of its parameters (of rank one)."""
-        return Model(self.model, np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state), self.dt)
 
     def _theta_units(self) -> np.ndarray:
         """Return the squared units of a: none."""

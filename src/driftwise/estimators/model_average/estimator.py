@@ -168,7 +168,7 @@ class ModelAverage(Estimator):
         return self.n_columns
 
     def _trace(self, y, u, outs, keep, start, end, time):
-        return AverageTrace(self, y, u, outs, end, time)
+        return AverageTrace(self, y, u, outs, keep, end, time=self.dt * np.arange(len(y)) if time is None else time)
 
     def drive(self, rows, ys, us, outs, spec, scratch):
         """Advance states of S series by T samples in place: members first, then what makes one forecast of theirs."""

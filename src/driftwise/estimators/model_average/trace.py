@@ -7,49 +7,20 @@ import math
 import numpy as np
 
 from ...engine.status import Status
-from ...engine.validation import floats
 from ...results.bands import half_width, normal_score
-from ...results.frames import as_frame
+from ...results.trace import Trace
 from . import step
 
 
-class AverageTrace:
+class AverageTrace(Trace):
     """Columns of one run of a `ModelAverage`, time first.
 
-    ``prediction``, ``innovation``, ``variance`` and the density belong to y(t) given the samples before it;
-    ``weights`` are those it was made with. ``state`` continues where the trace ends.
+    ``prediction``, ``innovation``, ``variance`` (of the prediction error) and the density belong to y(t) given the
+    samples before it; ``weights`` are those it was made with. ``state`` continues where the trace ends.
     """
-
-    def __init__(self, estimator, y, u, outs, state, time=None):
-        self.estimator, self.state, self.table = estimator, state, outs
-        self.y, self.u, self.dt = y.copy(), u.copy(), estimator.dt
-        self.time = self.dt * np.arange(len(y)) if time is None else floats("time", time)
-
-    def __len__(self):
-        return len(self.y)
 
     def __repr__(self):
         return f"AverageTrace({len(self)} samples, {self.leader} leads)"
-
-    @property
-    def prediction(self) -> np.ndarray:
-        """Prediction of y(t) from the samples before it, (T,)."""
-        return self.table[:, step.PREDICTION]
-
-    @property
-    def innovation(self) -> np.ndarray:
-        """y(t) minus its prediction; NaN where y is missing, (T,)."""
-        return self.table[:, step.INNOVATION]
-
-    @property
-    def variance(self) -> np.ndarray:
-        """Variance of the prediction error, (T,)."""
-        return self.table[:, step.VARIANCE]
-
-    @property
-    def status(self) -> np.ndarray:
-        """Bits of `driftwise.Status`, (T,)."""
-        return self.table[:, step.STATUS].astype(np.int64)
 
     @property
     def log_score(self) -> np.ndarray:
@@ -112,16 +83,5 @@ class AverageTrace:
         outside = np.minimum(self.table[first:, step.LOWER], self.table[first:, step.UPPER])[used] < 0.5 * (1 - level)
         return float(1 - outside.mean()) if used.any() else math.nan
 
-    # --- out -----------------------------------------------------------------------------------------------
-
-    def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns by name."""
-        u = {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
-        table = {"time": self.time, "y": self.y, **u, "prediction": self.prediction, "innovation": self.innovation}
-        table |= {"variance": self.variance, "status": self.status, "log_score": self.log_score}
-        table |= {"normal_score": self.normal_score}
-        return {name: np.ascontiguousarray(c) for name, c in table.items()}
-
-    def to_frame(self, backend: str = "pandas"):
-        """Return the columns as a data frame of "pandas", "polars" or "pyarrow"."""
-        return as_frame(self.columns(), backend)
+    def _shown(self) -> list[str]:
+        return ["prediction", "innovation", "variance", "status", "log_score", "normal_score"]

@@ -89,6 +89,8 @@ class TrackEstimator:
     2.5 +- 0.8 degrees a second
     """
 
+    trace_kind = TrackTrace
+
     def __init__(
         self,
         speed: float | str = "aircraft",
@@ -123,7 +125,7 @@ class TrackEstimator:
         )  # fmt: skip
         self.dtype = bank.TRACK.dtype(C)
         self.columns, self.n_columns = bank.TRACK_SAMPLE.slices(C), bank.TRACK_SAMPLE.size(C)
-        self.names = bank.names(C)
+        self.names, self.outputs = bank.names(C), C
 
     def __repr__(self):
         return f"TrackEstimator(speed={self.speed:g}, coordinates={self.coordinates})"
@@ -153,7 +155,12 @@ class TrackEstimator:
         row = self._row(self.start() if state is None else state)
         self._later(time, row)
         outs = self.run(row, time, position, R)
-        return TrackTrace(self, time, position, outs, row.view(self.dtype).reshape(()))
+        return self.trace_of(time, position, outs, row.view(self.dtype).reshape(()))
+
+    def trace_of(self, time, position, table, state) -> TrackTrace:
+        """Return the trace of plots that were followed, (T,) and (T, C), with the state after the last."""
+        time, position = np.array(time, float), np.array(position, float)
+        return TrackTrace(self, position, np.zeros((len(time), 0)), table, "std", state, time=time)
 
     def update(self, state, time, position, covariance=None) -> tuple[np.ndarray, TrackStep]:
         """Return the next state and what this plot showed; NaN is a scan without one."""

@@ -8,53 +8,33 @@ import numpy as np
 
 from ...engine.status import Status
 from ...results.bands import half_width, normal_score
-from ...results.frames import as_frame
+from ...results.trace import Trace
 from . import bank
 from .motion import moving, unpacked
 
 AXES = {1: ("",), 2: ("_east", "_north")}
 
 
-class TrackTrace:
+class TrackTrace(Trace):
     """Columns of one run of a `TrackEstimator`, time first; per coordinate (T, C), C = 2: East, North.
 
-    ``prediction``, ``innovation``, ``variance`` and the density belong to a plot given those before it. Position,
-    velocity, acceleration, course and turn rate are those after it; where a scan had no plot, what is expected then.
-    ``state`` continues where the trace ends.
+    ``prediction``, ``innovation``, ``variance`` and the density belong to a plot ``y`` given those before it: NaN, the
+    variance infinite, of the first. Position, velocity, acceleration, course and turn rate are those after it; where a
+    scan had no plot, what is expected then. ``state`` continues where the trace ends.
     """
-
-    def __init__(self, estimator, time, plot, outs, state):
-        self.estimator, self.table, self.state = estimator, outs, state
-        self.time, self.plot = np.array(time, float), np.array(plot, float)
-
-    def __len__(self):
-        return len(self.time)
 
     def __repr__(self):
         return f"TrackTrace({len(self)} plots, {self.leader} leads)"
 
     # --- the forecast of a plot ----------------------------------------------------------------------------
 
-    def _per_coordinate(self, name) -> np.ndarray:
-        return self.table[:, self.estimator.columns[name]]
-
-    def _told(self, name) -> np.ndarray:
+    def _single(self, name) -> np.ndarray:
         return self.table[:, self.estimator.columns[name].start]
-
-    @property
-    def prediction(self) -> np.ndarray:
-        """Where the plot was expected, (T, C); NaN for the first."""
-        return self._per_coordinate("prediction")
-
-    @property
-    def innovation(self) -> np.ndarray:
-        """Plot minus prediction; NaN where there is none, (T, C)."""
-        return self._per_coordinate("innovation")
 
     @property
     def variance(self) -> np.ndarray:
         """Variance of the prediction error, (T, C); infinite for the first plot."""
-        return self._per_coordinate("base") * self._told("spreading")[:, None]
+        return self._column("base") * self._single("spreading")[:, None]
 
     @property
     def nis(self) -> np.ndarray:
@@ -64,12 +44,12 @@ class TrackTrace:
     @property
     def log_score(self) -> np.ndarray:
         """Log density that the forecast gave to the plot; NaN where there is none, (T, C)."""
-        return self._per_coordinate("log_score")
+        return self._column("log_score")
 
     @property
     def normal_score(self) -> np.ndarray:
         """Where the plot lies in its forecast, as a deviate of N(0, 1), whatever the tails, (T, C)."""
-        return normal_score(self._per_coordinate("lower"), self._per_coordinate("upper"))
+        return normal_score(self._column("lower"), self._column("upper"))
 
     def tails(self) -> np.ndarray:
         """Return the shares of the normal components of the forecast, (T, J); their variances are in `bank.SCALES`."""
@@ -77,7 +57,7 @@ class TrackTrace:
 
     def band(self, level: float = 0.95) -> np.ndarray:
         """Half-width of the prediction interval of each coordinate, a quantile of the density, (T, C)."""
-        weight, base = self.tails(), self._per_coordinate("base")
+        weight, base = self.tails(), self._column("base")
         found = np.full(base.shape, math.inf)
         for c in range(base.shape[1]):
             used = np.isfinite(base[:, c])
@@ -88,7 +68,7 @@ class TrackTrace:
 
     def coverage(self, level: float = 0.95, first: int = 2) -> float:
         """Return the share of coordinates of plots within their band, from plot ``first`` on."""
-        outside = np.minimum(self._per_coordinate("lower"), self._per_coordinate("upper"))[first:]
+        outside = np.minimum(self._column("lower"), self._column("upper"))[first:]
         outside = outside[np.isfinite(outside)]
         return float(1 - np.mean(outside < 0.5 * (1 - level))) if outside.size else math.nan
 
@@ -162,39 +142,39 @@ class TrackTrace:
     @property
     def turn_rate(self) -> np.ndarray:
         """Turn rate, rad/s, positive to the right, (T,)."""
-        return self._told("turn")
+        return self._single("turn")
 
     @property
     def turn_rate_sd(self) -> np.ndarray:
         """Standard deviation of the turn rate, rad/s, (T,)."""
-        return self._told("turn_sd")
+        return self._single("turn_sd")
 
     @property
     def manoeuvre(self) -> np.ndarray:
         """Probability that the target manoeuvres, (T,)."""
-        return self._told("manoeuvring")
+        return self._single("manoeuvring")
 
     @property
     def onset(self) -> np.ndarray:
         """Whether a manoeuvre was told to have begun, (T,) bool."""
-        return self._told("onset") > 0
+        return self._single("onset") > 0
 
     @property
     def pole(self) -> np.ndarray:
         """Manoeuvre pole phi, of a step of `period`; NaN before the third plot, (T,)."""
-        return self._told("pole")
+        return self._single("pole")
 
     @property
     def pole_sd(self) -> np.ndarray:
         """Standard deviation of the manoeuvre pole, (T,)."""
-        return self._told("pole_sd")
+        return self._single("pole_sd")
 
     # --- the bank ------------------------------------------------------------------------------------------
 
     @property
     def status(self) -> np.ndarray:
         """Bits of `driftwise.Status`, (T,)."""
-        return self._told("status").astype(np.int64)
+        return self._single("status").astype(np.int64)
 
     @property
     def is_plot(self) -> np.ndarray:
@@ -222,7 +202,8 @@ class TrackTrace:
         """Return the columns by name, those of a coordinate with its axis."""
         C = self.estimator.coordinates
         table = {"time": self.time}
-        pairs = ["plot", "prediction", "innovation", "variance", "position", "position_sd", "velocity", "velocity_sd"]
+        table |= {"plot" + axis: column for axis, column in zip(AXES[C], self.y.T)}
+        pairs = ["prediction", "innovation", "variance", "position", "position_sd", "velocity", "velocity_sd"]
         for name in [*pairs, "acceleration", "acceleration_sd"]:
             table |= {name + axis: column for axis, column in zip(AXES[C], getattr(self, name).T)}
         if C == 2:
@@ -231,7 +212,3 @@ class TrackTrace:
         names = ("manoeuvre", "onset", "pole", "pole_sd", "nis", "status")
         table |= {name: getattr(self, name) for name in names}
         return {name: np.ascontiguousarray(c) for name, c in table.items()}
-
-    def to_frame(self, backend: str = "pandas"):
-        """Return the columns as a data frame of "pandas", "polars" or "pyarrow"."""
-        return as_frame(self.columns(), backend)
