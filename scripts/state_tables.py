@@ -22,6 +22,15 @@ from driftwise.estimators.track.bank import TRACK, TRACK_SAMPLE
 from driftwise.estimators.window_observer.fir import FIR
 from driftwise.estimators.window_observer.growing import GROWING
 from driftwise.estimators.window_observer.queue import QUEUE
+from driftwise.memory.auto import AUTO
+from driftwise.memory.autocovariance_ls import DESIGN
+from driftwise.memory.auxiliary_filter import FILTER
+from driftwise.memory.bank import BANK
+from driftwise.memory.bayesian_change_point import CHANGE_POINT, HYPOTHESIS
+from driftwise.memory.likelihood_drift import LEARNER
+from driftwise.memory.modes import MODE
+from driftwise.memory.unknown_drift import DRIFT_STATE
+from driftwise.memory.window import WINDOW
 
 PAGE = Path(__file__).parent.parent / "docs" / "conventions.md"
 BEGIN, END = "<!-- written by scripts/state_tables.py -->\n", "<!-- end -->\n"
@@ -40,6 +49,18 @@ STATES = {
     "`AlgebraicObserver`": ALGEBRAIC,
     '`ModelAverage`: `state["own"]`, behind the states of its members': AVERAGE,
     "`TrackEstimator`": TRACK,
+}
+MEMORIES = {
+    "what learns the speed of drift (`own` is the policy's)": DRIFT_STATE,
+    "`LikelihoodDrift`, its own": LEARNER,
+    "`AuxiliaryFilter`, its own": FILTER,
+    "`AutocovarianceLS`, its own": DESIGN,
+    "`MultipleModel`, `IMM`, their own": BANK,
+    "each mode of a bank": MODE,
+    "`AutoMemory`, its own": AUTO,
+    "`Window`": WINDOW,
+    "`BayesianChangePoint`": CHANGE_POINT,
+    "each hypothesis": HYPOTHESIS,
 }
 SAMPLES = {
     "`Joint`, `Manoeuvre`, `JointMIMO`, `ContinuousJoint`": SAMPLE,
@@ -81,12 +102,12 @@ def shared(one: Layout, other: Layout) -> int:
 def page() -> str:
     """Return the page with its tables written anew."""
     text = PAGE.read_text(encoding="utf-8")
-    for tables in (SAMPLES, STATES):
+    for name, tables in (("samples", SAMPLES), ("states", STATES), ("memories", MEMORIES)):
         known: dict[str, Layout] = {}
-        before, rest = text.split(f"{BEGIN}<!-- {'states' if tables is STATES else 'samples'} -->\n")
+        before, rest = text.split(f"{BEGIN}<!-- {name} -->\n")
         _, after = rest.split(END, 1)
         written = "\n".join(table(title, layout, known) for title, layout in tables.items())
-        text = f"{before}{BEGIN}<!-- {'states' if tables is STATES else 'samples'} -->\n\n{written}\n{END}{after}"
+        text = f"{before}{BEGIN}<!-- {name} -->\n\n{written}\n{END}{after}"
     return text
 
 

@@ -36,7 +36,7 @@ class Field(NamedTuple):
     """Neighbouring numbers of a row that have one name."""
 
     name: str
-    shape: tuple[str, ...] = ()  # one size, two of a table; none: a single number
+    shape: tuple[str, ...] = ()  # one size, two or three of a table; none: a single number
     about: str = ""
     trace: str = ""  # the columns of a trace that show it
     view: str = ""  # what it is seen in together with its neighbours; "": it is a view by itself
@@ -70,7 +70,7 @@ class Layout:
     ----------
     *fields : in the order of the row
     given : names of sizes that the functions below take one by one, in place of a form
-    **sizes : names for sizes, each in terms of those before it
+    **sizes : names for sizes, each in terms of those before it; and functions that sizes call
 
     Attributes
     ----------
@@ -81,15 +81,17 @@ class Layout:
     source : the text of these functions
     """
 
-    def __init__(self, *fields: Field, given: tuple[str, ...] = (), **sizes: str):
-        self.fields, self.given, self.sizes = fields, given, sizes
+    def __init__(self, *fields: Field, given: tuple[str, ...] = (), **sizes: str | Callable):
+        self.fields, self.given = fields, given
+        self.sizes = {name: size for name, size in sizes.items() if isinstance(size, str)}
+        self._functions = functions = {name: size for name, size in sizes.items() if not isinstance(size, str)}
         self.views: dict[str, list[Field]] = {}
         for field in fields:
             self.views.setdefault(field.view or field.name, []).append(field)
         frame = sys._getframe(1)
         while frame.f_globals["__name__"] == __name__:
             frame = frame.f_back  # type: ignore[assignment]
-        around, line = frame.f_globals, frame.f_lineno
+        around, line = frame.f_globals | functions, frame.f_lineno
         module = around["__name__"]
         self._is_defined = frozenset(dir(builtins)) | {name for name in around if not name.startswith("_")} | {"form"}
         self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]
@@ -111,7 +113,8 @@ class Layout:
 
     def replace(self, *more: Field, given: tuple[str, ...] = (), **sizes: str) -> Layout:
         """Return the same layout with more fields behind, and other sizes."""
-        return Layout(*self.fields, *more, given=given or self.given, **{**self.sizes, **sizes})
+        known: dict[str, Any] = {**self._functions, **self.sizes, **sizes}
+        return Layout(*self.fields, *more, given=given or self.given, **known)
 
     def dtype(self, *form, more=()) -> np.dtype:
         """Return the type of a row, by its fields; ``more`` are fields, as NumPy wants them, behind its own."""
@@ -136,7 +139,7 @@ class Layout:
             if end:
                 ends.append(f"    {end} = {_sum(fields, at)}")
             part = f"row[{at}:{end}]"
-            shown.append(f"        {f'matrix({part}, {shape[0]}, {shape[1]})' if len(shape) == 2 else part},")
+            shown.append(f"        {_shaped(part, shape)},")
             begins.append(f"        {at},")
             at = end
         yield from (f"def open_row({f'row, {form}' if self.given else 'form, row'}):", *self._names(), *ends)
@@ -180,6 +183,14 @@ def _sum(fields: Sequence[Field], begin: str = "0") -> str:
 def _factor(size: str) -> str:
     """Return a size as it stands in a product."""
     return size if size.isidentifier() or size.isdigit() else f"({size})"
+
+
+def _shaped(part: str, shape: tuple[str, ...]) -> str:
+    """Return numbers of a row as a table, as text."""
+    if len(shape) < 2:
+        return part
+    sizes = ", ".join(shape)
+    return f"matrix({part}, {sizes})" if len(shape) == 2 else f"{part}.reshape({sizes})"
 
 
 def _tuple(shape: tuple[str, ...]) -> str:

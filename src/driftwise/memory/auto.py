@@ -14,13 +14,13 @@ from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine import validation
 from ..engine.dense import at
 from ..engine.dispatch import PerParameter, Vector, kernel, rare
+from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import factor_within, predicted_variance, widen
 from .bank import (
     FREEDOM_NOW,
     SIGMA2_NOW,
     WAITS,
-    Bank,
     bank_size,
     common_of_banks,
     count_mixture,
@@ -30,13 +30,13 @@ from .bank import (
     staying,
 )
 from .gauss_markov import relax
-from .likelihood_drift import Learner, begin_again, carry, climb, follow, learner_size, open_learner, ratio
+from .likelihood_drift import begin_again, carry, climb, follow, learner_size, open_learner, ratio
 from .mixing import drift_apart, interact, merge
 from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, mode, own_sigma2, size_of, unfold
 from .modes import update as update_bank
 from .registry import adapt, begin, count, found_jump, mixture, outlier_probability, register, resolve, time_update
 from .sensitivity import pass_time
-from .unknown_drift import SEEN, UNEXCITED, DriftState, drift_state_size, excite, lean, open_drift_state
+from .unknown_drift import SEEN, UNEXCITED, drift_state_size, excite, lean, open_drift_state
 
 ON, AGE, JUMPED, LOUDER, VERDICT, RHO, CLEAN, TRIAL = range(8)  # of a trial: runs it, how long, log odds, what it found
 NOTHING, A_JUMP, A_LEVEL = range(3)
@@ -114,33 +114,47 @@ class AutoMemoryKernel(NamedTuple):
         return 3 * len(self.levels)
 
 
-class Parts(NamedTuple):
-    """Views of everything `AutoMemory` keeps."""
+AUTO = Layout(
+    *numbers(
+        "trial",
+        on="whether a trial runs",
+        age="for how long",
+        jumped="log odds of a jump",
+        louder="and of louder noise",
+        verdict="what it found",
+        rho="surprise of the sample just taken in",
+        clean="probability that it was no outlier",
+    ),
+    Field("bank", ("bank_size(N, M)",), "the incumbent's modes"),
+    Field("challenger", ("M * size_of(N)",), "modes whose parameters were set free"),
+    Field("rival", ("M * size_of(N)",), "modes whose noise is louder"),
+    Field("learner", ("learner_size(N, N)",), "what learns the ratio of the last mode"),
+    given=("N", "M"),
+    bank_size=bank_size,
+    size_of=size_of,
+    learner_size=learner_size,
+)
+open_auto, auto_size = kernel(AUTO.open), kernel(AUTO.size)
 
-    drift: DriftState
-    own: Bank
+
+class Parts(NamedTuple):
+    """Views of everything `AutoMemory` keeps: those of `DRIFT_STATE`, `AUTO`, `BANK` and `LEARNER`."""
+
+    drift: tuple
+    own: tuple
     trial: np.ndarray
     challenger: np.ndarray
     rival: np.ndarray
-    learner: Learner
-
-
-def auto_size(N: int, M: int) -> int:
-    """Return how many numbers `AutoMemory` keeps beyond its drift state."""
-    return bank_size(N, M) + TRIAL + 2 * M * size_of(N) + learner_size(N, N)
+    learner: tuple
 
 
 @kernel
 def open_parts(memory, state, N):
     """Return the views."""
-    M = MODES
-    size = M * size_of(N)
     drift = open_drift_state(state, N)
-    own = open_bank(drift.own[TRIAL:], N, M)
-    a = drift.own.size - 2 * size - learner_size(N, N)
-    b = a + size
-    c = b + size
-    return Parts(drift, own, drift.own[:TRIAL], drift.own[a:b], drift.own[b:c], open_learner(drift.own[c:], N, N))
+    parts = open_auto(drift.own, N, MODES)
+    bank, learner = open_bank(parts.bank, N, MODES), open_learner(parts.learner, N, N)
+    return Parts(drift, bank, parts.trial, parts.challenger, parts.rival, learner)
 
 
 @resolve.on(AutoMemory)

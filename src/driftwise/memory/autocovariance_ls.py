@@ -8,11 +8,10 @@ M_j = dP/dx_j of that filter, V_l,j = d cov(error, e(k-l))/dx_j, as in `sensitiv
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
 from ..engine.errors import InputError
+from ..engine.layout import Field, Layout, each
 from ..engine.ud import correct, project
 from .gauss_markov import relax
 from .registry import register, resolve
@@ -61,47 +60,18 @@ SUMS, SOLVES, SWEEPS = 30, 60, 8  # samples before sums begin, and before they a
 RIDGE, LEAST, MOST, WIDEST = 1e-6, 1e-4, 1e4, 10.0  # bounds of the noise variance, of ratios
 
 
-class Design(NamedTuple):
-    """Views of the design filter and the sums: m = N + 1 unknowns, lags l = 1..L."""
-
-    theta: np.ndarray
-    D: np.ndarray
-    f: np.ndarray
-    b: np.ndarray
-    v: np.ndarray
-    U: np.ndarray
-    x: np.ndarray
-    g: np.ndarray
-    c: np.ndarray
-    G: np.ndarray
-    M: np.ndarray
-    V: np.ndarray
-    e: np.ndarray  # past innovations over their deviations
-    T: np.ndarray  # and their variances
-
-
-def design_size(N: int, lags: int) -> int:
-    """Return how many numbers it keeps."""
-    m = N + 1
-    return 5 * N + N * (N - 1) // 2 + 3 * m + m * m + m * N * (N + 1) // 2 + lags * (m * N + 2)
-
-
-@kernel
-def open_design(own, N, lags):
-    """Return the views."""
-    m = N + 1
-    rows = own[: 5 * N].reshape(5, N)
-    x = 5 * N + N * (N - 1) // 2
-    G = x + 3 * m
-    M = G + m * m
-    V = M + m * N * (N + 1) // 2
-    e = V + lags * m * N
-    unknowns = own[x:G].reshape(3, m)
-    return Design(
-        rows[0], rows[1], rows[2], rows[3], rows[4], own[5 * N : x], unknowns[0], unknowns[1], unknowns[2],
-        own[G:M].reshape(m, m), own[M:V].reshape(m, N * (N + 1) // 2), own[V:e].reshape(lags, m, N),
-        own[e : e + lags], own[e + lags : e + 2 * lags],
-    )  # fmt: skip
+DESIGN = Layout(
+    *each("N", theta="of the design filter", D="its covariance U D U'", f="scratch", b="scratch", v="scratch"),
+    Field("U", ("N * (N - 1) // 2",)),
+    *each("m", x="unknowns", g="right-hand side of the sums", c="scratch: how they make a correlation"),
+    Field("G", ("m", "m"), "the sums"),
+    Field("M", ("m", "N * (N + 1) // 2"), "dP/dx"),
+    Field("V", ("lags", "m", "N"), "d cov(error, e(k - l))/dx"),
+    *each("lags", e="past innovations over their deviations", T="and their variances"),
+    given=("N", "lags"),
+    m="N + 1",
+)
+open_design, design_size = kernel(DESIGN.open), kernel(DESIGN.size)
 
 
 learns_drift(AutocovarianceLSKernel)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
+from ..engine.layout import Field, Layout, each
 from ..engine.ud import correct, project
 from .gauss_markov import relax
 from .registry import register, resolve
@@ -47,29 +48,26 @@ class AuxiliaryFilterKernel(NamedTuple):
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
-        return drift_state_size(parameters, 6 * parameters + parameters * (parameters - 1) // 2)
+        return drift_state_size(parameters, FILTER.size(parameters))
 
 
 LOUDER = 1e6  # times its mean square so far, the largest jump of a regressor that counts
 
 
-class Filter(NamedTuple):
-    """Views of what it keeps: ratios, the units they were in, their covariance, and view."""
-
-    nvr: np.ndarray
-    unit: np.ndarray
-    D: np.ndarray
-    h: np.ndarray
-    f: np.ndarray
-    b: np.ndarray
-    U: np.ndarray
-
-
-@kernel
-def open_filter(own, N):
-    """Return the views."""
-    v = own[: 6 * N].reshape(6, N)
-    return Filter(v[0], v[1], v[2], v[3], v[4], v[5], own[6 * N :])
+FILTER = Layout(
+    *each(
+        "N",
+        nvr="ratios",
+        unit="the units they were in",
+        D="their covariance U D U'",
+        h="scratch",
+        f="scratch",
+        b="scratch",
+    ),
+    Field("U", ("N * (N - 1) // 2",)),
+    given=("N",),
+)
+open_filter = kernel(FILTER.open)
 
 
 learns_drift(AuxiliaryFilterKernel)

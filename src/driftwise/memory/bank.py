@@ -1,12 +1,13 @@
 """A bank of filters for as many speeds of drift: what `MultipleModel`, `IMM` and `AutoMemory` have in common."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..engine import validation
 from ..engine.dispatch import kernel, rare
 from ..engine.errors import InputError
+from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED
 from ..engine.ud import predicted_variance, project
 from .mixing import merge
@@ -14,39 +15,28 @@ from .modes import WEIGHT, begin_modes, count_of, mode, own_sigma2, size_of, unf
 from .unknown_drift import UNEXCITED, common, excite, lean, open_drift_state, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
-FREEDOM_NOW, SIGMA2_NOW, TOLD, WAITS, HEAD = range(5)  # WAITS: P of the modes is in ``dense``, to be mixed
+FREEDOM_NOW, SIGMA2_NOW, TOLD, WAITS = range(4)  # of the head
 
 
-class Bank(NamedTuple):
-    """Views of what a bank keeps beyond the drift of all policies; q, dense, old, P and logs are view.
-
-    ``dense`` has room for the P of every mode and of the mixture, packed.
-    """
-
-    head: np.ndarray
-    bank: np.ndarray
-    q: np.ndarray
-    dense: np.ndarray
-    old: np.ndarray
-    P: np.ndarray
-    logs: np.ndarray
-
-
-def bank_size(N: int, M: int) -> int:
-    """Return how many numbers a bank of M modes keeps."""
-    return HEAD + 2 * M * size_of(N) + M * N + (M + 2) * N * (N + 1) // 2 + 2 * M + 4
-
-
-@kernel
-def open_bank(own, N, M):
-    """Return the views."""
-    size, half = M * size_of(N), N * (N + 1) // 2
-    a = HEAD + size
-    b = a + M * N
-    c = b + (M + 1) * half
-    d = c + size
-    e = d + half
-    return Bank(own[:HEAD], own[HEAD:a], own[a:b], own[b:c], own[c:d], own[d:e], own[e : e + 2 * M + 4])
+BANK = Layout(
+    *numbers(
+        "head",
+        freedom_now="samples behind sigma^2 of the mixture",
+        sigma2_now="sigma^2 of the mixture",
+        told="whether a jump has been told",
+        waits="whether P of the modes is in dense, to be mixed",
+    ),
+    Field("bank", ("M * size_of(N)",), "the modes, beyond the drift of all policies"),
+    Field("q", ("M * N",), "scratch: variances that each gains"),
+    Field("dense", ("(M + 1) * half",), "scratch: P of every mode and of the mixture, packed"),
+    Field("old", ("M * size_of(N)",), "scratch: the modes before they are mixed"),
+    Field("P", ("half",), "scratch"),
+    Field("logs", ("2 * M + 4",), "scratch"),
+    given=("N", "M"),
+    size_of=size_of,
+    half="N * (N + 1) // 2",
+)
+open_bank, bank_size = kernel(BANK.open), kernel(BANK.size)
 
 
 @kernel

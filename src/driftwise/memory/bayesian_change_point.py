@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel, rare
+from ..engine.layout import Field, Layout, numbers
 from ..engine.status import CAPPED
 from ..engine.ud import correct, predicted_variance, project, widen_along
 from .gauss_markov import widen_within
@@ -13,11 +14,30 @@ from .registry import adapt, count, found_jump, register, resolve, time_update
 from .settings import jump_size, more_than_one
 from .wind_up import hold_within
 
-# state: how many hypotheses, which one is the newest, samples since the last jump that was told; then each hypothesis:
-# log weight, samples since its jump (run), chi2 of sigma^2 less what the row has, theta, D, U
-COUNT, NEWEST, TOLD, FIRST = range(4)
-LOG, RUN, CHI2, OWN = range(4)
+COUNT, NEWEST, TOLD = range(3)  # of the head
+LOG, RUN, CHI2 = range(3)  # of a hypothesis
 ODDS = 100.0  # a jump is told when it is so many times likelier than none
+
+
+HYPOTHESIS = Layout(
+    *numbers("own", log="log weight", run="samples since its jump", chi2="of sigma^2, less what the row has"),
+    Field("theta", ("N",)),
+    Field("D", ("N",), "P = U D U': the diagonal"),
+    Field("U", ("N * (N - 1) // 2",), "and the factor above it, column by column"),
+    given=("N",),
+)
+open_hypothesis, hypothesis_size = kernel(HYPOTHESIS.open), kernel(HYPOTHESIS.size)
+CHANGE_POINT = Layout(
+    *numbers(
+        "head",
+        count="how many hypotheses there are",
+        newest="which one is the newest",
+        told="samples since the last jump that was told",
+    ),
+    Field("hypotheses", ("hypotheses", "hypothesis_size(N)"), "each that may be"),
+    given=("N", "hypotheses"),
+)
+open_change_point = kernel(CHANGE_POINT.open)
 
 
 @register(
@@ -59,7 +79,7 @@ class BayesianChangePointKernel(NamedTuple):
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
-        return FIRST + int(self.hypotheses) * (OWN + 2 * parameters + parameters * (parameters - 1) // 2)
+        return CHANGE_POINT.size(parameters, int(self.hypotheses))
 
 
 @resolve.on(BayesianChangePoint)
@@ -73,10 +93,8 @@ def resolve_bayesian_change_point(memory, setting):
 
 @kernel
 def hypothesis(state, i, N):
-    """Return views of hypothesis i: its own numbers (log weight, run, chi2), theta, D, U."""
-    at = FIRST + i * (OWN + 2 * N + N * (N - 1) // 2)
-    m, d, u = at + OWN, at + OWN + N, at + OWN + 2 * N
-    return state[at:m], state[m:d], state[d:u], state[u : u + N * (N - 1) // 2]
+    """Return the views of hypothesis i: its own numbers, theta, D, U."""
+    return open_hypothesis(open_change_point(state, N, i + 1).hypotheses[i], N)
 
 
 @kernel

@@ -9,6 +9,7 @@ from ..engine import validation
 from ..engine.dense import at, solve
 from ..engine.dispatch import PerParameter, kernel
 from ..engine.errors import InputError
+from ..engine.layout import Field, Layout, each
 from ..engine.ud import variances
 from .registry import adapt, least_squares, register, resolve, time_update
 from .sensitivity import add_variance, follow_covariance, follow_mean, pass_time
@@ -76,39 +77,22 @@ class LikelihoodDriftKernel(NamedTuple):
 STEEP = 10.0  # deviations that a prediction moves by for a ratio e times as large; more is the wake of an outlier
 
 
-class Learner(NamedTuple):
-    """Views of what it keeps, for m ratios of N parameters. Everything is zero at the start."""
-
-    eta: np.ndarray  # logarithms of the ratios, less that of the start
-    score: np.ndarray
-    share: np.ndarray  # the last dT/T
-    shares: np.ndarray  # information shared with log sigma^2: half their sum
-    slope: np.ndarray  # the last de/sqrt(s2 T)
-    known: np.ndarray  # information on log sigma^2
-    J: np.ndarray  # information, less the prior's; packed, as the next
-    A: np.ndarray  # scratch
-    dtheta: np.ndarray  # N of each ratio, one behind the other
-    dP: np.ndarray  # packed, of each ratio
-
-
-@kernel
-def learner_size(N, m):
-    """Return how many numbers a learner keeps."""
-    return 5 * m + 1 + m * (m + 1) + m * N + m * N * (N + 1) // 2
-
-
-@kernel
-def open_learner(own, N, m):
-    """Return the views."""
-    a = 5 * m + 1
-    b = a + m * (m + 1) // 2
-    c = b + m * (m + 1) // 2
-    d = c + m * N
-    e = d + m * N * (N + 1) // 2
-    return Learner(
-        own[:m], own[m : 2 * m], own[2 * m : 3 * m], own[3 * m : 4 * m], own[4 * m : 5 * m], own[5 * m : a],
-        own[a:b], own[b:c], own[c:d], own[d:e],
-    )  # fmt: skip
+LEARNER = Layout(
+    *each(
+        "m",
+        eta="logarithms of the ratios, less that of the start",
+        score="their score",
+        share="the last dT/T",
+        shares="information shared with log sigma^2: half their sum",
+        slope="the last de/sqrt(s2 T)",
+    ),
+    Field("known", ("1",), "information on log sigma^2"),
+    *each("m * (m + 1) // 2", J="information, less the prior's; packed", A="scratch, packed"),
+    Field("dtheta", ("m * N",), "N of each ratio, one behind the other"),
+    Field("dP", ("m * N * (N + 1) // 2",), "packed, of each ratio"),
+    given=("N", "m"),
+)
+open_learner, learner_size = kernel(LEARNER.open), kernel(LEARNER.size)
 
 
 @kernel

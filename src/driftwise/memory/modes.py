@@ -5,15 +5,13 @@ estimator shows as theta and P is the mean and covariance of the mixture, what i
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from ..engine.dense import add_square
 from ..engine.dispatch import kernel
+from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import correct, covariances, expand, predicted_variance, project, widen_along
 
-WEIGHT, FREEDOM, CHI2, OWN = range(4)  # the numbers of a mode; then theta, D, U
+WEIGHT, FREEDOM, CHI2, OWN = range(4)  # a mode's own numbers, and how many
 FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
 OUTLIERS, WIDER = 0.01, 400.0  # share of outliers, and how many times the noise variance theirs is
@@ -22,30 +20,21 @@ LOG_ODDS = math.log(OUTLIERS / (1.0 - OUTLIERS))
 WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
 
-class Mode(NamedTuple):
-    """Views of one mode."""
-
-    own: np.ndarray
-    theta: np.ndarray
-    D: np.ndarray
-    U: np.ndarray
-
-
-@kernel
-def size_of(N):
-    """Return how many numbers a mode has."""
-    return OWN + 2 * N + N * (N - 1) // 2
+MODE = Layout(
+    *numbers("own", weight="its probability", freedom="samples behind its sigma^2", chi2="sum of e^2/T over them"),
+    Field("theta", ("N",)),
+    Field("D", ("N",), "P = U D U' in units of its own sigma^2: the diagonal"),
+    Field("U", ("N * (N - 1) // 2",), "and the factor above it, column by column"),
+    given=("N",),
+)
+open_mode, size_of = kernel(MODE.open), kernel(MODE.size)
 
 
 @kernel
 def mode(bank, m, N):
     """Return the views of mode m."""
     size = size_of(N)
-    a = m * size
-    b = a + OWN
-    c = b + N
-    d = c + N
-    return Mode(bank[a:b], bank[b:c], bank[c:d], bank[d : a + size])
+    return open_mode(bank[m * size : (m + 1) * size], N)
 
 
 @kernel

@@ -16,13 +16,14 @@ import numpy as np
 from ..engine import validation
 from ..engine.dispatch import choice, kernel
 from ..engine.errors import InputError
+from ..engine.layout import REST, Field, Layout, each, numbers
 from ..engine.status import AT_REST, CAPPED
 from .gauss_markov import relax, widen_within
 from .registry import adapt, count, least_squares, time_update
 
 ROOM = 2.0  # times its prior, the widest variance: a prior of known width is no limit before data come
 FADING = 0.995  # per sample, of what sigma^2 rests on: the noise may change, 200 samples of it count
-SEEN, UNEXCITED, LEVER, HEAD = range(4)  # of the head: samples that counted, is the plant at rest, mean leverage
+SEEN, UNEXCITED, LEVER = range(3)  # of the head
 SLOWEST = 0.005  # gain of the running mean squares
 LEAST = 0.01  # of its largest mean square: a regressor's floor; of all mean squares: a plant at rest
 RECENT = 0.05  # gain of the mean leverage
@@ -31,15 +32,24 @@ INVISIBLE = 1e-250  # a mean square that says nothing: its inverse would overflo
 WAKING = 0.01  # at rest the mean squares move so much slower: a level that stays low is taken for normal in the end
 
 
-class DriftState(NamedTuple):
-    """Views of what all policies keep: mean squares of the regressors, the largest so far, units, q; then their own."""
-
-    head: np.ndarray
-    ms: np.ndarray
-    top: np.ndarray
-    unit: np.ndarray
-    q: np.ndarray
-    own: np.ndarray
+DRIFT_STATE = Layout(
+    *numbers(
+        "head",
+        seen="samples that counted",
+        unexcited="whether the plant is at rest",
+        lever="mean of 1 - R/T",
+    ),
+    *each(
+        "N",
+        ms="running mean squares of the regressors",
+        top="the largest so far",
+        unit="R/ms",
+        q="variances that the parameters gain until the next sample",
+    ),
+    Field("own", (REST,), "what the policy keeps"),
+    given=("N",),
+)
+open_drift_state = kernel(DRIFT_STATE.open)
 
 
 class Sample(NamedTuple):
@@ -61,23 +71,7 @@ class Sample(NamedTuple):
 
 def drift_state_size(N: int, own: int = 0) -> int:
     """Return how many numbers a policy keeps, ``own`` of them its own."""
-    return HEAD + 4 * N + own
-
-
-@kernel
-def open_drift_state(state, N):
-    """Return the views."""
-    a = HEAD + N
-    b = a + N
-    c = b + N
-    return DriftState(
-        state[:HEAD],
-        state[HEAD:a],
-        state[a:b],
-        state[b:c],
-        state[c : c + N],
-        state[c + N :],
-    )
+    return DRIFT_STATE.size(N) + own
 
 
 @choice

@@ -12,11 +12,23 @@ from typing import NamedTuple
 from ..engine import validation
 from ..engine.dispatch import PerParameter, Vector, kernel, rare
 from ..engine.errors import InputError
+from ..engine.layout import Field, Layout, each, numbers
 from ..engine.ud import predicted_variance, project
 from .registry import adapt, count, register, resolve
 from .settings import LARGEST
 
-AT, IS_FULL, TRIANGLES = range(3)  # next slot, whether a round is complete; then `now`, `sum`, a row, the slots
+AT, IS_FULL = range(2)  # of the head
+
+
+WINDOW = Layout(
+    *numbers("head", at="next slot", is_full="whether a round is complete"),
+    *each("size", now="triangle of the rows of this round", whole="of all rows of the window"),
+    Field("row", ("N + 1",), "scratch"),
+    Field("slots", ("samples", "size"), "of the round before: triangle of the rows from each on; or a row of this one"),
+    given=("N", "samples"),
+    size="(N + 1) * (N + 2) // 2",
+)
+open_window = kernel(WINDOW.open)
 
 
 @register("window:T", about="the last T samples", read=lambda words: Window(words.whole()))
@@ -43,7 +55,7 @@ class WindowKernel(NamedTuple):
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
-        return TRIANGLES + (int(self.samples) + 2) * ((parameters + 1) * (parameters + 2) // 2) + parameters + 1
+        return WINDOW.size(parameters, int(self.samples))
 
 
 @resolve.on(Window)
@@ -122,11 +134,9 @@ def start_round(now, width):
 def adapt_window(memory, state, e, R, view):
     theta, U, D, N = view.theta, view.U, view.D, view.D.size
     width, size, T = N + 1, (N + 1) * (N + 2) // 2, predicted_variance(view.f, D, R)
-    now, whole = state[TRIANGLES : TRIANGLES + size], state[TRIANGLES + size : TRIANGLES + 2 * size]
-    row = state[TRIANGLES + 2 * size : TRIANGLES + 2 * size + width]
-    slots = state[TRIANGLES + 2 * size + width :].reshape(int(memory.samples), size)
-    at = int(state[AT])
-    if at == 0 and state[IS_FULL] > 0.0:
+    head, now, whole, row, slots = open_window(state, N, int(memory.samples))
+    at = int(head[AT])
+    if at == 0 and head[IS_FULL] > 0.0:
         turn(slots, now, row, size)
     elif at == 0:
         start_round(now, width)
@@ -143,11 +153,11 @@ def adapt_window(memory, state, e, R, view):
     absorb(now, row, 0)
     for i in range(size):
         whole[i] = now[i]
-    if state[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
+    if head[IS_FULL] > 0.0 and at + 1 < slots.shape[0]:
         merge(whole, slots[at + 1], row)
-    state[AT] = at + 1.0
+    head[AT] = at + 1.0
     if at + 1 == slots.shape[0]:
-        state[AT], state[IS_FULL] = 0.0, 1.0
+        head[AT], head[IS_FULL] = 0.0, 1.0
     solve(memory, whole, theta, U, D, view.b, view.c)
     return T
 
@@ -190,7 +200,7 @@ def into_theta(memory, w, size):
 
 @count.on(WindowKernel)
 def count_window(memory, state, count, chi2, weight, gain):
-    size = int((memory.theta.size + 1) * (memory.theta.size + 2) // 2)
-    rho = state[TRIANGLES + 2 * size - 1]
-    filled = memory.samples if state[IS_FULL] > 0.0 else state[AT]
+    parts = open_window(state, memory.theta.size, int(memory.samples))
+    rho = parts.whole[parts.whole.size - 1]
+    filled = memory.samples if parts.head[IS_FULL] > 0.0 else parts.head[AT]
     return memory.freedom + filled, memory.chi2 + rho * rho, filled
