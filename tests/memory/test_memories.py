@@ -259,7 +259,7 @@ def test_a_walk_is_the_textbook_kalman_filter():
         if est.model.na:  # the first two samples only fill the registers
             for t in range(2):
                 state, _ = est.update(state, np.nan, u[t])
-            state["ys"], state["ydoubt"], data = 0.0, 0.0, (y[2:], u[2:])
+            state["ys"], state["ys_covariance"], data = 0.0, 0.0, (y[2:], u[2:])
         state["D"], state["U"] = 100 + np.diag(Q), 0.0  # the state carries P of the next sample
         trace = est.scan(*data, state=state)
         assert np.max(np.abs(trace.parameters - twin)) < 1e-9

@@ -20,7 +20,10 @@ SETTINGS = {  # of a kind of schema 4, those with another name since
     "DirectionalForgetting": {"p": "lam"},
     "UntilJump": {"restart": "response"},
 }
-PARTS = {"cells": "memory_state", "marks": "detector_state"}  # of a state of schema 4
+PARTS = {  # of a state of schema 4
+    "cells": "memory_state", "marks": "detector_state", "unsure": "input_variance", "ydoubt": "ys_covariance",
+    "udoubt": "us_variance", "doubt": "input_missed",
+}  # fmt: skip
 
 
 def upgraded(data: dict[str, Any]) -> dict[str, Any]:

@@ -150,7 +150,7 @@ def test_one_output_is_arx_bit_for_bit(options):
         assert got.names == one.names
         assert same(got.table, one.table)
         assert same(got.dof[:, 0], one.dof)
-    for name in ("theta", "D", "U", "ys", "ydoubt", "us", "udoubt", "steps"):
+    for name in ("theta", "D", "U", "ys", "ys_covariance", "us", "us_variance", "steps"):
         assert same(got.state[name].ravel(), one.state[name].ravel()), name
 
 

@@ -17,7 +17,7 @@ NOISES = [
     dw.models.NoisePolynomial(C, 0.01),
 ]
 COUNTERS = ["samples", "observed", "status", "in_a_row", "peak", "top"]
-COUNTERS += ["held", "unsure", "known", "sums", "squares", "steps"]
+COUNTERS += ["held", "input_variance", "known", "sums", "squares", "steps"]
 
 
 def record(samples, inputs=1, direct=False, seed=1):

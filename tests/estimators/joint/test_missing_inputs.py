@@ -42,6 +42,6 @@ def test_a_held_direct_term_widens_the_product_with_a():
     state["known"], state["sums"], state["squares"] = 2, 2 * mean, 2 * (mean**2 + spread)
     state["steps"] = 1e9  # a white input: its mean is put in its place
     state, _ = est.update(state, np.nan, np.nan)
-    assert np.isclose(state["unsure"][0], spread) and np.isclose(state["held"][0], mean)
+    assert np.isclose(state["input_variance"][0], spread) and np.isclose(state["held"][0], mean)
     variance = (a**2 + Pa) * b0**2 * spread + Pa * (b0 * mean) ** 2
     assert np.isclose(est.covariance(state)[0, 0], variance, rtol=1e-12)

@@ -217,7 +217,7 @@ def test_a_held_input_takes_its_share_of_the_residual(method, direct):
     unknown = dw.Joint(2, 1, direct, noise=dw.models.UnknownPolynomial(method=method, variance=0.3), s0=s0, P0=0.0)
     known = dw.Joint(2, 1, direct, noise=dw.models.NoisePolynomial((0.1, 0.3), 0.3), s0=given, P0=0.0)
     got, expected = unknown.scan(y, u).state, known.scan(y, u).state
-    assert expected["unsure"][0] > 0.01
+    assert expected["input_variance"][0] > 0.01
     assert np.allclose(got["x"], expected["x"], rtol=1e-12)
 
 

@@ -50,7 +50,7 @@ GAIN = Layout(
     Field("U", ("n * (n - 1) // 2",), "and the factor above it, column by column"),
     Field("W", ("n", "n"), "dx/dK"),
     Field("held", ("inputs",), "each input: its last known value"),
-    Field("doubt", ("1",), "1: an input was missing since the last measured output"),
+    Field("input_missed", ("1",), "1: an input was missing since the last measured output"),
     Field("probes", ("len(form.probes) // n", "n"), "state of each probe of the detector, as predicted"),
     policy("memory_state", of="memory"),
     policy("detector_state", of="detector"),

@@ -223,7 +223,7 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         is_used = admit(gate, e, scratch.f, D, R, s, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_used)
         status |= 0 if is_used else REJECTED
-    is_scored = is_used and state.doubt[0] == 0.0
+    is_scored = is_used and state.input_missed[0] == 0.0
     is_known = is_scored and not is_starting
     status |= SKIPPED if is_used and not is_scored else 0
 
@@ -275,9 +275,9 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
     if is_used:
         for i in range(n):
             x[i] += (form.dead_beat[i] if is_starting else K[i]) * e
-        state.doubt[0] = 0.0
+        state.input_missed[0] = 0.0
     if status & MISSING_INPUT:
-        state.doubt[0] = 1.0
+        state.input_missed[0] = 1.0
     if not is_starting:
         differentiate(form, state, e, is_used, scratch)
     filter_probes(form, state, z, is_used, is_starting, scratch)

@@ -96,7 +96,8 @@ class AdaptiveObserver(Recursive):
             Filtered(
                 N=0.0, na=1.0, inputs=k, deep=1.0, registers=(1 + k) * n * (1 + n), memory_size=0.0,
                 detector_size=0.0, missing=0.0,
-                settle=0.0, fill=_fading(self.filter), offset=float(offset), told=0.0, noise=R, lam=self.filter[1:],
+                settle=0.0, fill=_fading(self.filter), offset=float(offset), mixture_columns=0.0, noise=R,
+                lam=self.filter[1:],
             ), n
         )  # fmt: skip
 

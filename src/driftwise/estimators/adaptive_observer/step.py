@@ -30,7 +30,7 @@ class Filtered(NamedTuple):
     settle: float
     fill: float
     offset: float
-    told: float
+    mixture_columns: float
     noise: float  # variance of e, relative to sigma^2
     lam: Vector
 
@@ -63,14 +63,14 @@ def regress_filtered(form, state, scratch, s2):
 
 
 @kernel
-def filter_into(w, P, lam, value, doubt, buffer):
-    """w <- [value - lam' w; w shifted], the covariance P of its errors likewise; ``doubt`` is the variance of value."""
-    n, new, top, known = w.size, value, doubt, 0.0
+def filter_into(w, P, lam, value, variance, buffer):
+    """w <- [value - lam' w; w shifted], the covariance P of its errors likewise; ``variance`` is that of value."""
+    n, new, top, known = w.size, value, variance, 0.0
     for i in range(n):
         new -= lam[i] * w[i]
         known += P[i * n + i]
     push(w, new)
-    if doubt + known == 0.0:
+    if variance + known == 0.0:
         return
     for i in range(n):  # covariance of the new error with the old ones, and its variance
         buffer[i] = 0.0
@@ -82,12 +82,12 @@ def filter_into(w, P, lam, value, doubt, buffer):
 
 
 @renew.on(Filtered)
-def renew_filtered(form, state, scratch, y, doubt, e, T):
+def renew_filtered(form, state, scratch, y, y_variance, e, T):
     registers, n, k = state.registers, form.lam.size, state.held.size
     push(state.ys, y)
-    push(state.ydoubt, doubt)
+    push(state.ys_covariance, y_variance)
     for l in range(1 + k):
         at = (1 + k) * n + l * n * n
-        value, unsure = (y, doubt) if l == 0 else (state.us[l - 1, 0], state.udoubt[l - 1, 0])
-        filter_into(registers[l * n : (l + 1) * n], registers[at : at + n * n], form.lam, value, unsure, scratch.own)
+        value, variance = (y, y_variance) if l == 0 else (state.us[l - 1, 0], state.us_variance[l - 1, 0])
+        filter_into(registers[l * n : (l + 1) * n], registers[at : at + n * n], form.lam, value, variance, scratch.own)
     return 0

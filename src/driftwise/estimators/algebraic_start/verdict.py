@@ -19,35 +19,35 @@ def blind(names: list[str], s, directions) -> list[list[str]]:
 
 def words(hidden, parameters, values, std, units, u, error: float, noise: float | None, spread: float) -> str:
     """Return what a record says about each parameter."""
-    told = []
+    sentences = []
     lost = list(dict.fromkeys(name for group in hidden for name in group))
     if len(hidden) == 1 and len(lost) > 1:
-        told.append(f"Not identifiable: {lost[0]} cannot be told from {_list(lost[1:])}.")
+        sentences.append(f"Not identifiable: {lost[0]} cannot be told from {_list(lost[1:])}.")
     elif lost:
-        told.append(f"Not identifiable: {_list(lost)}.")
+        sentences.append(f"Not identifiable: {_list(lost)}.")
     weak = [
         f"{name} ({value:.3g} ± {s:.2g})"
         for name, value, s, unit in zip(parameters, values, std, units)
         if name not in lost and s > max(abs(value), unit)
     ]
     if weak:
-        told.append(f"Hardly known: {_list(weak)}.")
+        sentences.append(f"Hardly known: {_list(weak)}.")
     still = [str(l + 1) for l in range(u.shape[1]) if np.ptp(u[:, l]) == 0]
     if still and (lost or weak):
-        told.append(f"Input {_list(still)} never changes, which excites next to nothing.")
+        sentences.append(f"Input {_list(still)} never changes, which excites next to nothing.")
     elif lost or weak:
-        told.append("More excitation (a longer record, more switches of the input) or a lower order would help.")
+        sentences.append("More excitation (a longer record, more switches of the input) or a lower order would help.")
     if noise is not None and error > MISFIT * noise:
-        told.append(
+        sentences.append(
             f"The errors ({error:.3g}) are {error / noise:.1f} times the stated noise: wrong order, hold or "
             "disturbance."
         )
     elif error > 0.5 * spread > 0:
-        told.append(f"The model explains little: its errors are {error / spread:.0%} of the output's own spread.")
-    if not told:
+        sentences.append(f"The model explains little: its errors are {error / spread:.0%} of the output's own spread.")
+    if not sentences:
         worst = max(zip(std / np.maximum(abs(values), units), parameters), default=(0.0, ""))
-        told.append(f"All parameters are identifiable; the least certain is {worst[1]} (to {worst[0]:.1%}).")
-    return " ".join(told)
+        sentences.append(f"All parameters are identifiable; the least certain is {worst[1]} (to {worst[0]:.1%}).")
+    return " ".join(sentences)
 
 
 def _list(names) -> str:

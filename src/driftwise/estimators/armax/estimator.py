@@ -50,8 +50,8 @@ class _Member(ARX):
         kernel_form = Polynomials(
             N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=registers, memory_size=0.0,
             detector_size=0.0,
-            missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), told=0.0, nb=np.array(nb, float),
-            nk=np.array(nk, float),
+            missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), mixture_columns=0.0,
+            nb=np.array(nb, float), nk=np.array(nk, float),
             R=0.0, exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, nf=np.array(nf, float),
             start=2.0 * form.N if self.options["P0"] is None else math.inf, cap=(),
         )  # fmt: skip

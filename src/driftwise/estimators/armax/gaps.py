@@ -7,24 +7,24 @@ from ...engine.dispatch import kernel, rare
 from ...engine.ud import variance
 from ..arx.row import HOLD, SKIP
 
-CLEAR = 1e-6  # doubt below this fraction of the noise is none
-ENOUGH = 0.01  # the same where samples in doubt teach nothing
+CLEAR = 1e-6  # a variance below this fraction of the noise is none
+ENOUGH = 0.01  # the same where uncertain samples teach nothing
 
 
 @kernel
-def in_doubt(form, state, kept, s2):
-    """Let inputs in doubt enter S; return the variance that S adds to the prediction."""
+def regressor_variance(form, state, kept, s2):
+    """Let uncertain inputs enter S; return the variance that S adds to the prediction."""
     if form.missing == HOLD:
         return 0.0
     S, theta, at = kept.S, state.theta, state.ys.size
     for l in range(state.held.size):
         if form.nb[l] > 0.0:
-            q = state.udoubt[l, int(form.nk[l])]
+            q = state.us_variance[l, int(form.nk[l])]
             if q > 0.0:
                 S[at, at] = q
-                kept.doubts[0] = 1.0
+                kept.is_uncertain[0] = 1.0
         at += int(form.nb[l])
-    if kept.doubts[0] == 0.0:
+    if kept.is_uncertain[0] == 0.0:
         return 0.0
     size, added = 0.0, 0.0
     for i in range(theta.size):
@@ -35,7 +35,7 @@ def in_doubt(form, state, kept, s2):
         for j in range(theta.size):
             added += theta[i] * S[i, j] * theta[j]
     if size < (ENOUGH if form.missing == SKIP else CLEAR) * s2 * form.R:
-        kept.doubts[0] = 0.0
+        kept.is_uncertain[0] = 0.0
         for i in range(theta.size):
             for j in range(theta.size):
                 S[i, j] = 0.0
@@ -44,7 +44,7 @@ def in_doubt(form, state, kept, s2):
 
 
 @rare
-def revise(form, state, kept, room, y, doubt, free):
+def revise(form, state, kept, room, y, y_variance, free):
     """Correct the regressors by a measured y (Kalman), and carry their covariance to the next sample.
 
     The error of e is -theta' times that of phi where y is measured, new noise n where it is missing; the next errors
@@ -52,7 +52,7 @@ def revise(form, state, kept, room, y, doubt, free):
     """
     S, M, MS, phi, g, theta = kept.S, room.M, room.MS, room.phi, room.g, state.theta
     N, na, nc, nd = theta.size, state.ys.size, int(form.nc), int(form.nd)
-    is_missing = doubt > 0.0
+    is_missing = y_variance > 0.0
     s, e = 0.0, y
     for i in range(N):
         g[i] = 0.0
@@ -60,7 +60,7 @@ def revise(form, state, kept, room, y, doubt, free):
             g[i] += S[i, j] * theta[j]
         s += theta[i] * g[i]
         e -= phi[i] * theta[i]
-    if is_missing and s >= doubt:  # lost
+    if is_missing and s >= y_variance:  # lost
         s = 0.0
         for i in range(N):
             for j in range(N):
@@ -73,7 +73,7 @@ def revise(form, state, kept, room, y, doubt, free):
                 S[i, j] -= g[i] * g[j] / T
         put_back(form, state, kept, phi)
 
-    kept.doubts[0] = 1.0
+    kept.is_uncertain[0] = 1.0
     for i in range(N):
         for j in range(N):
             M[i, j] = 1.0 if j == i - 1 else 0.0
@@ -112,7 +112,7 @@ def revise(form, state, kept, room, y, doubt, free):
             for k in range(N):
                 S[i, j] += MS[i, k] * M[j, k]
     if is_missing:
-        n = max(doubt - s, room.s2[0] * form.R)
+        n = max(y_variance - s, room.s2[0] * form.R)
         for i in range(N):
             g[i] = 0.0
         if na > 0:

@@ -22,7 +22,7 @@ from ...memory.wind_up import hold_within
 from ...models.stability import is_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
 from ..arx.row import CHI2, COUNT, LAGS, OBSERVED, WEIGHT, Lags, push, regress, renew
-from .gaps import in_doubt, revise
+from .gaps import regressor_variance, revise
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
 HALVINGS = 30
@@ -43,7 +43,7 @@ class Polynomials(NamedTuple):
     settle: float
     fill: float
     offset: float
-    told: Size
+    mixture_columns: Size
     nb: Vector
     nk: Vector
     R: float  # variance of e, relative to the scale
@@ -57,9 +57,9 @@ class Polynomials(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Views of the registers: is anything in doubt, r (M,), its derivatives dr (M, N), the covariance S (N, N)."""
+    """Views of the registers: is anything uncertain, r (M,), its derivatives dr (M, N), the covariance S (N, N)."""
 
-    doubts: np.ndarray
+    is_uncertain: np.ndarray
     seen: np.ndarray
     r: np.ndarray
     dr: np.ndarray
@@ -132,7 +132,7 @@ def regress_polynomials(form, state, scratch, s2):
         psi[i] = phi[i]
         room.old[i] = theta[i]
     add_derivatives(psi, theta, kept.dr, free, 0, kept.dr.shape[0])
-    return yhat, in_doubt(form, state, kept, s2)
+    return yhat, regressor_variance(form, state, kept, s2)
 
 
 @kernel
@@ -145,14 +145,14 @@ def add_derivatives(psi, theta, dr, free, first, end):
 
 
 @renew.on(Polynomials)
-def renew_polynomials(form, state, scratch, y, doubt, innovation, T):
+def renew_polynomials(form, state, scratch, y, y_variance, innovation, T):
     kept, room, theta = open_kept(form, state), open_room(form, scratch), state.theta
     phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
     N, M = theta.size, kept.r.size
     free = N - M - (1 if form.offset != 0.0 else 0)
     status = restrain(form, theta, room, free)
-    if kept.doubts[0] > 0.0 or doubt > 0.0:
-        revise(form, state, kept, room, y, doubt, free)
+    if kept.is_uncertain[0] > 0.0 or y_variance > 0.0:
+        revise(form, state, kept, room, y, y_variance, free)
 
     total = 0.0
     for i in range(N):
@@ -160,8 +160,8 @@ def renew_polynomials(form, state, scratch, y, doubt, innovation, T):
     coloured = 0.0
     for i in range(free, free + nc + nd):
         coloured += phi[i] * theta[i]
-    e = 0.0 if doubt > 0.0 else y - total
-    if doubt > 0.0 and y == 0.0:  # lost: begin again from rest
+    e = 0.0 if y_variance > 0.0 else y - total
+    if y_variance > 0.0 and y == 0.0:  # lost: begin again from rest
         coloured = 0.0
     is_exact = kept.dr.shape[0] > 0
     g, h = room.g, room.h

@@ -39,7 +39,7 @@ class Recursive(Posterior):
     """What every recursive estimator has: a prior, a memory, a gate, and rows that the compiled step advances."""
 
     sample_layout = RECURSIVE_SAMPLE
-    _tells = True  # a trace has columns for what a mixture is made of
+    _shows_mixture = True  # a trace has columns for what a mixture is made of
 
     def _prepare(self, form, own: int = 0):
         """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
@@ -57,7 +57,7 @@ class Recursive(Posterior):
         detector, settle = resolve_watch(given, N, setting.units)
         memory = resolve_memory(given, setting)
         fill = 0.0 if options["at_rest"] else form.fill
-        told = float(getattr(memory, "mixture_columns", 0)) if self._tells else 0.0
+        columns = float(getattr(memory, "mixture_columns", 0)) if self._shows_mixture else 0.0
         form = form._replace(
             N=float(N),
             memory_size=state_size(memory, N),
@@ -65,7 +65,7 @@ class Recursive(Posterior):
             settle=settle,
             fill=fill,
             missing=missing,
-            told=told,
+            mixture_columns=columns,
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = InverseGamma(0.0, 0.0) if is_relative else KnownScale()
@@ -77,7 +77,7 @@ class Recursive(Posterior):
         self.scratch_size = 5 * N + own
 
     def _sample_sizes(self) -> tuple[int, ...]:
-        return 1, int(self.policies[0].told)
+        return 1, int(self.policies[0].mixture_columns)
 
     def _memory(self, R) -> Any:
         """Return the memory of all parameters."""
@@ -341,7 +341,7 @@ class ARX(InHindsight, Recursive):
             METHODS[kind](
                 N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, memory_size=0.0,
                 detector_size=0.0,
-                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.constants > 0), told=0.0,
+                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.constants > 0), mixture_columns=0.0,
                 nb=np.array(nb, float), nk=np.array(nk, float),
             ), own
         )  # fmt: skip

@@ -38,9 +38,9 @@ def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
     impulse = run(plain, theta[None], past.pulse[None], still)[0]
     response = np.append(1.0, impulse[:-1])
     variance += s2 * est.policies[1].R * np.cumsum(response**2)
-    if past.doubt.any():
+    if past.covariance.any():
         G = run(plain, np.repeat(theta[None], len(z), axis=0), np.eye(len(z)), still)
-        variance += np.einsum("ih,ij,jh->h", G, past.doubt, G)
+        variance += np.einsum("ih,ij,jh->h", G, past.covariance, G)
     return mean, np.sqrt(variance.clip(0))
 
 
@@ -60,9 +60,9 @@ class Past:
         size, first = len(self.z), na + wide
         self.slope, self.pulse = np.zeros((size, N)), np.zeros(size)
         self.pulse[:na][:1] = 1.0
-        self.doubt = np.diag(np.concatenate([np.zeros(na), view.udoubt.ravel(), np.zeros(len(r))]))
-        self.doubt[:na, :na] = view.ydoubt.reshape(na, na)
-        self.doubt[range(na), range(na)] = np.abs(np.diag(self.doubt)[:na])
+        self.covariance = np.diag(np.concatenate([np.zeros(na), view.us_variance.ravel(), np.zeros(len(r))]))
+        self.covariance[:na, :na] = view.ys_covariance.reshape(na, na)
+        self.covariance[range(na), range(na)] = np.abs(np.diag(self.covariance)[:na])
         if not is_rational:
             return
         kept, nc, nd = open_kept(form, view), int(form.nc), int(form.nd)
@@ -70,7 +70,7 @@ class Past:
             self.slope[first:] = kept.dr
         self.pulse[first : first + nc][:1] = 1.0
         self.pulse[first + nc : first + nc + nd][:1] = -1.0
-        if kept.doubts[0]:
+        if kept.is_uncertain[0]:
             # S holds the next regressors: -y, the lags of each input that its B has reached, r
             deep, inner, at, b = int(form.deep), list(range(na)), list(range(na)), na
             for l, (nb, nk) in enumerate(zip(est.model.nb, est.model.nk)):
@@ -80,7 +80,7 @@ class Past:
             inner += range(b, b + len(r))
             at += range(first, size)
             sign = np.where(np.arange(len(at)) < na, -1.0, 1.0)
-            self.doubt[np.ix_(at, at)] = kept.S[np.ix_(inner, inner)] * np.outer(sign, sign)
+            self.covariance[np.ix_(at, at)] = kept.S[np.ix_(inner, inner)] * np.outer(sign, sign)
 
 
 def run(form, theta, z, u) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 For known parameters this is the Kalman filter of A(q) y = B(q) u + e. Where nothing is missing S is zero, and costs
 nothing. A negative variance is that of a measured y that may be a glitch of the sensor, or a jump of the plant: it is
-in doubt, but what comes next does not tell which, and does not correct it.
+uncertain, but what comes next does not tell which, and does not correct it.
 """
 
 from ...engine.dispatch import kernel, rare
@@ -45,10 +45,10 @@ def shift(S, n, top, g):
 
 
 @rare
-def pass_gap(S, ys, theta, g, y, doubt, e, T):
+def pass_gap(S, ys, theta, g, y, y_variance, e, T):
     """Correct past outputs by an innovation e of variance T, or let the error of a predicted y (e is NaN) join theirs.
 
-    ``doubt`` is the variance of y, ``g`` scratch. A prediction that was lost, y = 0, has nothing in common with them.
+    ``y_variance`` is that of y, ``g`` scratch. A prediction that was lost, y = 0, has nothing in common with them.
     """
     n, s = ys.size, 0.0
     for i in range(n):  # e = -a' errors + ...
@@ -58,7 +58,7 @@ def pass_gap(S, ys, theta, g, y, doubt, e, T):
                 g[i] -= S[i * n + j] * theta[j]
         s -= theta[i] * g[i]
     if e == e:
-        T = max(T + doubt, s)
+        T = max(T + y_variance, s)
         if T > 0.0:
             for i in range(n):
                 ys[i] += g[i] * (e / T)
@@ -67,4 +67,4 @@ def pass_gap(S, ys, theta, g, y, doubt, e, T):
     if e == e or y == 0.0:
         for i in range(n):
             g[i] = 0.0
-    shift(S, n, -doubt if e == e else doubt, g)
+    shift(S, n, -y_variance if e == e else y_variance, g)

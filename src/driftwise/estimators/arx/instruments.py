@@ -59,7 +59,7 @@ def regress_instrumental_lags(form, state, scratch, s2):
 
 
 @renew.on(InstrumentalLags)
-def renew_instrumental_lags(form, state, scratch, y, doubt, e, T):
+def renew_instrumental_lags(form, state, scratch, y, y_variance, e, T):
     # the auxiliary model: the same regressors, past outputs replaced by its own, with the new theta
     na, value = state.ys.size, 0.0
     xs = state.registers[state.registers.size - na :]
@@ -67,7 +67,7 @@ def renew_instrumental_lags(form, state, scratch, y, doubt, e, T):
         value += state.theta[i] * (-xs[i] if i < na else scratch.psi[i])
     is_sound = abs(value) <= NEAR * state.head[TOP] and is_inside(state.theta[:na], STEADY, scratch.f, scratch.b)
     push(xs, value if is_sound else y)
-    take_output(state, scratch, y, doubt, e, T)
+    take_output(state, scratch, y, y_variance, e, T)
     return 0
 
 

@@ -30,7 +30,7 @@ class Lags(NamedTuple):
     settle: float  # measured samples before the detector counts
     fill: float  # samples until the registers hold no time before the record
     offset: float  # value of the constant regressors, the last ones; 0: none
-    told: Size  # columns of the trace that the memory fills
+    mixture_columns: Size  # columns of the trace that the memory fills
     nb: Vector
     nk: Vector
 
@@ -55,9 +55,9 @@ LAGS = Layout(
     Field("D", ("M",), "P = U D U', relative to sigma^2: the diagonal; none where no covariance is kept"),
     Field("U", ("M * (M - 1) // 2",), "and the factor above it, column by column"),
     Field("ys", ("na",), "past outputs, newest first"),
-    Field("ydoubt", ("na * na",), "covariance of their errors, where some were predicted"),
+    Field("ys_covariance", ("na * na",), "covariance of their errors, where some were predicted"),
     *each_input(),
-    *each("inputs", "deep", us="inputs, newest first", udoubt="variance of those that were predicted"),
+    *each("inputs", "deep", us="inputs, newest first", us_variance="variance of those that were predicted"),
     Field("registers", ("registers",), "what the form keeps besides"),
     policy("memory_state", of="memory"),
     policy("detector_state", of="detector"),
@@ -90,8 +90,8 @@ def regress(form, state, scratch, s2):
 
 
 @choice
-def renew(form, state, scratch, y, doubt, e, T):
-    """Take y (of variance ``doubt``, where it was predicted) into the registers, with the new theta; return status.
+def renew(form, state, scratch, y, y_variance, e, T):
+    """Take y (its variance where it was predicted) into the registers, with the new theta; return status.
 
     e is the innovation, NaN where y was predicted, T its variance.
     """

@@ -56,16 +56,16 @@ def take_inputs(form, state, u, t):
                 predict_input(state, l)
         push(state.us[l], state.held[l])
         is_known = abs(value) < HUGE or form.missing == HOLD
-        push(state.udoubt[l], 0.0 if is_known else max(state.unsure[l], TINY))
+        push(state.us_variance[l], 0.0 if is_known else max(state.input_variance[l], TINY))
     return status
 
 
 @kernel
-def uncertain(doubt, state, i, s2):
-    """Return what an error of variance ``doubt`` in regressor i adds to the variance of y."""
-    if doubt == 0.0:
+def uncertain(q, state, i, s2):
+    """Return what an error of variance q in regressor i adds to the variance of y."""
+    if q == 0.0:
         return 0.0
-    return doubt * (state.theta[i] * state.theta[i] + s2 * variance(state.U, state.D, i))
+    return q * (state.theta[i] * state.theta[i] + s2 * variance(state.U, state.D, i))
 
 
 @kernel
@@ -74,13 +74,13 @@ def fill_lags(form, state, psi, s2):
     added, at = 0.0, state.ys.size
     for i in range(at):
         psi[i] = -state.ys[i]
-    if not is_clear(state.ydoubt, at):
-        added = max(spread(state.ydoubt, state.theta[:at], state.U, state.D, 0, s2), TINY)
+    if not is_clear(state.ys_covariance, at):
+        added = max(spread(state.ys_covariance, state.theta[:at], state.U, state.D, 0, s2), TINY)
     for l in range(state.held.size):
         first = int(form.nk[l])
         for lag in range(first, first + int(form.nb[l])):
             psi[at] = state.us[l, lag]
-            added += uncertain(state.udoubt[l, lag], state, at, s2)
+            added += uncertain(state.us_variance[l, lag], state, at, s2)
             at += 1
     while at < psi.size:
         psi[at] = form.offset
@@ -97,17 +97,17 @@ def regress_lags(form, state, scratch, s2):
 
 
 @kernel
-def take_output(state, scratch, y, doubt, e, T):
+def take_output(state, scratch, y, y_variance, e, T):
     """Take y into the past outputs."""
     na = state.ys.size
-    if na > 0 and (doubt != 0.0 or not is_clear(state.ydoubt, na)):
-        pass_gap(state.ydoubt, state.ys, state.theta, scratch.b, y, doubt, e, T)
+    if na > 0 and (y_variance != 0.0 or not is_clear(state.ys_covariance, na)):
+        pass_gap(state.ys_covariance, state.ys, state.theta, scratch.b, y, y_variance, e, T)
     push(state.ys, y)
 
 
 @renew.on(Lags)
-def renew_lags(form, state, scratch, y, doubt, e, T):
-    take_output(state, scratch, y, doubt, e, T)
+def renew_lags(form, state, scratch, y, y_variance, e, T):
+    take_output(state, scratch, y, y_variance, e, T)
     return 0
 
 
@@ -156,20 +156,20 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
 
     # predict
     s2 = known_so_far(scale, head)
-    yhat, doubt = regress(form, state, scratch, s2)
+    yhat, regressor_variance = regress(form, state, scratch, s2)
     e = z - yhat if is_used else np.nan
-    if doubt > 0.0:
+    if regressor_variance > 0.0:
         status |= SKIPPED if form.missing == SKIP else FILLED
         is_used = is_used and form.missing != SKIP
     if head[PAST] < form.fill:  # some regressor belongs to the time before the record
         is_used, status = False, status | SKIPPED
     if head[PAST] > 0.0 or abs(z) < HUGE:
         head[PAST] += 1.0
-    R = method.R + doubt / s2
+    R = method.R + regressor_variance / s2
 
     if out.shape[1] >= COLUMNS:
         out[t, 8] = freedom(scale, head[COUNT])
-        if form.told > 0.0:
+        if form.mixture_columns > 0.0:
             mixture(memory, state.memory_state, R, view_of(state, scratch, s2, math.nan), out[t, COLUMNS:])
 
     # project
@@ -204,26 +204,29 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         else:
             status |= EXACT if T == 0.0 else SKIPPED
             T = -T
-    doubt, seen = 0.0, e
+    y_variance, seen = 0.0, e
     if status & (MISSING_OUTPUT | REJECTED):
         z, seen = yhat, np.nan
-        doubt = max(s2 * T, TINY)
+        y_variance = max(s2 * T, TINY)
         if form.missing == HOLD:
-            z, doubt = state.ys[0] if state.ys.size else yhat, 0.0
-        elif head[OBSERVED] == 0.0 or doubt > RANGE * max(head[TOP] * head[TOP], s2 * method.R):
-            z, doubt = 0.0, max(RANGE * head[TOP] * head[TOP], TINY)  # nothing like the data so far, or no model yet
+            z, y_variance = state.ys[0] if state.ys.size else yhat, 0.0
+        elif head[OBSERVED] == 0.0 or y_variance > RANGE * max(head[TOP] * head[TOP], s2 * method.R):
+            z, y_variance = (
+                0.0,
+                max(RANGE * head[TOP] * head[TOP], TINY),
+            )  # nothing like the data so far, or no model yet
             status |= LOST if head[OBSERVED] > theta.size else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
         if form.missing == PREDICT and surprise >= 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
-            doubt = GLITCH * e * e
-    status |= renew(form, state, scratch, z, doubt, seen, s2 * T)
+            y_variance = GLITCH * e * e
+    status |= renew(form, state, scratch, z, y_variance, seen, s2 * T)
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
     if out.shape[1] >= COLUMNS:
         out[t, 4], out[t, 5] = head[WEIGHT], state.detector_state[STATISTIC]
         out[t, 6], out[t, 7] = alarm * state.detector_state[SINCE], state.detector_state[WHICH]
-        write(out, t, state, scratch, known_so_far(scale, head), COLUMNS + int(form.told))
+        write(out, t, state, scratch, known_so_far(scale, head), COLUMNS + int(form.mixture_columns))
 
     # respond, forget
     if alarm != 0.0:

@@ -37,7 +37,7 @@ class Part(NamedTuple):
 class OneOfSeveral(Recursive):
     """Policies, prior and posterior of one equation; its state is that of all (`ARXMIMO._part`)."""
 
-    _tells = False  # a trace of several outputs has no room for it
+    _shows_mixture = False  # a trace of several outputs has no room for it
 
     def __init__(self, form, units, options):
         self.options, self._units, self.model = options, units, Part(len(units), len(np.atleast_1d(options["u_scale"])))
@@ -170,8 +170,8 @@ class ARXMIMO(Estimator):
             channel = Channel(
                 N=0.0, na=0.0, inputs=0.0, deep=0.0, registers=0.0, memory_size=0.0, detector_size=0.0, missing=0.0,
                 settle=0.0,
-                fill=form.reach(i), offset=float(form.has_offset), told=0.0, past=np.array(form.na[i], float),
-                nb=np.array(form.nb[i], float), nk=np.array(form.nk[i], float),
+                fill=form.reach(i), offset=float(form.has_offset), mixture_columns=0.0,
+                past=np.array(form.na[i], float), nb=np.array(form.nb[i], float), nk=np.array(form.nk[i], float),
             )  # fmt: skip
             given = dict(
                 theta0=None if theta0 is None else theta0[mine], P0=None if P0 is None else P0[mine, mine],

@@ -10,15 +10,15 @@ from ..arx.gaps import is_clear
 from ..arx.row import renew
 from .row import FRESH, Channel
 
-Y, DOUBT, E, T, SHARE = range(FRESH)  # of `Work.fresh`: as `renew` has them; what S added to T
+Y, Y_VARIANCE, E, T, SHARE = range(FRESH)  # of `Work.fresh`: as `renew` has them; what S added to T
 
 
 @renew.on(Channel)
-def renew_channel(form, state, scratch, y, doubt, e, variance):
+def renew_channel(form, state, scratch, y, y_variance, e, variance):
     """Note the output; all are taken at once."""
     fresh, past, M = state.fresh, state.all_ys.shape[1], state.all_ys.size
-    fresh[Y], fresh[DOUBT], fresh[E], fresh[T] = y, doubt, e, variance
-    if doubt != 0.0 or not is_clear(state.all_doubt, M):
+    fresh[Y], fresh[Y_VARIANCE], fresh[E], fresh[T] = y, y_variance, e, variance
+    if y_variance != 0.0 or not is_clear(state.all_covariance, M):
         for m in range(M):
             fresh[FRESH + m] = 0.0
         at = 0
@@ -32,7 +32,14 @@ def renew_channel(form, state, scratch, y, doubt, e, variance):
 @rare
 def spread_over(form, state, s2):
     """Return what errors of the past outputs add to the variance of the prediction of an equation."""
-    S, theta, U, D, past, M = state.all_doubt, state.theta, state.U, state.D, state.all_ys.shape[1], state.all_ys.size
+    S, theta, U, D, past, M = (
+        state.all_covariance,
+        state.theta,
+        state.U,
+        state.D,
+        state.all_ys.shape[1],
+        state.all_ys.size,
+    )
     total, a = 0.0, 0
     for i in range(form.past.size):
         for lag in range(int(form.past[i])):
@@ -81,7 +88,7 @@ def pass_gap(S, ys, fresh, moved):
         s, e = times(S, c, g), fresh[i, E]
         for m in range(M):
             e -= c[m] * moved[m]
-        variance = max(fresh[i, T] + fresh[i, DOUBT] - (fresh[i, SHARE] - s), s)
+        variance = max(fresh[i, T] + fresh[i, Y_VARIANCE] - (fresh[i, SHARE] - s), s)
         if variance > 0.0:
             for m in range(M):
                 moved[m] += g[m] * (e / variance)
@@ -93,15 +100,15 @@ def pass_gap(S, ys, fresh, moved):
 
     for i in range(p):
         c, g = fresh[i, FRESH : FRESH + M], fresh[i, FRESH + M :]
-        is_predicted = fresh[i, DOUBT] > 0.0 and not abs(fresh[i, E]) >= 0.0
+        is_predicted = fresh[i, Y_VARIANCE] > 0.0 and not abs(fresh[i, E]) >= 0.0
         if not is_predicted or fresh[i, Y] == 0.0 or was_clear:  # measured, or lost: nothing in common with the past
             for m in range(M):
                 g[m] = 0.0
                 c[m] = 0.0
             if not is_predicted:
-                fresh[i, DOUBT] = -fresh[i, DOUBT]
+                fresh[i, Y_VARIANCE] = -fresh[i, Y_VARIANCE]
         else:
-            fresh[i, DOUBT] -= fresh[i, SHARE] - times(S, c, g)
+            fresh[i, Y_VARIANCE] -= fresh[i, SHARE] - times(S, c, g)
             for m in range(M):
                 fresh[i, Y] += c[m] * moved[m]
     for a in range(past - 1, -1, -1):
@@ -116,7 +123,7 @@ def pass_gap(S, ys, fresh, moved):
                     elif b > 0:
                         S[at] = fresh[i, FRESH + M + j * past + b - 1]
                     else:
-                        S[at] = fresh[i, DOUBT] if i == j else 0.0
+                        S[at] = fresh[i, Y_VARIANCE] if i == j else 0.0
     for i in range(p):
         for j in range(p):
             if i != j and past > 0:

@@ -46,7 +46,7 @@ class Channel(NamedTuple):
     settle: float
     fill: float
     offset: float
-    told: float
+    mixture_columns: float
     past: Vector  # (p,) lags of each output
     nb: Vector
     nk: Vector
@@ -68,9 +68,9 @@ SEVERAL = Layout(
     Field("D", ("N",), "P = U D U' of each equation, relative to its sigma^2: the diagonals"),
     Field("U", ("int(form.U_at[outputs])",), "and the factors above them, column by column"),
     Field("ys", ("outputs", "past"), "past outputs, newest first"),
-    Field("ydoubt", ("(outputs * past) ** 2",), "covariance of their errors, where some were predicted"),
+    Field("ys_covariance", ("(outputs * past) ** 2",), "covariance of their errors, where some were predicted"),
     *each_input(),
-    *each("inputs", "deep", us="inputs, newest first", udoubt="variance of those that were predicted"),
+    *each("inputs", "deep", us="inputs, newest first", us_variance="variance of those that were predicted"),
     Field("products", ("outputs", "outputs"), "of the innovations, e_i e_j weighed by their variances"),
     Field("weights", ("outputs", "outputs"), "sums of the weights"),
     policy("memory_state", of="memory"),
@@ -91,15 +91,15 @@ class ChannelRow(NamedTuple):
     U: np.ndarray
     ys: np.ndarray  # its own output's
     all_ys: np.ndarray
-    all_doubt: np.ndarray
+    all_covariance: np.ndarray
     held: np.ndarray
-    unsure: np.ndarray
+    input_variance: np.ndarray
     known: np.ndarray
     sums: np.ndarray
     squares: np.ndarray
     steps: np.ndarray
     us: np.ndarray
-    udoubt: np.ndarray
+    us_variance: np.ndarray
     fresh: np.ndarray  # what the output of this sample was: `Work`
     memory_state: np.ndarray
     detector_state: np.ndarray
@@ -163,8 +163,8 @@ def open_channel(form, state, scratch, i):
     nothing = state.theta[:0]
     return ChannelRow(
         state.heads[:, i], state.theta[theta0:theta1], state.D[theta0:theta1],
-        state.U[int(form.U_at[i]) : int(form.U_at[i + 1])], state.ys[i], state.ys, state.ydoubt,
-        nothing, nothing, nothing, nothing, nothing, nothing, state.us, state.udoubt, scratch.fresh[i],
+        state.U[int(form.U_at[i]) : int(form.U_at[i + 1])], state.ys[i], state.ys, state.ys_covariance,
+        nothing, nothing, nothing, nothing, nothing, nothing, state.us, state.us_variance, scratch.fresh[i],
         state.memory_state[int(form.memory_at[i]) : int(form.memory_at[i + 1])],
         state.detector_state[int(form.detector_at[i]) : int(form.detector_at[i + 1])],
     )  # fmt: skip

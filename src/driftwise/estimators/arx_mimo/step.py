@@ -9,7 +9,7 @@ from ...models.scale import sigma2
 from ..arx.gaps import is_clear
 from ..arx.row import CHI2, COLUMNS, COUNT, OBSERVED, STATUS, Lags, push, regress
 from ..arx.step import TINY, take_inputs, uncertain
-from .gaps import DOUBT, Y, pass_gap, spread_over
+from .gaps import Y_VARIANCE, Y, pass_gap, spread_over
 from .row import Channel, Several, open_channel
 
 advance.on(Channel)(advance.table[Lags])
@@ -22,13 +22,13 @@ def regress_channel(form, state, scratch, s2):
         for lag in range(int(form.past[j])):
             psi[at] = -state.all_ys[j, lag]
             at += 1
-    if not is_clear(state.all_doubt, state.all_ys.size):
+    if not is_clear(state.all_covariance, state.all_ys.size):
         added = max(spread_over(form, state, s2), TINY)
     for l in range(state.us.shape[0]):
         first = int(form.nk[l])
         for lag in range(first, first + int(form.nb[l])):
             psi[at] = state.us[l, lag]
-            added += uncertain(state.udoubt[l, lag], state, at, s2)
+            added += uncertain(state.us_variance[l, lag], state, at, s2)
             at += 1
     if form.offset != 0.0:
         psi[at] = form.offset
@@ -128,11 +128,11 @@ def advance_several(form, method, memory, gate, scale, detector, state, scratch,
         lam = head[COUNT] / (count + 1.0) if is_used and count + 1.0 != 0.0 else 1.0
         scratch.lam[i] = min(max(lam, 0.0), 1.0)
     link(state.products, state.weights, scratch.e, scratch.T, scratch.lam)
-    doubt = 0.0
+    total = 0.0
     for i in range(p):
-        doubt += scratch.fresh[i, DOUBT]
-    if doubt != 0.0 or not is_clear(state.ydoubt, state.ys.size):
-        pass_gap(state.ydoubt, state.ys, scratch.fresh, scratch.moved)
+        total += scratch.fresh[i, Y_VARIANCE]
+    if total != 0.0 or not is_clear(state.ys_covariance, state.ys.size):
+        pass_gap(state.ys_covariance, state.ys, scratch.fresh, scratch.moved)
     for i in range(p):
         push(state.ys[i], scratch.fresh[i, Y])
     state.samples[0] += 1.0

@@ -8,7 +8,7 @@ def each_input(size: str = "inputs") -> list[Field]:
     return each(
         size,
         held="each input: its value, predicted while missing",
-        unsure="variance of that prediction",
+        input_variance="variance of that prediction",
         known="how many values are known",
         sums="sum of them",
         squares="of their squares",

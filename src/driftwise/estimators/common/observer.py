@@ -32,15 +32,15 @@ class Observed(NamedTuple):
     @property
     def measured_names(self) -> list[str]:
         """Names of the measured columns of a table: an output called like what is estimated is told from it."""
-        told = self.state_names + self.names
-        return [f"{name}_measured" if name in told else name for name in self.output_names]
+        estimated = self.state_names + self.names
+        return [f"{name}_measured" if name in estimated else name for name in self.output_names]
 
 
 def check_names(model: Observed) -> None:
     """Refuse names that a trace's table could not tell apart."""
     own = ["time", "prediction", "innovation", "variance", "status", "statistic", "ready"]
-    told = model.state_names + model.names
-    names = own + model.measured_names + model.input_names + told + [f"{name}_std" for name in told]
+    estimated = model.state_names + model.names
+    names = own + model.measured_names + model.input_names + estimated + [f"{name}_std" for name in estimated]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(

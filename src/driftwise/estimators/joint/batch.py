@@ -99,7 +99,7 @@ def batch(est, y, u=None, state=None):
     out["top"] = max(float(begun["top"]), abs(y).max())
     if form.inputs:
         steps = np.diff(u, axis=0, prepend=begun["held"][None])
-        out["held"], out["unsure"] = u[-1], 0.0
+        out["held"], out["input_variance"] = u[-1], 0.0
         out["known"] += len(u)
         out["sums"] += u.sum(0)
         out["squares"] += (u * u).sum(0)

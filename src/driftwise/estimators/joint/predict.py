@@ -308,18 +308,18 @@ def add_noise(noise, state, scratch, R, s2, is_measured):
     at, share = rows, 1.0
     is_held = False
     for l in range(scratch.inputs):
-        is_held = is_held or state.unsure[l] > 0.0
+        is_held = is_held or state.input_variance[l] > 0.0
     if is_held or not is_measured:
         d[at], g[at] = R, 1.0
         for i in range(rows):
             Y[i, at] = kappa[i]
         at += 1
         for l in range(scratch.inputs):
-            unsure = state.unsure[l]
-            if unsure > 0.0:
+            input_variance = state.input_variance[l]
+            if input_variance > 0.0:
                 b0 = D.size - scratch.direct + l if scratch.direct > 0 else -1
-                at = add_spread(U, D, n * (l + 2), b0, unsure, n, rows, Y, d, g, at)
-                d[at] = unsure / s2
+                at = add_spread(U, D, n * (l + 2), b0, input_variance, n, rows, Y, d, g, at)
+                d[at] = input_variance / s2
                 g[at] = s[b0] if b0 >= 0 else 0.0
                 for i in range(rows):
                     Y[i, at] = s[n * (l + 2) + i] if i < n else 0.0

@@ -58,7 +58,7 @@ def hold_input(state, l, value):
     state.sums[l] += value
     state.squares[l] += value * value
     state.held[l] = value
-    state.unsure[l] = 0.0
+    state.input_variance[l] = 0.0
 
 
 @kernel
@@ -73,7 +73,7 @@ def predict_input(state, l):
         spread = max(state.squares[l] / known - mean * mean, 0.0)
         rho = max(1.0 - 0.5 * state.steps[l] / ((known - 1.0) * spread), 0.0) if spread > 0.0 else 1.0
         state.held[l] = mean + rho * (state.held[l] - mean)
-        state.unsure[l] = rho * rho * state.unsure[l] + (1.0 - rho * rho) * spread
+        state.input_variance[l] = rho * rho * state.input_variance[l] + (1.0 - rho * rho) * spread
 
 
 @kernel
@@ -156,9 +156,9 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     project(U, D.size, state.held, scratch.direct, scratch.f)
     Rn = R
     for l in range(scratch.direct):
-        if state.unsure[l] > 0.0:  # the direct term passes the error of a held input on to y
+        if state.input_variance[l] > 0.0:  # the direct term passes the error of a held input on to y
             i = D.size - scratch.direct + l
-            R += state.unsure[l] * (s[i] * s[i] / s2 + variance(U, D, i))
+            R += state.input_variance[l] * (s[i] * s[i] / s2 + variance(U, D, i))
 
     if not is_measured and not predicted_variance(scratch.f, D, R) < LIMIT * (head[TOP] ** 2 / s2 + form.Px + R):
         restart_state(state, n, form.Px, s2)  # a gap so long that the model has lost the state

@@ -261,7 +261,7 @@ def advance_mimo_form(form, noise, memory, gate, scale, detector, state, scratch
     take_outputs(state, scratch, y, t)
     for l in range(k):
         scratch.z[p + l] = state.held[l]
-        scratch.spread[p + l] = state.unsure[l]
+        scratch.spread[p + l] = state.input_variance[l]
     for g in range(groups):
         correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t, g)
     write(form, scale, state, scratch, out, t)

@@ -33,10 +33,10 @@ CROSS, SPREADING, MANOEUVRING, ONSET, TURN, TURN_SD, POLE, POLE_SD, STATUS = ran
 
 def names(C) -> tuple[str, ...]:
     """Return what the members are called."""
-    told = [f"wandering, {q:g}" if a else f"constant velocity, {q:g}" for a, q in STRAIGHT]
-    told += [f"Singer, {j:g}" if a else f"constant acceleration, {j:g}" for a, j in CURVED]
-    told += [f"turn, {q:g}" for q in TURNS[: circles(C)]]
-    return (*told, *(f"manoeuvre pole, {rho:g}" for rho in RADII))
+    names = [f"wandering, {q:g}" if a else f"constant velocity, {q:g}" for a, q in STRAIGHT]
+    names += [f"Singer, {j:g}" if a else f"constant acceleration, {j:g}" for a, j in CURVED]
+    names += [f"turn, {q:g}" for q in TURNS[: circles(C)]]
+    return (*names, *(f"manoeuvre pole, {rho:g}" for rho in RADII))
 
 
 @kernel
@@ -109,7 +109,7 @@ TRACK_SAMPLE = Layout(
     Field("state", ("3 * C",), "position, velocity, acceleration of each coordinate"),
     Field("covariance", ("triangle(3 * C)",), "its upper triangle, row by row"),
     *numbers(
-        "told",
+        "reported",
         cross="covariance of the two coordinates in the mixture",
         spreading="variance of the density over base",
         manoeuvring="probability of a manoeuvre",

@@ -197,13 +197,13 @@ class TrackEstimator:
         """Advance many tracks, one plot each: states (S,), time (S,), position (S, C)."""
         rows = np.ascontiguousarray(states).reshape(-1).view(float).reshape(np.size(states), -1).copy()
         times, positions = validation.seconds("time", time).reshape(-1), validation.floats("position", position)
-        told = []
+        steps = []
         for s, row in enumerate(rows):
             stated = None if covariance is None else np.asarray(covariance)[s]
             t, p, R = self._door(times[s : s + 1], positions[s : s + 1], None if stated is None else stated[None])
             self._later(t, row)
-            told.append(self.shown(self.run(row, t, p, R)[0]))
-        return rows.reshape(-1).view(self.dtype).reshape(np.shape(states)), told
+            steps.append(self.shown(self.run(row, t, p, R)[0]))
+        return rows.reshape(-1).view(self.dtype).reshape(np.shape(states)), steps
 
     # --- inside --------------------------------------------------------------------------------------------
 
@@ -230,23 +230,23 @@ class TrackEstimator:
         return self.run(row, time, np.full((1, C), np.nan), np.full((1, C), np.nan))[0]
 
     def _covariance(self, out) -> np.ndarray:
-        C, told = self.coordinates, bank.sample_at(self.coordinates).told
+        C, reported = self.coordinates, bank.sample_at(self.coordinates).reported
         S = np.diag(out[2 * C : 3 * C])
         if C == 2:
-            S[0, 1] = S[1, 0] = out[told + bank.CROSS]
-        return S * out[told + bank.SPREADING]
+            S[0, 1] = S[1, 0] = out[reported + bank.CROSS]
+        return S * out[reported + bank.SPREADING]
 
     def shown(self, out) -> TrackStep:
         """Return a row of the trace's columns as a `TrackStep`."""
-        C, told = self.coordinates, out[bank.sample_at(self.coordinates).told :].tolist()
+        C, reported = self.coordinates, out[bank.sample_at(self.coordinates).reported :].tolist()
         state, spread = unpacked(out, C)
         e, S = out[C : 2 * C], self._covariance(out)
         nis = sum(e[c] * e[c] / S[c, c] for c in range(C)) / C
         density = float(out[3 * C : 4 * C].sum())
-        turn, turn_sd = told[bank.TURN : bank.TURN_SD + 1]
+        turn, turn_sd = reported[bank.TURN : bank.TURN_SD + 1]
         return TrackStep(
             out[:C], e, S, float(nis), density, state[0::3], state[1::3], state[2::3], spread, turn, turn_sd,
-            told[bank.MANOEUVRING], int(told[bank.STATUS]),
+            reported[bank.MANOEUVRING], int(reported[bank.STATUS]),
         )  # fmt: skip
 
     def _row(self, state) -> np.ndarray:

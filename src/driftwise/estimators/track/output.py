@@ -25,7 +25,7 @@ def tell(row, C, y, w, mean, S, out):
     for j in range(bank.TAILS):
         out[bank.sample_at(C).shares + j] = row[bank.row_at(C).tails + j] / total
         spreading += bank.SCALES[j] * out[bank.sample_at(C).shares + j]
-    out[bank.sample_at(C).told + bank.SPREADING] = spreading
+    out[bank.sample_at(C).reported + bank.SPREADING] = spreading
     cross = 0.0
     for c in range(C):
         m, s = 0.0, 0.0
@@ -52,7 +52,7 @@ def tell(row, C, y, w, mean, S, out):
                     * (mean[i, 0] - out[bank.column(C, 0, 0)] + row[bank.of_coordinate(C, bank.FIRST, 0)])
                     * (mean[i, 1] - out[bank.column(C, 0, 1)] + row[bank.of_coordinate(C, bank.FIRST, 1)])
                 )
-    out[bank.sample_at(C).told + bank.CROSS] = cross
+    out[bank.sample_at(C).reported + bank.CROSS] = cross
     for i in range(bank.members(C)):
         out[bank.sample_at(C).shares + bank.TAILS + i] = w[i]
 
@@ -128,8 +128,8 @@ def tell_state(row, C, w, unit, x, V, total, out):
 @kernel
 def tell_turn(C, out):
     """Write the turn rate, positive to the right, and its standard deviation by the delta method; NaN at rest."""
-    told = bank.sample_at(C).told
-    out[told + bank.TURN] = out[told + bank.TURN_SD] = math.nan
+    reported = bank.sample_at(C).reported
+    out[reported + bank.TURN] = out[reported + bank.TURN_SD] = math.nan
     if C != 2:
         return
     x, at = out[bank.sample_at(C).state :], bank.sample_at(C).covariance
@@ -143,7 +143,7 @@ def tell_turn(C, out):
             both = turn_slope(j, omega, vE, aE, vN, aN, v2) * turn_slope(k, omega, vE, aE, vN, aN, v2)
             variance += both * out[at] * (1.0 if j == k else 2.0)
             at += 1
-    out[told + bank.TURN], out[told + bank.TURN_SD] = omega, math.sqrt(max(variance, 0.0))
+    out[reported + bank.TURN], out[reported + bank.TURN_SD] = omega, math.sqrt(max(variance, 0.0))
 
 
 @kernel
@@ -172,8 +172,8 @@ def tell_pole(row, C, w, out):
         mean += v * row[at + n - 1]
         square += v * (row[at + n - 1] ** 2 + row[at + n + bank.triangle(n) - 1])
     is_known = row[bank.SEEN] > 2.0
-    out[bank.sample_at(C).told + bank.POLE] = mean if is_known else math.nan
-    out[bank.sample_at(C).told + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
+    out[bank.sample_at(C).reported + bank.POLE] = mean if is_known else math.nan
+    out[bank.sample_at(C).reported + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
 
 
 @kernel
@@ -184,11 +184,11 @@ def blank(task, row, C, t, y, out):
     share = bank.sample_at(C).shares
     for j in range(bank.TAILS):
         out[share + j] = 1.0 if bank.SCALES[j] == 1.0 else 0.0
-    out[bank.sample_at(C).told + bank.SPREADING] = 1.0
+    out[bank.sample_at(C).reported + bank.SPREADING] = 1.0
     tell_turn(C, out)
-    out[bank.sample_at(C).told + bank.POLE] = out[bank.sample_at(C).told + bank.POLE_SD] = math.nan
-    out[bank.sample_at(C).told + bank.STATUS] = NOT_READY
-    out[bank.sample_at(C).told + bank.MANOEUVRING] = row[bank.MANOEUVRE]
+    out[bank.sample_at(C).reported + bank.POLE] = out[bank.sample_at(C).reported + bank.POLE_SD] = math.nan
+    out[bank.sample_at(C).reported + bank.STATUS] = NOT_READY
+    out[bank.sample_at(C).reported + bank.MANOEUVRING] = row[bank.MANOEUVRE]
     for c in range(C):
         for k in range(6):
             out[bank.column(C, k, c)] = math.nan

@@ -360,7 +360,7 @@ def advance(task, row, t, y, R, out, kept):
         if is_seen:
             enter(task, row, t, y, R, C)
         else:
-            out[bank.sample_at(C).told + bank.STATUS] = NOT_READY + MISSING_OUTPUT
+            out[bank.sample_at(C).reported + bank.STATUS] = NOT_READY + MISSING_OUTPUT
         return
     d = t - row[bank.TIME]
     for k in range(row.size):
@@ -401,11 +401,11 @@ def advance(task, row, t, y, R, out, kept):
     output.tell_state(ahead, C, w, unit, x, A, F, out)
     output.tell_turn(C, out)
     output.tell_pole(ahead, C, w, out)
-    out[bank.sample_at(C).told + bank.MANOEUVRING], out[bank.sample_at(C).told + bank.ONSET] = (
+    out[bank.sample_at(C).reported + bank.MANOEUVRING], out[bank.sample_at(C).reported + bank.ONSET] = (
         ahead[bank.MANOEUVRE],
         onset,
     )
-    out[bank.sample_at(C).told + bank.STATUS] = status
+    out[bank.sample_at(C).reported + bank.STATUS] = status
 
 
 def room(C) -> tuple[int, int]:

@@ -49,9 +49,9 @@ class Coordinates:
         self.to_a, self.to_b = back[:s], back[s:]
         self.Aa, self.Ab = self.to_a @ A @ self.Ta, self.to_b @ A @ self.Tb
         std, n = system.prior_std, system.n
-        left_out, told = std == 0, np.isfinite(std) & (std > 0)
+        left_out, declared = std == 0, np.isfinite(std) & (std > 0)
         self.Z = null_space(self.Ta[left_out]) if left_out.any() else np.eye(s)
-        self.prior = self.Ta[told] @ self.Z / std[told][:, None]
+        self.prior = self.Ta[declared] @ self.Z / std[declared][:, None]
         self.free = n + int(np.isinf(std[n:]).sum())  # unknowns that only measurements tell
 
     def ends(self, dt: float, samples: int) -> np.ndarray:
@@ -174,8 +174,8 @@ def require_usable(design: Design, tolerance=None) -> None:
             f"a window of {samples} samples cannot tell {design.frame.free} unknowns apart ({names}; condition "
             f"{design.condition:.1e}): {advice}. Is window or dt in the wrong unit, or has a disturbance no prior?"
         )
-    told = ", ".join(f"{name} {std:.3g}" for name, std in zip(system.names, design.std))
-    raise InputError(f"a window of {samples} samples never meets the tolerance (deviations: {told}): {advice}")
+    listed = ", ".join(f"{name} {std:.3g}" for name, std in zip(system.names, design.std))
+    raise InputError(f"a window of {samples} samples never meets the tolerance (deviations: {listed}): {advice}")
 
 
 def smallest(meets, start: int = 1) -> int | None:

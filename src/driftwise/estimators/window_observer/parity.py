@@ -46,13 +46,13 @@ def white(horizon: Horizon, samples: int) -> np.ndarray:
     """Return V (degrees, m) of V d ~ N(0, 1), d the newer estimate less the older one carried on."""
     system, prior = horizon.augmented, horizon.augmented.prior_std
     Phi = np.linalg.matrix_power(system.discretise(horizon.dt)[0], samples)
-    told = np.isfinite(prior) & (prior > 0)
-    if np.any(Phi[np.ix_(told, np.isinf(prior))]):
+    declared = np.isfinite(prior) & (prior > 0)
+    if np.any(Phi[np.ix_(declared, np.isinf(prior))]):
         raise InputError(
             "the parity test needs priors that hold for both windows: a disturbance whose derivative has an infinite "
             f"prior_std cannot have a finite one itself ({', '.join(system.names)}: {prior.tolist()})"
         )
-    turn = Phi[np.ix_(told, told)] * prior[told] / prior[told][:, None]
+    turn = Phi[np.ix_(declared, declared)] * prior[declared] / prior[declared][:, None]
     return whitening(covariance_root(Phi, *horizon.errors(samples), turn))
 
 
