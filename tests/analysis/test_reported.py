@@ -83,7 +83,7 @@ def test_the_deviates_of_a_single_model_are_standard_normal(found):
 
 def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
     from driftwise.analysis.identification_words import _mode
-    from driftwise.results.wording import is_integrator, swings
+    from driftwise.results.stable import is_integrator, swings
 
     fast = 0.66 + 0.06j  # half a swing takes 35 samples, after 8 a twentieth is left
     assert not swings(fast) and _mode(fast, 0.06, found.table) == "time constant 2.43 samples (a pair of poles)"

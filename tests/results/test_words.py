@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.results.sentences import size_words
 from driftwise.results.whiteness import Nis
-from driftwise.results.wording import size_words
 
 Y, U = dw.simulate([-0.8], [1.0], samples=300, noise_std=0.1, seed=1)
 

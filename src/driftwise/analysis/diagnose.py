@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from ..results.numbers import instant, odds_words
+from ..results.numbers import odds_words
+from ..results.sentences import BETWEEN_JUMPS, explained_by_jump, jump_count_words
 from ..results.stable import stability
 from ..results.verdicts import Diagnosis, Verdict
 from .drift_or_jump import constancy, odds
@@ -147,8 +148,7 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
         is_short = y is not None and len(y) <= ROWS and len(y) * s.estimator.model.N**4 <= WORK
         against = odds(s.estimator, y, u) if is_short else None
         return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
-    jumped = f"{s.jumps} jump{'s' * (s.jumps != 1)}"
-    jumped += f", the last at {instant(s.last_jump, s.origin, s.unit)}" if s.jumps else ""
+    jumped = jump_count_words(s.jumps, s.last_jump, s.origin, s.unit)
     also = "" if are_told else f"; {jumped}"
     if isinstance(memory, AutoMemory) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
@@ -159,9 +159,9 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
     if getattr(s.estimator, "holds_poles", False):
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
     if are_told and (s.jumps or trace.watches):
-        return Verdict(name, math.nan, ANY, True, "jumps are followed; between them the parameters stay")
+        return Verdict(name, math.nan, ANY, True, f"jumps are followed; {BETWEEN_JUMPS}")
     if s.jumps or trace.watches or isinstance(memory, AutoMemory):
-        return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; between them the parameters stay")
+        return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; {BETWEEN_JUMPS}")
     advice = f"this memory forgets without asking why: {memories(s.estimator)} tells drift from jumps, with odds"
     return Verdict(name, math.nan, ANY, True, advice)
 
@@ -173,7 +173,7 @@ def _by_odds(found, name, est, is_white) -> Verdict:
         return Verdict(name, value, (0.0, SURE), True, f"odds of a change; {advice}")
     if found.jump >= found.drift:
         than = _than(found.jump - found.drift, "drift")
-        return Verdict(name, value, (0.0, SURE), False, f"the parameters jumped, {found.jumped} ({than}): try "
+        return Verdict(name, value, (0.0, SURE), False, f"{explained_by_jump(found.jumped, than)}: try "
                        f"{memories(est, 'memory=RestartOnChange()')}")  # fmt: skip
     than = _than(found.drift - found.jump, "jumps")
     advice = f"the parameters drift, most of all {found.drifted} ({than}): try {memories(est)}"

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..results.numbers import chance
+from ..results.sentences import off
 from ..results.verdicts import Diagnosis, Verdict
 from ..results.whiteness import LEAST, Correlations, Nis, Whiteness, nis
 from .remedies import for_bars, for_colour
@@ -77,14 +78,6 @@ def nis_verdict(found: Nis, s=None, is_tunable: bool = True) -> Verdict:
     advice = f"the error bars are {off(found.value)}"
     advice += f": {for_bars(found.value, s)}" if is_tunable else ", on average"
     return Verdict("NIS", found.value, limits, False, advice)
-
-
-def off(nis: float) -> str:
-    """Say how far off error bars are, by their mean normalised square."""
-    size, way = math.sqrt(nis), "narrow" if nis > 1 else "wide"
-    if size < 10:
-        return f"{100 * abs(size - 1):.0f} % too {way}"
-    return f"too {way} by a factor {f'of {size:.0f}' if size < 1e6 else 'beyond a million'}"
 
 
 def coverage_verdict(share: float, samples: int) -> Verdict:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cmath
 import math
 
-from ..results.stable import NEAR
-from ..results.wording import gain_words, is_integrator, pole_words, swings
+from ..results.sentences import NO_JUMP, gain_words, pole_words
+from ..results.stable import NEAR, is_integrator, swings
 from .change_log import surest
 from .change_monitor import FALSE
 
@@ -120,7 +120,7 @@ def _changes(found) -> str:
     if not found.is_useful and not found.changes:
         return ""
     if not found.changes:
-        return "Nothing jumped."
+        return NO_JUMP
     sure = [change for change in found.changes if change.is_sure]
     chance = math.ceil(found.summary.samples / FALSE)
     if not sure and found.alarms <= chance:

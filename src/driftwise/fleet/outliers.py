@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..results.sentences import SOMETHING
 from .counters import FEW, never_moved
 from .fleet_snapshot import Census, census
 from .robust import Burst, Rest, bursts, discoveries, rest_of
 from .wording import sentence
 
 KINDS = {
-    "jumped": "parameters jumped",
+    "jumped": SOMETHING,
     "drifts": "parameters drift",
     "differs": "not like the rest",
     "noise": "louder or quieter than the rest",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..results.numbers import percent
+from ..results.numbers import count_of, percent
+from ..results.sentences import series_jump_words
 from ..results.summary import combination
 from .counters import never_moved
 
@@ -15,10 +16,7 @@ def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -
     """Return why a series is listed under a kind of `outliers.KINDS`."""
     told = {name: float(tally[name][row]) for name in ("jumps", "last_jump", "samples", "measured")}
     if kind == "jumped":
-        last = when(told["last_jump"])
-        return (
-            f"jumped at {last}" if told["jumps"] == 1 else f"jumped {told['jumps']:.0f} times, the last time at {last}"
-        )
+        return series_jump_words(told["jumps"], when(told["last_jump"]))
     if kind == "drifts":
         memory = census.memory[row]
         fastest = int(np.nanargmin(memory)) if np.isfinite(memory).any() else None
@@ -68,4 +66,4 @@ def _data(row: int, tally) -> str:
     parts = [f"{percent(count / rows)} {what}" for what, count in shares.items() if count]
     stuck = "the output never moved: is its sensor stuck? " if never_moved(tally, row) else ""
     measured = int(tally["measured"][row])
-    return stuck + ", ".join([*parts, f"{measured} measured sample{'s' * (measured != 1)}"])
+    return stuck + ", ".join([*parts, count_of(measured, "measured sample")])

@@ -9,6 +9,7 @@ from driftwise.report import fleet_plots, fleet_words
 from driftwise.report.fleet_words import shown
 from driftwise.report.page import Page, Panel, card, columns, group, say, table, tag
 from driftwise.results.numbers import fixed, number
+from driftwise.results.sentences import HOW_JUMPS_COUNT
 
 __all__ = ["write"]
 
@@ -67,13 +68,9 @@ def _jumps(told) -> Panel | None:
     time = last[np.isfinite(last)]
     if not len(time) or told.span is None or not told.span[1] > told.span[0]:
         return None
-    words = (
-        "Each series counts where it jumped last, as the jump was noticed: some samples after it happened. Where many "
-        "jump within 20 samples, and chance does not explain it (1 in 1000), look for what they have in common."
-    )
     origin = "1970-01-01" if told.is_dated else None
     figure = fleet_plots.jumps(time, told.span, told.outliers.together, origin, "time")
-    return Panel("jumps", "When they jumped", words, (figure,))
+    return Panel("jumps", "When they jumped", HOW_JUMPS_COUNT, (figure,))
 
 
 def _spreads(told) -> Panel:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from driftwise.results.numbers import instant, lasting, number
+from driftwise.results.numbers import capital, count_of, grouped, instant, lasting, number
+from driftwise.results.sentences import NOTHING, burst_words, false_jumps_words
 
 __all__ = [
     "Told",
@@ -112,12 +113,8 @@ class Told:
 
 
 def shown(count: float) -> str:
-    """Return a count with thin spaces between thousands.
-
-    >>> shown(1234567), shown(1000)
-    ('1\u202f234\u202f567', '1000')
-    """
-    return f"{count:,.0f}".replace(",", "\u202f") if count >= 10_000 else f"{count:.0f}"
+    """Return a count with thin spaces between thousands, from ten thousand on."""
+    return grouped(count, 10_000, "\u202f")
 
 
 def counted(told: Told) -> list[str]:
@@ -137,27 +134,15 @@ def lead(told: Told) -> str:
     """Return the answer in a few sentences, the first of them the headline."""
     many, some = len(told.fleet), len(told.outliers.rows)
     if not some:
-        return f"None of the {shown(many)} series stands out. {_chance()}"
+        return f"None of the {shown(many)} series stands out. {NOTHING}"
     headline = f"{shown(some)} of {shown(many)} series need{'s' if some == 1 else ''} a look."
-    return " ".join([headline, f"{_capital('; '.join(counted(told)))}.", *bursts_told(told), *needs_words(told)])
-
-
-def _chance() -> str:
-    return "Nothing jumped, drifts or differs by more than chance explains."
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    return " ".join([headline, f"{capital('; '.join(counted(told)))}.", *bursts_told(told), *needs_words(told)])
 
 
 def bursts_told(told: Told) -> list[str]:
     """Return a sentence for each time at which many jumped."""
-    found = []
-    for burst in told.outliers.together[:3]:
-        start, end = told.when(burst.start), told.when(burst.end)
-        when = f"between {start} and {end}" if end != start else f"at {start}"
-        found.append(f"{shown(len(burst.rows))} series jumped {when}: look for a common cause.")
-    return found
+    bursts = told.outliers.together[:3]
+    return [burst_words(shown(len(burst.rows)), told.when(burst.start), told.when(burst.end)) for burst in bursts]
 
 
 def needs_words(told: Told) -> list[str]:
@@ -167,7 +152,7 @@ def needs_words(told: Told) -> list[str]:
     found, said = told.outliers.found, []
     alarms = ALARMS * told.samples
     if len(found["jumped"].rows) and alarms >= 1 and hasattr(told.fleet.estimators[0].policies[2], "trials"):
-        said.append(f"Up to {shown(alarms)} jumps may be false alarms (1 in 100\u202f000 samples).")
+        said.append(false_jumps_words(shown(alarms)))
     if told.tally["late"].sum() > MOST_LATE * _rows(told):
         said.append("Most rows are late: is the newest row first? Sort the table by time.")
     differ = len(found["differs"].rows)
@@ -198,7 +183,7 @@ def key_told(told: Told) -> list[str]:
     if rows >= FEWEST:
         return []
     return [
-        f"most series have {rows:.0f} row{'s' * (rows != 1)}, from which nothing can be learnt: is {told.by!r} the "
+        f"most series have {count_of(round(rows), 'row')}, from which nothing can be learnt: is {told.by!r} the "
         "column that names the series, and not the time?"
     ]
 

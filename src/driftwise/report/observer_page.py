@@ -10,9 +10,10 @@ from driftwise.report.axes import Timeline
 from driftwise.report.figure import LINES
 from driftwise.report.marks import marks
 from driftwise.report.page import Page, Panel, card, group, named, stack, table
-from driftwise.report.panels import change_table, event_panel, fit_cards, nis_words, zoom_words
+from driftwise.report.panels import change_table, event_panel, fit_cards, zoom_words
 from driftwise.report.run_page import input_figures, named_axes, scaled
 from driftwise.results.numbers import grouped, interval, number, plus_minus
+from driftwise.results.sentences import nis_words
 
 __all__ = ["write"]
 

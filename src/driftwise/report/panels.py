@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from math import isfinite, log
 
-from driftwise.analysis.forecast_verdicts import off
 from driftwise.report.page import Panel, card, say, table, tag
 from driftwise.report.plots import POINTS
 from driftwise.report.roots import FAR, own_zeros, plane, smallest_window
 from driftwise.results.numbers import capital, count_of, fixed, grouped, near_one, number, plus_minus, probable
 
 __all__ = [
-    "change_table", "drift_panel", "event_panel", "fit_cards", "grade", "knowledge_panel", "nis_words", "order_panel",
+    "change_table", "drift_panel", "event_panel", "fit_cards", "grade", "knowledge_panel", "order_panel",
     "roots_panel", "verdict_panel", "zoom_words",
 ]  # fmt: skip
 
@@ -60,15 +59,6 @@ def fit_cards(summary) -> list[str]:
 def held_card(coverage: float, verdict: str, name: str = "Held by 95 % bands") -> str:
     """Return the card of how many samples lay in their bands."""
     return card(name, fixed(100 * coverage, 1), "about 95 is right", verdict, "%")
-
-
-def nis_words(nis) -> str:
-    """Return what the mean square of the innovations says of the error bars."""
-    if not nis.samples:
-        return "not known yet."
-    found = f"{fixed(nis.value, 3)}; under the right model it lies between {near_one(nis.low, nis.high, ' and ')} "
-    found += "in 95 of 100 records"
-    return found + (", and so it does." if nis.is_consistent else f". The error bars are {off(nis.value)}.")
 
 
 def verdict_panel(trace, summary, study=None) -> Panel:

@@ -20,14 +20,14 @@ from driftwise.report.panels import (
     fit_cards,
     grade,
     knowledge_panel,
-    nis_words,
     order_panel,
     roots_panel,
     verdict_panel,
     zoom_words,
 )
 from driftwise.results.numbers import SAMPLES, chance, count_of, grouped, interval, lasting, number, plus_minus
-from driftwise.results.wording import is_integrator, swings
+from driftwise.results.sentences import nis_words, predictable_words
+from driftwise.results.stable import is_integrator, swings
 
 __all__ = ["facts", "input_figures", "named_axes", "parameter_figures", "plant_cards", "scaled", "write"]
 
@@ -331,20 +331,7 @@ def _memory(trace, line, found) -> Panel | None:
 
 def _whiteness(summary) -> Panel:
     """Return the autocorrelation of the innovations, and what it says."""
-    statistic, lags, p_value, is_white = summary.whiteness
+    hint, said = predictable_words(summary.whiteness, bool(summary.jumps))
+    words = f"{said}. Shaded: where 95 % of the bars of white noise fall."
     drawn = bars.autocorrelations(summary.correlations[1:], summary.observed)
-    bounds = "Shaded: where 95 % of the bars of white noise fall."
-    if p_value != p_value:
-        words, hint = f"The record is too short to tell. {bounds}", "too short to tell"
-    else:
-        verdict = (
-            "No: the innovations look white"
-            if is_white
-            else "Yes: the innovations are not white; right after jumps they never are"
-            if summary.jumps
-            else "Yes: the innovations are not white; a higher order, another input or another noise model would "
-            "predict better"
-        )
-        words = f"{verdict} (Ljung-Box {statistic:.1f} over {lags} lags, {chance(p_value, 2)}). {bounds}"
-        hint = "no" if is_white else "yes"
     return Panel("whiteness", "Is anything predictable left?", words, (drawn,), hint)

@@ -6,8 +6,8 @@ from math import inf, isfinite
 from typing import Any
 
 from driftwise.report.roots import own_zeros
-from driftwise.results.events import SOMETHING
 from driftwise.results.numbers import SAMPLES, chance, fixed, near_one, number, percent, plus_minus, probable
+from driftwise.results.sentences import SOMETHING
 
 __all__ = [
     "MOST_TRACKS", "SO_FAR", "console", "foot", "head", "show_fleet", "show_identification", "show_run", "show_tracks",

@@ -8,12 +8,11 @@ import numpy as np
 
 from ..engine.status import MEANING, Status
 from .numbers import odds_words
+from .sentences import SOMETHING, alarm_words, direction_words, step_words, weighed_words
 
 SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
 RESTS = 10  # samples at rest that are told; regressors are all small at once by chance, too
 MOVED = 3.0  # deviations by which an estimate has moved
-SOMETHING = "parameters jumped"  # of a jump that names none
-VERBS = {"width": ("widened", "narrowed"), "level": ("rose", "fell")}
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,13 @@ class Event:
     direction: int = 0
     moved: str = ""
     odds: float | None = None
+
+    @property
+    def weighed(self) -> str:
+        """What a jump moved and at what odds, where explanations were weighed."""
+        if self.odds is None:
+            return ""
+        return f"{self.moved}, odds {odds_words(self.odds)}" if self.parameter else f"odds {odds_words(self.odds)}"
 
 
 def events_of(columns, limit: int) -> list[Event]:
@@ -77,12 +83,8 @@ def jump(sample, time, names, alarm, watches: str = "level") -> Event:
     name, direction = names[int(which)] if which >= 0 else None, int(np.sign(since)) if watches else 0
     moved = SOMETHING if since else MEANING[Status.JUMP]
     if watches and since:
-        way = VERBS[watches][0 if since > 0 else 1]
-        moved = f"{name or 'the innovations'} {way}"
-        if name and abs(since) < len(names):
-            moved = f"a parameter changed, perhaps {name}, which then {way}"
-    when = f", it began about {abs(since):.0f} samples ago" if abs(since) > 1 else ""
-    text = f"jump: {moved}{when} (statistic {statistic:.2f} times its threshold)"
+        moved = direction_words(watches, since, name, len(names))
+    text = alarm_words(moved, statistic, since)
     first = max(sample + 1 - max(int(abs(since)), 1), 0)
     return Event(sample, time, kind, text, float(statistic), first, name, direction, moved)
 
@@ -103,17 +105,7 @@ def weighed(columns, sample: int, end: int) -> Event:
     most = int(np.argmax(abs(z)))
     if later > sample and abs(z[most]) > MOVED:
         name, way = columns.names[most], int(np.sign(change[most]))
-        others = int(sum(abs(z) > MOVED)) - 1
-        more = f" (and {others} more)" if others else ""
-        moved = f"{name} jumped from {theta[before, most]:.3g} to {theta[later, most]:.3g}{more}"
-    ago = f"it began about {int(since)} samples ago" if since > 1 else "it began just then"
-    text = f"{moved}, {ago} (odds {odds_words(odds)})"
+        moved = step_words(name, theta[before, most], theta[later, most], int(sum(abs(z) > MOVED)) - 1)
+    text = weighed_words(moved, since, odds)
     kind, time = str(Status.JUMP.name), float(columns.time[sample])
     return Event(sample, time, kind, text, float(statistic), first, name, way, moved, float(odds))
-
-
-def weighed_words(event: Event) -> str:
-    """Return what a jump moved and at what odds, where explanations were weighed."""
-    if event.odds is None:
-        return ""
-    return f"{event.moved}, odds {odds_words(event.odds)}" if event.parameter else f"odds {odds_words(event.odds)}"

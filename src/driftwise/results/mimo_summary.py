@@ -210,9 +210,9 @@ class SummaryMIMO:
     @property
     def words(self) -> str:
         """The run in a few plain sentences."""
-        from .mimo_wording import paragraph
+        from .paragraphs import of_outputs
 
-        return paragraph(self)
+        return of_outputs(self)
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, ready for JSON (NaN becomes None)."""

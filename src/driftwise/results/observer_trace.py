@@ -13,6 +13,7 @@ from . import verbs
 from .events import Event, runs
 from .output import Output, split
 from .parameter_trace import ParameterTrace
+from .sentences import alarm_words, contradiction_words
 from .trace import KEEP as KEPT
 
 KEEP = KEPT[:3]  # no covariances
@@ -127,14 +128,11 @@ class ObserverTrace(ParameterTrace):
         """Return an event for each alarm of the detector; one that lasts is one."""
         status = self.status.reshape(len(self), self.estimator.model.outputs)[:, 0]
         statistic, kind = self.statistic, str(Status.JUMP.name)
-        what, found = "the innovations no longer fit the plant", []
-        if getattr(self.estimator, "parity", None) is not None:
-            window = self.estimator.length * self.estimator.dt
-            what = f"the last {window:g} s contradict the {window:g} s before: another plant, or another disturbance"
+        has_parity, found = getattr(self.estimator, "parity", None) is not None, []
+        what = contradiction_words(self.estimator.length * self.estimator.dt if has_parity else None)
         for k, end in runs(status, Status.JUMP)[:limit].tolist():
             level = float(statistic[k : end + 1].max())
-            more = f", for {end - k + 1} samples" if end > k else ""
-            text = f"jump: {what} (statistic {level:.2f} times its threshold{more})"
+            text = alarm_words(what, level, samples=end - k + 1)
             found.append(Event(k, float(self.time[k]), kind, text, level, k))
         return found
 

@@ -8,9 +8,19 @@ import numpy as np
 
 from .verdicts import Verdict
 
-__all__ = ["NEAR", "moduli", "stability"]
+__all__ = ["NEAR", "is_integrator", "moduli", "stability", "swings"]
 
 NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
+
+
+def is_integrator(p: complex, std: float) -> bool:
+    """Say whether a pole cannot be told from one, and is near it: far away that only says how little is known."""
+    return abs(p - 1) < min(max(2 * std, 1e-6), NEAR) if math.isfinite(std) else False
+
+
+def swings(p: complex) -> bool:
+    """Say whether a mode is seen to swing: a twentieth is left of it, at least, half a period later."""
+    return abs(p.imag) > 1e-9 and abs(p) ** (math.pi / abs(math.atan2(p.imag, p.real))) > 0.05
 
 
 def moduli(model, dt) -> tuple[np.ndarray, np.ndarray]:

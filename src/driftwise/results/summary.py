@@ -10,7 +10,7 @@ import numpy as np
 from ..engine.status import Status
 from ..models.convert import Model
 from .bands import quantile, share_within
-from .events import runs, weighed_words
+from .events import runs
 from .numbers import SECONDS
 from .stable import moduli
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
@@ -63,7 +63,7 @@ class Summary:
         jumped = np.flatnonzero(status & int(Status.JUMP))
         if len(jumped):
             last = trace.jumps()[-1]
-            self.jumps, self.last_jump, self.last_moved = self.jumps + len(jumped), last.time, weighed_words(last)
+            self.jumps, self.last_jump, self.last_moved = self.jumps + len(jumped), last.time, last.weighed
         for name, bit in HAPPENED.items():
             where = runs(status, bit)
             if len(where):
@@ -237,9 +237,9 @@ class Summary:
     @property
     def words(self) -> str:
         """The run in a few plain sentences."""
-        from .wording import paragraph
+        from .paragraphs import of_run
 
-        return paragraph(self)
+        return of_run(self)
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, ready for JSON (NaN becomes None)."""

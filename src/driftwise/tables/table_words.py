@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..results.numbers import lasting
+from ..results.numbers import count_of, lasting, listed
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
 __all__ = ["notes_of", "words_of"]
@@ -16,7 +16,7 @@ def words_of(table: Any) -> str:
     """Return the proposal in one paragraph."""
     output = table[table.output]
     inputs = [table[name] for name in table.inputs]
-    driven = f"driven by {_listed([f'{_called(c)} ({c.why})' for c in inputs])}" if inputs else "with no input"
+    driven = f"driven by {listed([f'{_called(c)} ({c.why})' for c in inputs])}" if inputs else "with no input"
     said = [f"The output is {_called(output)} ({output.why}), {driven}."]
     if any(column.helps for column in inputs):
         said.append(
@@ -34,7 +34,7 @@ def words_of(table: Any) -> str:
         if column.role not in ("time", "output", "input"):
             reasons.setdefault(column.why or column.role, []).append(repr(column.name))
     if reasons:
-        shown = [f"{_listed(names[:6] + ['others'] * (len(names) > 6))} ({why})" for why, names in reasons.items()]
+        shown = [f"{listed(names[:6] + ['others'] * (len(names) > 6))} ({why})" for why, names in reasons.items()]
         said.append(f"Left out: {'; '.join(shown)}.")
     if not {"output", "inputs"} <= table.given:
         said.append("Name the columns if that is not what you meant.")
@@ -63,18 +63,20 @@ def _sampling_notes(table: Any) -> list[str]:
         )
     if s.gaps:
         notes.append(
-            f"{_count(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are "
+            f"{count_of(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are "
             "put in, so that time moves."
         )
     if s.restarts:
         notes.append(
-            f"{table.time!r} starts again {_count(s.restarts, 'time')} (it goes back, or is silent for more than "
+            f"{table.time!r} starts again {count_of(s.restarts, 'time')} (it goes back, or is silent for more than "
             f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break."
         )
     if s.duplicates:
-        notes.append(f"{_count(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.")
+        notes.append(
+            f"{count_of(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts."
+        )
     if s.late:
-        notes.append(f"{_count(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.")
+        notes.append(f"{count_of(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.")
     return notes
 
 
@@ -88,13 +90,13 @@ def _value_notes(table: Any) -> list[str]:
         if column.doubted:
             what = []
             if belief.codes:
-                what.append(f"{_listed([f'{code:g}' for code in belief.codes])} for a missing value")
+                what.append(f"{listed([f'{code:g}' for code in belief.codes])} for a missing value")
             if belief.rail == belief.rail:
                 what.append(f"drop-outs to {belief.rail:g}")
             if belief.seen:
                 what.append("single samples far outside that return")
             notes.append(
-                f"{_count(column.doubted, 'value')} of {called} not believed ({_listed(what)}) and taken as missing; "
+                f"{count_of(column.doubted, 'value')} of {called} not believed ({listed(what)}) and taken as missing; "
                 f"the rest is between {belief.low:.6g} and {belief.high:.6g}."
             )
         if column.missing > 0.0:
@@ -114,16 +116,8 @@ def _stuck(segments: Any, rows: int) -> str:
     for start, stop, value in segments[:SHOWN]:
         where = f"from row {start + 1} on" if stop == rows else f"from row {start + 1} to {stop}"
         said.append(f"{value:.6g} {where}")
-    return f"reads {_listed(said)}" + (f" and {len(segments) - SHOWN} times more" if len(segments) > SHOWN else "")
+    return f"reads {listed(said)}" + (f" and {len(segments) - SHOWN} times more" if len(segments) > SHOWN else "")
 
 
 def _called(column: Any) -> str:
     return f"{column.name!r}" + (f" in {column.unit}" if column.unit and column.unit not in column.name else "")
-
-
-def _listed(items: list[str]) -> str:
-    return items[0] if len(items) == 1 else ", ".join(items[:-1]) + " and " + items[-1]
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number} {word}" + ("" if number == 1 else "s")

@@ -13,6 +13,8 @@ from ...engine.errors import InputError
 from ...results import verbs
 from ...results.bands import unpack
 from ...results.frames import as_frame
+from ...results.numbers import MOST_ODDS
+from ...results.sentences import hindsight_jump_words
 from .jumps import Step
 from .separable import Separability, separability
 from .smoothed_wording import paragraph
@@ -41,13 +43,10 @@ class Jump:
     @property
     def text(self) -> str:
         """The jump in words."""
-        first = [f"{self.parameter} jumped by {self.size:+.3g} (\u00b1{self.std:.2g}) at sample {self.sample}"]
-        others = [
-            f"{name} {size:+.3g}"
-            for name, size in self.steps.items()
-            if name != self.parameter and abs(size) > SURE * self.steps_std[name]
-        ]
-        return ", ".join([*first, *others]) + f"; odds {odds_words(self.odds)}"
+        steps = self.steps.items()
+        others = [(n, s) for n, s in steps if n != self.parameter and abs(s) > SURE * self.steps_std[n]]
+        odds = "beyond a million to one" if self.odds > MOST_ODDS else f"{self.odds:.3g} to one"
+        return hindsight_jump_words(self.parameter, self.size, self.std, self.sample, others, odds)
 
 
 class SmoothedParameters:
@@ -146,8 +145,3 @@ class SmoothedParameters:
     def plot(self, **options) -> Any:
         """Draw each parameter with its 2-sigma band, the filtered one thin, the jumps; return the Axes."""
         return verbs.call("plot", self, **options)
-
-
-def odds_words(odds: float) -> str:
-    """Return odds as one says them."""
-    return "beyond a million to one" if odds > 1e6 else f"{odds:.3g} to one"
