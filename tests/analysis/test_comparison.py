@@ -117,15 +117,15 @@ def test_doors(record):
 
 
 def test_specs():
-    asked = ["last", "average", "arx:2,2/1,1@weighted:0.99", "ar:2", "joint:3,unknown@jump"]
+    asked = ["last", "average", "arx:2,2/1,1@exponential:0.99", "ar:2", "joint:3,unknown@restart"]
     found = specs.estimators(asked, ("u", "v"), 0.5)
     assert list(found) == asked
-    arx, joint = found["arx:2,2/1,1@weighted:0.99"], found["joint:3,unknown@jump"]
+    arx, joint = found["arx:2,2/1,1@exponential:0.99"], found["joint:3,unknown@restart"]
     assert arx.options["memory"] == dw.ExponentialForgetting(0.99) and arx.model.nb == (2, 1)
     assert isinstance(found["ar:2"].options["memory"], dw.AutoMemory) and found["ar:2"].model.inputs == 0
     assert joint.model.n == 3
     assert isinstance(joint.options["memory"], dw.RestartOnChange) and joint.dt == 0.5
-    assert found["average"].names == ["arx:2,2/1,1@weighted:0.99", "ar:2", "joint:3,unknown@jump"]
+    assert found["average"].names == ["arx:2,2/1,1@exponential:0.99", "ar:2", "joint:3,unknown@restart"]
     for wrong, why in (
         (["foo:1"], "is not known"), (["arx:2,2,1@"], "a memory is expected"), (["ar:1", "ar:1"], "given twice"),
         (["joint:x"], "joint:N,NOISE"), (["average", "last"], "something to average"), (["arx:2"], "SPEC arx:2: "),

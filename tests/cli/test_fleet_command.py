@@ -170,7 +170,7 @@ def test_gaps_in_the_clock_are_told_with_the_step_that_fills_them(call, tmp_path
         "-t",
         "t",
         "--memory",
-        "never",
+        "constant",
         *fills,
         "--out",
         tmp_path / "r",
@@ -238,7 +238,7 @@ def test_models_are_those_of_run_with_an_offset_besides():
         return estimator_of(Order("d", "by", "y", "out", **asked)).names
 
     assert names(inputs=("u",)) == ["a1", "a2", "b1", "b2", "offset"] and names() == ["a1", "a2", "offset"]
-    assert names(inputs=("u", "v"), model="arx:1,1/2,1", memory="never")[:4] == ["a1", "b1.1", "b1.2", "b2.2"]
+    assert names(inputs=("u", "v"), model="arx:1,1/2,1", memory="constant")[:4] == ["a1", "b1.1", "b1.2", "b2.2"]
     assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory never, jumps level:1000"
     assert Order("d", "by", "y", "out", checkpoint="20b").pace == {"batches": 20}
     assert Order("d", "by", "y", "out", checkpoint="1.5s").pace == {"seconds": 1.5}

@@ -15,7 +15,7 @@ def record():
 def test_many_unknowns_are_told_before_the_work_and_too_many_refused(call, record, tmp_path, monkeypatch):
     file = tmp_path / "table.csv"
     file.write_text("u,y\n" + "".join(f"{u},{y}\n" for y, u in zip(*record)))
-    run = ("run", file, "-o", "y", "-i", "u", "--memory", "never", "--model")
+    run = ("run", file, "-o", "y", "-i", "u", "--memory", "constant", "--model")
     assert runner.MANY > 30
     monkeypatch.setattr(runner, "MANY", 5)
     code, _, err = call(*run, "arx:3,3,1")

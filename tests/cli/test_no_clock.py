@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-RUN = ("-o", "y", "-i", "u", "--memory", "jump")
+RUN = ("-o", "y", "-i", "u", "--memory", "restart")
 
 
 def period(out):

@@ -34,10 +34,10 @@ def run(call, record, tmp_path, *options):
 @pytest.mark.parametrize(
     ("memory", "policy"),
     [
-        ("never", dw.Constant()),
-        ("weighted:0.98", dw.ExponentialForgetting(0.98)),
-        ("limited:80", dw.memory.GainFloor(80)),
-        ("walk:1e-6", dw.RandomWalk(1e-6)),
+        ("constant", dw.Constant()),
+        ("exponential:0.98", dw.ExponentialForgetting(0.98)),
+        ("gain-floor:80", dw.memory.GainFloor(80)),
+        ("random-walk:1e-6", dw.RandomWalk(1e-6)),
     ],
 )
 def test_every_number_is_the_librarys(call, record, tmp_path, memory, policy):
@@ -92,17 +92,17 @@ def test_every_memory_is_written_as_it_is_called():
         "auto": dw.AutoMemory(),
         "auto:outliers": dw.AutoMemory("outliers"),
         "auto:jumps": dw.AutoMemory("jumps"),
-        "bank": dw.memory.MultipleModel(),
-        "interacting": dw.memory.IMM(),
+        "multiple-model": dw.memory.MultipleModel(),
+        "imm": dw.memory.IMM(),
         "variable:100": dw.memory.VariableForgetting(100.0),
         "directional:0.98": dw.memory.DirectionalForgetting(0.98),
         "window:60": dw.memory.Window(60),
-        "runlengths:0.3/500": dw.memory.BayesianChangePoint(0.3, 500.0),
-        "runlengths:0.3,0.1/500": dw.memory.BayesianChangePoint((0.3, 0.1), 500.0),
-        "walk:1e-3": dw.RandomWalk(1e-3),
-        "walk:0.3/500": dw.RandomWalk(matched=(0.3, 500.0)),
-        "jump:0.3": dw.RestartOnChange(response=dw.memory.CovarianceInflation(0.3)),
-        "reset:10": dw.RestartOnChange(response=dw.memory.GainReset(10.0)),
+        "change-point:0.3/500": dw.memory.BayesianChangePoint(0.3, 500.0),
+        "change-point:0.3,0.1/500": dw.memory.BayesianChangePoint((0.3, 0.1), 500.0),
+        "random-walk:1e-3": dw.RandomWalk(1e-3),
+        "random-walk:0.3/500": dw.RandomWalk(matched=(0.3, 500.0)),
+        "restart:0.3": dw.RestartOnChange(response=dw.memory.CovarianceInflation(0.3)),
+        "gain-reset:10": dw.RestartOnChange(response=dw.memory.GainReset(10.0)),
     }.items():
         assert specs.memory(text) == policy
     for text, detector in {
@@ -112,8 +112,8 @@ def test_every_memory_is_written_as_it_is_called():
         "noise:1/10000,2": dw.detect.VarianceCUSUM(2.0, false_alarms="1/10000"),
         "glr:10000,50": dw.detect.GLR("10000", 50),
     }.items():
-        assert specs.policy("never", text, False) == dw.RestartOnChange(detector)
-        assert specs.policy("reset:10", text, False) == dw.RestartOnChange(detector, dw.memory.GainReset(10.0))
+        assert specs.policy("constant", text, False) == dw.RestartOnChange(detector)
+        assert specs.policy("gain-reset:10", text, False) == dw.RestartOnChange(detector, dw.memory.GainReset(10.0))
 
 
 def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
@@ -123,7 +123,16 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         y[t] += 0.6 * y[t - 1] + (1.0 if t < 500 else 1.3) * u[t - 1]
     path, page, result = tmp_path / "jump.csv", tmp_path / "r.html", tmp_path / "r.json"
     np.savetxt(path, np.c_[u, y], delimiter=",", header="u,y", comments="", fmt="%.17g")
-    options = ("--model", "arx:1,1", "--jumps", "parameters:10000,0.15", "--memory", "reset:10", "--center", "none")
+    options = (
+        "--model",
+        "arx:1,1",
+        "--jumps",
+        "parameters:10000,0.15",
+        "--memory",
+        "gain-reset:10",
+        "--center",
+        "none",
+    )
     code, out, err = call("run", path, "-o", "y", "-i", "u", *options, "--report", page, "--json", result)
     assert (code, err) == (0, "")
     est = dw.ARX(
@@ -158,22 +167,31 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         ),
         (["--model", "arx:400,400"], "AutoMemory of 1200 parameters keeps 8.8e+08 numbers"),
         (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
-        (["--model", "arx:2,1", "--memory", "bank:3"], "with --model also auto (how fast each parameter drifts"),
+        (
+            ["--model", "arx:2,1", "--memory", "imm:3"],
+            "auto or auto:outliers or auto:jumps (how fast each parameter drifts",
+        ),
         (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),
         (["--memory", "auto"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
-        (["--model", "arx:2,1", "--memory", "limited:0.5"], "samples must exceed 1"),
-        (["--model", "arx:2,1", "--memory", "weighted:1.5"], "lam is a weight per sample"),
-        (["--model", "arx:2,1", "--memory", "walk:nan"], "q must be a finite number"),
+        (["--model", "arx:2,1", "--memory", "gain-floor:0.5"], "samples must exceed 1"),
+        (["--model", "arx:2,1", "--memory", "exponential:1.5"], "lam is a weight per sample"),
+        (["--model", "arx:2,1", "--memory", "random-walk:nan"], "q must be a finite number"),
         (["--model", "arx:2,1", "--memory", "window:1e9"], "take a shorter one"),
         (["--model", "arx:2,1", "--memory", "window:1.5"], "a whole number of samples is expected"),
-        (["--model", "arx:2,1", "--memory", "runlengths:0.3"], "takes two numbers, for example runlengths:0.3/1000"),
-        (["--model", "arx:2,1", "--memory", "walk:0.1", "--jumps", "level:100"], "forgets all the time: leave one"),
+        (
+            ["--model", "arx:2,1", "--memory", "change-point:0.3"],
+            "takes two numbers, for example change-point:0.3/1000",
+        ),
+        (
+            ["--model", "arx:2,1", "--memory", "random-walk:0.1", "--jumps", "level:100"],
+            "forgets all the time: leave one",
+        ),
         (["--model", "arx:2,1", "--jumps", "level"], "--jumps is written DETECTOR:RATE or DETECTOR:RATE,SIZE"),
         (["--model", "arx:2,1", "--jumps", "level:often"], "a rate of false alarms is written '1 per 10_000'"),
         (["--model", "arx:2,1", "--jumps", "level:100,-1"], "jump must be positive"),
         (["--model", "arx:2,1", "--jumps", "glr:1000,1.5"], "SIZE is how many samples to look back, a whole number"),
         (["--model", "arx:2,1", "--jumps", "noise:1e30"], "such a threshold never alarms"),
-        (["--memory", "weighted:0.99"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
+        (["--memory", "exponential:0.99"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--jumps", "parameters:1000"], "watches its innovations: --jumps level, noise or glr"),
         (["-o", "v"], "--output was given 2 times (y, v), and one output is estimated at a time"),
     ],
@@ -188,7 +206,7 @@ def test_wrong_models_are_one_line(call, record, options, words):
 
 def test_records_too_short_say_so(call, record, tmp_path):
     code, out, err = call(
-        "run", record[0], "-o", "y", "-i", "u", "-i", "v", "--model", "arx:400,400", "--memory", "never"
+        "run", record[0], "-o", "y", "-i", "u", "-i", "v", "--model", "arx:400,400", "--memory", "constant"
     )
     assert (code, out) == (1, "")
     assert "measured outputs are too few for 1200 unknowns (--model arx:400,400" in err

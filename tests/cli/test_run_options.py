@@ -49,7 +49,7 @@ def flat(text):
 def test_smoothed_columns_are_those_of_the_library(call, record, tmp_path, ending, smooth):
     path, y, u = record
     plain, wide, result = tmp_path / f"p.{ending}", tmp_path / f"w.{ending}", tmp_path / "r.json"
-    options = (path, "-o", "y", "-i", "u", "--center", "none", "--memory", "jump", "--chunk", 300)
+    options = (path, "-o", "y", "-i", "u", "--center", "none", "--memory", "restart", "--chunk", 300)
     assert call("run", *options, "--save", plain)[0] == 0
     assert call("run", *options, "--save", wide, "--smooth", smooth, "--json", result)[0] == 0
     read = pyarrow.csv.read_csv if ending == "csv" else pyarrow.parquet.read_table
@@ -71,7 +71,7 @@ def test_smoothed_columns_are_those_of_the_library(call, record, tmp_path, endin
 def test_jumps_are_told_with_their_time(call, record, tmp_path):
     path, *_ = record
     result, page = tmp_path / "r.json", tmp_path / "r.html"
-    code, out, _ = call("run", path, "-o", "y", "-i", "u", "--memory", "jump", "--json", result, "--report", page)
+    code, out, _ = call("run", path, "-o", "y", "-i", "u", "--memory", "restart", "--json", result, "--report", page)
     assert code == 0
     data = json.loads(result.read_text())
     found = [jump["sample"] for jump in data["jumps"]]
@@ -87,7 +87,7 @@ def test_jumps_are_told_with_their_time(call, record, tmp_path):
 def test_orders_are_those_of_the_library(call, record, tmp_path):
     path, y, u = record
     result, page = tmp_path / "r.json", tmp_path / "r.html"
-    options = ("run", path, "-o", "y", "-i", "u", "--center", "none", "--memory", "jump", "--chunk", 200)
+    options = ("run", path, "-o", "y", "-i", "u", "--center", "none", "--memory", "restart", "--chunk", 200)
     code, out, _ = call(*options, "--orders", "1-3", "-n", 3, "--json", result, "--report", page)
     assert code == 0
     data = json.loads(result.read_text())["orders"]
@@ -105,10 +105,10 @@ def test_orders_are_those_of_the_library(call, record, tmp_path):
 def test_order_auto_runs_the_most_probable(call, record, tmp_path):
     path, *_ = record
     one, other = tmp_path / "1.json", tmp_path / "2.json"
-    code, out, _ = call("run", path, "-o", "y", "-i", "u", "--order", "auto", "--memory", "jump", "--json", one)
+    code, out, _ = call("run", path, "-o", "y", "-i", "u", "--order", "auto", "--memory", "restart", "--json", one)
     assert code == 0
     assert "order 2 (the most probable)" in out
-    assert call("run", path, "-o", "y", "-i", "u", "--order", 2, "--memory", "jump", "--json", other)[0] == 0
+    assert call("run", path, "-o", "y", "-i", "u", "--order", 2, "--memory", "restart", "--json", other)[0] == 0
     one, other = json.loads(one.read_text()), json.loads(other.read_text())
     assert one["estimator"] == other["estimator"]
     assert one["summary"] == other["summary"]
@@ -215,10 +215,10 @@ def test_smoothing_works_through_a_pipe(call, record, tmp_path, monkeypatch):
         (["--orders", "1-1000000000"], "--orders must lie between 1 and 30"),
         (["--smooth", "-3"], "--smooth must be all (the whole record) or a number of samples"),
         (["--smooth", "some"], "--smooth must be all"),
-        (["--memory", "leap"], "--memory must be never"),
-        (["--memory", "jump:"], "--memory must be never"),
-        (["--memory", "jump:-1"], "a positive number"),
-        (["--memory", "walk:1,2,3,4", "--orders", "1-3"], "give one number for all while orders are compared"),
+        (["--memory", "leap"], "--memory must be constant"),
+        (["--memory", "restart:"], "--memory must be constant"),
+        (["--memory", "restart:-1"], "a positive number"),
+        (["--memory", "random-walk:1,2,3,4", "--orders", "1-3"], "give one number for all while orders are compared"),
         (["--noise", "polynomial:0.1,0.2", "--orders", "1-3"], "--noise polynomial lists 2 coefficients"),
     ],
 )

@@ -36,7 +36,7 @@ def test_words_are_those_that_the_options_take():
     "said, instead",
     [
         ("try memory=AutoMemory()", "try --memory auto"),
-        ("walk or jump (memory=RandomWalk(q) or RestartOnChange())", "walk or jump (--memory walk:Q or jump)"),
+        ("to drift (memory=RandomWalk(q) or RestartOnChange())", "to drift (--memory random-walk:Q or restart)"),
         ("try noise=UnknownPolynomial(), or a higher order", "try --noise unknown, or a higher order"),
         ("try AR(3, memory=AutoMemory())", "try --model ar:3 --memory auto"),
         ("both can be the time; say which: columns={'time': 'a b'}",
@@ -76,7 +76,7 @@ def test_a_run_says_options_on_the_terminal_on_the_page_and_as_json(call, bent, 
     code, out, err = call("run", bent, "-o", "y", "-i", "u", "-n", 1, "--report", page, "--json", results)
     out = " ".join(out.split())
     assert code == 0, err
-    assert "try --memory jump or --model arx:1,1 --memory auto" in out
+    assert "try --memory restart or --model arx:1,1 --memory auto" in out
     for text in (out, page.read_text(), results.read_text()):
         assert "AutoMemory()" not in text and "RestartOnChange()" not in text
 
@@ -84,7 +84,7 @@ def test_a_run_says_options_on_the_terminal_on_the_page_and_as_json(call, bent, 
 @pytest.mark.parametrize(
     "memory, words",
     [
-        ("weighted:0", "--model arx:1,1 --memory weighted:0: lam must be a positive finite number, got 0.0"),
+        ("exponential:0", "--model arx:1,1 --memory exponential:0: lam must be a positive finite number, got 0.0"),
         ("matching:foo", "--model arx:1,1 --memory matching:foo: rule must be one of"),
         ("window:2", "a window of 2 samples cannot learn 2 parameters and the variance of the noise: it needs"),
     ],

@@ -136,16 +136,14 @@ def run(
         str | None,
         typer.Option(
             metavar="KIND:NUMBER",
-            help="How the past is forgotten: never (constant parameters; the default without --model), walk:Q (they "
-            "drift; variance per sample) or walk:JUMP/EVERY (as jumps of that size every so many samples would have "
-            "it), jump or jump:STEP (constant until they jump; size to expect where output and inputs have size one). "
-            "With --model also auto (the default there, without --jumps; nothing to tune: how fast each parameter "
-            "drifts, the noise, outliers and jumps are found out; auto:outliers or auto:jumps where only these are to "
-            "be expected), limited:N and weighted:P (gains that stop at 1/N, at 1-P), variable:N (forgets when "
-            "surprised), directional:P (only what new samples speak about), window:T (the last T samples), "
-            "runlengths:JUMP/EVERY (all instants of a jump considered), reset:N (like jump; then the gain is 1/N), "
-            "drift:NVR (a walk of that noise variance ratio), bank or interacting (several of them at once), "
-            "likelihood, fuzzy, matching, auxiliary, correlation or variational (the ratio is learnt).",
+            help="How the past is forgotten: constant (constant parameters; the default without --model), random- "
+            "walk:Q (they drift; variance per sample) or random-walk:JUMP/EVERY (as jumps of that size every so "
+            "many samples would have it), restart or restart:STEP (constant until they jump; size to expect "
+            "where output and inputs have size one). With --model also auto (the default there, without --jumps; "
+            "nothing to tune: how fast each parameter drifts, the noise, outliers and jumps are found out; "
+            "auto:outliers or auto:jumps where only these are to be expected), exponential:LAM (a sample fades "
+            "to LAM of its weight with each new one), window:T (the last T samples), drift:NVR (a walk of that "
+            "noise variance ratio), and more: --memory list says what each is.",
         ),
     ] = None,
     jumps: Annotated[
@@ -156,7 +154,7 @@ def run(
             "parameters (which one, which way; SIZE of its jump where output and inputs are of size one; needs "
             "--model), level (a shift of the innovations; SIZE in standard deviations), noise (they widen, as they do "
             "when any parameter jumps; SIZE: variance after over before), glr (a shift of any size; SIZE: samples to "
-            "look back). How to start afresh: --memory jump:STEP or reset:N.",
+            "look back). How to start afresh: --memory restart:STEP or gain-reset:N.",
         ),
     ] = None,
     smooth: Annotated[
@@ -296,8 +294,8 @@ def compare(
         typer.Argument(
             metavar="SPEC...",
             help="Estimators: KIND:ORDERS or KIND:ORDERS@MEMORY, written as --model and --memory of run (arx:2,2,1, "
-            "arx:2,2,1@weighted:0.995, armax:2,2,1,1), joint:N or joint:N,NOISE (joint:3@jump, joint:2,unknown), last "
-            "(the last value), mean (so far), or average (of the others).",
+            "arx:2,2,1@exponential:0.995, armax:2,2,1,1), joint:N or joint:N,NOISE (joint:3@restart, joint:2,unknown), "
+            "last (the last value), mean (so far), or average (of the others).",
         ),
     ],
     output: Annotated[str, typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")],
@@ -317,7 +315,7 @@ def compare(
     All see the same samples once, and are scored on the same ones: one-step fit, log predictive density (the order of
     the table), calibration, alarms and cost.
 
-    Example: driftwise compare plant.csv arx:2,2,1 arx:2,2,1@weighted:0.995 joint:2 last -o temperature -i heater
+    Example: driftwise compare plant.csv arx:2,2,1 arx:2,2,1@exponential:0.995 joint:2 last -o temperature -i heater
     """
     from driftwise.cli.compare import execute
     from driftwise.cli.options import Plan

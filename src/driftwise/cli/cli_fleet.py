@@ -51,7 +51,7 @@ def run(
         typer.Option(
             metavar="KIND:NUMBER",
             help="As for run: auto if omitted (how fast each parameter drifts, noise, outliers and jumps are found "
-            "out), never (several times faster), weighted:LAMBDA, jump, ...",
+            "out), constant (several times faster), exponential:LAM, restart, ...",
         ),
     ] = None,
     jumps: Annotated[

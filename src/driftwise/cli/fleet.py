@@ -59,7 +59,7 @@ class Order:
     @property
     def kept(self) -> str:
         """The word for the memory."""
-        return self.memory or ("never" if self.jumps or self.is_joint else "auto")
+        return self.memory or ("constant" if self.jumps or self.is_joint else "auto")
 
     @property
     def is_joint(self) -> bool:
@@ -131,7 +131,7 @@ def estimator_of(order: Order) -> Any:
     dt = order.dt or 1.0
     if order.is_joint:
         if order.jumps:
-            raise InputError("--jumps is for --model arx and its kin; with joint say --memory jump or jump:STEP.")
+            raise InputError("--jumps is for --model arx and its kin; with joint say --memory restart or restart:STEP.")
         text = order.chosen + (f"@{order.memory}" if order.memory else "")
         return specs.estimators([text], order.inputs, dt)[text]
     memory = specs.policy(order.kept, order.jumps, False)

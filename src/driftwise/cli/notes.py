@@ -50,12 +50,12 @@ def described(plan, dt: float) -> list[str]:
     found += ["direct term"] if plan.direct else []
     memories = {
         "auto": "parameters that may drift or jump",
-        "never": "constant parameters",
-        "jump": "parameters that may jump",
+        "constant": "constant parameters",
+        "restart": "parameters that may jump",
     }
     if plan.jumps:
         kind, _, numbers = plan.jumps.partition(":")
-        memories["never"] = memories["jump"]
+        memories["constant"] = memories["restart"]
         restart = [f"alarms at {DETECTORS[kind][0]}, 1 false in {number(rate(numbers.partition(',')[0]))} samples"]
     if not plan.model:
         found.append("unknown noise colour" if plan.noise == "unknown" else plan.noise)

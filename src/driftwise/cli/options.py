@@ -71,7 +71,7 @@ class Plan(NamedTuple):
     @property
     def kept(self) -> str:
         """The word for the memory: that of --memory, else auto where a recursive model need not wait for --jumps."""
-        return self.memory or ("never" if self.model is None or self.jumps is not None else "auto")
+        return self.memory or ("constant" if self.model is None or self.jumps is not None else "auto")
 
     @property
     def policy(self) -> Any:

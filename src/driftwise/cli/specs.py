@@ -11,7 +11,7 @@ from driftwise import memory as memories
 from driftwise.engine.errors import CommandError, InputError
 
 __all__ = [
-    "DETECTORS", "MEMORIES", "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
+    "DETECTORS", "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
     "recursive", "refusal",
 ]  # fmt: skip
 
@@ -27,21 +27,7 @@ MODELS = {
 }
 PER_INPUT = ("nb", "nf", "nk")
 LARGEST = 1000  # a covariance has the square of it
-MEMORIES = (
-    "never (constant parameters), walk:Q (they drift; variance per sample, for example walk:1e-6), walk:JUMP/EVERY "
-    "(the same for jumps of that size every so many samples), jump or jump:STEP (they jump; size to expect, 1 if "
-    "omitted); with --model also auto (how fast each parameter drifts, the noise, outliers and jumps are found out), "
-    "auto:outliers or auto:jumps (only these surprise), reset:N (they jump; then the gain is 1/N again), "
-    "limited:N (gain 1/n, then 1/N), "
-    "weighted:P (a sample fades to P of its weight with each new one), variable:N (forgets when surprised, else N "
-    "samples), directional:P (weighted, but only what new samples speak about), window:T (the last T samples), "
-    "runlengths:JUMP/EVERY (jumps of that size every so many samples, all instants considered), drift:NVR or "
-    "drift:NVR/PHI (they wander with that noise variance ratio, a memory of 1/sqrt(NVR) samples, and relax by PHI); "
-    "with a ratio that is learnt: likelihood, fuzzy, matching or matching:RULE (scalar, gain, myers-tapley, em), "
-    "auxiliary, correlation, variational or variational:RULE (drift, noise, both); bank or interacting (several speeds "
-    "at once)"
-)
-JOINT = ("never", "walk", "jump")  # memories of the joint filter
+JOINT = ("constant", "random-walk", "restart")  # memories of the joint filter
 # what a detector watches, and what its SIZE is
 DETECTORS = {
     "parameters": ("jumps of a parameter", "the jump to expect, where output and inputs are of size one"),
@@ -106,7 +92,7 @@ def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
     if is_joint and kind not in JOINT:
         raise InputError(
             f"--memory {text} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) takes "
-            "never, walk:Q or jump:STEP."
+            "constant, random-walk:Q or restart:STEP."
         )
     if jumps is None:
         return found
@@ -118,7 +104,7 @@ def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
     if not isinstance(found, memories.Constant | memories.RestartOnChange):
         raise InputError(
             f"--jumps {jumps} restarts a memory that forgets nothing in between, and --memory {text} forgets all the "
-            "time: leave one of them out, or say --memory jump:STEP."
+            "time: leave one of them out, or say --memory restart:STEP."
         )
     watching = detector(jumps)
     return (
@@ -159,85 +145,10 @@ def detector(text: str) -> Any:
 
 
 def memory(text: str) -> Any:
-    """Return the memory policy that a text such as "weighted:0.99" names."""
-    kind, colon, numbers = text.partition(":")
-    plain: dict[str, Callable[[], Any]] = {
-        "auto": memories.AutoMemory,
-        "bank": memories.MultipleModel,
-        "interacting": memories.IMM,
-        "never": memories.Constant,
-        "jump": memories.RestartOnChange,
-        "likelihood": memories.LikelihoodDrift,
-        "fuzzy": memories.FuzzyDrift,
-        "matching": memories.CovarianceMatching,
-        "auxiliary": memories.AuxiliaryFilter,
-        "correlation": memories.AutocovarianceLS,
-        "variational": memories.VariationalBayes,
-    }
-    ruled: dict[str, Callable[[str], Any]] = {
-        "auto": memories.AutoMemory,
-        "matching": memories.CovarianceMatching,
-        "variational": memories.VariationalBayes,
-    }
-    one: dict[str, Callable[[float], Any]] = {
-        "limited": memories.GainFloor,
-        "weighted": memories.ExponentialForgetting,
-        "variable": memories.VariableForgetting,
-        "directional": memories.DirectionalForgetting,
-        "window": lambda number: memories.Window(_whole(text, number)),
-        "reset": lambda number: memories.RestartOnChange(response=memories.GainReset(number)),
-    }
-    if kind in plain and not colon:
-        return plain[kind]()
-    if kind in one and numbers:
-        return one[kind](_number(text, numbers))
-    if kind in ruled and numbers:
-        return ruled[kind](numbers)
-    if kind == "drift" and numbers:
-        nvr, slash, phi = numbers.partition("/")
-        phis = _one_or_each(floats("--memory drift:NVR/", phi)) if slash else 1.0
-        return memories.Drift(phi=phis, nvr=_one_or_each(floats("--memory drift:", nvr)))
-    if kind == "ekf":
-        from driftwise.memory.settings import EKF
+    """Return the memory policy that a text such as "exponential:0.99" names."""
+    from driftwise.memory.words import read
 
-        raise InputError(f"--memory ekf: {EKF}.")
-    if kind == "runlengths" and numbers:
-        return memories.BayesianChangePoint(*_jump_every(text, numbers))
-    if kind == "walk" and "/" in numbers:
-        return memories.RandomWalk(matched=_jump_every(text, numbers))
-    if kind == "walk" and numbers:
-        return memories.RandomWalk(_one_or_each(floats("--memory walk:", numbers)))
-    if kind == "jump" and numbers:
-        steps = floats("--memory jump:", numbers)
-        if not all(step > 0 for step in steps):
-            raise InputError(f"--memory jump:STEP is the size of jump to expect, a positive number, got {numbers!r}.")
-        return memories.RestartOnChange(response=memories.CovarianceInflation(_one_or_each(steps)))
-    raise InputError(f"--memory must be {MEMORIES}; got {text!r}.")
-
-
-def _jump_every(text: str, numbers: str) -> tuple[Any, float]:
-    """Return (jump, every) of "0.3/1000", or of "0.3,0.1/1000": one jump for each parameter."""
-    kind, (jump, _, every) = text.partition(":")[0], numbers.partition("/")
-    if not jump or not every:
-        raise InputError(f"--memory {kind}:JUMP/EVERY takes two numbers, for example {kind}:0.3/1000; got {text!r}.")
-    return _one_or_each(floats(f"--memory {kind}:", jump)), _number(text, every)
-
-
-def _one_or_each(values: list[float]) -> Any:
-    return values[0] if len(values) == 1 else tuple(values)
-
-
-def _whole(text: str, number: float) -> int:
-    if not float(number).is_integer():
-        raise InputError(f"--memory {text}: a whole number of samples is expected.")
-    return int(number)
-
-
-def _number(text: str, numbers: str) -> float:
-    values = floats(f"--memory {text.partition(':')[0]}:", numbers)
-    if len(values) != 1:
-        raise InputError(f"--memory {text}: one number is expected there, got {numbers!r}.")
-    return values[0]
+    return read(text)
 
 
 # --- whole estimators, as `driftwise compare` takes them -----------------------------------------------------
@@ -276,7 +187,7 @@ NOISES = {"equation-error": "EquationError", "output-error": "OutputError", "unk
 
 
 def estimators(texts: list[str], inputs: tuple[str, ...], dt: float) -> dict[str, Any]:
-    """Return what SPECs such as "arx:2,2,1@weighted:0.995", "joint:3@jump" or "last" name, by their text."""
+    """Return what SPECs such as "arx:2,2,1@exponential:0.995", "joint:3@restart" or "last" name, by their text."""
     if len(set(texts)) < len(texts):
         twice = next(text for text in texts if texts.count(text) > 1)
         raise InputError(f"SPEC {twice} was given twice; each estimator is compared once.")
@@ -288,11 +199,11 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
     what, at, kept = text.partition("@")
     kind, _, numbers = what.partition(":")
     if at and not kept:
-        raise InputError(f"SPEC {text}: a memory is expected behind @, for example {what}@weighted:0.99.")
+        raise InputError(f"SPEC {text}: a memory is expected behind @, for example {what}@exponential:0.99.")
     if kind not in MODELS and kind != "joint":
         raise InputError(
-            f"SPEC {text!r} is not known: it is written KIND:ORDERS or KIND:ORDERS@MEMORY, for example arx:2,2,1@jump; "
-            f"KIND is one of joint, {', '.join(MODELS)}, or all of it is one of {', '.join(NAMED)}."
+            f"SPEC {text!r} is not known: it is written KIND:ORDERS or KIND:ORDERS@MEMORY, for example "
+            f"arx:2,2,1@restart; KIND is one of joint, {', '.join(MODELS)}, or all of it is one of {', '.join(NAMED)}."
         )
     if kind != "joint":
         seen = () if kind in ("ar", "arma") else inputs  # compared with others that look at inputs
@@ -307,4 +218,4 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
             f"one of {', '.join(NOISES)}."
         )
     how = getattr(models, NOISES[noise or "equation-error"])()
-    return families.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "never", None, True), dt=dt)
+    return families.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "constant", None, True), dt=dt)

@@ -17,7 +17,7 @@ from .settings import more_than_one
 from .unknown_drift import SEEN, common, drift_state_size, excite, learns_drift, open_drift_state, wander
 
 
-@register("likelihood", about="the ratio of each climbs the likelihood")
+@register("likelihood", about="the ratio of each parameter is learnt, up the likelihood")
 class LikelihoodDrift(NamedTuple):
     """The speed of drift of each parameter, by a Gauss-Newton step up the likelihood at every sample.
 

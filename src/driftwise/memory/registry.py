@@ -62,7 +62,7 @@ def public() -> dict[str, Entry]:
 
     for name in memory.__all__:  # loads the file of each
         getattr(memory, name)
-    return ENTRIES
+    return {name: ENTRIES[name] for name in memory.__all__ if name in ENTRIES} | ENTRIES
 
 
 class View(NamedTuple):

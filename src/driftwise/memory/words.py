@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from ..engine.errors import InputError
 from .registry import public
+from .settings import EKF
 
 
 class Words(NamedTuple):
@@ -71,10 +72,11 @@ def read(text: str) -> Any:
             return kind()
         if words.rest and any(form.startswith(f"{words.kind}:") for form in forms):
             return make(words)
+    if words.kind == "ekf":
+        raise InputError(f"--memory ekf: {EKF}.")
     raise InputError(f"--memory must be {all_forms()}; got {text!r}.")
 
 
 def all_forms() -> str:
     """Return how every memory is written, and what it is, in one sentence."""
-    said = (f"{' or '.join(forms)} ({about})" for _, forms, about, _ in public().values() if forms)
-    return ", ".join(said)
+    return ", ".join(f"{' or '.join(forms)} ({about})" for _, forms, about, _ in public().values() if forms)

@@ -9,7 +9,7 @@ __all__ = ["spoken", "spoken_verdicts"]
 
 # what the estimators' words become behind --memory and --noise
 WORDS = {
-    "AutoMemory()": "auto", "Constant()": "never", "RestartOnChange()": "jump", "RandomWalk(q)": "walk:Q",
+    "AutoMemory()": "auto", "Constant()": "constant", "RestartOnChange()": "restart", "RandomWalk(q)": "random-walk:Q",
     "UnknownPolynomial()": "unknown",
     "OutputError()": "output-error", "EquationError()": "equation-error",
 }  # fmt: skip
@@ -34,7 +34,7 @@ def spoken(text: str) -> str:
     """Return the text in the words of the command line.
 
     >>> spoken("try memory=RestartOnChange() or AutoMemory()"), spoken("try ARX(2, 2, memory=AutoMemory())")
-    ('try --memory jump or auto', 'try --model arx:2,2 --memory auto')
+    ('try --memory restart or auto', 'try --model arx:2,2 --memory auto')
     """
     for said, instead in PHRASES.items():
         text = text.replace(said, instead)
