@@ -11,7 +11,7 @@ import pytest
 
 from driftwise.engine.layout import REST, Field, Layout, each, joined, layout_of, numbers, policy
 
-OFFSET = 2  # a name of the module stands for itself
+n = 99  # a name of the module is no size
 
 
 class Form(NamedTuple):
@@ -29,9 +29,10 @@ LAYOUT = Layout(
     *joined("s", Field("x", ("n",)), Field("theta", ("N - n",))),
     Field("U", ("N", "N")),
     *joined("pairs", *each("n", low="below", high="above"), table=("2", "n")),
-    Field("tests", ("OFFSET * n * (form.tested > 0)",)),
+    Field("tests", ("pair * n * (form.tested > 0)",)),
     Field("gains", ("len(form.gains)",)),
     policy("memory_state", of="memory"),
+    pair=2,
     N="n * (inputs + 1)",
 )
 LAYOUT.on(Form)

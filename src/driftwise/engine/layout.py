@@ -9,9 +9,9 @@
     )
     JOINT.on(Form)
 
-A size is Python: a name is what the layout or the module around it defines, else a number of the form, ``n`` being
-``int(form.n)``; ``form`` is the form itself (``len(form.H)``). A size of 0 or 1 is a condition. Neighbours that are
-joined are one view. What is written, `Layout.source`, a debugger can step through, and it compiles.
+A size is Python: a name is what the layout defines, else a number of the form, ``n`` being ``int(form.n)``; ``form``
+is the form itself (``len(form.H)``). A size of 0 or 1 is a condition. Neighbours that are joined are one view. What is
+written, `Layout.source`, a debugger can step through, and it compiles.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Layout:
     ----------
     *fields : in the order of the row
     given : names of sizes that the functions below take one by one, in place of a form
-    **sizes : names for sizes, each in terms of those before it; and functions that sizes call
+    **sizes : names for sizes, each in terms of those before it, for constants, and for functions that sizes call
 
     Attributes
     ----------
@@ -81,39 +81,40 @@ class Layout:
     source : the text of these functions
     """
 
-    def __init__(self, *fields: Field, given: tuple[str, ...] = (), **sizes: str | Callable):
+    def __init__(self, *fields: Field, given: tuple[str, ...] = (), **sizes: str | int | Callable):
         self.fields, self.given = fields, given
-        self.sizes = {name: size for name, size in sizes.items() if isinstance(size, str)}
-        self._functions = functions = {name: size for name, size in sizes.items() if not isinstance(size, str)}
+        self.sizes = {name: str(size) for name, size in sizes.items() if not callable(size)}
+        self.functions = {name: size for name, size in sizes.items() if callable(size)}
         self.views: dict[str, list[Field]] = {}
         for field in fields:
             self.views.setdefault(field.view or field.name, []).append(field)
         frame = sys._getframe(1)
         while frame.f_globals["__name__"] == __name__:
             frame = frame.f_back  # type: ignore[assignment]
-        around, line = frame.f_globals | functions, frame.f_lineno
-        module = around["__name__"]
-        self._is_defined = frozenset(dir(builtins)) | {name for name in around if not name.startswith("_")} | {"form"}
+        module, line = frame.f_globals["__name__"], frame.f_lineno
         self.Row: Any = namedtuple("Row", list(self.views), module=module)  # type: ignore[misc]
         Places = namedtuple("Places", list(self.views), module=module)  # type: ignore[misc]
         self.source = "\n".join(self._write())
         filename = f"<layout of {module}, line {line}>"
         linecache.cache[filename] = len(self.source), None, self.source.splitlines(keepends=True), filename
-        scope: dict[str, Any] = {**around, "Row": self.Row, "Places": Places, "matrix": matrix}
-        exec(compile(self.source, filename, "exec"), scope)
-        self.open: Callable = scope["open_row"]
-        self.places: Callable[..., Any] = scope["places"]
-        self.size: Callable[..., int] = scope["row_size"]
-        self._shapes: Callable[..., list[tuple[int, ...]]] = scope["shapes"]
+        scope: dict[str, Any] = {"__name__": module, "Row": self.Row, "Places": Places, "matrix": matrix}
+        written: dict[str, Any] = {}
+        exec(compile(self.source, filename, "exec"), scope | self.functions, written)
+        for function in written.values():
+            function.__qualname__ += f"_{line}"  # another layout's have names of their own
+        self.open: Callable = written["open_row"]
+        self.places: Callable[..., Any] = written["places"]
+        self.size: Callable[..., int] = written["row_size"]
+        self._shapes: Callable[..., list[tuple[int, ...]]] = written["shapes"]
 
     def on(self, *forms: type) -> None:
         """Let the rows of these forms be laid out like this."""
         open_row.on(*forms)(self.open)
         _layouts.update(dict.fromkeys(forms, self))
 
-    def replace(self, *more: Field, given: tuple[str, ...] = (), **sizes: str) -> Layout:
+    def replace(self, *more: Field, given: tuple[str, ...] = (), **sizes: str | int) -> Layout:
         """Return the same layout with more fields behind, and other sizes."""
-        known: dict[str, Any] = {**self._functions, **self.sizes, **sizes}
+        known: dict[str, Any] = {**self.functions, **self.sizes, **sizes}
         return Layout(*self.fields, *more, given=given or self.given, **known)
 
     def dtype(self, *form, more=()) -> np.dtype:
@@ -152,7 +153,7 @@ class Layout:
 
     def _names(self) -> Iterator[str]:
         """Yield the lines that name the sizes."""
-        known = {*self._is_defined, *self.given} - self.sizes.keys()
+        known = {"form", *dir(builtins), *self.functions, *self.given}
         texts = [*self.sizes.items(), *(("", size) for field in self.fields for size in field.shape if size != REST)]
         for name, text in texts:
             for node in ast.walk(ast.parse(text, mode="eval")):

@@ -36,6 +36,7 @@ CHANGE_POINT = Layout(
     ),
     Field("hypotheses", ("hypotheses", "hypothesis_size(N)"), "each that may be"),
     given=("N", "hypotheses"),
+    hypothesis_size=hypothesis_size,
 )
 open_change_point = kernel(CHANGE_POINT.open)
 

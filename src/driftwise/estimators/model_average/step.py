@@ -68,7 +68,8 @@ AVERAGE = Layout(
         behind="samples behind c",
     ),
     given=("members",),
-    all="members + len(NAIVE)",
+    SCALES=SCALES,
+    all=f"members + {len(NAIVE)}",
 )
 open_average = kernel(AVERAGE.open)
 AVERAGE_SAMPLE = Layout(
@@ -85,8 +86,10 @@ AVERAGE_SAMPLE = Layout(
         floor="least variance",
     ),
     Field("shares", ("SCALES",), "q_j of the density"),
-    Field("weights", ("members + len(NAIVE)",), "of each member, and of each naive forecaster"),
+    Field("weights", ("all",), "of each member, and of each naive forecaster"),
     given=("members",),
+    SCALES=SCALES,
+    all=f"members + {len(NAIVE)}",
 )
 
 

@@ -95,6 +95,15 @@ TRACK = Layout(
     Field("circle", ("circles(C)", "circle_size(C)"), "each that turns: state, covariance, scales"),
     Field("pole", ("POLES", "pole_size(C)"), "each with a manoeuvre pole: state, covariance, scales"),
     given=("C",),
+    EACH=EACH,
+    TAILS=TAILS,
+    KALMAN=KALMAN,
+    LINEAR=LINEAR,
+    POLES=POLES,
+    members=members,
+    circles=circles,
+    circle_size=circle_size,
+    pole_size=pole_size,
 )
 TRACK_SAMPLE = Layout(
     *each(
@@ -123,6 +132,9 @@ TRACK_SAMPLE = Layout(
     Field("shares", ("TAILS",), "of the scales of the tails"),
     Field("weights", ("members(C)",), "of the members"),
     given=("C",),
+    TAILS=TAILS,
+    members=members,
+    triangle=triangle,
 )
 row_at, sample_at = kernel(TRACK.places), kernel(TRACK_SAMPLE.places)
 row_size, columns = kernel(TRACK.size), kernel(TRACK_SAMPLE.size)

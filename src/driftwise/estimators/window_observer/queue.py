@@ -70,6 +70,7 @@ QUEUE = Layout(
     Field("behind", ("size",), "segment of the newest samples"),
     Field("block", ("block", "size"), "segments of the front's block in use"),
     Field("blocks", ("capacity // block", "size"), "the oldest segment of each block"),
+    laid_out=laid_out,
     size="laid_out(form).size",
 )
 QUEUE.on(QueueForm)
