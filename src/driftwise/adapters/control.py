@@ -17,7 +17,7 @@ except ImportError:
 from ..engine import validation
 from ..engine.errors import InputError
 from ..estimators.arx.row import HUGE
-from ..estimators.common.posterior import Posterior
+from ..estimators.base import is_estimator
 from .regulator import Lagged, cautious_gain
 
 MISSING = 1e99  # a signal that says "missing": python-control interpolates and compares signals, which NaN breaks
@@ -27,7 +27,7 @@ class Rows:
     """States of an estimator among the numbers of a system's state; zeros stand for a fresh one."""
 
     def __init__(self, estimator):
-        if not isinstance(estimator, Posterior):
+        if not is_estimator(estimator) or estimator.outputs is not None or not estimator.fits_fleet:
             raise InputError(
                 f"estimator must be one of driftwise with one output, such as ARX(2, 2), got {estimator!r}"
             )

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from ..engine.errors import InputError
-from ..estimators.arx.estimator import ARX
 
 STEPS, SETTLED = 200, 1e-9  # of the Riccati recursion at most; relative change of the gain that ends it
 
@@ -29,7 +28,7 @@ class Lagged:
     @classmethod
     def of(cls, est) -> Lagged:
         """Return the form of an `ARX` with one delayed input; raise InputError where it is something else."""
-        if not (isinstance(est, ARX) and est.model.inputs == 1 and est.model.nk[0] >= 1 and est.model.nb[0] >= 1):
+        if not (est.is_arx and est.model.inputs == 1 and est.model.nk[0] >= 1 and est.model.nb[0] >= 1):
             raise InputError(
                 f"the controller is designed from an ARX with one input and a delay of at least 1, got {est!r}; "
                 "create_adaptive_iosystem takes any estimator of one output"

@@ -175,10 +175,7 @@ def _deviations(difference, std, other) -> float:
 
 def _parameters(est, state):
     """Return the parameters of an estimator, and their covariance."""
-    if hasattr(est, "parameters_of"):
-        return est.parameters_of(state)
-    model = est.model_of(state)
-    return model.values, model.covariance
+    return est.parameters_of(state)
 
 
 def level(est, state, u) -> tuple[float, float]:

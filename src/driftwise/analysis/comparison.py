@@ -12,6 +12,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.errors import InputError
 from ..engine.status import Status
+from ..estimators.base import is_estimator
 from ..results.summary import pool
 from ..results.whiteness import score
 from .forecast import forecast
@@ -78,7 +79,7 @@ class Comparison:
             raise InputError(f"estimators must have the same inputs, or none, got {sorted(inputs)} of them")
         self.inputs = max(inputs, default=0)
         self.unknowns = [unknowns_of(est) for est in self.estimators.values()]
-        largest = max(one.model.N for est in self.estimators.values() for one in getattr(est, "members", [est]))
+        largest = max(one.model.N for est in self.estimators.values() for one in est.members or [est])
         self.settle = max(2 * largest, LEAST) if settle is None else validation.count("settle", settle)
         M = len(self.estimators)
         self.samples = self.measured = self.scored = 0
@@ -248,16 +249,14 @@ def shown(row: Row) -> list[str]:
 
 def inputs_of(name: str, est) -> int:
     """Return how many inputs an estimator of one output has."""
-    model = getattr(est, "model", None)
-    is_single = np.ndim(getattr(est, "y_scale", ())) == 0 and hasattr(est, "y_scale")
-    if not hasattr(est, "scan") or not is_single:
+    if not is_estimator(est) or est.y_scale is None or np.ndim(est.y_scale):
         raise InputError(f"estimators[{name!r}] must be an estimator of one output, such as ARX(2, 2), got {est!r}")
-    return est.inputs if model is None else model.inputs
+    return est.model.inputs
 
 
 def unknowns_of(est) -> int:
     """Return how many numbers an estimator estimates; of an average, all its members'."""
-    return sum(map(unknowns_of, est.members)) if hasattr(est, "members") else int(est.model.N)
+    return sum(map(unknowns_of, est.members)) if est.members else int(est.model.N)
 
 
 def compare(y, u=None, estimators=None, *, settle: int | None = None) -> Comparison:

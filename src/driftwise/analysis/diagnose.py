@@ -49,7 +49,7 @@ def diagnose(
         return of_outputs(trace.summary().parts)
     s = trace.summary() if summary is None else summary
     y, u = (trace.y, trace.u) if record is None and summary is None else (None, None) if record is None else record
-    holds_poles = getattr(trace.estimator, "holds_poles", False)  # at 1: neither taught nor in doubt
+    holds_poles = trace.estimator.holds_poles  # at 1: neither taught nor in doubt
     if identifiable is None and y is not None and s.is_enough and not holds_poles:
         identifiable = taught(trace.estimator, y, u)
     found = of_summary(s)
@@ -156,7 +156,7 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
         return Verdict(name, value, ANY, True, f"odds of drift; {speeds.words}{also}; both are followed")
     if speeds is not None:
         return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}){also}")
-    if getattr(s.estimator, "holds_poles", False):
+    if s.estimator.holds_poles:
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
     if are_told and (s.jumps or trace.watches):
         return Verdict(name, math.nan, ANY, True, f"jumps are followed; {BETWEEN_JUMPS}")

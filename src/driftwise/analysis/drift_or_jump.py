@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..engine.errors import InputError
-from ..estimators.arx.estimator import ARX
-from ..estimators.joint.estimator import Joint
 from ..estimators.smoothing.fit import Fit, given, most_likely
 from ..estimators.smoothing.jumps import detect, learner, steps
 from ..estimators.smoothing.likelihood import FREED, Likelihood
 from ..estimators.smoothing.smoother import readable
-from ..models.noise import EquationError
 
-__all__ = ["Constancy", "Odds", "constancy", "odds", "regression"]
+__all__ = ["Constancy", "Odds", "constancy", "odds"]
 
 PARTS = 8  # of a record; after 2 to 6 of them the estimates are compared with the last ones
 CLEAR = 0.3  # of a deviation must have been learnt since
@@ -45,17 +42,6 @@ class Constancy(NamedTuple):
     tried: int
 
 
-def regression(estimator) -> Any:
-    """Return the estimator as a regression on data: itself, or an ARX of the same lags; None where it is none."""
-    if isinstance(estimator, ARX):  # AR, Regression too
-        return estimator if estimator.options["method"] == "ls" else None
-    if not isinstance(estimator, Joint) or not isinstance(estimator.options["noise"], EquationError):
-        return None
-    form = estimator.model
-    lags = (form.n + form.direct,) * form.inputs
-    return ARX(form.n, lags, (1 - form.direct,) * form.inputs)
-
-
 def odds(estimator, y, u=None) -> Odds | None:
     """Return the odds of drift and of jumps to constant parameters; None where the model is no regression on data.
 
@@ -71,7 +57,7 @@ def odds(estimator, y, u=None) -> Odds | None:
     >>> odds(dw.ARX(2, 2), y, u).jumped
     'a1 by +0.19 at sample 402'
     """
-    est = regression(estimator)
+    est = estimator.as_regression()
     if est is None:
         return None
     try:

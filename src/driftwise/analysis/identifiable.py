@@ -162,7 +162,7 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
 def taught(estimator, y, u) -> Identifiability | None:
     """Return what the first rows of a record could teach an estimator; None without poles, or where no row is whole."""
     form = estimator.model
-    order = getattr(form, "order", form.n)
+    order = estimator.order
     if not order:
         return None
     try:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ..estimators.model_average.trace import AverageTrace
-from ..memory.restart_on_change import RestartOnChange
 from ..results import verbs
 from ..results.frames import as_frame
 from ..results.parameter_trace import ParameterTrace
@@ -214,7 +213,7 @@ class Finder:
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
         self.own_summary.add(Own(trace))
-        if isinstance(self.estimator.options["memory"], RestartOnChange):  # it is watched itself, at the same rate
+        if self.estimator.watches:  # it is watched itself, at the same rate
             alarms = trace.jumps()
         else:
             alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)

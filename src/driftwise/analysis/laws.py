@@ -18,7 +18,6 @@ from ..engine.errors import InputError, refuse_class
 from ..estimators.adaptive_gain.estimator import AdaptiveGain
 from ..estimators.arx.estimator import ARX
 from ..estimators.common.memories import fits_joint
-from ..estimators.common.observer import Observer
 from ..estimators.joint.estimator import Joint
 from ..fleet.fleet import Fleet
 from ..memory.exponential_forgetting import ExponentialForgetting
@@ -40,7 +39,7 @@ def same(a, b) -> bool:
 def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
     """Return a record (y, u) that fits the estimator: a stable plant, random inputs, gaps in both."""
     rng = np.random.default_rng(seed)
-    n, k = max(getattr(estimator.model, "order", estimator.model.n), 1), estimator.model.inputs
+    n, k = max(estimator.order, 1), estimator.model.inputs
     if _is_observer(estimator):
         return _example_of_a_plant(estimator, rng, samples, missing)
     if _outputs(estimator) is not None:
@@ -59,7 +58,7 @@ def example(estimator, samples: int = 120, seed: int = 0, missing: float = 0.1):
 
 def _is_observer(est):
     """Say whether the estimator observes a known plant: no parameters, estimates that may not be ready."""
-    return isinstance(est, Observer)
+    return est.is_observer
 
 
 def _example_of_a_plant(est, rng, samples, missing):
@@ -79,7 +78,7 @@ def _example_of_a_plant(est, rng, samples, missing):
 
 def _outputs(est):
     """Return the number of outputs where y has an axis for them, None where it has none."""
-    return getattr(est.model, "outputs", None)
+    return est.outputs
 
 
 def _example_of_several(form, rng, samples, missing):
@@ -148,7 +147,7 @@ def law_nan_is_missing(est, y, u):
     """NaN means missing, in outputs and inputs; time moves, estimates stay finite, theta waits (or relaxes)."""
     state = est.scan(y, u).state
     nothing = None if u is None else np.full(est.model.inputs, np.nan)
-    phi = np.asarray(getattr(est.options.get("memory"), "phi", 1.0))  # what the parameters relax by
+    phi = np.asarray(1.0 if est.relaxation is None else est.relaxation)  # what the parameters relax by
     disturbance = est.options.get("disturbance")
     if disturbance is not None:  # the last parameter, which fades by its pole
         phi = np.append(np.broadcast_to(phi, len(est.names) - 1), disturbance.pole)
@@ -265,7 +264,7 @@ def law_no_wind_up(est, y, u):
     state = est.scan(y, u).state
     state = est.scan(rest, None if u is None else np.zeros((2000, est.model.inputs)), state=state).state
     P, P0 = est.covariance(state), est.prior_covariance[np.ix_(est.model.salut, est.model.salut)]
-    n, room = est.model.n, 2.0 if hasattr(est.options.get("memory"), "phi") else 1.0
+    n, room = est.model.n, 1.0 if est.relaxation is None else 2.0
     assert np.all(np.diag(P)[n:] <= room * np.diag(P0)[n:] * (1 + 1e-9)), (
         "a parameter is less certain than before the first sample"
     )

@@ -14,7 +14,7 @@ from ..estimators.common.priors import WIDTH
 from ..estimators.joint.estimator import Joint
 from ..models.canonical import power_of_two
 from ..models.noise import EquationError
-from ..models.scale import InverseGamma, KnownScale
+from ..models.scale import InverseGamma
 from ..results.frames import as_frame
 from ..results.summary import Summary
 
@@ -160,7 +160,7 @@ class OrderEvidence:
     def _with_prior(self, n, units, level) -> Joint:
         """Return the estimator of order n under the prior that all orders share."""
         est = self._joint(n, units)
-        is_learnt = not isinstance(est.scale, KnownScale)
+        is_learnt = not est.has_known_scale
         P = np.diag(est.prior_covariance)[est.model.kernel] * (self.P0 / WIDTH / (level if is_learnt else 1.0))
         scale = (self.scale or InverseGamma(0.5, 0.5 * level)) if is_learnt else None
         return Joint(**{**est.options, "P0": P, "scale": scale})
@@ -174,7 +174,7 @@ class OrderEvidence:
         while level > SMALLEST:
             est = self._with_prior(self.orders[-1], units, level)
             state = est.scan(y, u if est.model.inputs else None, keep="innovations").state
-            if isinstance(est.scale, KnownScale) or state["observed"] < 2 * est.model.N:
+            if est.has_known_scale or state["observed"] < 2 * est.model.N:
                 break
             found = 4.0 ** round(math.log(max(est.sigma2(state), SMALLEST), 4))
             if found >= level:

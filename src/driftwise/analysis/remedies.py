@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
-from ..estimators.armax.estimator import ARMA, ARMAX, BJ, OE
-from ..estimators.arx.estimator import AR, ARX
-from ..estimators.arx.regression import Regression
-from ..estimators.joint.estimator import Joint
-from ..memory.auto import AutoMemory
-from ..memory.constant import Constant
-from ..models.noise import UnknownPolynomial
-from ..models.scale import KnownScale
 from ..results.whiteness import LAGS
 
 __all__ = ["for_bars", "for_colour", "memories"]
-
-ORDERS = {AR: "ARMA", ARX: "ARMAX", OE: "BJ", ARMAX: "BJ"}
 
 
 def for_colour(s=None, share: float = 0.0) -> str:
@@ -32,34 +22,23 @@ def for_colour(s=None, share: float = 0.0) -> str:
         )
     if s.jumps:
         return "right after jumps it never is; where there are none, try a higher order or another noise model"
-    if hasattr(est, "remedy"):
+    if est.remedy:
         return f"try {est.remedy}"
-    if isinstance(est, Regression):
-        tried = "another regressor"
-    elif isinstance(est, Joint):
-        coloured = isinstance(est.options["noise"], UnknownPolynomial)
-        tried = "a higher order" if coloured else "noise=UnknownPolynomial(), or a higher order"
-    elif type(est) in ORDERS:
-        tried = f"{ORDERS[type(est)]}, or a higher order"
-    elif isinstance(est, ARMA | BJ):
-        tried = "a higher order"
-    else:
-        tried = "a higher order, or another noise model"
-    walks = ", or parameters that walk or jump" if isinstance(_memory(est), Constant) else ""
-    return f"try {tried}{walks}"
+    walks = ", or parameters that walk or jump" if est.is_constant else ""
+    return f"try {est.for_colour}{walks}"
 
 
 def for_bars(value: float, s=None) -> str:
     """Return what to try where NIS is too far from one."""
-    if s is not None and isinstance(getattr(s.estimator, "scale", None), KnownScale):
+    if s is not None and s.estimator.has_known_scale:
         way = "larger" if value > 1 else "smaller"
         return f"the noise is {way} than the variance that was given, so give another, or none: then it is learnt"
-    if s is not None and hasattr(s.estimator, "remedy"):
+    if s is not None and s.estimator.remedy:
         return f"the noise changed along the track, or C does not fit: try {s.estimator.remedy}"
     est = None if s is None else s.estimator
     if value < 1:
         why = "the noise has become quieter, or the drift allowed for is too fast"
-    elif est is None or isinstance(_memory(est), Constant):
+    elif est is None or est.is_constant:
         why = "let the parameters drift or jump, or the variance of the noise"
     else:
         why = "the plant changes faster than the memory forgets, or the noise became louder"
@@ -68,14 +47,7 @@ def for_bars(value: float, s=None) -> str:
 
 def memories(est=None, plain: str = "") -> str:
     """Return the memory to try, ``plain`` or `AutoMemory`: not the one in use, nor one it cannot have."""
-    if isinstance(_memory(est), AutoMemory):
+    if est is not None and est.is_automatic:
         return "a higher order, or another noise model"
-    auto = "memory=AutoMemory()"
-    if isinstance(est, Joint):
-        n = est.options["order"]
-        auto = f"ARX({n}, {n}, memory=AutoMemory())" if est.options["inputs"] else f"AR({n}, memory=AutoMemory())"
+    auto = "memory=AutoMemory()" if est is None else est.automatic
     return f"{plain} or {auto.removeprefix('memory=')}" if plain else auto
-
-
-def _memory(est):
-    return getattr(est, "options", {}).get("memory")

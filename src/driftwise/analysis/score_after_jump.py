@@ -6,9 +6,7 @@ import numpy as np
 
 from ..detect.score_statistic import ScoreTest, score_test
 from ..engine.errors import InputError
-from ..estimators.arx.estimator import Recursive
 from ..estimators.arx.forecast import STEP
-from ..estimators.arx.methods import LeastSquares
 from ..memory.constant import Constant
 
 __all__ = ["what_changed"]
@@ -20,7 +18,7 @@ def what_changed(trace, sample: int, samples: int) -> ScoreTest:
     The estimator runs on with its parameters held; its innovations move with each of them by minus their slope.
     """
     est = trace.estimator
-    if not (isinstance(est, Recursive) and isinstance(est.policies[1], LeastSquares)):
+    if not est.tells_what_changed:
         raise InputError("what_changed() is for ARX, Regression, ARMAX and their kin with method 'ls', 'rpem' or 'plr'")
     before = trace.state_before(sample)
     held = type(est)(**{**est.options, "memory": Constant(), "gate": None})

@@ -66,7 +66,7 @@ class Study:
 def study(estimator, state, y, u, centered: str = "none") -> Study:
     """Return what the first rows of a record, y (T,) and u (T, k), can teach the estimator that was run over it."""
     form = estimator.model
-    order = getattr(form, "order", form.n)
+    order = estimator.order
     y, u = y[:ROWS], u[:ROWS]
     bound = _bound(estimator.model_of(state), y, u) if form.coloured else None
     return Study(taught(estimator, y, u), bound, len(y), centered, order)

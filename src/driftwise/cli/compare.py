@@ -73,8 +73,7 @@ def _compared(plan: Plan, texts: list[str], record: Record) -> tuple[Any, Any]:
 
 def _scaled(name: str, est, y, u):
     """Return an estimator in units of the data; one that goes by a fixed prior stays as it is."""
-    inputs = est.inputs if hasattr(est, "members") else est.model.inputs
-    return est if est.options.get("theta0") is not None else est.scaled_to(y, u if inputs else None)
+    return est if est.options.get("theta0") is not None else est.scaled_to(y, u if est.model.inputs else None)
 
 
 def _notes(plan: Plan, record: Record, offsets) -> list[str]:

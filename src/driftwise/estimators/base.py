@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..detect.variance import VarianceCUSUM
 from ..engine import compile, validation
 from ..engine.errors import InputError
 from ..engine.layout import Layout
@@ -16,6 +15,7 @@ from ..models.canonical import power_of_two
 from ..results.parameter_trace import ParameterTrace
 from ..results.snapshot import register
 from ..results.trace import width
+from .answers import Answers
 from .common.columns import SAMPLE
 from .common.times import instants
 
@@ -29,7 +29,7 @@ class Step(NamedTuple):
     status: Any
 
 
-class Estimator:
+class Estimator(Answers):
     """States as rows of numbers, and the compiled loop over them: for one sample, a record, a fleet.
 
     A kind of estimator sets what is annotated here, and says how its states are read. Inside, samples are (T, p). An
@@ -43,7 +43,6 @@ class Estimator:
     scratch_size: int
     options: dict[str, Any]
     dt: float
-    y_scale: Any
     u_scale: np.ndarray
     outputs: int | None = None  # p of an estimator of several outputs
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
@@ -74,28 +73,6 @@ class Estimator:
         state[self._x], state["theta"] = self._s0[:n], self._s0[n:]
         state["D"], state["U"] = self._D0, self._U0
         return state
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
-        return self.model.names
-
-    @property
-    def state_names(self) -> list[str]:
-        """Names of the states, in the order of ``state["x"]`` and of a trace's columns: the measured one last."""
-        n = self.model.n
-        return [f"x{n - i}" for i in range(n)]
-
-    @property
-    def odds(self) -> float | None:
-        """The odds at which the memory tells a jump from all else; None of one that weighs no explanations."""
-        return getattr(self.options.get("memory"), "odds", None)
-
-    @property
-    def watches(self) -> str:
-        """What tells the jumps: the "width" or the "level" of the innovations, or "", the memory itself."""
-        detector = getattr(self.options.get("memory"), "detector", None) or self.options.get("detector")
-        return "" if detector is None else "width" if isinstance(detector, VarianceCUSUM) else "level"
 
     def scaled_to(self, y, u=None):
         """Return the same estimator with its default prior in units of the data (powers of two).
@@ -282,3 +259,8 @@ class Estimator:
         return np.ndarray(
             (state.size, self.dtype.itemsize // 8), np.float64, state
         ).copy()  # faster than field by field
+
+
+def is_estimator(value: Any) -> bool:
+    """Say whether what a user hands over is an estimator at all."""
+    return isinstance(value, Estimator)

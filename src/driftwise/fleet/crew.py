@@ -28,7 +28,7 @@ class Crew:
         self.lanes, self.seen = lanes, 0
         self.kinds, self.sizes = tuple(map(type, policies)), compile.sizes(policies[0])
         self.width = estimator.dtype.itemsize // 8
-        self.outputs, self.inputs = getattr(estimator.model, "outputs", 1), estimator.model.inputs
+        self.outputs, self.inputs = estimator.outputs or 1, estimator.model.inputs
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
         self.told = estimator.n_columns
         self.threads = threads or os.cpu_count() or 1

@@ -10,8 +10,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.errors import InputError
-from ..estimators.base import Estimator, Step
-from ..estimators.common.observer import Observer
+from ..estimators.base import Step, is_estimator
 from . import store
 from .crew import Crew
 
@@ -83,9 +82,9 @@ class Fleet:
         lanes: bool | None = None,
         device: str = "cpu",
     ):
-        if not isinstance(estimator, Estimator) or len(getattr(estimator, "policies", ())) != 6:
+        if not is_estimator(estimator) or estimator.members:
             raise InputError(f"a fleet needs one of driftwise's estimators, such as ARX(2, 2), got {estimator!r}")
-        if isinstance(estimator, Observer):
+        if estimator.is_observer:
             raise InputError(
                 "a fleet is for estimators that learn parameters; for many observers of a known plant: "
                 "states, steps = est.update_batch(est.start(series), y, u)"

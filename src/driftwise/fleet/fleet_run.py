@@ -164,7 +164,7 @@ def _fit(order: FleetJob) -> None:
     """Refuse columns that the estimator has no place for, and a run that is to go on and to begin anew."""
     model = order.estimator.model
     for what, names, takes in (
-        ("outputs", order.output, getattr(model, "outputs", 1)),
+        ("outputs", order.output, order.estimator.outputs or 1),
         ("inputs", order.inputs, model.inputs),
     ):
         count = 1 if isinstance(names, str) else len(names)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,9 +66,9 @@ def census(fleet: Fleet) -> Census:
 def _fill(found: Census, at, est, states) -> None:
     """Fill the rows of some series of one setting."""
     found.theta[at] = states["theta"]
-    if getattr(est.model, "outputs", 1) > 1:
+    if (est.outputs or 1) > 1:
         for row, state in zip(at, states):
-            _, P = _one(est, state)
+            _, P = est.parameters_of(state)
             found.std[row] = np.sqrt(np.diag(P).clip(0))
             found.noise[row] = np.sqrt(np.atleast_1d(est.policies[1].R)[0] * est.sigma2(state)[0])
             found.freedom[row] = 2 * est.scale_posterior(state)[0][0]
@@ -90,14 +90,6 @@ def _fill(found: Census, at, est, states) -> None:
         _speeds(found, at, est, states)
     if found.moves.shape[1] and "steps" in (states.dtype.names or ()):
         found.moves[at] = (states["steps"] > 0) | (states["known"] < 2)
-
-
-def _one(est, state) -> tuple[Any, Any]:
-    """Return parameters and covariance of one series."""
-    if hasattr(est, "parameters_of"):
-        return est.parameters_of(state)
-    model = est.model_of(state)
-    return model.values, model.covariance
 
 
 def _speeds(found: Census, at, est, states) -> None:

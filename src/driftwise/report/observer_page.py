@@ -96,7 +96,7 @@ def _innovations(trace, summary, line, each, found) -> Panel:
 
 def _facts(trace, summary) -> list[str]:
     est = trace.estimator
-    window = getattr(est, "window", inf)
+    window = est.window
     return [
         f"{grouped(summary.samples)} samples",
         f"every {number(est.dt)} s" + (", irregular" if est.irregular else ""),

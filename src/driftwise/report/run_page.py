@@ -172,7 +172,7 @@ def _gain(summary) -> str:
 
 def _changes(trace, summary, line) -> str:
     """Return the card of the jumps, and of what else moved."""
-    memory = getattr(trace.estimator, "options", {}).get("memory")
+    memory = trace.estimator.memory
     if summary.jumps:
         moved = f": {summary.last_moved}" if summary.last_moved else ""
         return card("Jumps", str(summary.jumps), f"last {line.words(summary.last_jump)}{moved}")

@@ -98,7 +98,7 @@ class SummaryMIMO:
     @property
     def _drifts(self):
         est = self.estimator
-        return est.drift_of(self.state) if hasattr(est, "drift_of") else [None] * est.model.outputs
+        return est.drift_of(self.state) or [None] * est.outputs
 
     @property
     def noise_std(self) -> np.ndarray:

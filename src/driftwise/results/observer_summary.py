@@ -65,8 +65,7 @@ class ObserverSummary:
     @property
     def loglik(self) -> float:
         """Log likelihood of the outputs from the first that was predicted; NaN for the theorem, which has none."""
-        own = getattr(self.estimator, "loglik", None)
-        return math.nan if own is None else own(self.state)
+        return self.estimator.loglik(self.state)
 
     @property
     def settling(self) -> float:

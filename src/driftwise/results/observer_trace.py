@@ -128,7 +128,7 @@ class ObserverTrace(ParameterTrace):
         """Return an event for each alarm of the detector; one that lasts is one."""
         status = self.status.reshape(len(self), self.estimator.model.outputs)[:, 0]
         statistic, kind = self.statistic, str(Status.JUMP.name)
-        has_parity, found = getattr(self.estimator, "parity", None) is not None, []
+        has_parity, found = self.estimator.parity is not None, []
         what = contradiction_words(self.estimator.length * self.estimator.dt if has_parity else None)
         for k, end in runs(status, Status.JUMP)[:limit].tolist():
             level = float(statistic[k : end + 1].max())

@@ -18,7 +18,7 @@ def of_run(s) -> str:
     if not s.is_enough:
         return say.too_few_words(str(s.observed), str(s.unknowns))
     rmse, nis, coverage, unlearned, drift = s.rmse, s.nis, s.coverage, s.unlearned, s.drift
-    n = getattr(est.model, "order", est.model.n)
+    n = est.order
     order = {1: "first", 2: "second", 3: "third"}.get(n, f"{n}th")
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), std) for p, std in poles]
@@ -41,7 +41,7 @@ def of_run(s) -> str:
         )
     if math.isfinite(white.p_value):
         usual = " or another noise" if drift else ", another noise, or parameters that walk or jump"
-        remedy = getattr(est, "remedy", f"a higher order{usual}")
+        remedy = est.remedy or f"a higher order{usual}"
         said.append(say.whiteness_words(white.p_value, white.is_white, bool(s.jumps), remedy))
     said += [f"Drift: {drift.words}."] if drift else []
     said += [say.jumps_words(s.jumps, s.last_jump, s.origin, s.unit, s.last_moved)] if s.jumps else []

@@ -139,7 +139,7 @@ def rebuild(text: str):
 
 def save_state(estimator, state, path) -> None:
     """Write an estimator with one state, or a fleet of them, to a JSON file; every bit survives."""
-    if not hasattr(estimator, "options") or getattr(state, "dtype", None) != estimator.dtype:
+    if not _is_estimator(estimator) or getattr(state, "dtype", None) != estimator.dtype:
         raise InputError("save_state takes (estimator, state, path): the state is one of that estimator's own")
     rows = np.atleast_1d(state).view(np.float64).reshape(np.size(state), -1)
     data = json.loads(describe(estimator)) | {

@@ -168,10 +168,8 @@ class Summary:
     @property
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
-        est, model = self.estimator, self.model
-        values, P = model.values, model.covariance
-        if hasattr(est, "parameters_of"):  # a model may hold zeros beside them, and not hold an offset
-            values, P = est.parameters_of(self.state)
+        est = self.estimator  # a model may hold zeros beside the parameters, and not hold an offset
+        values, P = self._once("parameters", lambda: est.parameters_of(self.state))
         std = np.sqrt(np.diag(P)) if self.is_enough else np.full(len(values), math.inf)
         return [(n, float(v), float(s)) for n, v, s in zip(est.names, values, std)]
 
@@ -199,7 +197,7 @@ class Summary:
     @property
     def is_static(self) -> bool:
         """Whether the model is a regression without memory: it has no poles, no zeros, no steady state to reach."""
-        return not getattr(self.estimator.model, "order", self.estimator.model.n)
+        return not self.estimator.order
 
     @property
     def notes(self) -> list[str]:
@@ -220,17 +218,17 @@ class Summary:
     @property
     def drift(self):
         """How fast each parameter drifts (`Recursive.drift_of`); None where the memory knows of no drift."""
-        return self.estimator.drift_of(self.state) if hasattr(self.estimator, "drift_of") else None
+        return self.estimator.drift_of(self.state)
 
     @property
     def prior_share(self) -> float:
         """How much of the least known combination the default prior still makes up; 0 where a prior was given."""
         options = self.estimator.options
-        if getattr(self.estimator, "holds_poles", False):
+        if self.estimator.holds_poles:
             return 0.0  # its prior is meant
-        if not hasattr(self.estimator, "scaled_to") or options.get("P0") is not None or not self.is_enough:
+        if options.get("P0") is not None or not self.is_enough:
             return 0.0
-        names, small = self.state.dtype.names or (), 0.03 * getattr(self.estimator, "y_scale", 0.0)
+        names, small = self.state.dtype.names or (), 0.03 * self.estimator.y_scale
         most = math.inf if "top" in names and float(self.state["top"]) < small else 0.5  # else nothing excites it
         return min(max((r for r, _ in self.directions if r <= most), default=0.0), 1.0)
 

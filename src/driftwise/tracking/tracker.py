@@ -71,10 +71,7 @@ class Tracker:
         delay: float = 0.0,
         fastest: float | None = None,
     ):
-        if isinstance(estimator, str | float | int):
-            estimator = TrackEstimator(speed=estimator)
-        if not isinstance(estimator, TrackEstimator) or estimator.coordinates != 2:
-            raise InputError(f"estimator must be a TrackEstimator of two coordinates or a speed, got {estimator!r}")
+        estimator = TrackEstimator.of(estimator)
         try:
             N, M = (validation.count("confirm", n) for n in confirm)
         except (TypeError, ValueError):

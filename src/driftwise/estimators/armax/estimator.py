@@ -136,6 +136,8 @@ class ARMAX(_Member):
     standard deviation of e: 0.4969
     """
 
+    for_colour = "BJ, or a higher order"
+
     def __init__(self, na: int = 2, nb=1, nc: int = 1, nk=1, *, method: str = "rpem", **options):
         self._set(dict(na=na, nb=nb, nc=nc, nk=nk), method, options)
 
@@ -152,6 +154,8 @@ class ARMA(_Member):
     >>> print(dw.ARMA(1, 1).scan(y).parameters[-1].round(1))
     [-0.8  0.5]
     """
+
+    for_colour = "a higher order"
 
     def __init__(self, na: int = 2, nc: int = 1, *, method: str = "rpem", **options):
         self._set(dict(na=na, nc=nc), method, options)
@@ -186,6 +190,8 @@ class OE(_Member):
     ([0.8], [0.7])
     """
 
+    for_colour = "BJ, or a higher order"
+
     def __init__(self, nb=1, nf=2, nk=1, *, method: str = "rpem", **options):
         self._set(dict(nb=nb, nf=nf, nk=nk), method, options)
 
@@ -216,6 +222,8 @@ class BJ(_Member):
     >>> print(dw.BJ(1, 1, 1, 1).scan(y, u).model().dc_gain.round(1))
     [5.]
     """
+
+    for_colour = "a higher order"
 
     def __init__(self, nb=1, nc: int = 1, nd: int = 1, nf=2, nk=1, *, method: str = "rpem", **options):
         self._set(dict(nb=nb, nc=nc, nd=nd, nf=nf, nk=nk), method, options)

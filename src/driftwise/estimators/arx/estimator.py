@@ -83,6 +83,11 @@ class Recursive(Posterior):
         """Return the memory of all parameters."""
         return self.options["memory"]
 
+    @property
+    def tells_what_changed(self) -> bool:  # type: ignore[override]
+        """Whether the slopes of its innovations can be had by its parameters: least squares and its kin."""
+        return isinstance(self.policies[1], LeastSquares)
+
     def _method(self, R) -> Any:
         """Return the kernel's method."""
         return LeastSquares(R)
@@ -294,6 +299,9 @@ class ARX(InHindsight, Recursive):
     ['a1 -1.51', 'a2 0.71', 'b1 1.00', 'b2 0.47']
     """
 
+    is_arx = True
+    for_colour = "ARMAX, or a higher order"
+
     def __init__(
         self,
         na: int = 2,
@@ -363,6 +371,10 @@ class ARX(InHindsight, Recursive):
             return gradient(kind, self.options["step"], memory, self._theta_units(), self.y_scale, R)
         return super()._method(R)
 
+    def as_regression(self) -> Any:
+        """Return the estimator itself where it is least squares, else None."""
+        return self if self.options["method"] == "ls" else None
+
     @property
     def _is_bare(self) -> bool:
         """Whether there is no covariance."""
@@ -397,6 +409,8 @@ class AR(ARX):
     >>> print(trace.parameters[-1].round(1))
     [-0.8]
     """
+
+    for_colour = "ARMA, or a higher order"
 
     def __init__(self, na: int = 2, **options):
         plain = ARX(na, (), (), **options)

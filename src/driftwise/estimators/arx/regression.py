@@ -44,6 +44,8 @@ class Regression(ARX):
     {'slope': 2.0, 'other': -1.0, 'offset': 0.5}
     """
 
+    for_colour = "another regressor"
+
     def __init__(self, regressors=1, *, disturbance: Disturbance | None = None, **options):
         labels = tuple(map(str, regressors)) if isinstance(regressors, list | tuple | np.ndarray) else ()
         if len(set(labels)) < len(labels):

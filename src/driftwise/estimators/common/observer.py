@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,7 +53,8 @@ def check_names(model: Observed) -> None:
 class Observer(Estimator):
     """An estimator of the state of a known plant, of samples regular in time or at instants of their own."""
 
-    takes_instants = True
+    takes_instants = is_observer = True
+    fits_fleet = False
     trace_kind = ObserverTrace
     sample_layout = OBSERVER_SAMPLE
 
@@ -117,6 +119,10 @@ class Observer(Estimator):
 
     def _values(self, state) -> np.ndarray:
         return state["estimates"]
+
+    def loglik(self, state) -> float:
+        """Return the log likelihood of the outputs; NaN where there is none."""
+        return math.nan
 
     def tune(self, *args, **options):
         """Refuse (InputError): only walks and windows are tuned."""

@@ -227,6 +227,30 @@ class Joint(Posterior):
 
         return batch(self, y, u, state)
 
+    # --- what else there is --------------------------------------------------------------------------------
+
+    @property
+    def for_colour(self) -> str:  # type: ignore[override]
+        """What to try where the noise is not white."""
+        is_free = isinstance(self.options["noise"], noises.UnknownPolynomial)
+        return "a higher order" if is_free else "noise=UnknownPolynomial(), or a higher order"
+
+    @property
+    def automatic(self) -> str:
+        """What to write for a memory that finds out by itself, which this estimator has none of."""
+        n = self.options["order"]
+        return f"ARX({n}, {n}, memory=AutoMemory())" if self.options["inputs"] else f"AR({n}, memory=AutoMemory())"
+
+    def as_regression(self) -> Any:
+        """Return an ARX of the same lags where the noise is that of an equation, else None."""
+        from ..arx.estimator import ARX
+
+        if not isinstance(self.options["noise"], noises.EquationError):
+            return None
+        form = self.model
+        lags = (form.n + form.direct,) * form.inputs
+        return ARX(form.n, lags, (1 - form.direct,) * form.inputs)
+
     # --- reading a state -----------------------------------------------------------------------------------
 
     def mean(self, state) -> np.ndarray:

@@ -83,6 +83,8 @@ class ModelAverage(Estimator):
 
     sample_layout = AVERAGE_SAMPLE
 
+    fits_fleet = False
+
     def __init__(
         self,
         members,

@@ -127,6 +127,14 @@ class TrackEstimator:
         self.columns, self.n_columns = bank.TRACK_SAMPLE.slices(C), bank.TRACK_SAMPLE.size(C)
         self.names, self.outputs = bank.names(C), C
 
+    @classmethod
+    def of(cls, given) -> TrackEstimator:
+        """Return the estimator of a plane that was given, or the one of a speed or class."""
+        found = cls(speed=given) if isinstance(given, str | float | int) else given
+        if not isinstance(found, TrackEstimator) or found.coordinates != 2:
+            raise InputError(f"estimator must be a TrackEstimator of two coordinates or a speed, got {found!r}")
+        return found
+
     def __repr__(self):
         return f"TrackEstimator(speed={self.speed:g}, coordinates={self.coordinates})"
 

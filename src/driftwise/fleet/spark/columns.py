@@ -56,7 +56,7 @@ def order_of(df, estimator, by, output, input, time, keep, every) -> Order:
     names = [resolve(df.columns, name, "output") for name in _listed(output)]
     inputs = [resolve(df.columns, name, "input") for name in _listed(input)]
     shipped = ship(estimator)
-    p, k = getattr(estimator.model, "outputs", 1), estimator.model.inputs
+    p, k = estimator.outputs or 1, estimator.model.inputs
     for role, found, wanted in (("output", names, p), ("input", inputs, k)):
         if len(found) != wanted:
             raise InputError(
