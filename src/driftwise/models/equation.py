@@ -29,6 +29,7 @@ class Equation:
 
     n = 0  # no state
     coloured = False
+    kept = 0  # coefficients that multiply what is not measured: `Family` has some
 
     @property
     def inputs(self) -> int:

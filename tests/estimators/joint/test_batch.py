@@ -147,7 +147,7 @@ def test_memory_is_that_of_the_record():
         (dict(memory=dw.RandomWalk(1e-6)), "stay constant"),
         (dict(gate=dw.InnovationGate()), "no gate"),
         (dict(noise=dw.models.EquationError(0.0)), "needs noise"),
-        (dict(noise=dw.models.NoisePolynomial((0.5, 1.6))), "moduli.*reflect.*scan does not mind"),
+        (dict(noise=dw.models.NoisePolynomial((0.5, 1.6))), "moduli.*minimum_phase.*scan does not mind"),
         (dict(noise=dw.models.NoisePolynomial((1.0, 0.0))), "inside the unit circle"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The adaptive Kalman gain as a user meets it."""
+"""The adaptive gain: a Kalman filter of a known plant that learns its gain from the innovations."""
 
 from __future__ import annotations
 

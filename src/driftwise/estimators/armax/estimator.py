@@ -57,6 +57,9 @@ class _Member(ARX):
         )  # fmt: skip
         self._prepare(kernel_form, own)
 
+    def _kernel_form(self, form, R) -> Polynomials:
+        return form._replace(R=R, cap=np.diag(self.prior_covariance))
+
     def _method(self, R) -> LeastSquares:
         return LeastSquares(R)
 

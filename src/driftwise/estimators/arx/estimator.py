@@ -51,9 +51,11 @@ class Recursive(Posterior):
         is_relative = scale is not None or variance is None
         self.scale = resolve_scale(scale, is_relative, N)
         self._set_prior(options["theta0"], options["P0"])
-        constants = getattr(self.model, "constants", int(getattr(self.model, "has_offset", False)))
         prior, cap = (self._s0, self._U0, self._D0), np.diag(self.prior_covariance).copy()
-        setting, given = Setting(self._theta_units(), cap, self.scale, R, N - constants, prior), self._memory(R)
+        setting, given = (
+            Setting(self._theta_units(), cap, self.scale, R, N - self.model.constants, prior),
+            self._memory(R),
+        )
         detector, settle = resolve_watch(given, N, setting.units)
         memory = resolve_memory(given, setting)
         fill = 0.0 if options["at_rest"] else form.fill
@@ -69,15 +71,24 @@ class Recursive(Posterior):
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = InverseGamma(0.0, 0.0) if is_relative else KnownScale()
-        if hasattr(form, "R"):
-            form = form._replace(R=R, cap=np.diag(self.prior_covariance))
-        self.policies = (form, self._method(R), memory, resolve_gate(options["gate"], N), scale, detector)
+        self.policies = (
+            self._kernel_form(form, R),
+            self._method(R),
+            memory,
+            resolve_gate(options["gate"], N),
+            scale,
+            detector,
+        )
         self.spec = flatten(self.policies)
         self.dtype = layout_of(form).dtype(form)
         self.scratch_size = 5 * N + own
 
     def _sample_sizes(self) -> tuple[int, ...]:
         return 1, int(self.policies[0].mixture_columns)
+
+    def _kernel_form(self, form, R) -> Any:
+        """Return the kernel's form, with what it needs to know of noise and prior."""
+        return form
 
     def _memory(self, R) -> Any:
         """Return the memory of all parameters."""
@@ -101,8 +112,7 @@ class Recursive(Posterior):
         """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
         form, gain = self.model, (self.y_scale / self.u_scale) ** 2
         b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
-        free, constants = np.ones(getattr(form, "kept", 0)), getattr(form, "constants", int(form.has_offset))
-        return np.concatenate([np.ones(form.na), b, free, np.full(constants, self.y_scale**2)])
+        return np.concatenate([np.ones(form.na), b, np.ones(form.kept), np.full(form.constants, self.y_scale**2)])
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""

@@ -90,8 +90,8 @@ def run(form, theta, z, u) -> np.ndarray:
     ys, us, r = z[:, :na], z[:, na : na + k * deep].reshape(K, k, deep), z[:, na + k * deep :]
     nb, nk = form.nb.astype(int), form.nk.astype(int)
     free = na + nb.sum()
-    nc, nd = int(getattr(form, "nc", 0)), int(getattr(form, "nd", 0))
-    nf = np.array(getattr(form, "nf", np.zeros(k)), int)
+    is_rational = isinstance(form, Polynomials)
+    nc, nd, nf = (int(form.nc), int(form.nd), form.nf.astype(int)) if is_rational else (0, 0, np.zeros(k, int))
     ends = np.cumsum([nc, nd, *nf])
     out = np.empty((K, len(u)))
     for t, now in enumerate(u):

@@ -32,6 +32,7 @@ class Part(NamedTuple):
     inputs: int
     n: int = 0
     coloured: bool = False
+    constants: int = 0
 
 
 class OneOfSeveral(Recursive):

@@ -1,4 +1,4 @@
-"""Instants of samples, as the door wants them."""
+"""Instants of samples: finite seconds that increase, checked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which policies eight series can share a processor register with: those whose branches rarely depend on the data."""
+"""Policies that eight series can take side by side in a register: their branches rarely depend on the data."""
 
 from ...detect.gate import Always, InnovationGate
 from ...detect.watch import Silent

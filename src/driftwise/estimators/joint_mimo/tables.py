@@ -1,4 +1,4 @@
-"""Several outputs: the tables and the factored prior that the kernel works with, made once at the door."""
+"""Several outputs: the tables and the factored prior that the kernel works with, made once."""
 
 from __future__ import annotations
 

@@ -27,6 +27,7 @@ from .row import MANOEUVRE, ManoeuvreForm
 ALONG = np.array([-1.0, 2.0, -1.0])  # a1, a2, a3 per unit of phi
 STILL = np.array([-2.0, 1.0, 0.0])  # and where phi is zero
 SPREAD = 25.0  # variance of the state after two plots, in units of the noise
+STATE = np.ndarray | np.void  # anything else is a trace
 FIRST = 10  # plots that tell the noise
 
 
@@ -142,7 +143,7 @@ class Manoeuvre(Posterior):
         ----------
         of : a state, or a trace of this estimator (kept with "std")
         """
-        if hasattr(of, "parameters"):
+        if not isinstance(of, STATE):
             return -of.parameters[:, 2], of.parameters_std[:, 2]
         return -float(of["theta"][2]), math.sqrt(self.sigma2(of) * self._theta_covariance(of)[2, 2])
 
@@ -160,7 +161,7 @@ class Manoeuvre(Posterior):
         if not 0 < level < 1:
             raise InputError(f"level is a share between 0 and 1, got {level!r}. Is it a percentage? 95 % is 0.95")
         phi, std = self.pole(of)
-        dof = of.dof if hasattr(of, "parameters") else 2 * self.scale_posterior(of)[0]
+        dof = of.dof if not isinstance(of, STATE) else 2 * self.scale_posterior(of)[0]
         dof = np.minimum(dof, 1e8)
         half = stdtrit(dof, 0.5 + level / 2) * std
         return tuple(self._seconds(value) for value in (phi - half, phi, phi + half))

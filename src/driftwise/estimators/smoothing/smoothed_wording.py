@@ -1,4 +1,4 @@
-"""A record in hindsight, in words."""
+"""What a smoother found in a record, in words: drift, memory, noise, jumps, and what cannot be told."""
 
 from __future__ import annotations
 

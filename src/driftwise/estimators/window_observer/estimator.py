@@ -99,6 +99,7 @@ class WindowObserver(Observer):
     """
 
     tuned: Tuned | None = None  # what `tune` found
+    design: Any = None  # of a finite window of regular samples
 
     def __init__(
         self,
@@ -265,7 +266,7 @@ class WindowObserver(Observer):
     @property
     def gains(self) -> np.ndarray:
         """The gains of the full window on its outputs, the oldest sample first, (m, L) or (m, L, p)."""
-        if not hasattr(self, "design"):
+        if self.design is None:
             raise InputError("only a finite window of regular samples has fixed gains")
         return self.design.gains[..., 0] if self.model.outputs == 1 else self.design.gains
 
