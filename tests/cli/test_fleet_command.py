@@ -16,7 +16,7 @@ from driftwise.cli.fleet import Order, estimator_of
 from driftwise.fleet.fleet_run import former_run
 from driftwise.fleet.outliers import outliers
 from driftwise.report.fleet_page import write
-from driftwise.report.fleet_words import Told, lead
+from driftwise.report.fleet_report import FleetReport, lead
 
 PUMPS = ["--by", "asset", "--output", "flow", "--input", "speed", "--time", "time"]
 QUICK = ["--model", "joint:1", "--every", "0"]  # compiled by other tests as well
@@ -256,23 +256,23 @@ def test_a_hundred_thousand_series_are_judged_in_seconds_on_a_small_page(results
     start = time.process_time()
     found = outliers(fleet, tally, inputs=("speed",))
     assert time.process_time() - start < 10
-    told = Told("many", "asset", "flow", ("speed",), fleet, tally, found)
-    assert write(told, tmp_path / "page.html").stat().st_size < 2e6
-    assert len(found.table(3)) <= 21 and "of 100\u202f000 series need a look" in lead(told)
+    report = FleetReport("many", "asset", "flow", ("speed",), fleet, tally, found)
+    assert write(report, tmp_path / "page.html").stat().st_size < 2e6
+    assert len(found.table(3)) <= 21 and "of 100\u202f000 series need a look" in lead(report)
 
 
 def test_series_that_each_start_at_zero_have_no_common_instants():
-    from types import SimpleNamespace as Told
+    from types import SimpleNamespace as FleetReport
 
-    from driftwise.report.fleet_words import starts_anew
+    from driftwise.report.fleet_report import starts_anew
 
     first, last = np.zeros(20), np.linspace(2500.0, 3500.0, 20)
     for begin, end, is_dated, is_own in (
         (first, last, False, True), (first, last, True, False), (first, first + 3000, False, False),
         (last - 2000, last, False, False),
     ):  # fmt: skip
-        told = Told(tally={"first_time": begin, "last_time": end}, is_dated=is_dated)
-        assert starts_anew(told) is is_own
+        report = FleetReport(tally={"first_time": begin, "last_time": end}, is_dated=is_dated)
+        assert starts_anew(report) is is_own
 
 
 def test_a_key_that_is_the_time_is_doubted(tmp_path, call):

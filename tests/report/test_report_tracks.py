@@ -6,7 +6,7 @@ from browser import PROGRAM, Browser
 from test_page import COLUMN, FIGURES
 
 import driftwise as dw
-from driftwise.report import track_words
+from driftwise.report import track_report
 from driftwise.report.track_plots import running_mean
 from driftwise.report.tracks_page import write
 from driftwise.tracking.plots import Fault, plots
@@ -52,16 +52,16 @@ def browser(tmp_path_factory):
 
 
 def test_numbers_in_words(tracks):
-    rows = track_words.rows(tracks)
-    assert [r.plots for r in rows] == [80, 80, 80, 60] and track_words.objects(rows) == 4
+    rows = track_report.rows(tracks)
+    assert [r.plots for r in rows] == [80, 80, 80, 60] and track_report.objects(rows) == 4
     assert {r.called: len(r.turns) for r in rows} == {"CALL0": 1, "CALL1": 0, "CALL2": 1, "CALL3": 0}
     for (turn,) in (r.turns for r in rows if r.turns):
         assert turn.angle == pytest.approx(90, abs=8), "15 steps of 6 degrees"
         assert turn.end - turn.start == pytest.approx(60, abs=16)
-    words = track_words.lead(rows, tracks.counts)
+    words = track_report.lead(rows, tracks.counts)
     assert words.startswith("4 objects in 5.27 min, of which CALL2 and CALL0 turned. The longest turn: CALL")
     assert "° to the right from 2023-11-14 22:16" in words
-    assert track_words.faults_told(tracks.faults) == "7 records skipped – <b>bits</b>: 7 (first at 99)."
+    assert track_report.fault_words(tracks.faults) == "7 records skipped – <b>bits</b>: 7 (first at 99)."
 
 
 def test_running_mean_steps_over_what_is_missing():
@@ -97,7 +97,7 @@ def test_opens_draws_and_shows_another_track(browser, tracks, path):
     texts = [text for some in browser.run(f"({COLUMN})('plan', 'text')") for text in some]
     assert {f"CALL{k}" for k in range(4)} | {"52/13"} <= set(texts) and any(text.endswith(" km") for text in texts)
 
-    rows = track_words.rows(tracks)
+    rows = track_report.rows(tracks)
     for name, column in (("speed", "speed"), ("turn", "turn"), ("manoeuvre", "manoeuvre"), ("east", "east")):
         assert browser.run(f"({COLUMN})('{name}', '{column}').some(values => values.length == 80)")
     last = next(k for k, r in enumerate(rows) if r.called == "CALL0")

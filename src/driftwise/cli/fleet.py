@@ -149,16 +149,16 @@ def execute(order: Order) -> None:
             f"stopped; what was done until the last checkpoint is in {order.out}: go on with it (--resume)"
         ) from None
     title = os.path.basename(os.path.abspath(order.data))
-    told = _told(result, title)
+    report = _report(result, title)
     took = result.seconds if result.began < result.rows else None
-    told = replace(told, took=took, peak=_peak(), notes=(*told.notes, *_notes(result)))
-    told = _written(told, result.out)
+    report = replace(report, took=took, peak=_peak(), notes=(*report.notes, *_notes(result)))
+    report = _written(report, result.out)
     if order.json:
         from driftwise.cli.results import write as write_json
 
-        write_json(_content(order, told), order.json)
+        write_json(_content(order, report), order.json)
     if not order.quiet:
-        _show(told, order.json == "-")
+        _show(report, order.json == "-")
 
 
 def _run(order: Order):
@@ -187,11 +187,11 @@ def show_again(folder: str) -> None:
     from driftwise.fleet.fleet_run import former_run
 
     result = former_run(folder)
-    told = _told(result, _title(result.facts["order"]["data"], result.out))
+    report = _report(result, _title(result.facts["order"]["data"], result.out))
     unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
     if not result.facts["is_read"]:
-        told = replace(told, notes=(*told.notes, unfinished))
-    _show(_written(told, result.out), False)
+        report = replace(report, notes=(*report.notes, unfinished))
+    _show(_written(report, result.out), False)
 
 
 def _title(data, out: Path) -> str:
@@ -200,21 +200,21 @@ def _title(data, out: Path) -> str:
     return Path(data[0][0]).parts[0] if is_file else out.resolve().name
 
 
-def _told(result, title: str) -> Any:
-    """Return what is to be told of a run."""
+def _report(result, title: str) -> Any:
+    """Return what is to be reported of a run."""
     from driftwise.fleet.outliers import outliers
-    from driftwise.report.fleet_words import Told, gaps_told, key_told, starts_anew
+    from driftwise.report.fleet_report import FleetReport, gap_notes, key_notes, starts_anew
 
     asked, words = result.facts["order"], result.facts.get("words") or repr(result.fleet.estimators[0])
     output = asked["output"] if isinstance(asked["output"], str) else ", ".join(asked["output"])
     inputs = (asked["inputs"],) if isinstance(asked["inputs"], str) else tuple(asked["inputs"])
-    told = Told(
+    report = FleetReport(
         title, asked["by"], output, inputs, result.fleet, result.tally, None, words, rows=result.rows, dt=asked["dt"],
         is_dated=result.facts.get("is_dated", False),
     )  # fmt: skip
-    found = outliers(result.fleet, result.tally, inputs=inputs, when=told.when)
-    found = replace(found, together=[]) if starts_anew(told) else found
-    return replace(told, outliers=found, notes=(*key_told(told), *gaps_told(told)))
+    found = outliers(result.fleet, result.tally, inputs=inputs, when=report.when)
+    found = replace(found, together=[]) if starts_anew(report) else found
+    return replace(report, outliers=found, notes=(*key_notes(report), *gap_notes(report)))
 
 
 def _notes(result) -> list[str]:
@@ -239,14 +239,14 @@ def _peak() -> float | None:
     return float(most) if sys.platform == "darwin" else 1024.0 * most
 
 
-def _written(told, folder: Path) -> Any:
+def _written(report, folder: Path) -> Any:
     """Write page and names, and tell all files that are there."""
     from driftwise.fleet.fleet_out import ESTIMATES, EVENTS, FINAL, FLEET
     from driftwise.report.fleet_page import write
 
     try:
-        write(told, folder / PAGE)
-        _write_names(told, folder / NAMES)
+        write(report, folder / PAGE)
+        _write_names(report, folder / NAMES)
     except OSError as error:
         raise InputError(f"page and names cannot be written into {folder}: {error.strerror or error}") from None
     files = {
@@ -254,42 +254,42 @@ def _written(told, folder: Path) -> Any:
         EVENTS: "events", FLEET: "to go on with",
     }  # fmt: skip
     there = tuple(f"{what} in {folder / name}" for name, what in files.items() if (folder / name).exists())
-    return replace(told, files=there)
+    return replace(report, files=there)
 
 
-def _show(told, stderr: bool) -> None:
+def _show(report, stderr: bool) -> None:
     from driftwise.report.terminal import console, show_fleet
 
-    show_fleet(told, console(stderr=stderr))
+    show_fleet(report, console(stderr=stderr))
 
 
-def _write_names(told, path: Path) -> Path:
+def _write_names(report, path: Path) -> Path:
     """Write key, kind, rank, score and reason of everyone who needs a look; return the path."""
     import csv
 
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["key", "kind", "rank", "score", "words"])
-        found = told.outliers
+        found = report.outliers
         for kind, (rows, scores) in found.found.items():
             for rank, (row, score) in enumerate(zip(rows.tolist(), scores.tolist()), 1):
                 writer.writerow([found.keys[row], kind, rank, f"{score:.6g}", found.words(kind, row)])
     return path
 
 
-def _content(order: Order, told) -> dict:
+def _content(order: Order, report) -> dict:
     """Return the results as JSON has them; the files hold the rest."""
-    from driftwise.report import fleet_words
+    from driftwise.report import fleet_report
     from driftwise.version import __version__
 
-    found = told.outliers
+    found = report.outliers
     return {
-        "driftwise": __version__, "data": order.data, "estimator": order.words, "series": len(told.fleet),
-        "rows": told.rows, "samples": told.samples, "seconds": told.took, "time": told.span,
+        "driftwise": __version__, "data": order.data, "estimator": order.words, "series": len(report.fleet),
+        "rows": report.rows, "samples": report.samples, "seconds": report.took, "time": report.span,
         "need_a_look": len(found.rows), "kinds": {kind: len(rows) for kind, (rows, _) in found.found.items()},
         "worst": [dict(zip(("key", "kind", "score", "words"), row)) for row in found.table()],
         "together": [{"start": b.start, "end": b.end, "keys": [found.keys[r] for r in b.rows]} for b in found.together],
         "rest": dict(zip(found.census.names, found.rest.median)) | {"noise": found.rest.noise},
-        "quality": [dict(zip(("what", "rows", "share", "series"), row)) for row in fleet_words.quality(told)],
-        "words": fleet_words.lead(told), "notes": told.notes, "files": told.files,
+        "quality": [dict(zip(("what", "rows", "share", "series"), row)) for row in fleet_report.quality(report)],
+        "words": fleet_report.lead(report), "notes": report.notes, "files": report.files,
     }  # fmt: skip

@@ -94,10 +94,10 @@ class _Picture:
         from rich.console import Group
         from rich.text import Text
 
-        from driftwise.report import track_words
+        from driftwise.report import track_report
         from driftwise.report.terminal import MOST_TRACKS, track_table
 
-        rows = track_words.rows(tracker.tracks)
+        rows = track_report.rows(tracker.tracks)
         told = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
         told += f" ({MOST_TRACKS} shown)" if len(rows) > MOST_TRACKS else ""
         last = tracker.events[-1:]

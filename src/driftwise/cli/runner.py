@@ -136,10 +136,11 @@ def _estimate(plan: Plan, record: Record, evidence) -> Run:
                 if not chunk.rows:
                     continue
                 if run.estimator is None:
-                    _refuse_short(plan, record, chunk)
+                    made = plan.estimator(_dt(plan, record))
+                    _refuse_short(plan, record, chunk, made.model.N)
                     run.offsets = Offsets.of(chunk, record, plan.center)
                     y, u = run.offsets.taken_from(chunk)
-                    run.estimator = plan.estimator(_dt(plan, record)).scaled_to(y, u)
+                    run.estimator = made.scaled_to(y, u)
                     run.summary, run.keeper = Summary(run.estimator), Keeper(run.estimator, run.offsets)
                     run.summary.unit = counted_in(plan)
                     run.held = Held(max(study.ROWS, smoothing_rows(run.estimator) if plan.smooth else 0))
@@ -232,10 +233,9 @@ def no_row(record: Record) -> InputError:
     return InputError(f"{record.path}: no row lies between --from and --to; {why}")
 
 
-def _refuse_short(plan: Plan, record: Record, chunk: Chunk) -> None:
+def _refuse_short(plan: Plan, record: Record, chunk: Chunk, unknowns: int) -> None:
     import numpy as np
 
-    unknowns = plan.estimator(1.0).model.N
     what = f"--model {plan.model}" if plan.model else f"order {plan.order}"
     seen = int(np.isfinite(chunk.columns[record.output]).sum())
     if chunk.rows < record.chunk_rows and seen <= unknowns:

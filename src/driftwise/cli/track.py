@@ -156,10 +156,10 @@ def _read(order: Order):
 
 def deliver(order: Order, tracks, took: str) -> None:
     """Write the tracks, the page and the numbers, and print the table."""
-    from driftwise.report import track_words
+    from driftwise.report import track_report
     from driftwise.report.terminal import console, show_tracks
 
-    rows, written = track_words.rows(tracks), []
+    rows, written = track_report.rows(tracks), []
     if order.report:
         from driftwise.report.tracks_page import write
 

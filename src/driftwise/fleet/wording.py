@@ -14,9 +14,8 @@ __all__ = ["sentence"]
 
 def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -> str:
     """Return why a series is listed under a kind of `outliers.KINDS`."""
-    told = {name: float(tally[name][row]) for name in ("jumps", "last_jump", "samples", "measured")}
     if kind == "jumped":
-        return series_jump_words(told["jumps"], when(told["last_jump"]))
+        return series_jump_words(float(tally["jumps"][row]), when(float(tally["last_jump"][row])))
     if kind == "drifts":
         memory = census.memory[row]
         fastest = int(np.nanargmin(memory)) if np.isfinite(memory).any() else None

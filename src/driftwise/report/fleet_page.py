@@ -5,8 +5,8 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
-from driftwise.report import fleet_plots, fleet_words
-from driftwise.report.fleet_words import shown
+from driftwise.report import fleet_plots, fleet_report
+from driftwise.report.fleet_report import shown
 from driftwise.report.page import Page, Panel, card, columns, group, say, table, tag
 from driftwise.results.numbers import fixed, number
 from driftwise.results.sentences import HOW_JUMPS_COUNT
@@ -21,21 +21,21 @@ SHORT = {
 }  # fmt: skip
 
 
-def write(told, path) -> Path:
-    """Write the page of a fleet that was run (`fleet_words.Told`) and return its path."""
+def write(report, path) -> Path:
+    """Write the page of a fleet that was run (`fleet_report.FleetReport`) and return its path."""
     panels = [
-        _look(told), _jumps(told), _spreads(told), _bars(told), _quality(told), _parameters(told), _judged(),
-        _notes(told),
+        _look(report), _jumps(report), _spreads(report), _bars(report), _quality(report), _parameters(report),
+        _judged(), _notes(report),
     ]  # fmt: skip
-    title, facts = f"{told.title}: {told.output}", [*told.facts, *told.cost]
-    return Page(title, panels, fleet_words.lead(told), facts, _cards(told)).write(path)
+    title, facts = f"{report.title}: {report.output}", [*report.facts, *report.cost]
+    return Page(title, panels, fleet_report.lead(report), facts, _cards(report)).write(path)
 
 
-def _compared(told) -> list[int]:
+def _compared(report) -> list[int]:
     """Return the parameters that are compared over the fleet, those with most outliers first where they are many."""
     import numpy as np
 
-    z = told.outliers.rest.z
+    z = report.outliers.rest.z
     seen = [j for j in range(z.shape[1]) if np.isfinite(z[:, j]).any()]
     if len(seen) <= PARAMETERS:
         return seen
@@ -43,49 +43,49 @@ def _compared(told) -> list[int]:
     return sorted(worst)
 
 
-def _odd(told, j: int):
+def _odd(report, j: int):
     """Return the rows that differ in parameter j."""
     import numpy as np
 
-    rows = told.outliers.found["differs"].rows
-    z = np.nan_to_num(told.outliers.rest.z[rows])
+    rows = report.outliers.found["differs"].rows
+    z = np.nan_to_num(report.outliers.rest.z[rows])
     return rows[np.abs(z[:, j]) >= 0.5 * np.abs(z).max(axis=1)] if len(rows) else rows
 
 
-def _pair(told, names) -> tuple[int, int] | None:
+def _pair(report, names) -> tuple[int, int] | None:
     """Return the two parameters in which most series differ."""
     if len(names) < 2:
         return None
-    first, second = sorted(names, key=lambda j: (-len(_odd(told, j)), j))[:2]
+    first, second = sorted(names, key=lambda j: (-len(_odd(report, j)), j))[:2]
     return min(first, second), max(first, second)
 
 
-def _jumps(told) -> Panel | None:
+def _jumps(report) -> Panel | None:
     """Return when series jumped last."""
     import numpy as np
 
-    last = told.tally["last_jump"]
+    last = report.tally["last_jump"]
     time = last[np.isfinite(last)]
-    if not len(time) or told.span is None or not told.span[1] > told.span[0]:
+    if not len(time) or report.span is None or not report.span[1] > report.span[0]:
         return None
-    origin = "1970-01-01" if told.is_dated else None
-    figure = fleet_plots.jumps(time, told.span, told.outliers.together, origin, "time")
+    origin = "1970-01-01" if report.is_dated else None
+    figure = fleet_plots.jumps(time, report.span, report.outliers.together, origin, "time")
     return Panel("jumps", "When they jumped", HOW_JUMPS_COUNT, (figure,))
 
 
-def _spreads(told) -> Panel:
+def _spreads(report) -> Panel:
     """Return how each number is spread over the fleet, and the two in which most differ against each other."""
-    found, names, figures = told.outliers, _compared(told), []
+    found, names, figures = report.outliers, _compared(report), []
     theta, labels, keys = found.census.theta, found.census.names, found.keys
     for j in names:
-        figures.append(fleet_plots.spread(theta[:, j], labels[j], keys, _odd(told, j), worth=found.rest.z[:, j]))
+        figures.append(fleet_plots.spread(theta[:, j], labels[j], keys, _odd(report, j), worth=found.rest.z[:, j]))
         figures[-1].name = f"spread{j}"
     noisy = found.found["noise"].rows
     label, worth = "standard deviation of the noise", found.rest.noise_z
     figures.append(fleet_plots.spread(found.census.noise, label, keys, noisy, worth=worth))
     figures[-1].name = "spreadnoise"
     more = []
-    if pair := _pair(told, names):
+    if pair := _pair(report, names):
         x, y = (theta[:, j] for j in pair)
         more = [fleet_plots.against(x, y, tuple(labels[j] for j in pair), keys, found.found["differs"].rows)]
     words = (
@@ -95,20 +95,20 @@ def _spreads(told) -> Panel:
     return Panel("fleet", "The fleet at a glance", words, (*columns(figures), *more))
 
 
-def _bars(told) -> Panel | None:
+def _bars(report) -> Panel | None:
     """Return how NIS and coverage are spread over the fleet."""
     import numpy as np
 
     from driftwise.fleet.counters import FEW
     from driftwise.fleet.outliers import HELD, NIS
 
-    scored = told.tally["scored"]
+    scored = report.tally["scored"]
     with np.errstate(divide="ignore", invalid="ignore"):
-        nis = np.where(scored >= FEW, told.tally["z2"] / scored, np.nan)
-        held = np.where(scored >= FEW, 100 * told.tally["inside"] / scored, np.nan)
+        nis = np.where(scored >= FEW, report.tally["z2"] / scored, np.nan)
+        held = np.where(scored >= FEW, 100 * report.tally["inside"] / scored, np.nan)
     if not np.isfinite(nis).any():
         return None
-    keys, odd = told.outliers.keys, told.outliers.found["bars"].rows
+    keys, odd = report.outliers.keys, report.outliers.found["bars"].rows
     percent = (100 * HELD[0], 100 * HELD[1])
     figures = [
         fleet_plots.spread(nis, "NIS", keys, odd, worth=nis - 1, ideal=NIS),
@@ -123,12 +123,12 @@ def _bars(told) -> Panel | None:
     return Panel("bars", "Can the error bars be believed?", words, tuple(columns(figures)))
 
 
-def _cards(told) -> list[str]:
+def _cards(report) -> list[str]:
     def counts(*kinds) -> list[str]:
-        numbers = [(name, len(told.outliers.found[kind].rows), note) for kind, name, note in kinds]
+        numbers = [(name, len(report.outliers.found[kind].rows), note) for kind, name, note in kinds]
         return [card(name, shown(count), note, "warn" if count else "good") for name, count, note in numbers]
 
-    samples = told.samples
+    samples = report.samples
     large = shown(samples) if samples < 1_000_000 else f"{number(samples / 1e6, 3)} million"
     odd = counts(
         ("jumped", "Jumped", "parameters changed at once"),
@@ -142,15 +142,15 @@ def _cards(told) -> list[str]:
         ("data", "Poor data", "missing, late, too few"),
     )
     return [
-        group("What was there", [card("Series", shown(len(told.fleet)), f"{large} samples")]),
+        group("What was there", [card("Series", shown(len(report.fleet)), f"{large} samples")]),
         group("Who stands out", odd),
         group("Whom not to believe", sure),
     ]
 
 
-def _look(told) -> Panel:
+def _look(report) -> Panel:
     """Return who needs a look: the worst of each kind first, then the others; those with most against them on top."""
-    found = told.outliers
+    found = report.outliers
     if not len(found.rows):
         return Panel("look", "Who needs a look", "Nobody.")
     reasons: dict[int, list[str]] = {}
@@ -171,13 +171,13 @@ def _look(told) -> Panel:
         key = f'<span style="white-space:nowrap">{escape(str(found.keys[row]))}</span>'
         tags = " ".join(tag(SHORT[kind], "warn") for kind in reasons[row])
         body.append([key, f"<span>{tags}</span>", "; ".join(found.words(kind, row) for kind in reasons[row])])
-    return Panel("look", "Who needs a look", words, (table([told.by, "", "why"], body, text=(0, 1, 2)),))
+    return Panel("look", "Who needs a look", words, (table([report.by, "", "why"], body, text=(0, 1, 2)),))
 
 
-def _quality(told) -> Panel:
+def _quality(report) -> Panel:
     rows = [
         [what, shown(count), f"{fixed(100 * share, 2)} %", shown(series)]
-        for what, count, share, series in fleet_words.quality(told)
+        for what, count, share, series in fleet_report.quality(report)
     ]
     words = "Rows that were missing, broken or out of order are counted, never used in silence."
     if not rows:
@@ -185,8 +185,8 @@ def _quality(told) -> Panel:
     return Panel("data", "The data", words, (table(["", "rows", "share", "series"], rows),))
 
 
-def _parameters(told) -> Panel:
-    rest, names = told.outliers.rest, told.outliers.census.names
+def _parameters(report) -> Panel:
+    rest, names = report.outliers.rest, report.outliers.census.names
     rows = [
         [name, number(rest.median[j], 4), number(rest.spread[j], 2)]
         for j, name in enumerate(names)
@@ -209,6 +209,6 @@ def _judged() -> Panel:
     return Panel("judged", "How they were judged", words, (), "rates and thresholds")
 
 
-def _notes(told) -> Panel | None:
-    said = [*told.notes, *told.files]
+def _notes(report) -> Panel | None:
+    said = [*report.notes, *report.files]
     return Panel("notes", "Files and notes", "", tuple(map(say, said)), str(len(said))) if said else None

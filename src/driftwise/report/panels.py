@@ -44,16 +44,14 @@ def grade(good: bool, fair: bool) -> str:
 
 def fit_cards(summary) -> list[str]:
     """Return how well one output is predicted, on cards: fit, NIS and coverage."""
-    nis, coverage, found = float(summary.nis), float(summary.coverage), summary.nis_interval
+    nis, coverage, found, fit = float(summary.nis), float(summary.coverage), summary.nis_interval, summary.fit
     bars = f"right error bars: {near_one(found.low, found.high, ' to ')}" if found.samples else "1: right error bars"
+    fitted, size = fixed(fit, 1), fixed(nis, 2)
     return [
-        card(
-            "One-step fit", fixed(summary.fit, 1), "100 perfect, 0 as good as the mean",
-            "bad" if summary.fit < 0 else "", "%",
-        ),
-        card("NIS", fixed(nis, 2), bars, grade(0.8 <= nis <= 1.25, 0.5 <= nis <= 2)),
+        card("One-step fit", fitted, "100 perfect, 0 as good as the mean", "bad" if fit < 0 else "", "%"),
+        card("NIS", size, bars, grade(0.8 <= nis <= 1.25, 0.5 <= nis <= 2)),
         held_card(coverage, grade(0.92 <= coverage <= 0.975, coverage >= 0.85), "95 % bands hold"),
-    ]  # fmt: skip
+    ]
 
 
 def held_card(coverage: float, verdict: str, name: str = "Held by 95 % bands") -> str:
@@ -79,10 +77,10 @@ def verdict_panel(trace, summary, study=None) -> Panel:
 
 def verdict_table(found) -> str:
     """Return the table of some verdicts, those that ask for something first."""
-    rows = [
-        [v.name, tag("fine", "good") if v.is_fine else tag("look", "warn"), v.shown, v.limits, v.advice]
-        for v in sorted(found, key=lambda one: one.is_fine)
-    ]
+    found = sorted(found, key=lambda one: one.is_fine)
+    known = [(v.name, v.shown, v.limits, v.advice) for v in found]
+    marks = [tag("fine", "good") if v.is_fine else tag("look", "warn") for v in found]
+    rows = [[name, mark, *others] for mark, (name, *others) in zip(marks, known)]
     return table(["", "", "value", "fine where", "what it means"], rows, text=(1, 4))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from driftwise.report.axes import FONT, dress, legend, single, zoomable
 from driftwise.report.figure import LINES, PALETTE
 from driftwise.report.thin import together
-from driftwise.report.track_words import when
+from driftwise.report.track_report import when
 
 __all__ = ["colour", "plan"]
 
@@ -29,7 +29,7 @@ def plan(rows, shown: int, sites=()) -> Any:
 
     Parameters
     ----------
-    rows : list of `track_words.Row`
+    rows : list of `track_report.Row`
     shown : number of tracks that have a colour
     sites : (name, East, North) of radars, m; range rings are drawn about them
     """

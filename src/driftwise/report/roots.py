@@ -10,7 +10,7 @@ from driftwise.report.figure import PALETTE
 
 __all__ = ["FAR", "own_zeros", "plane", "smallest_window"]
 
-FAR = 2.5  # a zero farther out than this is told, not drawn
+FAR = 2.5  # a zero farther out than this is counted, not drawn
 CLOUD = 300  # posterior draws shown where an ellipse would mislead
 MARKERS = ("circle", "square", "diamond", "triangle", "inverted_triangle", "hex")
 
@@ -70,8 +70,8 @@ def plane(model, window=None):
         name = "zero" if k == 1 else f"zero from u{i + 1}"
         found = model.zeros(i), model.zeros_covariance(i), model.zeros_method(i)
         marker = MARKERS[i % len(MARKERS)]
-        told = [j for j, (z, std) in enumerate(zip(found[0], model.zeros_std(i))) if z != 0 or std > 0]
-        found = found[0][told], found[1][told], [found[2][j] for j in told]
+        own = [j for j, (z, std) in enumerate(zip(found[0], model.zeros_std(i))) if z != 0 or std > 0]
+        found = found[0][own], found[1][own], [found[2][j] for j in own]
         marks.append(_marks(fig, *found, name, marker, PALETTE["good"], reach))
     marks = [mark for mark in marks if mark is not None]
     tips = [("", "@what"), ("size", "@size"), ("real", "@x{0.0000}"), ("imaginary", "@y{0.0000}")]

@@ -232,37 +232,37 @@ def _candidates(found):
 # --- a fleet -------------------------------------------------------------------------------------------------
 
 
-def show_fleet(told, out) -> None:
+def show_fleet(report, out) -> None:
     """Print how much there was, who needs a look and why, where the files are."""
     from rich.text import Text
 
-    from driftwise.report import fleet_words
+    from driftwise.report import fleet_report
 
-    head(out, told.title, told.facts, told.cost)
-    if len(told.outliers.rows):
-        out.print(_worst(told))
+    head(out, report.title, report.facts, report.cost)
+    if len(report.outliers.rows):
+        out.print(_worst(report))
         out.print()
-    out.print(Text(fleet_words.lead(told)))
-    for what, count, share, series in fleet_words.quality(told):
-        of = f"{what}: {fleet_words.shown(count)} ({percent(share)}) in {fleet_words.shown(series)} series"
+    out.print(Text(fleet_report.lead(report)))
+    for what, count, share, series in fleet_report.quality(report):
+        of = f"{what}: {fleet_report.shown(count)} ({percent(share)}) in {fleet_report.shown(series)} series"
         out.print(Text(of, style="dim"))
-    foot(out, beware=told.notes)
-    for line in told.files:
+    foot(out, beware=report.notes)
+    for line in report.files:
         out.print(line, soft_wrap=True)
     out.print()
 
 
-def _worst(told):
+def _worst(report):
     """Return the table of the worst of each kind, in words."""
     from driftwise.fleet.outliers import KINDS
-    from driftwise.report.fleet_words import shown as count
+    from driftwise.report.fleet_report import shown as count
 
     shown = table(("what", "left"), ("series", "right"), ("worst", "left"), ("why", "left"))
     shown.columns[3].no_wrap = False
-    for kind, (rows, _) in told.outliers.found.items():
+    for kind, (rows, _) in report.outliers.found.items():
         for k, row in enumerate(rows[:MOST_SERIES].tolist()):
             first = (KINDS[kind], count(len(rows))) if k == 0 else ("", "")
-            shown.add_row(*first, str(told.outliers.keys[row]), told.outliers.words(kind, row))
+            shown.add_row(*first, str(report.outliers.keys[row]), report.outliers.words(kind, row))
     return shown
 
 
@@ -273,7 +273,7 @@ def show_tracks(tracks, rows, *, title: str, took: str, out) -> None:
     """Print the tracks, the busiest first, the whole in a sentence, and what was skipped."""
     from rich.text import Text
 
-    from driftwise.report import track_words
+    from driftwise.report import track_report
 
     plots = f"{sum(r.plots for r in rows)} plots on {len(rows)} track{'' if len(rows) == 1 else 's'}"
     head(out, title, [plots, took])
@@ -282,23 +282,23 @@ def show_tracks(tracks, rows, *, title: str, took: str, out) -> None:
         if rest := rows[MOST_TRACKS:]:
             out.print(Text(f"and {len(rest)} more tracks of {rest[-1].plots} to {rest[0].plots} plots", style="dim"))
         out.print()
-    out.print(Text(track_words.lead(rows, tracks.counts)))
-    foot(out, label="skipped", beware=filter(None, [track_words.faults_told(tracks.faults)]))
-    said = track_words.counted(tracks.counts), track_words.hint(rows, tracks.counts)
+    out.print(Text(track_report.lead(rows, tracks.counts)))
+    foot(out, label="skipped", beware=filter(None, [track_report.fault_words(tracks.faults)]))
+    said = track_report.counted(tracks.counts), track_report.hint(rows, tracks.counts)
     foot(out, beware=[f"{text}." for text in said if text])
     out.print()
 
 
 def track_table(rows) -> Any:
     """Return the table of the busiest tracks."""
-    from driftwise.report import track_words
+    from driftwise.report import track_report
 
-    days = {track_words.when(t).partition(" ")[0] for r in rows for t in (r.start, r.end)}
-    dated = bool(rows) and track_words.clock(rows[0].start) is not None and len(days) > 1
+    days = {track_report.when(t).partition(" ")[0] for r in rows for t in (r.start, r.end)}
+    dated = bool(rows) and track_report.clock(rows[0].start) is not None and len(days) > 1
     narrow = {"manoeuvres": "man-\noeuvres", "in 95 %": "in\n95 %"}
     text = ("track", "name", "from", "to", "status")
-    shown = table(*((narrow.get(name, name), "left" if name in text else "right") for name in track_words.HEAD))
+    shown = table(*((narrow.get(name, name), "left" if name in text else "right") for name in track_report.HEAD))
     for r in rows[:MOST_TRACKS]:
-        label, name, start, end, *numbers = track_words.cells(r, with_day=dated)
+        label, name, start, end, *numbers = track_report.cells(r, with_day=dated)
         shown.add_row(label, name, *(time[2:-3] if dated else time for time in (start, end)), *numbers)
     return shown

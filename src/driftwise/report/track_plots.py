@@ -9,7 +9,7 @@ from driftwise.report.axes import Timeline, across, legend, shade
 from driftwise.report.figure import LINES, PALETTE, steady_range
 from driftwise.report.plots import edges, limits
 from driftwise.report.thin import together
-from driftwise.report.track_words import clock
+from driftwise.report.track_report import clock
 
 __all__ = ["Panels"]
 
@@ -41,7 +41,7 @@ class Panels:
 
     Parameters
     ----------
-    rows : list of `track_words.Row`
+    rows : list of `track_report.Row`
         The tracks to choose from.
     """
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
-from driftwise.report import track_words
+from driftwise.report import track_report
 from driftwise.report.page import Page, Panel, card, group, say, table
 from driftwise.report.panels import grade, held_card, zoom_words
 from driftwise.report.plan import plan
 from driftwise.report.track_plots import Panels
-from driftwise.report.track_words import skipped
+from driftwise.report.track_report import skipped
 from driftwise.results.numbers import count_of, fixed, lasting, number, often
 
 __all__ = ["write"]
@@ -30,10 +30,10 @@ def write(tracks, path, title: str = "Tracks", *, sites=(), notes=()) -> Path:
     sites : (name, latitude, longitude) of radars; range rings are drawn about them
     notes : sentences about what was read
     """
-    rows = track_words.rows(tracks)
-    notes = [*notes, *filter(None, [track_words.counted(tracks.counts)])]
+    rows = track_report.rows(tracks)
+    notes = [*notes, *filter(None, [track_report.counted(tracks.counts)])]
     panels = [*_drawn(tracks, rows, sites), _table(rows), _skipped(tracks.faults), _read(notes)]
-    lead = track_words.lead(rows, tracks.counts)
+    lead = track_report.lead(rows, tracks.counts)
     return Page(title, panels, lead, _facts(rows), _cards(rows, tracks.faults)).write(path)
 
 
@@ -52,7 +52,7 @@ def _facts(rows) -> list[str]:
     if not rows:
         return []
     start, end = min(r.start for r in rows), max(r.end for r in rows)
-    facts = [f"{sum(r.plots for r in rows)} plots", f"{track_words.when(start)} to {track_words.when(end)}"]
+    facts = [f"{sum(r.plots for r in rows)} plots", f"{track_report.when(start)} to {track_report.when(end)}"]
     sensors = sorted({sensor for r in rows for sensor in r.track.plots.sensor if sensor})
     return [*facts, *([f"seen by {', '.join(sensors)}"] if 0 < len(sensors) <= 8 else [])]
 
@@ -75,7 +75,7 @@ def _cards(rows, faults) -> list[str]:
         return []
     start, end = min(r.start for r in rows), max(r.end for r in rows)
     plots, missed = sum(r.plots for r in rows), sum(r.missed for r in rows)
-    objects = track_words.objects(rows)
+    objects = track_report.objects(rows)
     value, _, unit = lasting(end - start).partition(" ")
     there = [
         card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
@@ -83,11 +83,11 @@ def _cards(rows, faults) -> list[str]:
         card("Plots", str(plots), f"{missed} missed, {count_of(skipped(faults), 'record')} skipped"),
     ]
     turning, speeds = [r for r in rows if r.turns], [r.speed for r in rows if r.speed == r.speed]
-    whose = f", by {track_words.objects(turning)} of {objects}" if objects > 1 else ""
+    whose = f", by {track_report.objects(turning)} of {objects}" if objects > 1 else ""
     moved = [card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
     if speeds:
         moved.append(card("Median speed", *_speed(speeds), unit="m/s"))
-    nis, held = track_words.mean(rows, "nis"), track_words.mean(rows, "coverage")
+    nis, held = track_report.mean(rows, "nis"), track_report.mean(rows, "coverage")
     sure = [
         card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
         held_card(held, _graded(held, (0.92, 0.975), (0.85, 1.0))),
@@ -165,8 +165,8 @@ def _table(rows) -> Panel:
     )
     if len(rows) > TABLE:
         words += f" {TABLE} of {len(rows)} tracks are listed."
-    body = [track_words.cells(r, with_day=True) for r in rows[:TABLE]]
-    return Panel("tracks", "Tracks", words, (table(list(track_words.HEAD), body, text=(0, 1, 2, 3, 10)),))
+    body = [track_report.cells(r, with_day=True) for r in rows[:TABLE]]
+    return Panel("tracks", "Tracks", words, (table(list(track_report.HEAD), body, text=(0, 1, 2, 3, 10)),))
 
 
 def _skipped(faults) -> Panel | None:
@@ -174,7 +174,7 @@ def _skipped(faults) -> Panel | None:
         return None
     some = table(["source", "at", "what is wrong"], [[f.source, f.offset, f.what] for f in faults[:200]], text=(0, 2))
     count = count_of(skipped(faults), "record")
-    return Panel("skipped", "What was skipped", track_words.faults_told(faults), (some,), count)
+    return Panel("skipped", "What was skipped", track_report.fault_words(faults), (some,), count)
 
 
 def _read(notes) -> Panel | None:

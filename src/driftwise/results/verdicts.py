@@ -99,9 +99,9 @@ class Diagnosis(list[Verdict]):
         lines = []
         for row in [head, *rows]:
             cells = [row[0].ljust(wide[0]), row[1].ljust(wide[1]), row[2].rjust(wide[2]), row[3].ljust(wide[3])]
-            told = textwrap.wrap(row[4], max(WIDTH - left, 40)) or [""]
-            lines.append(" ".join([cells[0], "  ".join([*cells[1:], told[0]])]).rstrip())
-            lines += [" " * left + more for more in told[1:]]
+            advice = textwrap.wrap(row[4], max(WIDTH - left, 40)) or [""]
+            lines.append(" ".join([cells[0], "  ".join([*cells[1:], advice[0]])]).rstrip())
+            lines += [" " * left + more for more in advice[1:]]
         return "\n".join(lines)
 
     __repr__ = __str__

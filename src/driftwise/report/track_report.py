@@ -14,7 +14,7 @@ __all__ = [
     "Row",
     "cells",
     "clock",
-    "faults_told",
+    "fault_words",
     "skipped",
     "lead",
     "mean",
@@ -47,7 +47,7 @@ class Turn(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What is told of one track."""
+    """What is reported of one track."""
 
     track: Any
     label: str
@@ -71,19 +71,19 @@ class Row(NamedTuple):
 
     def as_dict(self) -> dict:
         """Return the row by names; the track itself is its number."""
-        told = {name: value for name, value in self._asdict().items() if name not in ("track", "spans")}
-        return {"track": self.track.id, **told, "turns": [turn._asdict() for turn in self.turns]}
+        values = {name: value for name, value in self._asdict().items() if name not in ("track", "spans")}
+        return {"track": self.track.id, **values, "turns": [turn._asdict() for turn in self.turns]}
 
 
 def row(track) -> Row:
-    """Return what is told of a track: its summary, its turns, the stretches (first row, end) in which it manoeuvred."""
-    told, trace = track.summary(), track.trace
+    """Return what is reported of a track: summary, turns, segments (first row, end) in which it manoeuvred."""
+    found, trace = track.summary(), track.trace
     start, end, plots, missed, speed, manoeuvres, nis, coverage, status = (
-        told[name] for name in ("start", "end", "plots", "missed", "speed", "manoeuvres", "nis", "coverage", "status")
+        found[name] for name in ("start", "end", "plots", "missed", "speed", "manoeuvres", "nis", "coverage", "status")
     )
     return Row(
         track, track.key or f"#{track.id}", track.name, start, end, plots, missed, speed, manoeuvres, nis, coverage,
-        status, _turns(trace), _stretches(trace),
+        status, _turns(trace), _segments(trace),
     )  # fmt: skip
 
 
@@ -110,7 +110,7 @@ def _window(time) -> float:
     return max(20.0, 5.0 * float(np.median(np.diff(time)))) if len(time) > 1 else 20.0
 
 
-def _stretches(trace) -> tuple[tuple[int, int], ...]:
+def _segments(trace) -> tuple[tuple[int, int], ...]:
     """Return (first row, end) of the runs of rows about which a manoeuvre was, on average, more likely than not."""
     import numpy as np
 
@@ -164,9 +164,9 @@ def when(time: float, with_day: bool = True) -> str:
     """Return an instant as one writes it, to the second where it is a date."""
     if clock(time) is None:
         return instant(time, None)
-    told = instant(round(time), clock(time))
-    told = told if " " in told else f"{told} 00:00:00"
-    return told if with_day else told.partition(" ")[2]
+    text = instant(round(time), clock(time))
+    text = text if " " in text else f"{text} 00:00:00"
+    return text if with_day else text.partition(" ")[2]
 
 
 def cells(found: Row, *, with_day: bool = False) -> list[str]:
@@ -195,8 +195,8 @@ def counted(counts: dict[str, int]) -> str:
         ("discarded", "on tracks that were never confirmed"), ("outliers", "set aside as outliers"),
         ("repeated", "told again what was known"), ("late", "came too late"), ("clock", "had a wild clock"),
     )  # fmt: skip
-    told = [f"{counts[name]} {what}" for name, what in words if counts.get(name)]
-    return f"of {counts['plots']} plots, {', '.join(told)}" if told else ""
+    found = [f"{counts[name]} {what}" for name, what in words if counts.get(name)]
+    return f"of {counts['plots']} plots, {', '.join(found)}" if found else ""
 
 
 def lead(rows: list[Row], counts: dict[str, int]) -> str:
@@ -209,19 +209,19 @@ def lead(rows: list[Row], counts: dict[str, int]) -> str:
         turns = sum(len(r.turns) for r in rows)
         turned = f"and turned {often(turns)}" if turning else "and did not turn"
         who = rows[0].called if rows[0].name or rows[0].track.key else "One object"
-        told = [f"{who} was followed for {lasting(end - start)} {turned}."]
+        said = [f"{who} was followed for {lasting(end - start)} {turned}."]
     else:
-        told = [f"{count_of(objects(rows), 'object')} in {lasting(end - start)}, {_turned(rows, turning)}."]
+        said = [f"{count_of(objects(rows), 'object')} in {lasting(end - start)}, {_turned(rows, turning)}."]
     if turning:
         found, turn = max(((r, t) for r in turning for t in r.turns), key=lambda pair: abs(pair[1].angle))
         whose = f"{found.called}, " if len(rows) > 1 else ""
         side = "right" if turn.angle > 0 else "left"
-        told.append(
+        said.append(
             f"The longest turn: {whose}{abs(turn.angle):.0f}\u00b0 to the {side} from {when(turn.start)} "
             f"to {when(turn.end, False)}, at {number(abs(turn.rate), 2)}\u00b0/s."
         )
-    told.append(_sure(rows))
-    return " ".join(filter(None, told))
+    said.append(_sure(rows))
+    return " ".join(filter(None, said))
 
 
 def _turned(rows: list[Row], turning: list[Row]) -> str:
@@ -243,27 +243,27 @@ def _sure(rows: list[Row]) -> str:
 
 def skipped(faults) -> int:
     """Return how many records could not be used."""
-    return sum(_told(fault)[1] for fault in faults)
+    return sum(_kind(fault)[1] for fault in faults)
 
 
-def faults_told(faults) -> str:
+def fault_words(faults) -> str:
     """Return in a sentence what could not be read, with the places of the first ones; nothing where all could."""
     if not faults:
         return ""
     sources = {fault.source for fault in faults}
     kinds: dict[str, list] = {}
     for fault in faults:
-        what, count = _told(fault)
+        what, count = _kind(fault)
         place = f"{os.path.basename(fault.source)}:{fault.offset}" if len(sources) > 1 else str(fault.offset)
         kinds.setdefault(what, []).append((count, place))
     counts = {what: sum(n for n, _ in some) for what, some in kinds.items()}
     most = sorted(kinds, key=lambda what: -counts[what])
-    told = [f"{what}: {counts[what]} ({_where(kinds[what])})" for what in most[:3]]
-    told += [f"for other reasons: {sum(counts[what] for what in most[3:])}"] if len(most) > 3 else []
-    return f"{count_of(sum(counts.values()), 'record')} skipped \u2013 {'; '.join(told)}."
+    said = [f"{what}: {counts[what]} ({_where(kinds[what])})" for what in most[:3]]
+    said += [f"for other reasons: {sum(counts[what] for what in most[3:])}"] if len(most) > 3 else []
+    return f"{count_of(sum(counts.values()), 'record')} skipped \u2013 {'; '.join(said)}."
 
 
-def _told(fault) -> tuple[str, int]:
+def _kind(fault) -> tuple[str, int]:
     """Return what is wrong, and with how many records."""
     match = COUNTED.fullmatch(fault.what)
     return (match[1], int(match[2])) if match else (fault.what, 1)

@@ -1,4 +1,4 @@
-"""What is told of a fleet, on the terminal and on the page: who needs a look, and how much there was."""
+"""What is reported of a fleet, on the terminal and on the page: who needs a look, and how much there was."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from driftwise.results.numbers import capital, count_of, grouped, instant, lasti
 from driftwise.results.sentences import NOTHING, burst_words, false_jumps_words
 
 __all__ = [
-    "Told",
-    "bursts_told",
+    "FleetReport",
+    "burst_notes",
     "counted",
-    "gaps_told",
-    "key_told",
+    "gap_notes",
+    "key_notes",
     "lead",
-    "needs_words",
+    "fleet_notes",
     "quality",
     "shown",
     "starts_anew",
@@ -45,7 +45,7 @@ QUALITY = {
 
 
 @dataclass(frozen=True)
-class Told:
+class FleetReport:
     """A fleet that was run, and what is known of the run.
 
     Attributes
@@ -117,84 +117,84 @@ def shown(count: float) -> str:
     return grouped(count, 10_000, "\u202f")
 
 
-def counted(told: Told) -> list[str]:
+def counted(report: FleetReport) -> list[str]:
     """Return how many there are of each kind, in words."""
     found = []
-    for kind, (rows, _) in told.outliers.found.items():
+    for kind, (rows, _) in report.outliers.found.items():
         if len(rows):
             text = COUNTED[kind][len(rows) > 1].format(shown(len(rows)))
-            inside = sum(len(burst.rows) for burst in told.outliers.together)
+            inside = sum(len(burst.rows) for burst in report.outliers.together)
             if kind == "jumped" and inside:
                 text += f" ({shown(inside)} of them together)"
             found.append(text)
     return found
 
 
-def lead(told: Told) -> str:
+def lead(report: FleetReport) -> str:
     """Return the answer in a few sentences, the first of them the headline."""
-    many, some = len(told.fleet), len(told.outliers.rows)
+    many, some = len(report.fleet), len(report.outliers.rows)
     if not some:
         return f"None of the {shown(many)} series stands out. {NOTHING}"
     headline = f"{shown(some)} of {shown(many)} series need{'s' if some == 1 else ''} a look."
-    return " ".join([headline, f"{capital('; '.join(counted(told)))}.", *bursts_told(told), *needs_words(told)])
+    return " ".join([headline, f"{capital('; '.join(counted(report)))}.", *burst_notes(report), *fleet_notes(report)])
 
 
-def bursts_told(told: Told) -> list[str]:
+def burst_notes(report: FleetReport) -> list[str]:
     """Return a sentence for each time at which many jumped."""
-    bursts = told.outliers.together[:3]
-    return [burst_words(shown(len(burst.rows)), told.when(burst.start), told.when(burst.end)) for burst in bursts]
+    bursts = report.outliers.together[:3]
+    return [burst_words(shown(len(burst.rows)), report.when(burst.start), report.when(burst.end)) for burst in bursts]
 
 
-def needs_words(told: Told) -> list[str]:
+def fleet_notes(report: FleetReport) -> list[str]:
     """Return what the whole fleet says of the judgement itself."""
     from driftwise.fleet.outliers import ALARMS
 
-    found, said = told.outliers.found, []
-    alarms = ALARMS * told.samples
-    if len(found["jumped"].rows) and alarms >= 1 and hasattr(told.fleet.estimators[0].policies[2], "trials"):
+    found, said = report.outliers.found, []
+    alarms = ALARMS * report.samples
+    if len(found["jumped"].rows) and alarms >= 1 and hasattr(report.fleet.estimators[0].policies[2], "trials"):
         said.append(false_jumps_words(shown(alarms)))
-    if told.tally["late"].sum() > MOST_LATE * _rows(told):
+    if report.tally["late"].sum() > MOST_LATE * _rows(report):
         said.append("Most rows are late: is the newest row first? Sort the table by time.")
     differ = len(found["differs"].rows)
-    if differ > MIXED * len(told.fleet):
+    if differ > MIXED * len(report.fleet):
         said.append(
             f"As many as {shown(differ)} differ from the rest: the fleet is hardly of one kind; run each kind apart."
         )
     return said
 
 
-def starts_anew(told: Told) -> bool:
+def starts_anew(report: FleetReport) -> bool:
     """Whether the clock of each series is its own: without dates, all begin at one value and end at many."""
     import numpy as np
 
-    first, last = (told.tally[name][np.isfinite(told.tally[name])] for name in ("first_time", "last_time"))
-    if told.is_dated or first.size < 2:
+    first, last = (report.tally[name][np.isfinite(report.tally[name])] for name in ("first_time", "last_time"))
+    if report.is_dated or first.size < 2:
         return False
     span = np.median(last) - np.median(first)
     begin, end = ((np.quantile(times, 0.95) - np.quantile(times, 0.05)) / max(span, 1e-300) for times in (first, last))
     return bool(begin < SAME <= end)
 
 
-def key_told(told: Told) -> list[str]:
+def key_notes(report: FleetReport) -> list[str]:
     """Return a sentence where the key names hardly more than one row."""
     import numpy as np
 
-    rows = float(np.median(told.tally["samples"])) if len(told.fleet) > 1 else FEWEST
+    rows = float(np.median(report.tally["samples"])) if len(report.fleet) > 1 else FEWEST
     if rows >= FEWEST:
         return []
     return [
-        f"most series have {count_of(round(rows), 'row')}, from which nothing can be learnt: is {told.by!r} the "
+        f"most series have {count_of(round(rows), 'row')}, from which nothing can be learnt: is {report.by!r} the "
         "column that names the series, and not the time?"
     ]
 
 
-def gaps_told(told: Told) -> list[str]:
+def gap_notes(report: FleetReport) -> list[str]:
     """Return a sentence about gaps in the clock that nobody has asked to fill, with the step that most series have."""
     import numpy as np
 
-    if told.dt is not None or not told.tally["gaps"].any():
+    if report.dt is not None or not report.tally["gaps"].any():
         return []
-    steps = told.tally["step"][np.isfinite(told.tally["step"])]
+    steps = report.tally["step"][np.isfinite(report.tally["step"])]
     usual = float(np.median(steps))
     said = "samples on both sides of a gap in the clock were taken as neighbours"
     if np.mean(np.abs(steps - usual) < 0.1 * usual) < COMMON:
@@ -202,22 +202,22 @@ def gaps_told(told: Told) -> list[str]:
     return [f"{said}: --dt {number(usual)}, the usual step, makes missing samples of what lies between."]
 
 
-def _rows(told: Told) -> float:
+def _rows(report: FleetReport) -> float:
     """Return the number of rows of all series, those that were filled in included."""
     from driftwise.fleet.counters import UNUSED
 
-    return max(sum(float(told.tally[name].sum()) for name in ("samples", *UNUSED)), 1.0)
+    return max(sum(float(report.tally[name].sum()) for name in ("samples", *UNUSED)), 1.0)
 
 
-def quality(told: Told) -> list[tuple[str, int, float, int]]:
+def quality(report: FleetReport) -> list[tuple[str, int, float, int]]:
     """Return (what, how many, share of the rows, in how many series) of everything that was wrong with the rows."""
     import numpy as np
 
-    total, found = _rows(told), []
+    total, found = _rows(report), []
     for name, text in QUALITY.items():
-        if name == "gaps" and told.dt is not None:
+        if name == "gaps" and report.dt is not None:
             continue  # they are filled
-        column = told.tally[name]
+        column = report.tally[name]
         if column.any():
             found.append((text, int(column.sum()), float(column.sum() / total), int(np.count_nonzero(column))))
     return found
