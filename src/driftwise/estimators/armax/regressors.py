@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import Size, Vector, advance, kernel, open_scratch
+from ...engine.layout import Field, Layout
 from ...engine.status import PROJECTED
 from ...memory.gauss_markov import widen_within
 from ...memory.wind_up import hold_within
@@ -56,14 +57,15 @@ class Polynomials(NamedTuple):
     cap: Vector  # prior variances
 
 
-class Kept(NamedTuple):
-    """Views of the registers: is anything uncertain, r (M,), its derivatives dr (M, N), the covariance S (N, N)."""
-
-    is_uncertain: np.ndarray
-    seen: np.ndarray
-    r: np.ndarray
-    dr: np.ndarray
-    S: np.ndarray
+KEPT = Layout(
+    Field("is_uncertain", ("1",), "whether any of them is"),
+    Field("seen", ("1",), "measured outputs when c, d, f were last set free"),
+    Field("r", ("kept",), "lags of e, -v, -w"),
+    Field("dr", ("kept * is_exact", "N"), "their derivatives"),
+    Field("S", ("N", "N"), "covariance of the errors of the regressors"),
+    given=("N", "kept", "is_exact"),
+)
+open_registers = kernel(KEPT.open)
 
 
 class Room(NamedTuple):
@@ -82,17 +84,13 @@ class Room(NamedTuple):
 
 def sizes(N: int, kept: int, is_exact: bool) -> tuple[int, int]:
     """Return how many numbers the registers and the scratch need."""
-    return 2 + kept + kept * N * is_exact + N * N, 1 + 6 * N + 2 * N * N
+    return KEPT.size(N, kept, is_exact), 1 + 6 * N + 2 * N * N
 
 
 @kernel
 def open_kept(form, state):
     """Return the named views of the registers."""
-    all, N, M = state.registers, int(form.N), int(form.kept)
-    rows = M if form.exact > 0.0 else 0
-    first = 2 + M
-    S = first + rows * N
-    return Kept(all[:1], all[1:2], all[2:first], all[first:S].reshape(rows, N), all[S:].reshape(N, N))
+    return open_registers(state.registers, int(form.N), int(form.kept), int(form.exact > 0.0))
 
 
 @kernel

@@ -26,7 +26,7 @@ from ..common.settings import arguments
 from ..smoothing.estimator import InHindsight
 from . import step as _step  # noqa: F401  (registers the step)
 from .gradient import LagsAlone, gradient
-from .instruments import InstrumentalLags, Instruments, instruments
+from .instruments import REGISTERS, InstrumentalLags, Instruments, instruments
 from .methods import LeastSquares
 from .row import HOLD, PREDICT, SKIP, Lags
 from .speeds import read as read_speeds
@@ -352,7 +352,7 @@ class ARX(InHindsight, Recursive):
         validation.one_of("method", kind, METHODS)
         registers = own = 0
         if kind == "iv":
-            registers, own = N * N + 1 + form.na, 3 * N
+            registers, own = REGISTERS.size(N, form.na), 3 * N
             first = instruments(self.options["instruments"], form, self.options["memory"])
             deep = max(deep, first + form.na)
         self._prepare(
@@ -397,7 +397,8 @@ class ARX(InHindsight, Recursive):
         """Return a fresh state, or ``series`` of them."""
         state = super().start(series)
         if self.options["method"] == "iv":
-            state["registers"][..., : self.model.N**2] = self.prior_covariance.ravel()
+            at = REGISTERS.slices(self.model.N, self.model.na)["P"]
+            state["registers"][..., at] = self.prior_covariance.ravel()
         return state
 
     def _covariance(self, state) -> np.ndarray:

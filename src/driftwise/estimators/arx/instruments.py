@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from ...engine.dispatch import Vector, advance, kernel, open_scratch
 from ...engine.errors import InputError
+from ...engine.layout import Field, Layout
 from ...engine.ud import correct, predicted_variance, widen_along
 from ...memory.constant import Constant
 from ...memory.exponential_forgetting import ExponentialForgetting
@@ -32,10 +33,19 @@ STEADY = 0.999  # ... and where a pole lies outside this circle
 class InstrumentalLags(Lags):
     """`Lags`, with a register of instruments.
 
-    ``registers``: P, row after row; the weight it belongs to; past outputs of the auxiliary model, newest first.
+    ``registers`` are those of `REGISTERS`.
     """
 
     __slots__ = ()
+
+
+REGISTERS = Layout(
+    Field("P", ("N * N",), "P, row after row"),
+    Field("weight", ("1",), "that P belongs to"),
+    Field("xs", ("na",), "past outputs of the auxiliary model, newest first"),
+    given=("N", "na"),
+)
+open_registers = kernel(REGISTERS.open)
 
 
 class Instruments(NamedTuple):
@@ -62,7 +72,7 @@ def regress_instrumental_lags(form, state, scratch, s2):
 def renew_instrumental_lags(form, state, scratch, y, y_variance, e, T):
     # the auxiliary model: the same regressors, past outputs replaced by its own, with the new theta
     na, value = state.ys.size, 0.0
-    xs = state.registers[state.registers.size - na :]
+    xs = open_registers(state.registers, state.theta.size, na).xs
     for i in range(scratch.psi.size):
         value += state.theta[i] * (-xs[i] if i < na else scratch.psi[i])
     is_sound = abs(value) <= NEAR * state.head[TOP] and is_inside(state.theta[:na], STEADY, scratch.f, scratch.b)
@@ -85,11 +95,11 @@ def forget(P, ratio, cap):
 @correct_by.on(Instruments)
 def correct_by_instruments(method, memory, state, e, R, s2, scratch):
     theta, psi, N, na = state.theta, scratch.psi, state.theta.size, state.ys.size
-    P, head, at = state.registers, state.head, state.theta.size * state.theta.size
+    (P, weight, xs), head = open_registers(state.registers, N, na), state.head
     zeta, K, v = scratch.own[:N], scratch.own[N : 2 * N], scratch.own[2 * N :]
-    if P[at] > 0.0 and head[WEIGHT] != P[at]:  # the memory has forgotten since: so does P
-        forget(P[: N * N], head[WEIGHT] / P[at], method.cap)
-    xs, first = P[at + 1 :], int(method.first)
+    if weight[0] > 0.0 and head[WEIGHT] != weight[0]:  # the memory has forgotten since: so does P
+        forget(P, head[WEIGHT] / weight[0], method.cap)
+    first = int(method.first)
     for i in range(N):
         zeta[i] = psi[i]
         if i < na and head[OBSERVED] >= method.start:
@@ -112,7 +122,7 @@ def correct_by_instruments(method, memory, state, e, R, s2, scratch):
         theta[i] += K[i] * e
         for j in range(N):
             P[i * N + j] -= K[i] * v[j]
-    P[at] = head[WEIGHT] + 1.0
+    weight[0] = head[WEIGHT] + 1.0
     # C - b b'/T is what the best gain b/T leaves, T (K - b/T)(K - b/T)' what this one loses against it
     T = correct(state.U, state.D, scratch.f, R, scratch.b)
     for i in range(N):

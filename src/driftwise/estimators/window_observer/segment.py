@@ -16,6 +16,7 @@ from scipy.linalg import matrix_balance, null_space
 
 from ...engine.dispatch import kernel, rare
 from ...engine.expm import exponential, product
+from ...engine.layout import Field, Layout, each
 from ...engine.qr import triangularise
 from ..arx.row import HUGE
 
@@ -45,37 +46,67 @@ class Places(NamedTuple):
     k: int
     p: int
     straight: int  # 1: the input is a straight line between its samples, 0: it is held
-    d: int  # segment: behind F (s, s)
+    d: int  # of a `SEGMENT`
     G: int
     g: int
-    R: int  # [R | z] (m, m + 1), upper triangular
-    rows: int  # how many of its rows are in use
+    R: int
+    rows: int
     seconds: int
     size: int
-    B: int  # plant: behind As (s, s)
+    B: int  # of a `PLANT`
     Au: int
     Bu: int
-    E: int  # H / noise deviation (p, m)
+    E: int
     D: int
-    weight: int  # 1 / noise deviation
-    ahead: int  # interval: behind s' F, whole and slope; the same of v
-    back: int  # and of v backwards
+    weight: int
+    ahead: int  # of `MOVES`, of an interval
+    back: int
     moves: int
+
+
+SEGMENT = Layout(
+    Field("F", ("s", "s")),
+    Field("d", ("s",)),
+    Field("G", ("v", "v")),
+    Field("g", ("v",)),
+    Field("R", ("m", "m + 1"), "[R | z], upper triangular"),
+    Field("rows", (), "how many of its rows are in use"),
+    Field("seconds", (), "how long it is"),
+    given=("s", "m", "k"),
+    v="m - s",
+)
+PLANT = Layout(
+    Field("As", ("s", "s")),
+    Field("B", ("s", "k")),
+    Field("Au", ("v", "v")),
+    Field("Bu", ("v", "k")),
+    Field("E", ("p", "m"), "H / noise deviation"),
+    Field("D", ("p", "k"), "likewise"),
+    Field("weight", ("p",), "1 / noise deviation"),
+    given=("s", "m", "k", "p"),
+    v="m - s",
+)
+MOVES = Layout(
+    *each("stay", stays="s: F, whole and slope"),
+    *each("grow", ahead="the same of v", back="and of v backwards"),
+    given=("s", "m", "k"),
+    stay="s * (s + 2 * k)",
+    grow="(m - s) * (m - s + 2 * k)",
+)
+segment_places, plant_places, moves_places = kernel(SEGMENT.places), kernel(PLANT.places), kernel(MOVES.places)
+segment_size, moves_size = kernel(SEGMENT.size), kernel(MOVES.size)
 
 
 @kernel
 def places(s, m, k, p, straight):
     """Return the places for s modes that stay and m - s that grow, k inputs and p outputs."""
-    v = m - s
-    d, B, ahead = s * s, s * s, s * (s + 2 * k)
-    G, Au, back = d + s, B + s * k, ahead + v * (v + 2 * k)
-    g, Bu, moves = G + v * v, Au + v * v, back + v * (v + 2 * k)
-    R, E = g + v, Bu + v * k
-    rows, D = R + m * (m + 1), E + p * m
-    size, weight = rows + 2, D + p * k
+    own, plant, moves = segment_places(s, m, k), plant_places(s, m, k, p), moves_places(s, m, k)
     return Places(
-        s, v, m, k, p, straight, d, G, g, R, rows, rows + 1, size, B, Au, Bu, E, D, weight, ahead, back, moves
-    )
+        s, m - s, m, k, p, straight,
+        own.d, own.G, own.g, own.R, own.rows, own.seconds, segment_size(s, m, k),
+        plant.B, plant.Au, plant.Bu, plant.E, plant.D, plant.weight,
+        moves.ahead, moves.back, moves_size(s, m, k),
+    )  # fmt: skip
 
 
 @rare
