@@ -170,7 +170,7 @@ def test_long_records_are_taken_in_stretches():
         (lambda: dw.analysis.identifiability([], order=1), "empty"),
         (lambda: dw.analysis.identifiability([np.nan] * 5, order=1), "no row of the record is complete"),
         (lambda: dw.analysis.identifiability([1.0, np.nan, 2.0], order=1, d=[0.5]), "gap"),
-        (lambda: dw.analysis.identifiability([1.0, 2.0], order=1, d=[1.5]), "reflect"),
+        (lambda: dw.analysis.identifiability([1.0, 2.0], order=1, d=[1.5]), "minimum_phase"),
         (lambda: dw.analysis.identifiability([1.0, 2.0], [1.0], order=1), "simultaneous"),
         (lambda: dw.analysis.identifiability([1.0, np.inf], order=1), "infinite"),
         (lambda: dw.analysis.identifiability([1.0, 2.0], 3.0, order=1), "u must be"),

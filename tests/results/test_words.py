@@ -58,8 +58,8 @@ CLASSES = {
     "detector": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(dw.PageHinkley)),
     "detector, Monitor": lambda: dw.detect.Monitor(dw.PageHinkley),
     "detector, gain": lambda: dw.AdaptiveGain(1.0, detector=dw.detect.GainProbes),
-    "restart": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(response=dw.memory.GainReset)),
-    "restart, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation)),
+    "response": lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(response=dw.memory.GainReset)),
+    "response, Joint": lambda: dw.Joint(1, memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation)),
 }
 
 
@@ -98,7 +98,7 @@ def test_who_takes_which_memory_is_as_the_page_says(name):
         if any(memory is one for one in taken):  # tuples of equal numbers are equal
             make(memory=memory)
         else:
-            with pytest.raises(dw.InputError, match=r"memory|restart|RandomWalk"):
+            with pytest.raises(dw.InputError, match=r"memory|response|RandomWalk"):
                 make(memory=memory)
 
 

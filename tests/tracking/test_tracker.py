@@ -195,17 +195,17 @@ def test_two_nameless_ones_in_formation_are_two():
 def test_scan_periods_are_medians_of_the_slowest_sensor():
     scans, clock = Scans(), {}
     for time in (0.0, 4.0, 8.0, 12.0, 16.0, 916.0, 920.0, 924.0):
-        scans.update_batch(clock, "a", time)
+        scans.tick(clock, "a", time)
     assert clock["a"][1:] == [4.0] * 6 and scans.period(clock) == 4.0  # a pause is no scan
     new = {}
     for time in (0.0, 0.2):
-        scans.update_batch(new, "a", time)
+        scans.tick(new, "a", time)
     assert scans.period(new) == 4.0  # what others are seen with counts until there is enough of its own
     for time in (0.4, 0.6, 0.8, 1.0, 1.2):
-        scans.update_batch(new, "a", time)
+        scans.tick(new, "a", time)
     assert scans.period(new) == pytest.approx(0.2)
     for time in (0.0, 12.0, 24.0):
-        scans.update_batch(new, "b", time)
+        scans.tick(new, "b", time)
     assert scans.period(new) == 12.0 and Scans().period({}) == 0.0
 
 

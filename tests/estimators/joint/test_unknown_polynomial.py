@@ -197,7 +197,7 @@ def test_shrinking_agrees_with_the_roots(seed):
         (dw.models.UnknownPolynomial(radius=1.5), "between 0 and 1"),
         (dw.models.UnknownPolynomial(variance=0.0), "positive"),
         (dw.models.UnknownPolynomial(std=-0.2), "std"),
-        (dw.models.UnknownPolynomial((1.5, 0.2)), "reflect"),
+        (dw.models.UnknownPolynomial((1.5, 0.2)), "minimum_phase"),
         (dw.models.UnknownPolynomial((1.0,), variance=1.0), "d must list the 2"),
     ],
 )
