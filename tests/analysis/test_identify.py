@@ -48,7 +48,7 @@ def test_the_structure_is_the_simplest_that_predicts_as_well():
 def test_the_change_of_the_gain_is_found_dated_and_named(found):
     (change,) = found.changes
     assert abs(change.since - 600) <= 4
-    assert "the gain from heater_V halved" in found.told(change)
+    assert "the gain from heater_V halved" in found.phrase(change)
     assert "At 2024-05-01 10:0" in found.words
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..results.events import Event
 from ..results.numbers import instant, odds_words
 
-LATER = 6  # samples for each parameter after a change, at least, until its size is told
+LATER = 6  # samples for each parameter after a change, at least, until its size is reported
 CLEAR = 2.0  # standard deviations by which a gain or a level has moved
 MOST, LOOKED = 20, 200  # changes that are kept, the surest; of one trace, those that are looked into
 SURE = 20.0, 5.0  # odds, or deviations by which something moved: beyond either it is no matter of chance
@@ -26,7 +26,7 @@ class Change:
 
     since: int
     time: float  # of that sample
-    told: int
+    noticed: int
     odds: float | None  # where the memory weighed a jump at about that time against other explanations
     moved: tuple[str, ...]
     deviations: float = 0.0  # by which gain, level or a parameter moved, the one that did most
@@ -47,8 +47,8 @@ class Change:
 
     @property
     def delay(self) -> int:
-        """Samples until it was told."""
-        return self.told - self.since
+        """Samples until it was noticed."""
+        return self.noticed - self.since
 
     def words(self, origin: str | None = None) -> str:
         """Return it as a phrase; with the time stamp of second 0 it has a date."""

@@ -43,10 +43,10 @@ class Watching:
             alarms = scan(detector, z, state=self._states[k])
             self._states[k] = alarms.state
             found += [(int(t), int(since)) for t, since in zip(alarms.samples, alarms.changes)]
-        told = []
+        reported = []
         for t, since in sorted(found):
             if self.samples + t - self._last > SAME:
-                told.append(Event(t, float(time[t]), "CHANGE", "the forecast no longer fits", since=max(since, 0)))
+                reported.append(Event(t, float(time[t]), "CHANGE", "the forecast no longer fits", since=max(since, 0)))
             self._last = self.samples + t
         self.samples += len(adaptive)
-        return told
+        return reported

@@ -29,7 +29,7 @@ class Row:
     """How one estimator did; numbers are over the samples that were scored, the same for all.
 
     ``nlpd`` is the mean negative log predictive density (lower is better), ``difference`` what it lacks to the best
-    one and ``difference_std`` how well that is known; ``alarms`` counts jumps told; ``us_per_sample`` is wall time;
+    one and ``difference_std`` how well that is known; ``alarms`` counts jumps reported; ``us_per_sample`` is wall time;
     ``unknowns`` are the parameters, and states, that are estimated.
     """
 

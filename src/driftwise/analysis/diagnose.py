@@ -30,7 +30,7 @@ WORK = 4e9  # rows times unknowns to the fourth power that the odds may cost: so
 
 
 def diagnose(
-    trace, summary=None, *, record=None, identifiable: Identifiability | None = None, are_told: bool = False
+    trace, summary=None, *, record=None, identifiable: Identifiability | None = None, are_reported: bool = False
 ) -> Diagnosis:
     """Return the verdicts on a run of an estimator; with several outputs, on their predictions (`trace.diagnose`).
 
@@ -42,8 +42,8 @@ def diagnose(
     record : (y, u), optional
         The samples as they were estimated, or None where they are too many to be held.
     identifiable : Identifiability, optional
-    are_told : bool
-        Jumps are told beside the verdicts, by who watched for them: those of the memory are left out.
+    are_reported : bool
+        Jumps are reported beside the verdicts, by who watched for them: those of the memory are left out.
     """
     if trace.estimator.outputs is not None:
         return of_outputs(trace.summary().parts)
@@ -56,7 +56,7 @@ def diagnose(
     found += [excitation(s)]
     found += [] if identifiable is None else [identifiability_verdict(identifiable)]
     found += [] if s.is_static or holds_poles else [stability(s, LEVEL)]
-    found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_told=are_told)]
+    found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_reported=are_reported)]
     if y is not None:
         found += news(trace, y, u)
     return Diagnosis([*found, *shares(s), *saturation(trace.y)])
@@ -137,7 +137,7 @@ def identifiability_verdict(found: Identifiability) -> Verdict:
 # --- what moved ----------------------------------------------------------------------------------------------
 
 
-def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Verdict:
+def changes(trace, s, y, u, is_white: bool = True, are_reported: bool = False) -> Verdict:
     """Return whether the parameters drift or jump: the odds, or how far the estimates moved; what the memory says."""
     from ..memory.auto import AutoMemory
     from ..memory.constant import Constant
@@ -149,7 +149,7 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
         against = odds(s.estimator, y, u) if is_short else None
         return _constant(trace, name) if against is None else _by_odds(against, name, s.estimator, is_white)
     jumped = jump_count_words(s.jumps, s.last_jump, s.origin, s.unit)
-    also = "" if are_told else f"; {jumped}"
+    also = "" if are_reported else f"; {jumped}"
     if isinstance(memory, AutoMemory) and speeds is not None and speeds.weights:
         still = speeds.weights["still"]
         value = min((1 - still) / max(still, 1 / MOST), MOST)
@@ -158,7 +158,7 @@ def changes(trace, s, y, u, is_white: bool = True, are_told: bool = False) -> Ve
         return Verdict(name, math.nan, ANY, True, f"the memory follows a drift ({speeds.words}){also}")
     if s.estimator.holds_poles:
         return Verdict(name, math.nan, ANY, True, "its one free pole walks, so that a drift is followed")
-    if are_told and (s.jumps or trace.watches):
+    if are_reported and (s.jumps or trace.watches):
         return Verdict(name, math.nan, ANY, True, f"jumps are followed; {BETWEEN_JUMPS}")
     if s.jumps or trace.watches or isinstance(memory, AutoMemory):
         return Verdict(name, float(s.jumps), ANY, True, f"{jumped}; {BETWEEN_JUMPS}")

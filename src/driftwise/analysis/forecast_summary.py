@@ -15,7 +15,7 @@ from .forecast_verdicts import LEVEL, WIDE, coverage_verdict, nis_verdict, white
 
 
 class Own:
-    """The forecast that one estimator makes, as that of a model average is told: deviates of its density."""
+    """The forecast that one estimator makes, in the numbers that a model average has: deviates of its density."""
 
     def __init__(self, trace: ParameterTrace):
         self.y, self.innovation, self.variance = trace.y, trace.innovation, trace.variance

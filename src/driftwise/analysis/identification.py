@@ -134,7 +134,7 @@ class Identification:
 
         return answer(self)
 
-    def told(self, change: Change) -> str:
+    def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""
         return f"{self.table.at(change.time, self.origin)} {change.what}"
 
@@ -158,7 +158,7 @@ class Identification:
 
     def to_frame(self, backend: str = "pandas") -> Any:
         """Return forecast and parameters, sample by sample, as a data frame of that library."""
-        return as_frame(told(self.forecast, self.trace), backend)
+        return as_frame(all_columns(self.forecast, self.trace), backend)
 
 
 def quoted(forecast: ForecastSummary, own: ForecastSummary, naive: dict[str, float]) -> ForecastSummary:
@@ -166,7 +166,7 @@ def quoted(forecast: ForecastSummary, own: ForecastSummary, naive: dict[str, flo
     return own if forecast.rmse > min(naive.values()) and own.rmse < forecast.rmse else forecast
 
 
-def told(forecast: AverageTrace, trace: ParameterTrace) -> dict[str, np.ndarray]:
+def all_columns(forecast: AverageTrace, trace: ParameterTrace) -> dict[str, np.ndarray]:
     """Return the columns of a forecast and, beside them, the parameters of the model with their deviations."""
     own = trace.columns()
     return forecast.columns() | {name: own[name] for name in own if name.removesuffix("_std") in trace.names}
@@ -220,7 +220,7 @@ class Finder:
         begun = 2 * len(trace.names) - samples  # before, a model is only being met
         alarms = [alarm for alarm in alarms if alarm.sample >= begun]
         found = changes_of(trace, self.table.inputs, alarms)
-        found = [replace(c, since=c.since + samples, told=c.told + samples) for c in found]
+        found = [replace(c, since=c.since + samples, noticed=c.noticed + samples) for c in found]
         self.alarms += len(found) + max(len(alarms) - LOOKED, 0)
         self.changes = surest([*self.changes, *found])
         self.last = found[-1] if found else self.last
@@ -234,7 +234,7 @@ class Finder:
         naive = self.identifier.baselines
         own = quoted(self.forecast_summary, self.own_summary, naive).verdicts
         names = {verdict.name for verdict in own}
-        rest = [v for v in diagnose(trace, self.summary, are_told=True) if v.name not in names]
+        rest = [v for v in diagnose(trace, self.summary, are_reported=True) if v.name not in names]
         if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
             rest = [v for v in rest if v.name != "missing"]
         return Identification(

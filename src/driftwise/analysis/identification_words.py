@@ -61,8 +61,8 @@ def _plant(found) -> str:
     n = len(poles)
     text = f"{ORDINAL.get(n, f'{n}th')} order: {', '.join(modes)}." if n else "No memory of its own."
     gains = gain_words(found.model) if table.inputs and all(abs(p) < 1 for p, _ in s.poles) else []
-    told = [f"{gain} from {name}" for gain, name in zip(gains, table.inputs) if gain]
-    return _warning(found) + text + (f" Gain {', '.join(told)}." if told else "")
+    known = [f"{gain} from {name}" for gain, name in zip(gains, table.inputs) if gain]
+    return _warning(found) + text + (f" Gain {', '.join(known)}." if known else "")
 
 
 def _warning(found) -> str:
@@ -128,7 +128,7 @@ def _changes(found) -> str:
     shown = surest(sure or found.changes, SHOWN)
     rest = found.alarms - len(shown)
     more = f"; and {rest} more change{'s' * (rest > 1)}" if rest else ""
-    text = "; ".join(map(found.told, shown))
+    text = "; ".join(map(found.phrase, shown))
     return f"{text[0].upper()}{text[1:]}{more}. One false alarm in {FALSE} samples is allowed, here up to {chance}."
 
 
@@ -137,5 +137,5 @@ def _doubtful(found, chance: int) -> str:
     (best,) = surest(found.changes, 1)
     allowed = f"no more than the false alarms allowed in so many samples ({chance}): nothing need have changed"
     if found.alarms == 1:
-        return f"Perhaps, {found.told(best)}; but that is {allowed}."
-    return f"{found.alarms} changes were noticed, {allowed}. The surest: {found.told(best)}."
+        return f"Perhaps, {found.phrase(best)}; but that is {allowed}."
+    return f"{found.alarms} changes were noticed, {allowed}. The surest: {found.phrase(best)}."

@@ -98,7 +98,7 @@ def identify_file(plan: Automatic, saver=None):
     """Return the `Identification`, its keeper, whether it was stopped early, and what of the cells was lost."""
     import pyarrow as pa
 
-    from driftwise.analysis.identification import Finder, told
+    from driftwise.analysis.identification import Finder, all_columns
     from driftwise.results.numbers import SAMPLES
     from driftwise.tables.autoread import gathered, read
 
@@ -113,7 +113,7 @@ def identify_file(plan: Automatic, saver=None):
                 keeper = keeper or Both(finder.estimator)
                 keeper.join(trace, forecast)
                 if saver:
-                    saver.add(pa.table(told(forecast, trace)))
+                    saver.add(pa.table(all_columns(forecast, trace)))
                 advance()
         except KeyboardInterrupt:
             if keeper is None:
@@ -150,7 +150,7 @@ def content(found, notes) -> dict[str, Any]:
         },
         "quoted": "own_forecast" if found.is_alone else "forecast",
         "changes": [
-            {"sample": c.since, "time": c.time, "noticed": c.told, "odds": c.odds, "words": found.told(c)}
+            {"sample": c.since, "time": c.time, "noticed": c.noticed, "odds": c.odds, "words": found.phrase(c)}
             for c in found.changes
         ],
         "alarms": found.alarms,

@@ -35,7 +35,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     events = list(trace.events() if events is None else events)
     clock = "time (s)" if columns.timed else "sample" if columns.sampling.kind == "none" else columns.time
     line = Timeline(trace.time, clock, found.origin, getattr(trace, "rows", None))
-    marks = [Mark(change.time, "jump", found.told(change)) for change in found.changes]
+    marks = [Mark(change.time, "jump", found.phrase(change)) for change in found.changes]
     shares, names = by_structure(found.forecast)
     panels = [
         _output(found, line, marks),

@@ -6,7 +6,7 @@ _HOME = {
     "Diagnosis": "verdicts",
     "Verdict": "verdicts",
     "Summary": "summary",
-    "SummaryMIMO": "mimo_summary",
+    "SummaryMIMO": "output_summary",
     "ljung_box": "whiteness",
     "nis": "whiteness",
     "Trace": "trace",

@@ -11,7 +11,7 @@ from .numbers import odds_words
 from .sentences import SOMETHING, alarm_words, direction_words, step_words, weighed_words
 
 SAMPLES_LATER = 6  # for each parameter, until a jump is judged by what it did to the estimates
-RESTS = 10  # samples at rest that are told; regressors are all small at once by chance, too
+RESTS = 10  # samples at rest that are reported; regressors are all small at once by chance, too
 MOVED = 3.0  # deviations by which an estimate has moved
 
 

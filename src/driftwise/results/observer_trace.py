@@ -57,7 +57,7 @@ class ObserverTrace(ParameterTrace):
 
     @property
     def disturbances(self) -> np.ndarray:
-        """What is told of the disturbances, (T, m - n)."""
+        """Estimates of the disturbances, (T, m - n)."""
         return self.estimates[:, self.estimator.model.n : self.estimator.model.m]
 
     @property

@@ -164,7 +164,7 @@ class ParameterTrace(Trace):
 
     def summary(self) -> Any:
         """Return the constant-memory `Summary` of this trace; `SummaryMIMO` where it has several outputs."""
-        from .mimo_summary import SummaryMIMO
+        from .output_summary import SummaryMIMO
         from .summary import Summary
 
         return (Summary if self.estimator.outputs is None else SummaryMIMO)(self.estimator).add(self)

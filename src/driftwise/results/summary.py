@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..engine.status import Status
-from ..models.convert import Model
 from .bands import quantile, share_within
 from .events import runs
 from .numbers import SECONDS
@@ -19,7 +18,56 @@ HAPPENED = {"noise_rises": Status.NOISE, "outliers": Status.OUTLIER, "at_rest": 
 SET_ASIDE = Status.REJECTED | Status.OUTLIER
 
 
-class Summary:
+class ModelSummary:
+    """What a run says of the model as a whole; of one output or of several, the summary of a run begins with it."""
+
+    def __init__(self, estimator):
+        self.estimator, self.state, self.samples = estimator, estimator.start(), 0
+        self._kept: dict[str, Any] = {}  # what was asked since the last sample
+
+    def _once(self, name: str, make) -> Any:
+        """Return what was made of the run so far; it is made once."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
+
+    @property
+    def loglik(self) -> float:
+        """Log evidence of the run."""
+        return self.estimator.loglik(self.state)
+
+    @property
+    def model(self) -> Any:
+        """The model at the end of the run."""
+        return self._once("model", lambda: self.estimator.model_of(self.state))
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether more outputs were measured than there are unknowns."""
+        raise NotImplementedError
+
+    def _bars(self, std) -> np.ndarray:
+        """Return standard deviations, infinite where too little was measured."""
+        return np.asarray(std) if self.is_enough else np.full(np.shape(std), math.inf)
+
+    @property
+    def poles(self) -> list[tuple[complex, float]]:
+        """(pole, standard deviation) of each pole, largest first."""
+        return [(complex(p), float(s)) for p, s in zip(self.model.poles, self._bars(self.model.poles_std))]
+
+    @property
+    def unlearned(self) -> list[tuple[str, float]]:
+        """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
+        found = [(r, v) for r, v in self.directions if r > 0.5]
+        return [(combination(v, self.estimator.names), r) for r, v in found]
+
+    @property
+    def directions(self) -> list[tuple[float, np.ndarray]]:
+        """(ratio of posterior to prior variance, direction) of all combinations, the least learned first."""
+        return self._once("directions", lambda: self.estimator.information_ratio(self.state))
+
+
+class Summary(ModelSummary):
     """Numbers of a run; add one trace after the other, memory does not grow.
 
     Outliers, those of a gate and those that a memory tells, are left out of NIS, coverage and whiteness (those of a
@@ -28,14 +76,12 @@ class Summary:
     """
 
     def __init__(self, estimator, settle: int | None = None):
-        self.estimator = estimator
+        super().__init__(estimator)
         self.settle = 2 * estimator.model.N if settle is None else settle
-        self.state = estimator.start()
         self.origin: str | None = None  # the time stamp of second 0, if it is known
         self.unit = SECONDS  # of dt and time
         self.unknowns = estimator.model.N
-        self._kept: dict[str, Any] = {}  # what was asked since the last sample
-        self.samples = self.observed = self.missing_outputs = self.missing_inputs = 0
+        self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = self.jumps = 0
         self.last_jump = math.nan  # its time
         self.last_moved = ""  # what it moved, if that is known
@@ -91,12 +137,6 @@ class Summary:
         self._scored += len(dof)
         self._lags.add(z.clip(-4, 4))  # one giant must not drown the rest
         return self
-
-    def _once(self, name: str, make) -> Any:
-        """Return what was made of the run so far; it is made once."""
-        if name not in self._kept:
-            self._kept[name] = make()
-        return self._kept[name]
 
     # --- the numbers ---------------------------------------------------------------------------------------
 
@@ -156,31 +196,16 @@ class Summary:
         return self._once("whiteness", lambda: self._lags.whiteness)
 
     @property
-    def loglik(self) -> float:
-        """Log evidence of the run."""
-        return self.estimator.loglik(self.state)
-
-    @property
-    def model(self) -> Model:
-        """The model at the end of the run."""
-        return self._once("model", lambda: self.estimator.model_of(self.state))
-
-    @property
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
         est = self.estimator  # a model may hold zeros beside the parameters, and not hold an offset
         values, P = self._once("parameters", lambda: est.parameters_of(self.state))
-        std = np.sqrt(np.diag(P)) if self.is_enough else np.full(len(values), math.inf)
-        return [(n, float(v), float(s)) for n, v, s in zip(est.names, values, std)]
+        return [(n, float(v), float(s)) for n, v, s in zip(est.names, values, self._bars(np.sqrt(np.diag(P))))]
 
     @property
     def poles(self) -> list[tuple[complex, float]]:
-        """(pole, standard deviation) of each pole, largest first."""
-        if self.is_static:
-            return []
-        model = self.model
-        std = model.poles_std if self.is_enough else np.full(len(model.poles), math.inf)
-        return [(complex(p), float(s)) for p, s in zip(model.poles, std)]
+        """(pole, standard deviation) of each pole, largest first; none of a regression without memory."""
+        return [] if self.is_static else super().poles
 
     @property
     def moduli(self) -> list[tuple[complex, float]]:
@@ -203,17 +228,6 @@ class Summary:
     def notes(self) -> list[str]:
         """What is not an ordinary standard deviation in the model, in words."""
         return list(dict.fromkeys(self.model.notes)) if self.is_enough and not self.is_static else []
-
-    @property
-    def unlearned(self) -> list[tuple[str, float]]:
-        """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
-        found = [(r, v) for r, v in self.directions if r > 0.5]
-        return [(combination(v, self.estimator.names), r) for r, v in found]
-
-    @property
-    def directions(self) -> list[tuple[float, np.ndarray]]:
-        """(ratio of posterior to prior variance, direction) of all combinations, the least learned first."""
-        return self._once("directions", lambda: self.estimator.information_ratio(self.state))
 
     @property
     def drift(self):

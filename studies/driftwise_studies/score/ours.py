@@ -43,7 +43,7 @@ def ours(y, u, time=None) -> Ours:
     forecast, _ = finder.add(np.arange(len(y), dtype=float), y, u)
     z = forecast.normal_score
     inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
-    told = np.array([change.told for change in finder.changes], int)
+    told = np.array([change.noticed for change in finder.changes], int)
     return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told)
 
 

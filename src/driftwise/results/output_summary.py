@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..models.convert import ModelMIMO
-from .summary import Summary, _finite, combination
+from .summary import ModelSummary, Summary, _finite
 from .whiteness import LEAST, Nis, Whiteness
 
 LINKED = 0.2  # correlation of two noises from which error bars across outputs suffer
@@ -35,7 +34,7 @@ class OutputSummary(NamedTuple):
     drift: Any  # `Speeds`, or None
 
 
-class SummaryMIMO:
+class SummaryMIMO(ModelSummary):
     """Numbers of a run of `JointMIMO` or `ARXMIMO`; add one trace after the other, memory does not grow.
 
     What `Summary` says of one output, ``outputs`` says of each; the first ``settle`` samples of an output (by default
@@ -52,17 +51,15 @@ class SummaryMIMO:
     """
 
     def __init__(self, estimator, settle: int | None = None):
-        self.estimator = estimator
+        super().__init__(estimator)
         p, own = estimator.model.outputs, estimator.unknowns
         self._parts = [Summary(estimator, 2 * own[i] if settle is None else settle) for i in range(p)]
-        self.state = estimator.start()
-        self._model: ModelMIMO | None = None
-        self.samples = 0
         self._products, self._squares, self._pairs = np.zeros((3, p, p))
 
     def add(self, trace: Any) -> SummaryMIMO:
         """Take in one more stretch of the run."""
-        self.state, self._model = trace.state, None
+        self.state = trace.state
+        self._kept.clear()
         self.samples += len(trace)
         z = np.full(trace.y.shape, np.nan)
         for i, (part, one) in enumerate(zip(self._parts, trace.outputs)):
@@ -148,21 +145,6 @@ class SummaryMIMO:
         return self._parts[0].missing_inputs
 
     @property
-    def loglik(self) -> float:
-        """Log evidence of the run."""
-        return self.estimator.loglik(self.state)
-
-    @property
-    def model(self) -> ModelMIMO:
-        """The model at the end of the run."""
-        if self._model is None:
-            self._model = self.estimator.model_of(self.state)
-        return self._model
-
-    def _bars(self, std) -> np.ndarray:
-        return np.asarray(std) if self.is_enough else np.full(np.shape(std), math.inf)
-
-    @property
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
         model = self.model
@@ -170,21 +152,10 @@ class SummaryMIMO:
         return [(n, float(v), float(s)) for n, v, s in zip(model.names, model.values, std)]
 
     @property
-    def poles(self) -> list[tuple[complex, float]]:
-        """(pole, standard deviation) of each pole, largest first."""
-        return [(complex(p), float(s)) for p, s in zip(self.model.poles, self._bars(self.model.poles_std))]
-
-    @property
     def gains(self) -> list[tuple[int, int, float, float]]:
         """(output, input, steady-state gain, standard deviation) of each pair, counted from 1."""
         gain, std = self.model.dc_gain, self._bars(self.model.dc_gain_std)
         return [(i + 1, l + 1, float(g), float(std[i, l])) for (i, l), g in np.ndenumerate(gain)]
-
-    @property
-    def unlearned(self) -> list[tuple[str, float]]:
-        """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
-        found = [(ratio, v) for ratio, v in self.estimator.information_ratio(self.state) if ratio > 0.5]
-        return [(combination(v, self.estimator.names), ratio) for ratio, v in found]
 
     @property
     def notes(self) -> list[str]:
