@@ -143,12 +143,12 @@ def table(tmp_path, record):
 
 
 def test_the_command(call, table, tmp_path):
-    asked = ("arx:2,2,1", "arx:2,2,1@never", "last", "mean", "-o", "y", "-i", "u", "-t", "t")
+    asked = ("arx:2,2,1", "arx:2,2,1@constant", "last", "mean", "-o", "y", "-i", "u", "-t", "t")
     page, file = tmp_path / "c.html", tmp_path / "c.json"
     code, out, err = call("compare", table, *asked, "--report", page, "--json", file)
     assert (code, err) == (0, "")
     rows = json.loads(file.read_text())["rows"]
-    assert [row["name"] for row in rows] == ["arx:2,2,1", "arx:2,2,1@never", "last", "mean"]
+    assert [row["name"] for row in rows] == ["arx:2,2,1", "arx:2,2,1@constant", "last", "mean"]
     for word in (
         "behind best",
         "-log p",
@@ -158,7 +158,7 @@ def test_the_command(call, table, tmp_path):
     ):
         assert word in out
     text = page.read_text("utf-8")
-    assert "Who was ahead when?" in text and "arx:2,2,1@never" in text and len(text) < 3e6
+    assert "Who was ahead when?" in text and "arx:2,2,1@constant" in text and len(text) < 3e6
     chunked = tmp_path / "d.json"
     call("compare", table, *asked, "--from", "0", "--to", "300", "--json", chunked)
     assert json.loads(chunked.read_text())["samples"] == 601

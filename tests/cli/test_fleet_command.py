@@ -82,7 +82,7 @@ def test_what_is_wrong_is_found_and_told(pumps, results):
     flat = " ".join(printed.split())
     assert f"{found['need_a_look']} of 60 series need a look." in flat and "60 series \u00b7 " in flat
     assert "speed never moved: what it does cannot be learnt" in flat
-    assert "2026-01-01 to 2026-01-01 03:19:00" in flat and "joint:1, memory never" in flat
+    assert "2026-01-01 to 2026-01-01 03:19:00" in flat and "joint:1, memory constant" in flat
     assert {worst["key"] for worst in found["worst"]} <= set(faults)
     assert found["kinds"]["untaught"] == 1 and found["rows"] == pq.read_table(pumps[0]).num_rows
     assert {q["what"] for q in found["quality"]} >= {"late rows", "rows that came twice", "missing outputs"}
@@ -239,7 +239,7 @@ def test_models_are_those_of_run_with_an_offset_besides():
 
     assert names(inputs=("u",)) == ["a1", "a2", "b1", "b2", "offset"] and names() == ["a1", "a2", "offset"]
     assert names(inputs=("u", "v"), model="arx:1,1/2,1", memory="constant")[:4] == ["a1", "b1.1", "b1.2", "b2.2"]
-    assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory never, jumps level:1000"
+    assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory constant, jumps level:1000"
     assert Order("d", "by", "y", "out", checkpoint="20b").pace == {"batches": 20}
     assert Order("d", "by", "y", "out", checkpoint="1.5s").pace == {"seconds": 1.5}
 

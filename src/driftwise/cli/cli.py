@@ -136,14 +136,14 @@ def run(
         str | None,
         typer.Option(
             metavar="KIND:NUMBER",
-            help="How the past is forgotten: constant (constant parameters; the default without --model), random- "
-            "walk:Q (they drift; variance per sample) or random-walk:JUMP/EVERY (as jumps of that size every so "
-            "many samples would have it), restart or restart:STEP (constant until they jump; size to expect "
-            "where output and inputs have size one). With --model also auto (the default there, without --jumps; "
-            "nothing to tune: how fast each parameter drifts, the noise, outliers and jumps are found out; "
-            "auto:outliers or auto:jumps where only these are to be expected), exponential:LAM (a sample fades "
-            "to LAM of its weight with each new one), window:T (the last T samples), drift:NVR (a walk of that "
-            "noise variance ratio), and more: --memory list says what each is.",
+            help="How the past is forgotten: constant (constant parameters; the default without --model), "
+            "random-walk:Q (they drift; variance per sample) or random-walk:JUMP/EVERY (as jumps of that size "
+            "every so many samples would have it), restart or restart:STEP (constant until they jump; size to "
+            "expect where output and inputs have size one). With --model also auto (the default there, without "
+            "--jumps; nothing to tune: how fast each parameter drifts, the noise, outliers and jumps are found "
+            "out; auto:outliers or auto:jumps where only these are to be expected), exponential:LAM (a sample "
+            "fades to LAM of its weight with each new one), window:T (the last T samples), drift:NVR (a walk of "
+            "that noise variance ratio), and more: --memory list says what each is.",
         ),
     ] = None,
     jumps: Annotated[

@@ -28,7 +28,7 @@ class AutocovarianceLS(NamedTuple):
     It reads the innovations of a design filter beside the estimator, which forgets 5 % a sample and knows nothing of
     the result: there is no start to choose. ``phi`` is that of `Drift`. Sources: Mehra (1970); Odelson, Rajamani and
     Rawlings (2006), in a form that varies in time. Bad at: changes (it answers late, to a jump as to a new speed),
-    few samples (it begins after 60), bars, which are short as a rule, and cost: it is the dearest of its kind.
+    few samples (it begins after 60), bars, which are short as a rule, and cost: it is the costliest of its kind.
     """
 
     lags: int = 10

@@ -26,7 +26,7 @@ BANK = Layout(
         told="whether a jump has been told",
         waits="whether P of the modes is in dense, to be mixed",
     ),
-    Field("bank", ("M * size_of(N)",), "the modes, beyond the drift of all policies"),
+    Field("bank", ("M * size_of(N)",), "weight, sigma^2, theta and P of every mode"),
     Field("q", ("M * N",), "scratch: variances that each gains"),
     Field("dense", ("(M + 1) * half",), "scratch: P of every mode and of the mixture, packed"),
     Field("old", ("M * size_of(N)",), "scratch: the modes before they are mixed"),

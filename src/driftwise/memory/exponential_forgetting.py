@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..engine.dispatch import PerParameter
-from .constant import Constant
+from .constant import on_alarm_constant
 from .registry import on_alarm, register, resolve, time_update
 from .settings import share
 from .wind_up import MEMORIES, shrink
@@ -60,4 +60,4 @@ def time_update_exponential_forgetting(memory, state, elapsed, view):
     return lam, shrink(lam, memory.horizon, memory.cap, state, view)
 
 
-on_alarm.on(ExponentialForgettingKernel)(on_alarm.find(Constant))
+on_alarm.on(ExponentialForgettingKernel)(on_alarm_constant)

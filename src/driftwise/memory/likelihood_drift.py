@@ -105,7 +105,7 @@ def derivatives(learner, j):
 
 @kernel
 def follow(learner, psi, b, e, T, s2, part, v):
-    """Take one sample of a filter into the derivatives: its row, b = P psi, innovation, T; ``v`` is view.
+    """Take one sample of a filter into the derivatives: its row, b = P psi, innovation, T; ``v`` is scratch.
 
     ``part`` is the share of the correction that the filter took (less than 1: the sample may be an outlier). What is
     left in b is the gain b/T.

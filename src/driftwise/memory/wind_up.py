@@ -11,7 +11,7 @@ MEMORIES = 100.0  # "typical" is an average over so many memories
 
 @kernel
 def hold_within(U, D, cap, p, f, b):
-    """Bring every variance down to its cap and say whether any was above it; ``p``, ``f``, ``b`` are view."""
+    """Bring every variance down to its cap and say whether any was above it; ``p``, ``f``, ``b`` are scratch."""
     is_held = False
     variances(U, D, p)
     for i in range(D.size):

@@ -97,7 +97,7 @@ def absorb(R, row, first):
 
 @rare
 def merge(R, other, row):
-    """Rotate the triangle ``other`` into R; ``row`` is view."""
+    """Rotate the triangle ``other`` into R; ``row`` is scratch."""
     at, width = 0, row.size
     for i in range(width):
         for k in range(i, width):
