@@ -27,7 +27,7 @@ from ..common.posterior import Posterior
 from ..common.priors import factors_of
 from ..common.settings import arguments
 from . import step as _step  # noqa: F401  (registers the step)
-from .row import GAIN, INNOVATION, PROBES, PULL, GainForm, scratch_size
+from .row import GAIN, INNOVATION, PROBES, PULL, SCRATCH, GainForm
 
 USUAL = 0.2  # Q/R of the gain to start from: .36 for a random walk
 RADIUS = 1 - 1e-3
@@ -178,7 +178,7 @@ class AdaptiveGain(Posterior):
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
         self.spec = flatten(self.policies)
         self.dtype = GAIN.dtype(form)
-        self.scratch_size = scratch_size(form)
+        self.scratch_size = SCRATCH.size(form)
 
     def _set_prior(self, usual, is_walk):
         n, options = self.model.n, self.options

@@ -2,10 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ...engine.dispatch import Vector, open_scratch
-from ...engine.layout import Field, Layout, policy
+from ...engine.layout import Field, Layout, each, policy
 from ..arx.row import HEAD
 from ..common.columns import GAIN_SAMPLE
 
@@ -58,30 +56,20 @@ GAIN = Layout(
 GAIN.on(GainForm)
 
 
-class Work(NamedTuple):
-    """Scratch: psi is the gradient of the prediction, f = U' psi; G = W U."""
-
-    psi: np.ndarray
-    f: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    slope: np.ndarray
-    old: np.ndarray
-    p: np.ndarray
-    q: np.ndarray
-    polynomial: np.ndarray
-    G: np.ndarray
-    ratios: np.ndarray
-
-
-def scratch_size(form) -> int:
-    """Return how many numbers `Work` takes."""
-    n = int(form.n)
-    return 9 * n + n * n + len(form.probes) // n
-
-
-@open_scratch.on(GainForm)
-def open_scratch_gain_form(form, scratch):
-    n = int(form.n)
-    v, end = scratch[: 9 * n].reshape(9, n), 9 * n + n * n
-    return Work(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], scratch[9 * n : end].reshape(n, n), scratch[end:])
+SCRATCH = Layout(
+    *each(
+        "n",
+        psi="gradient of the prediction",
+        f="U' psi",
+        b="P psi",
+        c="vector",
+        slope="psi/sqrt(T)",
+        old="vector",
+        p="vector",
+        q="vector",
+        polynomial="characteristic polynomial of the filter",
+    ),
+    Field("G", ("n", "n"), "W U"),
+    Field("ratios", ("len(form.probes) // n",)),
+)
+open_scratch.on(GainForm)(SCRATCH.open)

@@ -20,7 +20,7 @@ from ..common.settings import arguments
 from . import step as _step  # noqa: F401  (registers the step)
 from .filter import discretise
 from .relation import Relation, known
-from .row import ALGEBRAIC, Algebraic, scratch_size
+from .row import ALGEBRAIC, SCRATCH, Algebraic
 from .theorem import Theorem
 
 
@@ -124,7 +124,7 @@ class AlgebraicObserver(Observer):
         self.scale = InverseGamma(0.5, 1e-20) if noise_std is None else KnownScale()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, Silent())
         self.spec = flatten(self.policies)
-        self.dtype, self.scratch_size = ALGEBRAIC.dtype(form), scratch_size(form)
+        self.dtype, self.scratch_size = ALGEBRAIC.dtype(form), SCRATCH.size(form)
 
     @classmethod
     def of_equation(cls, a, b=(), **options) -> AlgebraicObserver:

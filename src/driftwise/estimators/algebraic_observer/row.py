@@ -2,10 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ...engine.dispatch import Vector, open_scratch
-from ...engine.layout import Field, Layout
+from ...engine.layout import Field, Layout, each
 from ..common.columns import OBSERVER_SAMPLE
 from ..window_observer.row import HEAD
 
@@ -52,31 +50,18 @@ ALGEBRAIC = Layout(
 ALGEBRAIC.on(Algebraic)
 
 
-class Work(NamedTuple):
-    """Scratch."""
-
-    p: np.ndarray  # r^e q^(N-e)
-    w0: np.ndarray
-    w1: np.ndarray
-    f: np.ndarray
-    g: np.ndarray
-    chi: np.ndarray
-    z: np.ndarray
-    now: np.ndarray  # (1,): input of this sample
-    M: np.ndarray
-    T: np.ndarray  # z = T chi
-    C: np.ndarray
-
-
-def scratch_size(form) -> int:
-    """Return how many numbers `Work` takes."""
-    N = int(form.N)
-    return 8 * (N + 1) + 3 * N * N
-
-
-@open_scratch.on(Algebraic)
-def open_scratch_algebraic(form, scratch):
-    N = int(form.N)
-    v = scratch[: 8 * (N + 1)].reshape(8, N + 1)
-    M = scratch[8 * (N + 1) : 8 * (N + 1) + 3 * N * N].reshape(3, N, N)
-    return Work(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], M[0], M[1], M[2])
+SCRATCH = Layout(
+    *each(
+        "N + 1",
+        p="r^e q^(N-e)",
+        w0="vector",
+        w1="vector",
+        f="vector",
+        g="vector",
+        chi="vector",
+        z="y and its derivatives",
+        now="input of this sample",
+    ),
+    *each("N", "N", M="matrix", T="z = T chi", C="matrix"),
+)
+open_scratch.on(Algebraic)(SCRATCH.open)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ...engine.dispatch import Vector, advance, kernel, open_scratch
-from ...engine.layout import Field, Layout
+from ...engine.layout import Field, Layout, each
 from ..adaptive_gain.step import take_inputs
 from .gains import Design, require_usable
 from .parity import contradiction, tables
@@ -78,20 +78,18 @@ FIR = Layout(
 FIR.on(Fir)
 
 
-class Work(NamedTuple):
-    """Scratch."""
-
-    z: np.ndarray  # prediction
-    ahead: np.ndarray
-    y: np.ndarray
-    w: np.ndarray  # unknowns of a window
-    row: np.ndarray  # (w,)
-    end: np.ndarray  # (m w): z of w
-    a: np.ndarray  # forced response (s,), and the next
-    next: np.ndarray
-    b: np.ndarray  # (L b)
-    M: np.ndarray  # (w + 1, w + L p): rows of a window, and their right-hand side, transposed
-    X: np.ndarray  # (w, w)
+SCRATCH = Layout(
+    Field("z", ("m",), "prediction"),
+    *each("outputs", ahead="its variance", y="sample"),
+    *each("unknowns", w="unknowns of a window", row="scratch"),
+    Field("end", ("m * unknowns",), "z of w"),
+    *each("len(form.Ta) // m", a="forced response, bounded forwards", next="and the next"),
+    Field("b", ("length * (len(form.Tb) // m)",), "and backwards"),
+    Field("M", ("unknowns + 1", "unknowns + length * outputs"), "rows of a window with what they equal, transposed"),
+    Field("X", ("unknowns", "unknowns")),
+)
+open_scratch.on(Fir)(SCRATCH.open)
+scratch_size = SCRATCH.size
 
 
 def build(est, common) -> Fir:
@@ -122,34 +120,6 @@ def build(est, common) -> Fir:
         Gb0=(frame.to_b @ G0).ravel(), Gb1=(frame.to_b @ G1).ravel(), HTb=(system.H @ frame.Tb).ravel(),
         parity=parity.threshold, restart=parity.restart, new=parity.new.ravel(), old=parity.old.ravel(),
         feed=parity.gains.ravel(),
-    )  # fmt: skip
-
-
-def scratch_size(form) -> int:
-    """Return how many numbers `Work` takes."""
-    m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
-    s, b = len(form.Ta) // m, len(form.Tb) // m
-    return m + 2 * p + 2 * w + m * w + 2 * s + L * b + (w + 1) * (w + L * p) + w * w
-
-
-@open_scratch.on(Fir)
-def open_scratch_fir(form, buffer):
-    m, p, w, L = int(form.m), int(form.outputs), int(form.unknowns), int(form.length)
-    s, n = form.Ta.size // m, form.Tb.size // m
-    ahead = m
-    y = ahead + p
-    v = y + p
-    row = v + w
-    end = row + w
-    a = end + m * w
-    more = a + s
-    b = more + s
-    M = b + L * n
-    X = M + (w + 1) * (w + L * p)
-    return Work(
-        buffer[:ahead], buffer[ahead:y], buffer[y:v], buffer[v:row], buffer[row:end], buffer[end:a],
-        buffer[a:more], buffer[more:b], buffer[b:M], buffer[M:X].reshape(w + 1, w + L * p),
-        buffer[X : X + w * w].reshape(w, w),
     )  # fmt: skip
 
 

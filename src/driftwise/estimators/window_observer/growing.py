@@ -12,7 +12,7 @@ import numpy as np
 
 from ...engine import ud
 from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare
-from ...engine.layout import Field, Layout
+from ...engine.layout import Field, Layout, each
 from ...engine.status import LOST
 from ...engine.ud import correct, predicted_variance, project
 from ..adaptive_gain.step import take_inputs
@@ -72,32 +72,38 @@ GROWING = Layout(
 GROWING.on(Growing)
 
 
-class Work(NamedTuple):
-    """Scratch."""
+@kernel
+def widest(form):
+    """Return the length of each power that an exponential takes; 0 where all steps are dt."""
+    m, k = int(form.m), int(form.inputs)
+    return 0 if form.A.size == 0 else max(4 * m * m, m * k)
 
-    y: np.ndarray
-    z: np.ndarray
-    ahead: np.ndarray
-    a: np.ndarray
-    f: np.ndarray
-    b: np.ndarray
-    delta: np.ndarray
-    u: np.ndarray  # inputs of the sample before
-    row: np.ndarray
-    weight: np.ndarray
-    g: np.ndarray
-    S: np.ndarray  # X R^-1
-    inverse: np.ndarray
-    Y: np.ndarray
-    Phi: np.ndarray  # the step of an interval that is not dt
-    G0: np.ndarray
-    G1: np.ndarray
-    Uq: np.ndarray
-    Dq: np.ndarray
-    Q: np.ndarray
-    M: np.ndarray
-    F: np.ndarray
-    powers: np.ndarray
+
+SCRATCH = Layout(
+    *each("outputs", y="sample", ahead="variance of its prediction"),
+    *each("m", z="prediction", a="vector", f="vector", b="vector"),
+    Field("delta", ("d",)),
+    Field("u", ("inputs",), "of the sample before"),
+    Field("row", ("d + 1",)),
+    *each("2 * m", weight="of the columns of Y", g="vector"),
+    Field("S", ("m", "d"), "X R^-1"),
+    Field("inverse", ("d", "d")),
+    Field("Y", ("m", "2 * m")),
+    Field("Phi", ("on * m * m",), "step of an interval that is not dt"),
+    *each("on * m * inputs", G0="likewise", G1="likewise"),
+    Field("Uq", ("walks * m * (m - 1) // 2",), "likewise"),
+    Field("Dq", ("walks * m",), "likewise"),
+    Field("Q", ("on * m * m",)),
+    *each("on * 4 * m * m", M="", F=""),
+    Field("powers", ("5", "wide")),
+    d="len(form.free)",
+    widest=widest,
+    wide="widest(form)",
+    on="int(wide > 0)",
+    walks="on * int(len(form.Dq) > 0)",
+)
+open_scratch.on(Growing)(SCRATCH.open)
+scratch_size = SCRATCH.size
 
 
 def build(estimator, common) -> Growing:
@@ -122,53 +128,6 @@ def fresh(form, state) -> None:
     state["zhat"], state["D"] = form.mean, form.prior
     state["X"] = np.eye(int(form.m))[:, form.free.astype(int)]
     state["start"][..., ANCHORED] = float(len(form.free) > 0)
-
-
-@kernel
-def widest(form):
-    """Return the length of each power that an exponential takes; 0 where all steps are dt."""
-    m, k = int(form.m), int(form.inputs)
-    return 0 if form.A.size == 0 else max(4 * m * m, m * k)
-
-
-def scratch_size(form) -> int:
-    """Return how many numbers `Work` takes."""
-    m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), len(form.free), widest(form)
-    step = 2 * m * m + 2 * m * k + m * (m + 1) // 2 + 8 * m * m if wide else 0
-    return 2 * p + k + 8 * m + 2 * d + 1 + m * d + d * d + 2 * m * m + step + 5 * wide
-
-
-@open_scratch.on(Growing)
-def open_scratch_growing(form, buffer):
-    m, p, k, d, wide = int(form.m), int(form.outputs), int(form.inputs), form.free.size, widest(form)
-    on = 1 if wide > 0 else 0
-    z = 2 * p
-    delta = z + 4 * m
-    u = delta + d
-    row = u + k
-    weight = row + d + 1
-    g = weight + 2 * m
-    S = g + 2 * m
-    inverse = S + m * d
-    Y = inverse + d * d
-    Phi = Y + 2 * m * m
-    G0 = Phi + on * m * m
-    G1 = G0 + on * m * k
-    walks = on * int(form.Dq.size > 0)
-    Uq = G1 + on * m * k
-    Dq = Uq + walks * m * (m - 1) // 2
-    Q = Dq + walks * m
-    M = Q + on * m * m
-    F = M + on * 4 * m * m
-    powers = F + on * 4 * m * m
-    v = buffer[z:delta].reshape(4, m)
-    return Work(
-        buffer[:p], v[0], buffer[p:z], v[1], v[2], v[3], buffer[delta:u], buffer[u:row], buffer[row:weight],
-        buffer[weight:g], buffer[g:S], buffer[S:inverse].reshape(m, d), buffer[inverse:Y].reshape(d, d),
-        buffer[Y:Phi].reshape(m, 2 * m), buffer[Phi:G0], buffer[G0:G1], buffer[G1:Uq], buffer[Uq:Dq],
-        buffer[Dq:Q], buffer[Q:M], buffer[M:F], buffer[F:powers],
-        buffer[powers : powers + 5 * wide].reshape(5, wide),
-    )  # fmt: skip
 
 
 # --- one sample --------------------------------------------------------------------------------------------
