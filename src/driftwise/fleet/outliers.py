@@ -11,8 +11,8 @@ import numpy as np
 from ..results.sentences import SOMETHING
 from .counters import FEW, never_moved
 from .fleet_snapshot import Census, census
+from .reasons import reason
 from .robust import Burst, Rest, bursts, discoveries, rest_of
-from .wording import sentence
 
 KINDS = {
     "jumped": SOMETHING,
@@ -119,7 +119,7 @@ def outliers(fleet, tally, *, inputs=(), when: Callable[[float], str] = "{:.6g}"
         "data": _data(tally, N),
     }
     return Outliers(
-        fleet.keys, spoken, columns, rest, bursts(tally), lambda kind, row: sentence(
+        fleet.keys, spoken, columns, rest, bursts(tally), lambda kind, row: reason(
             kind, row, fleet=fleet, tally=tally, census=columns, rest=rest, inputs=inputs, when=when
         )
     )  # fmt: skip

@@ -9,10 +9,10 @@ from ..results.sentences import series_jump_words
 from ..results.summary import combination
 from .counters import never_moved
 
-__all__ = ["sentence"]
+__all__ = ["reason"]
 
 
-def sentence(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -> str:
+def reason(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -> str:
     """Return why a series is listed under a kind of `outliers.KINDS`."""
     if kind == "jumped":
         return series_jump_words(float(tally["jumps"][row]), when(float(tally["last_jump"][row])))
