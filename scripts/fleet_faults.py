@@ -14,7 +14,7 @@ from pathlib import Path
 from PIL import Image
 
 from driftwise.cli.demo_fleet import FAULTS, pumps, write_fleet
-from driftwise.cli.fleet import Order, execute
+from driftwise.cli.fleet import FleetRunJob
 
 OUT = Path(__file__).parents[1] / "docs" / "figures" / "fleet.png"
 SERIES, SAMPLES = 1000, 500
@@ -28,7 +28,7 @@ def main(seeds: int):
         with tempfile.TemporaryDirectory() as place:
             folder, out = Path(place) / "pumps", Path(place) / "results"
             write_fleet(folder, SERIES, SAMPLES, seed)
-            execute(Order(str(folder), "asset", "flow", str(out), ("speed",), "time", quiet=True))
+            FleetRunJob(str(folder), "asset", ["flow"], str(out), ["speed"], "time", quiet=True).run()
             with open(out / "outliers.csv") as file:
                 kinds = defaultdict(set)
                 for row in csv.DictReader(file):

@@ -8,7 +8,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
-from driftwise.cli import cli
+from driftwise.cli import main as cli
 
 
 def pytest_collection_modifyitems(items):

@@ -113,7 +113,7 @@ def test_nothing_to_identify_is_said():
 
 
 def test_the_command_line_answers_with_the_file_alone(tmp_path, capsys):
-    from driftwise.cli.cli import app
+    from driftwise.cli.main import app
 
     u, y = plant(800, gain=(2.0, 1.0))
     file = tmp_path / "plant.csv"
@@ -169,14 +169,15 @@ def test_thresholds_are_those_of_the_promised_rates():
 
 def test_a_long_file_goes_on_with_the_best_and_has_a_page(tmp_path, monkeypatch):
     from driftwise.analysis import identifier
-    from driftwise.cli.automatic import Automatic, identify_file
+    from driftwise.cli.automatic import AutomaticJob
 
     monkeypatch.setattr(identifier, "NARROW", 400)
     u, y = plant(1000)
     file = tmp_path / "long.csv"
     file.write_text("valve,level\n" + "\n".join(f"{a:.6g},{b:.6g}" for a, b in zip(u, y)) + "\n")
-    found, keeper, _, _ = identify_file(Automatic(str(file), chunk=300))
-    assert found.forecast.weights.shape == (len(keeper.kept()[0]), len(found.forecast.names))
+    job = AutomaticJob(str(file), chunk=300)
+    job.estimate()
+    assert job.found.forecast.weights.shape == (len(job.keeper.kept()[0]), len(job.found.forecast.names))
 
 
 def test_without_a_clock_time_is_told_in_samples_and_with_dt_in_seconds():

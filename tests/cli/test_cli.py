@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.cli import downsample, runner
+from driftwise.cli import downsample
+from driftwise.engine import compile
 from driftwise.engine.status import Status
+from driftwise.tables import table as tables
 
 A, B = [-1.5, 0.7], [1.0, 0.5]
 
@@ -225,7 +227,7 @@ def test_warm_compiles_what_identify_needs(monkeypatch):
 def test_help_loads_nothing_heavy():
     program = (
         "import sys; sys.argv = ['driftwise', '--help']\n"
-        "from driftwise.cli.cli import main\n"
+        "from driftwise.cli.main import main\n"
         "try: main()\nexcept SystemExit: pass\n"
         "names = {'numpy', 'numba', 'pyarrow', 'scipy', 'bokeh', 'matplotlib', 'narwhals', 'pandas'}\n"
         "heavy = names & set(sys.modules)\n"
@@ -237,7 +239,7 @@ def test_help_loads_nothing_heavy():
 
 
 def test_simulate_into_run_through_a_pipe():
-    command = [sys.executable, "-m", "driftwise.cli.cli"]
+    command = [sys.executable, "-m", "driftwise.cli.main"]
     table = subprocess.run(
         [
             *command,
@@ -325,7 +327,7 @@ def test_long_runs_keep_every_extreme(monkeypatch):
     est = dw.Joint(2, 1).scaled_to(y, u)
     whole, found = est.scan(y, u), []
     for cut in (701, 6000):
-        keeper, state = downsample.Keeper(est, downsample.Offsets("y", ("u",), {"y": 2.0})), None
+        keeper, state = downsample.TraceDownsampler(est, downsample.Offsets("y", ("u",), {"y": 2.0})), None
         for start in range(0, 6000, cut):
             trace = est.scan(y[start : start + cut], u[start : start + cut], state=state)
             state = trace.state
@@ -349,7 +351,7 @@ def test_long_runs_keep_every_extreme(monkeypatch):
 
 
 def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
-    whole = runner.open_record
+    whole = tables.open_record
 
     class Interrupted:
         def __init__(self, record):
@@ -364,7 +366,7 @@ def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
                     raise KeyboardInterrupt
                 yield chunk
 
-    monkeypatch.setattr(runner, "open_record", lambda *args: Interrupted(whole(*args)))
+    monkeypatch.setattr(tables, "open_record", lambda *args: Interrupted(whole(*args)))
     code, out, _ = call("run", plant, "-o", "y", "-i", "u", "--chunk", 200)
     assert code == 0
     assert "600 samples" in out
@@ -381,7 +383,7 @@ def test_memory_of_a_run_does_not_grow_with_the_file(tmp_path):
         rng = np.random.default_rng(0)
         pq.write_table(pa.table({"u": rng.standard_normal(rows), "y": rng.standard_normal(rows)}), path)
         program = (
-            "import atexit, sys, resource; from driftwise.cli.cli import main\n"
+            "import atexit, sys, resource; from driftwise.cli.main import main\n"
             f"sys.argv = ['driftwise', 'run', {path!r}, '-o', 'y', '-i', 'u', '-n', '1']\n"
             "atexit.register(lambda: print('PEAK', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))\n"
             "main()"

@@ -12,7 +12,7 @@ from browser import PROGRAM, Browser
 
 import driftwise as dw
 from driftwise.cli import demo_fleet
-from driftwise.cli.fleet import Order, estimator_of
+from driftwise.cli.fleet import FleetRunJob
 from driftwise.fleet.fleet_run import former_run
 from driftwise.fleet.outliers import outliers
 from driftwise.report.fleet_page import write
@@ -235,13 +235,13 @@ def test_wrong_columns_are_refused_before_anything_is_written(call, pumps, tmp_p
 
 def test_models_are_those_of_run_with_an_offset_besides():
     def names(**asked):
-        return estimator_of(Order("d", "by", "y", "out", **asked)).names
+        return FleetRunJob("d", "by", ["y"], "out", **asked).estimator().names
 
-    assert names(inputs=("u",)) == ["a1", "a2", "b1", "b2", "offset"] and names() == ["a1", "a2", "offset"]
-    assert names(inputs=("u", "v"), model="arx:1,1/2,1", memory="constant")[:4] == ["a1", "b1.1", "b1.2", "b2.2"]
-    assert Order("d", "by", "y", "out", jumps="level:1000").words == "ar:2, memory constant, jumps level:1000"
-    assert Order("d", "by", "y", "out", checkpoint="20b").pace == {"batches": 20}
-    assert Order("d", "by", "y", "out", checkpoint="1.5s").pace == {"seconds": 1.5}
+    assert names(input=["u"]) == ["a1", "a2", "b1", "b2", "offset"] and names() == ["a1", "a2", "offset"]
+    assert names(input=["u", "v"], model="arx:1,1/2,1", memory="constant")[:4] == ["a1", "b1.1", "b1.2", "b2.2"]
+    assert FleetRunJob("d", "by", ["y"], "out", jumps="level:1000").words == "ar:2, memory constant, jumps level:1000"
+    assert FleetRunJob("d", "by", ["y"], "out", checkpoint="20b").pace == {"batches": 20}
+    assert FleetRunJob("d", "by", ["y"], "out", checkpoint="1.5s").pace == {"seconds": 1.5}
 
 
 @pytest.mark.slow

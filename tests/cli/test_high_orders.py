@@ -4,7 +4,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.analysis import diagnose
-from driftwise.cli import runner
+from driftwise.cli import estimate
 
 
 @pytest.fixture(scope="module")
@@ -16,8 +16,8 @@ def test_many_unknowns_are_told_before_the_work_and_too_many_refused(call, recor
     file = tmp_path / "table.csv"
     file.write_text("u,y\n" + "".join(f"{u},{y}\n" for y, u in zip(*record)))
     run = ("run", file, "-o", "y", "-i", "u", "--memory", "constant", "--model")
-    assert runner.MANY > 30
-    monkeypatch.setattr(runner, "MANY", 5)
+    assert estimate.MANY > 30
+    monkeypatch.setattr(estimate, "MANY", 5)
     code, _, err = call(*run, "arx:3,3,1")
     assert code == 0
     assert err == (

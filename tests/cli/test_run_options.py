@@ -10,7 +10,7 @@ import pyarrow.parquet
 import pytest
 
 import driftwise as dw
-from driftwise.cli.options import orders
+from driftwise.cli.run_options import orders
 from driftwise.engine.errors import InputError
 
 A, B = [-1.5, 0.7], [1.0, 0.5]

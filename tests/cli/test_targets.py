@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from driftwise.cli import runner
+from driftwise.cli.estimate import EstimateJob
 from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.errors import CommandError
 
@@ -57,7 +57,7 @@ def test_a_disk_that_fills_up_during_the_work_is_a_sentence(call, tmp_path, monk
     def full(plan):
         raise OSError(28, "No space left on device", plan.save)
 
-    monkeypatch.setattr(runner, "execute", full)
+    monkeypatch.setattr(EstimateJob, "estimate", full)
     code, out, complaint = call("run", tmp_path / "table.csv", "-o", "y", "--save", "x.csv")
     assert (code, out) == (1, "")
     assert complaint == "driftwise: stopped by the system: x.csv: No space left on device\n"

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-COMMAND = [sys.executable, "-m", "driftwise.cli.cli", "track"]
+COMMAND = [sys.executable, "-m", "driftwise.cli.main", "track"]
 ROW = "{:.3f},{:.2f},{:.2f},{}\n"
 
 

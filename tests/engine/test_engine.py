@@ -36,7 +36,7 @@ def test_import_loads_nothing_heavy():
 def test_help_does_not_load_numba_or_numpy():
     code = (
         "import sys\n"
-        "from driftwise.cli.cli import main\n"
+        "from driftwise.cli.main import main\n"
         "sys.argv = ['driftwise', '--help']\n"
         "try: main()\n"
         "except SystemExit: pass\n"

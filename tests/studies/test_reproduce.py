@@ -14,7 +14,7 @@ from oracle import dense, golden
 from scipy import stats
 
 import driftwise as dw
-from driftwise.cli import cli
+from driftwise.cli import main as cli
 from driftwise.tracking import frames
 
 KEYS = {"name", "value", "expected", "pass", "skipped", "source"}

@@ -33,9 +33,9 @@ def plant(n=400, seed=0):
     return y, u
 
 
-def taken(stretches):
+def taken(segments):
     """Return (time, y, u) of the whole table."""
-    return tuple(np.concatenate(parts) for parts in zip(*stretches))
+    return tuple(np.concatenate(parts) for parts in zip(*segments))
 
 
 # --- values that cannot be believed --------------------------------------------------------------------------
@@ -275,8 +275,8 @@ def test_what_a_stuck_sensor_reads_is_missing_and_the_rest_is_not(first, last, w
     assert (table.output, table.inputs) == ("level", ("valve",))
     assert table.notes[0] == f"'level' reads {y[first - 1]:.6g} {where}: stuck, and taken as missing there."
     for rows in (7, 100, 2000):
-        stretches = read({"valve": u, "level": y}, chunk_rows=rows)[1]
-        lost = np.flatnonzero(np.isnan(np.concatenate([part[1] for part in stretches])))
+        segments = read({"valve": u, "level": y}, chunk_rows=rows)[1]
+        lost = np.flatnonzero(np.isnan(np.concatenate([part[1] for part in segments])))
         assert lost.tolist() == list(range(first - 1, last))
 
 
@@ -431,15 +431,15 @@ ROLES = {
 @pytest.mark.parametrize("kind", ROLES)
 def test_files_as_they_come(kind, tmp_path):
     paths, y, u = files(tmp_path)
-    table, stretches = read(paths[kind], chunk_rows=90)
-    time, outputs, inputs = taken(stretches)
+    table, segments = read(paths[kind], chunk_rows=90)
+    time, outputs, inputs = taken(segments)
     assert (table.time, table.output, table.inputs, table[table.output].unit) == ROLES[kind]
     np.testing.assert_allclose(time, np.arange(400), atol=1e-9)
     hole = [7, 8, 100, 101] if kind == "parquet" else []
     y[hole], u[hole[2:]] = NaN, NaN
     np.testing.assert_array_equal(outputs, y)
     np.testing.assert_array_equal(inputs[:, 0], u)
-    assert sum(stretches.cleaned.values()) == 0
+    assert sum(segments.cleaned.values()) == 0
 
 
 def recording(name):
@@ -450,15 +450,15 @@ def recording(name):
 
 def test_the_soldering_station():
     """A header too short, uneven stamps, a set point of -1e8, drop-outs to 25.235, a column of nothing."""
-    table, stretches = read(recording("soldering_station.csv"))
-    time, y, u = taken(stretches)
+    table, segments = read(recording("soldering_station.csv"))
+    time, y, u = taken(segments)
     for mine, theirs in zip(taken(read(recording("soldering_station.csv"), chunk_rows=10)[1]), (time, y, u)):
         np.testing.assert_array_equal(mine, theirs)
     assert (table.time, table.output, table.inputs) == ("Time", "temperature", ("setpoint",))
     assert table["column6"].role == "empty" and table.sampling.kind == "uneven" and 1.1 < table.dt < 1.2
-    assert stretches.cleaned == {"temperature": 28, "setpoint": 1}
+    assert segments.cleaned == {"temperature": 28, "setpoint": 1}
     assert np.nanmin(y) > 100 and np.nanmin(u) > 100 and len(y) == 1749 and time[-1] == pytest.approx(2310, abs=10)
-    told = " ".join([*table.notes, *stretches.notes()])
+    told = " ".join([*table.notes, *segments.notes()])
     assert "28 values" in told and "25.235" in told and "unevenly" in told
 
 
@@ -482,13 +482,13 @@ RECORDS = {
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_recordings_get_the_parts_an_engineer_would_give_them(name):
-    table, stretches = read(recording(name))
+    table, segments = read(recording(name))
     output, inputs = RECORDS[name]
     assert table.output == output and len(table.inputs) <= 4
     assert set(table.inputs) == inputs if "ahu" not in name else set(table.inputs) > inputs
-    for _ in stretches:
+    for _ in segments:
         pass
-    assert sum(stretches.cleaned.values()) == 0  # rain, floods, pulses and faults are real
+    assert sum(segments.cleaned.values()) == 0  # rain, floods, pulses and faults are real
 
 
 def test_a_labelled_rig_is_not_driven_by_its_labels():
@@ -505,8 +505,8 @@ def test_dates_and_times_of_day_in_two_columns(tmp_path):
     for header, cut in (("Datum;Uhrzeit;Stand;Ventil\n", 0), ("Uhrzeit;Stand;Ventil\n", 11)):
         path = tmp_path / f"{cut}.csv"
         path.write_text(header + "".join(line[cut:] + "\n" for line in text.splitlines()))
-        table, stretches = read(path, chunk_rows=50)
-        time, outputs, _ = taken(stretches)
+        table, segments = read(path, chunk_rows=50)
+        time, outputs, _ = taken(segments)
         assert (table.output, table.inputs, table.dt, table.timed) == ("Stand", ("Ventil",), 1.0, True)
         np.testing.assert_array_equal(time - time[0], np.arange(400))
         np.testing.assert_array_equal(outputs, y.round(3))
@@ -522,9 +522,9 @@ def test_frames_and_mappings():
     frame = pandas.DataFrame(columns)
     wanted = taken(read(columns)[1])
     for data in (frame, frame.set_index("when"), polars.DataFrame(columns).lazy(), pa.table(columns)):
-        table, stretches = read(data, chunk_rows=100)
+        table, segments = read(data, chunk_rows=100)
         assert (table.output, table.inputs, table.dt) == ("level", ("pump",), 0.25)
-        for mine, theirs in zip(taken(stretches), wanted):
+        for mine, theirs in zip(taken(segments), wanted):
             np.testing.assert_array_equal(mine, theirs)
     for data, words in (
         (np.ones((5, 2)), "An array has no names"),
@@ -569,11 +569,11 @@ def write_long(path, rows):
 def test_a_long_file_is_read_chunk_by_chunk(tmp_path):
     path = str(tmp_path / "long.csv")
     write_long(path, 300_000)
-    stretches = read(path, chunk_rows=20_000)[1]
-    y = next(stretches)[1]
-    assert len(y) <= 20_000 and stretches.table.source.fraction < 0.5
-    sizes = [len(y)] + [len(part) for _, part, _ in stretches]
-    assert sum(sizes) == 300_000 and max(sizes) <= 20_000 and stretches.table.source.fraction == 1.0
+    segments = read(path, chunk_rows=20_000)[1]
+    y = next(segments)[1]
+    assert len(y) <= 20_000 and segments.table.source.fraction < 0.5
+    sizes = [len(y)] + [len(part) for _, part, _ in segments]
+    assert sum(sizes) == 300_000 and max(sizes) <= 20_000 and segments.table.source.fraction == 1.0
 
 
 @pytest.mark.slow
@@ -582,8 +582,8 @@ def test_ten_million_rows_in_constant_memory(tmp_path):
     script = """
 import sys
 from driftwise.tables.autoread import read
-table, stretches = read(sys.argv[1])
-rows = sum(len(y) for _, y, _ in stretches)
+table, segments = read(sys.argv[1])
+rows = sum(len(y) for _, y, _ in segments)
 print(rows, next(int(line.split()[1]) // 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
 """
     peaks = []
@@ -602,9 +602,9 @@ def test_the_newest_row_first_is_turned_round(tmp_path):
     rows = [f"{k},{a},{b:.6g}" for k, (a, b) in enumerate(zip(u, y))]
     file = tmp_path / "backwards.csv"
     file.write_text("time_s,valve,level\n" + "\n".join(rows[::-1]) + "\n")
-    table, stretches = read(str(file))
+    table, segments = read(str(file))
     assert table.time == "time_s" and "the rows were turned round" in table.notes[0]
-    np.testing.assert_allclose(taken(stretches)[1], y, rtol=1e-5)
+    np.testing.assert_allclose(taken(segments)[1], y, rtol=1e-5)
     with pytest.raises(InputError, match="sort its rows"):
         read({"time_s": np.arange(400.0)[::-1], "valve": u, "level": y}, head_rows=100)
 
@@ -613,9 +613,9 @@ def test_on_and_off_are_an_input(tmp_path):
     y, u = plant()
     file = tmp_path / "switch.csv"
     file.write_text("pump,level\n" + "\n".join(f"{'ON' if a > 50 else 'off'},{b:.6g}" for a, b in zip(u, y)) + "\n")
-    table, stretches = read(str(file))
+    table, segments = read(str(file))
     assert table.inputs == ("pump",)
-    np.testing.assert_array_equal(taken(stretches)[2][:, 0], u > 50)
+    np.testing.assert_array_equal(taken(segments)[2][:, 0], u > 50)
 
 
 def test_a_header_with_fewer_cells_than_the_rows_and_units(tmp_path):

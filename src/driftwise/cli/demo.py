@@ -3,32 +3,92 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from driftwise.cli.automatic import AutomaticJob
+from driftwise.cli.job import Job
 from driftwise.cli.specs import floats
 from driftwise.engine.errors import InputError
 
-__all__ = ["fly", "random_plant", "write_table"]
-
+__all__ = ["DemoJob", "SimulateJob", "random_plant"]
 
 OPTIONS = "--output track_deg --input roll_deg --time time_s --model auto"
 
 
-def fly(report: str | None) -> None:
-    """Identify the flight that comes with the package and say what to type for another table."""
-    from pathlib import Path
+@dataclass
+class DemoJob(Job):
+    """Estimate a real record that comes along: an airliner's turns, and how hard it must bank as it gathers speed."""
 
-    from driftwise.cli.automatic import Automatic, execute
+    report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None
 
-    file = str(Path(__file__).parent.parent / "data" / "flight.csv")
-    print("An airliner takes off, climbs and gathers speed, and turns a few times:")
-    print("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
-    execute(Automatic(file, "track_deg", ("roll_deg",), "time_s", report=report))
-    print("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
-    print("that falls from 0.158 at 124 m/s to 0.086 at 227 m/s. Nobody told the filter; the report shows b1 falling.")
-    print(f"\nThis was:  driftwise run {file} \\")
-    print(f"               {OPTIONS} \\")
-    print(f"               --report {report or 'report.html'}")
-    print("Your own:  driftwise run FILE --report report.html")
+    def run(self) -> None:
+        """Identify the flight that comes with the package and say what to type for another table."""
+        file = str(Path(__file__).parent.parent / "data" / "flight.csv")
+        print("An airliner takes off, climbs and gathers speed, and turns a few times:")
+        print("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
+        AutomaticJob(file, ["track_deg"], ["roll_deg"], "time_s", report=self.report).run()
+        print("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
+        print(
+            "that falls from 0.158 at 124 m/s to 0.086 at 227 m/s. Nobody told the filter; the report shows b1 falling."
+        )
+        print(f"\nThis was:  driftwise run {file} \\")
+        print(f"               {OPTIONS} \\")
+        print(f"               --report {self.report or 'report.html'}")
+        print("Your own:  driftwise run FILE --report report.html")
+
+
+@dataclass
+class SimulateJob(Job):
+    """Write a table t, u, y of a known plant, to try things on.
+
+    Example: driftwise simulate plant.csv --a -1.5,0.7 --b 1,0.5 --missing 0.1
+    """
+
+    file: Annotated[str, typer.Argument(help="CSV to write; - for standard output.")] = "-"
+    a: Annotated[
+        str | None,
+        typer.Option("--a", help="a1,a2,.. of A(q) = 1 + a1/q + ..; a random stable plant if omitted."),
+    ] = None
+    b: Annotated[str | None, typer.Option("--b", help="b1,b2,.. of the input; as long as --a.")] = None
+    direct: Annotated[float | None, typer.Option(help="b0: the input acts at once.")] = None
+    order: Annotated[int, typer.Option("--order", "-n", min=1, max=20, help="Order of the random plant.")] = 2
+    samples: Annotated[int, typer.Option(min=1, help="Number of samples.")] = 1000
+    noise_std: Annotated[float, typer.Option(min=0, help="Standard deviation of the noise.")] = 0.1
+    noise: Annotated[str, typer.Option(help="equation (through the dynamics) or output (on the measurement).")] = (
+        "equation"
+    )
+    missing: Annotated[float, typer.Option(min=0, max=1, help="Fraction of the outputs to lose.")] = 0.0
+    dt: Annotated[float, typer.Option(min=0, help="Seconds between samples.")] = 1.0
+    seed: Annotated[int, typer.Option(help="The same seed gives the same table.")] = 0
+
+    def run(self) -> None:
+        """Write t, u, y as CSV and say on standard error what the plant is."""
+        from driftwise.models.simulation import simulate
+
+        a, b = self._plant()
+        names = ("samples", "noise_std", "noise", "direct", "missing", "seed")
+        y, u = simulate(a, b, **{name: getattr(self, name) for name in names})
+        _write(self.file, y, u, self.dt)
+        plant = f"a = {', '.join(f'{v:.6g}' for v in a)}"
+        if b:
+            plant += f"; b = {', '.join(f'{v:.6g}' for v in b)}"
+        how = f"noise {self.noise_std:g} ({self.noise}), seed {self.seed}"
+        print(f"{self.samples} samples of {plant}; {how}", file=sys.stderr)
+
+    def _plant(self):
+        """Return a and b: those that were said, or of a random plant."""
+        if self.a is None:
+            if self.b is not None:
+                raise InputError("--b is the numerator that goes with --a, which is not there; give both or none.")
+            return random_plant(self.order, self.seed)
+        a, b = floats("--a", self.a), floats("--b", self.b) if self.b is not None else None
+        if b is not None and len(b) != len(a):
+            raise InputError(f"--b must list as many numbers as --a ({len(a)}), got {len(b)}; fill up with zeros.")
+        return a, b
 
 
 def random_plant(order: int, seed: int):
@@ -50,38 +110,6 @@ def random_plant(order: int, seed: int):
     a = np.real(np.poly(poles))
     b = rng.uniform(0.2, 1.0, order)
     return a[1:].tolist(), (b * a.sum() / b.sum()).tolist()
-
-
-def write_table(file, a, b, direct, order, samples, noise_std, noise, missing, dt, seed) -> None:
-    """Write t, u, y as CSV and say on standard error what the plant is."""
-    from driftwise.models.simulation import simulate
-
-    if a is None:
-        if b is not None:
-            raise InputError("--b is the numerator that goes with --a, which is not there; give both or none.")
-        a_list, b_list = random_plant(order, seed)
-    else:
-        a_list = floats("--a", a)
-        b_list = floats("--b", b) if b is not None else None
-        if b_list is not None and len(b_list) != len(a_list):
-            raise InputError(
-                f"--b must list as many numbers as --a ({len(a_list)}), got {len(b_list)}; fill up with zeros."
-            )
-    y, u = simulate(
-        a_list,
-        b_list,
-        samples=samples,
-        noise_std=noise_std,
-        noise=noise,
-        direct=direct,
-        missing=missing,
-        seed=seed,
-    )
-    _write(file, y, u, dt)
-    plant = f"a = {', '.join(f'{v:.6g}' for v in a_list)}"
-    if b_list:
-        plant += f"; b = {', '.join(f'{v:.6g}' for v in b_list)}"
-    print(f"{samples} samples of {plant}; noise {noise_std:g} ({noise}), seed {seed}", file=sys.stderr)
 
 
 def _write(file, y, u, dt):

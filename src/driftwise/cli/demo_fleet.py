@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+import typer
+
+from driftwise.cli.job import Job
 from driftwise.engine.errors import InputError
 
-__all__ = ["FAULTS", "TRUTH", "Pump", "pumps", "tell", "write_fleet"]
+__all__ = ["FAULTS", "TRUTH", "FleetSimulateJob", "Pump", "pumps", "write_fleet"]
 
 A, B, NOISE = (-1.1, 0.3), (0.25, 0.12), 0.02  # of a pump as it should be; each differs by SPREAD
 SPREAD = 0.02
@@ -119,11 +123,25 @@ def _table(pump: Pump, number: int, samples: int, seed: int):
     return time, speed.round(2), flow.round(3), np.full(len(time), number), when
 
 
-def tell(found: list[Pump], folder) -> None:
-    """Say what is wrong with which pumps, and what to type next."""
-    for fault, words in FAULTS.items():
-        names = [pump.name for pump in found if pump.fault == fault]
-        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-        print(f"{', '.join(names[:3])}{more}: {words}")
-    print(f"All of them stand in {Path(folder) / TRUTH}. Now find them:")
-    print(f"  driftwise fleet run {folder} --by asset --output flow --input speed --time time --out results")
+@dataclass
+class FleetSimulateJob(Job):
+    """Write a fleet of pumps to try things on: columns time, asset, speed, flow, and faults that are known.
+
+    Example: driftwise fleet simulate pumps --series 1000 --samples 500
+    """
+
+    folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder to write Parquet files into.")]
+    series: Annotated[int, typer.Option(min=1, help="Number of pumps.")] = 1000
+    samples: Annotated[int, typer.Option(min=50, help="Samples of each.")] = 500
+    seed: Annotated[int, typer.Option(help="The same seed gives the same files.")] = 0
+
+    def run(self) -> None:
+        """Write the fleet, and say what is wrong with which pumps and what to type next."""
+        found = write_fleet(self.folder, self.series, self.samples, self.seed)
+        for fault, words in FAULTS.items():
+            names = [pump.name for pump in found if pump.fault == fault]
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            print(f"{', '.join(names[:3])}{more}: {words}")
+        print(f"All of them stand in {Path(self.folder) / TRUTH}. Now find them:")
+        columns = "--by asset --output flow --input speed --time time"
+        print(f"  driftwise fleet run {self.folder} {columns} --out results")

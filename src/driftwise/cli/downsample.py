@@ -1,4 +1,4 @@
-"""What a long run keeps in memory: offsets, a thinned trace for the report, and the first events."""
+"""Traces of long runs, downsampled for the report: the extremes of every bucket of rows, offsets, the first events."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from driftwise.engine.status import Status
 from driftwise.report.thin import extremes
 from driftwise.results.parameter_trace import ParameterTrace
 
-__all__ = ["Keeper", "ObserverKeeper", "Offsets", "ThinTrace"]
+__all__ = ["Downsampler", "ObserverDownsampler", "Offsets", "PairDownsampler", "ThinTrace", "TraceDownsampler"]
 
 ROWS = 20_000
 WATCHED = 6  # inputs and parameters whose extremes are kept
@@ -97,11 +97,11 @@ class ThinTrace(ParameterTrace):
         return self._dof
 
 
-class Thinning:
-    """Takes columns stretch by stretch and keeps at most 20 000 rows: the extremes of what is watched in every bucket.
+class Downsampler:
+    """Takes columns part by part and keeps at most 20 000 rows: the extremes of what is watched in every bucket.
 
     A bucket is 2^k rows; it keeps those where a watched column is lowest or highest, so that spikes of one sample and
-    alarms survive. Which rows are kept does not depend on how the record is cut into stretches.
+    alarms survive. Which rows are kept does not depend on how the record is cut into parts.
     """
 
     def __init__(self):
@@ -110,17 +110,17 @@ class Thinning:
         self._end: tuple[np.ndarray, ...] = ()
 
     def keep(self, watched: list[np.ndarray], *columns: np.ndarray) -> None:
-        """Take in the next stretch; ``columns`` are kept where one of ``watched`` is extreme."""
+        """Take in the next part; ``columns`` are kept where one of ``watched`` is extreme."""
         rows = self.samples + np.arange(len(columns[0]))
-        stretch = (rows, np.column_stack(watched), *columns)
+        part = (rows, np.column_stack(watched), *columns)
         self.samples += len(rows)
         most, old = 2 * len(watched), self.width
         while self.samples * min(self.width, most) > ROWS * self.width:
             self.width *= 2
         if self._parts and (self.width > old or sum(len(part[0]) for part in self._parts) > 2 * ROWS):
             self._parts = [self._thin(self._joined())]
-        self._parts.append(self._thin(stretch))
-        self._end = tuple(column[-1:].copy() for column in stretch)
+        self._parts.append(self._thin(part))
+        self._end = tuple(column[-1:].copy() for column in part)
 
     def kept(self) -> tuple[np.ndarray, ...]:
         """Return their row numbers and the columns at the rows that are kept; the last row is one of them."""
@@ -153,7 +153,7 @@ def scores(trace) -> np.ndarray:
     return np.column_stack([trace.y, z]).T
 
 
-class Keeper(Thinning):
+class TraceDownsampler(Downsampler):
     """Takes one trace after the other, thinned out, and what happened."""
 
     def __init__(self, estimator, offsets: Offsets):
@@ -164,7 +164,7 @@ class Keeper(Thinning):
         self.state: Any = None
 
     def add(self, trace: ParameterTrace) -> None:
-        """Take in the next stretch of the run, in the units it was estimated in."""
+        """Take in the next part of the run, in the units it was estimated in."""
         if len(self._events) < EVENTS and trace.status.any():
             found = [event for event in trace.events(EVENTS - len(self._events)) if event.kind != Status.JUMP.name]
             self._events += [replace(event, sample=event.sample + self.samples) for event in found]
@@ -192,18 +192,42 @@ class Keeper(Thinning):
         y, u, outs[:, 0] = self.offsets.given_back(y, u, outs[:, 0])
         return ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof, rows=rows)
 
-    def table(self, trace: ParameterTrace):
-        """Return the columns of a stretch of the run as a pyarrow Table, in the units of the file."""
-        import pyarrow as pa
-
+    def columns(self, trace: ParameterTrace) -> dict[str, Any]:
+        """Return the columns of a part of the run, in the units of the file."""
         columns = trace.columns()
         y, u, columns["prediction"] = self.offsets.given_back(trace.y, trace.u, trace.prediction)
         columns["y"] = y
-        columns |= {"u" if u.shape[1] == 1 else f"u{i + 1}": column for i, column in enumerate(u.T)}
-        return pa.table({name: pa.array(column) for name, column in columns.items()})
+        return columns | {"u" if u.shape[1] == 1 else f"u{i + 1}": column for i, column in enumerate(u.T)}
 
 
-class ObserverKeeper(Thinning):
+class PairDownsampler(TraceDownsampler):
+    """Takes traces of a chosen model and forecasts of the same samples, thinned out alike."""
+
+    def __init__(self, estimator):
+        super().__init__(estimator, Offsets("", ()))
+        self.forecast: Any = None
+
+    def join(self, trace, forecast) -> None:
+        """Take in the next part of both."""
+        self.forecast = self.forecast or forecast
+        self._last = forecast
+        self.add(trace)
+
+    def keep(self, watched, *columns):
+        from driftwise.analysis.identifier import widened
+
+        super().keep([*watched, self._last.innovation], *columns, widened(self._last, self.forecast.names))
+
+    def traces(self):
+        """Return what was kept: a trace and a forecast."""
+        from driftwise.estimators.model_average.trace import AverageTrace
+
+        rows, time, y, u, outs, dof, wide = self.kept()
+        trace = ThinTrace(self.estimator, y, u, outs, "std", self.state, time=time, dof=dof, rows=rows)
+        return trace, AverageTrace(self.forecast.estimator, y, u, wide, "std", self._last.state, time=time)
+
+
+class ObserverDownsampler(Downsampler):
     """Takes one trace of an observer after the other, thinned out, and its first events."""
 
     def __init__(self):
@@ -212,7 +236,7 @@ class ObserverKeeper(Thinning):
         self._last: Any = None
 
     def add(self, trace) -> None:
-        """Take in the next stretch of the run."""
+        """Take in the next part of the run."""
         found = trace.events(EVENTS - len(self.events)) if len(self.events) < EVENTS else []
         if self.samples and trace.ready[0] and self._last.ready[-1]:
             found = [event for event in found if event.kind != "READY" or event.sample]

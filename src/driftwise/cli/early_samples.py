@@ -1,10 +1,10 @@
-"""What a run keeps whole: the first rows as they were estimated, for what cannot be done sample by sample."""
+"""The first rows of a run, kept whole, as they were estimated: for what cannot be done sample by sample."""
 
 from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["Held", "smoothing_rows"]
+__all__ = ["EarlySamples", "smoothing_rows"]
 
 ROWS = 2_000_000  # rows that are smoothed at most
 NUMBERS = 50_000_000  # numbers that smoothing may return, 400 MB of them
@@ -17,19 +17,19 @@ def smoothing_rows(estimator) -> int:
     return min(ROWS, NUMBERS // each)
 
 
-class Held:
+class EarlySamples:
     """The first rows of a run, up to a limit; `rows` counts all of them."""
 
     def __init__(self, limit: int):
         self.limit, self.rows = limit, 0
         self._parts: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def add(self, y, u) -> None:
-        """Take in the next stretch; u (T, k)."""
+    def add(self, trace) -> None:
+        """Take in the next part of the run."""
         room = self.limit - self.rows
         if room > 0:
-            self._parts.append((y[:room].copy(), u[:room].copy()))
-        self.rows += len(y)
+            self._parts.append((trace.y[:room].copy(), trace.u[:room].copy()))
+        self.rows += len(trace.y)
 
     @property
     def is_whole(self) -> bool:

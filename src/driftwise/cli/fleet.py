@@ -1,4 +1,4 @@
-"""`driftwise fleet run`: a long table of many series in; states, estimates, events, a summary and a page out."""
+"""`driftwise fleet`: a long table of many series in; states, estimates, events, a summary and a page out."""
 
 from __future__ import annotations
 
@@ -6,70 +6,135 @@ import os
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from driftwise.cli import specs
+from driftwise.cli.job import Job
+from driftwise.cli.options import Inputs, Quiet, time_option
 from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["Order", "estimator_of", "execute", "one", "show_again"]
+__all__ = ["FleetRunJob", "FleetShowJob"]
 
 PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
 
 
-@dataclass(frozen=True)
-class Order:
-    """What was asked for.
+@dataclass
+class FleetRunJob(Job):
+    """Estimate every series of a long table, in memory that does not grow with it.
 
-    Attributes
-    ----------
-    data : file, or folder of files
-    by, output, inputs, time : names of columns
-    model, memory, jumps : as for `driftwise run`; the model is arx:2,2 (ar:2 without an input) if omitted
-    checkpoint : seconds ("60"), or batches ("20b"), between two checkpoints
+    Rows of a series may be mixed with those of others in any way; those of one series stand in order of time. Writes
+    into DIR: summary.html and outliers.csv (who jumped, drifts, differs, is not identifiable, is not to be believed),
+    final.parquet (one row for each series), estimates, events.parquet, and the states to go on with.
+
+    Example: driftwise fleet run pumps --by asset --output flow --input speed --time time --out results
     """
 
-    data: str
-    by: str
-    output: str
-    out: str
-    inputs: tuple[str, ...] = ()
-    time: str | None = None
-    model: str | None = None
-    memory: str | None = None
-    jumps: str | None = None
-    dt: float | None = None
-    first: int = 32
-    every: int = 100
-    batch: int = 1 << 18
-    threads: int | None = None
-    checkpoint: str = "60"
-    resume: bool = False
-    replace: bool = False
-    spark: str | None = None
-    json: str | None = None
-    quiet: bool = False
-    missing: tuple[float, ...] = ()
+    data: Annotated[str, typer.Argument(help="Parquet or CSV file, or a folder of them (partitioned or not).")]
+    by: Annotated[str, typer.Option("--by", "-b", metavar="COLUMN", help="Column that says whose row it is.")]
+    output: Annotated[
+        list[str], typer.Option("--output", "-o", metavar="COLUMN", help="Column of the measured output.")
+    ]
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder for the results; made if need be.")]
+    input: Inputs = None
+    time: Annotated[
+        str | None,
+        time_option(
+            ". Rows that come late or twice are then counted and left out; without it, rows of a series are trusted to "
+            "be in order."
+        ),
+    ] = None
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND:ORDERS",
+            help="As for run: arx:NA,NB[,NK] (arx:2,2 if omitted; ar:2 without an input), armax, oe, bj; or joint:N. "
+            "Each series has an offset besides.",
+        ),
+    ] = None
+    memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND:NUMBER",
+            help="As for run: auto if omitted (how fast each parameter drifts, noise, outliers and jumps are found "
+            "out), constant (several times faster), exponential:LAM, restart, ...",
+        ),
+    ] = None
+    jumps: Annotated[
+        str | None,
+        typer.Option(metavar="DETECTOR:RATE[,SIZE]", help="As for run: start afresh at jumps, e.g. parameters:10000."),
+    ] = None
+    dt: Annotated[
+        float | None,
+        typer.Option(
+            metavar="STEP",
+            help="Step of the clock: ticks without a row become missing samples. Without it, rows are taken as equally "
+            "spaced.",
+        ),
+    ] = None
+    missing: Annotated[
+        list[float] | None,
+        typer.Option(metavar="CODE", help="A value that stands for a missing one, e.g. -9999; repeat for several."),
+    ] = None
+    first: Annotated[
+        int,
+        typer.Option(
+            metavar="ROWS",
+            min=1,
+            help="Complete rows of each series that tell its level and units; more for slow plants.",
+        ),
+    ] = 32
+    every: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Write an estimate for every N samples of a series; 0: none.")
+    ] = 100
+    batch: Annotated[int, typer.Option(metavar="ROWS", min=1, help="Rows in memory at a time.")] = 1 << 18
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if omitted.")] = None
+    checkpoint: Annotated[
+        str,
+        typer.Option(metavar="SECONDS|BATCHESb", help="Between two checkpoints: 60 (seconds), 20b (batches)."),
+    ] = "60"
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", metavar="", help="Go on from the last checkpoint in DIR, bit for bit as if never stopped."
+        ),
+    ] = False
+    replace: Annotated[
+        bool, typer.Option("--replace", metavar="", help="Delete what a former run wrote into DIR, and nothing else.")
+    ] = False
+    spark: Annotated[
+        str | None, typer.Option(metavar="URL", help="Run on Apache Spark, e.g. local[4] or spark://host:7077.")
+    ] = None
+    json: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write the summary as JSON; - for standard output.")
+    ] = None
+    quiet: Quiet = False
 
     @property
-    def chosen(self) -> str:
-        """The model."""
+    def inputs(self) -> tuple[str, ...]:
+        return tuple(self.input or ())
+
+    @property
+    def model_word(self) -> str:
+        """The word for the model."""
         return self.model or ("arx:2,2" if self.inputs else "ar:2")
 
     @property
-    def kept(self) -> str:
+    def memory_word(self) -> str:
         """The word for the memory."""
         return self.memory or ("constant" if self.jumps or self.is_joint else "auto")
 
     @property
     def is_joint(self) -> bool:
         """Whether the model is the joint filter's."""
-        return self.chosen.partition(":")[0] == "joint"
+        return self.model_word.partition(":")[0] == "joint"
 
     @property
     def words(self) -> str:
         """Model and memory in words."""
-        return f"{self.chosen}, memory {self.kept}" + (f", jumps {self.jumps}" if self.jumps else "")
+        return f"{self.model_word}, memory {self.memory_word}" + (f", jumps {self.jumps}" if self.jumps else "")
 
     @property
     def pace(self) -> dict[str, Any]:
@@ -86,8 +151,13 @@ class Order:
 
     def check(self) -> None:
         """Refuse what cannot be, before anything is read."""
+        if len(self.output) > 1:
+            raise CommandError(
+                f"--output names {len(self.output)} columns, {', '.join(self.output)}, and a series has one: run the "
+                "fleet once for each, into folders of their own."
+            )
         self.pace  # noqa: B018  (it raises)
-        if self.chosen.partition(":")[0] not in (*specs.MODELS, "joint"):
+        if self.model_word.partition(":")[0] not in (*specs.MODELS, "joint"):
             known = ", ".join(specs.MODELS)
             raise CommandError(
                 f"--model must be {known}, as in arx:2,2,1, or joint, as in joint:2; got {self.model!r}."
@@ -108,90 +178,111 @@ class Order:
                 "--dt says how far samples lie apart on the clock, but there is no --time; which column?"
             )
         try:
-            estimator_of(self)
+            self.estimator()
         except InputError as error:
             raise specs.refusal(error, model=self.model, memory=self.memory, jumps=self.jumps) from None
 
+    def estimator(self) -> Any:
+        """Return the settings of every series, before they are scaled to its data.
 
-def one(columns: list[str]) -> str:
-    """Return the only output; a series has one here."""
-    if len(columns) > 1:
-        raise CommandError(
-            f"--output names {len(columns)} columns, {', '.join(columns)}, and a series has one: run the fleet once "
-            "for each, into folders of their own."
-        )
-    return columns[0]
+        An offset is estimated besides: the level that is subtracted is that of the first samples only.
+        """
+        dt = self.dt or 1.0
+        if self.is_joint:
+            if self.jumps:
+                raise InputError(
+                    "--jumps is for --model arx and its kin; with joint say --memory restart or restart:STEP."
+                )
+            text = self.model_word + (f"@{self.memory}" if self.memory else "")
+            return specs.estimators([text], self.inputs, dt)[text]
+        memory = specs.policy(self.memory_word, self.jumps, False)
+        more = {} if self.model_word == "regression" else {"offset": True}
+        return specs.recursive(self.model_word, self.inputs, memory=memory, dt=dt, **more)
 
+    def estimate(self) -> None:
+        """Run the fleet, a bar shown while it lasts."""
+        from driftwise.cli.progress import bar
+        from driftwise.fleet.job import FleetJob
 
-def estimator_of(order: Order) -> Any:
-    """Return the settings of every series, before they are scaled to its data.
+        title = os.path.basename(os.path.abspath(self.data))
+        with bar(f"fleet of {title}", self.quiet) as advance:
+            asked = FleetJob(
+                self.data, self.by, self.output[0], self.estimator(), self.out, inputs=self.inputs, time=self.time,
+                dt=self.dt, first=self.first, every=self.every, batch=self.batch, threads=self.threads,
+                resume=self.resume, replace=self.replace, progress=lambda p: advance(p.share, f"{p.series} series"),
+                words=self.words, missing=tuple(self.missing or ()) or None, **self.pace,
+            )  # fmt: skip
+            try:
+                self.result = self._run(asked)
+            except KeyboardInterrupt:
+                raise InputError(
+                    f"stopped; what was done until the last checkpoint is in {self.out}: go on with it (--resume)"
+                ) from None
 
-    An offset is estimated besides: the level that is subtracted is that of the first samples only.
-    """
-    dt = order.dt or 1.0
-    if order.is_joint:
-        if order.jumps:
-            raise InputError("--jumps is for --model arx and its kin; with joint say --memory restart or restart:STEP.")
-        text = order.chosen + (f"@{order.memory}" if order.memory else "")
-        return specs.estimators([text], order.inputs, dt)[text]
-    memory = specs.policy(order.kept, order.jumps, False)
-    more = {} if order.chosen == "regression" else {"offset": True}
-    return specs.recursive(order.chosen, order.inputs, memory=memory, dt=dt, **more)
-
-
-def execute(order: Order) -> None:
-    """Run the fleet, write page and names beside its results, and print the summary."""
-    order.check()
-    try:
-        result = _run(order)
-    except KeyboardInterrupt:
-        raise InputError(
-            f"stopped; what was done until the last checkpoint is in {order.out}: go on with it (--resume)"
-        ) from None
-    title = os.path.basename(os.path.abspath(order.data))
-    report = _report(result, title)
-    took = result.seconds if result.began < result.rows else None
-    report = replace(report, took=took, peak=_peak(), notes=(*report.notes, *_notes(result)))
-    report = _written(report, result.out)
-    if order.json:
-        from driftwise.cli.results import write as write_json
-
-        write_json(_content(order, report), order.json)
-    if not order.quiet:
-        _show(report, order.json == "-")
-
-
-def _run(order: Order):
-    """Return what the run came to, a bar shown while it lasts."""
-    from driftwise.cli.progress import bar
-    from driftwise.fleet.job import FleetJob
-
-    with bar(f"fleet of {os.path.basename(os.path.abspath(order.data))}", order.quiet) as advance:
-        asked = FleetJob(
-            order.data, order.by, order.output, estimator_of(order), order.out, inputs=order.inputs, time=order.time,
-            dt=order.dt, first=order.first, every=order.every, batch=order.batch, threads=order.threads,
-            resume=order.resume, replace=order.replace, progress=lambda p: advance(p.share, f"{p.series} series"),
-            words=order.words, missing=order.missing or None, **order.pace,
-        )  # fmt: skip
-        if order.spark:
+    def _run(self, asked):
+        if self.spark:
             from driftwise.fleet.spark import run_on_spark
 
-            return run_on_spark(asked, order.spark)
+            return run_on_spark(asked, self.spark)
         from driftwise.fleet.fleet_run import run_fleet
 
         return run_fleet(asked)
 
+    def summarise(self) -> None:
+        """Write page and names beside the results."""
+        result = self.result
+        report = _report(result, os.path.basename(os.path.abspath(self.data)))
+        took = result.seconds if result.began < result.rows else None
+        report = replace(report, took=took, peak=_peak(), notes=(*report.notes, *_notes(result)))
+        self.summary = _written(report, result.out)
 
-def show_again(folder: str) -> None:
-    """Print the summary of a run again, as far as it has come, and write its page."""
-    from driftwise.fleet.fleet_run import former_run
+    def tell(self) -> None:
+        """Write the results as JSON, and print the summary."""
+        if self.json:
+            from driftwise.cli.results import write
 
-    result = former_run(folder)
-    report = _report(result, _title(result.facts["order"]["data"], result.out))
-    unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
-    if not result.facts["is_read"]:
-        report = replace(report, notes=(*report.notes, unfinished))
-    _show(_written(report, result.out), False)
+            write(self.content(), self.json)
+        if not self.quiet:
+            _show(self.summary, self.json == "-")
+
+    def content(self) -> dict[str, Any]:
+        """Return the results as JSON has them; the files hold the rest."""
+        from driftwise.report import fleet_report
+        from driftwise.version import __version__
+
+        report, found = self.summary, self.summary.outliers
+        return {
+            "driftwise": __version__, "data": self.data, "estimator": self.words, "series": len(report.fleet),
+            "rows": report.rows, "samples": report.samples, "seconds": report.took, "time": report.span,
+            "need_a_look": len(found.rows), "kinds": {kind: len(rows) for kind, (rows, _) in found.found.items()},
+            "worst": [dict(zip(("key", "kind", "score", "words"), row)) for row in found.table()],
+            "together": [{"start": b.start, "end": b.end, "keys": [found.keys[r] for r in b.rows]}
+                         for b in found.together],
+            "rest": dict(zip(found.census.names, found.rest.median)) | {"noise": found.rest.noise},
+            "quality": [dict(zip(("what", "rows", "share", "series"), row)) for row in fleet_report.quality(report)],
+            "words": fleet_report.lead(report), "notes": report.notes, "files": report.files,
+        }  # fmt: skip
+
+
+@dataclass
+class FleetShowJob(Job):
+    """Print the summary of a finished run again.
+
+    Example: driftwise fleet show results
+    """
+
+    folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder of a finished run.")]
+
+    def run(self) -> None:
+        """Print the summary as far as the run has come, and write its page."""
+        from driftwise.fleet.fleet_run import former_run
+
+        result = former_run(self.folder)
+        report = _report(result, _title(result.facts["order"]["data"], result.out))
+        unfinished = f"the run is not finished: this is what its last checkpoint knew, after {result.rows} rows."
+        if not result.facts["is_read"]:
+            report = replace(report, notes=(*report.notes, unfinished))
+        _show(_written(report, result.out), False)
 
 
 def _title(data, out: Path) -> str:
@@ -201,7 +292,7 @@ def _title(data, out: Path) -> str:
 
 
 def _report(result, title: str) -> Any:
-    """Return what is to be reported of a run."""
+    """Return what a run has found, as its page and its summary take it."""
     from driftwise.fleet.outliers import outliers
     from driftwise.report.fleet_report import FleetReport, gap_notes, key_notes, starts_anew
 
@@ -240,7 +331,7 @@ def _peak() -> float | None:
 
 
 def _written(report, folder: Path) -> Any:
-    """Write page and names, and tell all files that are there."""
+    """Write page and names, and say which files are there."""
     from driftwise.fleet.fleet_out import ESTIMATES, EVENTS, FINAL, FLEET
     from driftwise.report.fleet_page import write
 
@@ -275,21 +366,3 @@ def _write_names(report, path: Path) -> Path:
             for rank, (row, score) in enumerate(zip(rows.tolist(), scores.tolist()), 1):
                 writer.writerow([found.keys[row], kind, rank, f"{score:.6g}", found.words(kind, row)])
     return path
-
-
-def _content(order: Order, report) -> dict:
-    """Return the results as JSON has them; the files hold the rest."""
-    from driftwise.report import fleet_report
-    from driftwise.version import __version__
-
-    found = report.outliers
-    return {
-        "driftwise": __version__, "data": order.data, "estimator": order.words, "series": len(report.fleet),
-        "rows": report.rows, "samples": report.samples, "seconds": report.took, "time": report.span,
-        "need_a_look": len(found.rows), "kinds": {kind: len(rows) for kind, (rows, _) in found.found.items()},
-        "worst": [dict(zip(("key", "kind", "score", "words"), row)) for row in found.table()],
-        "together": [{"start": b.start, "end": b.end, "keys": [found.keys[r] for r in b.rows]} for b in found.together],
-        "rest": dict(zip(found.census.names, found.rest.median)) | {"noise": found.rest.noise},
-        "quality": [dict(zip(("what", "rows", "share", "series"), row)) for row in fleet_report.quality(report)],
-        "words": fleet_report.lead(report), "notes": report.notes, "files": report.files,
-    }  # fmt: skip

@@ -11,10 +11,7 @@ from math import isfinite
 from time import perf_counter
 from typing import Any
 
-from driftwise.cli.track import Order, deliver, make
-from driftwise.engine.errors import InputError
 from driftwise.tables.growing import Growing
-from driftwise.tracking.live_plots import LivePlots
 
 __all__ = ["follow"]
 
@@ -22,12 +19,10 @@ REFRESH = 0.5  # s between two pictures of the live table
 SHARE = 0.2  # of the time that may go into drawing
 
 
-def follow(order: Order) -> None:
-    """Take plots until the input ends or Ctrl-C is pressed; then write and print as for a file that is complete."""
-    order.check()
-    start = perf_counter()
-    source, live, tracker = Growing(order.files[0]), LivePlots(order.title, order.place), make(order)
-    with _told(order) as tell, _asked_to_stop() as asked:
+def follow(path: str, live, tracker, quiet: bool) -> None:
+    """Feed a tracker with the plots of a file that grows, or of a pipe, until it ends or Ctrl-C is pressed."""
+    source = Growing(path)
+    with _teller(quiet) as tell, _asked_to_stop() as asked:
         try:
             while not (source.has_ended or asked()):
                 data, begins = source.read()
@@ -38,9 +33,6 @@ def follow(order: Order) -> None:
             tracker.finish()
         finally:
             source.close()
-    if not tracker.counts["plots"]:
-        raise InputError(f"{order.title}: nothing came that is a plot: a time and a position on every line")
-    deliver(order, tracker.tracks, f"followed for {perf_counter() - start:.1f} s")
 
 
 def _feed(tracker, plots) -> list[Any]:
@@ -66,9 +58,9 @@ def _asked_to_stop():
 
 
 @contextmanager
-def _told(order: Order):
+def _teller(quiet: bool):
     """Yield a function (tracker, events, whether nothing waits) that tells what is new: a table, or lines of JSON."""
-    if order.quiet:
+    if quiet:
         yield lambda tracker, events, is_idle: None
     elif sys.stdout.isatty():
         from rich.live import Live

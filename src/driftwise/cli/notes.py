@@ -6,16 +6,12 @@ from shlex import quote
 
 from driftwise.cli.specs import DETECTORS
 from driftwise.engine.errors import InputError
-from driftwise.results.numbers import SAMPLES, SECONDS, number
+from driftwise.results.numbers import number
 
-__all__ = ["clock_notes", "counted_in", "described", "labels", "notes", "verdicts"]
+__all__ = ["STOPPED", "clock_notes", "described", "labels", "notes", "verdicts"]
 
+STOPPED = "stopped early; the results are those of the rows read so far."
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
-
-
-def counted_in(plan) -> str:
-    """Return the unit of time: samples where neither a clock nor a step was named."""
-    return SAMPLES if plan.time is None and plan.dt is None else SECONDS
 
 
 def clock_notes(record) -> list[str]:
@@ -37,55 +33,51 @@ def clock_notes(record) -> list[str]:
     ]
 
 
-def described(plan, dt: float) -> list[str]:
+def described(job) -> list[str]:
     """Return what kind of model was estimated, in a few words."""
     from driftwise.detect.average_run_length import rate
 
-    inputs = len(plan.inputs)
-    order = f"order {plan.order}" + (" (the most probable)" if plan.chosen else "")
+    inputs = len(job.inputs)
+    order = f"order {job.order}" + (" (the most probable)" if job.is_chosen else "")
     found = [
-        plan.model.upper().replace(":", " ") if plan.model else order,
+        job.model.upper().replace(":", " ") if job.model else order,
         "no input" if not inputs else "1 input" if inputs == 1 else f"{inputs} inputs",
     ]
-    found += ["direct term"] if plan.direct else []
+    found += ["direct term"] if job.direct else []
     memories = {
         "auto": "parameters that may drift or jump",
         "constant": "constant parameters",
         "restart": "parameters that may jump",
     }
-    if plan.jumps:
-        kind, _, numbers = plan.jumps.partition(":")
+    if job.jumps:
+        kind, _, numbers = job.jumps.partition(":")
         memories["constant"] = memories["restart"]
         restart = [f"alarms at {DETECTORS[kind][0]}, 1 false in {number(rate(numbers.partition(',')[0]))} samples"]
-    if not plan.model:
-        found.append("unknown noise colour" if plan.noise == "unknown" else plan.noise)
-    found += [memories.get(plan.kept, plan.kept), *(restart if plan.jumps else [])]
+    if not job.model:
+        found.append("unknown noise colour" if job.noise == "unknown" else job.noise)
+    found += [memories.get(job.memory_word, job.memory_word), *(restart if job.jumps else [])]
     return [
         *found,
-        *([f"gate {plan.gate:g}"] if plan.gate else []),
-        "no clock" if counted_in(plan) == SAMPLES else f"dt {number(dt, 4)} s",
+        *([f"gate {job.gate:g}"] if job.gate else []),
+        f"dt {number(job.estimator.dt, 4)} s" if job.has_clock else "no clock",
     ]
 
 
-def labels(record, plan) -> dict:
+def labels(job) -> dict:
     """Return names with units for the axes."""
-
-    def named(name):
-        unit = record.source.units.get(name)
-        return f"{name} ({unit})" if unit else name
-
+    record = job.record
     if record.time is None:
-        time = "sample" if counted_in(plan) == SAMPLES else "time (s)"
+        time = "time (s)" if job.has_clock else "sample"
     else:
-        time = f"time since {record.clock.origin} (s)" if record.clock.origin else named(record.time)
-    found = {"output": named(record.output), "inputs": [named(name) for name in record.inputs], "time": time}
+        time = f"time since {record.clock.origin} (s)" if record.clock.origin else job.named(record.time)
+    found = {"output": job.named(record.output), "inputs": [job.named(name) for name in record.inputs], "time": time}
     return found | ({"origin": record.clock.origin} if record.time and record.clock.origin else {})
 
 
-def notes(plan, record, found) -> list[str]:
-    """Return a sentence for each thing to beware of; ``found`` is what the run brought."""
-    summary, offsets = found.summary, found.offsets
-    said = ["stopped early; the results are those of the rows read so far."] if found.stopped else []
+def notes(job) -> list[str]:
+    """Return a sentence for each thing to beware of in what a run brought."""
+    record, summary, offsets = job.record, job.summary, job.offsets
+    said = [STOPPED] if job.is_stopped else []
     said += clock_notes(record)
     if record.source.ragged:
         said.append(
@@ -101,18 +93,18 @@ def notes(plan, record, found) -> list[str]:
             f"{name!r} is {value:g} in row {row + 1}, ten thousand times farther out than the rest: an error code? "
             "Blank it, or the results are about that row."
         )
-    is_said = found.study.is_poor and len(record.inputs) == 1  # by the verdict about the record
+    is_said = job.study.is_poor and len(record.inputs) == 1  # by the verdict about the record
     for name, value in offsets.constants if not is_said else []:
         said.append(f"input {name!r} stayed at {value:g} in the first chunk: its effect cannot be learned there.")
     if offsets.values:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
-        said.append(f"{plan.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
+        said.append(f"{job.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
     said += record.clock.notes()
-    if found.smoothing_note:
-        said.append(found.smoothing_note)
-    if found.evidence is not None and not plan.chosen and found.evidence.best != plan.order:
-        said.append(f"order {plan.order} was estimated; the data speak for another: --order {found.evidence.best}.")
-    if found.evidence is not None and plan.gate:
+    if job.smoothing_note:
+        said.append(job.smoothing_note)
+    if job.evidence is not None and not job.is_chosen and job.evidence.best != job.order:
+        said.append(f"order {job.order} was estimated; the data speak for another: --order {job.evidence.best}.")
+    if job.evidence is not None and job.gate:
         said.append("orders were compared without the gate, which would reject other samples for each.")
     said += [f"{text}." for text in summary.notes]
     if offsets.values and not summary.whiteness.is_white and not summary.jumps:
@@ -125,5 +117,5 @@ def notes(plan, record, found) -> list[str]:
 
 def verdicts(diagnosis) -> list[str]:
     """Return a sentence for each verdict that is not fine and not shown anyway."""
-    told = [v for v in diagnosis.not_fine if v.name not in SHOWN]
-    return [f"{v.name} {v.shown} (fine: {v.limits}): {v.advice}." for v in told]
+    unsaid = [v for v in diagnosis.not_fine if v.name not in SHOWN]
+    return [f"{v.name} {v.shown} (fine: {v.limits}): {v.advice}." for v in unsaid]

@@ -3,140 +3,155 @@
 from __future__ import annotations
 
 import os
-from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 from driftwise import estimators as families
-from driftwise.cli.options import Plan
+from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
-from driftwise.cli.targets import check_targets
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.results.numbers import number, plus_minus
-from driftwise.tables import plantfile
-from driftwise.tables.table import open_record
 
-__all__ = ["Observation", "execute"]
+__all__ = ["ObserveJob"]
 
 UNEVEN = 1e-3  # a step that differs by this share from the usual one makes a table irregular
 TUNED = 20_000  # rows that a walk is tuned on
 
 
-class Observation(NamedTuple):
-    """The options of a run of a known plant."""
+class ObserveJob(RunOptions):
+    """Observes a plant whose equations are known, of one output or several."""
 
-    plant: str
-    file: str
-    outputs: tuple[str, ...]
-    inputs: tuple[str, ...]
-    time: str | None
-    dt: float | None
-    save: str | None
-    report: str | None
-    json: str | None
-    chunk: int
-    start: float | str | None
-    stop: float | str | None
-
-
-def execute(asked: Observation) -> None:
-    """Run the observer over the table: estimate, save, report, print."""
-    from driftwise.cli.downsample import ObserverKeeper
-    from driftwise.cli.runner import no_row, progress, window
-    from driftwise.results.observer_summary import ObserverSummary
-
-    options, tuned = plantfile.read(asked.plant, list(asked.outputs), list(asked.inputs))
-    columns = (*asked.outputs[1:], *asked.inputs)
-    plan = Plan(asked.file, asked.outputs[0], columns, asked.time, start=asked.start, stop=asked.stop, dt=asked.dt,
-                save=asked.save, report=asked.report, json=asked.json)  # fmt: skip
-    check_targets(plan)
-    begun = perf_counter()
-    record = open_record(plan.file, plan.output, plan.inputs, plan.time, asked.chunk)
-    estimator, state, said = None, None, []
+    writes = (("trace", "save"), ("report", "report"), ("results", "json"))
+    options: Any = None  # of the observer, and the numbers of the disturbances whose walk is to be tuned
+    estimator: Any = None
     summary: Any = None
     keeper: Any = None
-    saver = Saver(asked.save) if asked.save else None
-    with progress(record, "estimating") as advance:
-        try:
-            for chunk in record:
-                chunk = window(chunk, record, plan)
-                if not chunk.rows:
-                    continue
-                y, u, time = _columns(asked, chunk)
-                if estimator is None:
-                    estimator, said = _estimator(asked, options, tuned, record, y, u, time)
-                    summary, keeper = ObserverSummary(estimator), ObserverKeeper()
-                trace = estimator.scan(y, u, time=time if estimator.irregular else None, state=state)
+    notes: Any = ()
+
+    def check(self) -> None:
+        """Refuse wrong options, and read the plant, before the table is read."""
+        from driftwise.tables import plantfile
+
+        self.need_output()
+        if wrong := self.changed:
+            raise CommandError(f"{', '.join(wrong)}: with --plant the plant is known, and nothing of it is estimated.")
+        self.options, self.tuned = plantfile.read(str(self.plant), self.outputs, list(self.inputs))
+        super().check()
+
+    def estimate(self) -> None:
+        """Run the observer over the table."""
+        from driftwise.cli.downsample import ObserverDownsampler
+        from driftwise.results.observer_summary import ObserverSummary
+
+        self.open(*self.outputs, find_clock=False)
+        state = None
+        with Saver(self.save) as saver:
+            for chunk in self.chunks("estimating"):
+                y, u, time = self._columns(chunk)
+                if self.estimator is None:
+                    self.estimator, self.notes = self._made(y, u, time)
+                    self.summary, self.keeper = ObserverSummary(self.estimator), ObserverDownsampler()
+                trace = self.estimator.scan(y, u, time=time if self.estimator.irregular else None, state=state)
                 if time is not None:
                     trace.time = time
                 state = trace.state
-                summary.add(trace)
-                keeper.add(trace)
-                if saver:
-                    saver.add(_table(trace))
-                advance()
-        finally:
-            if saver:
-                saver.close()
-    if estimator is None:
-        raise no_row(record)
-    said += record.code_notes()
-    said += [note for note in record.clock.notes() if not (estimator.irregular and "irregular" in note)]
-    title = "standard input" if asked.file == "-" else os.path.basename(asked.file)
-    if asked.report:
+                self.summary.add(trace)
+                self.keeper.add(trace)
+                if self.save:
+                    saver.add(trace.columns())
+
+    def _columns(self, chunk):
+        """Return y, u and the time (None without one) of a chunk."""
+        import numpy as np
+
+        y = np.stack([chunk.columns[name] for name in self.outputs], axis=1)
+        u = np.stack([chunk.columns[name] for name in self.inputs], axis=1) if self.inputs else None
+        return (y[:, 0] if y.shape[1] == 1 else y), u, chunk.columns[self.time] if self.time else None
+
+    def _made(self, y, u, time):
+        """Return the observer, its walks tuned on the first rows where that is asked for, and what to say about it."""
+        import numpy as np
+
+        options, dt, said = self.options, self.dt or self.record.clock.dt, []
+        if not dt:
+            raise CommandError("the plant is in seconds: say --time COLUMN, or --dt with the seconds between samples")
+        if time is not None and "irregular" not in options and len(time) > 1:
+            steps = np.diff(time)
+            if np.any(abs(steps - dt) > UNEVEN * dt):
+                options = options | {"irregular": True}
+                said.append(
+                    f"steps of time lie between {number(steps.min(), 4)} and {number(steps.max(), 4)} s: irregular."
+                )
+        rows = slice(0, TUNED)
+        finds = {"window": options["window"] == "tune", "noise": options["noise_std"] == "tune"}
+        if finds["window"]:
+            options = options | {"window": len(y[rows]) * dt / 4}
+        if finds["noise"]:
+            options = options | {"noise_std": _roughness(y[rows])}
+        try:
+            estimator = families.WindowObserver(dt=dt, **options)
+            if self.tuned or any(finds.values()):
+                stamps = time[rows] if time is not None and estimator.irregular else None
+                more = {"which": self.tuned, "noise": finds["noise"]} if self.tuned or finds["noise"] else {}
+                estimator = estimator.tune(y[rows], None if u is None else u[rows], time=stamps, **more)
+                said.append(f"by the first {len(y[rows])} rows: {estimator.tuned.words}")
+        except InputError as error:
+            raise CommandError(f"--plant {self.plant}: {error}") from None
+        return estimator, said
+
+    def summarise(self) -> None:
+        """Say what to beware of."""
+        said = [note for note in self.record.clock.notes() if not (self.estimator.irregular and "irregular" in note)]
+        self.notes = [*self.notes, *self.record.code_notes(), *said]
+
+    def draw(self, path: str) -> None:
         from driftwise.report.observer_page import write
 
         names = {
-            "outputs": [_named(record, name) for name in asked.outputs],
-            "inputs": [_named(record, name) for name in asked.inputs],
-            "time": _named(record, asked.time) if asked.time else "time (s)",
-            "origin": record.clock.origin if asked.time else None,
+            "outputs": [self.named(name) for name in self.outputs],
+            "inputs": [self.named(name) for name in self.inputs],
+            "time": self.named(self.time) if self.time else "time (s)",
+            "origin": self.record.clock.origin if self.time else None,
         }
-        write(keeper.trace(), asked.report, summary, f"{title}: {', '.join(asked.outputs)}", names, keeper.events)
-    if asked.json:
-        _write_json(asked, estimator, summary, said)
-    if asked.json != "-":
-        _show(asked, estimator, summary, title, perf_counter() - begun, said)
+        title = f"{self.short_title}: {', '.join(self.outputs)}"
+        write(self.keeper.trace(), path, self.summary, title, names, self.keeper.events)
 
+    def content(self) -> dict[str, Any]:
+        return {
+            "file": self.file, "plant": self.plant,
+            "columns": {"outputs": self.outputs, "inputs": list(self.inputs), "time": self.time},
+            "estimator": repr(self.estimator), "notes": self.notes, "summary": self.summary.as_dict(),
+        }  # fmt: skip
 
-def _columns(asked, chunk):
-    """Return y, u and the time (None without one) of a chunk."""
-    import numpy as np
+    def show(self, out) -> None:
+        if self.json == "-":  # nothing but the results
+            return
+        from rich.text import Text
 
-    y = np.stack([chunk.columns[name] for name in asked.outputs], axis=1)
-    u = np.stack([chunk.columns[name] for name in asked.inputs], axis=1) if asked.inputs else None
-    return (y[:, 0] if y.shape[1] == 1 else y), u, chunk.columns[asked.time] if asked.time else None
+        from driftwise.report.terminal import foot, head, table
 
-
-def _estimator(asked, options, tuned, record, y, u, time):
-    """Return the observer, its walks tuned on the first rows where that is asked for, and what to say about it."""
-    import numpy as np
-
-    dt, said = asked.dt or record.clock.dt, []
-    if not dt:
-        raise CommandError("the plant is in seconds: say --time COLUMN, or --dt with the seconds between samples")
-    if time is not None and "irregular" not in options and len(time) > 1:
-        steps = np.diff(time)
-        if np.any(abs(steps - dt) > UNEVEN * dt):
-            options = options | {"irregular": True}
-            said.append(
-                f"steps of time lie between {number(steps.min(), 4)} and {number(steps.max(), 4)} s: irregular."
-            )
-    rows = slice(0, TUNED)
-    finds = {"window": options["window"] == "tune", "noise": options["noise_std"] == "tune"}
-    if finds["window"]:
-        options = options | {"window": len(y[rows]) * dt / 4}
-    if finds["noise"]:
-        options = options | {"noise_std": _roughness(y[rows])}
-    try:
-        estimator = families.WindowObserver(dt=dt, **options)
-        if tuned or any(finds.values()):
-            stamps = time[rows] if time is not None and estimator.irregular else None
-            more = {"which": tuned, "noise": finds["noise"]} if tuned or finds["noise"] else {}
-            estimator = estimator.tune(y[rows], None if u is None else u[rows], time=stamps, **more)
-            said.append(f"by the first {len(y[rows])} rows: {estimator.tuned.words}")
-    except InputError as error:
-        raise CommandError(f"--plant {asked.plant}: {error}") from None
-    return estimator, said
+        est, summary = self.estimator, self.summary
+        window = "all samples so far" if est.is_growing else f"window of {number(est.window)} s"
+        facts = [f"{summary.samples} samples", f"plant {os.path.basename(str(self.plant))}", window,
+                 f"dt {number(est.dt, 4)} s", f"took {self.took:.2f} s"]  # fmt: skip
+        head(out, self.short_title, facts)
+        shown = table(("", "left"), ("last estimate", "left"))
+        for name, value, std in summary.estimates:
+            shown.add_row(name, plus_minus(value, std))
+        out.print(shown)
+        numbers = ("one-step rms", "fit", "NIS", "in 95 % band", "missing")
+        shown = table(("output", "left"), *((name, "right") for name in numbers))
+        for name, part in zip(self.outputs, summary.outputs):
+            shown.add_row(
+                name, number(part.rmse, 3), f"{part.fit:.1f} %", number(part.nis, 3), f"{100 * part.coverage:.1f} %",
+                str(part.missing_outputs),
+            )  # fmt: skip
+        out.print()
+        out.print(shown)
+        out.print()
+        out.print(Text(summary.words))
+        foot(out, beware=self.notes)
+        if not self.written:
+            out.print()
 
 
 def _roughness(y) -> list[float]:
@@ -145,71 +160,3 @@ def _roughness(y) -> list[float]:
 
     columns = [rough[np.isfinite(rough)] for rough in np.diff(y.reshape(len(y), -1), 3, axis=0).T]
     return [float(np.sqrt(np.mean(rough**2) / 20)) if rough.any() else 1.0 for rough in columns]
-
-
-def _table(trace):
-    import pyarrow as pa
-
-    return pa.table({name: pa.array(column) for name, column in trace.columns().items()})
-
-
-def _named(record, name) -> str:
-    unit = record.source.units.get(name)
-    return f"{name} ({unit})" if unit else name
-
-
-def _write_json(asked, estimator, summary, said) -> None:
-    from driftwise.cli.results import write
-    from driftwise.version import __version__
-
-    content = {
-        "driftwise": __version__, "file": asked.file, "plant": asked.plant,
-        "columns": {"outputs": list(asked.outputs), "inputs": list(asked.inputs), "time": asked.time},
-        "estimator": repr(estimator), "notes": said, "summary": summary.as_dict(),
-    }  # fmt: skip
-    write(content, asked.json)
-
-
-def _show(asked, estimator, summary, title, taken, said) -> None:
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    from driftwise.report.terminal import console
-
-    out = console()
-    window = "all samples so far" if estimator.is_growing else f"window of {number(estimator.window)} s"
-    facts = [
-        f"{summary.samples} samples",
-        f"plant {os.path.basename(asked.plant)}",
-        window,
-        f"dt {number(estimator.dt, 4)} s",
-        f"took {taken:.2f} s",
-    ]
-    out.print()
-    out.print(Text(title, style="bold"))
-    out.print(Text(" \u00b7 ".join(facts), style="dim"))
-    out.print()
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    table.add_column("", header_style="dim")
-    table.add_column("last estimate", header_style="dim")
-    for name, value, std in summary.estimates:
-        table.add_row(name, plus_minus(value, std))
-    out.print(table)
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for head in ("output", "one-step rms", "fit", "NIS", "in 95 % band", "missing"):
-        table.add_column(head, header_style="dim", justify="left" if head == "output" else "right")
-    for name, part in zip(asked.outputs, summary.outputs):
-        table.add_row(
-            name, number(part.rmse, 3), f"{part.fit:.1f} %", number(part.nis, 3), f"{100 * part.coverage:.1f} %",
-            str(part.missing_outputs),
-        )  # fmt: skip
-    out.print()
-    out.print(table)
-    out.print()
-    out.print(Text(summary.words))
-    for note in said:
-        out.print(Text("note: ", style="yellow") + Text(note))
-    written = [f"{what} in {path}" for what, path in
-               (("trace", asked.save), ("report", asked.report), ("results", asked.json)) if path]  # fmt: skip
-    out.print(Text(", ".join(written)) if written else Text(""))

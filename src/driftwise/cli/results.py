@@ -1,4 +1,4 @@
-"""The results of a run as JSON."""
+"""Results as JSON: those of a run, and the writing of any."""
 
 from __future__ import annotations
 
@@ -6,40 +6,36 @@ import json
 import math
 import sys
 
-__all__ = ["write", "write_json"]
+__all__ = ["content", "write"]
 
 
-def write_json(plan, record, run, notes) -> None:
-    """Write what was estimated, from what, and how well."""
-    from driftwise.version import __version__
-
-    estimator = run.estimator
-    content = {
-        "driftwise": __version__,
-        "file": plan.file,
+def content(job) -> dict:
+    """Return what was estimated, from what, and how well."""
+    estimator, record = job.estimator, job.record
+    return {
+        "file": job.file,
         "columns": {"output": record.output, "inputs": list(record.inputs), "time": record.time},
         "estimator": {
-            "model": plan.model, "order": None if plan.model else plan.order,
-            "inputs": len(record.inputs), "direct": plan.direct, "noise": plan.noise,
-            "memory": plan.kept, "jumps": plan.jumps, "gate": plan.gate,
+            "model": job.model, "order": None if job.model else job.order,
+            "inputs": len(record.inputs), "direct": job.direct, "noise": job.noise,
+            "memory": job.memory_word, "jumps": job.jumps, "gate": job.gate,
             "dt": estimator.dt, "names": list(estimator.names),
         },
-        "offsets": run.offsets.values,
+        "offsets": job.offsets.values,
         "time": {
             "origin": record.clock.origin, "duplicates": record.clock.duplicates,
             "decreases": record.clock.decreases, "gaps": record.clock.gaps, "missing": record.clock.missing,
         },
         "ragged_rows": record.source.ragged,
         "bad_cells": record.bad,
-        "notes": notes,
-        "summary": run.summary.as_dict(),
-        "verdicts": run.kept.diagnosis.as_dict(),
-        "jumps": [{"sample": event.sample, "time": event.time, "words": event.text} for event in run.keeper.jumps],
-        "identifiability": run.study.as_dict(),
-        "orders": None if run.evidence is None else run.evidence.as_dict(),
-        "smoothed": None if run.smoothed is None else _smoothed(run.smoothed),
+        "notes": job.notes,
+        "summary": job.summary.as_dict(),
+        "verdicts": job.trace.diagnosis.as_dict(),
+        "jumps": [{"sample": event.sample, "time": event.time, "words": event.text} for event in job.keeper.jumps],
+        "identifiability": job.study.as_dict(),
+        "orders": None if job.evidence is None else job.evidence.as_dict(),
+        "smoothed": None if job.smoothed is None else _smoothed(job.smoothed),
     }  # fmt: skip
-    write(content, plan.json)
 
 
 def write(content, path: str) -> None:

@@ -10,20 +10,29 @@ BLOCK = 1 << 24  # bytes of a CSV read at a time
 
 
 class Saver:
-    """An open Parquet or CSV file that takes tables of the same columns one after another.
+    """A Parquet or CSV file, open while it is a context, that takes columns of the same names again and again.
 
     What was saved is readable after every chunk as CSV, and once closed as Parquet.
     """
 
-    def __init__(self, path: str):
+    def __init__(self, path: str | None):
         self.path = path
-        self.rows = 0
         self._writer: Any = None
 
-    def add(self, table) -> None:
-        """Append a pyarrow Table."""
+    def __enter__(self) -> Saver:
+        return self
+
+    def __exit__(self, *error) -> None:
+        if self._writer is not None:
+            self._writer.close()
+
+    def add(self, columns: dict[str, Any]) -> None:
+        """Append columns of equal length, by their names."""
+        import pyarrow as pa
+
+        table = pa.table(columns)
         if self._writer is None:
-            if self.path.lower().endswith(".csv"):
+            if str(self.path).lower().endswith(".csv"):
                 from pyarrow import csv
 
                 self._writer = csv.CSVWriter(self.path, table.schema)
@@ -32,11 +41,6 @@ class Saver:
 
                 self._writer = pq.ParquetWriter(self.path, table.schema)
         self._writer.write_table(table)
-        self.rows += table.num_rows
-
-    def close(self) -> None:
-        if self._writer is not None:
-            self._writer.close()
 
 
 def smoothed_columns(smoothed) -> dict:
@@ -53,19 +57,14 @@ def widen(path: str, columns: dict) -> None:
     """Add columns to a saved table, piece by piece, by way of a file beside it."""
     import os
 
-    import pyarrow as pa
-
-    beside = f"{path}.part{os.path.splitext(path)[1].lower()}"
-    saver, first = Saver(beside), 0
+    beside, first = f"{path}.part{os.path.splitext(path)[1].lower()}", 0
     try:
-        for piece in _pieces(path):
-            table = pa.Table.from_batches([piece])
-            part = slice(first, first + table.num_rows)
-            for name, values in columns.items():
-                table = table.append_column(name, pa.array(values[part]))
-            saver.add(table)
-            first = part.stop
-        saver.close()
+        with Saver(beside) as saver:
+            for piece in _pieces(path):
+                part = slice(first, first + piece.num_rows)
+                whole = dict(zip(piece.schema.names, piece.columns))
+                saver.add(whole | {name: values[part] for name, values in columns.items()})
+                first = part.stop
         os.replace(beside, path)
     finally:
         if os.path.exists(beside):

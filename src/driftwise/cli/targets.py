@@ -7,24 +7,19 @@ import tempfile
 
 from driftwise.engine.errors import CommandError
 
-__all__ = ["check_targets", "refuse_file", "refuse_folder"]
+__all__ = ["refuse_file", "refuse_folder", "refuse_targets"]
 
 
-def check_targets(plan) -> None:
-    """Refuse what --save, --report and --json of a plan name where it cannot be written, or is what is read."""
-    for option, path in (("--save", plan.save), ("--report", plan.report), ("--json", plan.json)):
+def refuse_targets(job) -> None:
+    """Refuse what --save, --report and --json of a job name where it cannot be written, or is what is read."""
+    for option, path in (("--save", job.save), ("--report", job.report), ("--json", job.json)):
         if path is None or (path == "-" and option == "--json"):
             continue
         refuse_file(option, path)
-        if (
-            os.path.exists(path)
-            and plan.file != "-"
-            and os.path.exists(plan.file)
-            and os.path.samefile(path, plan.file)
-        ):
+        if os.path.exists(path) and job.file != "-" and os.path.exists(job.file) and os.path.samefile(path, job.file):
             raise CommandError(f"{option} would overwrite the table that is being read, {path}; give another name.")
-    if plan.save and not plan.save.lower().endswith((".parquet", ".csv")):
-        raise CommandError(f"--save writes .parquet or .csv, got {plan.save}; the ending says which.")
+    if job.save and not job.save.lower().endswith((".parquet", ".csv")):
+        raise CommandError(f"--save writes .parquet or .csv, got {job.save}; the ending says which.")
 
 
 def refuse_file(option: str, path: str) -> None:

@@ -6,47 +6,85 @@ import os
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from time import perf_counter
-from typing import Any
+from typing import Annotated, Any
 
+import typer
+
+from driftwise.cli.job import Job
+from driftwise.cli.options import Json, Page, Quiet
 from driftwise.cli.progress import bar
 from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["Order", "deliver", "execute"]
+__all__ = ["TrackJob"]
 
 BLOCK = 2000  # plots between two movements of the progress bar
 CLASSES = ("aircraft", "helicopter", "glider", "uav", "boat")
 FORMATS = ("csv", "parquet", "geojson", "kml", "cat062")
 
 
-@dataclass(frozen=True)
-class Order:
-    """What was asked for.
+@dataclass
+class TrackJob(Job):
+    """Track what radars or receivers saw: position, velocity and turns of every object, with honest error bars.
 
-    Attributes
-    ----------
-    files : paths of recordings; ("-",) with ``follow`` is standard input
-    site : "LAT,LON[,HEIGHT]" of the radar, or "SAC/SIC=LAT,LON,HEIGHT" of one of several; degrees and metres
-    sites : table of the radars by SAC/SIC
-    speed : class of objects, or their typical speed in m/s
-    out : folder for the tracks, in the ``formats``
-    single : plots without a key are of one object
-    delay : s by which plots are held back to be put in order of time
+    The kind of each file is recognised. Nothing is tuned but the class of objects.
+
+    Examples: driftwise track plots.csv --report tracks.html;
+    driftwise track radar.pcap --sites radars.csv --out tracks --format csv,kml;
+    receiver | driftwise track - --follow
     """
 
-    files: tuple[str, ...]
-    site: tuple[str, ...] = ()
-    sites: str | None = None
-    speed: str = "aircraft"
-    out: str | None = None
-    formats: str = "csv"
-    report: str | None = None
-    json: str | None = None
-    follow: bool = False
-    quiet: bool = False
-    single: bool = False
-    delay: float = 0.0
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE...",
+            help="Plots: ASTERIX (raw or pcap), Mode S frames, CSV, JSON, Parquet, NMEA, AIS. - with --follow is "
+            "standard input.",
+        ),
+    ]
+    site: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LAT,LON[,HEIGHT]",
+            help="Where the radar stands: degrees and metres. Of several: SAC/SIC=LAT,LON,HEIGHT, once for each.",
+        ),
+    ] = None
+    sites: Annotated[
+        str | None,
+        typer.Option(metavar="TABLE", help="The same as CSV (sac, sic, latitude, longitude, height), JSON or TOML."),
+    ] = None
+    speed: Annotated[
+        str,
+        typer.Option(metavar="CLASS", help="aircraft, helicopter, glider, uav, boat, or a typical speed in m/s."),
+    ] = "aircraft"
+    single: Annotated[
+        bool, typer.Option("--single", metavar="", help="Plots that do not say whose they are belong to one object.")
+    ] = False
+    out: Annotated[str | None, typer.Option(metavar="DIR", help="Write the tracks into this folder.")] = None
+    format: Annotated[
+        str, typer.Option(metavar="KIND,..", help="What is written there: csv, parquet, geojson, kml, cat062.")
+    ] = "csv"
+    report: Page = None
+    json: Json = None
+    follow: Annotated[
+        bool,
+        typer.Option(
+            "--follow",
+            metavar="",
+            help="Wait for more: a file that grows, or standard input. Ctrl-C ends it. On a terminal a table is kept "
+            "up to date; elsewhere each event and estimate is a line of JSON.",
+        ),
+    ] = False
+    delay: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            min=0,
+            max=599,
+            help="With --follow: hold plots back so long, to put them in order of time.",
+        ),
+    ] = 0.0
+    quiet: Quiet = False
 
     @property
     def title(self) -> str:
@@ -56,7 +94,7 @@ class Order:
     @property
     def place(self) -> tuple[float, ...] | None:
         """The site of a radar that has no name: degrees, and metres above the ellipsoid where they were given."""
-        bare = [text for text in self.site if "=" not in text]
+        bare = [text for text in self.site or () if "=" not in text]
         if not bare:
             return None
         try:
@@ -75,13 +113,13 @@ class Order:
         """The sites of radars by "SAC/SIC", of the table and those that were named."""
         from driftwise.tracking.sites import read_sites
 
-        named = [text for text in self.site if "=" in text]
+        named = [text for text in self.site or () if "=" in text]
         return {**(read_sites(self.sites) if self.sites else {}), **(read_sites(named) if named else {})}
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """The formats to write."""
-        return tuple(part.strip().lower() for part in self.formats.split(",") if part.strip())
+        return tuple(part.strip().lower() for part in self.format.split(",") if part.strip())
 
     @property
     def pace(self) -> str | float:
@@ -101,9 +139,7 @@ class Order:
         self.place, self.pace  # noqa: B018  (they raise)
         wrong = [kind for kind in self.kinds if kind not in FORMATS]
         if wrong or not self.kinds:
-            raise CommandError(
-                f"--format takes {', '.join(FORMATS)}, with commas between several; got {self.formats!r}"
-            )
+            raise CommandError(f"--format takes {', '.join(FORMATS)}, with commas between several; got {self.format!r}")
         for option, path in (("--report", self.report), ("--json", self.json)):
             if path and (path != "-" or option == "--report"):
                 refuse_file(option, path)
@@ -117,82 +153,76 @@ class Order:
             if file != "-" and not os.path.exists(file) and not (set("*?[") & set(file) and not self.follow):
                 raise CommandError(f"no such file: {file}")
 
+    def estimate(self) -> None:
+        """Track the plots of the files, or as they come."""
+        from driftwise.tracking.tracker import Tracker
 
-def execute(order: Order) -> None:
-    """Read the plots, track them, write what was asked for, and print the table."""
-    order.check()
-    start = perf_counter()
-    plots = _read(order)
-    tracker = make(order)
-    with bar("tracking", order.quiet) as advance:
-        tracker.feed(plots[:0])  # what could not be read is told once
-        plots = replace(plots, faults=())
-        for first in range(0, len(plots), BLOCK):
-            tracker.feed(plots[first : first + BLOCK])
-            advance(min((first + BLOCK) / len(plots), 1.0))
-        tracker.finish()
-    deliver(order, tracker.tracks, f"took {perf_counter() - start:.1f} s")
+        plots = None if self.follow else self._read()
+        self.tracker = Tracker(self.pace, single=self.single, delay=self.delay)
+        if plots is None:
+            self._follow()
+            return
+        with bar("tracking", self.quiet) as advance:
+            self.tracker.feed(plots[:0])  # what could not be read is told once
+            plots = replace(plots, faults=())
+            for first in range(0, len(plots), BLOCK):
+                self.tracker.feed(plots[first : first + BLOCK])
+                advance(min((first + BLOCK) / len(plots), 1.0))
+            self.tracker.finish()
 
+    def _read(self):
+        from driftwise.tracking.read import read_plots
 
-def make(order: Order) -> Any:
-    """Return a tracker of what was asked for."""
-    from driftwise.tracking.tracker import Tracker
+        radars = self.radars
+        with bar(f"reading {self.title}", self.quiet) as advance:
+            try:
+                return read_plots(self.files, site=self.place, sites=radars or None, progress=advance)
+            except InputError as error:
+                if "SAC/SIC" not in str(error):
+                    raise
+                raise InputError(f"{error}. Here: --site 25/201=46.2,15.1,800 for each, or --sites FILE") from None
 
-    return Tracker(order.pace, single=order.single, delay=order.delay)
+    def _follow(self) -> None:
+        from driftwise.cli.follow import follow
+        from driftwise.tracking.live_plots import LivePlots
 
+        follow(self.files[0], LivePlots(self.title, self.place), self.tracker, self.quiet)
+        if not self.tracker.counts["plots"]:
+            raise InputError(f"{self.title}: nothing came that is a plot: a time and a position on every line")
 
-def _read(order: Order):
-    from driftwise.tracking.read import read_plots
-
-    radars = order.radars
-    with bar(f"reading {order.title}", order.quiet) as advance:
-        try:
-            return read_plots(list(order.files), site=order.place, sites=radars or None, progress=advance)
-        except InputError as error:
-            if "SAC/SIC" not in str(error):
-                raise
-            raise InputError(f"{error}. Here: --site 25/201=46.2,15.1,800 for each, or --sites FILE") from None
-
-
-def deliver(order: Order, tracks, took: str) -> None:
-    """Write the tracks, the page and the numbers, and print the table."""
-    from driftwise.report import track_report
-    from driftwise.report.terminal import console, show_tracks
-
-    rows, written = track_report.rows(tracks), []
-    if order.report:
-        from driftwise.report.tracks_page import write
-
-        written.append(f"report in {write(tracks, order.report, order.title, sites=_sites(order, tracks))}")
-    if order.json:
+    def tell(self) -> None:
+        """Write the tracks, the page and the numbers, and print the table."""
         from driftwise.cli.results import write as write_json
+        from driftwise.report import track_report
+        from driftwise.report.terminal import console, show_tracks
+        from driftwise.version import __version__
 
-        write_json(_content(order, tracks, rows), order.json)
-        written.append(f"results in {order.json}")
-    out = console(stderr=order.json == "-" or (order.follow and not sys.stdout.isatty()))
-    if not order.quiet:
-        show_tracks(tracks, rows, title=order.title, took=took, out=out)
-    if order.out and rows:
-        Path(order.out).mkdir(parents=True, exist_ok=True)
-        files = tracks.write(order.out, order.kinds)
-        written.append(f"tracks in {', '.join(map(str, files))}")
-    for line in written if not order.quiet and order.json != "-" else ():
-        out.print(line, soft_wrap=True)
+        tracks, written = self.tracker.tracks, []
+        rows = track_report.rows(tracks)
+        if self.report:
+            from driftwise.report.tracks_page import write
 
+            written.append(f"report in {write(tracks, self.report, self.title, sites=self._sites(tracks))}")
+        if self.json:
+            content = {
+                "driftwise": __version__, "files": self.files, "speed": self.pace, "origin": tracks.origin,
+                "tracks": [r.as_dict() for r in rows],
+                "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
+            }  # fmt: skip
+            write_json(content, self.json)
+            written.append(f"results in {self.json}")
+        out = console(stderr=self.json == "-" or (self.follow and not sys.stdout.isatty()))
+        if not self.quiet:
+            took = f"{'followed for' if self.follow else 'took'} {self.took:.1f} s"
+            show_tracks(tracks, rows, title=self.title, took=took, out=out)
+        if self.out and rows:
+            Path(self.out).mkdir(parents=True, exist_ok=True)
+            written.append(f"tracks in {', '.join(map(str, tracks.write(self.out, self.kinds)))}")
+        for line in written if not self.quiet and self.json != "-" else ():
+            out.print(line, soft_wrap=True)
 
-def _sites(order: Order, tracks) -> list[tuple[str, float, float]]:
-    """Return where range rings are drawn: about the radars that saw a track."""
-    seen = {sensor for track in tracks for sensor in track.sensors}
-    found = [(name, site.latitude, site.longitude) for name, site in order.radars.items() if site and name in seen]
-    return found if order.place is None else [("radar", order.place[0], order.place[1]), *found]
-
-
-def _content(order: Order, tracks, rows) -> dict:
-    """Return the results as JSON has them: a record for each track, and what was skipped."""
-    from driftwise.version import __version__
-
-    return {
-        "driftwise": __version__, "files": order.files, "speed": order.pace, "origin": tracks.origin,
-        "tracks": [r.as_dict() for r in rows],
-        "skipped": [f._asdict() if hasattr(f, "_asdict") else vars(f) for f in tracks.faults],
-    }  # fmt: skip
+    def _sites(self, tracks) -> list[tuple[str, float, float]]:
+        """Return where range rings are drawn: about the radars that saw a track."""
+        seen = {sensor for track in tracks for sensor in track.sensors}
+        found = [(name, site.latitude, site.longitude) for name, site in self.radars.items() if site and name in seen]
+        return found if self.place is None else [("radar", self.place[0], self.place[1]), *found]

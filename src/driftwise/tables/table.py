@@ -67,6 +67,13 @@ class Chunk(NamedTuple):
     def rows(self) -> int:
         return len(next(iter(self.columns.values())))
 
+    def pick(self, inside) -> Chunk:
+        """Return the rows where a mask is true, which is one stretch of them."""
+        columns = {name: values[inside] for name, values in self.columns.items()}
+        bad_cells = {name: cells[inside] for name, cells in self.bad_cells.items()}
+        first = self.first_row + int(inside.argmax())
+        return Chunk(columns, bad_cells, first, int(sum(cells.sum() for cells in bad_cells.values())))
+
 
 @dataclass
 class Record:

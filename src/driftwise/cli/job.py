@@ -1,0 +1,190 @@
+"""`Job`: a command at work. Its fields are its options, by name; its docstring is its help."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import Any, get_type_hints
+
+from driftwise.cli.progress import bar
+from driftwise.cli.targets import refuse_targets
+from driftwise.engine.errors import InputError
+
+__all__ = ["Job", "RecordJob", "add_command"]
+
+LOOK = 1000  # rows by which a clock is known
+
+
+def add_command(app, name: str, job: type) -> None:
+    """Add a job to the commands of an app; it runs when it is called."""
+    hints = get_type_hints(job, include_extras=True)
+
+    def call(**options):
+        job(**options).run()
+
+    parameters = inspect.signature(job).parameters.values()
+    call.__signature__ = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])  # type: ignore
+    call.__annotations__, call.__doc__ = hints, job.__doc__
+    app.command(name)(call)
+
+
+class Job:
+    """A command at work: `run` takes its steps one after the other.
+
+    check : refuse what cannot be, before anything is read
+    estimate : open, read and estimate
+    summarise : say what is to be told of it
+    tell : write and print
+    """
+
+    file: str
+    save: str | None = None
+    report: str | None = None
+    json: str | None = None
+    writes: Any = (("report", "report"), ("results", "json"))  # what is written, and the option that names its place
+    took: float = 0.0  # s that it took to estimate
+
+    @property
+    def title(self) -> str:
+        """What to call the place the data come from."""
+        return "standard input" if self.file == "-" else self.file
+
+    @property
+    def short_title(self) -> str:
+        """The same without its folder."""
+        return os.path.basename(self.title)
+
+    def run(self) -> None:
+        """Take all steps."""
+        self.check()
+        begun = perf_counter()
+        self.estimate()
+        self.took = perf_counter() - begun
+        self.summarise()
+        self.tell()
+
+    def check(self) -> None:
+        refuse_targets(self)
+
+    def estimate(self) -> None:
+        raise NotImplementedError
+
+    def summarise(self) -> None:
+        pass
+
+    def tell(self) -> None:
+        """Write page and results, print, and say where the files are."""
+        from driftwise.cli.results import write
+        from driftwise.report.terminal import console
+        from driftwise.version import __version__
+
+        if self.report:
+            self.draw(self.report)
+        if self.json:
+            write({"driftwise": __version__, **self.content()}, self.json)
+        self.show(console(stderr=self.json == "-"))
+        if self.written and self.json != "-":
+            print(", ".join(self.written))
+
+    @property
+    def written(self) -> list[str]:
+        """What was written where."""
+        named = ((what, getattr(self, option)) for what, option in self.writes)
+        return [f"{what} in {path}" for what, path in named if path]
+
+    def draw(self, path: str) -> None:
+        """Write the page."""
+        raise NotImplementedError
+
+    def content(self) -> dict[str, Any]:
+        """Return the results as JSON has them."""
+        raise NotImplementedError
+
+    def show(self, out) -> None:
+        """Print the results."""
+        raise NotImplementedError
+
+
+class RecordJob(Job):
+    """A job on one record: the columns of a table, read chunk by chunk in constant memory."""
+
+    time: str | None = None
+    input: list[str] | None = None
+    dt: float | None = None
+    start: str | None = None  # a number, or a date
+    stop: str | None = None
+    raw: bool = False
+    chunk: int = 65_536
+    record: Any = None
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return tuple(self.input or ())
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether a clock or a step was named; if not, time is counted in samples."""
+        return self.time is not None or self.dt is not None
+
+    def open(self, output: str, *more: str, find_clock: bool = True) -> Any:
+        """Return the record; a clock that was not named may be looked for."""
+        from driftwise.tables import table
+
+        look = LOOK if find_clock and not self.has_clock and self.file != "-" else 0
+        columns = (*more, *self.inputs)
+        self.record = table.open_record(self.file, output, columns, self.time, self.chunk, self.raw, look)
+        return self.record
+
+    def chunks(self, doing: str) -> Iterator[Any]:
+        """Yield the chunks of the record that have rows between --from and --to, with a bar; without any it raises."""
+        seen = False
+        with reading(self.record.source, doing) as advance:
+            for chunk in self.record:
+                chunk = self._window(chunk)
+                if chunk.rows:
+                    yield chunk
+                    seen = True
+                    advance()
+        if not seen:
+            clock = self.record.clock
+            why = f"its stamps run from {clock.origin} to {clock.end}." if clock.origin else None
+            raise InputError(
+                f"{self.record.path}: no row lies between --from and --to; {why or 'what are the units of the time?'}"
+            )
+
+    def _window(self, chunk) -> Any:
+        """Return the rows of a chunk between --from and --to."""
+        if self.start is None and self.stop is None:
+            return chunk
+        time, moment = self.time_of(chunk, self.dt or 1.0), self.record.moment
+        inside = time >= (-float("inf") if self.start is None else moment("--from", self.start))
+        inside &= time <= (float("inf") if self.stop is None else moment("--to", self.stop, is_end=True))
+        return chunk.pick(inside)
+
+    @property
+    def step(self) -> float:
+        """Seconds between samples: as said, or of the clock that was read, or 1."""
+        return (self.record.clock.dt or 1.0) if self.dt is None else self.dt
+
+    def named(self, column: str) -> str:
+        """Return the name of a column with its unit."""
+        unit = self.record.source.units.get(column)
+        return f"{column} ({unit})" if unit else column
+
+    def time_of(self, chunk, dt: float) -> Any:
+        """Return the time of each row of a chunk: the time column, or rows times dt."""
+        import numpy as np
+
+        if self.record.time:
+            return chunk.columns[self.record.time]
+        return (chunk.first_row + np.arange(chunk.rows)) * dt
+
+
+@contextmanager
+def reading(source, doing: str):
+    """Show a bar while a long table is read; nothing for one that is read at once."""
+    with bar(doing, quiet=source.fraction == 1.0) as advance:
+        yield lambda: advance(source.fraction)

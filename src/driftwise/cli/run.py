@@ -1,0 +1,34 @@
+"""`driftwise run`: which job a table takes."""
+
+from __future__ import annotations
+
+from driftwise.cli.automatic import AutomaticJob
+from driftwise.cli.estimate import EstimateJob
+from driftwise.cli.observe import ObserveJob
+from driftwise.cli.run_options import RunOptions
+
+__all__ = ["RunJob"]
+
+
+class RunJob(RunOptions):
+    """Estimate a system from a recorded table.
+
+    Reads FILE chunk by chunk (any length, constant memory), estimates state and parameters at every sample,
+    and prints what the plant is and how far it can be trusted. Empty cells are missing samples, not errors.
+    With FILE alone all is found out: the columns, the model, what changed.
+
+    Examples: driftwise run plant.csv --report report.html;
+    driftwise run plant.csv --output temperature --input heater --order 2;
+    driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000;
+    driftwise run motor.csv -o angle -i voltage -t t --plant motor.toml --report report.html
+    """
+
+    def run(self) -> None:
+        """Run the job that the options ask for."""
+        if self.plant is not None:
+            kind: type[RunOptions] = ObserveJob
+        elif self.model == "auto" or not (self.output or self.changed):
+            kind = AutomaticJob
+        else:
+            kind = EstimateJob
+        kind(**vars(self)).run()
