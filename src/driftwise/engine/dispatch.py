@@ -48,16 +48,17 @@ def choice(prototype: Callable, family: set[type] | None = None) -> Any:
     their own get the body of the prototype; `on` makes its types members.
     """
     table: dict[type, Callable] = {}
+    members: Any = () if family is None else family
 
     def find(kind) -> Callable | None:
-        return table.get(kind) or (prototype if family is not None and kind in family else None)
+        return table.get(kind) or (prototype if kind in members else None)
+
+    def refuse(policy, *args):
+        raise TypeError(f"a {type(policy).__name__} has no {prototype.__name__}")
 
     @functools.wraps(prototype)
     def choose(policy, *args):
-        found = find(type(policy))
-        if found is None:
-            raise TypeError(f"a {type(policy).__name__} has no {prototype.__name__}")
-        return found(policy, *args)
+        return (table.get(type(policy)) or (prototype if type(policy) in members else refuse))(policy, *args)
 
     def on(*kinds: type) -> Callable:
         def add(function: Callable) -> Callable:
@@ -68,9 +69,13 @@ def choice(prototype: Callable, family: set[type] | None = None) -> Any:
 
         return add
 
-    choose.on, choose.table, choose.find = on, table, find  # type: ignore[attr-defined]
-    choices.append(choose)
-    return choose
+    # Uncompiled, who steps in or reads a stack trace meets the question where it is written, not its dispatcher here.
+    question: Any = choose
+    names = ("co_filename", "co_firstlineno", "co_name", "co_qualname")
+    question.__code__ = question.__code__.replace(**{name: getattr(prototype.__code__, name) for name in names})
+    question.on, question.table, question.find = on, table, find
+    choices.append(question)
+    return question
 
 
 # --- policies as rows of numbers ---------------------------------------------------------------------------

@@ -128,7 +128,7 @@ class Estimator(Answers):
         if time is not None:
             us = np.concatenate([us, self._instants([time], 1, state)[None, :, None]], axis=2)
         outs = np.empty((1, 1, self.step_columns))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        self.drive(rows, ys, us, outs, self.spec, np.empty(self.scratch_size))
         if self.outputs is None:
             prediction, innovation, variance, status = outs[0, 0].tolist()[:4]
             return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))

@@ -192,13 +192,13 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     else:
         T = predicted_variance(scratch.f, D, R)
     write(noise, out, t, state, scratch, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
+    view = view_of(state, scratch, s2, white * white)
 
     # predict
     propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
     alarm = 0.0
     if white == white and head[OBSERVED] > form.settle:
         alarm = watch(detector, state.detector_state, white, state.detector_state[:0])
-    view = view_of(state, scratch, s2, white * white)
     if alarm != 0.0:
         _, moved = on_alarm(memory, state.memory_state, Alarm(alarm, -1.0), view)
         status |= moved
