@@ -81,6 +81,7 @@ class Summary(ModelSummary):
         self.origin: str | None = None  # the time stamp of second 0, if it is known
         self.unit = SECONDS  # of dt and time
         self.unknowns = estimator.model.N
+        self.is_static = not estimator.order  # a regression without memory: no poles, no zeros, no steady state
         self.observed = self.missing_outputs = self.missing_inputs = 0
         self.rejected = self.bad_values = self.jumps = 0
         self.last_jump = math.nan  # its time
@@ -218,11 +219,6 @@ class Summary(ModelSummary):
         poles = self.poles
         spreads = moduli(self.model, self.estimator.dt)[1] if self.is_enough else (math.inf for _ in poles)
         return [(p, float(spread)) for (p, _), spread in zip(poles, spreads)]
-
-    @property
-    def is_static(self) -> bool:
-        """Whether the model is a regression without memory: it has no poles, no zeros, no steady state to reach."""
-        return not self.estimator.order
 
     @property
     def notes(self) -> list[str]:
