@@ -98,7 +98,7 @@ OWNERS = ast.Module, ast.ClassDef, ast.FunctionDef
 
 def is_dispatcher(node) -> bool:
     """Say whether a function chooses by the type of its first argument."""
-    return any(ast.unparse(d) in ("choice", "dispatch") for d in node.decorator_list)
+    return any(ast.unparse(d) in ("choice", "dispatch", "question") for d in node.decorator_list)
 
 
 def load(*names: str) -> Any:
@@ -371,8 +371,9 @@ def second_names() -> Fact:
     answers = [(path, n.name) for path, n in each(ast.FunctionDef) if is_dispatcher(n) and n.name in ANSWERS]
     tables = [getattr(importlib.import_module(dotted(path)), name).table for path, name in answers]
     found = {kind.__name__ for kind in itertools.chain(*tables)} - public
-    kernels = sum(name.endswith("Kernel") for name in found)
-    return Fact("second names of memories (of these <Public>Kernel)", f"{len(found)} ({kernels})", "0", sorted(found))
+    odd = sorted(name for name in found if not name.endswith("Kernel"))
+    counts = f"{len(odd)}; {len(found) - len(odd)}"
+    return Fact("second names of memories; types that kernels see, called <Public>Kernel", counts, "0;", odd)
 
 
 def moves(trip, skipped: str = "") -> int:
