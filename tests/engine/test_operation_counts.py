@@ -22,11 +22,10 @@ def operations_of_one_step(n, noise):
     rng = np.random.default_rng(n)
     y, u = dw.simulate(np.poly(np.linspace(0.3, 0.6, n))[1:], np.ones(n), samples=60, noise_std=0.1, seed=n)
     rows = est._rows(est.scan(y, u).state)
-    rows[0, joint_row.HEAD : joint_row.HEAD + 2 * est.model.N] = rng.uniform(
-        0.1, 2.0, 2 * est.model.N
-    )  # nothing is zero by luck
     form, kernel_noise = est.policies[0], est.policies[1]
-    state = joint_row.open_row(form, counted(rows[0]))
+    first = joint_row.JOINT.places(form).s
+    rows[0, first : first + 2 * est.model.N] = rng.uniform(0.1, 2.0, 2 * est.model.N)  # nothing is zero by luck
+    state = joint_row.JOINT.open(form, counted(rows[0]))
     work = joint_row.open_scratch(form, counted(est.scratch() * 0))
     state.held[0] = Counted(0.7)
     s, U, D = state.s, state.U, state.D
