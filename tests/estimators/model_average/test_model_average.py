@@ -77,7 +77,10 @@ def test_compiled_equals_plain(average, record):
     for i, member in enumerate(MEMBERS):
         own = member.scan(y[:60], u[:60] if member.model.inputs else None)
         means[:, i], variances[:, i] = own.prediction, own.variance
-    outs, numbers = np.empty_like(trace.table), np.concatenate([step.fresh(average.task), np.empty(means.shape[1])])
+    outs, numbers = (
+        np.empty_like(trace.table),
+        np.concatenate([step.fresh(average.task).reshape(1).view(float), np.empty(means.shape[1])]),
+    )
     with np.errstate(all="ignore"):
         compile.plain_passage(step.Averaging)(y[:60, None], means, variances, outs, numbers, flatten([average.task]))
     np.testing.assert_allclose(outs, trace.table, rtol=1e-9, atol=1e-12)
