@@ -170,7 +170,7 @@ def test_another_order_is_not_gone_on_with(path, tmp_path, monkeypatch):
     one, other = (pq.read_table(folder / "estimates") for folder in (out, tmp_path / "alone"))
     assert one.num_rows and all(np.array_equal(one[c], other[c], equal_nan=c != "key") for c in one.column_names)
     again = run(path, out, resume=True)
-    assert (again.began, again.rows, again.told) == (ROWS, ROWS, found.told) and contents(out) == before
+    assert (again.began, again.rows, again.events) == (ROWS, ROWS, found.events) and contents(out) == before
     assert np.array_equal(again.tally.table, found.tally.table, equal_nan=True)
     run(path, out, replace=True, every=ROWS)
     assert sorted(p.name for p in out.iterdir()) == ["events.parquet", "final.parquet", "fleet.parquet", "notes.txt"]
@@ -248,4 +248,4 @@ def test_events_are_the_same_however_samples_are_cut():
             rows, seen = events.take(Taken(at[part], part), outs[part], part + 1)
             assert np.array_equal(rows, at[seen.row]) and np.array_equal(seen.sample, seen.row + 1)
             found += zip(seen.row.tolist(), seen.kind)
-        assert sorted(found) == sorted(expected) and events.told == len(expected)
+        assert sorted(found) == sorted(expected) and events.reported == len(expected)

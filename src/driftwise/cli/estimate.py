@@ -23,6 +23,7 @@ class EstimateJob(RunOptions):
     is_chosen = False  # whether the order was chosen by its evidence
     is_stopped = False
     smoothing_note = ""
+    made: Any = None  # the estimator that was asked for, not yet in units of the data
     estimator: Any = None
     summary: Any = None
     keeper: Any = None
@@ -66,7 +67,7 @@ class EstimateJob(RunOptions):
         for order in self.candidates:
             replace(self, order=order).make_estimator(dt)
         if self.order != "auto":
-            self.make_estimator(dt)
+            self.made = self.make_estimator(dt)
 
     # --- estimating ----------------------------------------------------------------------------------------------
 
@@ -125,7 +126,7 @@ class EstimateJob(RunOptions):
         from driftwise.results.numbers import SAMPLES, SECONDS
         from driftwise.results.summary import Summary
 
-        made = self.make_estimator(self.step)
+        made = self.made if self.made is not None and self.made.dt == self.step else self.make_estimator(self.step)
         self._refuse_short(chunk, made.model.N)
         self.offsets = Offsets.of(chunk, self.record, self.center)
         est = self.estimator = made.scaled_to(*self.offsets.taken_from(chunk))

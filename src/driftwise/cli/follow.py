@@ -90,11 +90,11 @@ class _Picture:
         from driftwise.report.terminal import MOST_TRACKS, track_table
 
         rows = track_report.rows(tracker.tracks)
-        told = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
-        told += f" ({MOST_TRACKS} shown)" if len(rows) > MOST_TRACKS else ""
+        count = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
+        count += f" ({MOST_TRACKS} shown)" if len(rows) > MOST_TRACKS else ""
         last = tracker.events[-1:]
         words = [f"track {e.track} {e.kind}: {e.words}" for e in last]
-        head = Text(" \u00b7 ".join([told, *words, "Ctrl-C ends"]), style="dim")
+        head = Text(" \u00b7 ".join([count, *words, "Ctrl-C ends"]), style="dim")
         self.shown.update(Group(head, track_table(rows)) if rows else head, refresh=True)
         self.seen = tracker.counts["plots"]
         self.next = perf_counter() + max(REFRESH, (perf_counter() - begin) / SHARE)

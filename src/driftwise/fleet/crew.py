@@ -30,14 +30,14 @@ class Crew:
         self.width = estimator.dtype.itemsize // 8
         self.outputs, self.inputs = estimator.outputs or 1, estimator.model.inputs
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
-        self.told = estimator.n_columns
+        self.columns = estimator.n_columns
         self.threads = threads or os.cpu_count() or 1
         self._pool: ThreadPoolExecutor | None = None
 
     def shapes(self, columns: int) -> tuple[int, ...]:
         """Return the sizes that a loop is compiled for, where it writes so many columns."""
-        if columns != 4 * self.outputs and columns < self.told:  # the loop would write beyond a row
-            raise InputError(f"columns must be {4 * self.outputs}, or {self.told} and more, got {columns}")
+        if columns != 4 * self.outputs and columns < self.columns:  # the loop would write beyond a row
+            raise InputError(f"columns must be {4 * self.outputs}, or {self.columns} and more, got {columns}")
         return self.width, self.outputs, self.inputs, columns, self.numbers, self.room
 
     def loop(self, columns: int) -> Any:

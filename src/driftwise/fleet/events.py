@@ -56,7 +56,7 @@ class FleetEvents:
         self.table = np.zeros((0, len(RUNS) + 1))
 
     @property
-    def told(self) -> int:
+    def reported(self) -> int:
         """How many were told."""
         return int(np.minimum(self.table[:, -1], MOST).sum())
 
@@ -79,9 +79,9 @@ class FleetEvents:
         which, kind = which[order], kind[order]
         if not len(which):
             return nothing()
-        is_told = self._first(at[which])
-        which, kind = which[is_told], kind[is_told].tolist()
-        return at[which], self._told(which, kind, taken, outs[which], sample[which])
+        is_first = self._first(at[which])
+        which, kind = which[is_first], kind[is_first].tolist()
+        return at[which], self._described(which, kind, taken, outs[which], sample[which])
 
     def _lasting(self, on, at, start, i: int, least: int) -> np.ndarray:
         """Return the samples at which a run of trouble ``i`` has lasted ``least`` samples; remember runs under way."""
@@ -102,14 +102,14 @@ class FleetEvents:
 
     def _first(self, at) -> np.ndarray:
         """Say which of these events, of the rows ``at`` in ascending order, are told; count them."""
-        told = self.table[:, -1]
+        reported = self.table[:, -1]
         start = np.flatnonzero(np.append(True, at[1:] != at[:-1])) if len(at) else np.zeros(0, np.int64)
         counts = np.diff(np.append(start, len(at)))
-        rank = np.arange(len(at)) - np.repeat(start, counts) + told[at]
-        told[at[start]] += counts
+        rank = np.arange(len(at)) - np.repeat(start, counts) + reported[at]
+        reported[at[start]] += counts
         return rank < MOST
 
-    def _told(self, which, kind, taken, outs, sample) -> Seen:
+    def _described(self, which, kind, taken, outs, sample) -> Seen:
         """Return what is known of the events of these kinds."""
         est = self.estimator
         names, watches = est.names, est.watches

@@ -15,7 +15,7 @@ from driftwise.fleet.fleet_parts import Parts
 
 __all__ = ["FleetOut"]
 
-FLEET, FINAL, EVENTS, ESTIMATES, TOLD = "fleet.parquet", "final.parquet", "events.parquet", "estimates", ".events"
+FLEET, FINAL, EVENTS, ESTIMATES, REPORTED = "fleet.parquet", "final.parquet", "events.parquet", "estimates", ".events"
 WORDS = "kind", "text", "parameter"  # of an event
 INSTANTS = "time", "first_time", "last_time", "last_jump"
 
@@ -28,7 +28,7 @@ class FleetOut:
 
     def __init__(self, folder, fleet, is_dated: bool = False):
         self.folder, self.fleet, self.is_dated = Path(folder), fleet, is_dated
-        self.estimates, self.told = Parts(self.folder / ESTIMATES), Parts(self.folder / TOLD)
+        self.estimates, self.reported = Parts(self.folder / ESTIMATES), Parts(self.folder / REPORTED)
         self._keys: Any = None
 
     @property
@@ -51,9 +51,9 @@ class FleetOut:
 
     def happened(self, at, seen) -> None:
         """Take events (`workflow.fleet.events.Seen`) of these rows of the fleet."""
-        self.told.add(self._told(at, seen))
+        self.reported.add(self._reported(at, seen))
 
-    def _told(self, at, seen):
+    def _reported(self, at, seen):
         import pyarrow as pa
 
         columns = seen._asdict() | {name: pa.array(getattr(seen, name), pa.string()) for name in WORDS}
@@ -61,12 +61,12 @@ class FleetOut:
 
     def close(self, row: int, long: bool = False) -> None:
         """Write all that came before a row of the input, or what is ``long`` enough of it."""
-        for parts in (self.estimates, self.told):
+        for parts in (self.estimates, self.reported):
             parts.reached(row) if long else parts.close(row)
 
     def cut(self, row: int) -> None:
         """Forget what came from a row of the input on."""
-        for parts in (self.estimates, self.told):
+        for parts in (self.estimates, self.reported):
             parts.cut(row)
 
     def _table(self, at, columns):
@@ -84,24 +84,25 @@ class FleetOut:
     def finish(self, final) -> None:
         """Write the last tables; ``final`` are columns of some series each, with their rows in the fleet."""
         _gather(self.folder / FINAL, (self._table(at, columns) for at, columns in final))
-        if self.told.paths() or not (self.folder / EVENTS).exists():
-            _gather(self.folder / EVENTS, self.told.tables() if self.told.paths() else [self._told(*nothing())])
-        self.told.remove()
+        if self.reported.paths() or not (self.folder / EVENTS).exists():
+            tables = self.reported.tables() if self.reported.paths() else [self._reported(*nothing())]
+            _gather(self.folder / EVENTS, tables)
+        self.reported.remove()
 
     @property
     def is_finished(self) -> bool:
         """Whether the last tables are there."""
-        return all((self.folder / name).exists() for name in (FINAL, EVENTS)) and not self.told.paths()
+        return all((self.folder / name).exists() for name in (FINAL, EVENTS)) and not self.reported.paths()
 
     def there(self) -> list[Path]:
         """Return what a run would write, as far as it is there."""
         files = [self.folder / name for name in (FLEET, FINAL, EVENTS)]
-        return [path for path in files if path.exists()] + self.estimates.paths() + self.told.paths()
+        return [path for path in files if path.exists()] + self.estimates.paths() + self.reported.paths()
 
     def clear(self) -> None:
         """Delete what a run has written here, and nothing else; the file of the fleet last."""
         self.cut(0)
-        for parts in (self.estimates, self.told):
+        for parts in (self.estimates, self.reported):
             with suppress(OSError):  # not there, or something of somebody else's in it
                 parts.folder.rmdir()
         for name in (FINAL, EVENTS, FLEET):

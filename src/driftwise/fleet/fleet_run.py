@@ -1,4 +1,4 @@
-"""One order, one run: a long table through a fleet into a folder; where it was stopped, it goes on."""
+"""A run of a fleet over a long table into a folder; where it was stopped, it goes on."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ __all__ = ["former_run", "run_fleet"]
 INTAKE = "dt", "first", "center", "longest"
 
 
-def run_fleet(order: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = None) -> FleetResult:
+def run_fleet(job: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = None) -> FleetResult:
     """Run a fleet over a long table; return states and counts, the rest is in the folder.
 
     Killed at any moment and gone on with (``resume``), it writes what it would have written without.
 
     Parameters
     ----------
-    order : what to run
+    job : what to run
     go : takes all of the table through the run in place of this process, without checkpoints; for clusters
 
     Raises
@@ -49,26 +49,26 @@ def run_fleet(order: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = 
     >>> import tempfile, numpy as np, driftwise as dw
     >>> y, _ = dw.simulate([-0.8], [0.0], samples=500, noise_std=1.0, seed=1)
     >>> table = {"pump": np.tile([7, 8], 500), "flow": np.repeat(y, 2) + 20.0}
-    >>> order = dw.fleet.FleetJob(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
-    >>> found = dw.fleet.run_fleet(order)
+    >>> job = dw.fleet.FleetJob(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
+    >>> found = dw.fleet.run_fleet(job)
     >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in found.out.iterdir())
     (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
-    batch, started = validation.count("batch", order.batch, least=1), time.monotonic()
-    table = open_dataset(order.data, order.by, order.output, order.inputs, order.time, order.missing or ())
-    words, folder = order.words or repr(order.estimator), Path(order.out)
-    facts = {"order": facts_of(order), "words": words, "is_dated": bool(table.are_stamps), "is_read": False}
-    _fit(order)
-    _apart(order.data, folder)
+    batch, started = validation.count("batch", job.batch, least=1), time.monotonic()
+    table = open_dataset(job.data, job.by, job.output, job.inputs, job.time, job.missing or ())
+    words, folder = job.words or repr(job.estimator), Path(job.out)
+    facts = {"order": facts_of(job), "words": words, "is_dated": bool(table.are_stamps), "is_read": False}
+    _fit(job)
+    _apart(job.data, folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"the folder {folder} cannot be made: {error.strerror or error}") from None
     with _alone(folder):
         sweep(folder)
-        kept = _kept(order)
-        threads = order.threads
-        fleet = Fleet(order.estimator, threads=threads) if kept is None else Fleet._of(kept, threads=threads)
+        kept = _kept(job)
+        threads = job.threads
+        fleet = Fleet(job.estimator, threads=threads) if kept is None else Fleet._of(kept, threads=threads)
         run = _run(folder, fleet, facts)
         out = run.sinks
         if kept is None:
@@ -80,7 +80,7 @@ def run_fleet(order: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = 
             if kept is None or not kept.facts["is_read"]:
                 out.cut(run.rows)
                 if go is None:
-                    run.go(table, batch, _after(order, run, table, facts, started))
+                    run.go(table, batch, _after(job, run, table, facts, started))
                 else:
                     go(run, table)
                 out.close(run.rows)
@@ -109,7 +109,7 @@ def former_run(out, estimator=None) -> FleetResult:
 def _result(run: FleetRun, began: int, seconds: float, facts) -> FleetResult:
     out = run.sinks
     return FleetResult(
-        run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, out.folder, run.events.told,
+        run.fleet, run.tally, run.rows, run.intake.keyless, began, seconds, out.folder, run.events.reported,
         out.is_finished, facts,
     )  # fmt: skip
 
@@ -120,28 +120,28 @@ def _run(out, fleet: Fleet, facts) -> FleetRun:
     return FleetRun(fleet, FleetOut(out, fleet, facts.get("is_dated", False)), **options)
 
 
-def _kept(order: FleetJob):
+def _kept(job: FleetJob):
     """Return what a former run left to go on with, None where there is nothing; refuse what does not fit."""
-    out = FleetOut(order.out, None)
+    out = FleetOut(job.out, None)
     there = out.there()
     if not there:
         return None
-    if order.replace and not order.resume:
+    if job.replace and not job.resume:
         out.clear()
         return None
-    if not order.resume:
+    if not job.resume:
         raise InputError(
-            f"{order.out} holds a run already ({there[0].name}): go on with it (resume=True), delete its results and "
+            f"{job.out} holds a run already ({there[0].name}): go on with it (resume=True), delete its results and "
             "begin anew (replace=True), or give another folder"
         )
     if not out.saved.exists():
         raise InputError(f"there is no {out.saved} to resume from, but {there[0]}: whose is it? Give another folder")
-    kept = store.read(out.saved, order.estimator)
-    refuse_another(order, kept.facts["order"])
+    kept = store.read(out.saved, job.estimator)
+    refuse_another(job, kept.facts["order"])
     return kept
 
 
-def _after(order: FleetJob, run: FleetRun, table, facts, started: float) -> Callable[[], None]:
+def _after(job: FleetJob, run: FleetRun, table, facts, started: float) -> Callable[[], None]:
     """Return what is done after each batch: long parts are written, a checkpoint when it is due, news."""
     last, since = time.monotonic(), 0
 
@@ -149,28 +149,28 @@ def _after(order: FleetJob, run: FleetRun, table, facts, started: float) -> Call
         nonlocal last, since
         since += 1
         run.sinks.close(run.rows, long=True)
-        is_due = time.monotonic() - last >= order.seconds if order.batches is None else since >= order.batches
+        is_due = time.monotonic() - last >= job.seconds if job.batches is None else since >= job.batches
         if is_due and len(run.fleet):
             run.sinks.close(run.rows)
             run.keep(run.sinks.saved, facts)
             last, since = time.monotonic(), 0
-        if order.progress is not None:
-            order.progress(Progress(run.rows, table.fraction, len(run.fleet), time.monotonic() - started))
+        if job.progress is not None:
+            job.progress(Progress(run.rows, table.fraction, len(run.fleet), time.monotonic() - started))
 
     return after
 
 
-def _fit(order: FleetJob) -> None:
+def _fit(job: FleetJob) -> None:
     """Refuse columns that the estimator has no place for, and a run that is to go on and to begin anew."""
-    model = order.estimator.model
+    model = job.estimator.model
     for what, names, takes in (
-        ("outputs", order.output, order.estimator.outputs or 1),
-        ("inputs", order.inputs, model.inputs),
+        ("outputs", job.output, job.estimator.outputs or 1),
+        ("inputs", job.inputs, model.inputs),
     ):
         count = 1 if isinstance(names, str) else len(names)
         if count != takes:
-            raise InputError(f"{what} must be {takes} for {order.estimator!r}, got {count}: {names!r}")
-    if order.resume and order.replace:
+            raise InputError(f"{what} must be {takes} for {job.estimator!r}, got {count}: {names!r}")
+    if job.resume and job.replace:
         raise InputError("resume=True goes on with a run, replace=True deletes it: give one of them")
 
 

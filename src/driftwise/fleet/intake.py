@@ -137,7 +137,7 @@ class Intake:
         size = max(SEGMENT // max(PATIENCE * self.first, 1), 1)
         for start in range(0, len(waiting), size):
             some = waiting[start : start + size]
-            yield from self._told(self._settled(some, self.columns["number"][some].astype(np.int64)))
+            yield from self._centred(self._settled(some, self.columns["number"][some].astype(np.int64)))
 
     def _samples(self, batch) -> Samples:
         """Return the rows of a batch that have a key, a time and a beginning, grouped by series."""
@@ -194,14 +194,14 @@ class Intake:
         series, lengths = samples.at[starts[:-1]], np.diff(starts)
         is_open = self.columns["stage"][series] != SETTLED
         if not is_open.any():
-            yield from self._told(samples)
+            yield from self._centred(samples)
             return
         weight = lengths + np.where(is_open, self.columns["number"][series] - lengths, 0)
         block = np.cumsum(weight) // SEGMENT
         cuts = [0, *(np.flatnonzero(np.diff(block)) + 1), len(series)]
         for first, last in pairwise(cuts):
             part = Samples(*(column[starts[first] : starts[last]] for column in samples))
-            yield from self._told(self._freed(part))
+            yield from self._centred(self._freed(part))
 
     def _freed(self, samples: Samples) -> Samples:
         """Return what can go on of these samples, with those held back that they free."""
@@ -246,7 +246,7 @@ class Intake:
 
     # --- what comes out ------------------------------------------------------------------------------------
 
-    def _told(self, samples: Samples) -> Iterator[Taken]:
+    def _centred(self, samples: Samples) -> Iterator[Taken]:
         """Yield samples less their levels, with those that fill gaps, in stretches of bounded length."""
         if not len(samples.at):
             return

@@ -86,7 +86,7 @@ class FleetResult:
     began : row this call began with: 0, or where the run before was stopped; equal to ``rows`` where nothing was left
     seconds : this call took
     out : folder
-    told : events
+    events : how many were reported
     is_finished : whether all of the table was read and all files are there
     facts : of the run: ``order``; ``words`` for the estimator; ``is_dated``: times are seconds since 1970 (in the files
         they are time stamps); ``is_read``: to the end
@@ -99,21 +99,21 @@ class FleetResult:
     began: int
     seconds: float
     out: Path
-    told: int
+    events: int
     is_finished: bool
     facts: dict[str, Any]
 
 
-def facts_of(order: FleetJob) -> dict[str, Any]:
+def facts_of(job: FleetJob) -> dict[str, Any]:
     """Return what must not differ when a run is gone on with, as JSON has it."""
-    facts = {name: getattr(order, name) for name in SAME}
-    facts |= {"estimator": settings(order.estimator), "data": _contents(order.data)}
+    facts = {name: getattr(job, name) for name in SAME}
+    facts |= {"estimator": settings(job.estimator), "data": _contents(job.data)}
     return json.loads(json.dumps(facts))
 
 
-def refuse_another(order: FleetJob, former: dict[str, Any]) -> None:
+def refuse_another(job: FleetJob, former: dict[str, Any]) -> None:
     """Raise `InputError` where the run in the folder is of another order."""
-    now = facts_of(order)
+    now = facts_of(job)
     differs = [name for name in now if now[name] != former.get(name)]
     if differs:
         what = "; ".join(
@@ -121,7 +121,7 @@ def refuse_another(order: FleetJob, former: dict[str, Any]) -> None:
             for name in differs
         )
         raise InputError(
-            f"the run in {order.out} was of another order: {what}. Resume with the former one, or begin anew with "
+            f"the run in {job.out} was of another order: {what}. Resume with the former one, or begin anew with "
             "replace=True, or in another folder"
         )
 

@@ -77,30 +77,30 @@ class FleetRun:
         starts = starts_of(taken.at)
         before = self.tally["samples"][taken.at[starts[:-1]]].astype(np.int64)
         sample = rank_of(starts) + np.repeat(before + 1, np.diff(starts))
-        told = np.flatnonzero(sample % self.every == 0) if self.every else np.zeros(0, np.int64)
-        outs, learnt = self._advance(taken, told, starts)
-        if len(told):
-            self.sinks.take(self._estimates(taken, told, sample, outs, learnt))
+        shown = np.flatnonzero(sample % self.every == 0) if self.every else np.zeros(0, np.int64)
+        outs, learnt = self._advance(taken, shown, starts)
+        if len(shown):
+            self.sinks.take(self._estimates(taken, shown, sample, outs, learnt))
         self.sinks.happened(*self.events.take(taken, outs, sample))
         self.tally.add(taken, outs)
 
-    def _advance(self, taken, told, starts) -> tuple[np.ndarray, np.ndarray]:
+    def _advance(self, taken, shown, starts) -> tuple[np.ndarray, np.ndarray]:
         """Return what samples showed, and what was learnt (n, 2 N) from those that are told.
 
         Means and deviations of all samples would take as long as the samples themselves, so those told are taken apart:
         first all samples before the first of them in each series, then that, and so on. The numbers are the same.
         """
         head, wide = self._head, self._head + 2 * self._N
-        if not len(told):
+        if not len(shown):
             return self.fleet.advance(taken.at, taken.ys, taken.us, head), np.empty((0, 2 * self._N))
-        is_told = np.zeros(len(taken.at), bool)
-        is_told[told] = True
-        so_far = np.cumsum(is_told) - is_told
-        turn = 2 * (so_far - np.repeat(so_far[starts[:-1]], np.diff(starts))) + is_told
+        is_shown = np.zeros(len(taken.at), bool)
+        is_shown[shown] = True
+        so_far = np.cumsum(is_shown) - is_shown
+        turn = 2 * (so_far - np.repeat(so_far[starts[:-1]], np.diff(starts))) + is_shown
         turns = int(turn.max()) + 1
         if turns > TURNS:
             outs = self.fleet.advance(taken.at, taken.ys, taken.us, wide)
-            return outs[:, :head], outs[told, head:]
+            return outs[:, :head], outs[shown, head:]
         outs, learnt = np.empty((len(turn), head)), np.empty((len(turn), 2 * self._N))
         order = stable_order(turn, turns)
         for i, part in enumerate(np.split(order, np.searchsorted(turn[order], np.arange(1, turns)))):
@@ -108,16 +108,16 @@ class FleetRun:
             outs[part] = found[:, :head]
             if i % 2:
                 learnt[part] = found[:, head:]
-        return outs, learnt[told]
+        return outs, learnt[shown]
 
-    def _estimates(self, taken, told, sample, outs, learnt) -> Estimates:
+    def _estimates(self, taken, shown, sample, outs, learnt) -> Estimates:
         """Return what was estimated at the samples that are told."""
         p, n = self.fleet.crew.outputs, self._n
-        at = taken.at[told]
+        at = taken.at[shown]
         level = self.intake.levels[0][at]
-        prediction, innovation, variance, status = (outs[told, p * i : p * i + p] for i in range(4))
+        prediction, innovation, variance, status = (outs[shown, p * i : p * i + p] for i in range(4))
         return Estimates(
-            at, taken.time[told], sample[told], taken.source[told], taken.ys[told] + level, prediction + level,
+            at, taken.time[shown], sample[shown], taken.source[shown], taken.ys[shown] + level, prediction + level,
             innovation, np.sqrt(variance), status.astype(np.int32), learnt[:, n : self._N], learnt[:, self._N + n :],
         )  # fmt: skip
 

@@ -55,24 +55,21 @@ class Chunk(NamedTuple):
     columns : float64 array per column, NaN where missing or bad
     bad_cells : boolean array per column, True where a cell was text, infinite or part of a ragged row
     first_row : index of the first row, from 0
-    bad : number of bad cells
+    rows, bad : number of rows, and of bad cells
     """
 
     columns: dict[str, Any]
     bad_cells: dict[str, Any]
     first_row: int
+    rows: int
     bad: int
-
-    @property
-    def rows(self) -> int:
-        return len(next(iter(self.columns.values())))
 
     def pick(self, inside) -> Chunk:
         """Return the rows where a mask is true, which is one stretch of them."""
         columns = {name: values[inside] for name, values in self.columns.items()}
         bad_cells = {name: cells[inside] for name, cells in self.bad_cells.items()}
         first = self.first_row + int(inside.argmax())
-        return Chunk(columns, bad_cells, first, int(sum(cells.sum() for cells in bad_cells.values())))
+        return Chunk(columns, bad_cells, first, int(inside.sum()), int(sum(c.sum() for c in bad_cells.values())))
 
 
 @dataclass
@@ -173,7 +170,7 @@ class Record:
             data = dict(zip(columns, values))
             if self.time:
                 data[self.time] = self.clock.push(data[self.time], row)
-            yield Chunk(data, dict(zip(columns, bad)), row, count)
+            yield Chunk(data, dict(zip(columns, bad)), row, values.shape[1], count)
             row += values.shape[1]
 
     def _converted(self):
@@ -252,7 +249,8 @@ class OpenTable:
 
     Attributes
     ----------
-    source : the reader; it knows names, units, the rows of the file, those that were ragged, and how far it is
+    names : of all columns
+    source : the reader; it knows units, the rows of the file, those that were ragged, and how far it is
     kinds : "number", "stamp" (also a time of day), "switch" (on and off) or "text" per column name
     head : the first rows: float64 per column of numbers (NaN where missing), seconds per column of time stamps, None
         per column of text. A column of dates takes in the time of day that a column of its own holds.
@@ -263,7 +261,7 @@ class OpenTable:
     def __init__(self, title: str, source: Source, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS):
         import numpy as np
 
-        self.title, self.source, self.chunk_rows = title, source, chunk_rows
+        self.title, self.source, self.chunk_rows, self.names = title, source, chunk_rows, tuple(source.names)
         self.bad: dict[str, int] = {}
         self.time_of_day: str | None = None
         self._date: str | None = None  # the column of dates that takes them in
@@ -281,10 +279,6 @@ class OpenTable:
         self.head = {name: np.concatenate([part[name] for part in parts])[:head_rows] if kind != "text" else None
                      for name, kind in self.kinds.items()}  # fmt: skip
         self.bad = {}
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.source.names)
 
     def origin(self, name: str | None) -> str | None:
         """Return the first time stamp of a column, None for one of numbers."""

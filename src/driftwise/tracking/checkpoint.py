@@ -94,8 +94,8 @@ def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> 
 
 
 def _facts(track: Live) -> dict[str, Any]:
-    told = {"last": track.last, "motion": track.motion, "events": track.events}
-    return {name: getattr(track, name) for name in PLAIN} | told
+    more = {"last": track.last, "motion": track.motion, "events": track.events}
+    return {name: getattr(track, name) for name in PLAIN} | more
 
 
 def _track(kept: dict[str, Any], state: np.ndarray, table: np.ndarray) -> Live:

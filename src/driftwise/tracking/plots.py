@@ -82,8 +82,8 @@ def checked(origin) -> tuple[float, float]:
 def _words(value) -> np.ndarray:
     """Return text; "" where there is none."""
     value = np.array("" if value is None else value, object)
-    told = ["" if one is None or one != one else str(one) for one in value.flat]
-    return np.array(told, object).reshape(value.shape)
+    words = ["" if one is None or one != one else str(one) for one in value.flat]
+    return np.array(words, object).reshape(value.shape)
 
 
 def plots(

@@ -283,7 +283,7 @@ def test_a_run_on_spark_writes_what_one_machine_writes(spark, tmp_path, kind):
         found = run(FleetJob(tmp_path / "data", estimator=dw.ARX(1, 1), out=tmp_path / out, **given))
         results.append(found)
     here, there = results
-    assert here.rows == there.rows and here.told == there.told > 0
+    assert here.rows == there.rows and here.events == there.events > 0
     assert here.keyless == there.keyless > 0
     assert_same_states(here.fleet, there.fleet)
     again = dw.Fleet.load(tmp_path / "there" / "fleet.parquet")

@@ -25,12 +25,12 @@ from .workers import Piece, Task, advancing, counting, reading
 STRETCH = 1 << 20  # rows of a file that one task reads
 
 
-def run_on_spark(order: FleetJob, master: str | None = None) -> FleetResult:
+def run_on_spark(job: FleetJob, master: str | None = None) -> FleetResult:
     """Run a fleet over a long table on a cluster; the folder holds what `run_fleet` writes, bit for bit.
 
     Parameters
     ----------
-    order : as for `run_fleet`; executors see the files of ``data`` under the same names as this process
+    job : as for `run_fleet`; executors see the files of ``data`` under the same names as this process
     master : such as "spark://host:7077", "yarn", "local[4]"; that of the session there is if omitted
 
     Raises
@@ -48,7 +48,7 @@ def run_on_spark(order: FleetJob, master: str | None = None) -> FleetResult:
     """
     needed()
     with _session(master) as spark, _told():
-        return run_fleet(order, lambda run, table: _go(spark, order, run, table))
+        return run_fleet(job, lambda run, table: _go(spark, job, run, table))
 
 
 @contextmanager
@@ -90,15 +90,15 @@ def _told() -> Iterator[None]:
         raise InputError(said[1]) from None
 
 
-def _go(spark, order: FleetJob, run: FleetRun, table: Dataset) -> None:
+def _go(spark, job: FleetJob, run: FleetRun, table: Dataset) -> None:
     """Take a table through a run: the executors' pieces, one partition after the other, become those of ``run``."""
     from pyspark import StorageLevel
 
     if run.rows:
-        raise InputError(f"{order.out} has a run that one machine began and took to row {run.rows}: resume it there")
+        raise InputError(f"{job.out} has a run that one machine began and took to row {run.rows}: resume it there")
     started, tasks = time.monotonic(), _tasks(spark, table)
     rows = tasks[-1].first + tasks[-1].rows
-    found = _advanced(spark, order, table, tasks).persist(StorageLevel.DISK_ONLY)
+    found = _advanced(spark, job, table, tasks).persist(StorageLevel.DISK_ONLY)
     ends: list[dict[str, Any]] = []
     base = 0  # where the series of a partition begin in the fleet
     try:
@@ -110,8 +110,8 @@ def _go(spark, order: FleetJob, run: FleetRun, table: Dataset) -> None:
                 _settle(run, piece.end, base)
                 ends.append(piece.end)
                 base = len(run.fleet)
-            if order.progress is not None:
-                order.progress(Progress(run.rows, run.rows / rows, len(run.fleet), time.monotonic() - started))
+            if job.progress is not None:
+                job.progress(Progress(run.rows, run.rows / rows, len(run.fleet), time.monotonic() - started))
     finally:
         found.unpersist()
     run.tally.restore(np.concatenate([end["tally"] for end in ends]))
@@ -139,15 +139,15 @@ def _tasks(spark, table: Dataset) -> list[Task]:
     return tasks
 
 
-def _advanced(spark, order: FleetJob, table: Dataset, tasks: list[Task]):
+def _advanced(spark, job: FleetJob, table: Dataset, tasks: list[Task]):
     """Return the pieces that executors come to: they read, pass the rows on by key, and take each key's in order."""
     p, k = len(table.outputs), len(table.inputs)
     values = [f"value{i} double" for i in range(p + k)]
     schema = ", ".join(["number long, word string, row long, time double, bad boolean", *values])
     samples = spark.range(0, len(tasks), 1, len(tasks)).mapInArrow(reading(table, tasks), schema)
     placed = samples.repartition("number", "word").sortWithinPartitions("number", "word", "row")
-    options = {name: getattr(order, name) for name in ("every", *INTAKE)}
-    return placed.mapInArrow(advancing(ship(order.estimator), options, table.time is not None, p), "piece binary")
+    options = {name: getattr(job, name) for name in ("every", *INTAKE)}
+    return placed.mapInArrow(advancing(ship(job.estimator), options, table.time is not None, p), "piece binary")
 
 
 def _put(run: FleetRun, piece: Piece, base: int) -> None:

@@ -117,23 +117,23 @@ def advancing(shipped, options, has_clock: bool, outputs: int):
         sinks = Gathered()
         run = FleetRun(Fleet(unship(shipped), threads=1), sinks, **options)
         compiled(run.fleet.crew, run._head)  # where its code is cached goes for all other loops
-        told = 0
+        known = 0
         for batch in _again(batches, has_clock, outputs):
             run.take(batch)
-            yield _packed(run, told, len(batch.codes))
-            told = len(run.fleet)
+            yield _packed(run, known, len(batch.codes))
+            known = len(run.fleet)
         run.end()
-        yield _packed(run, told, 0, _end(run))
+        yield _packed(run, known, 0, _end(run))
 
     return work
 
 
-def _packed(run: FleetRun, told: int, rows: int, end=None):
+def _packed(run: FleetRun, known: int, rows: int, end=None):
     """Return a `Piece` as Arrow has it; the first ``told`` series have been told before."""
     import pyarrow as pa
 
     sinks: Any = run.sinks
-    piece = Piece(run.fleet.keys[told:], rows, sinks.estimates, sinks.events, end)
+    piece = Piece(run.fleet.keys[known:], rows, sinks.estimates, sinks.events, end)
     sinks.estimates, sinks.events = [], []
     blob = pickle.dumps(piece, pickle.HIGHEST_PROTOCOL)
     return pa.RecordBatch.from_arrays([pa.array([blob], pa.binary())], ["piece"])

@@ -45,8 +45,8 @@ def positions(rows, sites, origin):
     where = np.flatnonzero(kind == EARTH)
     if len(where):
         position[where] = east_north(first[where], second[where], origin)
-        told = [k for k in where if rows[k].body.sd]
-        for k in told:
+        reported = [k for k in where if rows[k].body.sd]
+        for k in reported:
             covariance[k] = np.diag(np.square(np.maximum(rows[k].body.sd, 0.5)))
     for name in radars:
         where = np.flatnonzero((sensor == name) & (kind != EARTH))

@@ -62,14 +62,14 @@ def _completed(time, reference, k, captured):
 
 def periods(messages) -> dict[str, float]:
     """Return s of a turn of the antenna of each radar: as it tells, else between north crossings."""
-    told: dict[str, list] = {}
+    reported: dict[str, list] = {}
     north: dict[str, list] = {}
     for row, time in messages:
         if row.body.period == row.body.period and row.body.period > 0:
-            told.setdefault(row.sensor, []).append(row.body.period)
+            reported.setdefault(row.sensor, []).append(row.body.period)
         if row.body.type == 1 and time == time:
             north.setdefault(row.sensor, []).append(time)
     turns = {s: np.diff(np.unique(t)) for s, t in north.items()}
     return {s: float(np.median(d)) for s, d in turns.items() if len(d)} | {
-        s: float(np.median(p)) for s, p in told.items()
+        s: float(np.median(p)) for s, p in reported.items()
     }

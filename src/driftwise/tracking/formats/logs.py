@@ -136,8 +136,8 @@ def _dated(time, days):
         if day is not None:
             start = day - DAY * round((whole[k] - time[k]) / DAY)  # the day on which this count of midnights began
         offset[k] = start
-    told = offset[np.isfinite(offset)]
-    return whole + np.where(np.isfinite(offset), offset, told[0]) if told.size else whole
+    known = offset[np.isfinite(offset)]
+    return whole + np.where(np.isfinite(offset), offset, known[0]) if known.size else whole
 
 
 def read_gpx(data: bytes, title: str, *, origin=None) -> Plots:
@@ -196,11 +196,11 @@ def read_gpx(data: bytes, title: str, *, origin=None) -> Plots:
 
 def _point(element):
     """Return (Unix s, latitude, longitude, altitude) of a track point, or None."""
-    told = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
+    known = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
     try:
         latitude, longitude = float(element.get("lat", "")), float(element.get("lon", ""))
-        altitude = float(told["ele"]) if told.get("ele") else np.nan
-        time = stamped(told.get("time", ""))
+        altitude = float(known["ele"]) if known.get("ele") else np.nan
+        time = stamped(known.get("time", ""))
     except ValueError:
         return None
     return None if outside(np.array([latitude]), np.array([longitude]))[0] else (time, latitude, longitude, altitude)

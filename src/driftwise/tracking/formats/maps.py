@@ -75,12 +75,12 @@ def _geometry(places: np.ndarray) -> dict[str, Any]:
 
 def _points(track: Track, places: np.ndarray, named: list) -> list[dict]:
     trace = track.trace
-    told = {name: getattr(trace, name).tolist() for name in ("speed", "course", "turn_rate", "manoeuvre", "nis")}
+    columns = {name: getattr(trace, name).tolist() for name in ("speed", "course", "turn_rate", "manoeuvre", "nis")}
     return [
         _feature(
             {"type": "Point", "coordinates": place},
             {"track": track.id, "key": track.key, "time": named[k]}
-            | {name: column[k] for name, column in told.items()},
+            | {name: column[k] for name, column in columns.items()},
         )
         for k, place in enumerate(places.tolist())
     ]
