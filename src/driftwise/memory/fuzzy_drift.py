@@ -8,6 +8,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
 from ..engine.errors import InputError
+from ..engine.layout import Layout, each, numbers
 from .registry import register, resolve
 from .unknown_drift import common, drift_state_size, learns_drift, revise
 
@@ -62,10 +63,16 @@ class FuzzyDriftKernel(NamedTuple):
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps."""
-        return drift_state_size(parameters, 2 + 2 * parameters if self.delayed > 0.0 else 0)
+        return drift_state_size(parameters, DELAYED.size(parameters) if self.delayed > 0.0 else 0)
 
 
-BEGUN, ERROR, STEPS = range(3)  # own numbers of the delayed rule; STEPS: N steps, then theta of the sample before
+DELAYED = Layout(
+    *numbers("head", begun="whether there was a sample before", error="its |e|/sqrt(S)"),
+    *each("N", steps="its steps", before="theta predicted for it"),
+    given=("N",),
+)
+open_delayed = kernel(DELAYED.open)
+BEGUN, ERROR = range(2)  # of the head
 
 
 @kernel
@@ -103,10 +110,10 @@ def resolve_fuzzy_drift(memory, setting):
 
 
 def _rising(name, value, size, meaning) -> np.ndarray:
-    numbers = validation.floats(name, value)
-    if numbers.shape != (size,) or not np.isfinite(numbers).all() or numbers[0] < 0 or np.any(np.diff(numbers) <= 0):
+    levels = validation.floats(name, value)
+    if levels.shape != (size,) or not np.isfinite(levels).all() or levels[0] < 0 or np.any(np.diff(levels) <= 0):
         raise InputError(f"{name} must be {size} numbers that rise, none negative: {meaning}; got {value!r}")
-    return numbers
+    return levels
 
 
 @revise.on(FuzzyDriftKernel)
@@ -118,11 +125,11 @@ def revise_fuzzy_drift(policy, own, sample, theta, U, D, q):
             unit = sample.unit[i]
             q[i] = table(policy, error, sample.b[i] / sample.T * e / math.sqrt(unit)) * unit if unit > 0.0 else 0.0
         return
-    steps, before = own[STEPS : STEPS + N], own[STEPS + N :]
-    used = own[ERROR] if own[BEGUN] > 0.0 else error
+    last = open_delayed(own, N)
+    used = last.head[ERROR] if last.head[BEGUN] > 0.0 else error
     for i in range(N):
         unit, predicted = sample.unit[i], theta[i] - sample.b[i] / sample.T * sample.e
-        step = (predicted - before[i]) / math.sqrt(sample.s2 * unit) if unit > 0.0 else 0.0
-        q[i] = table(policy, used, steps[i] if own[BEGUN] > 0.0 else step) * unit
-        steps[i], before[i] = step, predicted
-    own[BEGUN], own[ERROR] = 1.0, error
+        step = (predicted - last.before[i]) / math.sqrt(sample.s2 * unit) if unit > 0.0 else 0.0
+        q[i] = table(policy, used, last.steps[i] if last.head[BEGUN] > 0.0 else step) * unit
+        last.steps[i], last.before[i] = step, predicted
+    last.head[BEGUN], last.head[ERROR] = 1.0, error
