@@ -84,6 +84,7 @@ class ModelAverage(Estimator):
     sample_layout = AVERAGE_SAMPLE
 
     fits_fleet = False
+    trace_kind = AverageTrace
 
     def __init__(
         self,
@@ -170,7 +171,8 @@ class ModelAverage(Estimator):
         return self.n_columns
 
     def _trace(self, y, u, outs, keep, start, end, time):
-        return AverageTrace(self, y, u, outs, keep, end, time=self.dt * np.arange(len(y)) if time is None else time)
+        time = self.dt * np.arange(len(y)) if time is None else time
+        return self.trace_kind(self, y, u, outs, keep, end, time=time)
 
     def drive(self, rows, ys, us, outs, spec, scratch):
         """Advance states of S series by T samples in place: members first, then what makes one forecast of theirs."""
