@@ -63,7 +63,6 @@ def count_rejections_innovation_gate(gate, rejected, is_rejected):
 
 def resolve_gate(gate, unknowns: int) -> Any:
     """Return the kernel's gate."""
-    refuse_class("gate", gate)
     if gate is None:
         return Always()
     if isinstance(gate, InnovationGate):
@@ -72,5 +71,6 @@ def resolve_gate(gate, unknowns: int) -> Any:
             validation.positive("sigmas", gate.sigmas), validation.positive("patience", gate.patience), float(settle)
         )
     if type(gate) not in admit.table:
+        refuse_class("gate", gate)
         raise InputError(f"gate must be None or InnovationGate(sigmas), got {gate!r}")
     return gate

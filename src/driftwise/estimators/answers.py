@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,12 +35,12 @@ class Answers:
 
     # --- what it is ----------------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def order(self) -> int:
         """How many poles the model has; 0 of a regression without memory."""
         return getattr(self.model, "order", self.model.n)
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of the parameters, in the order of ``state["theta"]`` and of a trace's columns."""
         return self.model.names
@@ -61,17 +62,17 @@ class Answers:
 
     # --- how it forgets ------------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def memory(self) -> Any:
         """The memory that was asked for; None of an estimator that has none of its own."""
         return self.options.get("memory")
 
-    @property
+    @cached_property
     def is_constant(self) -> bool:
         """Whether the parameters are taken for constants."""
         return isinstance(self.memory, Constant)
 
-    @property
+    @cached_property
     def is_automatic(self) -> bool:
         """Whether the memory finds out by itself how to forget."""
         return isinstance(self.memory, AutoMemory)
@@ -86,12 +87,12 @@ class Answers:
         """What remains of each parameter from one sample to the next, as the memory says; None where it cannot say."""
         return getattr(self.memory, "phi", None)
 
-    @property
+    @cached_property
     def odds(self) -> float | None:
         """The odds at which the memory tells a jump from all else; None of one that weighs no explanations."""
         return getattr(self.memory, "odds", None)
 
-    @property
+    @cached_property
     def watches(self) -> str:
         """What tells the jumps: the "width" or the "level" of the innovations, or "", the memory itself."""
         detector = getattr(self.memory, "detector", None) or self.options.get("detector")

@@ -58,7 +58,6 @@ class Setting(NamedTuple):
 
 def resolve_memory(memory, setting: Setting) -> Any:
     """Return the kernel's memory; raise InputError where something else came, or it keeps too much."""
-    refuse_class("memory", memory)
     if isinstance(memory, str):
         if memory.lower() in ("ekf", "augmented ekf"):
             raise InputError(EKF)
@@ -66,6 +65,7 @@ def resolve_memory(memory, setting: Setting) -> Any:
             f"memory is a policy, such as ExponentialForgetting(0.99), not the word {memory!r}: words are for --memory"
         )
     if type(memory) not in MEMORIES:
+        refuse_class("memory", memory)
         raise InputError(f"memory must be {_calls()}, got {memory!r}{_meant(memory)}")
     found = resolve(memory, setting)
     if state_size(found, setting.N) > LARGEST:

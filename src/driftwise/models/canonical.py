@@ -21,22 +21,22 @@ class Canonical:
     direct: bool = False
     coloured: bool = False
 
-    @property
+    @cached_property
     def blocks(self) -> int:
         """Number of blocks of n numbers: state, a, b of each input, c."""
         return 2 + self.inputs + self.coloured
 
-    @property
+    @cached_property
     def direct_terms(self) -> int:
         """Number of direct terms."""
         return self.inputs if self.direct else 0
 
-    @property
+    @cached_property
     def direct_at(self) -> int:
         """Index of the first direct term among the parameters."""
         return self.n * (self.blocks - 1)
 
-    @property
+    @cached_property
     def N(self) -> int:
         """Number of unknowns, state and parameters."""
         return self.n * self.blocks + self.direct_terms

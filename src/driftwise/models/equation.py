@@ -31,32 +31,32 @@ class Equation:
     coloured = False
     kept = 0  # coefficients that multiply what is not measured: `Family` has some
 
-    @property
+    @cached_property
     def inputs(self) -> int:
         """Number of inputs."""
         return len(self.nb)
 
-    @property
+    @cached_property
     def reach(self) -> int:
         """How many samples back the regressors go."""
         return max([self.na, *(nb + nk - 1 for nb, nk in zip(self.nb, self.nk) if nb)])
 
-    @property
+    @cached_property
     def order(self) -> int:
         """Number of poles."""
         return self.reach
 
-    @property
+    @cached_property
     def N(self) -> int:
         """Number of parameters."""
         return self.na + sum(self.nb) + self.constants
 
-    @property
+    @cached_property
     def constants(self) -> int:
         """Number of parameters whose regressor is 1: the offset, the disturbance."""
         return int(self.has_offset) + int(self.has_disturbance)
 
-    @property
+    @cached_property
     def deep(self) -> int:
         """Lags kept of each input, lag 0 included."""
         return max((nb + nk for nb, nk in zip(self.nb, self.nk)), default=0)

@@ -38,22 +38,22 @@ class WithPoles:
     def _poles(self) -> Roots:
         raise NotImplementedError
 
-    @property
+    @cached_property
     def poles(self) -> np.ndarray:
         """Poles, largest first, the lower one of a conjugate pair first; of A and, where there are any, of every F."""
         return self._poles.values
 
-    @property
+    @cached_property
     def poles_covariance(self) -> np.ndarray:
         """Covariance (.., 2, 2) of (real, imaginary) part of each pole; how it was found: ``method``."""
         return self._poles.covariance
 
-    @property
+    @cached_property
     def poles_std(self) -> np.ndarray:
         """Root mean square radius of uncertainty of each pole."""
         return self._poles.std
 
-    @property
+    @cached_property
     def method(self) -> list[str]:
         """How the uncertainty of each pole was found: "first order", or "sampled" where poles nearly coincide."""
         return self._poles.method

@@ -59,7 +59,7 @@ class SummaryMIMO(ModelSummary):
     def add(self, trace: Any) -> SummaryMIMO:
         """Take in one more stretch of the run."""
         self.state = trace.state
-        self._kept.clear()
+        self._forget()
         self.samples += len(trace)
         z = np.full(trace.y.shape, np.nan)
         for i, (part, one) in enumerate(zip(self._parts, trace.outputs)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,25 +24,25 @@ class ModelSummary:
 
     def __init__(self, estimator):
         self.estimator, self.state, self.samples = estimator, estimator.start(), 0
-        self._kept: dict[str, Any] = {}  # what was asked since the last sample
 
-    def _once(self, name: str, make) -> Any:
-        """Return what was made of the run so far; it is made once."""
-        if name not in self._kept:
-            self._kept[name] = make()
-        return self._kept[name]
+    def _forget(self) -> None:
+        """Forget what was computed of the run so far: more of it comes."""
+        for kind in type(self).__mro__:
+            for name, value in vars(kind).items():
+                if isinstance(value, cached_property):
+                    self.__dict__.pop(name, None)
 
-    @property
+    @cached_property
     def loglik(self) -> float:
         """Log evidence of the run."""
         return self.estimator.loglik(self.state)
 
-    @property
+    @cached_property
     def model(self) -> Any:
         """The model at the end of the run."""
-        return self._once("model", lambda: self.estimator.model_of(self.state))
+        return self.estimator.model_of(self.state)
 
-    @property
+    @cached_property
     def is_enough(self) -> bool:
         """Whether more outputs were measured than there are unknowns."""
         raise NotImplementedError
@@ -50,21 +51,21 @@ class ModelSummary:
         """Return standard deviations, infinite where too little was measured."""
         return np.asarray(std) if self.is_enough else np.full(np.shape(std), math.inf)
 
-    @property
+    @cached_property
     def poles(self) -> list[tuple[complex, float]]:
         """(pole, standard deviation) of each pole, largest first."""
         return [(complex(p), float(s)) for p, s in zip(self.model.poles, self._bars(self.model.poles_std))]
 
-    @property
+    @cached_property
     def unlearned(self) -> list[tuple[str, float]]:
         """(direction, ratio of posterior to prior variance) of the combinations the data did not teach."""
         found = [(r, v) for r, v in self.directions if r > 0.5]
         return [(combination(v, self.estimator.names), r) for r, v in found]
 
-    @property
+    @cached_property
     def directions(self) -> list[tuple[float, np.ndarray]]:
         """(ratio of posterior to prior variance, direction) of all combinations, the least learned first."""
-        return self._once("directions", lambda: self.estimator.information_ratio(self.state))
+        return self.estimator.information_ratio(self.state)
 
 
 class Summary(ModelSummary):
@@ -93,12 +94,13 @@ class Summary(ModelSummary):
 
     def add(self, trace: Any) -> Summary:
         """Take in one more stretch of the run."""
-        status = trace.status
+        self._forget()
         self.state = trace.state
-        self._kept.clear()
-        used = trace.is_used
+        status, used, innovation, variance, dof = (
+            trace.status, trace.is_used, trace.innovation, trace.variance, trace.dof
+        )  # fmt: skip
         late = self.observed + np.cumsum(used) > self.settle
-        self.samples += len(trace)
+        self.samples += len(used)
 
         def count(bit):
             return int(np.count_nonzero(status & int(bit)))
@@ -118,17 +120,17 @@ class Summary(ModelSummary):
                 self.happened[name] = self.happened[name][0] + more, float(trace.time[where[-1, 1]])
         self.observed += int(np.count_nonzero(used))
 
-        measured = np.isfinite(trace.innovation) & late & ((status & int(Status.REJECTED)) == 0)
-        y, e = trace.y[measured], trace.innovation[measured]
+        measured = np.isfinite(innovation) & late & ((status & int(Status.REJECTED)) == 0)
+        y, e = trace.y[measured], innovation[measured]
         self._count, self._mean, self._m2 = pool(self._count, self._mean, self._m2, y)
         self._squares += float(np.einsum("i,i->", e, e))
 
         is_usual = (status & int(SET_ASIDE)) == 0
-        scored = used & late & is_usual & (trace.variance > 0) & (trace.dof >= LEAST)
-        e, T, dof = trace.innovation[scored], trace.variance[scored], trace.dof[scored]
+        scored = used & late & is_usual & (variance > 0) & (dof >= LEAST)
+        e, T, dof = innovation[scored], variance[scored], dof[scored]
         total, spread, _ = score(e, T, dof)
         self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
-        z = np.full(len(trace), np.nan)
+        z = np.full(len(used), np.nan)
         z[scored] = e / np.sqrt(T)
         if trace.is_mixture:
             parts = (part[scored] for part in trace.mixture())
@@ -141,96 +143,93 @@ class Summary(ModelSummary):
 
     # --- the numbers ---------------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def is_enough(self) -> bool:
         """Whether more outputs were measured than there are unknowns."""
         return self.observed > self.unknowns
 
-    @property
+    @cached_property
     def rmse(self) -> float:
         """Root mean square one-step prediction error."""
         return math.sqrt(self._squares / self._count) if self._count else math.nan
 
-    @property
+    @cached_property
     def fit(self) -> float:
         """One-step fit, 100 (1 - rmse / std y) percent: 0 is as good as the mean."""
         std = math.sqrt(self._m2 / self._count) if self._count else 0.0
         return 100 * (1 - self.rmse / std) if std > 0 else math.nan
 
-    @property
+    @cached_property
     def noise_std(self) -> float:
         """Standard deviation of the noise w_n, given or learnt."""
         return math.sqrt(self.estimator.policies[1].R * self.estimator.sigma2(self.state))
 
-    @property
+    @cached_property
     def nis(self) -> float:
         """Mean normalised innovation squared; 1 when the error bars mean what they say."""
         return self._nis / self._scored if self._scored else math.nan
 
-    @property
+    @cached_property
     def nis_interval(self) -> Nis:
         """NIS with the interval that holds it 95 times in 100 under the right model."""
         return self.nis_within(0.95)
 
     def nis_within(self, level: float) -> Nis:
         """Return NIS with the interval that holds it with that probability under the right model."""
-        return self._once(f"nis {level}", lambda: verdict(self._nis, self._nis_spread, self._scored, level))
+        return verdict(self._nis, self._nis_spread, self._scored, level)
 
-    @property
+    @cached_property
     def coverage(self) -> float:
         """Fraction of samples inside their 95 % prediction band."""
         return self._covered / self._scored if self._scored else math.nan
 
-    @property
+    @cached_property
     def correlations(self) -> np.ndarray:
         """Autocorrelation of the standardised innovations at lags 0 to 20, gaps left out."""
         return self._lags.correlations
 
-    @property
+    @cached_property
     def bias(self) -> float:
         """Mean of the innovations, in their predicted standard deviations."""
         return self._lags.mean
 
-    @property
+    @cached_property
     def whiteness(self) -> Whiteness:
         """Ljung-Box verdict at 1 % on 20 lags (fewer on short records)."""
-        return self._once("whiteness", lambda: self._lags.whiteness)
+        return self._lags.whiteness
 
-    @property
+    @cached_property
     def parameters(self) -> list[tuple[str, float, float]]:
         """(name, value, standard deviation) of each parameter."""
         est = self.estimator  # a model may hold zeros beside the parameters, and not hold an offset
-        values, P = self._once("parameters", lambda: est.parameters_of(self.state))
+        values, P = est.parameters_of(self.state)
         return [(n, float(v), float(s)) for n, v, s in zip(est.names, values, self._bars(np.sqrt(np.diag(P))))]
 
-    @property
+    @cached_property
     def poles(self) -> list[tuple[complex, float]]:
         """(pole, standard deviation) of each pole, largest first; none of a regression without memory."""
         return [] if self.is_static else super().poles
 
-    @property
+    @cached_property
     def moduli(self) -> list[tuple[complex, float]]:
         """(pole, standard deviation of its modulus in discrete time) of each pole, largest first: what ``|p|`` is ±."""
         if self.is_static:
             return []
-        return self._once("moduli", self._moduli)
-
-    def _moduli(self):
         poles = self.poles
         spreads = moduli(self.model, self.estimator.dt)[1] if self.is_enough else (math.inf for _ in poles)
         return [(p, float(spread)) for (p, _), spread in zip(poles, spreads)]
 
-    @property
+    @cached_property
     def notes(self) -> list[str]:
         """What is not an ordinary standard deviation in the model, in words."""
         return list(dict.fromkeys(self.model.notes)) if self.is_enough and not self.is_static else []
 
-    @property
+    @cached_property
     def drift(self):
         """How fast each parameter drifts (`Recursive.drift_of`); None where the memory knows of no drift."""
         return self.estimator.drift_of(self.state)
 
-    @property
+    @cached_property
     def prior_share(self) -> float:
         """How much of the least known combination the default prior still makes up; 0 where a prior was given."""
         options = self.estimator.options

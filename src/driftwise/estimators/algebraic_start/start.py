@@ -50,11 +50,11 @@ class AlgebraicStart(NamedTuple):
 
 def resolve_start(start) -> AlgebraicStart | None:
     """Return a checked policy, or None."""
-    refuse_class("start", start)
     if start is None:
         return None
     start = AlgebraicStart() if isinstance(start, str) and start == "algebraic" else start
     if not isinstance(start, AlgebraicStart):
+        refuse_class("start", start)
         raise InputError(f"start must be None, 'algebraic' or AlgebraicStart(samples, hold), got {start!r}")
     validation.one_of("hold", start.hold, ("zoh", "foh"))
     if start.samples is not None:

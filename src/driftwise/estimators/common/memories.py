@@ -24,13 +24,13 @@ def fits_joint(memory) -> bool:
 
 def memory_of_joint(memory, setting: Setting) -> Any:
     """Return the kernel's memory of a joint filter."""
-    refuse_class("memory", memory)
     if isinstance(memory, RestartOnChange):
-        refuse_class("response", memory.response)
         if not isinstance(memory.response, CovarianceInflation) or memory.response.only_named:
+            refuse_class("response", memory.response)
             raise InputError(
                 f"response must be CovarianceInflation(step) here, for all parameters at once, got {memory.response!r}"
             )
     if not fits_joint(memory):
+        refuse_class("memory", memory)
         raise InputError(f"memory must be Constant(), RandomWalk(q) or RestartOnChange(), got {memory!r}")
     return resolve_memory(memory, setting)

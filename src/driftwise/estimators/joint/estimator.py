@@ -103,7 +103,7 @@ class Joint(Posterior):
         form: str | None = None,
         start: str | AlgebraicStart | None = None,
     ):
-        self.options = arguments(locals())
+        self.options, floor = arguments(locals()), floor_of(floor)
         self.model = model = Canonical(
             validation.count("order", order, least=1),
             validation.count("inputs", inputs),
@@ -135,7 +135,7 @@ class Joint(Posterior):
             float(model.coloured),
             rows,
             columns,
-            floor_of(floor),
+            floor,
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
             settle,
