@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from shlex import quote
 
-from driftwise.cli.specs import DETECTORS
+from driftwise.detect.registry import by_word
 from driftwise.engine.errors import InputError
 from driftwise.results.numbers import number
 
@@ -52,7 +52,7 @@ def described(job) -> list[str]:
     if job.jumps:
         kind, _, numbers = job.jumps.partition(":")
         memories["constant"] = memories["restart"]
-        restart = [f"alarms at {DETECTORS[kind][0]}, 1 false in {number(rate(numbers.partition(',')[0]))} samples"]
+        restart = [f"alarms at {by_word()[kind].about}, 1 false in {number(rate(numbers.partition(',')[0]))} samples"]
     if not job.model:
         found.append("unknown noise colour" if job.noise == "unknown" else job.noise)
     found += [memories.get(job.memory_word, job.memory_word), *(restart if job.jumps else [])]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from driftwise import detect, models
 from driftwise import estimators as families
 from driftwise import memory as memories
+from driftwise import models
 from driftwise.engine.errors import CommandError, InputError
 
 __all__ = [
-    "DETECTORS", "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
+    "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
     "recursive", "refusal",
 ]  # fmt: skip
 
@@ -28,13 +28,6 @@ MODELS = {
 PER_INPUT = ("nb", "nf", "nk")
 LARGEST = 1000  # a covariance has the square of it
 JOINT = ("constant", "random-walk", "restart")  # memories of the joint filter
-# what a detector watches, and what its SIZE is
-DETECTORS = {
-    "parameters": ("jumps of a parameter", "the jump to expect, where output and inputs are of size one"),
-    "level": ("shifts of the innovations", "the shift to expect, in standard deviations"),
-    "noise": ("innovations that widen", "their variance after over before, above 1"),
-    "glr": ("shifts of the innovations, of any size", "how many samples to look back"),
-}
 
 
 def refusal(error: InputError, **given: Any) -> CommandError:
@@ -116,29 +109,26 @@ def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
 
 def detector(text: str) -> Any:
     """Return the detector that a text such as "level:10000,0.5" names: what, false alarms, size."""
-    kind, _, numbers = text.partition(":")
+    from driftwise.detect.registry import by_word
+
+    known, (kind, _, numbers) = by_word(), text.partition(":")
     rate, comma, size = (part.strip() for part in numbers.partition(","))
-    if kind not in DETECTORS or not rate or (comma and not size):
+    if kind not in known or not rate or (comma and not size):
         raise InputError(
             "--jumps is written DETECTOR:RATE or DETECTOR:RATE,SIZE, for example parameters:10000,0.5 (one false alarm "
-            f"in 10 000 samples); DETECTOR is one of {', '.join(DETECTORS)}; got {text!r}."
+            f"in 10 000 samples); DETECTOR is one of {', '.join(known)}; got {text!r}."
         )
     sizes = floats(f"--jumps {kind}:RATE,", size) if size else []
-    if len(sizes) > 1 and kind != "parameters":
-        raise InputError(f"--jumps {text}: one SIZE is expected ({DETECTORS[kind][1]}).")
-    if kind == "glr" and sizes and sizes[0] % 1:
-        raise InputError(f"--jumps {text}: SIZE is {DETECTORS[kind][1]}, a whole number.")
+    entry = known[kind]
+    if len(sizes) > 1 and not entry.is_each:
+        raise InputError(f"--jumps {text}: one SIZE is expected ({entry.size}).")
+    if entry.is_whole and sizes and sizes[0] % 1:
+        raise InputError(f"--jumps {text}: SIZE is {entry.size}, a whole number.")
+    given = [tuple(sizes)] if len(sizes) > 1 else map(int, sizes) if entry.is_whole else sizes
     try:
-        if kind == "parameters":
-            found: Any = detect.ScoreCUSUM(rate, *([tuple(sizes)] if len(sizes) > 1 else sizes))
-            found.resolve(max(len(sizes), 1))
-        else:
-            found = {
-                "level": lambda: detect.PageHinkley(rate, *sizes),
-                "noise": lambda: detect.VarianceCUSUM(*sizes, false_alarms=rate),
-                "glr": lambda: detect.GLR(rate, *map(int, sizes)),
-            }[kind]()
-            found.resolve()
+        found = entry.read(rate, *given)
+        if hasattr(found, "resolve"):
+            found.resolve(max(len(sizes), 1) if entry.is_each else 0)
     except InputError as error:
         raise InputError(f"--jumps {text}: {error}") from None
     return found

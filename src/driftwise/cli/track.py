@@ -15,12 +15,12 @@ from driftwise.cli.options import Json, Page, Quiet
 from driftwise.cli.progress import bar
 from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.errors import CommandError, InputError
+from driftwise.tracking.formats import WRITERS
 
 __all__ = ["TrackJob"]
 
 BLOCK = 2000  # plots between two movements of the progress bar
 CLASSES = ("aircraft", "helicopter", "glider", "uav", "boat")
-FORMATS = ("csv", "parquet", "geojson", "kml", "cat062")
 
 
 @dataclass
@@ -61,9 +61,9 @@ class TrackJob(Job):
         bool, typer.Option("--single", metavar="", help="Plots that do not say whose they are belong to one object.")
     ] = False
     out: Annotated[str | None, typer.Option(metavar="DIR", help="Write the tracks into this folder.")] = None
-    format: Annotated[
-        str, typer.Option(metavar="KIND,..", help="What is written there: csv, parquet, geojson, kml, cat062.")
-    ] = "csv"
+    format: Annotated[str, typer.Option(metavar="KIND,..", help=f"What is written there: {', '.join(WRITERS)}.")] = (
+        "csv"
+    )
     report: Page = None
     json: Json = None
     follow: Annotated[
@@ -137,9 +137,9 @@ class TrackJob(Job):
     def check(self) -> None:
         """Refuse what cannot be, before anything is read."""
         self.place, self.pace  # noqa: B018  (they raise)
-        wrong = [kind for kind in self.kinds if kind not in FORMATS]
+        wrong = [kind for kind in self.kinds if kind not in WRITERS]
         if wrong or not self.kinds:
-            raise CommandError(f"--format takes {', '.join(FORMATS)}, with commas between several; got {self.format!r}")
+            raise CommandError(f"--format takes {', '.join(WRITERS)}, with commas between several; got {self.format!r}")
         for option, path in (("--report", self.report), ("--json", self.json)):
             if path and (path != "-" or option == "--report"):
                 refuse_file(option, path)

@@ -6,6 +6,7 @@ _HOME = {
     "GainProbes": "gain",
     "PullTest": "gain",
     "ScoreCUSUM": "score",
+    "PageHinkley": "hinkley",
     "VarianceCUSUM": "variance",
     "GLR": "glr",
     "SelfStarting": "self_starting",
@@ -18,8 +19,14 @@ _HOME = {
     "design_restart": "restart",
     "run_length": "average_run_length",
     "threshold_for": "average_run_length",
-    "PageHinkley": "hinkley",
     "InnovationGate": "gate",
+    # for a detector of one's own
+    "register": "registry",
+    "watch": "watch",
+    "OWN": "watch",
+    "accumulate": "watch",
+    "conclude": "watch",
+    "side": "watch",
 }
 
 __all__ = list(_HOME)

@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 from ..engine.errors import InputError
 from .hinkley import TwoSums
 from .probes import ProbeBank, bank
+from .registry import register
 from .settings import each, reachable
 
 
+@register()
 class PullTest(NamedTuple):
     """Alarm when the data pull K up or down for long: Hinkley's test on Z = f nu / R, two sums (up, down).
 
@@ -27,6 +29,7 @@ class PullTest(NamedTuple):
         return TwoSums(each("drift", self.drift), reachable(self.threshold), 0.0)
 
 
+@register()
 class GainProbes(NamedTuple):
     """Alarm when a filter with another, fixed gain predicts better for long: a bank of likelihood-ratio sums.
 

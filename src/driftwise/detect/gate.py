@@ -6,12 +6,14 @@ from ..engine import validation
 from ..engine.dispatch import choice
 from ..engine.errors import InputError, refuse_class
 from ..engine.ud import predicted_variance
+from .registry import register
 
 
 class Always(NamedTuple):
     """Every sample is believed."""
 
 
+@register()
 class InnovationGate(NamedTuple):
     """An innovation beyond ``sigmas`` predicted standard deviations is an outlier, treated as missing.
 

@@ -12,10 +12,12 @@ from ..engine.dispatch import kernel
 from ..engine.errors import InputError
 from .alarms import Alarms, scan, simulated_delay
 from .average_run_length import rate
+from .registry import register
 from .settings import delay_words, rate_words, reachable
 from .watch import OWN, SINCE, STATISTIC, WHICH, watch
 
 
+@register("glr", "shifts of the innovations, of any size", "how many samples to look back", is_whole=True)
 class GLR(NamedTuple):
     """Alarms where the last samples have another mean, whatever its size: generalised likelihood ratio.
 

@@ -12,10 +12,12 @@ from ..engine.dispatch import Vector
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .average_run_length import growth, rate, run_length, threshold_for
+from .registry import register
 from .settings import delay_words, each, rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 
 
+@register("level", "shifts of the innovations", "the shift to expect, in standard deviations")
 class PageHinkley(NamedTuple):
     """Alarms where the mean of whitened innovations z has moved: Hinkley's test, also called CUSUM.
 

@@ -8,11 +8,13 @@ import numpy as np
 
 from ..engine.errors import InputError
 from .average_run_length import rate
+from .registry import register
 from .settings import rate_words
 
 NOTHING = 1e-7  # singular value, relative to the largest, of a combination of z that round-off alone decides
 
 
+@register()
 class Parity(NamedTuple):
     """Alarms where the newest window of a `WindowObserver` contradicts the one before it.
 

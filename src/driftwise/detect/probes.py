@@ -11,10 +11,12 @@ from ..engine.dispatch import Vector, kernel
 from ..engine.errors import InputError
 from .alarms import scan
 from .average_run_length import rate
+from .registry import register
 from .settings import reachable
 from .watch import OWN, WHICH, accumulate, conclude, watch
 
 
+@register()
 class ProbeBank(NamedTuple):
     """Thresholds (M,) of the sums of M probes; `bank` and `probe_bank` make it.
 

@@ -11,10 +11,17 @@ from ..engine.dispatch import Vector
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .average_run_length import rate, run_length
+from .registry import register
 from .settings import each, rate_words, reachable
 from .watch import OWN, WHICH, accumulate, conclude, side, watch
 
 
+@register(
+    "parameters",
+    "jumps of a parameter",
+    "the jump to expect, where output and inputs are of size one",
+    is_each=True,
+)
 class ScoreCUSUM(NamedTuple):
     """Alarms where a parameter has jumped, and says which and in which direction: likelihood ratios of the score.
 

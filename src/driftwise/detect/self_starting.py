@@ -14,6 +14,7 @@ from .alarms import Alarms, scan
 from .average_run_length import rate
 from .brownian import positive
 from .hinkley import PageHinkley
+from .registry import register
 from .settings import each, rate_words
 from .variance import VarianceCUSUM
 from .watch import OWN, accumulate, conclude, watch
@@ -29,6 +30,7 @@ LEAST, HUGE = 1e-200, 1e50  # the lowest noise level, the largest innovation
 SEEN, LEVEL, WEIGHT, TAILS = range(OWN, OWN + 4)  # own marks: samples, noise level, samples behind it, mixture
 
 
+@register()
 class SelfStarting(NamedTuple):
     """Alarms where innovations change in mean or grow, their tails and colour (and noise level) learnt on the way.
 

@@ -13,10 +13,17 @@ from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .average_run_length import rate, run_length_of, threshold_of
 from .brownian import positive
+from .registry import register
 from .settings import rate_words, reachable, together, watched
 from .watch import OWN, accumulate, conclude, side, watch
 
 
+@register(
+    "noise",
+    "innovations that widen",
+    "their variance after over before, above 1",
+    read=lambda rate, *size: VarianceCUSUM(*size)._replace(false_alarms=rate),
+)
 class VarianceCUSUM(NamedTuple):
     """Alarms where the innovations look ``ratio`` times wider in variance than predicted, or as much narrower.
 

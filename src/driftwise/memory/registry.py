@@ -15,7 +15,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, choice, kernel
-from ..engine.errors import InputError
+from ..engine.registry import Registry
 from ..engine.status import JUMP
 from ..engine.ud import correct
 
@@ -31,7 +31,7 @@ class Entry(NamedTuple):
     read: Callable[[Any], Any]
 
 
-ENTRIES: dict[str, Entry] = {}  # by the name of the class
+ENTRIES = Registry("driftwise.memory", "memory")
 
 
 def register(*forms: str, about: str = "", read: Callable[[Any], Any] | None = None) -> Callable[[type], type]:
@@ -45,12 +45,7 @@ def register(*forms: str, about: str = "", read: Callable[[Any], Any] | None = N
     """
 
     def add(kind: type) -> type:
-        known = ENTRIES.get(kind.__name__)
-        if known and (known.kind.__module__, known.kind.__qualname__) != (kind.__module__, kind.__qualname__):
-            raise InputError(
-                f"there is a memory {kind.__name__} already, in {known.kind.__module__}: take another name"
-            )
-        ENTRIES[kind.__name__] = Entry(kind, forms, about, read or (lambda words: kind(words.number())))
+        ENTRIES.add(Entry(kind, forms, about, read or (lambda words: kind(words.number()))))
         return kind
 
     return add
@@ -58,11 +53,7 @@ def register(*forms: str, about: str = "", read: Callable[[Any], Any] | None = N
 
 def public() -> dict[str, Entry]:
     """Return all public memories by the names of their classes, driftwise's own and those that users registered."""
-    from driftwise import memory
-
-    for name in memory.__all__:  # loads the file of each
-        getattr(memory, name)
-    return {name: ENTRIES[name] for name in memory.__all__ if name in ENTRIES} | ENTRIES
+    return ENTRIES.public()
 
 
 class View(NamedTuple):

@@ -8,17 +8,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..detect.gain import GainProbes, PullTest
-from ..detect.gate import InnovationGate
-from ..detect.glr import GLR
-from ..detect.hinkley import PageHinkley
-from ..detect.parity import Parity
-from ..detect.probes import ProbeBank
-from ..detect.score import ScoreCUSUM
-from ..detect.self_starting import SelfStarting
-from ..detect.variance import VarianceCUSUM
+from ..detect.registry import ENTRIES as DETECTORS
 from ..engine.errors import InputError
-from ..memory.registry import public
+from ..memory.registry import ENTRIES as MEMORIES
 from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant, Polynomial, Sinusoid
@@ -34,16 +26,6 @@ KINDS: dict[str, Any] = {
         UnknownPolynomial,
         NoiseCovariance,
         Disturbance,
-        PageHinkley,
-        ScoreCUSUM,
-        VarianceCUSUM,
-        Parity,
-        GLR,
-        SelfStarting,
-        ProbeBank,
-        GainProbes,
-        PullTest,
-        InnovationGate,
         InverseGamma,
         Plant,
         Polynomial,
@@ -74,8 +56,9 @@ def _is_estimator(value) -> bool:
 
 
 def kinds() -> dict[str, Any]:
-    """Return the settings that a file may hold, by name: those of above, and all public memories."""
-    return {**KINDS, **{name: entry.kind for name, entry in public().items()}}
+    """Return the settings that a file may hold, by name: those of above, and all public detectors and memories."""
+    public = {**DETECTORS.public(), **MEMORIES.public()}
+    return {**KINDS, **{name: entry.kind for name, entry in public.items()}}
 
 
 def _plain(value: Any) -> Any:

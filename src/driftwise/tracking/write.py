@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..engine.errors import InputError
-from .formats.maps import write_geojson, write_kml
+from .formats import WRITERS
 from .frames import geographic
 from .times import dated, stamps
 from .tracks import Track, Tracks
@@ -100,21 +100,17 @@ def write_cat062(tracks: Tracks, path, source: tuple[int, int] = (0, 0)) -> Path
     return Path(path)
 
 
-WRITERS: dict[str, Callable[[Tracks, Path], Path]] = {
-    "csv": write_csv,
-    "parquet": write_parquet,
-    "geojson": write_geojson,
-    "kml": write_kml,
-    "cat062": write_cat062,
-}
-
-
 def write(tracks: Tracks, folder, formats=("csv",)) -> list[Path]:
-    """Write ``tracks.csv``, .parquet, .geojson, .kml or .cat062 into a folder, and return the paths."""
+    """Write ``tracks.csv`` and its kin (`formats.WRITERS`) into a folder, and return the paths."""
     formats = [formats] if isinstance(formats, str) else list(formats)
     for name in formats:
         if name not in WRITERS:
             raise InputError(f"formats must be of {', '.join(WRITERS)}, got {name!r}")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    return [WRITERS[name](tracks, folder / f"tracks.{name}") for name in formats]
+    return [_writer(name)(tracks, folder / f"tracks.{name}") for name in formats]
+
+
+def _writer(name: str) -> Any:
+    module, _, function = WRITERS[name].partition(":")
+    return getattr(import_module(module), function)

@@ -14,7 +14,6 @@ from ...memory.constant import Constant
 from ...models.equation import Equation
 from ...models.scale import InverseGamma
 from ..arx.estimator import Recursive
-from ..base import Estimator
 from ..common.settings import arguments
 from .step import Filtered
 
@@ -109,10 +108,6 @@ class AdaptiveObserver(Recursive):
         F[:, 0] -= lam[1:]
         powers = [np.linalg.matrix_power(F, i) for i in range(n)]
         return np.array([sum(lam[k - i] * powers[i] for i in range(k + 1)) for k in range(n)])
-
-    def predict(self, state, u=None, horizon: int | None = None):
-        """Refuse (InputError): missing samples at the end of a record are the prediction here."""
-        return Estimator.predict(self)
 
     def state_of(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return x(t+1 | t) (n,) in observer canonical form, measured state first, and its covariance (n, n).

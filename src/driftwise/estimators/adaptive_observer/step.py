@@ -8,14 +8,15 @@ be predicted.
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Vector, advance, kernel, open_scratch
-from ..arx import step as _step  # noqa: F401  (registers the step)
+from ...engine.dispatch import Vector, kernel
 from ..arx.gaps import shift, spread
-from ..arx.row import LAGS, Lags, push, regress, renew
+from ..arx.row import push, regress, renew
+from ..arx.step import steps_like_lags
 
 FADED = 1e-6  # errors of past predictions that add less than this fraction of the noise are forgotten
 
 
+@steps_like_lags
 class Filtered(NamedTuple):
     """yhat = sum (lambda_k - a_k) w_y(t-k) + sum b_k w_u(t-k) + offset, theta = [a1.., b of each input.., offset]."""
 
@@ -33,11 +34,6 @@ class Filtered(NamedTuple):
     mixture_columns: float
     noise: float  # variance of e, relative to sigma^2
     lam: Vector
-
-
-LAGS.on(Filtered)
-open_scratch.on(Filtered)(open_scratch.table[Lags])
-advance.on(Filtered)(advance.table[Lags])
 
 
 @regress.on(Filtered)

@@ -14,6 +14,7 @@ from ...models.polynomial import PolynomialModel
 from ...models.stability import is_inside
 from ..arx.estimator import ARX
 from ..arx.methods import LeastSquares
+from ..arx.row import lags
 from ..base import Estimator
 from .regressors import RADIUS, Polynomials, sizes
 
@@ -47,15 +48,9 @@ class _Member(ARX):
             raise InputError("the model has no parameter: its orders are all zero")
         is_exact = method == "rpem"
         registers, own = sizes(form.N, form.kept, is_exact)
-        kernel_form = Polynomials(
-            N=0.0, na=form.na, inputs=form.inputs, deep=form.deep, registers=registers, memory_size=0.0,
-            detector_size=0.0,
-            missing=0.0, settle=0.0, fill=form.reach, offset=float(form.has_offset), mixture_columns=0.0,
-            nb=np.array(nb, float), nk=np.array(nk, float),
-            R=0.0, exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, nf=np.array(nf, float),
-            start=2.0 * form.N if self.options["P0"] is None else math.inf, cap=(),
-        )  # fmt: skip
-        self._prepare(kernel_form, own)
+        start = 2.0 * form.N if self.options["P0"] is None else math.inf
+        given = dict(exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, nf=np.array(nf, float), start=start)
+        self._prepare(lags(form, Polynomials, registers=registers, R=0.0, cap=(), **given), own)
 
     def _kernel_form(self, form, R) -> Polynomials:
         return form._replace(R=R, cap=np.diag(self.prior_covariance))

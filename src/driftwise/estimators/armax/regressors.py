@@ -15,14 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, Vector, advance, kernel, open_scratch
+from ...engine.dispatch import Size, Vector, kernel
 from ...engine.layout import Field, Layout
 from ...engine.status import PROJECTED
 from ...memory.gauss_markov import widen_within
 from ...memory.wind_up import hold_within
 from ...models.stability import is_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
-from ..arx.row import CHI2, COUNT, LAGS, OBSERVED, WEIGHT, Lags, push, regress, renew
+from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, push, regress, renew
+from ..arx.step import steps_like_lags
 from .gaps import regressor_variance, revise
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
@@ -30,6 +31,7 @@ HALVINGS = 30
 FIRST, FADING, YOUNG = 0.05, 0.99, 600.0  # forgetting at first, its decay per sample, and how long it lasts
 
 
+@steps_like_lags
 class Polynomials(NamedTuple):
     """The general family: the fields of `Lags`, then those of its own."""
 
@@ -100,11 +102,6 @@ def open_room(form, scratch):
     v = own[1 : 1 + 6 * N].reshape(6, N)
     squares = own[1 + 6 * N : 1 + 6 * N + 2 * N * N].reshape(2, N, N)
     return Room(own[:1], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
-
-
-LAGS.on(Polynomials)
-open_scratch.on(Polynomials)(open_scratch.table[Lags])
-advance.on(Polynomials)(advance.table[Lags])
 
 
 @regress.on(Polynomials)

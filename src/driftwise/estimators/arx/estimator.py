@@ -28,7 +28,7 @@ from . import step as _step  # noqa: F401  (registers the step)
 from .gradient import LagsAlone, gradient
 from .instruments import REGISTERS, InstrumentalLags, Instruments, instruments
 from .methods import LeastSquares
-from .row import HOLD, PREDICT, SKIP, Lags
+from .row import HOLD, PREDICT, SKIP, Lags, lags
 from .speeds import read as read_speeds
 
 METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone, "lms": LagsAlone}
@@ -40,6 +40,24 @@ class Recursive(Posterior):
 
     sample_layout = RECURSIVE_SAMPLE
     _shows_mixture = True  # a trace has columns for what a mixture is made of
+
+    def __init__(
+        self,
+        *,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
+        offset: bool = False,
+        variance: float | None = None,
+        scale: InverseGamma | None = None,
+        missing: str = "predict",
+        at_rest: bool = False,
+        theta0=None,
+        P0=None,
+        y_scale: float = 1.0,
+        u_scale=1.0,
+        dt: float = 1.0,
+    ):
+        self.options = arguments(locals())
 
     def _prepare(self, form, own: int = 0):
         """Set everything that does not depend on the class: ``form`` waits for N, cells, marks and settle."""
@@ -355,14 +373,7 @@ class ARX(InHindsight, Recursive):
             registers, own = REGISTERS.size(N, form.na), 3 * N
             first = instruments(self.options["instruments"], form, self.options["memory"])
             deep = max(deep, first + form.na)
-        self._prepare(
-            METHODS[kind](
-                N=0.0, na=form.na, inputs=form.inputs, deep=deep, registers=registers, memory_size=0.0,
-                detector_size=0.0,
-                missing=0.0, settle=0.0, fill=form.reach, offset=float(form.constants > 0), mixture_columns=0.0,
-                nb=np.array(nb, float), nk=np.array(nk, float),
-            ), own
-        )  # fmt: skip
+        self._prepare(lags(form, METHODS[kind], deep=deep, registers=registers), own)
         if self._is_bare:
             if self.options["P0"] is not None:
                 raise InputError(f"method={kind!r} has no covariance, so P0 says nothing: give theta0, or step")

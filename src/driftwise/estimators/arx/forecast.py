@@ -8,6 +8,8 @@ from ...engine import validation
 from ...engine.dispatch import open_row
 from ...engine.errors import InputError
 from ..armax.regressors import Polynomials, open_kept
+from ..base import Estimator
+from .estimator import METHODS
 
 STEP = 1e-6  # of a parameter's unit: derivatives by central differences
 
@@ -15,6 +17,8 @@ STEP = 1e-6  # of a parameter's unit: derivatives by central differences
 def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
     """Return mean and standard deviation (h,) of the outputs after ``state``: `Recursive.predict`."""
     form = est.policies[0]
+    if type(form) not in (*METHODS.values(), Polynomials):  # how other regressors go on, only their step knows
+        return Estimator.predict(est)
     if horizon is None and u is None:
         raise InputError("say how far: horizon=, or the inputs to come")
     h = len(np.atleast_1d(u)) if horizon is None else validation.count("horizon", horizon, 1)

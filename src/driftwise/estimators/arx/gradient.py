@@ -4,18 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Vector, advance, open_scratch
+from ...engine.dispatch import Vector, open_scratch
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.exponential_forgetting import ExponentialForgetting
 from ...memory.gain_floor import GainFloor
 from .methods import correct_by
-from .row import LAGS, Lags, Work, regress, renew
-from .step import fill_lags
+from .row import LAGS, Lags, Work, regress
+from .step import fill_lags, steps_like_lags
 
 LEAST = 1e-3  # added to psi' psi, in units of y squared
 
 
+@steps_like_lags
 class LagsAlone(Lags):
     """`Lags` without a covariance."""
 
@@ -39,10 +40,6 @@ LAGS.replace(M="0").on(LagsAlone)
 def open_scratch_lags_alone(form, buffer):
     N, nothing = int(form.N), buffer[:0]  # the row of a covariance that is not there
     return Work(nothing, nothing, buffer[N : 2 * N], nothing, nothing, buffer[:N])
-
-
-advance.on(LagsAlone)(advance.table[Lags])
-renew.on(LagsAlone)(renew.table[Lags])
 
 
 @regress.on(LagsAlone)

@@ -11,7 +11,7 @@ P is not symmetric. C, the covariance of theta, is P (sum zeta zeta') P' written
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Vector, advance, kernel, open_scratch
+from ...engine.dispatch import Vector, kernel
 from ...engine.errors import InputError
 from ...engine.layout import Field, Layout
 from ...engine.ud import correct, predicted_variance, widen_along
@@ -22,14 +22,15 @@ from ...memory.restart_on_change import GainReset, RestartOnChange
 from ...memory.variable_forgetting import VariableForgetting
 from ...models.stability import is_inside
 from .methods import correct_by
-from .row import LAGS, OBSERVED, TOP, WEIGHT, Lags, push, regress, renew
-from .step import fill_lags, take_output
+from .row import OBSERVED, TOP, WEIGHT, Lags, push, renew
+from .step import steps_like_lags, take_output
 
 LEAST = 0.01  # below this fraction of R, 1 + phi' P zeta counts as zero
 NEAR = 10.0  # the auxiliary model starts afresh from y beyond so many times the largest |y|
 STEADY = 0.999  # ... and where a pole lies outside this circle
 
 
+@steps_like_lags
 class InstrumentalLags(Lags):
     """`Lags`, with a register of instruments.
 
@@ -56,16 +57,6 @@ class Instruments(NamedTuple):
     unit: float  # y_scale/u_scale: what brings delayed inputs to the size of outputs
     start: float  # samples of least squares before
     cap: Vector  # beyond these variances P is not forgotten any more
-
-
-LAGS.on(InstrumentalLags)
-open_scratch.on(InstrumentalLags)(open_scratch.table[Lags])
-advance.on(InstrumentalLags)(advance.table[Lags])
-
-
-@regress.on(InstrumentalLags)
-def regress_instrumental_lags(form, state, scratch, s2):
-    return fill_lags(form, state, scratch.psi, s2)
 
 
 @renew.on(InstrumentalLags)

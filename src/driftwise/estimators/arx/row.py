@@ -35,6 +35,19 @@ class Lags(NamedTuple):
     nk: Vector
 
 
+def lags(model, kind: type = Lags, **own) -> Lags:
+    """Return the form, of type ``kind``, of a model with such lags as `Equation` has; ``own``: what is different.
+
+    The size of all that memory and detector keep, and what options say, `Recursive` fills in.
+    """
+    return kind(
+        **dict.fromkeys(Lags._fields, 0.0)
+        | dict(na=model.na, inputs=model.inputs, deep=model.deep, fill=model.reach, offset=float(model.constants > 0))
+        | dict(nb=np.array(model.nb, float), nk=np.array(model.nk, float))
+        | own
+    )
+
+
 HEAD = numbers(
     "head",
     samples="samples taken",

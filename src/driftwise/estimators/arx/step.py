@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...engine.dispatch import advance, kernel
+from ...engine.dispatch import advance, kernel, open_scratch
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
 from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
@@ -21,6 +21,7 @@ from .row import (
     HOLD,
     HUGE,
     IN_A_ROW,
+    LAGS,
     LOGDET,
     OBSERVED,
     PAST,
@@ -242,3 +243,11 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0
+
+
+def steps_like_lags(kind):
+    """Let forms of this type take the step of `Lags`, in all that `regress.on` and `renew.on` do not say of them."""
+    LAGS.on(kind)
+    for question in (open_scratch, advance, regress, renew):
+        question.on(kind)(question.table[Lags])
+    return kind
