@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.errors import InputError
-from ..estimators.base import Estimator
+from ..estimators.base import is_estimator
 from ..results import upgrade
 from ..results.snapshot import describe, is_described, rebuild
 from . import checkpoint_file
@@ -130,7 +130,7 @@ def _estimator(found, given, path):
     """Return the estimator of such settings; ``given`` has the policies that were not saved."""
     if "scales" not in found:
         return rebuild(json.dumps(found))
-    if not isinstance(given, Estimator) or type(given).__name__ != found["kind"]:
+    if not is_estimator(given) or type(given).__name__ != found["kind"]:
         raise InputError(
             f"{path} holds a fleet of {found['kind']} with a policy of your own, which is not in the file: "
             f"give that estimator, Fleet.load(path, {found['kind']}(..)), got {given!r}"
