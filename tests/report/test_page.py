@@ -185,7 +185,7 @@ def test_a_page_of_plain_columns(browser, tmp_path):
     """The recipe of `page`, with the members of an average."""
     from driftwise.report.axes import Timeline
     from driftwise.report.marks import marks
-    from driftwise.report.page import Page, Panel, card, group, named
+    from driftwise.report.page import Card, Page, Panel, group, named
     from driftwise.report.panels import verdict_table, zoom_words
     from driftwise.report.plots import innovations, output, panels, weights
     from driftwise.results.verdicts import Verdict
@@ -197,7 +197,7 @@ def test_a_page_of_plain_columns(browser, tmp_path):
     figures = [output(line, z, 0 * z, np.full(T, 1.96), "level (m)", marks=marks([]))]
     figures += named("parameter", panels(line, ["gain"], shares[:, :1], 0 * shares[:, :1]))
     figures += [weights(line, shares, members), innovations(line, z)]
-    cards = [group("The plant", [card("Time constant", "1.8", unit="s")])]
+    cards = [group("The plant", [Card("Time constant", "1.8", unit="s")])]
     rows = [Verdict("NIS", 1.02, (0.9, 1.1), True, "error bars are right")]
     rows += [Verdict("whiteness", 3e-9, (0.01, np.inf), False, "<try> more")]
     parts = [Panel("forecast", "Forecast", "", (*figures, zoom_words(line)))]

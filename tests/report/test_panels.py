@@ -2,13 +2,13 @@
 
 import re
 
-from driftwise.report.page import Page, Panel, card, columns, group, named, stack, table, tag
+from driftwise.report.page import Card, Page, Panel, columns, group, named, stack, table, tag
 
 
 def test_a_page_of_panels_without_figures(tmp_path):
     shown = table(["what", ""], [["a < b", tag("fine", "good")]])
     panels = [Panel("one", "First & only", "Said <b>so</b>.", (shown,)), None, Panel("two", "Second", "", (), "folded")]
-    page = Page("A <tank>", panels, "It is slow. And more.", ["3 samples", "no input"], [group("G", [card("N", "1")])])
+    page = Page("A <tank>", panels, "It is slow. And more.", ["3 samples", "no input"], [group("G", [Card("N", "1")])])
     text = page.write(tmp_path / "page.html").read_text(encoding="utf-8")
     assert "<title>A &lt;tank&gt;</title>" in text and "3 samples \u00b7 no input" in text
     assert "<strong>It is slow.</strong> And more." in text

@@ -63,8 +63,9 @@ def calibration(normal_score, settle: int = 0) -> Diagnosis:
 
 def of_summary(s, label: str = "", is_white: bool = True) -> list[Verdict]:
     """Return the same of a `Summary`; ``label`` tells outputs apart, ``is_white`` says whether they should be white."""
-    found = [nis_verdict(s.nis_within(LEVEL), s), coverage_verdict(s.coverage, s.nis_interval.samples)]
-    found += [whiteness_verdict(s.whiteness, s.nis_interval.samples, s)] if is_white else []
+    nis, coverage, white = s.nis_within(LEVEL), s.coverage, s.whiteness
+    found = [nis_verdict(nis, s), coverage_verdict(coverage, nis.samples)]
+    found += [whiteness_verdict(white, nis.samples, s)] if is_white else []
     return [verdict._replace(name=verdict.name + label) for verdict in found]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -71,7 +72,7 @@ class Identifiability:
         """Directions of r about which the record says nothing."""
         return [d for d in self.directions if d.eigenvalue <= ZERO**2]
 
-    @property
+    @cached_property
     def worst(self) -> float:
         """Smallest eigenvalue of I_r with a unit diagonal: the graded answer (white input .1, a step .003, none 0)."""
         return self.directions[0].eigenvalue

@@ -21,7 +21,7 @@ def what_changed(trace, sample: int, samples: int) -> ScoreTest:
     if not est.tells_what_changed:
         raise InputError("what_changed() is for ARX, Regression, ARMAX and their kin with method 'ls', 'rpem' or 'plr'")
     before = trace.state_before(sample)
-    held = type(est)(**{**est.options, "memory": Constant(), "gate": None})
+    held = est.replace(memory=Constant(), gate=None)
     y, u = trace.y[sample : sample + samples], trace.u[sample : sample + samples] if trace.u.shape[1] else None
 
     def innovations(theta):

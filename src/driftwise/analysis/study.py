@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,12 +28,12 @@ class Study:
     centered: str = "none"
     order: int = 1  # 0: a regression, about which the Gramian of a plant says nothing
 
-    @property
+    @cached_property
     def is_poor(self) -> bool:
         """Whether the record leaves something out."""
         return self.identifiability is not None and self.identifiability.worst < WEAK
 
-    @property
+    @cached_property
     def words(self) -> str:
         """What the record can tell apart."""
         found = self.identifiability
@@ -44,7 +45,7 @@ class Study:
             return found.words
         return re.sub(r"(nput(?: \d+)?) is zero:", rf"\1 is zero once its {self.centered} is subtracted:", found.words)
 
-    @property
+    @cached_property
     def trust(self) -> str:
         """Whether to trust a where the noise polynomial is unknown; nothing where it is not."""
         return "" if self.bound is None else re.sub(r"\bd\b", "c", self.bound.words)  # what a user sees is c1, c2, ..

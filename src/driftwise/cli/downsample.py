@@ -165,13 +165,16 @@ class TraceDownsampler(Downsampler):
 
     def add(self, trace: ParameterTrace) -> None:
         """Take in the next part of the run, in the units it was estimated in."""
-        if len(self._events) < EVENTS and trace.status.any():
+        status = trace.status
+        if len(self._events) < EVENTS and status.any():
             found = [event for event in trace.events(EVENTS - len(self._events)) if event.kind != Status.JUMP.name]
             self._events += [replace(event, sample=event.sample + self.samples) for event in found]
-        jumps = trace.jumps(EVENTS - len(self.jumps))
-        self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
+        if (status & int(Status.JUMP)).any():
+            jumps = trace.jumps(EVENTS - len(self.jumps))
+            self.jumps += [replace(event, sample=event.sample + self.samples) for event in jumps]
         self.state = trace.state
-        watched = [*scores(trace), severity(trace.status), *trace.u.T[:WATCHED], *trace.parameters.T[:WATCHED]]
+        alarm = severity(status)
+        watched = [*scores(trace), alarm, *trace.u.T[:WATCHED], *trace.parameters.T[:WATCHED]]
         self.keep(watched, trace.time, trace.y, trace.u, trace.table, trace.dof)
 
     @property

@@ -126,12 +126,14 @@ class EstimateJob(RunOptions):
         from driftwise.results.numbers import SAMPLES, SECONDS
         from driftwise.results.summary import Summary
 
-        made = self.made if self.made is not None and self.made.dt == self.step else self.make_estimator(self.step)
+        dt, unit = self.step, SECONDS if self.has_clock else SAMPLES
+        made = self.made or self.make_estimator(dt)
         self._refuse_short(chunk, made.model.N)
         self.offsets = Offsets.of(chunk, self.record, self.center)
-        est = self.estimator = made.scaled_to(*self.offsets.taken_from(chunk))
+        y, u = self.offsets.taken_from(chunk)
+        est = self.estimator = made.replace(dt=dt, **made.scales(y, u))
         self.summary, self.keeper = Summary(est), TraceDownsampler(est, self.offsets)
-        self.summary.unit = SECONDS if self.has_clock else SAMPLES
+        self.summary.unit = unit
         self.early = EarlySamples(max(study.ROWS, smoothing_rows(est) if self.smooth else 0))
         if self.candidates and not self.is_chosen:
             self.evidence = self.make_evidence(est.dt)

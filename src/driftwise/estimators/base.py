@@ -79,10 +79,18 @@ class Estimator(Answers):
 
         Scaling an output or input by a power of two then scales every result exactly.
         """
+        return self.replace(**self.scales(y, u))
+
+    def scales(self, y, u=None) -> dict[str, Any]:
+        """Return the typical sizes of the data, powers of two, as the options that they are: y_scale and u_scale."""
         y, u = validation.record(y, u, self.model.inputs, self.outputs)
         y_scale = power_of_two(y) if self.outputs is None else [power_of_two(c) for c in y.T]
-        scales = dict(y_scale=y_scale, u_scale=[power_of_two(c) for c in u.T] or 1.0)
-        return type(self)(**self.options | {name: scale for name, scale in scales.items() if name in self.options})
+        found = dict(y_scale=y_scale, u_scale=[power_of_two(c) for c in u.T] or 1.0)
+        return {name: scale for name, scale in found.items() if name in self.options}
+
+    def replace(self, **options) -> Any:
+        """Return the same estimator with some options replaced."""
+        return type(self)(**self.options | options)
 
     def _set_units(self, dt, y_scale, u_scale=1.0) -> None:
         """Check and set the seconds between samples, and the typical size of each output and input."""

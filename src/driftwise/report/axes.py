@@ -46,9 +46,9 @@ class Timeline:
         """Return where times lie on the axis: milliseconds since 1970 where it shows dates."""
         return time if self.origin is None else self.origin + 1000.0 * time
 
-    def words(self, time: float) -> str:
-        """Return an instant as it is written."""
-        return number(time) if self.stamp is None else instant(time, self.stamp)
+    def words(self, *times: float) -> list[str]:
+        """Return instants as they are written."""
+        return [number(time) if self.stamp is None else instant(time, self.stamp) for time in times]
 
     def source(self, i, **columns) -> Any:
         """Return a Bokeh source of samples `i`: time t, number k, and these (T,) columns."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from driftwise.report.axes import Timeline, legend
 from driftwise.report.figure import LINES
-from driftwise.report.page import Page, Panel, card, group, table
+from driftwise.report.page import Card, Page, Panel, group, table
 from driftwise.report.panels import zoom_words
 from driftwise.results.numbers import number
 
@@ -33,11 +33,11 @@ def write(found, path, title: str = "Comparison of estimators", facts=(), labels
     """Write one page about a `Comparison` and return its path."""
     best, (line, figure) = found.rows[0], _lead(found, labels or {})
     well = [
-        card("One-step fit", f"{best.fit:.1f}", "100 = perfect, 0 = the mean", unit="%"),
-        card("NIS", f"{best.nis:.2f}", "1 = right error bars"),
-        card("Held by 95 % bands", f"{100 * best.coverage:.1f}", "should be about 95", unit="%"),
+        Card("One-step fit", f"{best.fit:.1f}", "100 = perfect, 0 = the mean", unit="%"),
+        Card("NIS", f"{best.nis:.2f}", "1 = right error bars"),
+        Card("Held by 95 % bands", f"{100 * best.coverage:.1f}", "should be about 95", unit="%"),
     ]
-    first = group("Which predicts best?", [card("Best", best.name, "by log predictive density")])
+    first = group("Which predicts best?", [Card("Best", best.name, "by log predictive density")])
     words = (
         "One step ahead, in one pass, on the same samples. -log p: mean negative log density given to what came, lower "
         "is better. Behind best: the difference and its deviation; = marks those not clearly worse. Unknowns: numbers "

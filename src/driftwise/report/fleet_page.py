@@ -7,7 +7,7 @@ from pathlib import Path
 
 from driftwise.report import fleet_plots, fleet_report
 from driftwise.report.fleet_report import shown
-from driftwise.report.page import Page, Panel, card, columns, group, say, table, tag
+from driftwise.report.page import Card, Page, Panel, columns, group, say, table, tag
 from driftwise.results.numbers import fixed, number
 from driftwise.results.sentences import HOW_JUMPS_COUNT
 
@@ -124,9 +124,9 @@ def _bars(report) -> Panel | None:
 
 
 def _cards(report) -> list[str]:
-    def counts(*kinds) -> list[str]:
+    def counts(*kinds) -> list[Card]:
         numbers = [(name, len(report.outliers.found[kind].rows), note) for kind, name, note in kinds]
-        return [card(name, shown(count), note, "warn" if count else "good") for name, count, note in numbers]
+        return [Card(name, shown(count), note, "warn" if count else "good") for name, count, note in numbers]
 
     samples = report.samples
     large = shown(samples) if samples < 1_000_000 else f"{number(samples / 1e6, 3)} million"
@@ -142,7 +142,7 @@ def _cards(report) -> list[str]:
         ("data", "Poor data", "missing, late, too few"),
     )
     return [
-        group("What was there", [card("Series", shown(len(report.fleet)), f"{large} samples")]),
+        group("What was there", [Card("Series", shown(len(report.fleet)), f"{large} samples")]),
         group("Who stands out", odd),
         group("Whom not to believe", sure),
     ]

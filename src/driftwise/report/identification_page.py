@@ -9,7 +9,7 @@ from driftwise.analysis.forecast_summary import Own
 from driftwise.report import plots
 from driftwise.report.axes import Timeline
 from driftwise.report.marks import Mark
-from driftwise.report.page import Page, Panel, card, group, say, stack, table, tag
+from driftwise.report.page import Card, Page, Panel, group, say, stack, table, tag
 from driftwise.report.panels import event_panel, grade, held_card, verdict_panel, zoom_words
 from driftwise.report.run_page import facts, input_figures, parameter_figures, plant_cards
 from driftwise.report.terminal import SO_FAR
@@ -90,18 +90,19 @@ def by_structure(forecast):
 
 def _cards(found, line) -> list[str]:
     f, last = found.quoted, found.last
-    what = f"last {line.words(last.time)}: {' and '.join(last.moved) or MISFIT}" if last else "nothing jumped"
+    what = f"last {line.words(last.time)[0]}: {' and '.join(last.moved) or MISFIT}" if last else "nothing jumped"
     naive = f"last value: {number(found.naive['last value'], 3)} rms"
     held = grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85)
     return [
         group("The plant", plant_cards(found.summary, found.trace.dt, found.table.lasting, f.rmse)),
-        group("Changes", [card("Changes", str(found.alarms or "none"), what)]),
-        group("How sure", [card("One-step fit", fixed(f.fit, 1), naive, "", "%"), held_card(f.coverage, held)]),
+        group("Changes", [Card("Changes", str(found.alarms or "none"), what)]),
+        group("How sure", [Card("One-step fit", fixed(f.fit, 1), naive, "", "%"), held_card(f.coverage, held)]),
     ]
 
 
 def _changes(found, line) -> str:
-    rows = [[line.words(c.time), " and ".join(c.moved) or MISFIT, f"{c.delay}"] for c in found.changes]
+    when = line.words(*(c.time for c in found.changes))
+    rows = [[t, " and ".join(c.moved) or MISFIT, f"{c.delay}"] for c, t in zip(found.changes, when)]
     what = f"what changed: the surest {len(rows)} of {found.alarms}" if found.alarms > len(rows) else "what changed"
     return table([line.label, what, "samples until noticed"], rows, text=(0, 1))
 

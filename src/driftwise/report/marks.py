@@ -51,7 +51,7 @@ def mark_dots(line, fig, found: list[Mark], level: float) -> list:
         some = [mark for mark in found if mark.name == name]
         if some and dash:
             time, text = [line.at(mark.time) for mark in some], [mark.text for mark in some]
-            when = [line.words(mark.time) for mark in some]
+            when = line.words(*(mark.time for mark in some))
             source = ColumnDataSource({"t": time, "y": [level] * len(some), "text": text, "when": when})
             look = {"marker": marker, "size": 12, "color": colour, "line_color": "#ffffff"}
             drawn.append((name, [fig.scatter("t", "y", source=source, **look)]))

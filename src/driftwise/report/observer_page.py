@@ -9,7 +9,7 @@ from driftwise.report import plots
 from driftwise.report.axes import Timeline
 from driftwise.report.figure import LINES
 from driftwise.report.marks import marks
-from driftwise.report.page import Page, Panel, card, group, named, stack, table
+from driftwise.report.page import Card, Page, Panel, group, named, stack, table
 from driftwise.report.panels import change_table, event_panel, fit_cards, zoom_words
 from driftwise.report.run_page import input_figures, named_axes, scaled
 from driftwise.results.numbers import grouped, interval, number, plus_minus
@@ -127,7 +127,7 @@ def _cards(summary) -> list[str]:
     first, share = summary.settling, 100 * (1 - summary.ready)
     ready, unit = ("never", "") if first != first else (f"{first:.3g}", "s")
     note = f"none in {share:.2g} % of the samples"
-    groups = [group("When it is ready", [card("First estimate after", ready, note, unit=unit)])]
+    groups = [group("When it is ready", [Card("First estimate after", ready, note, unit=unit)])]
     for name, part in zip(summary.estimator.model.output_names, summary.outputs[:2]):
         title = f"How well {name} is predicted" if len(summary.outputs) > 1 else "How sure"
         groups.append(group(title, fit_cards(part)))

@@ -19,7 +19,7 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["Page", "Panel", "card", "columns", "group", "named", "say", "stack", "table", "tag"]
+__all__ = ["Card", "Page", "Panel", "columns", "group", "named", "say", "stack", "table", "tag"]
 
 MORE = """<div class="more"><h2>Details</h2><button type="button"
 onclick="for (const fold of document.querySelectorAll('details')) fold.open = true">Unfold all</button></div>
@@ -146,19 +146,26 @@ def columns(figures: list, most: int = 2) -> list:
     return [f'<div class="many" style="--columns:{min(most, len(figures))}">', *figures, "</div>"]
 
 
-def card(name: str, value: str, note: str = "", verdict: str = "", unit: str = "") -> str:
-    """Return one key number; `verdict` is "good", "warn", "bad" or nothing."""
-    small = f" <small>{escape(unit)}</small>" if unit else ""
-    size = " long" if len(value) + len(unit) + 2 * bool(verdict) > 8 else ""
-    return (
-        f'<div class="card {verdict}{size}"><div class="name">{escape(name)}</div>'
-        f'<div class="value">{escape(value)}{small}</div><div class="note">{escape(note)}</div></div>'
-    )
+class Card(NamedTuple):
+    """One key number; ``verdict`` is "good", "warn", "bad" or nothing."""
+
+    name: str
+    value: str
+    note: str = ""
+    verdict: str = ""
+    unit: str = ""
 
 
-def group(title: str, cards: list[str]) -> str:
+def group(title: str, cards: list[Card]) -> str:
     """Return cards side by side under a title: the question that they answer."""
-    row = "".join(cards)
+    row = ""
+    for name, value, note, verdict, unit in cards:
+        small = f" <small>{escape(unit)}</small>" if unit else ""
+        size = " long" if len(value) + len(unit) + 2 * bool(verdict) > 8 else ""
+        row += (
+            f'<div class="card {verdict}{size}"><div class="name">{escape(name)}</div>'
+            f'<div class="value">{escape(value)}{small}</div><div class="note">{escape(note)}</div></div>'
+        )
     return f'<div class="group" style="flex:{len(cards)}"><h2>{escape(title)}</h2><div class="row">{row}</div></div>'
 
 

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from math import isfinite, log
 
-from driftwise.report.page import Panel, card, say, table, tag
+from driftwise.report.page import Card, Panel, say, table, tag
 from driftwise.report.plots import POINTS
 from driftwise.report.roots import FAR, own_zeros, plane, smallest_window
-from driftwise.results.numbers import capital, count_of, fixed, grouped, near_one, number, plus_minus, probable
+from driftwise.results.numbers import (
+    bound,
+    capital,
+    complex_number,
+    count_of,
+    fixed,
+    grouped,
+    near_one,
+    number,
+    plus_minus,
+    probable,
+)  # fmt: skip
 
 __all__ = [
     "change_table", "drift_panel", "event_panel", "fit_cards", "grade", "knowledge_panel", "order_panel",
@@ -42,21 +53,21 @@ def grade(good: bool, fair: bool) -> str:
     return "good" if good else "warn" if fair else "bad"
 
 
-def fit_cards(summary) -> list[str]:
+def fit_cards(summary) -> list[Card]:
     """Return how well one output is predicted, on cards: fit, NIS and coverage."""
     nis, coverage, found, fit = float(summary.nis), float(summary.coverage), summary.nis_interval, summary.fit
     bars = f"right error bars: {near_one(found.low, found.high, ' to ')}" if found.samples else "1: right error bars"
     fitted, size = fixed(fit, 1), fixed(nis, 2)
     return [
-        card("One-step fit", fitted, "100 perfect, 0 as good as the mean", "bad" if fit < 0 else "", "%"),
-        card("NIS", size, bars, grade(0.8 <= nis <= 1.25, 0.5 <= nis <= 2)),
+        Card("One-step fit", fitted, "100 perfect, 0 as good as the mean", "bad" if fit < 0 else "", "%"),
+        Card("NIS", size, bars, grade(0.8 <= nis <= 1.25, 0.5 <= nis <= 2)),
         held_card(coverage, grade(0.92 <= coverage <= 0.975, coverage >= 0.85), "95 % bands hold"),
     ]
 
 
-def held_card(coverage: float, verdict: str, name: str = "Held by 95 % bands") -> str:
+def held_card(coverage: float, verdict: str, name: str = "Held by 95 % bands") -> Card:
     """Return the card of how many samples lay in their bands."""
-    return card(name, fixed(100 * coverage, 1), "about 95 is right", verdict, "%")
+    return Card(name, fixed(100 * coverage, 1), "about 95 is right", verdict, "%")
 
 
 def verdict_panel(trace, summary, study=None) -> Panel:
@@ -97,7 +108,8 @@ def event_panel(events, line) -> Panel:
     others = [event for event in events if event.kind != "JUMP"]
     shown = [*jumps[:EVENTS_SHOWN], *others[: max(EVENTS_SHOWN - len(jumps), 0)]]
     shown.sort(key=lambda event: (event.kind != "JUMP", event.sample))
-    rows = [[event.sample, line.words(event.time), event.text] for event in shown]
+    when = line.words(*(event.time for event in shown))
+    rows = [[event.sample, instant, event.text] for event, instant in zip(shown, when)]
     count = count_of(len(events), "event")
     first = f", the {f'{len(jumps)} jumps' if len(jumps) > 1 else 'jump'} of the parameters first" if jumps else ""
     some = f", {EVENTS_SHOWN} shown" if len(events) > EVENTS_SHOWN else ""
@@ -108,7 +120,8 @@ def event_panel(events, line) -> Panel:
 def change_table(events, line) -> str:
     """Return the table of the jumps, the last ones where they are many; nothing without any."""
     jumps = [event for event in events if event.kind == "JUMP"]
-    rows = [[line.words(event.time), event.text] for event in jumps[-CHANGES_SHOWN:]]
+    shown = jumps[-CHANGES_SHOWN:]
+    rows = [[instant, event.text] for event, instant in zip(shown, line.words(*(event.time for event in shown)))]
     more = f"the last {CHANGES_SHOWN} of {len(jumps)} jumps" if len(jumps) > CHANGES_SHOWN else "what changed"
     return table([line.label, more], rows, text=(0, 1))
 
@@ -147,7 +160,8 @@ def roots_panel(summary, dt: float) -> Panel | None:
     inputs = range(model.form.inputs)
     if "sampled" in model.method or any("sampled" in model.zeros_method(i) for i in inputs):
         words += " Dots: draws from the posterior, where an ellipse would mislead."
-    rows = [[_complex(p), f"{abs(p):.4f}", _std(s), _time_constant(p, s, dt)] for p, s in found if p.imag >= -1e-12]
+    shown = [(p, s, _time_constant(p, s, dt)) for p, s in found if p.imag >= -1e-12]
+    rows = [[complex_number(p), f"{abs(p):.4f}", bound(s), number(t, 3) if t else "\u2013"] for p, s, t in shown]
     window, (zeros, left) = smallest_window(model), _zeros(model)
     body = (
         (plane(model), *(() if window is None else (plane(model, window),))),
@@ -170,7 +184,7 @@ def _zeros(model) -> tuple[list[list[str]], str]:
             name = "" if k == 1 else f" (u{i + 1})"
             far += int(abs(z) > FAR)
             size = f"{abs(z):.4f}" if abs(z) < 1e4 else number(abs(z), 2)
-            rows.append([_complex(z) + name, size, _std(std)])
+            rows.append([complex_number(z) + name, size, bound(std)])
     return rows, say(f"{far} zero{'s lie' if far > 1 else ' lies'} outside the figure.") if far else ""
 
 
@@ -187,18 +201,10 @@ def _gains(model) -> str:
     return table(["input", "steady-state gain"], rows)
 
 
-def _complex(pole: complex) -> str:
-    return number(pole.real, 4) if abs(pole.imag) < 1e-12 else f"{number(pole.real, 4)} ± {number(abs(pole.imag), 4)} j"
-
-
-def _std(std: float) -> str:
-    return number(std, 2) if isfinite(std) else "no bound"
-
-
-def _time_constant(pole: complex, std: float, dt: float) -> str:
-    """Return the time constant, a dash where the pole cannot be told from one that never decays."""
+def _time_constant(pole: complex, std: float, dt: float) -> float | None:
+    """Return the time constant, None where the pole cannot be told from one that never decays."""
     size = abs(pole)
-    return number(-dt / log(size), 3) if 0 < size and size + 2 * std < 1 else "\u2013"
+    return -dt / log(size) if 0 < size and size + 2 * std < 1 else None
 
 
 # --- what was learned ----------------------------------------------------------------------------------------
@@ -223,15 +229,15 @@ def knowledge_panel(summary, study) -> Panel:
             f"{count_of(lost, 'direction')} of the parameters stayed close to the first guess: the data "
             "did not excite them, and what is said about them is the prior's."
         )
-    said = [] if study is None else [say(study.words), _numbers(study), say(study.trust)]
+    said = [] if study is None else _told_apart(study)
     return Panel("excitation", "What was learned", words, (excitation(found, UNLEARNED), *said), hint)
 
 
-def _numbers(study) -> str:
-    """Return the table of what the record can tell apart."""
-    found = study.identifiability
+def _told_apart(study) -> list[str]:
+    """Return what the record can tell apart, in words and in a table."""
+    words, trust, found = study.words, study.trust, study.identifiability
     if found is None:
-        return ""
+        return [say(words), say(trust)]
     rows = [
         ["rows looked at", grouped(study.rows)],
         ["rank of the Gramian", f"{found.rank} of {found.unknowns}"],
@@ -240,7 +246,7 @@ def _numbers(study) -> str:
     if study.bound is not None:
         ratio = float(max(study.bound.ratio))
         rows.append(["error of a, noise colour unknown / known", number(ratio, 3) if isfinite(ratio) else "infinite"])
-    return table(["identifiability of the record", ""], rows)
+    return [say(words), table(["identifiability of the record", ""], rows), say(trust)]
 
 
 def order_panel(evidence) -> Panel | None:

@@ -96,11 +96,11 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
     """
     points = max(min(FEW, ALL_POINTS // max(len(names), 1)), 300)
     many, found = len(names) > 4, []
-    for j, name in enumerate(names):
-        value, std = values[:, j], stds[:, j]
-        i = envelope(value, points)
-        columns = {"v": value} | dict(zip(("low", "high"), edges(value, 2 * std)))
-        spans = [steady_range(value, std)]
+    chosen = [envelope(value, points) for value in values.T]
+    bands = [edges(value, 2 * std) for value, std in zip(values.T, stds.T)]
+    steady = [steady_range(value, std) for value, std in zip(values.T, stds.T)]
+    for j, (name, value, i, (low, high)) in enumerate(zip(names, values.T, chosen, bands)):
+        columns, spans = {"v": value, "low": low, "high": high}, [steady[j]]
         if smoothed is not None:
             v, s = smoothed[0][:, j], smoothed[1][:, j]
             columns |= {"s": v, "slow": v - 2 * s, "shigh": v + 2 * s}
@@ -118,11 +118,12 @@ def panels(line, names, values, stds, *, smoothed=None, colors=LINES, marks=()) 
                 fig.line("t", edge, source=source, color=PALETTE["ink"], width=1.1, line_dash="dotted")
             fig.line("t", "s", source=source, color=PALETTE["ink"], width=1.8, line_dash="dashed")
             tips.append(("smoothed", "s"))
-        mark_lines(line, fig, marks)
         line.hover(fig, [drawn], *tips)
         fig.yaxis.axis_label_text_font_style = "bold"
         fig.yaxis.ticker.desired_num_ticks = 4
         found.append(fig)
+    for fig in found:
+        mark_lines(line, fig, marks)
     return found
 
 

@@ -12,7 +12,7 @@ from driftwise.report import bars, plots
 from driftwise.report.axes import Timeline
 from driftwise.report.figure import LINES
 from driftwise.report.marks import marks
-from driftwise.report.page import Page, Panel, card, group, named, say, stack, table, tag
+from driftwise.report.page import Card, Page, Panel, group, named, say, stack, table, tag
 from driftwise.report.panels import (
     change_table,
     drift_panel,
@@ -63,8 +63,9 @@ def write(
 
         study = made(trace.estimator, summary.state, trace.y, trace.u)
     line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
-    found = marks(events, trace.time, trace.status)
-    look = {"outlier": (trace.status & UNUSED) != 0, "marks": found}
+    status = trace.status
+    found = marks(events, trace.time, status)
+    look = {"outlier": (status & UNUSED) != 0, "marks": found}
     panels = [
         _output(trace, line, labels, events, look),
         _parameters(trace, summary, line, smoothed, found),
@@ -115,73 +116,71 @@ def facts(trace, summary, step: str = "") -> list[str]:
 
 def _cards(trace, summary, line) -> list[str]:
     """Return the numbers that an engineer looks for first, in three groups."""
-    white = summary.whiteness
+    plant = plant_cards(summary, trace.dt, lambda span: lasting(span, summary.unit))
+    changes, sure, white = [_changes(trace, summary, line)], fit_cards(summary), summary.whiteness
     if white.p_value != white.p_value:
-        whiteness = card("Innovations", "?", "too short to tell")
+        sure.append(Card("Innovations", "?", "too short to tell"))
     else:
         value = "white" if white.is_white else "not white"
-        whiteness = card("Innovations", value, f"Ljung-Box {chance(white.p_value, 2)}", grade(white.is_white, True))
-    return [
-        group("The plant", plant_cards(summary, trace.dt, lambda span: lasting(span, summary.unit))),
-        group("Changes", [_changes(trace, summary, line)]),
-        group("How sure", [*fit_cards(summary), whiteness]),
-    ]
+        verdict = grade(white.is_white, True)
+        sure.append(Card("Innovations", value, f"Ljung-Box {chance(white.p_value, 2)}", verdict))
+    return [group("The plant", plant), group("Changes", changes), group("How sure", sure)]
 
 
-def plant_cards(summary, dt: float, lasting=lasting, rmse: float | None = None) -> list[str]:
+def plant_cards(summary, dt: float, lasting=lasting, rmse: float | None = None) -> list[Card]:
     """Return the cards of the slowest mode and the gain; ``rmse`` is of the forecast that stands beside them."""
     found = [] if summary.is_static else [_slowest(summary, dt, lasting)]
     found += [one for one in (_gain(summary),) if one]
     if len(found) < 2:
-        note = f"one-step error {number(summary.rmse if rmse is None else rmse, 3)} rms"
-        found.append(card("Noise (std)", number(summary.noise_std, 3), note))
+        std, error = summary.noise_std, summary.rmse if rmse is None else rmse
+        found.append(Card("Noise (std)", number(std, 3), f"one-step error {number(error, 3)} rms"))
     return found
 
 
-def _slowest(summary, dt: float, lasting) -> str:
+def _slowest(summary, dt: float, lasting) -> Card:
     """Return the card of the slowest mode."""
     pole, std = summary.moduli[0] if summary.poles else (0j, nan)
     size, bar = abs(pole), f"pole {number(abs(pole), 4)} \u00b1 {number(std, 2)}" if isfinite(std) else ""
     if is_integrator(pole, std):
-        return card("Slowest mode", "integrator", bar)
+        return Card("Slowest mode", "integrator", bar)
     if size >= 1:
-        return card("Slowest mode", "unstable", bar, "bad")
+        return Card("Slowest mode", "unstable", bar, "bad")
     if size < 1e-6:
-        return card("Slowest mode", "pure delay")
+        return Card("Slowest mode", "pure delay")
     period = 2 * pi * dt / abs(atan2(pole.imag, pole.real)) if swings(pole) else 0.0
     alternates = pole.real < 0 and abs(pole.imag) <= 1e-9
     note = f"swings with period {lasting(period)}" if period else "alternates" if alternates else bar
     value, _, unit = lasting(-dt / log(size)).partition(" ")
-    return card("Time constant", value, note, unit=unit)
+    return Card("Time constant", value, note, unit=unit)
 
 
-def _gain(summary) -> str:
+def _gain(summary) -> Card | None:
     """Return the card of the steady-state gain from the first input, or nothing."""
     model = summary.model
     if summary.is_static or not summary.is_enough or not model.form.inputs:
-        return ""
+        return None
     if not model.is_stable:
-        return card("Steady-state gain", "none", "an integrator has none")
+        return Card("Steady-state gain", "none", "an integrator has none")
     if not isfinite(model.dc_gain_std[0]):
-        return card("Steady-state gain", "no bound", "the data leave it open", "warn")
+        return Card("Steady-state gain", "no bound", "the data leave it open", "warn")
     shown = [plus_minus(float(gain), float(std)) for gain, std in zip(model.dc_gain[:4], model.dc_gain_std)]
     more = "; ".join(f"u{k}: {one}" for k, one in enumerate(shown[1:], 2))
     value, bar = shown[0].split(" \u00b1 ")
-    return card("Steady-state gain", value, more or "\u00b1 one standard error", unit=f"\u00b1 {bar}")
+    return Card("Steady-state gain", value, more or "\u00b1 one standard error", unit=f"\u00b1 {bar}")
 
 
-def _changes(trace, summary, line) -> str:
+def _changes(trace, summary, line) -> Card:
     """Return the card of the jumps, and of what else moved."""
-    memory = trace.estimator.memory
+    est = trace.estimator
     if summary.jumps:
         moved = f": {summary.last_moved}" if summary.last_moved else ""
-        return card("Jumps", str(summary.jumps), f"last {line.words(summary.last_jump)}{moved}")
+        return Card("Jumps", str(summary.jumps), f"last {line.words(summary.last_jump)[0]}{moved}")
     rises, when = summary.happened["noise_rises"]
-    louder = f"; noise rose {'once,' if rises == 1 else f'{rises} times, last'} {line.words(when)}" if rises else ""
-    if not (trace.watches or trace.odds is not None or hasattr(memory, "detector")):
-        return card("Jumps", "\u2013", "not looked for" + louder)
+    louder = f"; noise rose {'once,' if rises == 1 else f'{rises} times, last'} {line.words(when)[0]}" if rises else ""
+    if not (est.watches or est.odds is not None or hasattr(est.memory, "detector")):
+        return Card("Jumps", "\u2013", "not looked for" + louder)
     drift = summary.drift.words.partition(", or else")[0] if summary.drift else "none found"
-    return card("Jumps", "none", drift + louder)
+    return Card("Jumps", "none", drift + louder)
 
 
 # --- panels that are open ------------------------------------------------------------------------------------
@@ -209,10 +208,10 @@ def input_figures(line, trace, labels) -> list:
 def _parameters(trace, summary, line, smoothed, found) -> Panel:
     figures = [] if getattr(trace, "keep", "std") == "innovations" else parameter_figures(line, trace, smoothed, found)
     head = ["", "value \u00b1 standard error", "within two standard errors", "relative error", "different from zero"]
-    rows = []
+    clear, unclear, rows = tag("clear", "good"), tag("zero is possible", "warn"), []
     for name, value, std in summary.parameters:
         relative = f"{100 * std / abs(value):.2g} %" if std < abs(value) else "\u2013"
-        mark = tag("clear", "good") if abs(value) > 2 * std else tag("zero is possible", "warn")
+        mark = clear if abs(value) > 2 * std else unclear
         rows.append([name, plus_minus(value, std), interval(value, std), relative, mark])
     has_told = smoothed is not None and not smoothed.estimator.model.n
     words = f"Model: {_equation(trace)}. {_bands(smoothed, summary)}"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
 from driftwise.report.roots import own_zeros
-from driftwise.results.numbers import SAMPLES, chance, fixed, near_one, number, percent, plus_minus, probable
+from driftwise.results.numbers import SAMPLES, bound, chance, fixed, near_one, number, percent, plus_minus, probable
 from driftwise.results.sentences import SOMETHING
 
 __all__ = [
@@ -104,8 +104,7 @@ def _roots(what: str, roots, edge: float = inf):
             continue
         text = number(root.real, 4) if root.imag == 0 else f"{number(root.real, 4)} \u00b1 {number(root.imag, 4)}j"
         size = f"{abs(root):.4f}" if abs(root) < 1e4 else number(abs(root), 2)
-        spread = number(std, 2) if isfinite(std) else "no bound"
-        shown.add_row(text, size, spread, style="red" if abs(root) >= edge else None)
+        shown.add_row(text, size, bound(std), style="red" if abs(root) >= edge else None)
     return shown
 
 
@@ -160,12 +159,12 @@ def _times(jumps, unit: str) -> str:
 
 
 def _quality(summary):
+    shown = table(("quality", "left"), ("", "right"), ("", "left"))
     _, _, p_value, is_white = summary.whiteness
     white = (
         ("white" if is_white else "not white", chance(p_value, 2)) if p_value == p_value else ("too few", "to judge")
     )
     nis = summary.nis_interval
-    shown = table(("quality", "left"), ("", "right"), ("", "left"))
     shown.add_row("one-step fit", f"{fixed(summary.fit, 1)} %", "")
     shown.add_row("noise std", number(summary.noise_std, 3), "")
     shown.add_row("NIS", fixed(summary.nis, 3), near_one(nis.low, nis.high, "\u2026") if nis.samples else "ideal 1")

@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 
 from driftwise.report import track_report
-from driftwise.report.page import Page, Panel, card, group, say, table
+from driftwise.report.page import Card, Page, Panel, group, say, table
 from driftwise.report.panels import grade, held_card, zoom_words
 from driftwise.report.plan import plan
 from driftwise.report.track_plots import Panels
@@ -78,18 +78,18 @@ def _cards(rows, faults) -> list[str]:
     objects = track_report.objects(rows)
     value, _, unit = lasting(end - start).partition(" ")
     there = [
-        card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
-        card("Time", value, "first plot to last", unit=unit),
-        card("Plots", str(plots), f"{missed} missed, {count_of(skipped(faults), 'record')} skipped"),
+        Card("Objects", str(objects), f"{len(rows)} tracks" if len(rows) > objects else "followed"),
+        Card("Time", value, "first plot to last", unit=unit),
+        Card("Plots", str(plots), f"{missed} missed, {count_of(skipped(faults), 'record')} skipped"),
     ]
     turning, speeds = [r for r in rows if r.turns], [r.speed for r in rows if r.speed == r.speed]
     whose = f", by {track_report.objects(turning)} of {objects}" if objects > 1 else ""
-    moved = [card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
+    moved = [Card("Turns", str(sum(len(r.turns) for r in rows)), f"of 30\u00b0 and more{whose}")]
     if speeds:
-        moved.append(card("Median speed", *_speed(speeds), unit="m/s"))
+        moved.append(Card("Median speed", *_speed(speeds), unit="m/s"))
     nis, held = track_report.mean(rows, "nis"), track_report.mean(rows, "coverage")
     sure = [
-        card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
+        Card("NIS", fixed(nis, 2), "1: right error bars", _graded(nis, (0.8, 1.25), (0.5, 2))),
         held_card(held, _graded(held, (0.92, 0.975), (0.85, 1.0))),
     ]
     return [group("What was there", there), group("How it moved", moved), group("How sure", sure)]

@@ -47,7 +47,7 @@ class Event:
 
 def events_of(columns, limit: int) -> list[Event]:
     """Return what happened in the columns of one output (a `Trace`, an `Output`), in order."""
-    found, status = jumps_of(columns, limit), columns.status
+    status, found = columns.status, jumps_of(columns, limit)
     for bit, text in MEANING.items():
         if bit == Status.JUMP:
             continue
@@ -69,6 +69,8 @@ def runs(status, bit: Status) -> np.ndarray:
 def jumps_of(columns, limit: int) -> list[Event]:
     """Return an event for each alarm."""
     where = np.flatnonzero(columns.status & int(Status.JUMP))[:limit]
+    if not len(where):
+        return []
     if columns.odds is not None and columns.has_bars:
         return [weighed(columns, int(k), int(end)) for k, end in zip(where, [*where[1:], len(columns)])]
     return [jump(int(k), float(columns.time[k]), columns.names, columns.alarm(k), columns.watches) for k in where]

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from math import floor, isfinite, log10
 
 __all__ = [
-    "SAMPLES", "SECONDS", "capital", "chance", "count_of", "fixed", "grouped", "instant", "interval", "lasting",
-    "listed", "near_one", "number", "odds_words", "often", "percent", "plain", "plus_minus", "probable", "sentence",
+    "SAMPLES", "SECONDS", "bound", "capital", "chance", "complex_number", "count_of", "fixed", "grouped", "instant",
+    "interval", "lasting", "listed", "near_one", "number", "odds_words", "often", "percent", "plain", "plus_minus",
+    "probable", "sentence",
 ]  # fmt: skip
 
 SECONDS, SAMPLES = "s", "samples"  # what time is counted in: the latter where there is no clock
@@ -54,6 +55,17 @@ def interval(value: float, std: float) -> str:
     """Return the ends of two standard errors either side of `value`."""
     spec = _spec(value, std)
     return _minus(f"{value - 2 * std:{spec}} \u2026 {value + 2 * std:{spec}}")
+
+
+def bound(std: float) -> str:
+    """Return a standard deviation with two digits, in words where it is infinite."""
+    return number(std, 2) if isfinite(std) else "no bound"
+
+
+def complex_number(value: complex) -> str:
+    """Return a root with four digits; one with an imaginary part stands for its conjugate, too."""
+    real = number(value.real, 4)
+    return real if abs(value.imag) < 1e-12 else f"{real} ± {number(abs(value.imag), 4)} j"
 
 
 def near_one(low: float, high: float, between: str) -> str:

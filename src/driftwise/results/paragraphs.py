@@ -17,7 +17,8 @@ def of_run(s) -> str:
     est, model, white, poles = s.estimator, s.model, s.whiteness, s.moduli
     if not s.is_enough:
         return say.too_few_words(str(s.observed), str(s.unknowns))
-    rmse, nis, coverage, unlearned, drift = s.rmse, s.nis, s.coverage, s.unlearned, s.drift
+    rmse, fit, nis, coverage, unlearned, drift = s.rmse, s.fit, s.nis, s.coverage, s.unlearned, s.drift
+    prior, caveat = s.prior_share, _caveat(s, model)
     n = est.order
     order = {1: "first", 2: "second", 3: "third"}.get(n, f"{n}th")
     if getattr(model, "is_continuous", False):  # as seen at the usual step
@@ -25,7 +26,7 @@ def of_run(s) -> str:
     modes = dict.fromkeys(say.pole_words(p, std, est.dt, s.unit) for p, std in poles if p.imag >= 0)  # a delay once
     kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
     if math.isfinite(rmse):
-        said = [f"{kind} predicts the next sample with {say.fit_words(rmse, s.fit)}."]
+        said = [f"{kind} predicts the next sample with {say.fit_words(rmse, fit)}."]
     else:
         said = [f"{kind} was estimated; {s.observed} measured outputs are too few to say how well it predicts."]
     if est.model.inputs and n:
@@ -33,10 +34,10 @@ def of_run(s) -> str:
         if all(abs(p) < 1 for p, _ in poles) and all(gains) and not unlearned:
             said.append(f"Steady-state gain {', '.join(gains)}.")
     if math.isfinite(nis):
-        said.append(f"{say.bars_words(s.nis_interval, _caveat(s, model))} {say.inside_words(nis, coverage)}.")
-    if s.prior_share > PRIOR_COUNTS:
+        said.append(f"{say.bars_words(s.nis_interval, caveat)} {say.inside_words(nis, coverage)}.")
+    if prior > PRIOR_COUNTS:
         said.append(
-            f"But the default prior, which should be wide, still makes up {100 * s.prior_share:.2g} % of a parameter: "
+            f"But the default prior, which should be wide, still makes up {100 * prior:.2g} % of a parameter: "
             "the data are far from y_scale and u_scale. Use est.scaled_to(y, u), or give P0."
         )
     if math.isfinite(white.p_value):

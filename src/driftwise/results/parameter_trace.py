@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class ParameterTrace(Trace):
         model = self.estimator.model
         return self._kept(model.n, model.N - model.n, "means")
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of the parameter columns."""
         return self.estimator.names

@@ -81,6 +81,7 @@ class Summary(ModelSummary):
         self.settle = 2 * estimator.model.N if settle is None else settle
         self.origin: str | None = None  # the time stamp of second 0, if it is known
         self.unit = SECONDS  # of dt and time
+        self._words: dict[tuple, str] = {}
         self.unknowns = estimator.model.N
         self.is_static = not estimator.order  # a regression without memory: no poles, no zeros, no steady state
         self.observed = self.missing_outputs = self.missing_inputs = 0
@@ -95,10 +96,12 @@ class Summary(ModelSummary):
     def add(self, trace: Any) -> Summary:
         """Take in one more stretch of the run."""
         self._forget()
+        self._words.clear()
         self.state = trace.state
         status, used, innovation, variance, dof = (
             trace.status, trace.is_used, trace.innovation, trace.variance, trace.dof
         )  # fmt: skip
+        mixture = trace.mixture() if trace.is_mixture else ()
         late = self.observed + np.cumsum(used) > self.settle
         self.samples += len(used)
 
@@ -132,8 +135,8 @@ class Summary(ModelSummary):
         self._nis, self._nis_spread = self._nis + total, self._nis_spread + spread
         z = np.full(len(used), np.nan)
         z[scored] = e / np.sqrt(T)
-        if trace.is_mixture:
-            parts = (part[scored] for part in trace.mixture())
+        if mixture:
+            parts = (part[scored] for part in mixture)
             self._covered += int(np.count_nonzero(share_within(abs(e), *parts) <= 0.95))
         else:
             self._covered += int(np.count_nonzero(is_inside(abs(z[scored]), dof)))
@@ -243,10 +246,13 @@ class Summary(ModelSummary):
 
     @property
     def words(self) -> str:
-        """The run in a few plain sentences."""
-        from .paragraphs import of_run
+        """The run in a few plain sentences; they are written once for each way of telling the time."""
+        way = self.unit, self.origin
+        if way not in self._words:
+            from .paragraphs import of_run
 
-        return of_run(self)
+            self._words[way] = of_run(self)
+        return self._words[way]
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, ready for JSON (NaN becomes None)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ class Trace:
     def __repr__(self):
         return f"Trace({len(self)} samples of {self.estimator!r}, keep={self.keep!r})"
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Seconds between samples."""
         return self.estimator.dt
@@ -118,7 +119,8 @@ class Trace:
             raise InputError(f"level is a share between 0 and 1, got {level!r}. Is it a percentage? 95 % is 0.95")
         if self.is_mixture:
             return half_width(level, *self.mixture())
-        return quantile(0.5 + level / 2, self.dof) * np.sqrt(self.variance)
+        dof, variance = self.dof, self.variance
+        return quantile(0.5 + level / 2, dof) * np.sqrt(variance)
 
     # --- out -----------------------------------------------------------------------------------------------
 

@@ -115,8 +115,6 @@ def prepare(est, start, noise, form: Canonical, at, states: int) -> Starting | N
 def prepare_equation(est, noise) -> Starting | None:
     """Return the same for a difference equation, where it is that of a sampled continuous plant."""
     equation, options = est.model, est.options
-    if options["start"] is None:
-        return None
     form, at = equation.canonical()
     if len(at) < form.N - form.n or not equation.na:
         raise InputError(

@@ -248,10 +248,6 @@ class Recursive(Posterior):
 
         return forecast(self, state, u, horizon)
 
-    def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
-        """Return the parameters, in the order of ``names``, and their covariance."""
-        return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
-
     def model_at(self, theta, P) -> Model:
         """Return the model of a parameter vector and its covariance."""
         form, at = self.model.canonical()
@@ -363,11 +359,11 @@ class ARX(InHindsight, Recursive):
         if len(nk) != len(nb):
             raise InputError(f"nk must be one delay, or one for each of the {len(nb)} inputs, got {nk!r}")
         has_offset = validation.yes("offset", offset)
+        kind = validation.one_of("method", self.options["method"], METHODS)
         self.model = form = Equation(validation.count("na", na), nb, nk, has_offset, tuple(labels), has_disturbance)
         if not form.N:
             raise InputError("the model has no parameter: give na, nb or an offset")
-        kind, N, deep = self.options["method"], form.N, form.deep
-        validation.one_of("method", kind, METHODS)
+        N, deep = form.N, form.deep
         registers = own = 0
         if kind == "iv":
             registers, own = REGISTERS.size(N, form.na), 3 * N
@@ -378,8 +374,8 @@ class ARX(InHindsight, Recursive):
             if self.options["P0"] is not None:
                 raise InputError(f"method={kind!r} has no covariance, so P0 says nothing: give theta0, or step")
             self._D0, self._U0, self.prior_covariance = np.zeros(0), np.zeros(0), self._unknown()
-        self.starting = prepare_equation(self, White(self.policies[1].R))
-        if self.starting:
+        if self.options["start"] is not None:
+            self.starting = prepare_equation(self, White(self.policies[1].R))
             form = self.policies[0]
             self.dtype = layout_of(form).dtype(form, more=self.starting.fields)
 

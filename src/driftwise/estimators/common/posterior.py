@@ -33,7 +33,11 @@ class Posterior(Estimator):
 
     def model_of(self, state) -> Any:
         """Return the model a state amounts to, with the covariance of its parameters."""
-        return self.model_at(np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state))
+        return self.model_at(*self.parameters_of(state))
+
+    def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters, in the order of ``names``, and their covariance."""
+        return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
 
     def covariance(self, state) -> np.ndarray:
         """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""

@@ -116,7 +116,8 @@ class Joint(Posterior):
         relative = scale is not None or getattr(noise, "variance", 0.0) is None
         kernel_noise = noises.resolve(noise, n, N, model.salut, self.y_scale**2)
         self.scale = resolve_scale(scale, relative, N)
-        kernel_noise = self._set_prior(s0, P0, noise, kernel_noise, relative)
+        units = self._theta_units()
+        kernel_noise = self._set_prior(s0, P0, units, noise, kernel_noise, relative)
         kappa = getattr(kernel_noise, "kappa", ())
         self.form = form or ("array" if len(kappa) == N else "ud")
         rows = N if self.form == "array" else n
@@ -126,8 +127,9 @@ class Joint(Posterior):
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
         detector, settle = resolve_watch(memory, N)
-        setting = Setting(self._theta_units(), np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R)
+        setting = Setting(units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R)
         memory = memory_of_joint(memory, setting)
+        memory_size = state_size(memory, N - n)
         shape = Form(
             n,
             inputs,
@@ -140,17 +142,17 @@ class Joint(Posterior):
             1e-60 * kernel_noise.R,
             settle,
             detector.state_size(0),
-            state_size(memory, N - n),
+            memory_size,
         )
         self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)
-        self.starting = prepare(self, start, kernel_noise, model, range(N - n), n)
+        self.starting = None if start is None else prepare(self, start, kernel_noise, model, range(N - n), n)
         self.dtype = JOINT.dtype(shape, more=self.starting.fields if self.starting else [])
 
     # --- prior ---------------------------------------------------------------------------------------------
 
-    def _set_prior(self, s0, P0, noise, kernel_noise, is_relative):
+    def _set_prior(self, s0, P0, units, noise, kernel_noise, is_relative):
         """Set mean and factors of the prior; return the kernel's noise, which may wait for its part of it."""
         N, n, back = self.model.N, self.model.n, self.model.salut
         c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
@@ -160,7 +162,7 @@ class Joint(Posterior):
         elif self.model.coloured and noise.d is not None:
             mean[c] = noises.coefficients(noise.d, n)
         self._s0 = mean[back]
-        P = covariance_of(P0, back, np.concatenate([np.full(n, self.y_scale**2), self._theta_units()]))
+        P = covariance_of(P0, back, np.concatenate([np.full(n, self.y_scale**2), units]))
         if P0 is None and self.model.coloured and not is_relative:
             P[c, c] = noise.std**2 * np.eye(n)
         self._U0, self._D0 = factors_of(P)

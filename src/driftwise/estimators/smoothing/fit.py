@@ -73,13 +73,9 @@ def climb(at, curvature, z, bounds, most=80) -> tuple[np.ndarray, float]:
         z, (value, gradient, s2), damping = to, found, max(damping / 10, 1e-6)
         if gain < NEAR:
             break
-        B = curvature(z, s2) if np.abs(step).max() > NEWTON else secant(B, step, turn)
+        Bs = B @ step
+        if np.abs(step).max() > NEWTON:
+            B = curvature(z, s2)
+        elif turn @ step > 1e-2 * (step @ Bs):  # concave here (Broyden, Fletcher, Goldfarb and Shanno 1970)
+            B = B - np.outer(Bs, Bs) / (step @ Bs) + np.outer(turn, turn) / (turn @ step)
     return z, value
-
-
-def secant(B, step, turn):
-    """Return B after a step that turned the gradient so much: Broyden, Fletcher, Goldfarb and Shanno (1970)."""
-    Bs = B @ step
-    if turn @ step <= 1e-2 * (step @ Bs):  # not concave here: leave B as it is
-        return B
-    return B - np.outer(Bs, Bs) / (step @ Bs) + np.outer(turn, turn) / (turn @ step)

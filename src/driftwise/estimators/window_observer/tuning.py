@@ -53,7 +53,7 @@ class Record:
 
     def __init__(self, est, y, u, time):
         disturbances = [q._replace(walk=1.0) for q in est.plant.disturbances]
-        self.est = type(est)(**{**est.options, "disturbances": tuple(disturbances)}) if disturbances else est
+        self.est = est.replace(disturbances=tuple(disturbances)) if disturbances else est
         alone = [_alone(est, i) for i in range(len(disturbances))]
         self.units = [one.noise(est.dt) for one in alone]  # what a walk of one adds to the covariance in a dt
         self.walks = np.array([one.walk for one in alone])  # and the states it moves
@@ -124,7 +124,7 @@ def tune_walks(est, y, u, time, which, noise):
     walks, factor = split(best)
     changed = [q._replace(walk=float(walk)) for q, walk in zip(est.plant.disturbances, walks, strict=True)]
     std = (factor * est.noise_std).tolist()
-    tuned = type(est)(**{**est.options, "disturbances": tuple(changed), "noise_std": std})
+    tuned = est.replace(disturbances=tuple(changed), noise_std=std)
     gain = value - likelihood(none)
     tried = np.array(ranges[: len(which)])
     logliks = np.array([_along(likelihood, best, i, grid) for i, grid in enumerate(tried)])
@@ -142,7 +142,7 @@ def tune_window(est, y, u, time):
     logliks: dict[int, float] = {}
 
     def made(length):
-        return type(est)(**{**est.options, "window": length * est.dt})
+        return est.replace(window=length * est.dt)
 
     def likelihood(length):
         if length not in logliks:
