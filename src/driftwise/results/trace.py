@@ -41,9 +41,7 @@ class Trace:
         self.estimator, self.keep, self.state = estimator, keep, state
         self.y, self.u, self.table = y.copy(), u.copy(), table
         self.observed_before = np.asarray(observed_before, float)
-        if time is None:
-            time = self.dt * (float(state["samples"]) - len(y) + np.arange(len(y)))
-        self.time = floats("time", time)
+        self.time = floats("time", self._times(len(y)) if time is None else time)
         if self.time.shape != (len(y),):
             raise InputError(f"time must be ({len(y)},) like y, got shape {self.time.shape}")
 
@@ -57,6 +55,10 @@ class Trace:
     def dt(self) -> float:
         """Seconds between samples."""
         return self.estimator.dt
+
+    def _times(self, samples: int) -> np.ndarray:
+        """Return the instants of samples that came without any: those of the state's count."""
+        return self.dt * (float(self.state["samples"]) - samples + np.arange(samples))
 
     # --- columns -------------------------------------------------------------------------------------------
 

@@ -171,7 +171,6 @@ class ModelAverage(Estimator):
         return self.n_columns
 
     def _trace(self, y, u, outs, keep, start, end, time):
-        time = self.dt * np.arange(len(y)) if time is None else time
         return self.trace_kind(self, y, u, outs, keep, end, time=time)
 
     def drive(self, rows, ys, us, outs, spec, scratch):

@@ -22,6 +22,10 @@ class AverageTrace(Trace):
     def __repr__(self):
         return f"AverageTrace({len(self)} samples, {self.leader} leads)"
 
+    def _times(self, samples: int) -> np.ndarray:
+        """Return the instants of samples that came without any: the members count samples, an average does not."""
+        return self.dt * np.arange(samples)
+
     @property
     def log_score(self) -> np.ndarray:
         """Log density that the forecast gave to y(t); NaN where it is missing, (T,)."""
