@@ -1,5 +1,6 @@
 """What the documentation shows runs: docstring examples, the README's code, its links and its figures."""
 
+import copy
 import doctest
 import importlib
 import pkgutil
@@ -9,7 +10,10 @@ from pathlib import Path
 import pytest
 
 import driftwise as dw
+from driftwise.detect import registry as detect_registry
 from driftwise.engine import compile as compile_engine
+from driftwise.memory import registry
+from driftwise.tracking import formats
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -34,7 +38,10 @@ def test_readme_code_runs(capsys):
 def test_contributed_code_runs(tmp_path, monkeypatch):
     """As the files that the page tells to write."""
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(compile_engine, "driver", compile_engine.plain_driver)
+    monkeypatch.setattr(compile_engine, "_compile", lambda make, kinds, dimensions: make(0))
+    for table in (registry, detect_registry):  # what the page registers, it registers for itself
+        monkeypatch.setattr(table, "ENTRIES", copy.copy(table.ENTRIES))
+    monkeypatch.setattr(formats, "WRITERS", dict(formats.WRITERS))
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "contribute.md").read_text(), re.S)
     assert blocks
     for number, block in enumerate(blocks):
@@ -58,3 +65,17 @@ def test_links_and_figures_exist(page):
 def test_public_names_exist_and_are_documented():
     for name in dw.__all__:
         assert (getattr(dw, name).__doc__ or "").strip(), name
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "src").rglob("README.md")), ids=lambda p: p.parent.name)
+def test_readmes_of_folders_name_files_that_exist(page):
+    places = [page.parent, *(p for p in page.parent.iterdir() if p.is_dir()), ROOT, ROOT / "src" / "driftwise"]
+    for name in re.findall(r"`([\w./]+\.(?:py|html|css|csv|md))`", page.read_text()):
+        assert any((place / name).exists() for place in places), name
+
+
+def test_every_folder_says_what_belongs_there():
+    package = ROOT / "src" / "driftwise"
+    floors = [p for p in package.iterdir() if (p / "__init__.py").exists()]
+    for folder in [*floors, package / "fleet" / "spark", package / "tracking" / "formats"]:
+        assert (folder / "README.md").exists(), folder.name

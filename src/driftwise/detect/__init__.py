@@ -22,11 +22,6 @@ _HOME = {
     "InnovationGate": "gate",
     # for a detector of one's own
     "register": "registry",
-    "watch": "watch",
-    "OWN": "watch",
-    "accumulate": "watch",
-    "conclude": "watch",
-    "side": "watch",
 }
 
 __all__ = list(_HOME)

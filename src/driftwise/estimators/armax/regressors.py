@@ -33,22 +33,8 @@ FIRST, FADING, YOUNG = 0.05, 0.99, 600.0  # forgetting at first, its decay per s
 
 @steps_like_lags
 class Polynomials(NamedTuple):
-    """The general family: the fields of `Lags`, then those of its own."""
+    """The general family: `Lags`, and what else it needs."""
 
-    N: Size
-    na: Size
-    inputs: Size
-    deep: Size
-    registers: Size
-    memory_size: Size
-    detector_size: Size
-    missing: Size
-    settle: float
-    fill: float
-    offset: float
-    mixture_columns: Size
-    nb: Vector
-    nk: Vector
     R: float  # variance of e, relative to the scale
     exact: Size  # 1: psi is the gradient; 0: psi = phi
     kept: Size  # nc + nd + sum of nf

@@ -1,6 +1,7 @@
 """The state row of a recursive estimator: what is kept between samples, where, and the scratch of a run."""
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -35,7 +36,15 @@ class Lags(NamedTuple):
     nk: Vector
 
 
-def lags(model, kind: type = Lags, **own) -> Lags:
+def with_lags(kind: Any) -> Any:
+    """Return the named tuple of the same name that has the fields of `Lags`, then those of ``kind``."""
+    fields = get_type_hints(Lags, include_extras=True) | get_type_hints(kind, include_extras=True)
+    made = namedtuple(kind.__name__, fields, module=kind.__module__)  # type: ignore[misc]
+    made.__doc__, made.__qualname__, made.__annotations__ = kind.__doc__, kind.__qualname__, fields
+    return made
+
+
+def lags(model, kind: Any = Lags, **own) -> Any:
     """Return the form, of type ``kind``, of a model with such lags as `Equation` has; ``own``: what is different.
 
     The size of all that memory and detector keep, and what options say, `Recursive` fills in.

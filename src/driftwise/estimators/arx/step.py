@@ -36,6 +36,7 @@ from .row import (
     push,
     regress,
     renew,
+    with_lags,
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
@@ -246,7 +247,11 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
 
 
 def steps_like_lags(kind):
-    """Let forms of this type take the step of `Lags`, in all that `regress.on` and `renew.on` do not say of them."""
+    """Let forms of this type take the step of `Lags`, in all that `regress.on` and `renew.on` do not say of them.
+
+    A named tuple that has none of the fields of `Lags` gets them, before its own.
+    """
+    kind = kind if set(Lags._fields) & set(kind._fields) else with_lags(kind)
     LAGS.on(kind)
     for question in (open_scratch, advance, regress, renew):
         question.on(kind)(question.table[Lags])
