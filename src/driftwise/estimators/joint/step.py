@@ -5,19 +5,20 @@ import math
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...engine.dispatch import advance, kernel, rare, watch
+from ...engine.dispatch import advance, choice, kernel, rare, watch
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, variances
 from ...memory.registry import Alarm, View, begin, on_alarm, time_update
-from ...models.noise import held_back
+from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
+from ...models.stability import is_inside, shrink_inside
 from .predict import propagate
-from .restrain import restrain
 from .row import (
     CHI2,
     HUGE,
     IN_A_ROW,
     LOGDET,
+    MEMO,
     OBSERVED,
     PEAK,
     SAMPLES,
@@ -77,11 +78,12 @@ def predict_input(state, l):
 
 
 @kernel
-def write(noise, out, t, state, scratch, yhat, e, T, status, s2):
+def write(noise, scale, out, t, state, scratch, yhat, e, T, status):
     """Write one row of the trace: prediction, innovation, its variance, status, then s, its spread or P."""
     N, C, n = state.D.size, out.shape[1], scratch.n
     out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, T, status
     if C >= 4 + N:
+        s2 = sigma2(scale, state.head[OBSERVED], state.head[CHI2])
         for i in range(N):
             out[t, 4 + i] = state.s[i]
         d, free = n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
@@ -116,6 +118,74 @@ def restart_state(state, n, Px, s2):
     for j in range(state.D.size):
         for i in range(min(j, n)):
             state.U[j * (j - 1) // 2 + i] = 0.0
+
+
+# --- an unknown noise polynomial must stay invertible: its zeros are drawn back inside, all else moves with them ---
+
+
+@choice
+def restrain(noise, state, scratch):
+    """Move s to where the noise allows it to be."""
+
+
+@restrain.on(White, Sensor, Coloured)
+def restrain_white(noise, state, scratch):
+    pass
+
+
+@restrain.on(Unknown)
+def restrain_unknown(noise, state, scratch):
+    first, n = scratch.n * (scratch.inputs + 2), scratch.n
+    for i in range(n):
+        scratch.memo[MEMO + i] = 0.0
+    if not is_inside(state.s[first : first + n], noise.radius, scratch.c, scratch.kappa):
+        draw_back(noise, state, scratch, first)
+
+
+@rare
+def draw_back(noise, state, scratch, first):
+    """s += P[:, d] P_dd^-1 delta: the posterior mean, were d known to be delta away from its estimate.
+
+    What x, a and b owe to the old d goes with it. ``memo`` takes P_dd^-1 delta for the smoother.
+    """
+    s, U, D, n = state.s, state.U, state.D, scratch.n
+    N, d, w, P, old = D.size, s[first : first + n], scratch.memo[MEMO:], scratch.Y, scratch.g
+    for i in range(n):
+        old[i] = d[i]
+    shrink_inside(d, noise.radius, scratch.c, scratch.kappa)
+    for i in range(n):
+        w[i] = d[i] - old[i]
+        d[i] = old[i]
+    # Cholesky factor of P_dd, then two substitutions
+    for i in range(n):
+        for j in range(i + 1):
+            p = 0.0
+            for c in range(first + i, N):
+                p += entry(U, first + i, c) * entry(U, first + j, c) * D[c]
+            for k in range(j):
+                p -= P[i, k] * P[j, k]
+            if i == j:
+                P[i, i] = p**0.5 if p > 0.0 else 0.0
+            else:
+                P[i, j] = p / P[j, j] if P[j, j] > 0.0 else 0.0
+    for i in range(n):
+        for k in range(i):
+            w[i] -= P[i, k] * w[k]
+        w[i] = w[i] / P[i, i] if P[i, i] > 0.0 else 0.0
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            w[i] -= P[k, i] * w[k]
+        w[i] = w[i] / P[i, i] if P[i, i] > 0.0 else 0.0
+    for c in range(first, N):
+        along = 0.0
+        for i in range(min(n, c - first + 1)):
+            along += entry(U, first + i, c) * w[i]
+        along *= D[c]
+        for i in range(c + 1):
+            s[i] += entry(U, i, c) * along
+
+
+# --- the step ---------------------------------------------------------------------------------------------
 
 
 @kernel
@@ -191,7 +261,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
             status |= EXACT
     else:
         T = predicted_variance(scratch.f, D, R)
-    write(noise, out, t, state, scratch, yhat, e, s2 * T, status, sigma2(scale, head[OBSERVED], head[CHI2]))
+    write(noise, scale, out, t, state, scratch, yhat, e, s2 * T, status)
     view = view_of(state, scratch, s2, white * white)
 
     # predict
