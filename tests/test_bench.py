@@ -36,8 +36,8 @@ def test_the_counted_step_is_the_step(est, monkeypatch):
     us = u.reshape(-1, 1) if est.model.inputs else np.empty((24, 0))
     before = est.scan(y[:16], us[:16] if est.model.inputs else None)
     seen = []
-    compose = work.__globals__["compose"]
-    plain = compose.plain_driver
+    loops = work.__globals__["compile"]
+    plain = loops.plain_driver
 
     def listen(*kinds):
         drive = plain(*kinds)
@@ -48,7 +48,7 @@ def test_the_counted_step_is_the_step(est, monkeypatch):
 
         return take
 
-    monkeypatch.setattr(compose, "plain_driver", listen)
+    monkeypatch.setattr(loops, "plain_driver", listen)
     asked = work(est, y[16:, None], us[16:], before.state, LATENCY)
     trace = est.scan(y[16:], us[16:] if est.model.inputs else None, state=before.state)
     assert np.array_equal([row[0] for row in seen], trace.prediction)

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,7 +77,8 @@ def simulate(path):
 def simulated(tmp_path_factory):
     """What the simulator gave."""
     path = tmp_path_factory.mktemp("cuda") / "simulated.npz"
-    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1"}
+    paths = [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]  # the oracles
+    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "PYTHONPATH": os.pathsep.join(paths)}
     done = subprocess.run([sys.executable, __file__, path], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return np.load(path)

@@ -61,7 +61,7 @@ def test_columns_are_what_the_estimator_says_of_each_series(est):
         assert np.array_equal(found.theta[k], state["theta"])
         np.testing.assert_allclose(found.std[k], np.sqrt(np.diag(covariance)), rtol=1e-12)
         assert found.noise[k] == pytest.approx(np.sqrt(own.policies[1].R * own.sigma2(state)), rel=1e-12)
-        assert found.untaught[k] == pytest.approx(own.excitation(state)[0][0], rel=1e-9)
+        assert found.untaught[k] == pytest.approx(own.information_ratio(state)[0][0], rel=1e-9)
     assert found.moves.ravel().tolist() == [True, True, True, True, False]
     assert np.isnan(found.still).all(), "this memory knows of no drift"
 

@@ -100,7 +100,7 @@ def test_a_check_that_fails_is_an_exit_code(monkeypatch, capsys):
 
 def test_verdicts_catch_a_filter_that_omits_the_correlation(monkeypatch):
     """Without S the estimate of test 1 goes to (.007, -.07, .83), and the paper's vector lies far outside."""
-    monkeypatch.setattr(clouds.dw, "NoisePolynomial", lambda d, variance: dw.models.EquationError(variance))
+    monkeypatch.setattr(clouds.dw.models, "NoisePolynomial", lambda d, variance: dw.models.EquationError(variance))
     found = {verdict.name: verdict for verdict in tests_1_to_4.section(30).verdicts}
     assert found["test 1: mean of the estimate"].fails
     assert found["test 1: the paper's (0.18, -1.05, 1.83) is in the cloud"].fails

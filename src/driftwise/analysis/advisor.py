@@ -134,8 +134,8 @@ def advise_window(
     >>> import driftwise as dw
     >>> cart = dw.Plant([[0, 1], [0, 0]], [0, 1], states=("position", "speed"))
     >>> wind = dw.models.Polynomial([0, 1], float("inf"))
-    >>> print(dw.analysis.advise_window(cart, dt=0.01, noise_std=0.1, disturbances=wind, windows=[0.5, 1, 2],
-    tolerance=[0.1, 0.1]))
+    >>> asked = dict(dt=0.01, noise_std=0.1, disturbances=wind, windows=[0.5, 1, 2], tolerance=[0.1, 0.1])
+    >>> print(dw.analysis.advise_window(cart, **asked))
     window s  position   speed      q
          0.5    0.0408   0.385    1.52
            1    0.0294   0.137   0.268

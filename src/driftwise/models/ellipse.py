@@ -50,7 +50,7 @@ def confidence_ellipse(covariance, level: float = 0.95, centre=0.0) -> Ellipse:
 
     Examples
     --------
-    >>> e = ellipse([[4.0, 0.0], [0.0, 1.0]], level=0.95, centre=1 + 2j)
+    >>> e = confidence_ellipse([[4.0, 0.0], [0.0, 1.0]], level=0.95, centre=1 + 2j)
     >>> e.centre, [round(float(r), 3) for r in e.semi_axes], e.angle
     ((1.0, 2.0), [4.895, 2.448], 0.0)
     """

@@ -84,7 +84,7 @@ def minimum_phase(d) -> tuple[np.ndarray, float]:
 
     Examples
     --------
-    >>> d, gain = reflect([2.0])
+    >>> d, gain = minimum_phase([2.0])
     >>> print(d, gain)
     [0.5] 4.0
     """

@@ -202,7 +202,7 @@ def test_regular_samples_give_what_fixed_gains_give(stamped):
     est = dw.WindowObserver(
         MOTOR, 0.15, noise_std=SIGMA, disturbances=(CONSTANT, COSINE), hold="foh", dt=1e-3, irregular=True
     )
-    trace = est.scan(y, u, time=t if stamped else None)
+    trace = est.scan(y[:, 0], u, time=t if stamped else None)
     for i in range(samples - 1, 900):
         part = slice(i - samples + 1, i + 1)
         expected = np.einsum("mlp,lp->m", design.gains, y[part])

@@ -396,7 +396,7 @@ BAD = {
     "clock": (scanned(np.zeros(3), time=[0.0, 1e-3, 5e-3]), r"say irregular=True"),
     "backwards": (scanned(np.zeros(3), time=[0.0, 1e-3, 0.0]), "time must increase"),
     "infinite": (scanned([0.0, np.inf]), "y is infinite at index"),
-    "two outputs": (scanned(np.zeros((3, 2))), r"y must have shape \(T, 1\)"),
+    "two outputs": (scanned(np.zeros((3, 2))), r"y must be one-dimensional, \(T,\)"),
     "covariance": (scanned(np.zeros(3), keep="covariance"), "keep must be one of"),
 }
 

@@ -214,7 +214,7 @@ assert np.any(columns["status"] & int(dw.Status.JUMP))
 def where(batches):
     import numba, driftwise, pyarrow, tempfile
     list(batches)
-    from driftwise.engine import compose
+    from driftwise.engine import compile
     from driftwise.fleet.spark.shipped import compiled
     compiled(driftwise.Fleet(driftwise.AR(1)).crew, 4)
     found = [driftwise.__file__, str(numba.config.CACHE_DIR.startswith(tempfile.gettempdir()))]

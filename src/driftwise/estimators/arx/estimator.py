@@ -25,13 +25,13 @@ from ..common.priors import covariance_of, factors_of, mean_of
 from ..common.settings import arguments
 from ..smoothing.estimator import InHindsight
 from . import step as _step  # noqa: F401  (registers the step)
+from .forms import METHODS
 from .gradient import LagsAlone, gradient
-from .instruments import REGISTERS, InstrumentalLags, Instruments, instruments
+from .instruments import REGISTERS, Instruments, instruments
 from .methods import LeastSquares
-from .row import HOLD, PREDICT, SKIP, Lags, lags
+from .row import HOLD, PREDICT, SKIP, lags
 from .speeds import read as read_speeds
 
-METHODS: dict[str, Any] = {"ls": Lags, "iv": InstrumentalLags, "nlms": LagsAlone, "lms": LagsAlone}
 MISSING = {"predict": PREDICT, "hold": HOLD, "skip": SKIP}
 
 

@@ -9,7 +9,7 @@ from ...engine.dispatch import open_row
 from ...engine.errors import InputError
 from ..armax.regressors import Polynomials, open_kept
 from ..base import Estimator
-from .estimator import METHODS
+from .forms import METHODS
 
 STEP = 1e-6  # of a parameter's unit: derivatives by central differences
 
