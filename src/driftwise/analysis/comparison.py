@@ -17,8 +17,6 @@ from ..results.summary import pool
 from ..results.whiteness import score
 from .forecast import forecast
 
-__all__ = ["Comparison", "Row", "compare"]
-
 TIED = 2.0  # deviations of the mean difference
 LEAST = 10  # measured samples left out at the beginning, at least
 POINTS = 2000  # of the path that is drawn, at most

@@ -11,12 +11,10 @@ from ..results.sentences import BETWEEN_JUMPS, explained_by_jump, jump_count_wor
 from ..results.stable import stability
 from ..results.verdicts import Diagnosis, Verdict
 from .drift_or_jump import constancy, odds
-from .forecast_verdicts import LEVEL, calibration, of_summary
+from .forecast_verdicts import LEVEL, of_summary
 from .identifiable import ROWS, WEAK, Identifiability, taught
 from .information_age import last_news
 from .remedies import memories
-
-__all__ = ["calibration", "diagnose"]
 
 UNLEARNED = 0.5  # of the prior variance: beyond it the first guess says more than the data
 SURE = 100.0  # odds to one

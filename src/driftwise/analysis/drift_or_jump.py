@@ -13,8 +13,6 @@ from ..estimators.smoothing.jumps import detect, learner, steps
 from ..estimators.smoothing.likelihood import FREED, Likelihood
 from ..estimators.smoothing.smoother import readable
 
-__all__ = ["Constancy", "Odds", "constancy", "odds"]
-
 PARTS = 8  # of a record; after 2 to 6 of them the estimates are compared with the last ones
 CLEAR = 0.3  # of a deviation must have been learnt since
 

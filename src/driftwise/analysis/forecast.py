@@ -10,8 +10,6 @@ from ..results.bands import share_within
 from ..results.summary import is_inside
 from .forecast_verdicts import BAND, WIDE
 
-__all__ = ["Forecast", "forecast"]
-
 
 class Forecast(NamedTuple):
     """Columns, (T,): NaN, and not inside, where y is missing or there was no forecast."""

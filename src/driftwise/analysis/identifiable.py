@@ -14,8 +14,6 @@ from ..models.canonical import Canonical
 from ..models.rows import regression_rows, triangle
 from ..models.spectral import inside
 
-__all__ = ["Direction", "Identifiability", "identifiability"]
-
 ROWS = 20_000  # rows of a run that are looked at
 WEAK = 1e-3  # of `Identifiability.worst`, below which there is something to say
 ZERO = 1e-9  # a singular value so small beside the largest counts as none

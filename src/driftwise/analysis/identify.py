@@ -10,8 +10,6 @@ from ..tables.autoread import gathered, read
 from .identification import Finder
 from .identifier import joined
 
-__all__ = ["identify"]
-
 
 def identify(data, output: str | None = None, input=None, time: str | None = None, dt: float | None = None):
     """Return what a record says about the plant behind it: model, changes, forecast, verdicts; nothing to tune.

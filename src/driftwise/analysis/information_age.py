@@ -11,8 +11,6 @@ from ..engine import validation
 from ..estimators.smoothing.record import regressors
 from ..models.equation import Equation
 
-__all__ = ["News", "last_news"]
-
 BLOCKS = 100  # of the record, by which ages are counted
 NEW = 0.01  # of the information about a parameter
 

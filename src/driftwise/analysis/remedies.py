@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from ..results.whiteness import LAGS
 
-__all__ = ["for_bars", "for_colour", "memories"]
-
 
 def for_colour(s=None, share: float = 0.0) -> str:
     """Return what to try where something predictable is left in the innovations of a `Summary`.

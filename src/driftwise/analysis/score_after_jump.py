@@ -9,8 +9,6 @@ from ..engine.errors import InputError
 from ..estimators.arx.forecast import STEP
 from ..memory.constant import Constant
 
-__all__ = ["what_changed"]
-
 
 def what_changed(trace, sample: int, samples: int) -> ScoreTest:
     """Return how well the parameters from before ``sample`` fit the samples from there on: `Trace.what_changed`.

@@ -12,8 +12,6 @@ import numpy as np
 from ..engine.errors import InputError
 from .identifiable import ROWS, WEAK, taught
 
-__all__ = ["ROWS", "Study", "study"]
-
 
 @dataclass(frozen=True)
 class Study:

@@ -10,8 +10,6 @@ from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["AutomaticJob"]
-
 
 class AutomaticJob(RunOptions):
     """Finds out everything but the columns that were named."""

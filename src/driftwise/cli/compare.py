@@ -13,8 +13,6 @@ from driftwise.cli.options import Chunk, From, Inputs, Json, Page, TableFile, To
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.results.numbers import number
 
-__all__ = ["CompareJob"]
-
 
 @dataclass
 class CompareJob(RecordJob):

@@ -14,8 +14,6 @@ from driftwise.cli.job import Job
 from driftwise.cli.specs import floats
 from driftwise.engine.errors import InputError
 
-__all__ = ["DemoJob", "SimulateJob", "random_plant"]
-
 OPTIONS = "--output track_deg --input roll_deg --time time_s --model auto"
 
 

@@ -11,8 +11,6 @@ import typer
 from driftwise.cli.job import Job
 from driftwise.engine.errors import InputError
 
-__all__ = ["FAULTS", "TRUTH", "FleetSimulateJob", "Pump", "pumps", "write_fleet"]
-
 A, B, NOISE = (-1.1, 0.3), (0.25, 0.12), 0.02  # of a pump as it should be; each differs by SPREAD
 SPREAD = 0.02
 SHARE, TOGETHER = 0.005, 0.03  # of the fleet, for each fault; of those that jump together

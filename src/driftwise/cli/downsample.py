@@ -11,8 +11,6 @@ from driftwise.engine.status import Status
 from driftwise.report.thin import extremes
 from driftwise.results.parameter_trace import ParameterTrace
 
-__all__ = ["Downsampler", "ObserverDownsampler", "Offsets", "PairDownsampler", "ThinTrace", "TraceDownsampler"]
-
 ROWS = 20_000
 WATCHED = 6  # inputs and parameters whose extremes are kept
 EVENTS = 10_000

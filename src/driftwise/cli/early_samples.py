@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["EarlySamples", "smoothing_rows"]
-
 ROWS = 2_000_000  # rows that are smoothed at most
 NUMBERS = 50_000_000  # numbers that smoothing may return, 400 MB of them
 

@@ -11,8 +11,6 @@ from driftwise.cli.saving import Saver
 from driftwise.cli.specs import refusal
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["EstimateJob"]
-
 MANY = 60  # unknowns; beyond it roots and their bars take longer than the filter
 
 

@@ -16,8 +16,6 @@ from driftwise.cli.options import Inputs, Quiet, time_option
 from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["FleetRunJob", "FleetShowJob"]
-
 PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
 
 

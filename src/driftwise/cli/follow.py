@@ -13,8 +13,6 @@ from typing import Any
 
 from driftwise.tables.growing import Growing
 
-__all__ = ["follow"]
-
 REFRESH = 0.5  # s between two pictures of the live table
 SHARE = 0.2  # of the time that may go into drawing
 

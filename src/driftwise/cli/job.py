@@ -13,8 +13,6 @@ from driftwise.cli.progress import bar
 from driftwise.cli.targets import refuse_targets
 from driftwise.engine.errors import InputError
 
-__all__ = ["Job", "RecordJob", "add_command"]
-
 LOOK = 1000  # rows by which a clock is known
 
 

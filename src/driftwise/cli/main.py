@@ -18,8 +18,6 @@ from driftwise.cli.track import TrackJob
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.report.advice_translation import spoken
 
-__all__ = ["app", "main"]
-
 STUDIES = ("reproduce", "score")  # commands of the second distribution of the repository
 
 app = typer.Typer(

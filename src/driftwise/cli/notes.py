@@ -8,8 +8,6 @@ from driftwise.detect.registry import by_word
 from driftwise.engine.errors import InputError
 from driftwise.results.numbers import number
 
-__all__ = ["STOPPED", "clock_notes", "described", "labels", "notes", "verdicts"]
-
 STOPPED = "stopped early; the results are those of the rows read so far."
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
 

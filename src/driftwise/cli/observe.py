@@ -11,8 +11,6 @@ from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.results.numbers import number, plus_minus
 
-__all__ = ["ObserveJob"]
-
 UNEVEN = 1e-3  # a step that differs by this share from the usual one makes a table irregular
 TUNED = 20_000  # rows that a walk is tuned on
 

@@ -6,8 +6,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Chunk", "From", "Inputs", "Json", "Page", "Quiet", "TableFile", "To", "time_option"]
-
 TableFile = Annotated[str, typer.Argument(help="CSV or Parquet table, or - for CSV on standard input.")]
 Inputs = Annotated[
     list[str] | None, typer.Option("--input", "-i", metavar="COLUMN", help="Column of an input; repeat for several.")

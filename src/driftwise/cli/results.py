@@ -6,8 +6,6 @@ import json
 import math
 import sys
 
-__all__ = ["content", "write"]
-
 
 def content(job) -> dict:
     """Return what was estimated, from what, and how well."""

@@ -7,8 +7,6 @@ from driftwise.cli.estimate import EstimateJob
 from driftwise.cli.observe import ObserveJob
 from driftwise.cli.run_options import RunOptions
 
-__all__ = ["RunJob"]
-
 
 class RunJob(RunOptions):
     """Estimate a system from a recorded table.

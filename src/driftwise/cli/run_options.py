@@ -14,8 +14,6 @@ from driftwise.cli.job import RecordJob
 from driftwise.cli.options import Chunk, From, Inputs, Json, TableFile, To, time_option
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["AUTO", "RunOptions", "orders"]
-
 AUTO = "1-5"  # what --order auto compares unless told otherwise
 LARGEST = 30
 SMOOTHED = ("ar", "arx", "regression")  # recursive models that look back

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["Saver", "smoothed_columns", "widen"]
-
 BLOCK = 1 << 24  # bytes of a CSV read at a time
 
 

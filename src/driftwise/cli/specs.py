@@ -10,11 +10,6 @@ from driftwise import memory as memories
 from driftwise import models
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = [
-    "MODELS", "NAMED", "detector", "estimators", "floats", "memory", "model", "policy",
-    "recursive", "refusal",
-]  # fmt: skip
-
 # the numbers of each model, in order; those in PER_INPUT may differ by input: 2/1 is 2 for the first, 1 for the second
 MODELS = {
     "ar": ("na",),

@@ -7,8 +7,6 @@ import tempfile
 
 from driftwise.engine.errors import CommandError
 
-__all__ = ["refuse_file", "refuse_folder", "refuse_targets"]
-
 
 def refuse_targets(job) -> None:
     """Refuse what --save, --report and --json of a job name where it cannot be written, or is what is read."""

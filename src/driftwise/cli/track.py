@@ -17,8 +17,6 @@ from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.tracking.formats import WRITERS
 
-__all__ = ["TrackJob"]
-
 BLOCK = 2000  # plots between two movements of the progress bar
 CLASSES = ("aircraft", "helicopter", "glider", "uav", "boat")
 

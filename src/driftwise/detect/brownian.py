@@ -9,8 +9,6 @@ import numpy as np
 
 from ..engine.errors import InputError
 
-__all__ = ["OVERSHOOT", "brownian_delay", "brownian_run_length", "growth"]
-
 OVERSHOOT = (
     2 * 0.5825971579390107
 )  # -zeta(1/2)/sqrt(2 pi), twice: what discrete time adds to a threshold (Siegmund 1985)

@@ -9,15 +9,6 @@ import numpy as np
 from ..engine.errors import InputError
 from .brownian import finite, phi2, positive
 
-__all__ = [
-    "RunLengthFit",
-    "extrapolate_run_length",
-    "lagged_products",
-    "product_exponent",
-    "product_run_length",
-    "simulate_run_length",
-]
-
 LONGEST = 10**7  # samples that a simulated run may take
 
 

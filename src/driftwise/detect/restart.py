@@ -9,17 +9,6 @@ import numpy as np
 from ..engine.errors import InputError
 from .brownian import OVERSHOOT, brownian_run_length, finite, phi1, phi2, positive
 
-__all__ = [
-    "RestartDesign",
-    "design_restart",
-    "energy_of_jump",
-    "energy_of_jump_exact",
-    "energy_of_noise",
-    "printed_criterion",
-    "restart_length",
-    "variance_after",
-]
-
 
 def restart_length(jump, std=1.0):
     """Return N0 = 1 + std^2/jump^2: the gain restarts at 1/N0, then 1/(N0 + 1), ...

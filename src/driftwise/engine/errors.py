@@ -1,7 +1,5 @@
 """The error a user meets at the door."""
 
-__all__ = ["CommandError", "InputError", "refuse_class"]
-
 
 class InputError(ValueError):
     """Data or a setting handed over by the user cannot be used; the message says which, why and the likely cause."""

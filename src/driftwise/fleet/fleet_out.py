@@ -13,8 +13,6 @@ from driftwise.engine.errors import InputError
 from driftwise.fleet.events import nothing
 from driftwise.fleet.fleet_parts import Parts
 
-__all__ = ["FleetOut"]
-
 FLEET, FINAL, EVENTS, ESTIMATES, REPORTED = "fleet.parquet", "final.parquet", "events.parquet", "estimates", ".events"
 WORDS = "kind", "text", "parameter"  # of an event
 INSTANTS = "time", "first_time", "last_time", "last_jump"

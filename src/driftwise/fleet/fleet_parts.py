@@ -9,8 +9,6 @@ from typing import Any
 
 from driftwise.engine.atomic import SUFFIX, replaced
 
-__all__ = ["Parts", "write_table"]
-
 ROWS = 1 << 18  # of a part; so many are in memory
 NAME = re.compile(r"part-(\d{15})\.parquet")
 

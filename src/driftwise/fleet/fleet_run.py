@@ -19,8 +19,6 @@ from driftwise.fleet.job import FleetJob, FleetResult, Progress, facts_of, refus
 from driftwise.fleet.run import FleetRun
 from driftwise.tables.dataset import Dataset, open_dataset
 
-__all__ = ["former_run", "run_fleet"]
-
 INTAKE = "dt", "first", "center", "longest"
 
 

@@ -12,8 +12,6 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.fleet.store import settings
 
-__all__ = ["FleetJob", "FleetResult", "Progress", "facts_of", "refuse_another"]
-
 SAME = "by", "output", "inputs", "time", "dt", "first", "center", "longest", "every", "batch", "missing"
 
 

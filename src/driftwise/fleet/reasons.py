@@ -9,8 +9,6 @@ from ..results.sentences import series_jump_words
 from ..results.summary import combination
 from .counters import never_moved
 
-__all__ = ["reason"]
-
 
 def reason(kind: str, row: int, *, fleet, tally, census, rest, inputs, when) -> str:
     """Return why a series is listed under a kind of `outliers.KINDS`."""

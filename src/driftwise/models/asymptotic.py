@@ -9,8 +9,6 @@ import numpy as np
 from ..engine.errors import InputError
 from .spectral import inside, noise_polynomial
 
-__all__ = ["WrongNoiseLimit", "asymptotic_bias"]
-
 
 @dataclass(frozen=True)
 class WrongNoiseLimit:

@@ -13,8 +13,6 @@ from .canonical import Canonical
 from .rows import regression_rows, triangle
 from .spectral import inside, noise_polynomial
 
-__all__ = ["CramerRao", "cramer_rao", "cramer_rao_of_record"]
-
 
 @dataclass(frozen=True)
 class CramerRao:

@@ -12,8 +12,6 @@ from ..engine.errors import InputError
 from .noise import NoisePolynomial
 from .spectral import factor, polynomial
 
-__all__ = ["Singer", "SingerCanonical"]
-
 TERMS = 34  # of the series: the last is below 1e-17 of the first at alpha dt = 1
 LOST = 1e-6  # largest error of the noise spectrum that rounding d to doubles may cause
 

@@ -11,8 +11,6 @@ import numpy as np
 
 from ..engine.errors import InputError
 
-__all__ = ["spectral_factor", "minimum_phase"]
-
 ON_CIRCLE = 1e-7  # a modulus this close to one counts as one: double roots are not found more finely
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from typing import Any
 
-__all__ = ["spoken", "spoken_verdicts"]
-
 # what the estimators' words become behind --memory and --noise
 WORDS = {
     "AutoMemory()": "auto", "Constant()": "constant", "RestartOnChange()": "restart", "RandomWalk(q)": "random-walk:Q",

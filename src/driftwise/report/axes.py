@@ -7,8 +7,6 @@ from typing import Any
 from driftwise.report.figure import PALETTE
 from driftwise.results.numbers import instant, number
 
-__all__ = ["FONT", "Timeline", "across", "dress", "legend", "shade", "single", "zoomable"]
-
 FONT = "system-ui, -apple-system, Segoe UI, Roboto, Helvetica Neue, Arial, sans-serif"
 LEFT = 84  # pixels left of the frame, so that frames stand one above the other
 

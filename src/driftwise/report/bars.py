@@ -5,8 +5,6 @@ from __future__ import annotations
 from driftwise.report.axes import across, dress, shade
 from driftwise.report.figure import PALETTE
 
-__all__ = ["autocorrelations", "excitation", "orders"]
-
 
 def _blank(name: str, height: int, x_label: str, y_label: str, **more):
     from bokeh.plotting import figure

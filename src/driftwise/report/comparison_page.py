@@ -10,8 +10,6 @@ from driftwise.report.page import Card, Page, Panel, group, table
 from driftwise.report.panels import zoom_words
 from driftwise.results.numbers import number
 
-__all__ = ["HEAD", "cells", "write"]
-
 HEAD = ("estimator", "fit %", "rmse", "-log p", "behind best", "NIS", "in 95 %", "alarms", "µs/sample", "unknowns")
 
 

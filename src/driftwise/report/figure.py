@@ -5,18 +5,6 @@ from __future__ import annotations
 from driftwise.engine.status import OUTLIER, REJECTED
 from driftwise.report.thin import alone, envelope, together
 
-__all__ = [
-    "LINES",
-    "LINES_SHOWN",
-    "MARKS",
-    "PALETTE",
-    "plot",
-    "plot_mimo",
-    "plot_observer",
-    "plot_smoothed",
-    "steady_range",
-]
-
 POINTS = 5000
 LINES_SHOWN = 60  # vertical lines at jumps and rises of the noise
 # colours that everyone can tell apart (Okabe and Ito, 2008); dashes and markers say the same again

@@ -11,8 +11,6 @@ from driftwise.report.page import Card, Page, Panel, columns, group, say, table,
 from driftwise.results.numbers import fixed, number
 from driftwise.results.sentences import HOW_JUMPS_COUNT
 
-__all__ = ["write"]
-
 LISTED, OF_EACH = 300, 60  # series in the table, and of each kind before the others come
 PARAMETERS = 12  # of which the spread is shown
 SHORT = {

@@ -7,8 +7,6 @@ from typing import Any
 from driftwise.report.axes import FONT, Timeline, dress, legend, shade, single, zoomable
 from driftwise.report.figure import PALETTE
 
-__all__ = ["against", "jumps", "spread"]
-
 BINS = 80
 NAMES = 5  # written beside their marks
 MARKED = 400  # of those that need a look, in a histogram

@@ -8,19 +8,6 @@ from typing import Any
 from driftwise.results.numbers import capital, count_of, grouped, instant, lasting, number
 from driftwise.results.sentences import NOTHING, burst_words, false_jumps_words
 
-__all__ = [
-    "FleetReport",
-    "burst_notes",
-    "counted",
-    "gap_notes",
-    "key_notes",
-    "lead",
-    "fleet_notes",
-    "quality",
-    "shown",
-    "starts_anew",
-]
-
 COUNTED = {  # of each kind, for one and for several
     "jumped": ("{} jumped", "{} jumped"),
     "drifts": ("{} drifts", "{} drift"),

@@ -15,8 +15,6 @@ from driftwise.report.run_page import facts, input_figures, parameter_figures, p
 from driftwise.report.terminal import SO_FAR
 from driftwise.results.numbers import fixed, number
 
-__all__ = ["write"]
-
 
 def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
     """Write the page of an `Identification` and return its path.

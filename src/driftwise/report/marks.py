@@ -7,8 +7,6 @@ from typing import NamedTuple
 from driftwise.engine.status import MEANING, Status
 from driftwise.report.figure import LINES_SHOWN, MARKS
 
-__all__ = ["Mark", "mark_dots", "mark_lines", "marks"]
-
 ACROSS = 1200  # marks of a kind that can be told apart across a page
 
 

@@ -15,8 +15,6 @@ from driftwise.report.run_page import input_figures, named_axes, scaled
 from driftwise.results.numbers import grouped, interval, number, plus_minus
 from driftwise.results.sentences import nis_words
 
-__all__ = ["write"]
-
 OUTPUTS_SHOWN = 4
 
 

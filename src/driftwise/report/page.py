@@ -19,8 +19,6 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["Card", "Page", "Panel", "columns", "group", "named", "say", "stack", "table", "tag"]
-
 MORE = """<div class="more"><h2>Details</h2><button type="button"
 onclick="for (const fold of document.querySelectorAll('details')) fold.open = true">Unfold all</button></div>
 """

@@ -20,11 +20,6 @@ from driftwise.results.numbers import (
     probable,
 )  # fmt: skip
 
-__all__ = [
-    "change_table", "drift_panel", "event_panel", "fit_cards", "grade", "knowledge_panel", "order_panel",
-    "roots_panel", "verdict_panel", "zoom_words",
-]  # fmt: skip
-
 EVENTS_SHOWN = 200
 CHANGES_SHOWN = 8
 UNLEARNED = 0.5  # a direction that keeps more than this share of its prior variance is not learned

@@ -9,8 +9,6 @@ from driftwise.report.figure import LINES, PALETTE
 from driftwise.report.thin import together
 from driftwise.report.track_report import when
 
-__all__ = ["colour", "plan"]
-
 LINE_POINTS = 40_000  # of all tracks together
 DOTS = 20_000  # plots drawn
 ELLIPSES = 400

@@ -13,8 +13,6 @@ from driftwise.report.marks import mark_dots, mark_lines
 from driftwise.report.page import named
 from driftwise.report.thin import alone, envelope, together
 
-__all__ = ["POINTS", "edges", "innovations", "inputs", "limits", "output", "panels", "statistic", "weight", "weights"]
-
 POINTS = 20_000  # samples drawn of an output
 INPUT_POINTS = 10_000  # of all inputs together
 LONG = 4000  # innovations that can be told apart as dots

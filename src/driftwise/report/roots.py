@@ -8,8 +8,6 @@ from typing import Any
 from driftwise.report.axes import dress, legend
 from driftwise.report.figure import PALETTE
 
-__all__ = ["FAR", "own_zeros", "plane", "smallest_window"]
-
 FAR = 2.5  # a zero farther out than this is counted, not drawn
 CLOUD = 300  # posterior draws shown where an ellipse would mislead
 MARKERS = ("circle", "square", "diamond", "triangle", "inverted_triangle", "hex")

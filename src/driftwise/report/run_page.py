@@ -29,8 +29,6 @@ from driftwise.results.numbers import SAMPLES, chance, count_of, grouped, interv
 from driftwise.results.sentences import nis_words, predictable_words
 from driftwise.results.stable import is_integrator, swings
 
-__all__ = ["facts", "input_figures", "named_axes", "parameter_figures", "plant_cards", "scaled", "write"]
-
 STATES_SHOWN = 6
 INPUTS_SHOWN = 4
 UNUSED = int(Status.REJECTED | Status.OUTLIER)

@@ -9,11 +9,6 @@ from driftwise.report.roots import own_zeros
 from driftwise.results.numbers import SAMPLES, bound, chance, fixed, near_one, number, percent, plus_minus, probable
 from driftwise.results.sentences import SOMETHING
 
-__all__ = [
-    "MOST_TRACKS", "SO_FAR", "console", "foot", "head", "show_fleet", "show_identification", "show_run", "show_tracks",
-    "table", "track_table",
-]  # fmt: skip
-
 JUMPS = 8  # times of jumps printed
 GAP = 3  # columns between tables
 SO_FAR = {"mean": "mean so far"}  # a forecast knows no other

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["alone", "envelope", "extremes", "together"]
-
 
 def extremes(group, *columns):
     """Return sorted indices: of every run of equal ``group``, the first lowest and the first highest of each column.

@@ -11,8 +11,6 @@ from driftwise.report.plots import edges, limits
 from driftwise.report.thin import together
 from driftwise.report.track_report import clock
 
-__all__ = ["Panels"]
-
 ROWS = 16_000  # drawn of all tracks together
 CROWD = 1500  # rows from which dots are drawn smaller
 RUN = 25  # plots in the running mean of the NIS

@@ -9,21 +9,6 @@ from typing import Any, NamedTuple
 
 from driftwise.results.numbers import count_of, fixed, instant, lasting, number, often
 
-__all__ = [
-    "HEAD",
-    "Row",
-    "cells",
-    "clock",
-    "fault_words",
-    "skipped",
-    "lead",
-    "mean",
-    "objects",
-    "row",
-    "rows",
-    "when",
-]
-
 DATED = 1e8  # s: times beyond are Unix times
 SLOW = 0.1  # of the median speed of a track: below, it stands
 COURSE = 15.0  # degrees: a course of a larger deviation is not known

@@ -13,8 +13,6 @@ from driftwise.report.track_plots import Panels
 from driftwise.report.track_report import skipped
 from driftwise.results.numbers import count_of, fixed, lasting, number, often
 
-__all__ = ["write"]
-
 CHOICE = 20  # tracks that can be looked at over time: the busiest
 TABLE = 300  # rows of the table
 

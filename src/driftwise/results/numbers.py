@@ -5,12 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import floor, isfinite, log10
 
-__all__ = [
-    "SAMPLES", "SECONDS", "bound", "capital", "chance", "complex_number", "count_of", "fixed", "grouped", "instant",
-    "interval", "lasting", "listed", "near_one", "number", "odds_words", "often", "percent", "plain", "plus_minus",
-    "probable", "sentence",
-]  # fmt: skip
-
 SECONDS, SAMPLES = "s", "samples"  # what time is counted in: the latter where there is no clock
 MOST_ODDS = 1e6  # beyond them odds are no longer told apart
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from .verdicts import Verdict
 
-__all__ = ["NEAR", "is_integrator", "moduli", "stability", "swings"]
-
 NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
 
 

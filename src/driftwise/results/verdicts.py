@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 
 from .numbers import plain, sentence
 
-__all__ = ["Diagnosis", "Verdict"]
-
 WIDTH = 110  # of the printed table
 
 

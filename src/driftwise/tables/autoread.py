@@ -8,8 +8,6 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 
-__all__ = ["Segments", "gathered", "read", "recognised"]
-
 
 class Segments:
     """Iterates over (time (T,), y (T,), u (T, k)), NaN where missing, cleaned and on a regular clock.

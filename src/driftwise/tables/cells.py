@@ -7,8 +7,6 @@ import re
 from driftwise.engine.errors import InputError
 from driftwise.tables.dialect import MISSING
 
-__all__ = ["NAT", "converted", "instants", "is_text", "kind_of", "numbers", "of_day", "seconds", "switched", "trimmed"]
-
 LARGEST = 1e100  # whose square is a number yet
 LOOK = 2000  # cells by which the kind of a column is settled
 NAT = -(2**63)  # nanoseconds of a missing time stamp: what NumPy calls NaT

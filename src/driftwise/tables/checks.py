@@ -8,8 +8,6 @@ from typing import Any
 from driftwise.engine.errors import InputError
 from driftwise.tables.source import title_of
 
-__all__ = ["first_chunks", "refuse_text"]
-
 PATIENCE = 1 << 20  # rows read in search of an output that moves
 
 

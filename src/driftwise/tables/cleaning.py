@@ -13,8 +13,6 @@ import numpy as np
 
 from .stuck_sensor import repeats
 
-__all__ = ["Belief", "Cleaner", "believe", "codes_in", "doubtful", "judged"]
-
 LONGEST = 3  # samples that a drop-out lasts at most
 REACH = 16  # rows over which its neighbours are looked for
 SHARE = 0.03  # of the samples that may be drop-outs

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from driftwise.tables.cells import NAT
 
-__all__ = ["DAY", "Clock", "TimeOfDay"]
-
 DAY = 86_400.0  # seconds
 GAP = 1.75  # a step longer than this many usual steps lost samples
 

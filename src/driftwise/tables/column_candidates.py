@@ -7,8 +7,6 @@ import numpy as np
 from .column_roles import SCORES, Name
 from .screening import screen
 
-__all__ = ["because", "propose_inputs", "propose_output"]
-
 MOST_INPUTS = 4
 HELPS = 0.002  # share of the residual variance that an input must take away to be proposed
 HELPS_MUCH = 0.05  # the same for a column whose name says nothing, beside inputs whose names do

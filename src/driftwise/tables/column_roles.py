@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-__all__ = ["SECONDS", "Name", "is_unit", "parse"]
-
 TIME = "time t date datetime timestamp stamp ts zeit datum uhrzeit zeitstempel year jahr elapsed epoch seconds sec"
 LABEL = (
     "anomaly anomalous changepoint fault faulty label labels class flag alarm truth mode status step indicator "

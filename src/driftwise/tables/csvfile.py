@@ -10,8 +10,6 @@ from driftwise.tables.dialect import MISSING, Dialect, sniff
 from driftwise.tables.marks import plain
 from driftwise.tables.source import Source
 
-__all__ = ["CsvSource"]
-
 BLOCK = 1 << 21
 HEAD = 1 << 18
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")

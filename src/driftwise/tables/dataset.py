@@ -16,8 +16,6 @@ from driftwise.tables.keys import Keys
 from driftwise.tables.parts import Part, parts_of
 from driftwise.tables.source import Source, resolve_all
 
-__all__ = ["Batch", "Dataset", "open_dataset"]
-
 ROWS = 1 << 18
 
 

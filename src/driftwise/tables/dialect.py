@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from driftwise.engine.errors import InputError
 from driftwise.tables.marks import Marks, marks_of
 
-__all__ = ["COMMENTS", "MISSING", "Dialect", "kind", "sniff", "split"]
-
 MISSING = frozenset(
     "|-|--|.|?|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT".split("|")
 )

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 from driftwise.engine.errors import InputError
 from driftwise.tables.cells import instants, numbers
 
-__all__ = ["Filling", "Piece"]
-
 
 class Piece(NamedTuple):
     """Rows as a reader hands them over: a pyarrow array per column, key first, and where rows were ragged."""

@@ -7,8 +7,6 @@ import select
 import sys
 from time import sleep
 
-__all__ = ["Growing"]
-
 MOST = 1 << 22  # bytes taken at a time
 
 

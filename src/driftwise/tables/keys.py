@@ -7,8 +7,6 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 
-__all__ = ["Keys"]
-
 
 class Keys:
     """Turns columns of keys into codes; ``names`` are the keys met so far, in order of appearance.

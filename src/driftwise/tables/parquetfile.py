@@ -9,8 +9,6 @@ from driftwise.engine.errors import InputError
 from driftwise.tables.cells import is_text
 from driftwise.tables.source import Source
 
-__all__ = ["MemorySource", "ParquetSource", "ScannedSource"]
-
 BATCH = 1 << 16
 
 

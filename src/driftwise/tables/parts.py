@@ -16,8 +16,6 @@ from driftwise.tables.csvfile import CsvSource
 from driftwise.tables.parquetfile import MemorySource, ParquetSource, ScannedSource
 from driftwise.tables.source import Source, refuse_missing, title_of
 
-__all__ = ["Part", "parts_of", "source_of"]
-
 PARQUET = (".parquet", ".parq", ".pq")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
 PACKED = (".gz", ".bz2", ".xz", ".zst")

@@ -8,8 +8,6 @@ from typing import Any
 from driftwise import detect, models
 from driftwise.engine.errors import CommandError, InputError
 
-__all__ = ["EXAMPLE", "read"]
-
 EXAMPLE = """\
 [plant]                          # x' = A x + B u + disturbances, y = C x + D u, in seconds
 states = ["position", "speed"]

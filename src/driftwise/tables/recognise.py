@@ -19,8 +19,6 @@ from .sampling import Sampling, judge_sampling
 from .stuck_sensor import LEAST, Segment, stuck
 from .table_words import notes_of, words_of
 
-__all__ = ["Column", "Table", "on_clock", "recognise"]
-
 SHOWN = 8  # columns that a message lists
 DAY = 86_400.0
 STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet

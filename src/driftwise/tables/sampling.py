@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Regular", "Sampling", "judge_sampling"]
-
 LONGEST_GAP = 1000  # samples; a longer silence is a restart
 RESTART_ROWS = 20  # missing rows that stand for a restart: enough to empty the lags of a model
 LATE = 5  # steps that a stamp may go back and still be a row that came late

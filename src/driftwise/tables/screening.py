@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["screen"]
-
 ROWS = 16_384
 LAGS = 4
 STRIDES = (1, 8)  # readings: what acts slowly shows better a few readings ahead

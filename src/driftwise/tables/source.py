@@ -9,8 +9,6 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 
-__all__ = ["Source", "refuse_missing", "resolve", "resolve_all", "title_of"]
-
 
 class Source:
     """Rows of a table, batch by batch, read once.

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["LEAST", "Segment", "repeats", "stuck"]
-
 LEAST = 20  # equal readings in a row
 MOVES = 0.95  # share of the rows, elsewhere, in which the sensor reads something new
 TURNS = 0.05  # share of them in which it turns round: a ramp does not, noise does

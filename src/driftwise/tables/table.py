@@ -20,8 +20,6 @@ from driftwise.tables.clock import DAY, Clock, TimeOfDay
 from driftwise.tables.parts import source_of
 from driftwise.tables.source import Source, resolve_all, title_of
 
-__all__ = ["Chunk", "OpenTable", "Record", "open_record", "open_table"]
-
 CHUNK_ROWS = 65_536
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 

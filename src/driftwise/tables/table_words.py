@@ -7,8 +7,6 @@ from typing import Any
 from ..results.numbers import count_of, lasting, listed
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
-__all__ = ["notes_of", "words_of"]
-
 SHOWN = 3  # segments that a note lists
 
 

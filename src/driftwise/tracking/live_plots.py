@@ -8,8 +8,6 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 
-__all__ = ["LivePlots"]
-
 PATIENCE = 100  # lines that may be unreadable at the beginning
 OBJECTS = 3000  # whose last line is remembered
 PAST = 3000  # frames from which the position of an aircraft is known
