@@ -124,11 +124,11 @@ class EstimateJob(RunOptions):
         from driftwise.results.numbers import SAMPLES, SECONDS
         from driftwise.results.summary import Summary
 
-        dt, unit = self.step, SECONDS if self.has_clock else SAMPLES
-        made = self.made or self.make_estimator(dt)
+        made = self.made or self.make_estimator(self.step)
         self._refuse_short(chunk, made.model.N)
         self.offsets = Offsets.of(chunk, self.record, self.center)
         y, u = self.offsets.taken_from(chunk)
+        dt, unit = self.step, SECONDS if self.has_clock else SAMPLES
         est = self.estimator = made.replace(dt=dt, **made.scales(y, u))
         self.summary, self.keeper = Summary(est), TraceDownsampler(est, self.offsets)
         self.summary.unit = unit

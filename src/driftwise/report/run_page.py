@@ -120,8 +120,7 @@ def _cards(trace, summary, line) -> list[str]:
         sure.append(Card("Innovations", "?", "too short to tell"))
     else:
         value = "white" if white.is_white else "not white"
-        verdict = grade(white.is_white, True)
-        sure.append(Card("Innovations", value, f"Ljung-Box {chance(white.p_value, 2)}", verdict))
+        sure.append(Card("Innovations", value, f"Ljung-Box {chance(white.p_value, 2)}", grade(white.is_white, True)))
     return [group("The plant", plant), group("Changes", changes), group("How sure", sure)]
 
 
@@ -169,13 +168,13 @@ def _gain(summary) -> Card | None:
 
 def _changes(trace, summary, line) -> Card:
     """Return the card of the jumps, and of what else moved."""
-    est = trace.estimator
+    est, memory = trace.estimator, trace.estimator.memory
     if summary.jumps:
         moved = f": {summary.last_moved}" if summary.last_moved else ""
         return Card("Jumps", str(summary.jumps), f"last {line.words(summary.last_jump)[0]}{moved}")
     rises, when = summary.happened["noise_rises"]
     louder = f"; noise rose {'once,' if rises == 1 else f'{rises} times, last'} {line.words(when)[0]}" if rises else ""
-    if not (est.watches or est.odds is not None or hasattr(est.memory, "detector")):
+    if not (est.watches or est.odds is not None or hasattr(memory, "detector")):
         return Card("Jumps", "\u2013", "not looked for" + louder)
     drift = summary.drift.words.partition(", or else")[0] if summary.drift else "none found"
     return Card("Jumps", "none", drift + louder)
