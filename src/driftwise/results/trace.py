@@ -109,7 +109,8 @@ class Trace:
 
     def mixture(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return what the predictions of a mixture are made of: weights, offsets, scales (T, M), and dof (T,)."""
-        parts = self.table[:, self.estimator.columns["mixture"]].reshape(len(self), -1, 3)
+        parts = self.table[:, self.estimator.columns["mixture"]]
+        parts = parts.reshape(len(self), parts.shape[1] // 3, 3)
         return parts[..., 0], parts[..., 1], np.sqrt(parts[..., 2]), self.dof
 
     def band(self, level: float = 0.95) -> np.ndarray:
