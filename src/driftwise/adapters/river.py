@@ -77,6 +77,13 @@ class DriftRegressor(base.Regressor):
         self._estimator: Any = None
         self._state: Any = None
 
+    @property
+    def _raw_memory_usage(self) -> int:
+        """Return the bytes of what was learnt: the compiled loop belongs to all models alike, the compiler to none."""
+        alone = copy.copy(self)
+        alone._estimator = None
+        return super(DriftRegressor, alone)._raw_memory_usage
+
     def learn_one(self, x, y):
         """Take one sample in: features ``x`` by name, and the output ``y``."""
         if self._estimator is None:
