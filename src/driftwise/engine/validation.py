@@ -43,6 +43,13 @@ def positive(name, value) -> float:
     return float(value)
 
 
+def share(name, value, what="a share") -> float:
+    """Return a number above 0 and at most 1; ``what`` says what it is."""
+    if positive(name, value) > 1:
+        raise InputError(f"{name} is {what}, above 0 and at most 1, got {value!r}")
+    return float(value)
+
+
 def size(name, value) -> float:
     """Return a typical size of data, of which the kernel can take the square."""
     return float(_sizes(name, np.array(positive(name, value)), value))

@@ -10,7 +10,6 @@ from ..engine.layout import Field, Layout, each
 from ..engine.ud import correct, project
 from .gauss_markov import relax
 from .registry import register, resolve
-from .settings import share
 from .unknown_drift import START, common, drift_state_size, learns_drift, revise, starts
 from .wind_up import hold_within
 
@@ -77,7 +76,7 @@ learns_drift(AuxiliaryFilterKernel)
 def resolve_auxiliary_filter(memory, setting):
     most = validation.positive("most", memory.most)
     return AuxiliaryFilterKernel(
-        **common(setting, memory.phi), forgetting=share("forgetting", memory.forgetting),
+        **common(setting, memory.phi), forgetting=validation.share("forgetting", memory.forgetting),
         start=validation.positive("start", memory.start), most=most, widest=np.full(setting.N, most**2),
     )  # fmt: skip
 

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
 from .registry import register, resolve
-from .settings import share
 from .unknown_drift import START, common, drift_state_size, learns_drift, revise, starts
 
 
@@ -66,7 +65,9 @@ learns_drift(CovarianceMatchingKernel)
 @resolve.on(CovarianceMatching)
 def resolve_covariance_matching(memory, setting):
     rule = RULES.index(validation.one_of("rule", memory.rule, RULES))
-    return CovarianceMatchingKernel(**common(setting, memory.phi), rule=rule, gain=share("gain", memory.gain))
+    return CovarianceMatchingKernel(
+        **common(setting, memory.phi), rule=rule, gain=validation.share("gain", memory.gain)
+    )
 
 
 @revise.on(CovarianceMatchingKernel)

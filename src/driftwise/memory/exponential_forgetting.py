@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..engine import validation
 from ..engine.dispatch import PerParameter
 from .constant import on_alarm_constant
 from .registry import on_alarm, register, resolve, time_update
-from .settings import share
 from .wind_up import MEMORIES, shrink
 
 
@@ -40,7 +40,7 @@ class ExponentialForgettingKernel(NamedTuple):
 
 def weight_and_horizon(lam) -> tuple[float, float]:
     """Return a weight per sample, and over how many samples `shrink` calls something typical."""
-    lam = share("lam", lam, "a weight per sample")
+    lam = validation.share("lam", lam, "a weight per sample")
     return lam, MEMORIES / (1 - lam) if lam < 1 else np.inf
 
 

@@ -27,11 +27,7 @@ MODE = Layout(
     Field("U", ("N * (N - 1) // 2",), "and the factor above it, column by column"),
     given=("N",),
 )
-size_of = kernel(MODE.size)
-
-
-OWN = 3  # numbers of its own, before theta
-ModeRow = MODE.Row
+size_of, ModeRow = kernel(MODE.size), MODE.Row
 
 
 @kernel

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, Vector
-from ..engine.errors import InputError
 from .bank import (
     FREEDOM_NOW,
     LEVELS,
@@ -70,8 +69,7 @@ class MultipleModelKernel(NamedTuple):
 @resolve.on(MultipleModel)
 def resolve_multiple_model(memory, setting):
     levels = levels_of(memory)
-    if validation.positive("forgetting", memory.forgetting) > 1:
-        raise InputError(f"forgetting is a power of the weights, above 0 and at most 1, got {memory.forgetting!r}")
+    validation.share("forgetting", memory.forgetting, "a power of the weights")
     return MultipleModelKernel(**common_of_banks(setting, memory.phi), forgetting=memory.forgetting, levels=levels)
 
 

@@ -102,13 +102,6 @@ def more_than_one(name, value) -> float:
     return float(value)
 
 
-def share(name, value, what="a share") -> float:
-    """Return a number above 0 and at most 1."""
-    if validation.positive(name, value) > 1:
-        raise InputError(f"{name} is {what}, above 0 and at most 1, got {value!r}")
-    return float(value)
-
-
 def jump_size(name, value, size) -> np.ndarray:
     """Return the size of jump to expect of each parameter."""
     step = validation.each(name, value, size)

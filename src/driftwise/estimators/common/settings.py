@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...engine import validation
 from ...engine.errors import InputError
 
 
@@ -17,11 +16,4 @@ def floor_of(value) -> float:
     """Return the relative round-off that y carries."""
     if not 0.0 <= value < 1.0:
         raise InputError(f"floor is a relative error, at least 0 and below 1, got {value!r}")
-    return float(value)
-
-
-def share_of(name: str, value) -> float:
-    """Return a share of a whole."""
-    if not 0 < validation.positive(name, value) <= 1:
-        raise InputError(f"{name} is a share, above 0 and at most 1, got {value!r}")
     return float(value)

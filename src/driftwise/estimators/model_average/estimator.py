@@ -13,7 +13,6 @@ from ...engine.errors import InputError
 from ...models.canonical import power_of_two
 from ..base import Estimator
 from ..common.posterior import Posterior
-from ..common.settings import share_of
 from . import step as _step
 from .step import AVERAGE, AVERAGE_SAMPLE, NAIVE, PREDICTION, VARIANCE, Averaging
 from .trace import AverageTrace
@@ -124,7 +123,7 @@ class ModelAverage(Estimator):
         for name, value in (
             ("forgetting", forgetting), ("learning_rate", learning_rate), ("share", share), ("window", window)
         ):  # fmt: skip
-            share_of(name, value)
+            validation.share(name, value)
         M = len(self.members)
         if settle is None:
             settle = max(30, 2 * max(m.model.N for m in self.members))

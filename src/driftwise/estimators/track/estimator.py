@@ -11,7 +11,6 @@ from ...engine import compile, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...results.snapshot import register
-from ..common.settings import share_of
 from . import bank, step
 from .motion import unpacked
 from .step import Tracking
@@ -113,7 +112,7 @@ class TrackEstimator:
                 f"coordinates must be 1 or 2 (East, North), got {coordinates!r}; altitude comes from another sensor: "
                 "give it an estimator of its own"
             )
-        share_of("forgetting", forgetting), share_of("learning_rate", learning_rate)
+        validation.share("forgetting", forgetting), validation.share("learning_rate", learning_rate)
         self.coordinates = C = int(coordinates)
         self.task = Tracking(
             C, self.speed, forgetting, learning_rate, -abs(float(doubt)), validation.positive("noise", noise),
