@@ -168,10 +168,11 @@ def forget_tails(q):
 @kernel
 def normal_score(q, level, e):
     """Return the standard normal deviate that is as improbable as e under the mixture with weights q."""
-    area = 0.0
+    area, whole = 0.0, 0.0
     for j in range(SCALES):
         area += q[j] * tail(abs(e) / math.sqrt(level * scale(j)))
-    z = deviate(area / q.sum())
+        whole += q[j]
+    z = deviate(area / whole)
     return z if e > 0.0 else -z
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import linecache
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, get_type_hints
 
@@ -115,9 +116,18 @@ def reader(kinds: tuple[type, ...], given: str, is_sized: bool = False) -> Calla
             lines.append("    at += 1")
         made.append(f"kind_{i}({', '.join(names)})")
     lines.append(f"    return {', '.join(made)}{end}")
-    scope: dict[str, Any] = {f"kind_{i}": kind for i, kind in enumerate(kinds)}
-    exec("\n".join(lines), scope)
-    return scope["read"]
+    return written("\n".join(lines), "read", {f"kind_{i}": kind for i, kind in enumerate(kinds)})
+
+
+def written(text: str, name: str, scope: dict[str, Any]) -> Callable:
+    """Return the function of this name that a text defines; whoever looks for its source finds it."""
+    file = f"<{name} number {next(_count)}>"
+    linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+    exec(compile(text, file, "exec"), scope)
+    return scope[name]
+
+
+_count = itertools.count()
 
 
 @functools.cache
@@ -125,9 +135,7 @@ def cutter(kind: type) -> Callable:
     """Write the function ``cut(policy, first, last)`` that returns the policy of some parameters alone."""
     hints = get_type_hints(kind, include_extras=True)
     fields = [f"policy.{name}" + "[first:last]" * (hints[name] == PerParameter) for name in kind._fields]  # type: ignore
-    scope: dict[str, Any] = {"kind": kind}
-    exec(f"def cut(policy, first, last):\n    return kind({', '.join(fields)})", scope)
-    return scope["cut"]
+    return written(f"def cut(policy, first, last):\n    return kind({', '.join(fields)})", "cut", {"kind": kind})
 
 
 def part(policy, first, last):

@@ -99,7 +99,7 @@ def drop_older(at, plant, queue, bench, seconds):
             turn(at, plant, queue, bench)
         marks[FRONT] -= 1.0
         marks[COUNT] -= 1.0
-        marks[FIRST] = (marks[FIRST] + 1.0) % queue.ring.shape[0]
+        marks[FIRST] = float((int(marks[FIRST]) + 1) % queue.ring.shape[0])
         front = int(marks[FRONT])
         if front == 0 and marks[COUNT] > 0.0:
             turn(at, plant, queue, bench)

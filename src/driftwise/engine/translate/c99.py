@@ -1,0 +1,454 @@
+"""Print kernels as C99 that needs no header and no library."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from . import prelude
+from .bodies import reachable
+from .places import Places
+from .tree import (
+    Call,
+    Column,
+    Constant,
+    Cut,
+    Do,
+    Extent,
+    Fold,
+    For,
+    Function,
+    If,
+    Leave,
+    Let,
+    Load,
+    Look,
+    Loop,
+    Make,
+    Name,
+    Operation,
+    Part,
+    Return,
+    Store,
+)
+from .types import BOOL, FLOAT, INT, Several, Struct, Type, View, is_ghost
+
+# how strongly an operation binds
+BINDS = {"*": 6, "/": 6, "+": 5, "-": 5, "<": 4, "<=": 4, ">": 4, ">=": 4, "==": 3, "!=": 3, "and": 2, "or": 1}
+INFIX = {**{op: op for op in BINDS}, "and": "&&", "or": "||"}
+ATOM, PREFIX, CHOICE = 9, 8, 0
+KEYWORDS = set(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
+    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm bool "
+    "catch class delete explicit export false friend mutable namespace new operator private protected public template "
+    "this throw true try typename using virtual and or not xor near far small huge interface F I B U "
+    "log exp log1p expm1 lgamma erfc sin cos hypot pow sqrt".split()
+)
+
+
+class Printer:
+    """The text of a program; ``checked`` looks at every index."""
+
+    def __init__(self, prefix: str = "k", checked: bool = False):
+        self.prefix, self.checked = prefix, checked
+        self.needs: dict[str, None] = {}
+        self.types: dict[Type, str] = {}
+        self.type_texts: list[str] = []
+        self.tables: dict[Any, str] = {}
+        self.taken: set[str] = set()
+
+    # --- types ---------------------------------------------------------------------------------------------
+
+    def type(self, kind: Type) -> str:
+        """Return the name of a type in C."""
+        if kind in (FLOAT, INT, BOOL):
+            return {FLOAT: "F", INT: "I", BOOL: "B"}[kind]  # type: ignore[index]
+        if kind not in self.types:
+            if isinstance(kind, View):
+                self.types[kind] = self.view_type(kind)
+            else:
+                self.types[kind] = self.struct_type(kind)  # type: ignore[arg-type]
+        return self.types[kind]
+
+    def view_type(self, kind: View) -> str:
+        """Return the name of a view: a pointer, and its sizes."""
+        name = ("S" if kind.is_strided else "V") + str(kind.dims) + ("" if kind.element == FLOAT else "i")
+        self.need(name)
+        return name
+
+    def struct_type(self, kind: Struct | Several) -> str:
+        """Return the name of a named tuple or tuple, and write it down."""
+        title = kind.instance_class.__name__.lstrip("_") if isinstance(kind, Struct) else f"Tuple{len(kind)}"
+        name = self.fresh(title if len(title) > 2 else f"{title}_type")
+        lines = [
+            f"    {self.type(item)} {self.field(kind, i)};" for i, item in enumerate(kind.items) if not is_ghost(item)
+        ]
+        self.type_texts.append("\n".join(["typedef struct {", *lines, f"}} {name};"]))
+        return name
+
+    def fresh(self, title: str) -> str:
+        """Return a name of the file that nothing else has."""
+        name, count = title, 1
+        while name in self.taken:
+            count += 1
+            name = f"{title}_{count}"
+        self.taken.add(name)
+        return name
+
+    def field(self, kind: Struct | Several, index: int) -> str:
+        """Return the name of a field."""
+        return local(kind.names[index]) if isinstance(kind, Struct) else f"i{index}"
+
+    def need(self, *names: str) -> str:
+        """Note that some help of the prelude is used; return its name."""
+        for name in names:
+            for other in prelude.NEEDS.get(name, ()):
+                self.need(other)
+            self.needs[name] = None
+        return names[-1]
+
+    # --- functions -----------------------------------------------------------------------------------------
+
+    def function(self, function: Function, named: str = "") -> str:
+        """Return the text of a function."""
+        self.current = function
+        self.places = Places(function)
+        lines = [f"/* {comment(function.title)} */"] if function.title else []
+        how = "static DW_APART" if function.is_rare else "static DW_INLINE"
+        self.need("DW_APART" if function.is_rare else "DW_INLINE")
+        lines.append(f"{how} {self.signature(function)}")
+        lines.append("{")
+        for name in self.places.top:
+            kind = function.variables[name]
+            if not is_ghost(kind):
+                lines.append(f"    {self.type(kind)} {local(name)} = {self.zero(kind)};")
+        lines += self.body(function.body, "    ")
+        lines.append("}")
+        return "\n".join(lines)
+
+    def signature(self, function: Function) -> str:
+        """Return what stands before the body."""
+        result = "void" if is_ghost(function.result) else self.type(function.result)
+        params = ", ".join(f"{self.type(kind)} {local(name)}" for name, kind in function.params if not is_ghost(kind))
+        return f"{result} {self.called(function)}({params or 'void'})"
+
+    def called(self, function: Function) -> str:
+        """Return the name of a function."""
+        return f"{self.prefix}_{function.name}"
+
+    def zero(self, kind: Type) -> str:
+        """Return what a variable holds before it has a value."""
+        if isinstance(kind, View | Struct | Several):
+            return "{" + self.zero_of_first(kind) + "}"
+        return "0.0" if kind == FLOAT else "0"
+
+    def zero_of_first(self, kind: Any) -> str:
+        """Return the zero that a struct begins with."""
+        if isinstance(kind, View):
+            return "0, " + ", ".join(["0"] * (kind.dims + kind.is_strided))
+        return ", ".join(self.zero(item) for item in kind.items if not is_ghost(item))
+
+    # --- statements ----------------------------------------------------------------------------------------
+
+    def body(self, body: list[Any], indent: str) -> list[str]:
+        """Return the lines of a block."""
+        lines: list[str] = []
+        for one in body:
+            lines += [indent + line for line in getattr(self, f"write_{type(one).__name__}")(one)]
+        return lines
+
+    def write_Let(self, one: Let) -> Iterator[str]:
+        """A variable gets a value."""
+        kind = self.current.variables.get(one.name)
+        if kind is None or is_ghost(kind):
+            if isinstance(one.value, Call):
+                yield f"{self.value(one.value)};"
+            return
+        name = local(one.name)
+        if id(one) in self.places.here:
+            yield f"{self.type(kind)} {name} = {self.value(one.value)};"
+        else:
+            value = one.value
+            if isinstance(value, Operation) and len(value.args) == 2 and value.op in "+-*/":
+                first = value.args[0]
+                if isinstance(first, Name) and first.name == one.name:
+                    yield f"{name} {value.op}= {self.value(value.args[1])};"
+                    return
+            yield f"{name} = {self.value(value)};"
+
+    def write_Store(self, one: Store) -> Iterator[str]:
+        """A number is written."""
+        target = self.element(one.view, one.indices)
+        value = one.value
+        if isinstance(value, Operation) and len(value.args) == 2 and value.op in "+-*/":
+            first = value.args[0]
+            if isinstance(first, Load) and self.element(first.view, first.indices) == target:
+                yield f"{target} {value.op}= {self.value(value.args[1])};"
+                return
+        yield f"{target} = {self.value(value)};"
+
+    def write_Do(self, one: Do) -> Iterator[str]:
+        """A call."""
+        yield f"{self.value(one.call)};"
+
+    def write_For(self, one: For) -> Iterator[str]:
+        """A count."""
+        name, start = local(one.name), self.value(one.start)
+        stop = self.value(one.stop, 5)
+        if id(one) in self.places.kept_stop:
+            held = self.places.kept_stop[id(one)]
+            yield f"const I {held} = {self.value(one.stop)};"
+            stop = held
+        counter = name
+        if id(one) in self.places.apart:
+            counter = self.places.apart[id(one)]
+        sign, turn = ("<", "++") if one.step == 1 else (">", "--") if one.step == -1 else ("", "")
+        if not sign:
+            sign, turn = (">", f" -= {-one.step}") if one.step < 0 else ("<", f" += {one.step}")
+        yield f"for (I {counter} = {start}; {counter} {sign} {stop}; {counter}{turn}) {{"
+        if counter != name:
+            yield f"    {name} = {counter};"
+        yield from self.body(one.body, "    ")
+        yield "}"
+
+    def write_Loop(self, one: Loop) -> Iterator[str]:
+        """For ever."""
+        yield "for (;;) {"
+        yield from self.body(one.body, "    ")
+        yield "}"
+
+    def write_If(self, one: If) -> Iterator[str]:
+        """One of two ways."""
+        yield f"if ({self.value(one.test)}) {{"
+        yield from self.body(one.then, "    ")
+        other = one.other
+        while len(other) == 1 and isinstance(other[0], If):
+            yield f"}} else if ({self.value(other[0].test)}) {{"
+            yield from self.body(other[0].then, "    ")
+            other = other[0].other
+        if other:
+            yield "} else {"
+            yield from self.body(other, "    ")
+        yield "}"
+
+    def write_Return(self, one: Return) -> Iterator[str]:
+        """The end."""
+        if one.value is None or is_ghost(self.current.result):
+            yield "return;"
+        else:
+            yield f"return {self.value(one.value)};"
+
+    def write_Leave(self, one: Leave) -> Iterator[str]:
+        """``break``, ``continue``."""
+        yield f"{one.word};"
+
+    # --- expressions ---------------------------------------------------------------------------------------
+
+    def value(self, value, least: int = 0) -> str:
+        """Return an expression; in parentheses if it binds less strongly than ``least``."""
+        text, binds = getattr(self, f"print_{type(value).__name__}")(value)
+        return f"({text})" if binds < least else text
+
+    def print_Constant(self, value: Constant) -> tuple[str, int]:
+        """A number."""
+        number = value.value
+        if value.type == FLOAT or isinstance(number, float):
+            number = float(number)
+            if math.isnan(number):
+                return f"{self.need('DW_NAN')}", ATOM
+            if math.isinf(number):
+                return ("" if number > 0 else "-") + self.need("DW_INF"), ATOM if number > 0 else PREFIX
+            return repr(number), ATOM if math.copysign(1.0, number) > 0 else PREFIX - 7
+        number = int(number)
+        text = str(number) if abs(number) < 2**31 else f"{number}LL"
+        return text, ATOM if number >= 0 else PREFIX - 7
+
+    def print_Name(self, value: Name) -> tuple[str, int]:
+        """A variable."""
+        return local(value.name), ATOM
+
+    def print_Part(self, value: Part) -> tuple[str, int]:
+        """A field."""
+        return f"{self.value(value.value, ATOM)}.{self.field(value.value.type, value.index)}", ATOM
+
+    def print_Make(self, value: Make) -> tuple[str, int]:
+        """A struct."""
+        kind: Any = value.type
+        parts = [self.value(p) for p in value.parts if not is_ghost(p.type)]
+        name = self.maker(kind)
+        return f"{name}({', '.join(parts)})", ATOM
+
+    def maker(self, kind: Struct | Several) -> str:
+        """Return the function that makes a struct: C++ has no compound literals."""
+        name = f"{self.prefix}_make_{self.type(kind)}"
+        if name not in self.taken:
+            self.taken.add(name)
+            items = [(self.type(k), self.field(kind, i)) for i, k in enumerate(kind.items) if not is_ghost(k)]
+            params = ", ".join(f"{t} {n}" for t, n in items)
+            lines = [f"static {self.need('DW_INLINE')} {self.type(kind)} {name}({params})", "{"]
+            lines += [f"    {self.type(kind)} made_;", *[f"    made_.{n} = {n};" for _, n in items]]
+            self.type_texts.append("\n".join([*lines, "    return made_;", "}"]))
+        return name
+
+    def print_Extent(self, value: Extent) -> tuple[str, int]:
+        """A size."""
+        view = self.value(value.view, ATOM)
+        kind: View = value.view.type
+        if value.axis >= 0:
+            return f"{view}.{'nmk'[value.axis]}", ATOM
+        return " * ".join(f"{view}.{'nmk'[axis]}" for axis in range(kind.dims)), ATOM if kind.dims == 1 else 6
+
+    def print_Load(self, value: Load) -> tuple[str, int]:
+        """A number of a view."""
+        return self.element(value.view, value.indices), ATOM
+
+    def element(self, view, indices) -> str:
+        """Return an element, to read or to write."""
+        kind: View = view.type
+        v = self.value(view, ATOM)
+        places = [self.at(i, f"{v}.{'nmk'[axis]}") for axis, i in enumerate(indices)]
+        if kind.is_strided:
+            return f"{v}.p[{self.factor(places[0])} * {v}.s]"
+        text = places[0]
+        for axis in range(1, kind.dims):
+            text = f"{self.factor(text)} * {v}.{'nmk'[axis]} + {places[axis]}"
+        return f"{v}.p[{text}]"
+
+    def factor(self, text: str) -> str:
+        """Return a text as a factor."""
+        return text if text.replace("_", "").replace(".", "").isalnum() else f"({text})"
+
+    def at(self, index, size: str) -> str:
+        """Return an index, looked at where that is wanted."""
+        text = self.value(index, 5)
+        return f"{self.need('dw_at')}({text}, {size})" if self.checked else text
+
+    def print_Cut(self, value: Cut) -> tuple[str, int]:
+        """Part of a view."""
+        kind: View = value.view.type
+        text, dims = self.value(value.view), kind.dims
+        suffix = "" if kind.element == FLOAT else "i"
+        for index in value.indices:
+            text = f"{self.need(f'dw_row{dims}{suffix}')}({text}, {self.value(index)})"
+            dims -= 1
+        if value.stretch is not None:
+            start, stop = value.stretch
+            last = self.value(stop) if stop is not None else ""
+            ending = "cut" if stop is not None else "tail"
+            name = self.need(f"dw_{ending}{dims}{'s' if kind.is_strided else ''}{suffix}")
+            text = f"{name}({text}, {self.value(start)}{', ' * bool(last)}{last})"
+        return text, ATOM
+
+    def print_Column(self, value: Column) -> tuple[str, int]:
+        """A column."""
+        return f"{self.need('dw_column')}({self.value(value.view)}, {self.value(value.index)})", ATOM
+
+    def print_Fold(self, value: Fold) -> tuple[str, int]:
+        """A stretch of numbers as a table."""
+        sizes = ", ".join(self.value(size) for size in value.shape)
+        return (
+            f"{self.need(f'dw_fold{value.view.type.dims}{len(value.shape)}')}({self.value(value.view)}, {sizes})",
+            ATOM,
+        )
+
+    def print_Look(self, value: Look) -> tuple[str, int]:
+        """An entry of a table of constants."""
+        key = value.type, value.table
+        if key not in self.tables:
+            self.tables[key] = self.fresh(f"{self.prefix}_table_{len(self.tables)}")
+        index = self.at(value.index, str(len(value.table)))
+        return f"{self.tables[key]}[{index}]", ATOM
+
+    def print_Call(self, value: Call) -> tuple[str, int]:
+        """A call."""
+        args = [self.value(a) for a in value.args if not is_ghost(a.type)]
+        return f"{self.called(value.function)}({', '.join(args)})", ATOM
+
+    def print_Operation(self, value: Operation) -> tuple[str, int]:
+        """Arithmetic."""
+        op, args, kind = value.op, value.args, value.type
+        if op in INFIX:
+            binds = BINDS[op]
+            left, right = (binds, binds + 1)
+            if op in ("and", "or"):
+                left = right = 3
+            texts = [self.value(a, left if i == 0 else right) for i, a in enumerate(args)]
+            return f" {INFIX[op]} ".join(texts), binds
+        if op == "select":
+            return f"{self.value(args[0], 1)} ? {self.value(args[1], 1)} : {self.value(args[2], 1)}", CHOICE
+        if op == "neg":
+            return f"-{self.value(args[0], PREFIX + 1)}", PREFIX - 7
+        if op == "not":
+            return f"!{self.value(args[0], PREFIX + 1)}", PREFIX
+        if op in ("float", "int", "bool"):
+            if op == "bool":
+                return f"{self.value(args[0], 4)} != 0", 3
+            return f"({self.type(kind)}){self.value(args[0], PREFIX)}", PREFIX
+        if op in ("|", "&", "^", "<<", ">>"):
+            return f"({self.value(args[0], ATOM)} {op} {self.value(args[1], ATOM)})", ATOM
+        name = prelude.OPERATIONS[op]
+        if isinstance(name, dict):
+            name = name.get(args[0].type, name[INT])
+        name = name.format(pair=self.type(kind) if isinstance(kind, Several) else "")
+        return f"{self.need(name)}({', '.join(self.value(a) for a in args)})", ATOM
+
+    # --- the whole -----------------------------------------------------------------------------------------
+
+    def program(self, entry: Function, exported: str, shapes: tuple[Any, ...]) -> str:
+        """Return the file: everything that ``entry`` needs, and the function that a host calls."""
+        texts = [self.function(function) for function in reachable(entry)]
+        last = self.entry(entry, exported, shapes)
+        return "\n\n".join([*self.head(), *texts, last]) + "\n"
+
+    def head(self) -> Iterator[str]:
+        """Yield what stands before the functions."""
+        pairs = [name for kind, name in self.types.items() if kind == Several((FLOAT, INT))]
+        yield prelude.HEAD
+        before = [name for name in prelude.TEXTS if name in self.needs and name not in prelude.AFTER_TYPES]
+        yield from (prelude.TEXTS[name] for name in before)
+        yield from self.type_texts
+        yield from (prelude.TEXTS[n].replace("PAIR", pairs[0]) for n in prelude.AFTER_TYPES if n in self.needs)
+        for (kind, table), name in self.tables.items():
+            numbers = ", ".join(self.print_Constant(Constant(kind, number))[0] for number in table)
+            yield f"static const {self.type(kind)} {name}[{len(table)}] = {{{numbers}}};"
+
+    def entry(self, entry: Function, exported: str, shapes: tuple[Any, ...]) -> str:
+        """Return the function that a host calls: arrays by their addresses, sizes and integers in one row."""
+        lines = [f"{self.need('DW_EXPORT')} I {exported}(void *const *a, const I *n)", "{"]
+        at, given = 0, {}
+        for i, shape in enumerate(shapes):
+            if i in entry.used:
+                name, kind = entry.params[entry.used.index(i)]
+                if isinstance(kind, View):
+                    sizes = "".join(f", n[{at + axis}]" for axis in range(kind.dims))
+                    lines.append(
+                        f"    {self.type(kind)} {local(name)} = {{({self.type(kind.element)} *)a[{i}]{sizes}}};"
+                    )
+                elif kind == FLOAT:
+                    lines.append(f"    F {local(name)} = *(F *)a[{i}];")
+                else:
+                    lines.append(f"    I {local(name)} = n[{at}];")
+                given[i] = local(name)
+            at += {"index": 1, int: 1, float: 0}.get(shape, shape)
+        call = f"{self.called(entry)}({', '.join(given[i] for i in entry.used)})"
+        if is_ghost(entry.result):
+            lines += [f"    {call};", "    return 0;"]
+        else:
+            lines.append(f"    return {call};")
+        if not entry.used:
+            lines.insert(2, "    (void)a;")
+            lines.insert(2, "    (void)n;")
+        return "\n".join([*lines, "}"])
+
+
+def local(name: str) -> str:
+    """Return the name of a variable in C."""
+    if name[0] == "_" and name[1:].isdigit():
+        return f"t{name[1:]}_"
+    return f"{name}_" if name in KEYWORDS else name
+
+
+def comment(text: str) -> str:
+    """Return a text as it may stand in a comment."""
+    return text.replace("*/", "* /").encode("ascii", "replace").decode()

@@ -1,0 +1,533 @@
+"""Read the expressions of a kernel: names, arithmetic, views, tuples and calls."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import math
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from .. import views
+from .bodies import has_effects
+from .refusal import Refusal
+from .tree import Call, Column, Constant, Cut, Do, Extent, Fold, If, Let, Load, Look, Make, Name, Operation, Part, walk
+from .types import BOOL, FLOAT, INT, NOTHING, Known, Several, Struct, Type, View, is_number, loose, unify, widen
+
+SIGNS = {
+    "Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%", "Pow": "**", "BitOr": "|",
+    "BitAnd": "&", "BitXor": "^", "LShift": "<<", "RShift": ">>",
+    "Lt": "<", "LtE": "<=", "Gt": ">", "GtE": ">=", "Eq": "==", "NotEq": "!=",
+}  # fmt: skip
+PYTHON: dict[str, Any] = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
+    "//": lambda a, b: a // b, "%": lambda a, b: a % b, "**": lambda a, b: a**b, "|": lambda a, b: a | b,
+    "&": lambda a, b: a & b, "^": lambda a, b: a ^ b, "<<": lambda a, b: a << b, ">>": lambda a, b: a >> b,
+    "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,
+    "==": lambda a, b: a == b, "!=": lambda a, b: a != b,
+}  # fmt: skip
+COMPARISONS = {"<", "<=", ">", ">=", "==", "!="}
+MATH: dict[Any, tuple[str, Type, tuple[Type, ...]]] = {
+    math.sqrt: ("sqrt", FLOAT, (FLOAT,)), math.isfinite: ("isfinite", BOOL, (FLOAT,)),
+    math.isnan: ("isnan", BOOL, (FLOAT,)), math.copysign: ("copysign", FLOAT, (FLOAT, FLOAT)),
+    math.ldexp: ("ldexp", FLOAT, (FLOAT, INT)), math.frexp: ("frexp", Several((FLOAT, INT)), (FLOAT,)),
+    math.floor: ("floor", INT, (FLOAT,)),
+    math.log: ("log", FLOAT, (FLOAT,)), math.exp: ("exp", FLOAT, (FLOAT,)), math.log1p: ("log1p", FLOAT, (FLOAT,)),
+    math.expm1: ("expm1", FLOAT, (FLOAT,)), math.lgamma: ("lgamma", FLOAT, (FLOAT,)),
+    math.erfc: ("erfc", FLOAT, (FLOAT,)), math.sin: ("sin", FLOAT, (FLOAT,)), math.cos: ("cos", FLOAT, (FLOAT,)),
+    math.hypot: ("hypot", FLOAT, (FLOAT, FLOAT)),
+}  # fmt: skip
+
+
+class Expressions:
+    """What has a value. The reader of statements adds the block that calls are written into."""
+
+    # given by the reader
+    program: Any
+    scope: dict[str, Any]
+    variables: dict[str, Type]
+    block: list[Any]
+    count: int
+    current: Any
+    error: Any
+    refuse: Any
+    assigned: set[str]
+    calls: list[Any]
+
+    def expression(self, node) -> Any:
+        """Return an expression as a tree; what must come before it is written into the block."""
+        read = getattr(self, f"value_{type(node).__name__}", None)
+        if read is None:
+            raise self.error(node, f"{type(node).__name__} is not in the kernels' part of Python")
+        return read(node)
+
+    def ordered(self, nodes) -> list[Any]:
+        """Return several, in Python's order: what was read before a later call is kept."""
+        found: list[Any] = []
+        for node in nodes:
+            before = len(self.block)
+            value = self.expression(node)
+            if has_effects(self.block[before:]):
+                late, self.block = self.block[before:], self.block[:before]
+                found = [self.keep(f) if any(isinstance(e, Load) for e in walk(f)) else f for f in found]
+                self.block += late
+            found.append(value)
+        return found
+
+    def keep(self, value) -> Any:
+        """Give a value a name of its own."""
+        if isinstance(value, Constant | Name):
+            if not isinstance(value, Name) or value.name[0] == "_":
+                return value
+        self.count += 1
+        name = f"_{self.count}"
+        self.variables[name] = widen(value.type)
+        self.block.append(Let(name, self.convert(value, self.variables[name])))
+        return Name(self.variables[name], name)
+
+    def convert(self, value, kind: Type) -> Any:
+        """Return a value as one of another type that holds it."""
+        if value.type == kind:
+            return value
+        if isinstance(value, Constant) and is_number(kind) and is_number(value.type):
+            make = {BOOL: bool, INT: int, FLOAT: float}[widen(kind)]  # type: ignore[index]
+            return Constant(widen(kind), make(value.value))
+        if is_number(kind) and is_number(value.type):
+            return Operation(kind, {FLOAT: "float", INT: "int", BOOL: "bool"}[kind], [value])  # type: ignore[index]
+        if isinstance(kind, Struct | Several):
+            if not isinstance(value, Constant | Make):
+                value = self.keep(value)
+            return Make(kind, [self.convert(self.part(value, i), k) for i, k in enumerate(kind.items)])
+        if isinstance(kind, View) and isinstance(value.type, View):
+            return Operation(kind, "strided", [value])
+        raise Refusal(f"a {value.type} is not a {kind}")
+
+    def number(self, value, kind: Type, node) -> Any:
+        """Return a value as a number of this type, or one of more."""
+        if not is_number(value.type):
+            raise self.error(node, "a number is wanted")
+        if kind == INT and widen(value.type) == FLOAT:
+            raise self.error(node, "an integer is wanted: write int(..)")
+        return self.convert(value, kind)
+
+    def truth(self, value, node) -> Any:
+        """Return a test as a truth value."""
+        if isinstance(value, Constant):
+            return Constant(BOOL, bool(value.value))
+        if value.type == BOOL:
+            return value
+        if is_number(value.type):
+            return Operation(BOOL, "!=", [value, Constant(widen(value.type), 0)])
+        raise self.error(node, "a truth value is wanted")
+
+    # --- names and constants -------------------------------------------------------------------------------
+
+    def value_Constant(self, node) -> Any:
+        """A number."""
+        return Constant(Known(node.value), node.value)
+
+    def value_Name(self, node) -> Any:
+        """A variable, or what the name means outside."""
+        kind = self.variables.get(node.id)
+        if kind is None and node.id in self.assigned:
+            raise self.error(node, f"{node.id} is read before it has a value")
+        if kind is None:
+            if node.id not in self.scope:
+                raise self.error(node, f"{node.id} is not known")
+            value = self.scope[node.id]
+            return Constant(Known(value), value)
+        return Constant(kind, kind.value) if isinstance(kind, Known) else Name(kind, node.id)
+
+    def value_Attribute(self, node) -> Any:
+        """A field of a named tuple, something of a module, the size or shape of a view."""
+        value = self.expression(node.value)
+        kind = value.type
+        if isinstance(kind, Struct):
+            if node.attr not in kind.names:
+                raise self.error(node, f"a {kind.instance_class.__name__} has no {node.attr}")
+            return self.part(value, kind.names.index(node.attr))
+        if isinstance(kind, View):
+            if node.attr == "size":
+                return Extent(INT, value, -1)
+            if node.attr == "shape":
+                return Make(Several((INT,) * kind.dims), [Extent(INT, value, i) for i in range(kind.dims)])
+        if isinstance(kind, Known) and hasattr(kind.value, node.attr):
+            found = getattr(kind.value, node.attr)
+            return Constant(Known(found), found)
+        raise self.error(node, f"no {node.attr} here")
+
+    def part(self, value, index: int) -> Any:
+        """Return an item of a tuple."""
+        if isinstance(value, Constant):
+            return Constant(Known(value.value[index]), value.value[index])
+        if isinstance(value.type, View):
+            return Cut(View(value.type.dims - 1, value.type.element), value, [Constant(INT, index)], None)
+        kind = value.type.items[index]
+        if isinstance(kind, Known):
+            return Constant(kind, kind.value)
+        return value.parts[index] if isinstance(value, Make) else Part(kind, value, index)
+
+    # --- arithmetic ----------------------------------------------------------------------------------------
+
+    def value_BinOp(self, node) -> Any:
+        """``a + b``."""
+        left, right = self.ordered([node.left, node.right])
+        return self.operate(type(node.op).__name__, left, right, node)
+
+    def operate(self, sign: str, a, b, node) -> Any:
+        """Return an operation of two numbers."""
+        op = SIGNS[sign]
+        if not is_number(a.type) or not is_number(b.type):
+            raise self.error(node, f"{op} is for numbers")
+        if isinstance(a, Constant) and isinstance(b, Constant):
+            return self.folded(PYTHON[op], [a.value, b.value], node)
+        kinds = [widen(a.type), widen(b.type)]
+        if op in COMPARISONS:
+            common = unify(*kinds)
+            return Operation(BOOL, op, [self.convert(a, common), self.convert(b, common)])  # type: ignore[arg-type]
+        if op in ("|", "&", "^", "<<", ">>"):
+            if FLOAT in kinds:
+                raise self.error(node, f"{op} is for integers")
+            kind: Type = BOOL if kinds == [BOOL, BOOL] else INT
+            return Operation(kind, op, [self.convert(a, kind), self.convert(b, kind)])
+        if op in ("//", "%") and FLOAT in kinds:
+            raise self.error(node, f"{op} is for integers: write int(..)")
+        if op == "**":
+            return self.power(a, b, node)
+        kind = FLOAT if op == "/" or FLOAT in kinds else INT
+        return Operation(kind, op, [self.convert(a, kind), self.convert(b, kind)])
+
+    def power(self, a, b, node) -> Any:
+        """Powers: by repeated squaring where the exponent is an integer."""
+        if widen(b.type) == FLOAT:
+            return Operation(FLOAT, "pow", [self.convert(a, FLOAT), self.convert(b, FLOAT)])
+        if not isinstance(b, Constant):
+            return Operation(FLOAT, "power", [self.convert(a, FLOAT), self.convert(b, INT)])
+        if b.value < 1 or b.value > 64:
+            raise self.error(node, "a power that is known is from 1 to 64")
+        if not isinstance(a, Constant | Name):
+            a = self.keep(a)
+        result, exponent = None, int(b.value)
+        kind = widen(a.type)
+        while exponent:
+            if exponent & 1:
+                result = a if result is None else self.keep(Operation(kind, "*", [result, a]))
+            exponent >>= 1
+            if exponent:
+                a = self.keep(Operation(kind, "*", [a, a]))
+        return result
+
+    def folded(self, operation, values, node) -> Any:
+        """Return the result of an operation on what is known."""
+        try:
+            value = operation(*values)
+        except (ArithmeticError, ValueError) as trouble:
+            raise self.error(node, str(trouble)) from None
+        return Constant(Known(value), value)
+
+    def value_UnaryOp(self, node) -> Any:
+        """``-a``, ``not a``."""
+        value = self.expression(node.operand)
+        if isinstance(node.op, ast.Not):
+            test = self.truth(value, node)
+            if isinstance(test, Constant):
+                return Constant(Known(not test.value), not test.value)
+            return Operation(BOOL, "not", [test])
+        if isinstance(node.op, ast.USub):
+            if isinstance(value, Constant):
+                return Constant(Known(-value.value), -value.value)
+            kind = widen(value.type) if widen(value.type) != BOOL else INT
+            return Operation(kind, "neg", [self.convert(value, kind)])
+        raise self.error(node, "a sign that kernels do not use")
+
+    def value_Compare(self, node) -> Any:
+        """``a < b``, ``a < b < c``."""
+        nodes = [node.left, *node.comparators]
+        values = self.ordered(nodes)
+        for i in range(1, len(values) - 1):
+            values[i] = values[i] if isinstance(values[i], Constant | Name) else self.keep(values[i])
+        tests = [self.operate(type(op).__name__, values[i], values[i + 1], node) for i, op in enumerate(node.ops)]
+        return self.joined("and", tests)
+
+    def joined(self, op: str, tests) -> Any:
+        """Return truth values joined by ``and`` or ``or``."""
+        left: list[Any] = []
+        for test in tests:
+            if isinstance(test, Constant):
+                if bool(test.value) == (op == "or"):
+                    return test if not left else Operation(BOOL, op, [*left, Constant(BOOL, bool(test.value))])
+                continue
+            left.append(test)
+        if not left:
+            return Constant(Known(op == "and"), op == "and")
+        return left[0] if len(left) == 1 else Operation(BOOL, op, left)
+
+    def value_BoolOp(self, node) -> Any:
+        """``a and b``: what stands behind is only looked at where it counts."""
+        op = "and" if isinstance(node.op, ast.And) else "or"
+        tests: list[Any] = []
+        for i, one in enumerate(node.values):
+            outer, self.block = self.block, []
+            test = self.truth(self.expression(one), node)
+            inner, self.block = self.block, outer
+            if inner and i > 0:
+                name = self.fresh(BOOL)
+                first = self.joined(op, tests)
+                if isinstance(first, Constant) and bool(first.value) == (op == "or"):
+                    return first
+                self.block.append(Let(name.name, self.convert(first, BOOL)))
+                inner.append(Let(name.name, self.convert(test, BOOL)))
+                ways: tuple[list[Any], list[Any]] = (inner, []) if op == "and" else ([], inner)
+                asked: Any = name
+                if op == "or":
+                    asked, ways = Operation(BOOL, "not", [name]), (inner, [])
+                self.block.append(If(asked, *ways))
+                tests = [name]
+            else:
+                self.block += inner
+                tests.append(test)
+        return self.joined(op, tests)
+
+    def fresh(self, kind: Type) -> Name:
+        """Return a new variable."""
+        self.count += 1
+        name = f"_{self.count}"
+        self.variables[name] = kind
+        return Name(kind, name)
+
+    def value_IfExp(self, node) -> Any:
+        """``a if test else b``."""
+        test = self.truth(self.expression(node.test), node)
+        if isinstance(test, Constant):
+            return self.expression(node.body if test.value else node.orelse)
+        outer, found = self.block, []
+        for way in (node.body, node.orelse):
+            self.block = []
+            found.append((self.expression(way), self.block))
+        self.block = outer
+        (a, before_a), (b, before_b) = found
+        kind = loose(unify(widen(a.type), widen(b.type)))
+        if kind is None:
+            raise self.error(node, "two ways of different kinds")
+        if not before_a and not before_b and is_number(kind):
+            return Operation(kind, "select", [test, self.convert(a, kind), self.convert(b, kind)])
+        name = self.fresh(kind)
+        for value, before in ((a, before_a), (b, before_b)):
+            outer, self.block = self.block, before
+            value = self.convert(value, kind)
+            self.block.append(Let(name.name, value))
+            self.block = outer
+        self.block.append(If(test, before_a, before_b))
+        return name
+
+    # --- tuples and views ----------------------------------------------------------------------------------
+
+    def value_Tuple(self, node) -> Any:
+        """``(a, b)``."""
+        values = self.ordered(node.elts)
+        if all(isinstance(v, Constant) for v in values):
+            known = tuple(v.value for v in values)
+            return Constant(Known(known), known)
+        return Make(Several(tuple(v.type for v in values)), values)
+
+    def place(self, node) -> tuple[Any, list[Any]]:
+        """Return the view and the indices of an element that is written."""
+        view, indices = self.indexed(node)
+        if not isinstance(view.type, View) or len(indices) != view.type.dims:
+            raise self.error(node, "one number of a view is written, nothing else")
+        return view, indices
+
+    def indexed(self, node) -> tuple[Any, list[Any]]:
+        """Return what is indexed, and integer indices."""
+        nodes = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        view, *indices = self.ordered([node.value, *nodes])
+        if isinstance(view.type, View):
+            indices = [self.index(view, axis, value, node) for axis, value in enumerate(indices)]
+            if not isinstance(view, Name) and not _is_path(view):
+                view = self.keep(view)
+        return view, indices
+
+    def index(self, view, axis: int, value, node) -> Any:
+        """Return an index; one that is known and negative counts from the end."""
+        value = self.number(value, INT, node)
+        if isinstance(value, Constant) and value.value < 0:
+            return Operation(INT, "+", [Extent(INT, view, axis), value])
+        return value
+
+    def value_Subscript(self, node) -> Any:
+        """An element, a row, a stretch, an item."""
+        nodes = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        if any(isinstance(one, ast.Slice) for one in nodes):
+            return self.cut(node, nodes)
+        value, indices = self.indexed(node)
+        kind = value.type
+        if isinstance(kind, View):
+            if len(indices) > kind.dims:
+                raise self.error(node, f"a view of {kind.dims} dimensions")
+            if len(indices) == kind.dims:
+                return Load(kind.element, value, indices)
+            return Cut(View(kind.dims - len(indices), kind.element), value, indices, None)
+        index = indices[0]
+        items = getattr(kind, "items", None)
+        if items is not None or (isinstance(value, Constant) and isinstance(index, Constant)):
+            if not isinstance(index, Constant):
+                raise self.error(node, "an item of a tuple is chosen by a number that is known")
+            count = len(items) if items is not None else len(value.value)
+            return self.part(value, index.value % count if -count <= index.value < count else index.value)
+        if isinstance(value, Constant):
+            return self.looked_up(value.value, indices, node)
+        raise self.error(node, "this has no elements")
+
+    def looked_up(self, table, indices, node) -> Any:
+        """Return an entry of a table of constants."""
+        table = np.asarray(table)
+        if table.dtype.kind not in "fib" or table.ndim not in (len(indices), len(indices) + 1):
+            raise self.error(node, "a table of constants holds numbers, and is indexed to the last")
+        at: Any = self.number(indices[0], INT, node)
+        for axis in range(1, len(indices)):
+            at = self.operate("Mult", at, Constant(Known(table.shape[axis]), table.shape[axis]), node)
+            at = self.operate("Add", at, self.number(indices[axis], INT, node), node)
+        kind = {"f": FLOAT, "i": INT, "b": BOOL}[table.dtype.kind]
+        if table.ndim == len(indices):
+            return Look(kind, tuple(table.ravel().tolist()), at)
+        at = self.keep(at)
+        columns = table.reshape(-1, table.shape[-1]).T.tolist()
+        return Make(Several((kind,) * len(columns)), [Look(kind, tuple(column), at) for column in columns])
+
+    def cut(self, node, nodes) -> Any:
+        """Part of a view: ``a[i:j]``, ``a[i, j:k]``, ``a[:, j]``."""
+        where = nodes[-1] if isinstance(nodes[-1], ast.Slice) else nodes[0]
+        bounds = [b for b in (where.lower, where.upper) if b is not None] if isinstance(where, ast.Slice) else []
+        if where.step is not None:
+            raise self.error(node, "a slice has no step here")
+        others = [one for one in nodes if one is not where]
+        view, *found = self.ordered([node.value, *others, *bounds])
+        if not isinstance(view.type, View):
+            if isinstance(view, Constant) and all(isinstance(f, Constant) for f in found) and not others:
+                low = found.pop(0).value if where.lower is not None else None
+                known = view.value[low : found[0].value if found else None]
+                return Constant(Known(known), known)
+            raise self.error(node, "a slice is cut from a view")
+        if not isinstance(view, Name) and not _is_path(view):
+            view = self.keep(view)
+        indices = [self.index(view, axis, f, node) for axis, f in enumerate(found[: len(others)])]
+        found = found[len(others) :]
+        kind = view.type
+        if len(nodes) == 2 and where is nodes[0]:
+            if kind.dims != 2 or bounds:
+                raise self.error(node, "a column is cut whole, from a table")
+            return Column(View(1, kind.element, True), view, self.number(view and indices[0], INT, node))
+        if len(others) + 1 > kind.dims:
+            raise self.error(node, f"a view of {kind.dims} dimensions")
+        axis = len(others)
+        low = self.index(view, axis, found.pop(0), node) if where.lower is not None else Constant(INT, 0)
+        high = self.index(view, axis, found.pop(0), node) if where.upper is not None else None
+        return Cut(View(kind.dims - len(others), kind.element, kind.is_strided), view, indices, (low, high))
+
+    # --- calls ---------------------------------------------------------------------------------------------
+
+    def value_Call(self, node) -> Any:
+        """A call: arithmetic, a class, or another kernel."""
+        if node.keywords or any(isinstance(a, ast.Starred) for a in node.args):
+            raise self.error(node, "arguments are given by place")
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
+            view, *shape = self.ordered([node.func.value, *node.args])
+            if isinstance(view.type, View):
+                return self.fold(view, shape, node)
+        function = self.expression(node.func)
+        if not isinstance(function, Constant):
+            raise self.error(node, "what is called is known at translation")
+        return self.call(function.value, self.ordered(node.args), node)
+
+    def fold(self, view, shape, node) -> Any:
+        """Numbers as a table."""
+        if view.type.is_strided:
+            raise self.error(node, "a column is not folded")
+        if len(shape) == 1 and isinstance(shape[0].type, Several):
+            shape = [self.part(shape[0], i) for i in range(len(shape[0].type))]
+        sizes = [self.number(one, INT, node) for one in shape]
+        return Fold(View(len(sizes), view.type.element), view, sizes)
+
+    def call(self, known, args, node) -> Any:
+        """Return what a call gives."""
+        if known is views.matrix:
+            return self.fold(args[0], args[1:], node)
+        if known is views.fetch:
+            return Constant(NOTHING, None)
+        if isinstance(known, type) and hasattr(known, "_fields"):
+            if len(args) != len(known._fields):
+                raise self.error(node, f"a {known.__name__} has {len(known._fields)} fields")
+            return Make(Struct(known, tuple(a.type for a in args)), args)
+        if known in (builtins.max, builtins.min):
+            return self.extreme("max" if known is builtins.max else "min", args, node)
+        if known in (builtins.int, builtins.float, builtins.bool, builtins.abs, builtins.len):
+            return self.plain(known, args[0], node)
+        if known in MATH:
+            return self.mathematics(known, args, node)
+        if isinstance(known, ModuleType) or not callable(known):
+            raise self.error(node, "this is not a function")
+        try:
+            function = self.program.call(known, [a.type for a in args])
+        except Refusal as refusal:
+            raise refusal if ", line " in str(refusal) else self.error(node, str(refusal)) from None
+        given = [self.convert(args[i], function.params[k][1]) for k, i in enumerate(function.used)]
+        call = Call(function.result, function, given)
+        if isinstance(function.result, Known):
+            if function.has_effects:
+                self.block.append(Do(call))
+            return Constant(function.result, function.result.value)
+        self.count += 1
+        name = f"_{self.count}"
+        self.variables[name] = function.result
+        self.block.append(Let(name, call))
+        return Name(function.result, name)
+
+    def extreme(self, op: str, args, node) -> Any:
+        """The largest or smallest, the first of equals."""
+        if len(args) == 1 and isinstance(args[0].type, Several | Struct):
+            args = [self.part(args[0], i) for i in range(len(args[0].type.items))]
+        if all(isinstance(a, Constant) for a in args):
+            return self.folded(max if op == "max" else min, [a.value for a in args], node)
+        kind: Any = widen(args[0].type)
+        for one in args[1:]:
+            kind = unify(kind, widen(one.type))
+        value = self.convert(args[0], kind)
+        for one in args[1:]:
+            value = Operation(kind, op, [value, self.convert(one, kind)])
+        return value
+
+    def plain(self, known, value, node) -> Any:
+        """``int``, ``float``, ``bool``, ``abs``, ``len``."""
+        if isinstance(value, Constant):
+            return self.folded(known, [value.value], node)
+        kind = value.type
+        if known is len:
+            if isinstance(kind, View):
+                return Extent(INT, value, 0)
+            return Constant(Known(len(kind.items)), len(kind.items))
+        if not is_number(kind):
+            raise self.error(node, f"{known.__name__} is for numbers")
+        if known is bool:
+            return self.truth(value, node)
+        if known is abs:
+            return Operation(kind, "abs", [value])
+        return self.convert(value, INT if known is int else FLOAT)
+
+    def mathematics(self, known, args, node) -> Any:
+        """A function of ``math``."""
+        name, result, kinds = MATH[known]
+        if len(args) != len(kinds):
+            raise self.error(node, f"math.{name} takes {len(kinds)} arguments here")
+        if all(isinstance(a, Constant) for a in args) and name in ("sqrt", "isfinite", "isnan", "copysign", "ldexp"):
+            return self.folded(known, [a.value for a in args], node)
+        value = Operation(result, name, [self.convert(a, k) for a, k in zip(args, kinds)])
+        return self.keep(value) if isinstance(result, Several) else value
+
+
+def _is_path(value) -> bool:
+    """Say whether it is a variable, or a field of one."""
+    while isinstance(value, Part):
+        value = value.value
+    return isinstance(value, Name)

@@ -1,0 +1,258 @@
+"""What printed kernels lean on: a few lines of C, each written only where it is used."""
+
+from typing import Any
+
+from .types import FLOAT, INT
+
+HEAD = """\
+/* Written by driftwise from its kernels: do not edit. No header, no library, no memory of its own. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+typedef double F;
+typedef long long I;
+typedef unsigned long long U;
+typedef int B;"""
+
+NEEDS: dict[str, tuple[str, ...]] = {
+    "DW_NAN": ("dw_bits",), "DW_INF": ("dw_bits",), "dw_bits": ("DW_INLINE",), "dw_ldexp": ("dw_bits",),
+    "dw_frexp": ("dw_bits",), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",), "dw_power": ("DW_INLINE",),
+    "dw_row2": ("V2", "V1", "dw_at"), "dw_row3": ("V3", "V2", "dw_at"), "dw_column": ("V2", "S1", "dw_at"),
+    "dw_row2i": ("V2i", "V1i", "dw_at"),
+    "dw_cut1": ("V1", "dw_at"), "dw_tail1": ("V1", "dw_at"), "dw_cut2": ("V2", "dw_at"), "dw_tail2": ("V2", "dw_at"),
+    "dw_cut1s": ("S1", "dw_at"), "dw_tail1s": ("S1", "dw_at"), "dw_cut1i": ("V1i", "dw_at"),
+    "dw_tail1i": ("V1i", "dw_at"), "dw_cut3": ("V3", "dw_at"), "dw_tail3": ("V3", "dw_at"),
+    "dw_strided": ("V1", "S1", "DW_INLINE"),
+    "dw_at": ("DW_INLINE",), "dw_sqrt": ("DW_INLINE",), "dw_max": ("DW_INLINE",), "dw_min": ("DW_INLINE",),
+    "dw_maxi": ("DW_INLINE",), "dw_mini": ("DW_INLINE",), "dw_div": ("DW_INLINE",), "dw_mod": ("DW_INLINE",),
+    "dw_absi": ("DW_INLINE",), "dw_finite": ("DW_INLINE",), "dw_isnan": ("DW_INLINE",),
+}  # fmt: skip
+
+OPERATIONS: dict[str, Any] = {
+    "max": {FLOAT: "dw_max", INT: "dw_maxi"}, "min": {FLOAT: "dw_min", INT: "dw_mini"},
+    "abs": {FLOAT: "dw_abs", INT: "dw_absi"}, "//": {FLOAT: "dw_divf", INT: "dw_div"},
+    "%": {FLOAT: "dw_modf", INT: "dw_mod"}, "sqrt": "dw_sqrt", "isfinite": "dw_finite", "isnan": "dw_isnan",
+    "copysign": "dw_copysign", "ldexp": "dw_ldexp", "frexp": "dw_frexp", "power": "dw_power", "strided": "dw_strided",
+    "floor": "dw_floor", "pow": "pow", "log": "log", "exp": "exp", "log1p": "log1p", "expm1": "expm1",
+    "lgamma": "lgamma", "erfc": "erfc", "sin": "sin", "cos": "cos", "hypot": "hypot",
+}  # fmt: skip
+
+AFTER_TYPES = ("dw_frexp",)
+
+_VIEW = {"V1": ("F", "n"), "V2": ("F", "n, m"), "V3": ("F", "n, m, k"), "V1i": ("I", "n"), "V2i": ("I", "n, m"),
+         "S1": ("F", "n, s")}  # fmt: skip
+
+TEXTS: dict[str, str] = {
+    "DW_INLINE": """\
+#if defined(__GNUC__) || defined(__clang__)
+#define DW_INLINE inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define DW_INLINE __forceinline
+#else
+#define DW_INLINE inline
+#endif""",
+    "DW_APART": """\
+#if defined(__GNUC__) || defined(__clang__)
+#define DW_APART __attribute__((noinline))
+#elif defined(_MSC_VER)
+#define DW_APART __declspec(noinline)
+#else
+#define DW_APART
+#endif""",
+    "DW_EXPORT": """\
+#if defined(_WIN32)
+#define DW_EXPORT __declspec(dllexport)
+#elif defined(__GNUC__) || defined(__clang__)
+#define DW_EXPORT __attribute__((visibility("default")))
+#else
+#define DW_EXPORT
+#endif""",
+    "dw_at": """\
+#if defined(DW_CHECK)
+#include <stdio.h>
+#include <stdlib.h>
+static I dw_at_(I i, I n, int line)
+{
+    if (i < 0 || i >= n) {
+        fprintf(stderr, "line %d: index %lld of %lld\\n", line, i, n);
+        abort();
+    }
+    return i;
+}
+#define dw_at(i, n) dw_at_(i, n, __LINE__)
+#else
+#define dw_at(i, n) (i)
+#endif""",
+    **{name: f"typedef struct {{\n    {kind} *p;\n    I {sizes};\n}} {name};" for name, (kind, sizes) in _VIEW.items()},
+    "dw_bits": """\
+static DW_INLINE F dw_bits(U bits)
+{
+    union { U u; F f; } both;
+    both.u = bits;
+    return both.f;
+}
+static DW_INLINE U dw_word(F x)
+{
+    union { U u; F f; } both;
+    both.f = x;
+    return both.u;
+}""",
+    "DW_NAN": "#define DW_NAN dw_bits(0x7ff8000000000000ULL)",
+    "DW_INF": "#define DW_INF dw_bits(0x7ff0000000000000ULL)",
+    "dw_sqrt": """\
+#if defined(__GNUC__) || defined(__clang__)
+#define dw_sqrt(x) __builtin_sqrt(x)
+#elif defined(__TINYC__) && defined(__x86_64__)
+static F dw_sqrt(F x)
+{
+    F *at = &x;
+    __asm__ volatile (".byte 0xf2,0x0f,0x51,0x00\\n.byte 0xf2,0x0f,0x11,0x00" : : "a"(at) : "memory");
+    return x;
+}
+#else
+double sqrt(double);
+#define dw_sqrt(x) sqrt(x)
+#endif""",
+    "dw_abs": "static DW_INLINE F dw_abs(F x) { return dw_bits(dw_word(x) & 0x7fffffffffffffffULL); }",
+    "dw_absi": "static DW_INLINE I dw_absi(I x) { return x < 0 ? -x : x; }",
+    "dw_copysign": """\
+static DW_INLINE F dw_copysign(F x, F y)
+{
+    return dw_bits((dw_word(x) & 0x7fffffffffffffffULL) | (dw_word(y) & 0x8000000000000000ULL));
+}""",
+    "dw_finite": "static DW_INLINE B dw_finite(F x) { return x - x == 0.0; }",
+    "dw_isnan": "static DW_INLINE B dw_isnan(F x) { return x != x; }",
+    "dw_max": "static DW_INLINE F dw_max(F a, F b) { return b > a ? b : a; }",
+    "dw_min": "static DW_INLINE F dw_min(F a, F b) { return b < a ? b : a; }",
+    "dw_maxi": "static DW_INLINE I dw_maxi(I a, I b) { return b > a ? b : a; }",
+    "dw_mini": "static DW_INLINE I dw_mini(I a, I b) { return b < a ? b : a; }",
+    "dw_div": "static DW_INLINE I dw_div(I a, I b) { return a / b - ((a % b != 0) && ((a < 0) != (b < 0))); }",
+    "dw_mod": """\
+static DW_INLINE I dw_mod(I a, I b)
+{
+    I left = a % b;
+    return left != 0 && ((left < 0) != (b < 0)) ? left + b : left;
+}""",
+    "dw_power": """\
+static DW_INLINE F dw_power(F a, I n)
+{
+    F result = 1.0;
+    U left = (U)(n < 0 ? -n : n);
+    while (left) {
+        if (left & 1)
+            result *= a;
+        left >>= 1;
+        a *= a;
+    }
+    return n < 0 ? 1.0 / result : result;
+}""",
+    "dw_ldexp": """\
+static F dw_ldexp(F x, I n)
+{
+    if (n > 1023) {
+        x *= 8.98846567431158e307;
+        n -= 1023;
+        if (n > 1023) {
+            x *= 8.98846567431158e307;
+            n = n - 1023 > 1023 ? 1023 : n - 1023;
+        }
+    } else if (n < -1022) {
+        x *= 2.004168360008973e-292;
+        n += 969;
+        if (n < -1022) {
+            x *= 2.004168360008973e-292;
+            n = n + 969 < -1022 ? -1022 : n + 969;
+        }
+    }
+    return x * dw_bits((U)(1023 + n) << 52);
+}""",
+    "dw_frexp": """\
+static PAIR dw_frexp(F x)
+{
+    PAIR found;
+    U word = dw_word(x);
+    I exponent = (I)(word >> 52 & 0x7ff);
+    found.i0 = x;
+    found.i1 = 0;
+    if (exponent == 0x7ff || x == 0.0)
+        return found;
+    if (exponent == 0) {
+        word = dw_word(x * 18014398509481984.0);
+        exponent = (I)(word >> 52 & 0x7ff) - 54;
+    }
+    found.i0 = dw_bits((word & 0x800fffffffffffffULL) | 0x3fe0000000000000ULL);
+    found.i1 = exponent - 1022;
+    return found;
+}""",
+    "dw_row2": "static DW_INLINE V1 dw_row2(V2 v, I i) { V1 r; r.p = v.p + dw_at(i, v.n) * v.m; r.n = v.m; return r; }",
+    "dw_row2i": """\
+static DW_INLINE V1i dw_row2i(V2i v, I i)
+{
+    V1i r;
+    r.p = v.p + dw_at(i, v.n) * v.m;
+    r.n = v.m;
+    return r;
+}""",
+    "dw_row3": """\
+static DW_INLINE V2 dw_row3(V3 v, I i)
+{
+    V2 r;
+    r.p = v.p + dw_at(i, v.n) * v.m * v.k;
+    r.n = v.m;
+    r.m = v.k;
+    return r;
+}""",
+    "dw_column": """\
+static DW_INLINE S1 dw_column(V2 v, I j)
+{
+    S1 r;
+    r.p = v.p + dw_at(j, v.m);
+    r.n = v.n;
+    r.s = v.m;
+    return r;
+}""",
+    "dw_strided": "static DW_INLINE S1 dw_strided(V1 v) { S1 r; r.p = v.p; r.n = v.n; r.s = 1; return r; }",
+    "pow": "double pow(double, double);", "log": "double log(double);", "exp": "double exp(double);",
+    "log1p": "double log1p(double);", "expm1": "double expm1(double);", "lgamma": "double lgamma(double);",
+    "erfc": "double erfc(double);", "sin": "double sin(double);", "cos": "double cos(double);",
+    "hypot": "double hypot(double, double);",
+}  # fmt: skip
+
+_STEPS = {"1": "", "2": " * v.m", "3": " * v.m * v.k", "1s": " * v.s", "1i": ""}
+for _end, _step in _STEPS.items():
+    _type = f"V{_end}" if _end != "1s" else "S1"
+    TEXTS[f"dw_cut{_end}"] = f"""\
+static DW_INLINE {_type} dw_cut{_end}({_type} v, I start, I stop)
+{{
+    {_type} r = v;
+    stop = stop > v.n ? v.n : stop;
+    start = start > stop ? stop : start;
+    r.p = v.p + dw_at(start, v.n + 1){_step};
+    r.n = stop - start;
+    return r;
+}}"""
+    TEXTS[f"dw_tail{_end}"] = f"""\
+static DW_INLINE {_type} dw_tail{_end}({_type} v, I start)
+{{
+    {_type} r = v;
+    start = start > v.n ? v.n : start;
+    r.p = v.p + dw_at(start, v.n + 1){_step};
+    r.n = v.n - start;
+    return r;
+}}"""
+
+for _of in (1, 2, 3):
+    for _to in (1, 2, 3):
+        _sizes = ["n", "m", "k"][:_to]
+        NEEDS[f"dw_fold{_of}{_to}"] = f"V{_of}", f"V{_to}", "DW_INLINE"
+        TEXTS[f"dw_fold{_of}{_to}"] = "\n".join(
+            [
+                f"static DW_INLINE V{_to} dw_fold{_of}{_to}(V{_of} v, {', '.join(f'I {size}' for size in _sizes)})",
+                "{",
+                f"    V{_to} r;",
+                "    r.p = v.p;",
+                *(f"    r.{size} = {size};" for size in _sizes),
+                "    return r;",
+                "}",
+            ]
+        )

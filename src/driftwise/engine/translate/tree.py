@@ -1,0 +1,230 @@
+"""A kernel for given types, as a tree: every expression has a type, every call is a statement, in Python's order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from .types import Type
+
+
+@dataclass
+class Constant:
+    """Something known; ``type`` is `Known`, or a scalar where it is written down as a number."""
+
+    type: Type
+    value: Any
+
+
+@dataclass
+class Name:
+    """A variable."""
+
+    type: Type
+    name: str
+
+
+@dataclass
+class Operation:
+    """Arithmetic, a comparison, a choice ("select") or a conversion; ``op`` is Python's sign or name for it."""
+
+    type: Type
+    op: str
+    args: list[Any]
+
+
+@dataclass
+class Load:
+    """One number of a view."""
+
+    type: Type
+    view: Any
+    indices: list[Any]
+
+
+@dataclass
+class Cut:
+    """A view of part of a view: rows by number, then perhaps a stretch (start, stop; None: to the end)."""
+
+    type: Type
+    view: Any
+    indices: list[Any]
+    stretch: tuple[Any, Any] | None
+
+
+@dataclass
+class Column:
+    """A column of a table."""
+
+    type: Type
+    view: Any
+    index: Any
+
+
+@dataclass
+class Fold:
+    """The same numbers, as a table."""
+
+    type: Type
+    view: Any
+    shape: list[Any]
+
+
+@dataclass
+class Extent:
+    """How long a view is along an axis; axis -1: how many numbers it has."""
+
+    type: Type
+    view: Any
+    axis: int
+
+
+@dataclass
+class Part:
+    """A field of a named tuple, an item of a tuple."""
+
+    type: Type
+    value: Any
+    index: int
+
+
+@dataclass
+class Make:
+    """A named tuple or a tuple."""
+
+    type: Type
+    parts: list[Any]
+
+
+@dataclass
+class Look:
+    """An entry of a table of constants."""
+
+    type: Type
+    table: tuple[Any, ...]
+    index: Any
+
+
+@dataclass
+class Call:
+    """A call of another kernel; only as the whole of `Let` or `Do`."""
+
+    type: Type
+    function: Function
+    args: list[Any]
+
+
+@dataclass
+class Let:
+    """Give a variable a value."""
+
+    name: str
+    value: Any
+
+
+@dataclass
+class Store:
+    """Write one number into a view."""
+
+    view: Any
+    indices: list[Any]
+    value: Any
+
+
+@dataclass
+class Do:
+    """A call for what it does."""
+
+    call: Call
+
+
+@dataclass
+class For:
+    """Count from start to before stop; ``step`` is a number that is known."""
+
+    name: str
+    start: Any
+    stop: Any
+    step: int
+    body: list[Any]
+
+
+@dataclass
+class Loop:
+    """For ever."""
+
+    body: list[Any]
+
+
+@dataclass
+class If:
+    """One of two ways."""
+
+    test: Any
+    then: list[Any]
+    other: list[Any]
+
+
+@dataclass
+class Return:
+    """Leave, perhaps with a value."""
+
+    value: Any | None
+
+
+@dataclass
+class Leave:
+    """``break`` or ``continue``."""
+
+    word: str
+
+
+@dataclass
+class Function:
+    """One kernel for the types of its arguments."""
+
+    name: str
+    title: str  # first line of its documentation
+    params: list[tuple[str, Type]]  # those it uses
+    used: list[int]  # their places among the arguments
+    result: Type
+    body: list[Any]
+    variables: dict[str, Type]
+    is_rare: bool
+    has_effects: bool
+    calls: list[Function] = field(default_factory=list)
+
+
+def children(node) -> Iterator[Any]:
+    """Yield the expressions that an expression or statement is made of, not those of statements inside it."""
+    for value in vars(node).values():
+        if isinstance(value, list | tuple):
+            yield from (v for v in value if isinstance(v, EXPRESSIONS))
+        elif isinstance(value, EXPRESSIONS):
+            yield value
+
+
+def walk(node) -> Iterator[Any]:
+    """Yield an expression and all that is in it."""
+    yield node
+    for child in children(node):
+        yield from walk(child)
+
+
+def statements(body: list[Any]) -> Iterator[Any]:
+    """Yield all statements, those inside others too."""
+    for one in body:
+        yield one
+        for inner in blocks(one):
+            yield from statements(inner)
+
+
+def blocks(statement) -> list[list[Any]]:
+    """Return the blocks of a statement."""
+    if isinstance(statement, If):
+        return [statement.then, statement.other]
+    return [statement.body] if isinstance(statement, For | Loop) else []
+
+
+EXPRESSIONS = (Constant, Name, Operation, Load, Cut, Column, Fold, Extent, Part, Make, Look, Call)
