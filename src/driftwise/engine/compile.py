@@ -1,13 +1,13 @@
-"""Compose small functions into one compiled driver, chosen by types, cached on disk, never stale.
+"""Compose small functions into one compiled loop, chosen by types, kept on disk, never stale.
 
-* ``driver(kinds)`` compiles the loop over series and samples for one combination of policy types;
+* ``driver(kinds)`` is the loop over series and samples for one combination of policy types;
   ``crew(kinds, sizes)`` the one of a fleet, whose sizes are constants of the code;
   ``recorder(kinds)`` and ``smoother(form)`` the two loops that a smoother needs, ``watcher(kind)`` the one of a
-  detector on its own, ``passage(kind)`` whatever else goes once over a record.
+  detector on its own, ``passage(kind)`` whatever else goes once over a record, ``function(f)`` a loop as it stands.
 
-The driver closes over *classes* and an integer fingerprint of the sources, never over compiled functions:
-numba pickles what a closure holds into its cache key, so classes keep the key stable between processes and
-the fingerprint changes it whenever any source changes. (``docs/decisions/engine.md`` tells the story.)
+`loops` has them in Python. They are translated to C (`translate`) and compiled, or found compiled (`objects`). What
+cannot be translated, or compiled, runs as it is. ``DRIFTWISE_ENGINE`` chooses: ``c``, ``numba`` or ``python``.
+(``docs/decisions/engine.md`` tells the story.)
 """
 
 from __future__ import annotations
@@ -15,155 +15,17 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
-import threading
+import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from . import dispatch, views
-from .dispatch import (
-    Size,
-    advance,
-    look_back,
-    open_row,
-    open_scratch,
-    pass_over,
-    read,
-    read_all,
-    remember,
-    retreat,
-    watch,
-)
-from .short_loops import short_loops
-from .views import fetch
+import numpy as np
 
-AHEAD = 4  # samples between fetching one and taking it, where they stand in any order
-
-_bound: set[Callable] = set()
-_lock = threading.RLock()
-
-
-# --- the loops ---------------------------------------------------------------------------------------------
-
-
-def _make(kinds, fingerprint):
-    """Return the driver: a loop over series, and a loop over samples inside it."""
-
-    def drive(rows, ys, us, outs, spec, buffer):
-        version = fingerprint  # part of the cache key; the code itself does not need it
-        form, noise, memory, gate, scale, detector = read_all(kinds, (), spec)
-        scratch = open_scratch(form, buffer)
-        for i in range(rows.shape[0]):
-            state = open_row(form, rows[i])
-            y, u, out = ys[i], us[i], outs[i]
-            for t in range(y.shape[0]):
-                advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
-        return version
-
-    return drive
-
-
-def _make_crew(kinds, sizes, shapes, fingerprint):
-    """Return the loop of a fleet: over its members, and over the samples of each; ``sizes`` are constants."""
-    width, outputs, inputs, columns, numbers, room = shapes
-
-    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, buffer):
-        version = fingerprint
-        if rows.shape[1] != width or buffer.size != room or buffer.shape[0] != room or specs.shape[1] != numbers:
-            return -1  # never; but now the compiler knows these as constants too
-        if ys.shape[1] != outputs or us.shape[1] != inputs or outs.shape[1] != columns:
-            return -1
-        for i in range(members.size):
-            spec = specs[group[members[i]]]
-            form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
-            scratch = open_scratch(form, buffer)
-            state = open_row(form, rows[members[i]])
-            for j in range(starts[i], starts[i + 1]):
-                t = j
-                if order.size:
-                    t = order[j]
-                    ahead = order[min(j + AHEAD, order.size - 1)]
-                    fetch(ys, ahead)
-                    fetch(us, ahead)
-                    fetch(outs, ahead)
-                advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
-        return version
-
-    return advance_members
-
-
-def _make_recorder(kinds, fingerprint):
-    """Return the loop that steps through one series and keeps every state and what each step did."""
-
-    def record(row, history, y, u, out, spec, buffer):
-        version = fingerprint
-        form, noise, memory, gate, scale, detector = read_all(kinds, (), spec)
-        scratch = open_scratch(form, buffer)
-        state = open_row(form, row)
-        for t in range(y.shape[0]):
-            for i in range(row.size):
-                history[t, i] = row[i]
-            advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
-            remember(form, scale, state, scratch, history[t, row.size :])
-        for i in range(row.size):
-            history[y.shape[0], i] = row[i]
-        return version
-
-    return record
-
-
-def _make_smoother(Form, fingerprint):
-    """Return the loop back, over the whole history or ``lag`` samples for each; ``unknown`` is where it starts."""
-
-    def smooth(history, width, count, lag, s2, outs, spec, buffer, unknown, space):
-        version = fingerprint
-        form, _ = read(Form, spec, 0)
-        scratch = open_scratch(form, buffer)
-        size = history.shape[0] - 1
-        for t in range(count - 1, -1, -1):
-            last = t
-            if lag >= 0:
-                last = min(t + lag, size - 1)
-                for i in range(space.shape[0]):
-                    for j in range(space.shape[1]):
-                        space[i, j] = unknown[i, j]
-            for j in range(last, t - 1, -1):
-                retreat(form, history[j, :width], history[j + 1, :width], history[j, width:], scratch, space)
-            look_back(form, history[t, :width], s2 if lag < 0 else history[last, width], space, outs[t])
-        return version
-
-    return smooth
-
-
-def _make_watcher(Detector, fingerprint):
-    """Return the loop of a detector on its own: series, and samples inside; ``outs`` takes alarm and first marks."""
-
-    def look(detector_state, zs, slopes, outs, spec):
-        version = fingerprint
-        detector, _ = read(Detector, spec, 0)
-        for i in range(detector_state.shape[0]):
-            for t in range(zs.shape[1]):
-                outs[i, t, 0] = watch(detector, detector_state[i], zs[i, t], slopes[i, t])
-                for c in range(1, outs.shape[2]):
-                    outs[i, t, c] = detector_state[i, c - 1]
-        return version
-
-    return look
-
-
-def _make_passage(Task, fingerprint):
-    """Return a task's way over a record."""
-
-    def go(rows, q, kept, out, numbers, spec):
-        version = fingerprint
-        task, _ = read(Task, spec, 0)
-        pass_over(task, rows, q, kept, out, numbers)
-        return version
-
-    return go
-
-
-# --- compiling ---------------------------------------------------------------------------------------------
+from . import dispatch, loops, objects
+from .dispatch import Size
+from .translate.refusal import Refusal
 
 
 @functools.cache
@@ -197,26 +59,6 @@ def _text(thing) -> str:
         return repr((code.co_code, code.co_names, [c for c in code.co_consts if not inspect.iscode(c)]))
 
 
-# Nothing is allocated, so nothing needs to be counted: without `_nrt=False` reference counts take most of the time.
-OPTIONS: Any = {"error_model": "numpy", "_nrt": False}
-# A call hands over each field of each array in registers and on the stack: more than a hundred for a state and its
-# scratch. Inlined, a sample takes two thirds of the time. (numba hands the flag down to callees, hence both values.)
-INLINE: Any = {**OPTIONS, "forceinline": True}
-APART: Any = {**OPTIONS, "forceinline": False}
-
-
-def _bind() -> None:
-    """Teach numba every marked function; implementations are looked up when a driver is compiled."""
-    from numba.extending import overload
-
-    for function, resolve in dispatch.resolvers():
-        if function not in _bound:
-            options = APART if function in dispatch.apart else INLINE
-            overload(function, jit_options=options, strict=False)(resolve)
-            _bound.add(function)
-    views.bind()
-
-
 @functools.cache
 def driver(*kinds: type) -> Callable:
     """Return the compiled ``drive(rows, ys, us, outs, spec, scratch)`` for one combination of policy types.
@@ -226,7 +68,7 @@ def driver(*kinds: type) -> Callable:
     ``scratch`` is any memory of the size the form asks for. All are C-contiguous float64. The global interpreter
     lock is released while it runs.
     """
-    return _compile(lambda numbers: _make(kinds, numbers), kinds, (2, 3, 3, 3, 1, 1))
+    return _load(loops.make_driver, (kinds,), kinds, (2, 3, 3, 3, 1, 1))
 
 
 @functools.cache
@@ -240,7 +82,7 @@ def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, .
     of `driver`, the same bits.
     """
     dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1)
-    return _compile(lambda version: _make_crew(kinds, sizes, shapes, version), kinds, dimensions)
+    return _load(loops.make_crew, (kinds, sizes, shapes), kinds, dimensions)
 
 
 def sizes(policy) -> tuple[float, ...]:
@@ -252,13 +94,13 @@ def sizes(policy) -> tuple[float, ...]:
 @functools.cache
 def recorder(*kinds: type) -> Callable:
     """Return the compiled ``record(row, history, y, u, out, spec, scratch)``: one series, every step kept."""
-    return _compile(lambda numbers: _make_recorder(kinds, numbers), kinds, (1, 2, 2, 2, 2, 1, 1))
+    return _load(loops.make_recorder, (kinds,), kinds, (1, 2, 2, 2, 2, 1, 1))
 
 
 @functools.cache
 def smoother(form: type) -> Callable:
     """Return the compiled ``smooth(history, width, count, lag, s2, outs, spec, scratch, unknown, space)``."""
-    return _compile(lambda numbers: _make_smoother(form, numbers), (form,), (2, int, int, int, float, 2, 1, 1, 2, 2))
+    return _load(loops.make_smoother, (form,), (form,), (2, int, int, int, float, 2, 1, 1, 2, 2))
 
 
 @functools.cache
@@ -268,45 +110,86 @@ def watcher(kind: type) -> Callable:
     ``detector_state`` (S, M) are advanced in place, ``zs`` (S, T) the innovations and ``slopes`` (S, T, m) their slopes
     (m may be 0); ``outs`` (S, T, C) receives the alarm and, as far as it is wide, what ``detector_state`` begins with.
     """
-    return _compile(lambda numbers: _make_watcher(kind, numbers), (kind,), (2, 2, 3, 3, 1))
+    return _load(loops.make_watcher, (kind,), (kind,), (2, 2, 3, 3, 1))
 
 
 @functools.cache
 def passage(task: type) -> Callable:
     """Return the compiled ``go(rows, q, kept, out, numbers, spec)`` of one task; ``numbers`` and ``spec`` are (n,)."""
-    return _compile(lambda version: _make_passage(task, version), (task,), (2, 2, 2, 2, 1, 1))
+    return _load(loops.make_passage, (task,), (task,), (2, 2, 2, 2, 1, 1))
 
 
-def _compile(make, kinds, dimensions):
-    """Compile ``make(fingerprint)`` for C-contiguous float64 arrays of these dimensions, and numbers."""
-    with _lock:
-        import numba
-        import numba.types
+@functools.cache
+def function(loop: Callable, *dimensions) -> Callable:
+    """Return a loop compiled for arguments of these dimensions (of an array of int64: "index")."""
+    return _load(lambda version: loop, (), (), dimensions, loop)
 
-        _bind()
-        function = numba.njit(cache=True, nogil=True, **OPTIONS)(make(fingerprint(kinds)))
-        numbers = {int: numba.int64, float: numba.float64, "index": numba.types.Array(numba.int64, 1, "C")}
-        types = tuple(numbers.get(d) or numba.types.Array(numba.float64, d, "C") for d in dimensions)
-        with short_loops():
-            function.compile(types)
-        return function
+
+def _load(make, sizes, kinds, dimensions, loop: Callable | None = None) -> Callable:
+    """Return ``make(*sizes, version)`` compiled for C-contiguous float64 arrays of these dimensions, and numbers."""
+    engine = os.environ.get("DRIFTWISE_ENGINE", "c")
+    version = fingerprint(kinds)
+    if engine == "numba":
+        from . import jit
+
+        return jit.compiled(make(*sizes, version), dimensions)
+    found = None
+    if engine == "c":
+        what = loop or make
+        told = repr((what.__qualname__, version, [_spelt(size) for size in sizes], dimensions))
+        told += "" if loop is None else _text(loop)
+        key = f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
+        try:
+            found = objects.load(key, lambda: translated(make(*sizes, 0), dimensions), dimensions)
+        except Refusal as refusal:
+            warnings.warn(f"{refusal}; it runs as plain Python, some 500 times slower", RuntimeWarning, stacklevel=4)
+    return found or _quiet(make(*sizes, 0))
+
+
+def translated(loop: Callable, dimensions, checked: bool = False) -> str:
+    """Return a loop in C, for arguments of these dimensions."""
+    from .translate.c99 import Printer
+    from .translate.program import Program
+    from .translate.types import FLOAT, INT, View
+
+    known: dict[Any, Any] = {int: INT, float: FLOAT, "index": View(1, INT)}
+    entry = Program().function(loop, [known.get(d) or View(d) for d in dimensions])
+    return Printer(checked=checked).program(entry, "driftwise_run", dimensions)
+
+
+def _spelt(size) -> Any:
+    """Return what a loop is made with, in a way that is the same in every process."""
+    if isinstance(size, tuple):
+        return [_spelt(one) for one in size]
+    return f"{size.__module__}.{size.__qualname__}" if isinstance(size, type) else size
+
+
+def _quiet(loop: Callable) -> Callable:
+    """Return a loop of plain Python that passes over infinities and NaN as compiled ones do."""
+
+    @functools.wraps(loop)
+    def run(*args):
+        with np.errstate(all="ignore"):
+            return loop(*args)
+
+    return run
 
 
 def plain_driver(*kinds: type) -> Callable:
     """Return the same driver uncompiled: slow, but every line can be stepped through."""
-    return _make(kinds, 0)
+    return loops.make_driver(kinds, 0)
 
 
 def plain_crew(kinds, sizes, shapes) -> Callable:
     """Return the loop of a fleet uncompiled."""
-    return _make_crew(kinds, sizes, shapes, 0)
+    return loops.make_crew(kinds, sizes, shapes, 0)
 
 
 def plain_passage(task: type) -> Callable:
     """Return the same uncompiled."""
-    return _make_passage(task, 0)
+    return loops.make_passage(task, 0)
 
 
 def plain_watcher(kind: type) -> Callable:
     """Return the same loop of a detector uncompiled."""
-    return _make_watcher(kind, 0)
+    return loops.make_watcher(kind, 0)

@@ -13,7 +13,7 @@ from typing import Any
 import numba.cuda
 from numba import float64
 
-from . import compile, dispatch
+from . import dispatch, jit
 from .dispatch import advance, open_row, open_scratch, read_all
 from .views import matrix
 
@@ -58,7 +58,7 @@ def grid(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, .
     As `compile.crew`, except that the rows stand upright, (W, S), all arrays are on the device, and the samples of the
     i-th member are those that ``order[starts[i] : starts[i + 1]]`` names.
     """
-    with compile._lock:
+    with jit._lock:
         function = _make_grid(kinds, sizes, shapes)
         if is_simulated():
             return cuda.jit(function)
@@ -74,7 +74,7 @@ def assembly(kinds, sizes, shapes, capability=(9, 0)) -> str:
     from numba.cuda import dispatcher
 
     before = dispatcher.get_current_device
-    with compile._lock, unfused():
+    with jit._lock, unfused():
         bind()
         dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=capability)
         try:

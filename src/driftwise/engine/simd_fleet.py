@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from . import compile, simd
+from . import compile, jit, simd
 from .dispatch import advance, open_row, open_scratch, read_all
 from .simd import LANES, disagreements, finite, interleave
 from .views import matrix
@@ -108,7 +108,7 @@ def lane_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[i
     """Return the compiled loop of `compile.crew`, the same bits, with one more array at its end: `room` to work in."""
     simd.bind()
     dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1, 1)
-    return compile._compile(lambda version: _make(kinds, sizes, shapes, version), kinds, dimensions)
+    return jit.compiled(_make(kinds, sizes, shapes, compile.fingerprint(kinds)), dimensions)
 
 
 def room(shapes) -> np.ndarray:

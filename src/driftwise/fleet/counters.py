@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any
 
@@ -80,8 +79,10 @@ class Tally(Columns):
         if len(taken.at):
             self.grow(int(taken.at.max()) + 1)
             at, outs = np.ascontiguousarray(taken.at, np.int64), np.ascontiguousarray(outs)
-            columns = (np.ascontiguousarray(column) for column in (taken.ys, taken.time, taken.bad, taken.filled))
-            _compiled()(self._numbers, at, *columns, outs, self.settle)
+            told = (taken.ys, taken.time, taken.bad, taken.filled)
+            columns = [np.ascontiguousarray(column, float) for column in told]
+            loop = compile.function(add_up, 2, "index", 2, 1, 1, 1, 2, int)
+            loop(self._numbers, at, *columns, outs, self.settle)
 
 
 def never_moved(tally, at=slice(None)) -> Any:
@@ -134,11 +135,3 @@ def add_up(numbers, at, ys, time, bad, filled, outs, settle):
                 numbers[SCORED, s] += 1
                 numbers[Z2, s] += z2
                 numbers[INSIDE, s] += z2 <= BAND**2
-
-
-@functools.cache
-def _compiled() -> Any:
-    """Return the loop above, compiled (and kept on disk)."""
-    import numba
-
-    return numba.njit(cache=True, nogil=True, **compile.OPTIONS)(add_up)

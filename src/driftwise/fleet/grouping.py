@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from typing import Any
-
 import numpy as np
 
 from ..engine import compile
@@ -21,19 +18,19 @@ def group_samples(at, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, b
     room = min(len(at), count)
     members, starts = np.empty(room, np.int64), np.empty(room + 1, np.int64)
     order, is_open = np.empty(0, np.int64), False
-    found = _compiled("runs")(at, members, starts)
+    found = _compiled(runs, 3)(at, members, starts)
     if found < 0 and len(at) * FEW < count:
         order = np.argsort(at, kind="stable")
-        found = _compiled("runs")(at[order], members, starts)
+        found = _compiled(runs, 3)(at[order], members, starts)
     elif found < 0:
         order, is_open = np.empty(len(at), np.int64), True
-        found = _compiled("totals")(at, np.zeros(count, np.int64), members, starts)
+        found = _compiled(totals, 4)(at, np.zeros(count, np.int64), members, starts)
     return members[:found], starts[: found + 1], order, is_open
 
 
 def place(at, members, starts, order) -> None:
     """Fill in the order of the samples of these members, which are a stretch of all of them."""
-    _compiled("spread")(at, members, starts, np.empty(members[-1] - members[0] + 1, np.int64), order)
+    _compiled(spread, 5)(at, members, starts, np.empty(members[-1] - members[0] + 1, np.int64), order)
 
 
 def stable_order(at, count: int) -> np.ndarray:
@@ -85,9 +82,6 @@ def spread(at, members, starts, spots, order):
     return order.size
 
 
-@functools.cache
-def _compiled(name: str) -> Any:
-    """Return one of the loops above, compiled (and kept on disk)."""
-    import numba
-
-    return numba.njit(cache=True, nogil=True, **compile.OPTIONS)(globals()[name])
+def _compiled(loop, count: int):
+    """Return one of the loops above, compiled: all it takes are so many rows of indices."""
+    return compile.function(loop, *["index"] * count)

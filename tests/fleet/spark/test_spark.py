@@ -199,7 +199,7 @@ POORLY_EQUIPPED = """
 import sys, pyspark, driftwise as dw, driftwise.fleet.spark, loud
 from spark_tables import *
 
-names = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME", "IPYTHONDIR")
+names = ("DRIFTWISE_CACHE", "XDG_CACHE_HOME", "HOME")
 nowhere = {f"spark.executorEnv.{name}": "/proc/nowhere" for name in names}
 session = local_session(pyspark, **nowhere, **{"spark.executorEnv.PYTHONPATH": sys.argv[1]})
 session.addArtifact(loud.__file__, pyfile=True)
@@ -212,12 +212,11 @@ for est in (dw.AR(1), own):
 assert np.any(columns["status"] & int(dw.Status.JUMP))
 
 def where(batches):
-    import numba, driftwise, pyarrow, tempfile
+    import driftwise, pyarrow, tempfile
     list(batches)
-    from driftwise.engine import compile
-    from driftwise.fleet.spark.shipped import compiled
-    compiled(driftwise.Fleet(driftwise.AR(1)).crew, 4)
-    found = [driftwise.__file__, str(numba.config.CACHE_DIR.startswith(tempfile.gettempdir()))]
+    from driftwise.engine import objects
+    driftwise.Fleet(driftwise.AR(1)).crew.loop(4)
+    found = [driftwise.__file__, str(str(objects.folder()).startswith(tempfile.gettempdir()))]
     yield pyarrow.RecordBatch.from_arrays([pyarrow.array(found)], ["found"])
 
 print(*(row.found for row in session.range(1).coalesce(1).mapInArrow(where, "found string").collect()))
@@ -233,7 +232,6 @@ def test_executors_that_can_cache_nothing_and_a_policy_of_ones_own(tmp_path, spa
     package = Path(dw.__file__).parent
     copy = tmp_path / "other" / "driftwise"
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    (copy / "engine" / "__pycache__").write_text("no folder")
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "loud.py").write_text(LOUD)
     paths = [str(package.parent), str(Path(__file__).parents[2]), str(tmp_path / "own")]

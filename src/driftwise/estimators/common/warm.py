@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 from ...detect.gate import InnovationGate
@@ -61,18 +60,8 @@ def combinations() -> list[dict[str, Any]]:
     ]
 
 
-def prune() -> None:
-    """Delete cached code older than the newest engine source: no fingerprint asks for it any more."""
-    root = Path(compile.__file__).parent
-    newest = max(path.stat().st_mtime for path in root.parent.rglob("*.py"))
-    for path in (root / "__pycache__").glob("*.nbc"):
-        if path.stat().st_mtime < newest:
-            path.unlink(missing_ok=True)
-
-
 def warm() -> Iterator[str]:
     """Compile one combination after the other and yield its name."""
-    prune()
     for settings in [*combinations(), dict(memory=RestartOnChange()), dict(noise=UnknownPolynomial())]:
         est = Joint(1, **settings)
         est.update(est.start(), 0.0)

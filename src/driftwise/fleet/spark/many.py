@@ -9,7 +9,7 @@ import numpy as np
 from ...results.trace import width
 from ..fleet import Fleet
 from .parcel import COUNTS, Parcel
-from .shipped import Shipped, compiled, unship
+from .shipped import Shipped, unship
 
 SAMPLES, MEASURED, LATE, DUPLICATE, BAD, TIMELESS = range(len(COUNTS))
 
@@ -39,7 +39,7 @@ class Many:
         self.columns = 4 * p if keep == "innovations" else width(keep, model.N, self.head)
         self.keep, self.every = keep, every
         self.last, self.counts = np.empty(0), np.empty((0, len(COUNTS)))
-        compiled(self.fleet.crew, self.columns)
+        self.fleet.crew.loop(self.columns)
 
     def rows_of(self, keys) -> np.ndarray:
         """Return the row of each key, (n,); new ones begin afresh."""

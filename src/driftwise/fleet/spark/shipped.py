@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import pickle
-import tempfile
 from typing import Any, NamedTuple
 
 from ...engine.errors import InputError
@@ -72,20 +71,3 @@ def unship(shipped: Shipped) -> Any:
             f"driver and executor both have driftwise {__version__}, of different sources: install one of them"
         )
     return estimator
-
-
-def compiled(crew, columns: int):
-    """Return the compiled loop of a crew; where its code can be cached nowhere, in the system's folder for the moment.
-
-    numba caches beside its sources or in the user's home, and refuses where neither can be written to.
-    """
-    try:
-        return crew.loop(columns)
-    except RuntimeError as error:
-        if "cannot cache" not in str(error):
-            raise
-        import numba
-
-        config: Any = numba.config
-        config.CACHE_DIR = tempfile.mkdtemp(prefix="driftwise-")
-        return crew.loop(columns)

@@ -12,7 +12,7 @@ from ...tables.dataset import Batch, Dataset
 from ..fleet import Fleet
 from ..run import FleetRun
 from .batch import gathered
-from .shipped import compiled, unship
+from .shipped import unship
 
 SCALES = "y_scale", "u_scale"  # in which the series of a run differ
 
@@ -116,7 +116,7 @@ def advancing(shipped, options, has_clock: bool, outputs: int):
     def work(batches):
         sinks = Gathered()
         run = FleetRun(Fleet(unship(shipped), threads=1), sinks, **options)
-        compiled(run.fleet.crew, run._head)  # where its code is cached goes for all other loops
+        run.fleet.crew.loop(run._head)
         known = 0
         for batch in _again(batches, has_clock, outputs):
             run.take(batch)
