@@ -10,7 +10,7 @@ import numpy as np
 from .errors import InputError
 
 LARGEST = 1e100  # typical size of data
-NUMBER = float | int  # what a stream hands over
+NUMBER = (float, int)  # what a stream hands over
 HOLDS = ("zoh", "foh")  # what an input does between its samples: held, or a straight line
 
 
@@ -197,19 +197,23 @@ def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
 
 
 def one(value, size: int) -> np.ndarray:
-    """Return (1, 1, size) of a number or a sequence; streams hand over a float, which has a short way in."""
-    if size != 1 or not isinstance(value, NUMBER):
-        value = np.asarray(value)
-        if value.dtype.kind in "cSUMm":
-            raise TypeError
-        return np.array(value, np.float64).reshape(1, 1, size)
-    one = np.empty((1, 1, 1))
-    one[0, 0, 0] = value
-    return one
+    """Return (1, 1, size) of a number or a sequence."""
+    value = np.asarray(value)
+    if value.dtype.kind in "cSUMm":
+        raise TypeError
+    return np.array(value, np.float64).reshape(1, 1, size)
 
 
 def sample(y, u, inputs: int, outputs: int | None = None):
     """Return y (1, 1, p) and u (1, 1, k) of one sample; one output, a number, where ``outputs`` is None."""
+    is_u_number = isinstance(u, NUMBER) if inputs == 1 else not inputs and u is None
+    if outputs is None and isinstance(y, NUMBER) and is_u_number:
+        ys, us = np.empty((1, 1, 1)), np.empty((1, 1, inputs))  # a stream has a short way in
+        ys[0, 0, 0] = y
+        if inputs:
+            us[0, 0, 0] = u
+        if abs(y) != math.inf and (u is None or abs(u) != math.inf):
+            return ys, us
     try:
         ys, us = one(y, outputs or 1), one(() if u is None else u, inputs)
     except (TypeError, ValueError):

@@ -106,6 +106,11 @@ class Estimator(Answers):
         return self.sample_layout.slices(*self._sample_sizes())
 
     @cached_property
+    def width(self) -> int:
+        """How many numbers a state has."""
+        return self.dtype.itemsize // 8
+
+    @cached_property
     def n_columns(self) -> int:
         """How many columns of ``trace.table`` come before those of the estimates."""
         return self.sample_layout.size(*self._sample_sizes())
@@ -264,9 +269,7 @@ class Estimator(Answers):
             raise InputError(f"one state is expected, got {state.shape}: advance a fleet with update_batch")
         if not state.flags.c_contiguous:
             state = np.ascontiguousarray(state)
-        return np.ndarray(
-            (state.size, self.dtype.itemsize // 8), np.float64, state
-        ).copy()  # faster than field by field
+        return np.ndarray((state.size, self.width), np.float64, state).copy()  # faster than field by field
 
 
 def is_estimator(value: Any) -> bool:
