@@ -34,10 +34,6 @@ MATH: dict[Any, tuple[str, Type, tuple[Type, ...]]] = {
     math.isnan: ("isnan", BOOL, (FLOAT,)), math.copysign: ("copysign", FLOAT, (FLOAT, FLOAT)),
     math.ldexp: ("ldexp", FLOAT, (FLOAT, INT)), math.frexp: ("frexp", Several((FLOAT, INT)), (FLOAT,)),
     math.floor: ("floor", INT, (FLOAT,)),
-    math.log: ("log", FLOAT, (FLOAT,)), math.exp: ("exp", FLOAT, (FLOAT,)), math.log1p: ("log1p", FLOAT, (FLOAT,)),
-    math.expm1: ("expm1", FLOAT, (FLOAT,)), math.lgamma: ("lgamma", FLOAT, (FLOAT,)),
-    math.erfc: ("erfc", FLOAT, (FLOAT,)), math.sin: ("sin", FLOAT, (FLOAT,)), math.cos: ("cos", FLOAT, (FLOAT,)),
-    math.hypot: ("hypot", FLOAT, (FLOAT, FLOAT)),
 }  # fmt: skip
 
 
@@ -202,7 +198,7 @@ class Expressions:
     def power(self, a, b, node) -> Any:
         """Powers: by repeated squaring where the exponent is an integer."""
         if widen(b.type) == FLOAT:
-            return Operation(FLOAT, "pow", [self.convert(a, FLOAT), self.convert(b, FLOAT)])
+            raise self.error(node, "a power with an exponent of many digits is `pow` of engine.elementary")
         if not isinstance(b, Constant):
             return Operation(FLOAT, "power", [self.convert(a, FLOAT), self.convert(b, INT)])
         if b.value < 1 or b.value > 64:
@@ -466,6 +462,8 @@ class Expressions:
             return self.plain(known, args[0], node)
         if known in MATH:
             return self.mathematics(known, args, node)
+        if getattr(known, "__module__", "") == "math":
+            raise self.error(node, f"math.{known.__name__} has other bits elsewhere: engine.elementary has its like")
         if isinstance(known, ModuleType) or not callable(known):
             raise self.error(node, "this is not a function")
         try:

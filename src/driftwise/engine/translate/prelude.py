@@ -33,8 +33,7 @@ OPERATIONS: dict[str, Any] = {
     "abs": {FLOAT: "dw_abs", INT: "dw_absi"}, "//": {FLOAT: "dw_divf", INT: "dw_div"},
     "%": {FLOAT: "dw_modf", INT: "dw_mod"}, "sqrt": "dw_sqrt", "isfinite": "dw_finite", "isnan": "dw_isnan",
     "copysign": "dw_copysign", "ldexp": "dw_ldexp", "frexp": "dw_frexp", "power": "dw_power", "strided": "dw_strided",
-    "floor": "dw_floor", "pow": "pow", "log": "log", "exp": "exp", "log1p": "log1p", "expm1": "expm1",
-    "lgamma": "lgamma", "erfc": "erfc", "sin": "sin", "cos": "cos", "hypot": "hypot",
+    "floor": "dw_floor",
 }  # fmt: skip
 
 AFTER_TYPES = ("dw_frexp",)
@@ -212,10 +211,6 @@ static DW_INLINE S1 dw_column(V2 v, I j)
     return r;
 }""",
     "dw_strided": "static DW_INLINE S1 dw_strided(V1 v) { S1 r; r.p = v.p; r.n = v.n; r.s = 1; return r; }",
-    "pow": "double pow(double, double);", "log": "double log(double);", "exp": "double exp(double);",
-    "log1p": "double log1p(double);", "expm1": "double expm1(double);", "lgamma": "double lgamma(double);",
-    "erfc": "double erfc(double);", "sin": "double sin(double);", "cos": "double cos(double);",
-    "hypot": "double hypot(double, double);",
 }  # fmt: skip
 
 _STEPS = {"1": "", "2": " * v.m", "3": " * v.m * v.k", "1s": " * v.s", "1i": ""}
