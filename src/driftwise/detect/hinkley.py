@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..engine.dispatch import Vector
+from ..engine.elementary import log
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .average_run_length import growth, rate, run_length, threshold_for
@@ -159,7 +159,7 @@ def watch_two_sums(detector, detector_state, z, slope):
         accumulate(g, since, i, (z if i == 0 else -z) - detector.k[i])
         h[i] = detector.h[i]
         if detector.growth > 0.0:
-            h[i] += detector.growth / detector.k[i] * math.log(detector_state[OWN + 6])
+            h[i] += detector.growth / detector.k[i] * log(detector_state[OWN + 6])
     return side(conclude(detector_state, g, since, h))
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.dispatch import Vector, kernel
+from ..engine.elementary import exp, log
 from ..engine.errors import InputError
 from ..engine.normal import deviate, tail
 from .alarms import Alarms, scan
@@ -149,7 +150,7 @@ class Learning(NamedTuple):
 @kernel
 def scale(j):
     """Return the variance of part j of the mixture, in units of the noise level."""
-    return 4.0 ** (j - 2)
+    return math.ldexp(1.0, 2 * (j - 2))
 
 
 @kernel
@@ -180,7 +181,7 @@ def normal_score(q, level, e):
 def density(j, surprise):
     """Return how dense part j is where e^2/level is ``surprise``, but for a factor that all parts share."""
     exponent = 0.5 * surprise * (1.0 / scale(j) - 1.0 / scale(SCALES - 1))
-    return math.exp(-min(exponent, 700.0)) / math.sqrt(scale(j))
+    return exp(-min(exponent, 700.0)) / math.sqrt(scale(j))
 
 
 @kernel
@@ -208,7 +209,7 @@ def log_ratio(detector, i, z):
     """Return the log likelihood ratio of what sum i looks for: a shifted mean, or, the last, louder noise."""
     if i < detector.d.size:
         return detector.d[i] * z - 0.5 * detector.d[i] ** 2
-    return 0.5 * z * z * (1.0 - 1.0 / detector.ratio) - 0.5 * math.log(detector.ratio)
+    return 0.5 * z * z * (1.0 - 1.0 / detector.ratio) - 0.5 * log(detector.ratio)
 
 
 @kernel

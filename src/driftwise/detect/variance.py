@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.dispatch import Vector
+from ..engine.elementary import log
 from ..engine.errors import InputError
 from .alarms import Alarms, scan
 from .average_run_length import rate, run_length_of, threshold_of
@@ -125,8 +126,8 @@ class VarianceSums(NamedTuple):
 @watch.on(VarianceSums)
 def watch_variance_sums(detector, detector_state, z, slope):
     g, since, r, surprise = detector_state[OWN : OWN + 2], detector_state[OWN + 2 : OWN + 4], detector.ratio, z * z
-    accumulate(g, since, 0, -0.5 * math.log(r) + 0.5 * surprise * (1.0 - 1.0 / r))
-    accumulate(g, since, 1, 0.5 * math.log(r) - 0.5 * surprise * (r - 1.0))
+    accumulate(g, since, 0, -0.5 * log(r) + 0.5 * surprise * (1.0 - 1.0 / r))
+    accumulate(g, since, 1, 0.5 * log(r) - 0.5 * surprise * (r - 1.0))
     return side(conclude(detector_state, g, since, detector.h))
 
 

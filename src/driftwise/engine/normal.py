@@ -3,6 +3,7 @@
 import math
 
 from .dispatch import kernel
+from .elementary import erfc, exp, log
 
 RAREST = 1e-300  # smallest tail area that is told from none; 37 standard deviations
 
@@ -10,17 +11,17 @@ RAREST = 1e-300  # smallest tail area that is told from none; 37 standard deviat
 @kernel
 def tail(z):
     """Return P(Z > z)."""
-    return 0.5 * math.erfc(z / math.sqrt(2.0))
+    return 0.5 * erfc(z / math.sqrt(2.0))
 
 
 @kernel
 def deviate(p):
     """Return the z >= 0 with P(Z > z) = p, p in (0, 1/2]: Newton on log p, which is concave in z, from above."""
     p = min(max(p, RAREST), 0.5)
-    z = math.sqrt(-2.0 * math.log(2.0 * p))  # above: P(Z > z) <= exp(-z^2/2)/2
+    z = math.sqrt(-2.0 * log(2.0 * p))  # above: P(Z > z) <= exp(-z^2/2)/2
     for _ in range(40):
         area = tail(z)
-        step = area * math.log(area / p) * math.sqrt(2.0 * math.pi) * math.exp(0.5 * z * z)
+        step = area * log(area / p) * math.sqrt(2.0 * math.pi) * exp(0.5 * z * z)
         z = max(z + step, 0.0)
         if abs(step) < 1e-12 * (1.0 + z):
             break

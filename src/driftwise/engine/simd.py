@@ -11,6 +11,8 @@ import functools
 import math
 import operator
 
+from .elementary import exp, log
+
 LANES = 8
 
 
@@ -182,21 +184,26 @@ def bind() -> None:
 
         return build
 
-    def one_by_one(name):
-        def build(builder, value):
-            single = builder.module.declare_intrinsic(f"llvm.{name}", [double])
+    def one_by_one(function):
+        @type_callable(function)
+        def type_one_by_one(context):
+            return lambda a: lanes(lanes) if a == lanes else None
+
+        @lower_builtin(function, LanesType)
+        def lower_one_by_one(context, builder, signature, values):
+            kind = context.typing_context.resolve_value_type(function)
+            single = context.get_function(kind, kind.get_call_type(context.typing_context, (types.float64,), {}))
+            value = values[0]
             for lane in range(LANES):
                 at = ir.Constant(ir.IntType(32), lane)
-                value = builder.insert_element(value, builder.call(single, [builder.extract_element(value, at)]), at)
+                value = builder.insert_element(value, single(builder, [builder.extract_element(value, at)]), at)
             return value
-
-        return build
 
     unary(abs, intrinsic("fabs"))
     unary(math.sqrt, intrinsic("sqrt"))
-    unary(math.log, one_by_one("log"))
-    unary(math.exp, one_by_one("exp"))
     unary(operator.neg, lambda b, x: b.fneg(x))
+    one_by_one(log)
+    one_by_one(exp)
 
     @type_callable(operator.pow)
     def type_pow(context):

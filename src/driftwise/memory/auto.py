@@ -14,6 +14,7 @@ from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine import validation
 from ..engine.dense import at
 from ..engine.dispatch import PerParameter, Vector, kernel, rare
+from ..engine.elementary import log
 from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import factor_within, predicted_variance, widen
@@ -43,9 +44,9 @@ NOTHING, A_JUMP, A_LEVEL = range(3)
 LEVELS, STAY = (0.0, 0.1), 0.999  # NVRs besides the learnt one; probability that the speed stays
 MODES = len(LEVELS) + 1
 SURPRISE = 9.0  # times the variance of the prediction: a trial starts
-PRIOR = math.log(1 / 200)  # log odds of both explanations then
+PRIOR = log(1 / 200)  # log odds of both explanations then
 WIDE, LOUD = 100.0, 3.0  # what a jump adds to P, in units; by what the noise variance grows
-JUMP_ODDS, LEVEL_ODDS, AHEAD = math.log(5.0), math.log(20.0), math.log(3.0)
+JUMP_ODDS, LEVEL_ODDS, AHEAD = log(5.0), log(20.0), log(3.0)
 LEVEL_AGE, OLDEST, HOPELESS, IMPOSSIBLE = 8.0, 16.0, -6.0, -1e300
 
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from ..detect.watch import SINCE, STATISTIC, WHICH
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel, rare
+from ..engine.elementary import exp, log, log1p
 from ..engine.layout import Field, Layout, numbers
 from ..engine.status import CAPPED
 from ..engine.ud import correct, predicted_variance, project, widen_along
@@ -104,7 +105,7 @@ def average(state, which, N):
     total = 0.0
     for i in range(int(state[COUNT])):
         own = hypothesis(state, i, N)[0]
-        total += math.exp(own[LOG]) * own[which]
+        total += exp(own[LOG]) * own[which]
     return total
 
 
@@ -136,14 +137,14 @@ def adapt_bayesian_change_point(memory, state, e, R, view):
         S = correct(u, d, view.f, R, view.b)
         for j in range(N):
             m[j] += view.b[j] * (error / S)
-        own[LOG] -= 0.5 * (error * error / (s2 * S) + math.log(S / T))
+        own[LOG] -= 0.5 * (error * error / (s2 * S) + log(S / T))
         own[RUN] += 1.0
         own[CHI2] += error * error / S
         top = max(top, own[LOG])
     total = 0.0
     for i in range(int(state[COUNT])):
-        total += math.exp(hypothesis(state, i, N)[0][LOG] - top)
-    mix(state, top + math.log(total), s2, theta, U, D, view.c)
+        total += exp(hypothesis(state, i, N)[0][LOG] - top)
+    mix(state, top + log(total), s2, theta, U, D, view.c)
     return T
 
 
@@ -158,12 +159,12 @@ def mix(state, evidence, s2, theta, U, D, a):
     for i in range(int(state[COUNT])):
         own, m, d, u = hypothesis(state, i, N)
         own[LOG] -= evidence
-        w = math.exp(own[LOG])
+        w = exp(own[LOG])
         for j in range(N):
             theta[j] += w * m[j]
     for i in range(int(state[COUNT])):
         own, m, d, u = hypothesis(state, i, N)
-        w = math.exp(own[LOG])
+        w = exp(own[LOG])
         for j in range(N):
             for k in range(j):
                 a[k] = u[j * (j - 1) // 2 + k]
@@ -201,13 +202,13 @@ def found_jump_bayesian_change_point(memory, state, detector_state):
     for i in range(int(state[COUNT])):
         own = hypothesis(state, i, N)[0]
         if own[RUN] >= state[TOLD]:
-            old += math.exp(own[LOG])
+            old += exp(own[LOG])
         else:
-            new += math.exp(own[LOG])
+            new += exp(own[LOG])
             if own[LOG] > top:
                 best, top = own[RUN], own[LOG]
     odds = new / old
-    detector_state[STATISTIC] = math.log(odds) / math.log(ODDS) if odds > 1.0 else 0.0
+    detector_state[STATISTIC] = log(odds) / log(ODDS) if odds > 1.0 else 0.0
     if odds < ODDS:
         return 0.0
     detector_state[SINCE], detector_state[WHICH], state[TOLD] = best, -1.0, 0.0
@@ -225,12 +226,12 @@ def time_update_bayesian_change_point(memory, state, elapsed, view):
     if is_learnt:
         branch(memory, state, count, view)
     else:  # the newest hypothesis has seen nothing yet: in a gap it takes later jumps in as well
-        moved *= 1.0 - math.exp(hypothesis(state, int(state[NEWEST]), N)[0][LOG])
+        moved *= 1.0 - exp(hypothesis(state, int(state[NEWEST]), N)[0][LOG])
         for i in range(count):
             own = hypothesis(state, i, N)[0]
-            own[LOG] += math.log1p(-memory.rate)
+            own[LOG] += log1p(-memory.rate)
             if i == int(state[NEWEST]):
-                own[LOG] = math.log(math.exp(own[LOG]) + memory.rate)
+                own[LOG] = log(exp(own[LOG]) + memory.rate)
     for i in range(N):  # the covariance of the mixture with a new member of the same mean
         is_held |= not widen_within(U, D, i, moved * memory.q[i] / view.s2, memory.cap[i], view.b)
     return 1.0, CAPPED if is_held else 0
@@ -245,8 +246,8 @@ def branch(memory, state, count, view):
         own = hypothesis(state, i, D.size)[0]
         if count == int(memory.hypotheses) and own[LOG] < least:
             slot, least = i, own[LOG]
-        own[LOG] += math.log1p(-memory.rate)
-    settle_in(state, slot, math.log(memory.rate), view.theta, view.U, D)
+        own[LOG] += log1p(-memory.rate)
+    settle_in(state, slot, log(memory.rate), view.theta, view.U, D)
     state[COUNT] = max(state[COUNT], slot + 1.0)
     _, _, d, u = hypothesis(state, slot, D.size)
     for i in range(D.size):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
+from ..engine.elementary import exp, log
 from ..engine.errors import InputError
 from ..engine.layout import Layout, each, numbers
 from .registry import register, resolve
@@ -87,8 +88,8 @@ def table(policy, error, step):
     m, d = degree(error, policy.usual, policy.alarming), degree(abs(step), 0.0, policy.increment)
     none, one, both = (1.0 - m) * (1.0 - d), (1.0 - m) * d + m * (1.0 - d), m * d
     if policy.geometric > 0.0:
-        logs = none * math.log(policy.small) + one * math.log(policy.medium) + both * math.log(policy.large)
-        return math.exp(logs)
+        logs = none * log(policy.small) + one * log(policy.medium) + both * log(policy.large)
+        return exp(logs)
     return none * policy.small + one * policy.medium + both * policy.large
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..engine import validation
 from ..engine.dense import at, solve
 from ..engine.dispatch import PerParameter, kernel
+from ..engine.elementary import exp
 from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, each
 from ..engine.ud import variances
@@ -159,7 +160,7 @@ def climb(policy, learner, z, part):
 @kernel
 def ratio(policy, learner, i):
     """Return the noise variance ratio of parameter i."""
-    return math.exp(policy.start + learner.eta[i if learner.eta.size > 1 else 0])
+    return exp(policy.start + learner.eta[i if learner.eta.size > 1 else 0])
 
 
 @kernel

@@ -8,6 +8,7 @@ import math
 
 from ..engine.dense import add_square
 from ..engine.dispatch import kernel
+from ..engine.elementary import exp, lgamma, log, log1p
 from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import correct, covariances, expand, predicted_variance, project, widen_along
 
@@ -16,7 +17,7 @@ FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
 OUTLIERS, WIDER = 0.01, 400.0  # share of outliers, and how many times the noise variance theirs is
 FARTHEST = 10.0  # in squares of its own deviation: farther off no outlier lies
-LOG_ODDS = math.log(OUTLIERS / (1.0 - OUTLIERS))
+LOG_ODDS = log(OUTLIERS / (1.0 - OUTLIERS))
 WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
 
@@ -76,12 +77,12 @@ def log_density(nu, z, V):
     The unit of V is free: it shifts all logs alike.
     """
     if nu == math.inf:
-        return -0.5 * (z + math.log(2.0 * math.pi * V))
+        return -0.5 * (z + log(2.0 * math.pi * V))
     if nu < 50.0:
-        constant = math.lgamma(0.5 * (nu + 1.0)) - math.lgamma(0.5 * nu) - 0.5 * math.log(0.5 * nu)
+        constant = lgamma(0.5 * (nu + 1.0)) - lgamma(0.5 * nu) - 0.5 * log(0.5 * nu)
     else:  # the same to 1e-13 (Stirling)
         constant = (-0.25 + (1.0 / 24.0 - 0.05 / (nu * nu)) / (nu * nu)) / nu
-    return constant - 0.5 * (math.log(2.0 * math.pi * V) + (nu + 1.0) * math.log1p(z / nu))
+    return constant - 0.5 * (log(2.0 * math.pi * V) + (nu + 1.0) * log1p(z / nu))
 
 
 @kernel
@@ -93,9 +94,9 @@ def outlier(nu, z, V, wider):
     if nu == math.inf:
         ratio = 0.5 * z * (1.0 - 1.0 / wider)
     else:
-        ratio = 0.5 * (nu + 1.0) * math.log((nu + z) / (nu + z / wider))
-    odds = ratio - 0.5 * math.log(wider) + LOG_ODDS  # their logarithm
-    less = math.exp(-abs(odds))
+        ratio = 0.5 * (nu + 1.0) * log((nu + z) / (nu + z / wider))
+    odds = ratio - 0.5 * log(wider) + LOG_ODDS  # their logarithm
+    less = exp(-abs(odds))
     rho = 1.0 / (1.0 + less) if odds > 0.0 else less / (1.0 + less)
     both = (1.0 - OUTLIERS) * (1.0 + less)
     return log_density(nu, z, V / (both * both)) + max(odds, 0.0), rho
@@ -126,7 +127,7 @@ def take(memory, one, P, error, R, view, is_robust, is_unexcited, is_apart):
     elif is_ready:
         log_p = log_density(nu, z, V)
     else:
-        log_p = math.log(weight)
+        log_p = log(weight)
     gain = (1.0 - rho) * k + rho * k2
     less = gain - rho * (1.0 - rho) * z * T * (k - k2) * (k - k2)
     if is_apart or p > WIDE * R:
@@ -181,11 +182,11 @@ def update(memory, bank, dense, e, R, theta, view, logs, is_robust, is_unexcited
             logs[M], logs[M + 1], logs[M + 2], logs[M + 3] = error, T, s2, 1.0 - share
     total = rho = 0.0
     for m in range(M):
-        logs[m] = math.exp(logs[m] - top)
+        logs[m] = exp(logs[m] - top)
         total += logs[m]
         rho += logs[m] * logs[M + 4 + m]
     normalise(bank, logs, total, N)
-    return top + math.log(total), rho / total
+    return top + log(total), rho / total
 
 
 @kernel

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, Vector
+from ..engine.elementary import pow
 from .bank import (
     FREEDOM_NOW,
     LEVELS,
@@ -85,7 +86,7 @@ def adapt_multiple_model(memory, state, e, R, view):
     own = bank_of(memory, open_drift_state(state, D.size))
     total, before = 0.0, own.head[SIGMA2_NOW]
     for m in range(memory.levels.size):
-        own.logs[m] = mode(own.bank, m, D.size).own[WEIGHT] ** memory.forgetting
+        own.logs[m] = pow(mode(own.bank, m, D.size).own[WEIGHT], memory.forgetting)
         total += own.logs[m]
     normalise(own.bank, own.logs, total, D.size)
     own.head[FREEDOM_NOW] = own.head[SIGMA2_NOW] = 0.0

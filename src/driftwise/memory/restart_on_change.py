@@ -1,11 +1,11 @@
 """Nothing is forgotten until a detector alarms; then everything is known less, or some parameters are."""
 
-import math
 from typing import Any, NamedTuple
 
 from ..detect.variance import VarianceCUSUM
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
+from ..engine.elementary import exp, log
 from ..engine.errors import InputError, refuse_class
 from ..engine.status import JUMP
 from .gauss_markov import widen_within
@@ -103,7 +103,7 @@ def log_volume(D):
     total = 0.0
     for i in range(D.size):
         if D[i] > 0.0:
-            total += math.log(D[i])
+            total += log(D[i])
     return total
 
 
@@ -114,7 +114,7 @@ def on_alarm_covariance_inflation(memory, state, alarm, view):
         if memory.is_named == 0.0 or alarm.which < 0.0 or alarm.which == i:
             widen_within(U, D, view.first + i, memory.q[i] / view.s2, memory.cap[i], view.b)
     # as many samples as would be left had all of P grown by one factor: |P'| = c^N |P|
-    return view.weight * math.exp(min((known - log_volume(D)) / D.size, 0.0)), JUMP
+    return view.weight * exp(min((known - log_volume(D)) / D.size, 0.0)), JUMP
 
 
 @on_alarm.on(GainResetKernel)

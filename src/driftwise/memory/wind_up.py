@@ -1,8 +1,7 @@
 """No wind-up: a variance that forgetting has blown up is brought back to what the data once knew."""
 
-import math
-
 from ..engine.dispatch import kernel
+from ..engine.elementary import exp, log
 from ..engine.status import CAPPED
 from ..engine.ud import correct, entry, variance, variances
 
@@ -47,11 +46,11 @@ def shrink(lam, horizon, cap, state, view):
         D[j] /= lam
     for i in range(D.size):
         if p[i] > 0.0:
-            one = math.log(weight * p[i] / cap[i])
+            one = log(weight * p[i] / cap[i])
             most = min(state[1 + i], 0.0) if state[0] > 1.0 else 0.0
-            if one - math.log(weight * lam) <= most:
+            if one - log(weight * lam) <= most:
                 state[1 + i] += (one - state[1 + i]) / state[0]
-            elif hold_one(U, D, i, cap[i] * math.exp(most), view.f, view.b):
+            elif hold_one(U, D, i, cap[i] * exp(most), view.f, view.b):
                 state[1 + i] = min(most + 1.0 / horizon, 0.0)
                 status = CAPPED
     return status

@@ -6,9 +6,8 @@
 Sources: Singer (1970); Li and Jilkov (2003), sections IV and V.
 """
 
-import math
-
 from ..engine.dispatch import kernel
+from ..engine.elementary import cos, exp, expm1, sin
 
 # Gauss-Legendre on [-1, 1], exact to degree 15
 NODES = (0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363)
@@ -20,8 +19,8 @@ def response(alpha, s):
     """Return position, velocity and acceleration s seconds after a unit of acceleration."""
     if alpha * s < 1e-4:
         x = alpha * s
-        return 0.5 * s * s * (1 - x / 3 * (1 - x / 4)), s * (1 - 0.5 * x * (1 - x / 3)), math.exp(-x)
-    lost = math.expm1(-alpha * s)
+        return 0.5 * s * s * (1 - x / 3 * (1 - x / 4)), s * (1 - 0.5 * x * (1 - x / 3)), exp(-x)
+    lost = expm1(-alpha * s)
     return (alpha * s + lost) / (alpha * alpha), -lost / alpha, 1.0 + lost
 
 
@@ -29,9 +28,9 @@ def response(alpha, s):
 def spread(alpha, d):
     """Return the upper triangle of the integral of g g' over d seconds, g the response to a unit of jerk."""
     if alpha * d > 1.0:  # a sum of 8 terms misses what is forgotten fast
-        x, e = alpha * d, math.exp(-alpha * d)
+        x, e = alpha * d, exp(-alpha * d)
         p, v, a = response(alpha, d)
-        half = -0.5 * math.expm1(-2 * x)
+        half = -0.5 * expm1(-2 * x)
         pp = ((x - 1) ** 3 + 1) / 3 - 2 * x * e + half
         return (
             pp / alpha**5,
@@ -61,6 +60,6 @@ def arc(omega, d):
     x = omega * d
     if abs(x) < 1e-4:
         return d * (1 - x * x / 6), 0.5 * d * x * (1 - x * x / 12), -d * d * x / 3, d * d * (0.5 - x * x / 8)
-    half = math.sin(0.5 * x)
-    s, c = math.sin(x) / omega, 2 * half * half / omega
-    return s, c, (d * math.cos(x) - s) / omega, (d * math.sin(x) - c) / omega
+    half = sin(0.5 * x)
+    s, c = sin(x) / omega, 2 * half * half / omega
+    return s, c, (d * cos(x) - s) / omega, (d * sin(x) - c) / omega

@@ -7,6 +7,7 @@ import numpy as np
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel
+from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance
 from ...memory.registry import Alarm, View, adapt, on_alarm, time_update
@@ -265,8 +266,8 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         head[COUNT] += 1.0
         head[CHI2] += e * e
         if T > 0.0:
-            head[LOGDET] += math.log(T)
-            head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * T) + e * e / T)
+            head[LOGDET] += log(T)
+            head[SCORE] -= 0.5 * (log(2.0 * math.pi * T) + e * e / T)
         else:
             status |= EXACT
     head[OBSERVED] += 1.0 if is_scored and status & EXACT == 0 else 0.0

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import Size, Vector, kernel
+from ...engine.elementary import pow
 from ...engine.layout import Field, Layout
 from ...engine.status import PROJECTED
 from ...memory.gauss_markov import widen_within
@@ -195,7 +196,7 @@ def begin(form, state, kept, scratch, free, s2):
     if n == 0.0:
         for i in range(free, free + kept.r.size):
             widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], scratch.b)
-    lam = 1.0 - FIRST * FADING**n
+    lam = 1.0 - FIRST * pow(FADING, n)
     for j in range(state.D.size):
         state.D[j] /= lam
     hold_within(state.U, state.D, form.cap, scratch.c, scratch.f, scratch.b)

@@ -7,6 +7,7 @@ import numpy as np
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel, open_scratch
+from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
 from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
@@ -201,8 +202,8 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
                 memory, state.memory_state, head[COUNT], head[CHI2], head[WEIGHT], e * e / T
             )
             alarm += found_jump(memory, state.memory_state, state.detector_state)
-            head[LOGDET] += math.log(T)
-            head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * s2 * T) + surprise)
+            head[LOGDET] += log(T)
+            head[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + surprise)
         else:
             status |= EXACT if T == 0.0 else SKIPPED
             T = -T

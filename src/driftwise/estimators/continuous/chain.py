@@ -11,9 +11,8 @@ No matrix exponential, and no digits lost from x = 1e-12 to 1e3: below n + 1 the
 above from sums that stay near one.
 """
 
-import math
-
 from ...engine.dispatch import kernel
+from ...engine.elementary import exp
 
 
 @kernel
@@ -27,7 +26,7 @@ def respond(x, e, held, line):
             line[j] = 1.0 - (j + 1) / x if x > 0.0 else 0.0
         e[0] = 0.0 if x > 0.0 else 1.0
         return
-    e[0] = math.exp(-x)
+    e[0] = exp(-x)
     for m in range(1, n):
         e[m] = e[m - 1] * (x / m)
     last = e[n - 1] * (x / n)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare, watch
+from ...engine.elementary import log
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance
@@ -308,7 +309,7 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
                 s[i] += scratch.b[i] * (residual / T)
             head[OBSERVED] += 1.0
             head[CHI2] += residual * residual / T
-            head[LOGDET] += math.log(T) - 2.0 * math.log(divisor)
+            head[LOGDET] += log(T) - 2.0 * log(divisor)
             if head[OBSERVED] > form.settle:
                 alarm = watch(detector, state.detector_state, residual / math.sqrt(s2 * T), state.detector_state[:0])
         else:

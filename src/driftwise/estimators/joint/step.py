@@ -6,6 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, choice, kernel, rare, watch
+from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, variances
 from ...memory.registry import Alarm, View, begin, on_alarm, time_update
@@ -165,7 +166,7 @@ def draw_back(noise, state, scratch, first):
             for k in range(j):
                 p -= P[i, k] * P[j, k]
             if i == j:
-                P[i, i] = p**0.5 if p > 0.0 else 0.0
+                P[i, i] = math.sqrt(p) if p > 0.0 else 0.0
             else:
                 P[i, j] = p / P[j, j] if P[j, j] > 0.0 else 0.0
     for i in range(n):
@@ -256,7 +257,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
             scratch.memo[USED_T], scratch.memo[USED_R], scratch.memo[USED_E] = T, R, e
             head[OBSERVED] += 1.0
             head[CHI2] += e * e / T
-            head[LOGDET] += math.log(T)
+            head[LOGDET] += log(T)
         else:
             status |= EXACT
     else:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, kernel, part, rare, watch
+from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variances
 from ...memory.registry import Alarm, View, on_alarm, time_update
@@ -196,7 +197,7 @@ def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t,
                 surprise += e * e / (s2 * T)
                 state.observed[i] += 1.0
                 state.chi2[g] += e * e / T
-                state.logdet[g] += math.log(T)
+                state.logdet[g] += log(T)
                 if state.observed[i] > form.settle:
                     alarm = watch(detector, state.detector_state[i], e / math.sqrt(s2 * T), state.detector_state[i, :0])
                     scratch.alarm[g] = alarm if alarm != 0.0 else scratch.alarm[g]

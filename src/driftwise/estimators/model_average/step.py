@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import kernel, pass_over
+from ...engine.elementary import erfc, exp, log, log1p
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
 
@@ -127,7 +128,7 @@ def scale_of(j, s, long, floor):
 @kernel
 def normal(e, v):
     """Return the density of N(0, v), never quite zero."""
-    return math.exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
+    return exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
 
 
 @kernel
@@ -162,8 +163,8 @@ def speak(task, row, mu, S, w, logs, ratio, floor):
             best = max(best, logs[i])
     total, mean, base = 0.0, 0.0, 0.0
     for i in range(M):
-        is_heard = has_something_to_say(i, mu, S, ratio) and logs[i] - best > math.log(task.window)
-        w[i] = math.exp(logs[i] - best) if is_heard else 0.0
+        is_heard = has_something_to_say(i, mu, S, ratio) and logs[i] - best > log(task.window)
+        w[i] = exp(logs[i] - best) if is_heard else 0.0
         total += w[i]
     for i in range(M):
         w[i] /= total
@@ -186,10 +187,10 @@ def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, f
             continue
         v = max(ratio[i] * S[i], floor)
         z2 = (y - mu[i]) ** 2 / v
-        scores[i] = -0.5 * math.log(v / task.unit) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
-        usual += math.exp(logs[i]) * scores[i]
+        scores[i] = -0.5 * log(v / task.unit) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
+        usual += exp(logs[i]) * scores[i]
         squares[i] += (y - mu[i]) ** 2 if row[SEEN] >= task.settle else 0.0
-        present += math.exp(logs[i])
+        present += exp(logs[i])
         behind[i] = fade * behind[i] + 1.0
         gain = 1.0 / (behind[i] + 1.0)
         ratio[i] = max(ratio[i] * (1.0 - gain + gain * min(z2, WILD)), floor / S[i])
@@ -203,9 +204,9 @@ def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, f
     total = 0.0
     for i in range(M):
         logs[i] = task.forgetting * (logs[i] - best)
-        total += math.exp(logs[i])
+        total += exp(logs[i])
     for i in range(M):
-        logs[i] = math.log((1.0 - task.share) * math.exp(logs[i]) / total + task.share / M)
+        logs[i] = log((1.0 - task.share) * exp(logs[i]) / total + task.share / M)
 
 
 @kernel
@@ -247,9 +248,9 @@ def tell(row, q, y, mean, base, floor, out):
         out[TOLD + j] = share
         variance += share * v
         p += share * normal(e, v)
-        lower += share * 0.5 * math.erfc(-e / math.sqrt(2.0 * v))
-        upper += share * 0.5 * math.erfc(e / math.sqrt(2.0 * v))
-    out[PREDICTION], out[INNOVATION], out[VARIANCE], out[SCORE] = mean, e, variance, math.log(max(p, 1e-300))
+        lower += share * 0.5 * erfc(-e / math.sqrt(2.0 * v))
+        upper += share * 0.5 * erfc(e / math.sqrt(2.0 * v))
+    out[PREDICTION], out[INNOVATION], out[VARIANCE], out[SCORE] = mean, e, variance, log(max(p, 1e-300))
     out[LOWER], out[UPPER], out[BASE], out[LEVEL], out[FLOOR] = lower, upper, base, row[LONG], floor
 
 

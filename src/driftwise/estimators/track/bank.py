@@ -4,9 +4,8 @@ Every noise is a share of the plots' own: a grid of dimensionless numbers fits a
 T is the time between plots, r the variance of a plot.
 """
 
-import math
-
 from ...engine.dispatch import kernel
+from ...engine.elementary import exp
 from ...engine.layout import Field, Layout, each, numbers
 
 # of a velocity forgotten at rate alpha, under white acceleration of intensity q: alpha T, q T^3 / r; constant velocity,
@@ -173,4 +172,4 @@ def column(C, what, c):
 @kernel
 def period(row):
     """Return the typical time between plots."""
-    return math.exp(row[PERIOD])
+    return exp(row[PERIOD])

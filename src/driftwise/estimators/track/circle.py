@@ -3,9 +3,8 @@
 Li and Jilkov (2003), section V: coordinated turn with unknown rate; the transition is exact, its slope to first order.
 """
 
-import math
-
 from ...engine.dispatch import kernel
+from ...engine.elementary import cos, hypot, sin
 from ...models.manoeuvre import arc
 from . import linear
 from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear, period
@@ -46,7 +45,7 @@ def predict(row, C, i, d, unit, F, A, B):
         return
     vE, vN, angle = row[at + 1], row[at + 3], row[at + 4] * d
     s, c, ds, dc = arc(row[at + 4], d)
-    co, si = math.cos(angle), math.sin(angle)
+    co, si = cos(angle), sin(angle)
     for j in range(N):
         for k in range(N):
             F[j, k] = 1.0 if j == k else 0.0
@@ -82,7 +81,7 @@ def predict(row, C, i, d, unit, F, A, B):
 @kernel
 def speed(row, C, i):
     """Return how fast one is."""
-    return math.hypot(row[at_circle(C, i) + 1], row[at_circle(C, i) + 3])
+    return hypot(row[at_circle(C, i) + 1], row[at_circle(C, i) + 3])
 
 
 @kernel

@@ -3,6 +3,7 @@
 import math
 
 from ...engine.dispatch import kernel
+from ...engine.elementary import erfc, exp, log
 from ...engine.status import NOT_READY
 from . import bank, circle, linear, pole
 
@@ -12,7 +13,7 @@ ROOT_2PI = math.sqrt(2 * math.pi)
 @kernel
 def normal(e, v):
     """Return the density of N(0, v), never quite zero."""
-    return math.exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
+    return exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
 
 
 @kernel
@@ -39,10 +40,10 @@ def tell(row, C, y, w, mean, S, out):
         for j in range(bank.TAILS):
             v, share = bank.SCALES[j] * s, out[bank.sample_at(C).shares + j]
             p += share * normal(e, v)
-            lower += share * 0.5 * math.erfc(-e / math.sqrt(2.0 * v))
-            upper += share * 0.5 * math.erfc(e / math.sqrt(2.0 * v))
+            lower += share * 0.5 * erfc(-e / math.sqrt(2.0 * v))
+            upper += share * 0.5 * erfc(e / math.sqrt(2.0 * v))
         out[bank.column(C, 0, c)], out[bank.column(C, 1, c)] = m + row[bank.of_coordinate(C, bank.FIRST, c)], e
-        out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, math.log(max(p, 1e-300))
+        out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, log(max(p, 1e-300))
         out[bank.column(C, 4, c)], out[bank.column(C, 5, c)] = lower, upper
     if C == 2:
         for i in range(bank.members(C)):

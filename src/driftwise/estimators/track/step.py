@@ -15,6 +15,7 @@ import math
 from typing import NamedTuple
 
 from ...engine.dispatch import kernel, pass_over
+from ...engine.elementary import exp, log, log1p
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
 from . import bank, circle, linear, output, pole
 
@@ -86,11 +87,11 @@ def sane(task, row, R):
 @kernel
 def start_members(task, row, d, C, unit):
     """Start the bank.members on the first plot, now that the time to the second is known."""
-    row[bank.PERIOD] = row[bank.GAP] = math.log(d)
+    row[bank.PERIOD] = row[bank.GAP] = log(d)
     for c in range(C):
         stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
         unit[c] = stated if stated > 0.0 else (0.1 * task.fastest * d) ** 2
-        row[bank.of_coordinate(C, bank.LOG, c)] = math.log(unit[c])
+        row[bank.of_coordinate(C, bank.LOG, c)] = log(unit[c])
     linear.begin(row, C, task.fastest, unit)
     for i in range(bank.circles(C)):
         circle.begin(row, C, i, task.fastest, unit)
@@ -100,7 +101,7 @@ def start_members(task, row, d, C, unit):
 def measure_units(task, row, C, R, unit, g):
     """Fill the variance of a plot by what is known of it, and g: how much of that this plot has."""
     for c in range(C):
-        unit[c] = max(math.exp(row[bank.of_coordinate(C, bank.LOG, c)]), least_variance(task, row))
+        unit[c] = max(exp(row[bank.of_coordinate(C, bank.LOG, c)]), least_variance(task, row))
         stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
         g[c] = sane(task, row, R[c]) / stated if stated > 0.0 and R[c] > 0.0 else 1.0
 
@@ -153,7 +154,7 @@ def weigh(row, C, mean, w):
         if math.isfinite(mean[i, 0]):
             best = max(best, row[bank.row_at(C).weights + i])
     for i in range(M):
-        w[i] = math.exp(row[bank.row_at(C).weights + i] - best) if math.isfinite(mean[i, 0]) else 0.0
+        w[i] = exp(row[bank.row_at(C).weights + i] - best) if math.isfinite(mean[i, 0]) else 0.0
         total += w[i]
     for i in range(M):
         w[i] /= total
@@ -209,7 +210,7 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
         for c in range(C):
             if math.isfinite(mean[i, c]):
                 z2 = (y[c] - mean[i, c]) ** 2 / S[i, c]
-                scores[i] += -0.5 * math.log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * math.log1p(z2 / FREEDOM)
+                scores[i] += -0.5 * log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
     tiny = 1e-12
@@ -217,10 +218,10 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
     for i in range(M):
         how = moves(task, row, C, i, unit)
         if how == 0:
-            quiet += w[i] * math.exp(scores[i] - top)
+            quiet += w[i] * exp(scores[i] - top)
             still += w[i]
         elif how == 1:
-            moving += w[i] * math.exp(scores[i] - top)
+            moving += w[i] * exp(scores[i] - top)
             alive += w[i]
             bent += w[i] if bends(row, C, i, unit) else 0.0
     so_far = max(row[bank.MANOEUVRE], (2.0 * bent - alive - still) / (alive + still))
@@ -244,7 +245,8 @@ def learn_tails(task, row, C, out):
     """Share the plot out among the scales that may have made it; say how likely it is wild."""
     fade, wild, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0, bank.row_at(C).tails
     for j in range(bank.TAILS):
-        row[first + j] *= fade**C  # the coordinates' order does not matter
+        for _ in range(C):  # the coordinates' order does not matter
+            row[first + j] *= fade
     for c in range(C):
         e, s, p, far = out[bank.column(C, 1, c)], out[bank.column(C, 2, c)], 0.0, 0.0
         for j in range(bank.TAILS):
@@ -276,14 +278,11 @@ def learn_noise(row, C, d, y, g, unit):
         return
     for c in range(C):
         v, last = row[bank.of_coordinate(C, bank.SPEED, c)], row[bank.of_coordinate(C, bank.LAST, c)]
-        ahead = d / math.exp(row[bank.GAP])
+        ahead = d / exp(row[bank.GAP])
         e = y[c] - last - d * v
         z = e * e / (1.0 + (1.0 + ahead) ** 2 + ahead * ahead) / g[c]
-        log = row[bank.of_coordinate(C, bank.LOG, c)]
-        floor = 1e-8 * unit[c]
-        row[bank.of_coordinate(C, bank.LOG, c)] = log + (math.log(max(z, floor)) + LOG_MEAN - log) / (
-            row[bank.SEEN] - 1.0 + row[bank.TRUST]
-        )
+        level, at = log(max(z, 1e-8 * unit[c])) + LOG_MEAN, bank.of_coordinate(C, bank.LOG, c)
+        row[at] += (level - row[at]) / (row[bank.SEEN] - 1.0 + row[bank.TRUST])
 
 
 @kernel
@@ -325,7 +324,7 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
 @kernel
 def note(row, C, t, d, y):
     """Keep what the next step needs of the plot."""
-    row[bank.TIME], row[bank.GAP] = t, math.log(d)
+    row[bank.TIME], row[bank.GAP] = t, log(d)
     for c in range(C):
         row[bank.of_coordinate(C, bank.SPEED, c)] = (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d
         row[bank.of_coordinate(C, bank.LAST, c)] = y[c]
@@ -336,10 +335,10 @@ def note(row, C, t, d, y):
 def follow_period(row, C, d):
     """Let the typical time between plots follow; states that are measured in it are rescaled."""
     before = row[bank.PERIOD]
-    row[bank.PERIOD] += (math.log(d) - before) / min(row[bank.SEEN], PERIODS)
+    row[bank.PERIOD] += (log(d) - before) / min(row[bank.SEEN], PERIODS)
     if row[bank.SEEN] >= 2.0:
         for i in range(bank.POLES):
-            pole.rescale(row, C, i, math.exp(row[bank.PERIOD] - before))
+            pole.rescale(row, C, i, exp(row[bank.PERIOD] - before))
 
 
 @kernel

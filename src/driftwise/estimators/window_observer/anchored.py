@@ -15,6 +15,7 @@ X and leaves R as it is, while the state at the end would be known worse and wor
 import math
 
 from ...engine.dispatch import rare
+from ...engine.elementary import hypot, log
 from ...engine.qr import invert, solve_triangular
 from ...engine.ud import entry, orthogonalise
 
@@ -70,7 +71,7 @@ def add(R, row):
     d = R.shape[1]
     for j in range(d):
         if row[j] != 0.0:
-            size = math.hypot(R[j, j], row[j])
+            size = hypot(R[j, j], row[j])
             c, s = R[j, j] / size, row[j] / size
             for i in range(j, d + 1):
                 old = R[i, j]
@@ -118,7 +119,7 @@ def fold(state, scratch):
         scratch.weight[m + j] = 1.0
     refactor(state, scratch, m + d)
     for j in range(d):
-        state.start[LOGDET] += 2.0 * math.log(abs(state.R[j, j]))
+        state.start[LOGDET] += 2.0 * log(abs(state.R[j, j]))
         for i in range(d + 1):
             state.R[i, j] = 0.0
     state.start[ANCHORED] = 0.0

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...engine import ud
 from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare
+from ...engine.elementary import log
 from ...engine.layout import Field, Layout, each
 from ...engine.status import LOST
 from ...engine.ud import correct, predicted_variance, project
@@ -216,7 +217,7 @@ def take(form, state, scratch):
             start[SQUARES] += e * e / T
         for i in range(m):
             zhat[i] += scratch.b[i] * (e / T)
-        start[LOGDET] += math.log(T)
+        start[LOGDET] += log(T)
         start[OUTPUTS] += 1.0
 
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import Vector, choice, kernel, watch
+from ...engine.elementary import log
 from ...engine.layout import Field, numbers, policy
 from ...engine.status import BAD_VALUE, JUMP, MISSING_OUTPUT, NOT_READY
 from ...models.scale import InverseGamma, KnownScale
@@ -141,7 +142,7 @@ def observe(form, scale, detector, state, scratch, y, out, t):
             head[OBSERVED] += 1.0
             head[CHI2] += e * e / scratch.ahead[i]
             if T < np.inf:
-                head[SCORE] -= 0.5 * (math.log(2.0 * math.pi * T) + e * e / T)
+                head[SCORE] -= 0.5 * (log(2.0 * math.pi * T) + e * e / T)
                 if head[OBSERVED] > form.settle:
                     found = watch(detector, state.detector_state, e / math.sqrt(T), state.detector_state[:0])
                     alarm = 1.0 if found != 0.0 else alarm
