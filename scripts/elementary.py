@@ -16,7 +16,7 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from driftwise.engine import compile, elementary
+from driftwise.engine import elementary, jit
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "engine"))
 from test_elementary import in_c, loop, worst
@@ -42,14 +42,14 @@ def nanoseconds(run, table):
 def main() -> None:
     """Print a line for each function."""
     draws = int(sys.argv[1]) if len(sys.argv) > 1 else 20_000
-    compile._bind()
+    jit._bind()
     print(f"{'':8}{'error, ulp':>12}{'C, ns':>8}{'numba, ns':>12}{'C library, ns':>16}")
     for name, (low, high) in ORDINARY.items():
         table = np.random.default_rng(0).uniform(low, high, (CALLS, 2))
         with tempfile.TemporaryDirectory() as folder:
             ways = [
                 in_c(name, Path(folder)),
-                *(numba.njit(loop(name, m), **compile.OPTIONS) for m in (elementary, math)),
+                *(numba.njit(loop(name, m), **jit.OPTIONS) for m in (elementary, math)),
             ]
             c, ours, theirs = (nanoseconds(way, table) for way in ways)
         print(f"{name:8}{worst(name, draws, 3)[0]:12.2f}{c:8.1f}{ours:12.1f}{theirs:16.1f}", flush=True)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from driftwise.engine import compile, elementary
+from driftwise.engine import elementary, jit
 from driftwise.engine.elementary import cos, erfc, exp, expm1, hypot, lgamma, log, log1p, pairs, pow, sin, turns
 from driftwise.engine.translate.c99 import Printer
 from driftwise.engine.translate.program import Program
@@ -260,6 +260,6 @@ def test_c_has_the_same_bits(name, tmp_path):
 def test_compiled_has_the_same_bits(name):
     import numba
 
-    compile._bind()
+    jit._bind()
     table = drawn_table(name, 3000)
-    assert same_bits(filled(numba.njit(loop(name), **compile.OPTIONS), table), plain(name, table))
+    assert same_bits(filled(numba.njit(loop(name), **jit.OPTIONS), table), plain(name, table))
