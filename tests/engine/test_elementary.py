@@ -80,6 +80,7 @@ DRAWN = {
         lambda r: binade(r, -1073, 40, True), lambda r: r.uniform(-10.0, 10.0), lambda r: r.uniform(-1e9, 1e9),
         lambda r: near_turn(r, 39), lambda r: binade(r, 40, 1023, True), lambda r: near_turn(r, 1000),
     ],
+    "square": [lambda r: binade(r, -536, 511, True)],
     "hypot": [legs, lambda r: (r.uniform(-2.0, 2.0), r.uniform(-2.0, 2.0)), lambda r: (binade(r, -600, 600), 1.0)],
     "pow": [
         lambda r: (r.random(), r.random()), lambda r: (binade(r, -1073, 1023), r.uniform(-2.0, 2.0)),
@@ -89,6 +90,7 @@ DRAWN = {
 DRAWN["cos"] = DRAWN["sin"]
 EXACT = {
     "lgamma": mp.loggamma,
+    "square": lambda x: x * x,
     "pow": lambda x, y: mp.mpf(x) ** y,
 }
 

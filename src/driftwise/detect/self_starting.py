@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.dispatch import Vector, kernel
-from ..engine.elementary import exp, log
+from ..engine.elementary import exp, log, square
 from ..engine.errors import InputError
 from ..engine.normal import deviate, tail
 from .alarms import Alarms, scan
@@ -208,7 +208,7 @@ def learn_level(detector_state, e):
 def log_ratio(detector, i, z):
     """Return the log likelihood ratio of what sum i looks for: a shifted mean, or, the last, louder noise."""
     if i < detector.d.size:
-        return detector.d[i] * z - 0.5 * detector.d[i] ** 2
+        return detector.d[i] * z - 0.5 * square(detector.d[i])
     return 0.5 * z * z * (1.0 - 1.0 / detector.ratio) - 0.5 * log(detector.ratio)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter, kernel
+from ..engine.elementary import square
 from ..engine.layout import Field, Layout, each
 from ..engine.ud import correct, project
 from .gauss_markov import relax
@@ -86,7 +87,7 @@ def revise_auxiliary_filter(policy, own, sample, theta, U, D, q):
     second, N = open_filter(own, q.size), q.size
     if starts(sample, q):
         for i in range(N):
-            second.nvr[i], second.D[i] = START, policy.start**2
+            second.nvr[i], second.D[i] = START, square(policy.start)
         return
     z = sample.e / sample.T * (sample.e / sample.s2) - 1.0
     for i in range(N):  # q is what stays: a ratio changes with its unit

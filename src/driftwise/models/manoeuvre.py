@@ -7,7 +7,7 @@ Sources: Singer (1970); Li and Jilkov (2003), sections IV and V.
 """
 
 from ..engine.dispatch import kernel
-from ..engine.elementary import cos, exp, expm1, sin
+from ..engine.elementary import cos, exp, expm1, sin, square
 
 # Gauss-Legendre on [-1, 1], exact to degree 15
 NODES = (0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363)
@@ -31,12 +31,12 @@ def spread(alpha, d):
         x, e = alpha * d, exp(-alpha * d)
         p, v, a = response(alpha, d)
         half = -0.5 * expm1(-2 * x)
-        pp = ((x - 1) ** 3 + 1) / 3 - 2 * x * e + half
+        pp = ((x - 1) * square(x - 1) + 1) / 3 - 2 * x * e + half
         return (
-            pp / alpha**5,
+            pp / (alpha * square(square(alpha))),
             p * p / 2,
-            (half - x * e) / alpha**3,
-            (x + 2 * (e - 1) + half) / alpha**3,
+            (half - x * e) / (alpha * square(alpha)),
+            (x + 2 * (e - 1) + half) / (alpha * square(alpha)),
             v * v / 2,
             half / alpha,
         )

@@ -6,6 +6,6 @@ from .exponential import exp, expm1
 from .gamma import lgamma
 from .length import hypot
 from .logarithm import log, log1p
-from .power import pow
+from .power import pow, square
 
-__all__ = ["cos", "erfc", "exp", "expm1", "hypot", "lgamma", "log", "log1p", "pow", "sin"]
+__all__ = ["cos", "erfc", "exp", "expm1", "hypot", "lgamma", "log", "log1p", "pow", "sin", "square"]

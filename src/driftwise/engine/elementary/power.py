@@ -2,11 +2,17 @@
 
 import math
 
-from ..dispatch import rare
+from ..dispatch import kernel, rare
 from .pairs import exp_pair, log_pair, multiply
 
 LARGEST = 2.0**70  # x^y is 0, 1 or inf beyond
 MOST, LEAST = 709.782712893384, -745.5  # exp overflows beyond, and is 0
+
+
+@kernel
+def square(x):
+    """Return x x: ``x**2`` is, in plain Python, the C library's power, which is not always this."""
+    return x * x
 
 
 @rare

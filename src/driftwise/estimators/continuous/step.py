@@ -17,7 +17,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare, watch
-from ...engine.elementary import log
+from ...engine.elementary import log, square
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance
@@ -265,7 +265,7 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
     s2 = sigma2(scale, head[OBSERVED], head[CHI2])
     R = noise.R
     if R > 0.0:
-        rounding = (form.floor * peak) ** 2 / s2
+        rounding = square(form.floor * peak) / s2
         if rounding > R:
             status |= FLOORED
         R += rounding

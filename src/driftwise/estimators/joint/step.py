@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, choice, kernel, rare, watch
-from ...engine.elementary import log
+from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, variances
 from ...memory.registry import Alarm, View, begin, on_alarm, time_update
@@ -219,7 +219,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     s2 = sigma2(scale, head[OBSERVED], head[CHI2])
     R = noise.R
     if R > 0.0:
-        rounding = (form.floor * head[PEAK]) ** 2 / s2
+        rounding = square(form.floor * head[PEAK]) / s2
         if rounding > R:
             status |= FLOORED
         R += rounding
@@ -231,7 +231,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
             i = D.size - scratch.direct + l
             R += state.input_variance[l] * (s[i] * s[i] / s2 + variance(U, D, i))
 
-    if not is_measured and not predicted_variance(scratch.f, D, R) < LIMIT * (head[TOP] ** 2 / s2 + form.Px + R):
+    if not is_measured and not predicted_variance(scratch.f, D, R) < LIMIT * (square(head[TOP]) / s2 + form.Px + R):
         restart_state(state, n, form.Px, s2)  # a gap so long that the model has lost the state
         status |= LOST
         yhat = predict_output(s, state.held, scratch.direct)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, kernel, part, rare, watch
-from ...engine.elementary import log
+from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variances
 from ...memory.registry import Alarm, View, on_alarm, time_update
@@ -56,7 +56,7 @@ def check_lost(form, state, scratch, group, s2):
             for c in range(at, group.N):
                 w = entry(group.U, at, c)
                 p += w * w * state.D[group.x0 + c if c < group.n else group.theta0 + c - group.n]
-            if not p < LIMIT * (state.top[i] ** 2 / s2 + form.Px[i] + scratch.R[i]):
+            if not p < LIMIT * (square(state.top[i]) / s2 + form.Px[i] + scratch.R[i]):
                 restart_states(form, state, group, s2)
                 state.status[i] = int(state.status[i]) | LOST
 
@@ -156,7 +156,7 @@ def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t,
     for i in range(group.first, group.last):
         R = noise.R[i]
         if R > 0.0:
-            rounding = (form.floor * state.peak[i]) ** 2 / s2
+            rounding = square(form.floor * state.peak[i]) / s2
             if rounding > R:
                 state.status[i] = int(state.status[i]) | FLOORED
             R += rounding

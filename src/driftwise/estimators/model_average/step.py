@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...engine.dispatch import kernel, pass_over
-from ...engine.elementary import erfc, exp, log, log1p
+from ...engine.elementary import erfc, exp, log, log1p, square
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
 
@@ -172,7 +172,7 @@ def speak(task, row, mu, S, w, logs, ratio, floor):
             mean += w[i] * mu[i]
     for i in range(M):
         if w[i] > 0.0:
-            base += w[i] * (max(ratio[i] * S[i], floor) + (mu[i] - mean) ** 2)
+            base += w[i] * (max(ratio[i] * S[i], floor) + square(mu[i] - mean))
     return mean, max(base, floor)
 
 
@@ -186,10 +186,10 @@ def judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, f
         if not (math.isfinite(mu[i]) and S[i] > 0.0):
             continue
         v = max(ratio[i] * S[i], floor)
-        z2 = (y - mu[i]) ** 2 / v
+        z2 = square(y - mu[i]) / v
         scores[i] = -0.5 * log(v / task.unit) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
         usual += exp(logs[i]) * scores[i]
-        squares[i] += (y - mu[i]) ** 2 if row[SEEN] >= task.settle else 0.0
+        squares[i] += square(y - mu[i]) if row[SEEN] >= task.settle else 0.0
         present += exp(logs[i])
         behind[i] = fade * behind[i] + 1.0
         gain = 1.0 / (behind[i] + 1.0)

@@ -4,7 +4,7 @@ Li and Jilkov (2003), section V: coordinated turn with unknown rate; the transit
 """
 
 from ...engine.dispatch import kernel
-from ...engine.elementary import cos, hypot, sin
+from ...engine.elementary import cos, hypot, sin, square
 from ...models.manoeuvre import arc
 from . import linear
 from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear, period
@@ -27,7 +27,7 @@ def begin(row, C, i, fastest, unit):
         row[at + P + index(2 * c, 2 * c)] = unit[c]
         row[at + P + index(2 * c + 1, 2 * c + 1)] = fastest * fastest
         row[at + CIRCULAR + c] = 1.0
-    row[at + P + index(4, 4)] = FIRST / period(row) ** 2
+    row[at + P + index(4, 4)] = FIRST / square(period(row))
 
 
 @kernel
@@ -96,7 +96,7 @@ def start_over(row, C, i, unit):
         row[at + P + index(j, j)] = r * row[line + linear.P]
         row[at + P + index(j, j + 1)] = r * row[line + linear.P + 1]
         row[at + P + index(j + 1, j + 1)] = r * row[line + linear.P + 3]
-    row[at + P + index(4, 4)] = FIRST / period(row) ** 2
+    row[at + P + index(4, 4)] = FIRST / square(period(row))
 
 
 @kernel

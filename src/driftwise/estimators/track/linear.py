@@ -7,6 +7,7 @@ itself follows the innovations.
 import math
 
 from ...engine.dispatch import kernel
+from ...engine.elementary import square
 from ...models.manoeuvre import response, spread
 from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear, period
 
@@ -22,7 +23,7 @@ def begin(row, C, fastest, unit):
             at = at_linear(C, i) + LINEAR * c
             row[at : at + LINEAR] = 0.0
             row[at + P], row[at + P + 3], row[at + SCALE] = 1.0, fastest * fastest / unit[c], 1.0
-            row[at + P + 5] = 0.0 if i < LINES else 1.0 / T**4
+            row[at + P + 5] = 0.0 if i < LINES else 1.0 / square(square(T))
 
 
 @kernel
@@ -73,7 +74,9 @@ def predict_all(row, C, d):
             if i < LINES:
                 predict_line(row, at, g, f, STRAIGHT[i][1] / (T * T * T), vv, va, aa)
             else:
-                predict_curve(row, at, d, f, g, s, CURVED[i - LINES][1] / T**5, pp, pv, pa, vv, va, aa)
+                predict_curve(
+                    row, at, d, f, g, s, CURVED[i - LINES][1] / (T * square(square(T))), pp, pv, pa, vv, va, aa
+                )
 
 
 @kernel

@@ -3,7 +3,7 @@
 import math
 
 from ...engine.dispatch import kernel
-from ...engine.elementary import erfc, exp, log
+from ...engine.elementary import erfc, exp, log, square
 from ...engine.status import NOT_READY
 from . import bank, circle, linear, pole
 
@@ -35,7 +35,7 @@ def tell(row, C, y, w, mean, S, out):
                 m += w[i] * mean[i, c]
         for i in range(bank.members(C)):
             if w[i] > 0.0:
-                s += w[i] * (S[i, c] + (mean[i, c] - m) ** 2)
+                s += w[i] * (S[i, c] + square(mean[i, c] - m))
         e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
         for j in range(bank.TAILS):
             v, share = bank.SCALES[j] * s, out[bank.sample_at(C).shares + j]
@@ -76,7 +76,7 @@ def member_state(row, C, i, unit, x, V):
                     V[h + j, h + l] = V[h + l, h + j] = row[at + linear.P + k] * r
                     k += 1
             if i < bank.LINES:  # the mean acceleration between two plots
-                V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / bank.period(row) ** 4
+                V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / square(square(bank.period(row)))
         return
     at = bank.at_circle(C, i - bank.KALMAN)
     omega, vE, vN = row[at + 4], row[at + 1], row[at + 3]
@@ -164,17 +164,17 @@ def turn_slope(j, omega, vE, aE, vN, aN, v2):
 @kernel
 def tell_pole(row, C, w, out):
     """Write the manoeuvre pole and its standard deviation; NaN before the third plot."""
-    first, share, mean, square = bank.KALMAN + bank.circles(C), 0.0, 0.0, 0.0
+    first, share, mean, size2 = bank.KALMAN + bank.circles(C), 0.0, 0.0, 0.0
     n = pole.size(C)
     for i in range(bank.POLES):
         share += w[first + i]
     for i in range(bank.POLES):
         at, v = bank.at_pole(C, i), w[first + i] / share if share > 0.0 else 1.0 / bank.POLES
         mean += v * row[at + n - 1]
-        square += v * (row[at + n - 1] ** 2 + row[at + n + bank.triangle(n) - 1])
+        size2 += v * (square(row[at + n - 1]) + row[at + n + bank.triangle(n) - 1])
     is_known = row[bank.SEEN] > 2.0
     out[bank.sample_at(C).reported + bank.POLE] = mean if is_known else math.nan
-    out[bank.sample_at(C).reported + bank.POLE_SD] = math.sqrt(max(square - mean * mean, 0.0)) if is_known else math.nan
+    out[bank.sample_at(C).reported + bank.POLE_SD] = math.sqrt(max(size2 - mean * mean, 0.0)) if is_known else math.nan
 
 
 @kernel

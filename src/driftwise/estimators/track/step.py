@@ -15,7 +15,7 @@ import math
 from typing import NamedTuple
 
 from ...engine.dispatch import kernel, pass_over
-from ...engine.elementary import exp, log, log1p
+from ...engine.elementary import exp, log, log1p, square
 from ...engine.status import MISSING_OUTPUT, NOT_READY, OUTLIER, PROJECTED
 from . import bank, circle, linear, output, pole
 
@@ -75,13 +75,13 @@ def enter(task, row, t, y, R, C):
 @kernel
 def least_variance(task, row):
     """Return the variance below which no plot's is taken: exact and repeated plots would let it vanish."""
-    return (FINEST * task.fastest * bank.period(row)) ** 2
+    return square(FINEST * task.fastest * bank.period(row))
 
 
 @kernel
 def sane(task, row, R):
     """Return a stated variance, within what plots of the class can have; NaN stays."""
-    return min(max(R, least_variance(task, row)), (COARSEST * task.fastest * bank.period(row)) ** 2) if R > 0.0 else R
+    return min(max(R, least_variance(task, row)), square(COARSEST * task.fastest * bank.period(row))) if R > 0.0 else R
 
 
 @kernel
@@ -90,7 +90,7 @@ def start_members(task, row, d, C, unit):
     row[bank.PERIOD] = row[bank.GAP] = log(d)
     for c in range(C):
         stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
-        unit[c] = stated if stated > 0.0 else (0.1 * task.fastest * d) ** 2
+        unit[c] = stated if stated > 0.0 else square(0.1 * task.fastest * d)
         row[bank.of_coordinate(C, bank.LOG, c)] = log(unit[c])
     linear.begin(row, C, task.fastest, unit)
     for i in range(bank.circles(C)):
@@ -167,21 +167,21 @@ def moves(task, row, C, i, unit):
     A manoeuvre is an acceleration beyond what takes a target of the class from rest to its speed in ``GENTLE`` seconds:
     of the state, or, where velocity is under white noise, of what that noise does between two plots.
     """
-    least, square = task.fastest / GENTLE, 0.0
+    least, size2 = task.fastest / GENTLE, 0.0
     if i < bank.LINES:
         T = bank.period(row)
         for c in range(C):
             r = unit[c] * row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
-            square = max(square, bank.STRAIGHT[i][1] * r / (T * T * T * T))
-        return 1 if i > 0 and square > least * least else 0
+            size2 = max(size2, bank.STRAIGHT[i][1] * r / (T * T * T * T))
+        return 1 if i > 0 and size2 > least * least else 0
     if i < bank.KALMAN:
         for c in range(C):
-            square += row[bank.at_linear(C, i) + bank.LINEAR * c + 2] ** 2
-        return 1 if square > least * least else 0
+            size2 += square(row[bank.at_linear(C, i) + bank.LINEAR * c + 2])
+        return 1 if size2 > least * least else 0
     if i < bank.KALMAN + bank.circles(C):
         at = bank.at_circle(C, i - bank.KALMAN)
-        square = row[at + 4] ** 2 * (row[at + 1] ** 2 + row[at + 3] ** 2)
-        return 1 if square > least * least else 0
+        size2 = square(row[at + 4]) * (square(row[at + 1]) + square(row[at + 3]))
+        return 1 if size2 > least * least else 0
     return -1
 
 
@@ -191,14 +191,14 @@ def bends(row, C, i, unit):
     if i < bank.LINES:
         return False
     if i < bank.KALMAN:
-        square, variance = 0.0, 0.0
+        size2, variance = 0.0, 0.0
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
-            square += row[at + 2] ** 2
+            size2 += square(row[at + 2])
             variance += row[at + linear.P + 5] * unit[c] * row[at + linear.SCALE]
-        return square > 4.0 * variance
+        return size2 > 4.0 * variance
     at = bank.at_circle(C, i - bank.KALMAN)
-    return row[at + 4] ** 2 > 4.0 * row[at + circle.P + circle.index(4, 4)]
+    return square(row[at + 4]) > 4.0 * row[at + circle.P + circle.index(4, 4)]
 
 
 @kernel
@@ -209,7 +209,7 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
         scores[i] = 0.0
         for c in range(C):
             if math.isfinite(mean[i, c]):
-                z2 = (y[c] - mean[i, c]) ** 2 / S[i, c]
+                z2 = square(y[c] - mean[i, c]) / S[i, c]
                 scores[i] += -0.5 * log(S[i, c]) - 0.5 * (FREEDOM + 1.0) * log1p(z2 / FREEDOM)
         if math.isfinite(mean[i, 0]):
             top = max(top, scores[i])
@@ -266,7 +266,7 @@ def follow(task, row, C, i, mean, S, y, unit, scale, c):
     """Return what the noise scale of member i, coordinate c, becomes."""
     if row[bank.SEEN] < 2.0 or not math.isfinite(mean[i, c]):
         return scale
-    z2 = (y[c] - mean[i, c]) ** 2 / S[i, c]
+    z2 = square(y[c] - mean[i, c]) / S[i, c]
     scale *= 1.0 + (min(z2, WILD) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
     return max(scale, least_variance(task, row) / unit[c])
 
@@ -280,7 +280,7 @@ def learn_noise(row, C, d, y, g, unit):
         v, last = row[bank.of_coordinate(C, bank.SPEED, c)], row[bank.of_coordinate(C, bank.LAST, c)]
         ahead = d / exp(row[bank.GAP])
         e = y[c] - last - d * v
-        z = e * e / (1.0 + (1.0 + ahead) ** 2 + ahead * ahead) / g[c]
+        z = e * e / (1.0 + square(1.0 + ahead) + ahead * ahead) / g[c]
         level, at = log(max(z, 1e-8 * unit[c])) + LOG_MEAN, bank.of_coordinate(C, bank.LOG, c)
         row[at] += (level - row[at]) / (row[bank.SEEN] - 1.0 + row[bank.TRUST])
 

@@ -7,6 +7,7 @@ at its last. What the inputs do is taken off in the same two directions, so noth
 import math
 
 from ...engine.dispatch import kernel, rare
+from ...engine.elementary import square
 from ...engine.qr import invert, solve_triangular, triangularise
 from .gains import WORST
 from .row import along
@@ -121,6 +122,6 @@ def solve(form, state, scratch):
         state.std[i] = deviation(scratch.X, form.outlook, i * m, scratch.end, scratch.row)
     for o in range(p):
         state.ahead[o] = (
-            deviation(scratch.X, form.outlook, (state.std.size + o) * m, scratch.end, scratch.row) ** 2 + form.r[o]
+            square(deviation(scratch.X, form.outlook, (state.std.size + o) * m, scratch.end, scratch.row)) + form.r[o]
         )
     return True
