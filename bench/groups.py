@@ -52,6 +52,11 @@ GROUPS = (
         ("startup", "sizes"),
     ),
     Group(
+        "By which compiler",
+        "Kernels are Python, translated to C; numba compiles the same source and is the reference.",
+        ("engines",),
+    ),
+    Group(
         "What each choice costs",
         "A memory, a noise model, a smoother, several outputs, continuous time, tracks, beside the plain filter.",
         ("choices", "memories", "smoothing", "outputs", "continuous", "observers", "tracks", "evidence"),

