@@ -28,11 +28,12 @@ test: $(STAMP)  ## the tests, a few minutes
 test-all: $(STAMP)  ## the tests and the slow statistics
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-check: $(STAMP)  ## format, lint, types, import floors
+check: $(STAMP)  ## format, lint, types, import floors; every loop translates
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python scripts/translate_all.py
 
 format: $(STAMP)
 	$(BIN)/ruff format .

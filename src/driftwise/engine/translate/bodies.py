@@ -3,32 +3,88 @@
 from __future__ import annotations
 
 import ast
+import builtins
+import functools
 import inspect
+import linecache
 import textwrap
+from collections import ChainMap
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from .refusal import Refusal
 from .tree import Call, Do, For, Function, If, Let, Loop, Name, Operation, Return, Store, children, statements, walk
 
 
-def source_of(function: Callable) -> tuple[ast.FunctionDef, str, int]:
-    """Return a function's syntax, its file and the line before it."""
-    file, line = function.__code__.co_filename, function.__code__.co_firstlineno
+class Source(NamedTuple):
+    """A function as it is written."""
+
+    node: ast.FunctionDef
+    file: str
+    before: int  # the line before its text
+    assigned: frozenset[str]  # the names that it gives values
+
+
+def source_of(function: Callable) -> Source:
+    """Return a function's syntax, and where it stands."""
+    return _source(function.__code__.co_filename, function.__code__)
+
+
+@functools.lru_cache(maxsize=4096)
+def _source(file: str, code) -> Source:  # by its file, too: codes are equal where only files differ
+    line = code.co_firstlineno
     try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        found, before = _definitions("".join(linecache.getlines(file))).get(line), 0
+    except SyntaxError:  # a cell of a notebook, with what is not Python
+        found = None
+    if found is None or found.name != code.co_name:
+        found, before = _alone(code, file, line), line - 1
+    names = (one for one in ast.walk(found) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
+    return Source(found, file, before, frozenset(one.id for one in names))
+
+
+@functools.lru_cache(maxsize=256)
+def _definitions(text: str) -> dict[int, ast.FunctionDef]:
+    """Return all functions of a file by their first lines, decorators included."""
+    found = {}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            found[min([node.lineno, *(one.lineno for one in node.decorator_list)])] = node
+    return found
+
+
+def _alone(code, file: str, line: int) -> ast.FunctionDef:
+    """Return the syntax of a function whose file cannot be read as a whole."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(code)))
     except (OSError, SyntaxError) as trouble:
-        raise Refusal(f"the source of {function.__qualname__} is not to be had ({trouble})", file, line) from None
+        raise Refusal(f"the source of {code.co_qualname} is not to be had ({trouble})", file, line) from None
     found = next((node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)), None)
     if found is None:
-        raise Refusal(f"{function.__qualname__} is not a def", file, line)
-    return found, file, line - 1
+        raise Refusal(f"{code.co_qualname} is a lambda: a kernel is written with def", file, line)
+    return found
 
 
 def scope_of(function: Callable) -> dict[str, Any]:
     """Return what names mean in a function, apart from its own variables."""
-    known = inspect.getclosurevars(function)
-    return {**known.builtins, **function.__globals__, **known.nonlocals}
+    code, scope = function.__code__, ChainMap(function.__globals__, vars(builtins))
+    known = {name: scope[name] for name in code.co_names if name in scope}
+    for name, cell in zip(code.co_freevars, function.__closure__ or ()):
+        try:
+            known[name] = cell.cell_contents
+        except ValueError:
+            continue  # it has no value yet
+    return known
+
+
+def is_left(nodes: list[ast.stmt], words: tuple[type, ...] = (ast.Break, ast.Continue)) -> bool:
+    """Say whether the loop with this body is left by one of these words: those of loops inside leave only them."""
+    for node in nodes:
+        if isinstance(node, words):
+            return True
+        if isinstance(node, ast.If) and (is_left(node.body, words) or is_left(node.orelse, words)):
+            return True
+    return False
 
 
 def reachable(entry: Function) -> list[Function]:

@@ -373,6 +373,8 @@ class Printer:
             left, right = (binds, binds + 1)
             if op in ("and", "or"):
                 left = right = 3
+            elif binds in (3, 4):  # compilers warn of `a < b == c`
+                left = right = 5
             texts = [self.value(a, left if i == 0 else right) for i, a in enumerate(args)]
             return f" {INFIX[op]} ".join(texts), binds
         if op == "select":

@@ -12,9 +12,24 @@ import numpy as np
 
 from .. import views
 from .bodies import has_effects
-from .refusal import Refusal
+from .refusal import Refusal, refused
 from .tree import Call, Column, Constant, Cut, Do, Extent, Fold, If, Let, Load, Look, Make, Name, Operation, Part, walk
-from .types import BOOL, FLOAT, INT, NOTHING, Known, Several, Struct, Type, View, is_number, loose, unify, widen
+from .types import (
+    BOOL,
+    FLOAT,
+    INT,
+    NOTHING,
+    Known,
+    Several,
+    Struct,
+    Type,
+    View,
+    describe,
+    is_number,
+    loose,
+    unify,
+    widen,
+)
 
 SIGNS = {
     "Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%", "Pow": "**", "BitOr": "|",
@@ -28,6 +43,7 @@ PYTHON: dict[str, Any] = {
     "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,
     "==": lambda a, b: a == b, "!=": lambda a, b: a != b,
 }  # fmt: skip
+BUILTINS = (builtins.int, builtins.float, builtins.bool, builtins.abs, builtins.len, builtins.max, builtins.min)
 COMPARISONS = {"<", "<=", ">", ">=", "==", "!="}
 MATH: dict[Any, tuple[str, Type, tuple[Type, ...]]] = {
     math.sqrt: ("sqrt", FLOAT, (FLOAT,)), math.isfinite: ("isfinite", BOOL, (FLOAT,)),
@@ -49,14 +65,14 @@ class Expressions:
     current: Any
     error: Any
     refuse: Any
-    assigned: set[str]
+    assigned: frozenset[str]
     calls: list[Any]
 
     def expression(self, node) -> Any:
         """Return an expression as a tree; what must come before it is written into the block."""
         read = getattr(self, f"value_{type(node).__name__}", None)
         if read is None:
-            raise self.error(node, f"{type(node).__name__} is not in the kernels' part of Python")
+            raise self.error(node, refused(type(node).__name__))
         return read(node)
 
     def ordered(self, nodes) -> list[Any]:
@@ -98,14 +114,14 @@ class Expressions:
             return Make(kind, [self.convert(self.part(value, i), k) for i, k in enumerate(kind.items)])
         if isinstance(kind, View) and isinstance(value.type, View):
             return Operation(kind, "strided", [value])
-        raise Refusal(f"a {value.type} is not a {kind}")
+        raise Refusal(f"a {describe(value.type)} stands where a {describe(kind)} is wanted")
 
     def number(self, value, kind: Type, node) -> Any:
         """Return a value as a number of this type, or one of more."""
         if not is_number(value.type):
             raise self.error(node, "a number is wanted")
         if kind == INT and widen(value.type) == FLOAT:
-            raise self.error(node, "an integer is wanted: write int(..)")
+            raise self.error(node, "an integer is wanted; write int(..)")
         return self.convert(value, kind)
 
     def truth(self, value, node) -> Any:
@@ -128,7 +144,7 @@ class Expressions:
         """A variable, or what the name means outside."""
         kind = self.variables.get(node.id)
         if kind is None and node.id in self.assigned:
-            raise self.error(node, f"{node.id} is read before it has a value")
+            raise self.error(node, f"{node.id} is read above the line that gives it a value; give it one before")
         if kind is None:
             if node.id not in self.scope:
                 raise self.error(node, f"{node.id} is not known")
@@ -152,7 +168,9 @@ class Expressions:
         if isinstance(kind, Known) and hasattr(kind.value, node.attr):
             found = getattr(kind.value, node.attr)
             return Constant(Known(found), found)
-        raise self.error(node, f"no {node.attr} here")
+        if isinstance(kind, View):
+            raise self.error(node, f"a view has a size and a shape, but no {node.attr}; write a loop")
+        raise self.error(node, f"this has no {node.attr}")
 
     def part(self, value, index: int) -> Any:
         """Return an item of a tuple."""
@@ -174,9 +192,11 @@ class Expressions:
 
     def operate(self, sign: str, a, b, node) -> Any:
         """Return an operation of two numbers."""
+        if sign not in SIGNS:
+            raise self.error(node, refused(sign))
         op = SIGNS[sign]
         if not is_number(a.type) or not is_number(b.type):
-            raise self.error(node, f"{op} is for numbers")
+            raise self.error(node, f"{op} is for numbers; what holds several is gone through in a loop")
         if isinstance(a, Constant) and isinstance(b, Constant):
             return self.folded(PYTHON[op], [a.value, b.value], node)
         kinds = [widen(a.type), widen(b.type)]
@@ -189,7 +209,7 @@ class Expressions:
             kind: Type = BOOL if kinds == [BOOL, BOOL] else INT
             return Operation(kind, op, [self.convert(a, kind), self.convert(b, kind)])
         if op in ("//", "%") and FLOAT in kinds:
-            raise self.error(node, f"{op} is for integers: write int(..)")
+            raise self.error(node, f"{op} is for integers; write int(..)")
         if op == "**":
             return self.power(a, b, node)
         kind = FLOAT if op == "/" or FLOAT in kinds else INT
@@ -219,33 +239,43 @@ class Expressions:
         """Return the result of an operation on what is known."""
         try:
             value = operation(*values)
-        except (ArithmeticError, ValueError) as trouble:
+        except (ArithmeticError, ValueError, TypeError) as trouble:
             raise self.error(node, str(trouble)) from None
         return Constant(Known(value), value)
 
     def value_UnaryOp(self, node) -> Any:
         """``-a``, ``not a``."""
-        value = self.expression(node.operand)
         if isinstance(node.op, ast.Not):
-            test = self.truth(value, node)
+            test = self.test(node.operand)
             if isinstance(test, Constant):
                 return Constant(Known(not test.value), not test.value)
             return Operation(BOOL, "not", [test])
+        value = self.expression(node.operand)
+        if not is_number(value.type):
+            raise self.error(node, "a sign is for numbers")
         if isinstance(node.op, ast.USub):
             if isinstance(value, Constant):
                 return Constant(Known(-value.value), -value.value)
             kind = widen(value.type) if widen(value.type) != BOOL else INT
             return Operation(kind, "neg", [self.convert(value, kind)])
-        raise self.error(node, "a sign that kernels do not use")
+        raise self.error(node, refused(type(node.op).__name__))
 
     def value_Compare(self, node) -> Any:
-        """``a < b``, ``a < b < c``."""
-        nodes = [node.left, *node.comparators]
-        values = self.ordered(nodes)
-        for i in range(1, len(values) - 1):
-            values[i] = values[i] if isinstance(values[i], Constant | Name) else self.keep(values[i])
-        tests = [self.operate(type(op).__name__, values[i], values[i + 1], node) for i, op in enumerate(node.ops)]
-        return self.joined("and", tests)
+        """``a < b``, ``a < b < c``: c is only looked at where a < b."""
+        middle: list[Any] = []
+
+        def compare(i: int) -> Any:
+            a, b = (
+                [middle[-1], self.expression(node.comparators[i])]
+                if i
+                else self.ordered([node.left, *node.comparators[:1]])
+            )
+            if i + 1 < len(node.ops):
+                middle.append(self.keep(b))
+                b = middle[-1]
+            return self.operate(type(node.ops[i]).__name__, a, b, node)
+
+        return self.one_by_one("and", [lambda i=i: compare(i) for i in range(len(node.ops))])
 
     def joined(self, op: str, tests) -> Any:
         """Return truth values joined by ``and`` or ``or``."""
@@ -260,26 +290,40 @@ class Expressions:
             return Constant(Known(op == "and"), op == "and")
         return left[0] if len(left) == 1 else Operation(BOOL, op, left)
 
-    def value_BoolOp(self, node) -> Any:
-        """``a and b``: what stands behind is only looked at where it counts."""
+    def test(self, node) -> Any:
+        """Return what a test says; numbers count as true unless they are zero."""
+        if isinstance(node, ast.BoolOp):
+            return self.truth(self.value_BoolOp(node, self.test), node)
+        return self.truth(self.expression(node), node)
+
+    def operand(self, node) -> Any:
+        """Return an operand of ``and`` or ``or`` whose result is used: Python gives the operand itself."""
+        value = self.expression(node)
+        if widen(value.type) != BOOL:
+            raise self.error(node, "`and` and `or` give back an operand: compare it, so that it is a truth value")
+        return value
+
+    def value_BoolOp(self, node, read=None) -> Any:
+        """``a and b``."""
+        read = read or self.operand
         op = "and" if isinstance(node.op, ast.And) else "or"
+        return self.one_by_one(op, [lambda one=one: read(one) for one in node.values])
+
+    def one_by_one(self, op: str, asks) -> Any:
+        """Return truth values joined: what stands behind is only looked at where it counts."""
         tests: list[Any] = []
-        for i, one in enumerate(node.values):
+        for i, ask in enumerate(asks):
             outer, self.block = self.block, []
-            test = self.truth(self.expression(one), node)
+            test = ask()
             inner, self.block = self.block, outer
             if inner and i > 0:
-                name = self.fresh(BOOL)
                 first = self.joined(op, tests)
                 if isinstance(first, Constant) and bool(first.value) == (op == "or"):
                     return first
+                name = self.fresh(BOOL)
                 self.block.append(Let(name.name, self.convert(first, BOOL)))
                 inner.append(Let(name.name, self.convert(test, BOOL)))
-                ways: tuple[list[Any], list[Any]] = (inner, []) if op == "and" else ([], inner)
-                asked: Any = name
-                if op == "or":
-                    asked, ways = Operation(BOOL, "not", [name]), (inner, [])
-                self.block.append(If(asked, *ways))
+                self.block.append(If(name if op == "and" else Operation(BOOL, "not", [name]), inner, []))
                 tests = [name]
             else:
                 self.block += inner
@@ -295,7 +339,7 @@ class Expressions:
 
     def value_IfExp(self, node) -> Any:
         """``a if test else b``."""
-        test = self.truth(self.expression(node.test), node)
+        test = self.test(node.test)
         if isinstance(test, Constant):
             return self.expression(node.body if test.value else node.orelse)
         outer, found = self.block, []
@@ -306,7 +350,7 @@ class Expressions:
         (a, before_a), (b, before_b) = found
         kind = loose(unify(widen(a.type), widen(b.type)))
         if kind is None:
-            raise self.error(node, "two ways of different kinds")
+            raise self.error(node, f"one way gives a {describe(a.type)}, the other a {describe(b.type)}")
         if not before_a and not before_b and is_number(kind):
             return Operation(kind, "select", [test, self.convert(a, kind), self.convert(b, kind)])
         name = self.fresh(kind)
@@ -352,6 +396,12 @@ class Expressions:
             return Operation(INT, "+", [Extent(INT, view, axis), value])
         return value
 
+    def bound(self, view, axis: int, value, node) -> Any:
+        """Return where a slice begins or ends; a known negative one counts from the end, as far as it goes."""
+        bound = self.index(view, axis, value, node)
+        is_negative = isinstance(bound, Operation) and isinstance(value, Constant)
+        return Operation(INT, "max", [bound, Constant(INT, 0)]) if is_negative else bound
+
     def value_Subscript(self, node) -> Any:
         """An element, a row, a stretch, an item."""
         nodes = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
@@ -367,7 +417,7 @@ class Expressions:
             return Cut(View(kind.dims - len(indices), kind.element), value, indices, None)
         index = indices[0]
         items = getattr(kind, "items", None)
-        if items is not None or (isinstance(value, Constant) and isinstance(index, Constant)):
+        if items is not None or (isinstance(value, Constant) and isinstance(index, Constant) and len(indices) == 1):
             if not isinstance(index, Constant):
                 raise self.error(node, "an item of a tuple is chosen by a number that is known")
             count = len(items) if items is not None else len(value.value)
@@ -408,18 +458,18 @@ class Expressions:
             raise self.error(node, "a slice is cut from a view")
         if not isinstance(view, Name) and not _is_path(view):
             view = self.keep(view)
-        indices = [self.index(view, axis, f, node) for axis, f in enumerate(found[: len(others)])]
-        found = found[len(others) :]
         kind = view.type
         if len(nodes) == 2 and where is nodes[0]:
+            column = found[0]
             if kind.dims != 2 or bounds:
                 raise self.error(node, "a column is cut whole, from a table")
-            return Column(View(1, kind.element, True), view, self.number(view and indices[0], INT, node))
+            return Column(View(1, kind.element, True), view, self.index(view, 1, column, node))
         if len(others) + 1 > kind.dims:
             raise self.error(node, f"a view of {kind.dims} dimensions")
-        axis = len(others)
-        low = self.index(view, axis, found.pop(0), node) if where.lower is not None else Constant(INT, 0)
-        high = self.index(view, axis, found.pop(0), node) if where.upper is not None else None
+        indices = [self.index(view, axis, f, node) for axis, f in enumerate(found[: len(others)])]
+        axis, found = len(others), found[len(others) :]
+        low = self.bound(view, axis, found.pop(0), node) if where.lower is not None else Constant(INT, 0)
+        high = self.bound(view, axis, found.pop(0), node) if where.upper is not None else None
         return Cut(View(kind.dims - len(others), kind.element, kind.is_strided), view, indices, (low, high))
 
     # --- calls ---------------------------------------------------------------------------------------------
@@ -427,7 +477,7 @@ class Expressions:
     def value_Call(self, node) -> Any:
         """A call: arithmetic, a class, or another kernel."""
         if node.keywords or any(isinstance(a, ast.Starred) for a in node.args):
-            raise self.error(node, "arguments are given by place")
+            raise self.error(node, "arguments are given by place, without names and stars")
         if isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
             view, *shape = self.ordered([node.func.value, *node.args])
             if isinstance(view.type, View):
@@ -444,6 +494,8 @@ class Expressions:
         if len(shape) == 1 and isinstance(shape[0].type, Several):
             shape = [self.part(shape[0], i) for i in range(len(shape[0].type))]
         sizes = [self.number(one, INT, node) for one in shape]
+        if any(isinstance(one, Constant) and one.value < 0 for one in sizes):
+            raise self.error(node, "a size is not negative: -1 is not worked out here, write the size itself")
         return Fold(View(len(sizes), view.type.element), view, sizes)
 
     def call(self, known, args, node) -> Any:
@@ -456,9 +508,11 @@ class Expressions:
             if len(args) != len(known._fields):
                 raise self.error(node, f"a {known.__name__} has {len(known._fields)} fields")
             return Make(Struct(known, tuple(a.type for a in args)), args)
+        if known in BUILTINS and len(args) != 1 and (known not in (builtins.max, builtins.min) or not args):
+            raise self.error(node, f"{known.__name__} takes one argument here")
         if known in (builtins.max, builtins.min):
             return self.extreme("max" if known is builtins.max else "min", args, node)
-        if known in (builtins.int, builtins.float, builtins.bool, builtins.abs, builtins.len):
+        if known in BUILTINS:
             return self.plain(known, args[0], node)
         if known in MATH:
             return self.mathematics(known, args, node)
@@ -488,6 +542,8 @@ class Expressions:
             args = [self.part(args[0], i) for i in range(len(args[0].type.items))]
         if all(isinstance(a, Constant) for a in args):
             return self.folded(max if op == "max" else min, [a.value for a in args], node)
+        if not all(is_number(a.type) for a in args):
+            raise self.error(node, f"{op} is for numbers; what holds several is gone through in a loop")
         kind: Any = widen(args[0].type)
         for one in args[1:]:
             kind = unify(kind, widen(one.type))
@@ -504,6 +560,8 @@ class Expressions:
         if known is len:
             if isinstance(kind, View):
                 return Extent(INT, value, 0)
+            if not isinstance(kind, Struct | Several):
+                raise self.error(node, "len is for views and tuples")
             return Constant(Known(len(kind.items)), len(kind.items))
         if not is_number(kind):
             raise self.error(node, f"{known.__name__} is for numbers")

@@ -19,21 +19,21 @@ class Places:
     """
 
     def __init__(self, function: Function):
+        self.own: dict[int, set[str]] = {}  # the variables of each statement
+        self.all: dict[int, set[str]] = {}  # with those of statements inside
+        self.note(function.body)
         self.here: set[int] = set()
         self.top: list[str] = []
         self.apart: dict[int, str] = {}
         self.kept_stop: dict[int, str] = {}
         params = {name for name, _ in function.params}
-        names: dict[str, None] = {}
-        for one in statements(function.body):
-            for name in _mentions(one):
-                names[name] = None
+        names = {name: None for one in statements(function.body) for name in sorted(self.own[id(one)])}
         counters = {one.name for one in statements(function.body) if isinstance(one, For)}
-        free = {name for name in counters if _only_counts(function.body, name)}
+        free = {name for name in counters if self.only_counts(function.body, name)}
         for name in names:
             if name in params or name in free:
                 continue
-            place = _first(function.body, name)
+            place = self.first(function.body, name)
             if place is not None:
                 self.here.add(id(place))
             else:
@@ -42,48 +42,47 @@ class Places:
             if isinstance(one, For):
                 if one.name not in free:
                     self.apart[id(one)] = f"{one.name}_count_"
-                changed = {s.name for s in statements(one.body) if isinstance(s, Let | For)}
+                changed = {s.name for s in [one, *statements(one.body)] if isinstance(s, Let | For)}
                 if not _stands_still(one.stop, changed):
                     self.kept_stop[id(one)] = f"end_{len(self.kept_stop) + 1}_"
 
+    def note(self, body: list[Any]) -> set[str]:
+        """Note the variables of statements; return them all."""
+        found: set[str] = set()
+        for one in body:
+            own = {e.name for c in children(one) for e in walk(c) if isinstance(e, Name)}
+            if isinstance(one, Let | For):
+                own.add(one.name)
+            self.own[id(one)] = own
+            self.all[id(one)] = own.union(*(self.note(block) for block in blocks(one)))
+            found |= self.all[id(one)]
+        return found
 
-def _mentions(one) -> set[str]:
-    """Return the variables of one statement, without those of statements inside."""
-    found = {e.name for c in children(one) for e in walk(c) if isinstance(e, Name)}
-    return found | {one.name} if isinstance(one, Let | For) else found
-
-
-def _all(one) -> set[str]:
-    """Return the variables of a statement and of those inside."""
-    return set().union(*(_mentions(s) for s in statements([one])))
-
-
-def _only_counts(body: list[Any], name: str) -> bool:
-    """Say whether a variable is only met inside loops that count it, and is not changed there."""
-    for one in body:
-        if isinstance(one, For) and one.name == name:
-            outside = {e.name for c in children(one) for e in walk(c) if isinstance(e, Name)}
-            if name in outside or any(isinstance(s, Let | For) and s.name == name for s in statements(one.body)):
+    def only_counts(self, body: list[Any], name: str) -> bool:
+        """Say whether a variable is only met inside loops that count it, and is not changed there."""
+        for one in body:
+            if name not in self.all[id(one)]:
+                continue
+            if isinstance(one, For) and one.name == name:
+                outside = {e.name for c in children(one) for e in walk(c) if isinstance(e, Name)}
+                if name in outside or any(isinstance(s, Let | For) and s.name == name for s in statements(one.body)):
+                    return False
+                continue
+            if name in self.own[id(one)] or not all(self.only_counts(block, name) for block in blocks(one)):
                 return False
-            continue
-        if name in _mentions(one) or not all(_only_counts(block, name) for block in blocks(one)):
-            return False
-    return True
+        return True
 
-
-def _first(body: list[Any], name: str) -> Let | None:
-    """Return the statement that can declare a variable, or None: then it is declared at the top."""
-    having = [one for one in body if name in _all(one)]
-    first = having[0]
-    if isinstance(first, Let) and first.name == name:
-        value = {e.name for e in walk(first.value) if isinstance(e, Name)}
-        return None if name in value else first
-    if len(having) > 1 or name in _mentions(first):
-        return None
-    inside = [block for block in blocks(first) if any(name in _all(one) for one in block)]
-    if len(inside) != 1:
-        return None
-    return _first(inside[0], name)
+    def first(self, body: list[Any], name: str) -> Let | None:
+        """Return the statement that can declare a variable, or None: then it is declared at the top."""
+        having = [one for one in body if name in self.all[id(one)]]
+        first = having[0]
+        if isinstance(first, Let) and first.name == name:
+            value = {e.name for e in walk(first.value) if isinstance(e, Name)}
+            return None if name in value else first
+        if len(having) > 1 or name in self.own[id(first)]:
+            return None
+        inside = [block for block in blocks(first) if any(name in self.all[id(one)] for one in block)]
+        return self.first(inside[0], name) if len(inside) == 1 else None
 
 
 def _stands_still(value, changed: set[str]) -> bool:

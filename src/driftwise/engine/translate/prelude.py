@@ -25,7 +25,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "dw_strided": ("V1", "S1", "DW_INLINE"),
     "dw_at": ("DW_INLINE",), "dw_sqrt": ("DW_INLINE",), "dw_max": ("DW_INLINE",), "dw_min": ("DW_INLINE",),
     "dw_maxi": ("DW_INLINE",), "dw_mini": ("DW_INLINE",), "dw_div": ("DW_INLINE",), "dw_mod": ("DW_INLINE",),
-    "dw_absi": ("DW_INLINE",), "dw_finite": ("DW_INLINE",), "dw_isnan": ("DW_INLINE",),
+    "dw_absi": ("DW_INLINE",), "dw_floor": ("DW_INLINE",), "dw_finite": ("DW_INLINE",), "dw_isnan": ("DW_INLINE",),
 }  # fmt: skip
 
 OPERATIONS: dict[str, Any] = {
@@ -145,6 +145,7 @@ static DW_INLINE F dw_power(F a, I n)
     }
     return n < 0 ? 1.0 / result : result;
 }""",
+    "dw_floor": "static DW_INLINE I dw_floor(F x) { return (I)x - (x < (F)(I)x); }",
     "dw_ldexp": """\
 static F dw_ldexp(F x, I n)
 {

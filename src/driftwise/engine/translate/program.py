@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from .. import dispatch
@@ -25,7 +26,10 @@ class Program:
         """Return the kernel that answers ``known`` for arguments of these types."""
         resolve = self.resolvers.get(known)
         if resolve is None:
-            raise Refusal(f"{getattr(known, '__qualname__', known)} is not a kernel: mark it with @kernel")
+            name = getattr(known, "__qualname__", repr(known))
+            if not isinstance(known, FunctionType) or known.__module__.split(".")[0] in ("numpy", "scipy", "math"):
+                raise Refusal(f"{name} is not known to kernels; they call each other, and some of math")
+            raise Refusal(f"{name} is not a kernel; mark it with @kernel")
         implementation = resolve(*types)
         if implementation is None:
             kind = getattr(types[0], "instance_class", None)
@@ -38,7 +42,7 @@ class Program:
         key = implementation, tuple(types)
         if key not in self.functions:
             if key in self.open:
-                raise Refusal(f"{implementation.__qualname__} calls itself")
+                raise Refusal(f"{implementation.__qualname__} calls itself; write a loop")
             self.open.append(key)
             self.functions[key] = Reader(self, implementation, types, is_rare).read()
             self.open.remove(key)

@@ -6,9 +6,9 @@ import ast
 from collections.abc import Callable
 from typing import Any
 
-from .bodies import has_effects, prune, scope_of, source_of
+from .bodies import has_effects, is_left, prune, scope_of, source_of
 from .expressions import Expressions
-from .refusal import Refusal
+from .refusal import Refusal, refused
 from .tree import (
     Call,
     Constant,
@@ -28,7 +28,7 @@ from .tree import (
     statements,
     walk,
 )
-from .types import BOOL, INT, NOTHING, Known, Several, Struct, Type, View, is_number, unify, widen
+from .types import BOOL, INT, NOTHING, Known, Several, Struct, Type, View, describe, is_number, unify
 
 
 class Reader(Expressions):
@@ -36,25 +36,25 @@ class Reader(Expressions):
 
     def __init__(self, program: Any, function: Callable, types: list[Type], is_rare: bool):
         self.program, self.python, self.types, self.is_rare = program, function, types, is_rare
-        self.node, self.file, self.first = source_of(function)
+        self.node, self.file, self.first, self.assigned = source_of(function)
+        self.current: Any = self.node
         self.scope = scope_of(function)
         self.variables: dict[str, Type] = {}
         self.result: Type | None = None
         parameters = self.node.args
         self.parameters = [a.arg for a in parameters.args]
         if parameters.vararg or parameters.kwarg or parameters.kwonlyargs or parameters.defaults:
-            self.refuse(self.node, "parameters have neither defaults nor stars")
+            self.refuse(self.node, "a kernel's parameters have neither defaults nor stars")
         if len(self.parameters) != len(types):
-            self.refuse(self.node, f"{function.__qualname__} takes {len(self.parameters)} arguments, not {len(types)}")
-        nodes = list(ast.walk(self.node))
-        self.assigned = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+            self.refuse(
+                self.node, f"{function.__qualname__} takes {len(self.parameters)} arguments and is given {len(types)}"
+            )
 
     def read(self) -> Function:
         """Return the kernel as a tree."""
         for _ in range(20):
             self.is_settled, self.count, self.calls = True, 0, []
             self.block: list[Any] = []
-            self.current = self.node
             for name, kind in zip(self.parameters, self.types):
                 self.take(name, kind)
             ended = self.statements_of(self.node.body)
@@ -106,7 +106,7 @@ class Reader(Expressions):
 
     def error(self, node, message: str) -> Refusal:
         """Return the refusal of a construct."""
-        line = self.first + getattr(node, "lineno", 1)
+        line = self.first + getattr(node, "lineno", self.current.lineno)
         text = ast.unparse(node).split("\n")[0] if isinstance(node, ast.stmt | ast.expr) else ""
         return Refusal(f"{message}: {text}" if text else message, self.file, line)
 
@@ -122,12 +122,14 @@ class Reader(Expressions):
             self.current = node
             read: Any = getattr(self, f"read_{type(node).__name__}", None)
             if read is None:
-                self.refuse(node, f"{type(node).__name__} is not in the kernels' part of Python")
+                self.refuse(node, refused(type(node).__name__))
             try:
                 if read(node):
                     return True
             except Refusal as refusal:
                 raise refusal if ", line " in str(refusal) else self.error(node, str(refusal)) from None
+            except (AttributeError, IndexError, KeyError, TypeError, ValueError) as trouble:
+                raise self.error(node, f"this is not understood ({trouble})") from trouble
         return False
 
     def inner(self, nodes: list[ast.stmt]) -> tuple[list[Any], bool]:
@@ -154,7 +156,10 @@ class Reader(Expressions):
         if len(targets) > 1 and not isinstance(value, Constant | Name):
             value = self.keep(value)
         for target in targets:
-            self.assign(target, value, node)
+            if len(targets) > 1 and isinstance(target, ast.Name):
+                self.let(target.id, value, node, is_wanted=True)
+            else:
+                self.assign(target, value, node)
         return None
 
     def assign_side_by_side(self, targets, nodes, node) -> None:
@@ -216,8 +221,8 @@ class Reader(Expressions):
         body: list[Any] = [Store(view, [i], self.convert(value, view.type.element))]
         self.block.append(For(i.name, Constant(INT, 0), Extent(INT, view, 0), 1, body))
 
-    def let(self, name: str, value, node) -> None:
-        """Give a variable a value; its type grows until it holds all of them."""
+    def let(self, name: str, value, node, is_wanted: bool = False) -> None:
+        """Give a variable a value, which may be wanted again; its type grows until it holds all of them."""
         kind = value.type
         known = self.variables.get(name)
         if known is None:
@@ -225,15 +230,16 @@ class Reader(Expressions):
         elif known != kind:
             wider = unify(known, kind)
             if wider is None:
-                raise self.error(node, f"{name} is a {describe(known)} and later a {describe(kind)}")
+                raise self.error(node, f"{name} is a {describe(known)} and later a {describe(kind)}; take two names")
             self.settle(name, wider)
         kind = self.variables[name]
         if isinstance(kind, Known):
             return
         last = self.block[-1] if self.block else None
-        if isinstance(value, Name) and isinstance(last, Let) and last.name == value.name and value.name[0] == "_":
-            self.block.pop()  # a value that was kept only to be named
-            value = last.value
+        if isinstance(value, Name) and value.name[0] == "_" and not is_wanted:
+            if isinstance(last, Let) and last.name == value.name:
+                self.block.pop()  # a value that was kept only to be named
+                value = last.value
         self.block.append(Let(name, self.convert(value, kind)))
 
     def settle(self, name: str, kind: Type) -> None:
@@ -255,6 +261,7 @@ class Reader(Expressions):
         old: Any = Load(view.type.element, view, indices)
         if has_effects(self.block[before:]):
             late, self.block = self.block[before:], self.block[:before]
+            indices[:] = [self.keep(one) for one in indices]
             old = self.keep(old)
             self.block += late
         new = self.operate(type(node.op).__name__, old, value, node)
@@ -262,7 +269,7 @@ class Reader(Expressions):
 
     def read_If(self, node) -> bool:
         """``if``: a test that is known leaves one way."""
-        test = self.truth(self.expression(node.test), node)
+        test = self.test(node.test)
         if isinstance(test, Constant):
             return self.statements_of(node.body if test.value else node.orelse)
         then, one = self.inner(node.body)
@@ -275,14 +282,14 @@ class Reader(Expressions):
         if node.orelse:
             self.refuse(node, "while has no else here")
         outer, self.block = self.block, []
-        test = self.truth(self.expression(node.test), node)
+        test = self.test(node.test)
         is_endless = isinstance(test, Constant) and bool(test.value)
         if not is_endless:
             self.block.append(If(Operation(BOOL, "not", [test]), [Leave("break")], []))
         self.statements_of(node.body)
         inner, self.block = self.block, outer
         self.block.append(Loop(inner))
-        return False
+        return is_endless and not is_left(node.body, (ast.Break,))
 
     def read_For(self, node) -> bool:
         """``for i in range(..)``, or over the items of a tuple, one after the other."""
@@ -295,7 +302,7 @@ class Reader(Expressions):
         if isinstance(call, ast.IfExp):
             ways = [ast.For(node.target, way, node.body, [], lineno=node.lineno) for way in (call.body, call.orelse)]
             return self.read_If(ast.If(call.test, [ways[0]], [ways[1]], lineno=node.lineno))
-        if any(isinstance(n, ast.Break | ast.Continue) for n in ast.walk(node)):
+        if is_left(node.body):
             self.refuse(node, "a loop over a tuple is not left early")
         values = self.expression(call)
         items = getattr(values.type, "items", None)
@@ -354,15 +361,3 @@ class Reader(Expressions):
         """``continue``."""
         self.block.append(Leave("continue"))
         return True
-
-
-def describe(kind: Type) -> str:
-    """Return a type in words."""
-    if isinstance(kind, View):
-        return f"view of {kind.dims} dimensions"
-    if isinstance(kind, Struct):
-        return kind.instance_class.__name__
-    if isinstance(kind, Several):
-        return f"tuple of {len(kind)}"
-    wide = widen(kind)
-    return "nothing" if kind == NOTHING else getattr(wide, "name", repr(getattr(kind, "value", kind)))

@@ -198,18 +198,21 @@ class Function:
 
 def children(node) -> Iterator[Any]:
     """Yield the expressions that an expression or statement is made of, not those of statements inside it."""
-    for value in vars(node).values():
-        if isinstance(value, list | tuple):
-            yield from (v for v in value if isinstance(v, EXPRESSIONS))
-        elif isinstance(value, EXPRESSIONS):
+    for name in PARTS[type(node)]:
+        value = getattr(node, name)
+        if type(value) in (list, tuple):
+            yield from (one for one in value if one is not None)
+        elif value is not None:
             yield value
 
 
 def walk(node) -> Iterator[Any]:
     """Yield an expression and all that is in it."""
-    yield node
-    for child in children(node):
-        yield from walk(child)
+    left = [node]
+    while left:
+        node = left.pop()
+        yield node
+        left.extend(children(node))
 
 
 def statements(body: list[Any]) -> Iterator[Any]:
@@ -227,4 +230,10 @@ def blocks(statement) -> list[list[Any]]:
     return [statement.body] if isinstance(statement, For | Loop) else []
 
 
-EXPRESSIONS = (Constant, Name, Operation, Load, Cut, Column, Fold, Extent, Part, Make, Look, Call)
+# where each keeps its expressions
+PARTS: dict[type, tuple[str, ...]] = {
+    Constant: (), Name: (), Operation: ("args",), Load: ("view", "indices"), Cut: ("view", "indices", "stretch"),
+    Column: ("view", "index"), Fold: ("view", "shape"), Extent: ("view",), Part: ("value",), Make: ("parts",),
+    Look: ("index",), Call: ("args",), Let: ("value",), Store: ("view", "indices", "value"), Do: ("call",),
+    For: ("start", "stop"), Loop: (), If: ("test",), Return: ("value",), Leave: (),
+}  # fmt: skip

@@ -149,3 +149,15 @@ def loose(kind: Type | None) -> Type | None:
     if isinstance(kind, Several):
         return Several(tuple(loose(item) for item in kind.items))
     return kind if kind is None else widen(kind)
+
+
+def describe(kind: Type) -> str:
+    """Return a type in words."""
+    if isinstance(kind, View):
+        return f"view of {kind.dims} dimension{'s' * (kind.dims > 1)}"
+    if isinstance(kind, Struct):
+        return kind.instance_class.__name__
+    if isinstance(kind, Several):
+        return f"tuple of {len(kind)}"
+    wide = widen(kind)
+    return "nothing" if kind == NOTHING else getattr(wide, "name", repr(getattr(kind, "value", kind)))
