@@ -56,12 +56,14 @@ def _common(
 
 def warm() -> None:
     """Compile ahead, so that the first estimate does not have to wait."""
+    from itertools import chain
     from time import perf_counter
 
-    from driftwise.estimators.common.warm import warm as compile_all
+    from driftwise.estimators.common.warm import warm as estimators
+    from driftwise.fleet.warm import warm as fleets
 
     start, count = perf_counter(), 0
-    for count, name in enumerate(compile_all(), 1):
+    for count, name in enumerate(chain(estimators(), fleets()), 1):
         if sys.stderr.isatty():
             print(f"\r\033[K{count} {name[:70]}", end="", file=sys.stderr, flush=True)
     if sys.stderr.isatty():

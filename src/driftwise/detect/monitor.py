@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from ..engine import compile
 from ..engine.dispatch import flatten
 from ..engine.errors import InputError, refuse_class
+from ..engine.portable import Portable
 from .brownian import positive
 from .watch import OWN, watch
 
@@ -27,7 +29,7 @@ class Sign(NamedTuple):
     which: int
 
 
-class Monitor:
+class Monitor(Portable):
     """Watches a signal sample by sample: state in, state out, like every estimator's `update`.
 
     Parameters
@@ -60,7 +62,12 @@ class Monitor:
         self.mean, self.std = float(mean), positive("std", std)
         self._size, self._parameters = found.state_size(parameters), parameters
         self._spec = flatten((found,))
-        self._look: Any = compile.watcher(kind)
+        self._kind = kind
+        self._look  # noqa: B018  (compiles)
+
+    @cached_property
+    def _look(self) -> Any:
+        return compile.watcher(self._kind)
 
     def start(self) -> np.ndarray:
         """Return a fresh state: a few plain numbers."""

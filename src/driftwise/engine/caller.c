@@ -57,6 +57,8 @@ typedef struct { /* what of Python is used */
     Object *floats, *integers; /* its usual types of numbers */
 } Python;
 
+#define READY 0x501 /* an array's flags: C-contiguous, aligned, writable */
+#define BUFFER 0x3d /* a buffer's: the same, and it tells what its numbers are */
 #define MOST 16
 #define LONG 4096 /* numbers in arrays from which other threads may run meanwhile */
 typedef struct {
@@ -70,23 +72,31 @@ static Python python;
 
 EXPORT void introduce(const Python *given) { python = *given; }
 
+/* Whether a buffer's numbers are the machine's own float64, or int64. */
+static int fits(const Buffer *buffer, int is_index)
+{
+    const char *format = buffer->format;
+    if (buffer->itemsize != 8 || !format || !format[0] || format[1])
+        return 0;
+    return is_index ? format[0] == 'l' || format[0] == 'q' : format[0] == 'd';
+}
+
 /* What an array looks like: its memory and sizes; 0 if it is not what the loop takes. */
 static int look(Object *given, int kind, void **data, I *sizes, Buffer *buffer, int *held)
 {
     int dims = kind < 0 ? 1 : kind, i;
     Array *array = (Array *)given;
-    if (python.array_type && given->type == python.array_type && array->dims == dims && (array->flags & 0x101) == 0x101
+    if (python.array_type && given->type == python.array_type && array->dims == dims && (array->flags & READY) == READY
         && array->descr == (kind < 0 ? python.integers : python.floats)) {
         *data = array->data;
         for (i = 0; i < dims; i++)
             sizes[i] = array->shape[i];
         return 1;
     }
-    if (python.get_buffer(given, buffer, 0x38 | 0x04))
+    if (python.get_buffer(given, buffer, BUFFER))
         return 0;
     *held = 1;
-    if (buffer->ndim != dims || buffer->itemsize != 8 || !buffer->format || buffer->format[1]
-        || (kind < 0 ? buffer->format[0] != 'l' && buffer->format[0] != 'q' : buffer->format[0] != 'd')) {
+    if (buffer->ndim != dims || !fits(buffer, kind < 0)) {
         python.set_error(python.type_error, "a loop takes C-contiguous arrays of float64 (indices: int64) of its dimensions");
         return 0;
     }

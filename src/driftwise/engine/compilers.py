@@ -7,16 +7,18 @@ import shlex
 import shutil
 import subprocess
 import sys
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
+
+from .finish import SECONDS
 
 # No product is fused with a sum, or the bits would depend on the processor; a shift of three numbers is no call.
 _COMMON = ("-std=gnu99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-w")
 _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize")
 _SHARED = {"darwin": ("-dynamiclib", "-undefined", "dynamic_lookup"), "win32": ("-shared",)}
-SECONDS = 600  # no loop takes a minute
 
 
 class Compiler(NamedTuple):
@@ -35,18 +37,20 @@ class Compiler(NamedTuple):
         if self.is_quick:
             return [*self.command, "-shared", "-nostdlib", "-nostdinc", str(source), "-o", str(target)]
         flags = [*_COMMON, *(_CLANG if self.name == "clang" else _GCC), *(("-march=native",) if native else ())]
-        shared = _SHARED.get(sys.platform, ("-shared", "-fPIC", "-nostdlib"))
+        shared = _SHARED.get(sys.platform, ("-shared", "-fPIC", "-nostdlib", "-s"))
         return [*self.command, *flags, *shared, str(source), "-o", str(target)]
 
     def run(self, source: Path, target: Path, native: bool = False) -> str:
         """Compile; return what went wrong, or nothing."""
         try:
-            done = subprocess.run(
-                self.line(source, target, native), capture_output=True, text=True, timeout=SECONDS, check=False
-            )
+            line = self.line(source, target, native)
+            done = subprocess.run(line, capture_output=True, timeout=SECONDS, check=False)
         except (OSError, subprocess.TimeoutExpired) as trouble:
             return str(trouble)
-        return "" if done.returncode == 0 and target.exists() else (done.stderr.strip() or "it failed without a word")
+        if done.returncode == 0 and target.exists():
+            return ""
+        words = done.stderr.decode(errors="replace").splitlines() or ["it failed without a word"]
+        return next((line for line in words if "error" in line), words[0])
 
 
 def compilers() -> list[Compiler]:
@@ -54,15 +58,25 @@ def compilers() -> list[Compiler]:
     wanted = os.environ.get("DRIFTWISE_CC", "")
     if wanted == "none":
         return []
-    if wanted and wanted != "tcc":
-        command = tuple(shlex.split(wanted))
-        return [Compiler(command, _name(command))]
-    found = []
-    if not wanted:
-        names = (*shlex.split(os.environ.get("CC", ""))[:1], "clang", "gcc", "cc")
-        known = [path for path in map(shutil.which, names) if path]
-        found = [Compiler((path,), _name((path,))) for path in dict.fromkeys(known)]
-    return [*found, *tcc()]
+    if wanted == "tcc":
+        return tcc()
+    if wanted:
+        return [_compiler(wanted)]
+    there = _there(os.environ.get("CC", ""), "clang", "gcc") or _there("cc")
+    return [*there, *tcc()]
+
+
+def _there(*commands: str) -> list[Compiler]:
+    """Return those of some commands that are installed."""
+    found = [_compiler(command) for command in commands if command.strip() and shutil.which(shlex.split(command)[0])]
+    return list(dict.fromkeys(found))
+
+
+def _compiler(command: str) -> Compiler:
+    """Return the compiler that a command line begins with, an option or a wrapper included."""
+    first, *more = shlex.split(command, posix=os.name != "nt")
+    words = (shutil.which(first) or first, *more)
+    return Compiler(words, _name(words))
 
 
 def named(name: str) -> list[Compiler]:
@@ -82,9 +96,18 @@ def tcc() -> list[Compiler]:
     return [Compiler((str(own), f"-B{libraries}"), "tcc")] if own.exists() else []
 
 
+@cache
 def _name(command: tuple[str, ...]) -> str:
-    """Return the family of a compiler."""
-    name = Path(command[0]).name
-    if "clang" in name or (sys.platform == "darwin" and name in ("cc", "gcc")):
+    """Return the family of a compiler: by what it is called, or, if that says nothing, by what it says."""
+    names = [Path(word).name for word in command]
+    if any("clang" in name for name in names):
         return "clang"
-    return "tcc" if "tcc" in name else "gcc"
+    if "tcc" in names[0]:
+        return "tcc"
+    if "gcc" in names[-1] and sys.platform != "darwin":
+        return "gcc"
+    try:
+        said = subprocess.run([*command, "--version"], capture_output=True, timeout=60, check=False).stdout
+    except (OSError, subprocess.TimeoutExpired):
+        said = b""
+    return "clang" if b"clang" in said else "gcc"

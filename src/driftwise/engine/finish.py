@@ -1,13 +1,16 @@
-"""Compile one file in a process that goes on when its parent ends: ``finish.py SOURCE MADE NAME PENDING LINE..``.
+"""Compile one file in a process that goes on when its parent ends: ``finish.py WORKSHOP NAME PENDING LINE..``.
 
 It needs nothing but Python's standard library, and is a script as well as a module.
 """
 
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+SECONDS = 600  # no loop takes a minute
 
 
 def named(path: Path, name: str) -> Path:
@@ -16,20 +19,29 @@ def named(path: Path, name: str) -> Path:
 
 
 def put(made: Path, name: str) -> Path:
-    """Give a finished object its name, at once or not at all."""
-    final = named(made, name)
+    """Give an object that was made in a folder of its own its name in the folder above, at once or not at all."""
+    final = made.parent.parent / named(made, name).name
     os.replace(made, final)
     return final
 
 
-def main(source: str, made: str, name: str, pending: str, *line: str) -> int:
-    """Compile, name, and take away the source, and the mark that says that somebody is at it."""
-    done = subprocess.run(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    if done.returncode == 0 and os.path.exists(made):
-        put(Path(made), name)
-    for path in (source, made, pending):
-        Path(path).unlink(missing_ok=True)
-    return done.returncode
+def main(workshop: str, name: str, pending: str, *line: str) -> int:
+    """Compile, name, and take away the workshop, and the mark that says that somebody is at it."""
+    made = Path(line[-1])
+    code = 1
+    try:
+        if hasattr(os, "nice"):
+            os.nice(10)
+        quiet = subprocess.DEVNULL
+        code = subprocess.run(line, stdout=quiet, stderr=quiet, timeout=SECONDS, check=False).returncode
+        if code == 0 and made.exists():
+            put(made, name)
+    except (OSError, subprocess.TimeoutExpired):
+        code = 1
+    finally:
+        shutil.rmtree(workshop, ignore_errors=True)
+        Path(pending).unlink(missing_ok=True)
+    return code
 
 
 if __name__ == "__main__":

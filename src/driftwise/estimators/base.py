@@ -11,6 +11,7 @@ import numpy as np
 from ..engine import compile, validation
 from ..engine.errors import InputError
 from ..engine.layout import Layout
+from ..engine.portable import Portable
 from ..models.canonical import power_of_two
 from ..results.parameter_trace import ParameterTrace
 from ..results.snapshot import register
@@ -29,7 +30,7 @@ class Step(NamedTuple):
     status: Any
 
 
-class Estimator(Answers):
+class Estimator(Answers, Portable):
     """States as rows of numbers, and the compiled loop over them: for one sample, a record, a fleet.
 
     A kind of estimator sets what is annotated here, and says how its states are read. Inside, samples are (T, p). An

@@ -81,13 +81,17 @@ class Tally(Columns):
             at, outs = np.ascontiguousarray(taken.at, np.int64), np.ascontiguousarray(outs)
             told = (taken.ys, taken.time, taken.bad, taken.filled)
             columns = [np.ascontiguousarray(column, float) for column in told]
-            loop = compile.function(add_up, 2, "index", 2, 1, 1, 1, 2, int)
-            loop(self._numbers, at, *columns, outs, self.settle)
+            adding()(self._numbers, at, *columns, outs, self.settle)
 
 
 def never_moved(tally, at=slice(None)) -> Any:
     """Say whose output is one and the same number after its first samples, (S,): a sensor that is stuck."""
     return (tally["compared"][at] >= FEW) & (tally["dy2"][at] == 0)
+
+
+def adding() -> Any:
+    """Return the loop of `add_up`, compiled."""
+    return compile.function(add_up, 2, "index", 2, 1, 1, 1, 2, int)
 
 
 def add_up(numbers, at, ys, time, bad, filled, outs, settle):

@@ -9,10 +9,9 @@
 * their `smooth` and `tune`, whatever the settings
 * `ARMAX`, with it `ARMA`, `OE` and `BJ`; `ARXMIMO`; `AdaptiveGain`; `Manoeuvre`: the defaults
 * `WindowObserver` on regular samples
-* `ModelAverage` of any of these, and the detector `SelfStarting`; with them all that `identify`, and `driftwise run`
-  without options, need
+* `ModelAverage` of any of these, `TrackEstimator`, and the detector `SelfStarting`
 
-Whatever else one combines compiles when it is first used.
+`front` is what most people need first: `identify`, `driftwise run` without options, and `Joint`. Whatever else one combines compiles when it is first used.
 """
 
 from __future__ import annotations
@@ -43,6 +42,7 @@ from ..manoeuvre.estimator import Manoeuvre
 from ..model_average.step import Averaging
 from ..smoothing.moments import Backward
 from ..smoothing.passes import Disturbances, Forward, Information
+from ..track.step import Tracking
 from ..window_observer.estimator import WindowObserver
 
 
@@ -58,6 +58,18 @@ def combinations() -> list[dict[str, Any]]:
             (None, InnovationGate()),
         )
     ]
+
+
+def front() -> Iterator[str]:
+    """Compile what comes first, loop by loop, and yield what it is."""
+    automatic = ARX(1, 1), ARX(1, 1, memory=ExponentialForgetting(0.99)), ARX(1, 1, memory=AutoMemory())
+    for est in (*automatic, ARMAX(1, 1, 1), Joint(1)):
+        est.drive  # noqa: B018  (compiles)
+        yield repr(est)
+    SelfStarting().scan([0.0])
+    yield repr(SelfStarting())
+    compile.passage(Averaging)
+    yield "ModelAverage"
 
 
 def warm() -> Iterator[str]:
@@ -87,7 +99,6 @@ def warm() -> Iterator[str]:
     for task in (Forward, Disturbances, Information, Backward):
         compile.passage(task)
     yield "ARX.smooth, ARX.tune"
-    compile.passage(Averaging)
-    yield "ModelAverage"
-    SelfStarting().scan([0.0])
-    yield repr(SelfStarting())
+    compile.passage(Tracking)
+    yield "TrackEstimator"
+    yield from front()

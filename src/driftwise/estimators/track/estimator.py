@@ -10,6 +10,7 @@ import numpy as np
 from ...engine import compile, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
+from ...engine.portable import Portable
 from ...results.snapshot import register
 from . import bank, step
 from .motion import unpacked
@@ -38,7 +39,7 @@ class TrackStep(NamedTuple):
 
 
 @register
-class TrackEstimator:
+class TrackEstimator(Portable):
     """Position, velocity, acceleration and turn rate of one object from its plots, with error bars: nothing to tune.
 
     A bank of models of motion: constant velocity with six shares of noise, constant acceleration, Singer's, coordinated

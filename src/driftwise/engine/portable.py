@@ -1,0 +1,10 @@
+"""Objects that hold compiled loops and are sent to other processes all the same."""
+
+from functools import cached_property
+
+
+class Portable:
+    """Pickled and copied without what its cached properties hold, compiled loops among it: they come again."""
+
+    def __getstate__(self):
+        return {k: v for k, v in vars(self).items() if not isinstance(getattr(type(self), k, None), cached_property)}
