@@ -336,6 +336,7 @@ class Printer:
             start, stop = value.stretch
             last = self.value(stop) if stop is not None else ""
             ending = "cut" if stop is not None else "tail"
+            ending += "" if value.clips else "_"
             name = self.need(f"dw_{ending}{dims}{'s' if kind.is_strided else ''}{suffix}")
             text = f"{name}({text}, {self.value(start)}{', ' * bool(last)}{last})"
         return text, ATOM

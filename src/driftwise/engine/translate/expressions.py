@@ -67,6 +67,7 @@ class Expressions:
     refuse: Any
     assigned: frozenset[str]
     calls: list[Any]
+    is_own: bool
 
     def expression(self, node) -> Any:
         """Return an expression as a tree; what must come before it is written into the block."""
@@ -470,7 +471,8 @@ class Expressions:
         axis, found = len(others), found[len(others) :]
         low = self.bound(view, axis, found.pop(0), node) if where.lower is not None else Constant(INT, 0)
         high = self.bound(view, axis, found.pop(0), node) if where.upper is not None else None
-        return Cut(View(kind.dims - len(others), kind.element, kind.is_strided), view, indices, (low, high))
+        clips = not self.is_own  # what driftwise cuts is within bounds: the checked build proves it, of every loop
+        return Cut(View(kind.dims - len(others), kind.element, kind.is_strided), view, indices, (low, high), clips)
 
     # --- calls ---------------------------------------------------------------------------------------------
 

@@ -19,9 +19,6 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "dw_frexp": ("dw_bits",), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",), "dw_power": ("DW_INLINE",),
     "dw_row2": ("V2", "V1", "dw_at"), "dw_row3": ("V3", "V2", "dw_at"), "dw_column": ("V2", "S1", "dw_at"),
     "dw_row2i": ("V2i", "V1i", "dw_at"),
-    "dw_cut1": ("V1", "dw_at"), "dw_tail1": ("V1", "dw_at"), "dw_cut2": ("V2", "dw_at"), "dw_tail2": ("V2", "dw_at"),
-    "dw_cut1s": ("S1", "dw_at"), "dw_tail1s": ("S1", "dw_at"), "dw_cut1i": ("V1i", "dw_at"),
-    "dw_tail1i": ("V1i", "dw_at"), "dw_cut3": ("V3", "dw_at"), "dw_tail3": ("V3", "dw_at"),
     "dw_strided": ("V1", "S1", "DW_INLINE"),
     "dw_at": ("DW_INLINE",), "dw_sqrt": ("DW_INLINE",), "dw_max": ("DW_INLINE",), "dw_min": ("DW_INLINE",),
     "dw_maxi": ("DW_INLINE",), "dw_mini": ("DW_INLINE",), "dw_div": ("DW_INLINE",), "dw_mod": ("DW_INLINE",),
@@ -217,25 +214,25 @@ static DW_INLINE S1 dw_column(V2 v, I j)
 _STEPS = {"1": "", "2": " * v.m", "3": " * v.m * v.k", "1s": " * v.s", "1i": ""}
 for _end, _step in _STEPS.items():
     _type = f"V{_end}" if _end != "1s" else "S1"
-    TEXTS[f"dw_cut{_end}"] = f"""\
-static DW_INLINE {_type} dw_cut{_end}({_type} v, I start, I stop)
-{{
-    {_type} r = v;
-    stop = stop > v.n ? v.n : stop;
-    start = start > stop ? stop : start;
-    r.p = v.p + dw_at(start, v.n + 1){_step};
-    r.n = stop - start;
-    return r;
-}}"""
-    TEXTS[f"dw_tail{_end}"] = f"""\
-static DW_INLINE {_type} dw_tail{_end}({_type} v, I start)
-{{
-    {_type} r = v;
-    start = start > v.n ? v.n : start;
-    r.p = v.p + dw_at(start, v.n + 1){_step};
-    r.n = v.n - start;
-    return r;
-}}"""
+    for _name, _args, _lines in (
+        ("cut", "I start, I stop", ["stop = stop > v.n ? v.n : stop;", "start = start > stop ? stop : start;"]),
+        ("tail", "I start", ["const I stop = v.n;", "start = start > stop ? stop : start;"]),
+        ("cut_", "I start, I stop", []),  # these end within the view: nothing is clipped
+        ("tail_", "I start", ["const I stop = v.n;"]),
+    ):
+        NEEDS[f"dw_{_name}{_end}"] = (_type, "dw_at")
+        TEXTS[f"dw_{_name}{_end}"] = "\n".join(
+            [
+                f"static DW_INLINE {_type} dw_{_name}{_end}({_type} v, {_args})",
+                "{",
+                f"    {_type} r = v;",
+                *(f"    {line}" for line in _lines),
+                f"    r.p = v.p + dw_at(start, v.n + 1){_step};",
+                "    r.n = dw_at(stop - start, v.n - start + 1);",
+                "    return r;",
+                "}",
+            ]
+        )
 
 for _of in (1, 2, 3):
     for _to in (1, 2, 3):

@@ -51,6 +51,7 @@ class Cut:
     view: Any
     indices: list[Any]
     stretch: tuple[Any, Any] | None
+    clips: bool = True  # whether a stretch may reach beyond the view, and ends there
 
 
 @dataclass

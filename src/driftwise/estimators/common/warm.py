@@ -11,7 +11,8 @@
 * `WindowObserver` on regular samples
 * `ModelAverage` of any of these, `TrackEstimator`, and the detector `SelfStarting`
 
-`front` is what most people need first: `identify`, `driftwise run` without options, and `Joint`. Whatever else one combines compiles when it is first used.
+`front` is what most people need first: `identify`, `driftwise run` without options, and `Joint`. Whatever else one
+combines compiles when it is first used.
 """
 
 from __future__ import annotations
