@@ -336,6 +336,9 @@ def a_counter_lives_on(v, w, k, x, out):
         if j < 3:
             break
     out[2] = j
+    for i in range(4):
+        unused = v[i]
+    out[4] = i
     for m in range(3):
         m = m * 2
         out[3] += m
@@ -443,3 +446,17 @@ def test_c_does_what_python_does(one, compiled):
         for a, b in zip(plain, ours):
             assert alike(a, b), (k, x, a, b)
     assert compared > 2
+
+
+@pytest.mark.parametrize("compiler", HERE)
+def test_an_entry_may_name_its_arguments_as_it_likes(compiler, tmp_path):
+    """Its own arguments and a host's do not meet; those it does not look at are no warning."""
+    for a, n in ("an", "na", "pq"):
+        loop = dispatch.written(f"def f({a}, {n}):\n    {a}[0] = {n}\n    return 3\n", "f", {})
+        given = np.zeros(2)
+        assert loaded(translated(loop, (1, float)), tmp_path, compiler, (1, float))(given, 2.5) == 3
+        assert given[0] == 2.5
+    loop = dispatch.written("def f(a, x):\n    return int(x)\n", "f", {})
+    assert loaded(translated(loop, (1, float)), tmp_path, compiler, (1, float))(np.zeros(2), 2.5) == 2
+    loop = dispatch.written("def f(a, n):\n    a[0] = 1.0\n", "f", {})
+    assert loaded(translated(loop, (1, int)), tmp_path, compiler, (1, int))(np.zeros(2), 2) == 0

@@ -126,7 +126,7 @@ def _without(body: list[Any], read: set[str]) -> list[Any]:
                 one.test, one.then, one.other = negated(one.test), one.other, []
         elif isinstance(one, For | Loop):
             one.body = _without(one.body, read)
-            if not one.body and isinstance(one, For):
+            if not one.body and isinstance(one, For) and one.name not in read:
                 continue
         kept.append(one)
     return kept

@@ -63,22 +63,7 @@ TEXTS: dict[str, str] = {
 #else
 #define DW_EXPORT
 #endif""",
-    "dw_at": """\
-#if defined(DW_CHECK)
-#include <stdio.h>
-#include <stdlib.h>
-static I dw_at_(I i, I n, int line)
-{
-    if (i < 0 || i >= n) {
-        fprintf(stderr, "line %d: index %lld of %lld\\n", line, i, n);
-        abort();
-    }
-    return i;
-}
-#define dw_at(i, n) dw_at_(i, n, __LINE__)
-#else
-#define dw_at(i, n) (i)
-#endif""",
+    "dw_at": "#define dw_at(i, n) (i)",
     **{name: f"typedef struct {{\n    {kind} *p;\n    I {sizes};\n}} {name};" for name, (kind, sizes) in _VIEW.items()},
     "dw_bits": """\
 static DW_INLINE F dw_bits(U bits)
@@ -210,6 +195,22 @@ static DW_INLINE S1 dw_column(V2 v, I j)
 }""",
     "dw_strided": "static DW_INLINE S1 dw_strided(V1 v) { S1 r; r.p = v.p; r.n = v.n; r.s = 1; return r; }",
 }  # fmt: skip
+
+CHECKED = {
+    "DW_INLINE": "#define DW_INLINE",
+    "dw_at": """\
+#include <stdio.h>
+#include <stdlib.h>
+static I dw_at_(I i, I n, int line)
+{
+    if (i < 0 || i >= n) {
+        fprintf(stderr, "line %d: index %lld of %lld\\n", line, i, n);
+        abort();
+    }
+    return i;
+}
+#define dw_at(i, n) dw_at_(i, n, __LINE__)""",
+}  # instead of those above, in a program that looks at every index
 
 _STEPS = {"1": "", "2": " * v.m", "3": " * v.m * v.k", "1s": " * v.s", "1i": ""}
 for _end, _step in _STEPS.items():
