@@ -794,6 +794,8 @@ def main() -> None:
     asked = arguments.parse_args()
     if not asked.compiled:
         run_uncompiled()
+    else:  # what runs as plain Python proves nothing of compiled loops
+        warnings.filterwarnings("error", "(?s).*plain Python", RuntimeWarning)
     names = [n for n in [*NUMBERS, *(f"words/{name}" for name in WORDS)] if fnmatch.fnmatch(n, asked.only)]
     found, begun = {}, time.process_time()
     for name in names:

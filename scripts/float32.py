@@ -11,7 +11,7 @@ import numpy as np
 from numba import types
 
 import driftwise as dw
-from driftwise.engine import compile, ud
+from driftwise.engine import jit, ud
 from driftwise.engine.dispatch import advance, open_row, open_scratch, read_all
 from driftwise.fleet.crew import Crew
 
@@ -47,8 +47,8 @@ class Series:
     def __init__(self, estimator, count, kept, computed):
         crew = Crew(estimator)
         shapes = crew.width, crew.outputs, crew.inputs, 4, crew.numbers, crew.room
-        compile._bind()
-        self.estimator, self.go = estimator, numba.njit(**compile.OPTIONS)(make(crew.kinds, crew.sizes, shapes))
+        jit._bind()
+        self.estimator, self.go = estimator, numba.njit(**jit.OPTIONS)(make(crew.kinds, crew.sizes, shapes))
         start = estimator.start().reshape(1).view(float)
         self.rows = np.tile(start, (count, 1)).astype(kept)
         self.scratch, self.row = np.empty(crew.room, computed), np.empty(crew.width, computed)

@@ -212,7 +212,6 @@ def test_warm_compiles_what_identify_needs(monkeypatch):
     from driftwise.estimators.model_average.step import Averaging
 
     asked = set()
-    monkeypatch.setattr(warm, "prune", lambda: None)
     for name in ("driver", "passage"):
         monkeypatch.setattr(compile, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
     monkeypatch.setattr(dw.Joint, "smooth", lambda self, y: None)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from driftwise.engine import compile, ud
+from driftwise.engine import compile, objects, ud
 from driftwise.engine.dispatch import Size, Vector, flatten, read, read_all
 from driftwise.memory import time_update
 
@@ -61,6 +61,9 @@ def test_read_only_integer_float32_and_fortran_records_share_one_compilation():
     whole = est.scan(y, u)
     again = est.scan(y.astype(float), np.ascontiguousarray(u, float))
     assert np.array_equal(whole.table, again.table)
+    y, u = y.astype(float), np.ascontiguousarray(u, float)
+    y.flags.writeable = u.flags.writeable = False  # as what a data frame hands over
+    assert np.array_equal(whole.table, est.scan(y, u).table)
 
 
 CACHED = """
@@ -159,6 +162,7 @@ def test_history_does_not_grow():
     state = est.start()
     for k in range(50):
         state, _ = est.update(state, float(k % 3), 1.0)
+    objects.wait()  # another thread allocates too, as long as it has a compiler at work
     tracemalloc.start()
     sizes = []
     for k in range(600):

@@ -57,14 +57,17 @@ typedef struct { /* what of Python is used */
     Object *floats, *integers; /* its usual types of numbers */
 } Python;
 
-#define READY 0x501 /* an array's flags: C-contiguous, aligned, writable */
-#define BUFFER 0x3d /* a buffer's: the same, and it tells what its numbers are */
+#define READY 0x101 /* an array's flags: C-contiguous, aligned */
+#define BUFFER 0x3c /* a buffer's: the same, and it tells what its numbers are */
+#define WRITABLE 0x400
+#define BUFFER_WRITABLE 0x01
 #define MOST 16
 #define LONG 4096 /* numbers in arrays from which other threads may run meanwhile */
 typedef struct {
     I (*entry)(void *const *, const I *);
     int count;
     int kinds[MOST]; /* dimensions of an array of floats; -1 of integers; -2 an integer, -3 a float */
+    int reads[MOST]; /* whether the loop only reads it */
 } Loop;
 
 static const char NAME[] = "driftwise loop";
@@ -82,18 +85,18 @@ static int fits(const Buffer *buffer, int is_index)
 }
 
 /* What an array looks like: its memory and sizes; 0 if it is not what the loop takes. */
-static int look(Object *given, int kind, void **data, I *sizes, Buffer *buffer, int *held)
+static int look(Object *given, int kind, int reads, void **data, I *sizes, Buffer *buffer, int *held)
 {
-    int dims = kind < 0 ? 1 : kind, i;
+    int dims = kind < 0 ? 1 : kind, ready = reads ? READY : READY | WRITABLE, i;
     Array *array = (Array *)given;
-    if (python.array_type && given->type == python.array_type && array->dims == dims && (array->flags & READY) == READY
+    if (python.array_type && given->type == python.array_type && array->dims == dims && (array->flags & ready) == ready
         && array->descr == (kind < 0 ? python.integers : python.floats)) {
         *data = array->data;
         for (i = 0; i < dims; i++)
             sizes[i] = array->shape[i];
         return 1;
     }
-    if (python.get_buffer(given, buffer, BUFFER))
+    if (python.get_buffer(given, buffer, reads ? BUFFER : BUFFER | BUFFER_WRITABLE))
         return 0;
     *held = 1;
     if (buffer->ndim != dims || !fits(buffer, kind < 0)) {
@@ -135,7 +138,7 @@ static Object *call(Object *self, Object *const *args, I count)
         } else {
             int dims = kind < 0 ? 1 : kind;
             I size = 1;
-            is_good = look(args[i], kind, &data[i], sizes + at, &buffers[i], &held[i]);
+            is_good = look(args[i], kind, loop->reads[i], &data[i], sizes + at, &buffers[i], &held[i]);
             for (j = 0; j < dims && is_good; j++)
                 size *= sizes[at + j];
             total += is_good ? size : 0;

@@ -22,7 +22,12 @@ _kept: list[Any] = []  # what compiled code points to lives as long as the proce
 class Loop(ctypes.Structure):
     """Where a loop begins, and what it takes; who changes ``entry`` changes what every caller runs."""
 
-    _fields_ = (("entry", ctypes.c_void_p), ("count", ctypes.c_int), ("kinds", ctypes.c_int * MOST))
+    _fields_ = (
+        ("entry", ctypes.c_void_p),
+        ("count", ctypes.c_int),
+        ("kinds", ctypes.c_int * MOST),
+        ("reads", ctypes.c_int * MOST),
+    )
 
 
 class Caller:
@@ -38,10 +43,10 @@ class Caller:
         _kept.append(numbers)
         self.library.introduce(table)
 
-    def function(self, entry: int, dimensions) -> tuple[Any, Loop]:
-        """Return a function that runs the loop at address ``entry``, and its `Loop`."""
+    def function(self, entry: int, dimensions, reads=()) -> tuple[Any, Loop]:
+        """Return a function that runs the loop at address ``entry``, and its `Loop`; ``reads``: what it only reads."""
         kinds = [{int: INTEGER, float: FLOAT, "index": INDEX}.get(d, d) for d in dimensions]
-        loop = Loop(entry, len(kinds), (ctypes.c_int * MOST)(*kinds))
+        loop = Loop(entry, len(kinds), (ctypes.c_int * MOST)(*kinds), (ctypes.c_int * MOST)(*reads))
         _kept.append(loop)
         return self.library.make(ctypes.byref(loop)), loop
 

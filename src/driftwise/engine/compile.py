@@ -140,7 +140,9 @@ def _load(make, sizes, kinds, dimensions, loop: Callable | None = None) -> Calla
         told += "" if loop is None else _text(loop)
         key = f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
         try:
-            found = objects.load(key, lambda: translated(make(*sizes, 0), dimensions), dimensions)
+            python = make(*sizes, 0)
+            reads = [name in loops.READ for name in python.__code__.co_varnames[: len(dimensions)]]
+            found = objects.load(key, lambda: translated(python, dimensions), dimensions, reads)
         except Refusal as refusal:
             warnings.warn(f"{refusal}; it runs as plain Python, some 500 times slower", RuntimeWarning, stacklevel=4)
     return found or _quiet(make(*sizes, 0))

@@ -18,6 +18,8 @@ from .dispatch import (
 )
 from .views import fetch
 
+READ = frozenset("ys us y u zs slopes spec specs group at time bad filled".split())  # what loops never write to
+
 AHEAD = 4  # samples between fetching one and taking it, where they stand in any order
 
 

@@ -47,8 +47,9 @@ if hasattr(os, "register_at_fork"):  # nobody is born while a loop is being load
     os.register_at_fork(before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_lock.release)
 
 
-def load(key: str, text: Callable[[], str], dimensions, native: bool = False) -> Callable | None:
+def load(key: str, text: Callable[[], str], dimensions, reads=(), native: bool = False) -> Callable | None:
     """Return the function that runs the loop with this key; ``text()`` is its C, asked for if it is not there yet.
+    ``reads`` says of each argument whether the loop only reads it: such an array may be read-only.
 
     None: nothing compiles it. ``native`` code is for processors like this one.
     """
@@ -62,7 +63,7 @@ def load(key: str, text: Callable[[], str], dimensions, native: bool = False) ->
         if found is None:
             return None
         origin, path = found
-        function, loop = caller.function(_entry(path), dimensions)
+        function, loop = caller.function(_entry(path), dimensions, reads)
         loaded[key] = Loaded(origin, path, loop)
         if ".quick." in path.name:
             _improve(key, text)
@@ -192,6 +193,11 @@ def _work() -> None:
             pass  # it stays as it is
         finally:
             _queue.task_done()
+
+
+def wait() -> None:
+    """Return when no optimising compiler has anything left to do: for whoever measures."""
+    _queue.join()
 
 
 def _follow(key: str, text: str, compiler: Compiler) -> None:

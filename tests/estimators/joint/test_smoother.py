@@ -8,7 +8,7 @@ from test_joint_vs_dense import covariance, noise_of
 
 import driftwise as dw
 from driftwise.analysis.laws import same
-from driftwise.engine import compile
+from driftwise.engine import compile, loops
 from driftwise.engine.dispatch import flatten
 from driftwise.estimators.joint import smoother
 
@@ -161,8 +161,8 @@ class TestLaws:
         est = dw.Joint(**given)
         y, u = record(est, 40)
         fast = est.smooth(y, u)
-        monkeypatch.setattr(compile, "recorder", lambda *kinds: compile._make_recorder(kinds, 0))
-        monkeypatch.setattr(compile, "smoother", lambda form: compile._make_smoother(form, 0))
+        monkeypatch.setattr(compile, "recorder", lambda *kinds: loops.make_recorder(kinds, 0))
+        monkeypatch.setattr(compile, "smoother", lambda form: loops.make_smoother(form, 0))
         assert np.allclose(fast.table, est.smooth(y, u).table, rtol=1e-6, atol=1e-9)
 
     def test_spreads_shrink_and_stay_real(self, given):
