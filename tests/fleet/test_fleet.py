@@ -182,4 +182,4 @@ def test_eight_side_by_side_give_the_same_bits(name, missing):
         one, other = (fleet.scan(keys[part], y[part], of(u, part)) for fleet in fleets)
         assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other))
         assert bits(fleets[0].states) == bits(fleets[1].states)
-    assert fleets[1].crew.is_wide(1000, 10) and not fleets[0].crew.is_wide(1000, 10)
+    assert fleets[1].crew.is_wide and not fleets[0].crew.is_wide

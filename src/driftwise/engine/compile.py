@@ -24,6 +24,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from . import dispatch, loops, objects
+from .compilers import compilers
 from .dispatch import Size
 from .translate.refusal import Refusal
 
@@ -127,25 +128,39 @@ def function(loop: Callable, *dimensions) -> Callable:
 
 def _load(make, sizes, kinds, dimensions, loop: Callable | None = None) -> Callable:
     """Return ``make(*sizes, version)`` compiled for C-contiguous float64 arrays of these dimensions, and numbers."""
-    engine = os.environ.get("DRIFTWISE_ENGINE", "c")
-    version = fingerprint(kinds)
-    if engine == "numba":
+    if _engine() == "numba":
         from . import jit
 
-        return jit.compiled(make(*sizes, version), dimensions)
+        return jit.compiled(make(*sizes, fingerprint(kinds)), dimensions)
     found = None
-    if engine == "c":
-        what = loop or make
-        told = repr((what.__qualname__, version, [_spelt(size) for size in sizes], dimensions))
-        told += "" if loop is None else _text(loop)
-        key = f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
+    if _engine() == "c":
         try:
-            python = make(*sizes, 0)
-            reads = [name in loops.READ for name in python.__code__.co_varnames[: len(dimensions)]]
-            found = objects.load(key, lambda: translated(python, dimensions), dimensions, reads)
+            found = _object(make, sizes, kinds, dimensions, loop)
         except Refusal as refusal:
             warnings.warn(f"{refusal}; it runs as plain Python, some 500 times slower", RuntimeWarning, stacklevel=4)
     return found or _quiet(make(*sizes, 0))
+
+
+def native(make, sizes, kinds, dimensions) -> Callable | None:
+    """Return ``make(*sizes, version)`` compiled for this very processor; None where no compiler here can."""
+    if _engine() != "c" or all(compiler.is_quick for compiler in compilers()):
+        return None
+    return _object(make, sizes, kinds, dimensions, None, native=True)
+
+
+def _engine() -> str:
+    return os.environ.get("DRIFTWISE_ENGINE", "c")
+
+
+def _object(make, sizes, kinds, dimensions, loop, native: bool = False) -> Callable | None:
+    """Return a loop by way of C, or None where nothing compiles it."""
+    what = loop or make
+    told = repr((what.__qualname__, fingerprint(kinds), [_spelt(size) for size in sizes], dimensions))
+    told += "" if loop is None else _text(loop)
+    key = f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
+    python = make(*sizes, 0)
+    reads = [name in loops.READ for name in python.__code__.co_varnames[: len(dimensions)]]
+    return objects.load(key, lambda: translated(python, dimensions), dimensions, reads, native)
 
 
 def translated(loop: Callable, dimensions, checked: bool = False) -> str:

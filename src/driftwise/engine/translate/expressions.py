@@ -10,14 +10,34 @@ from typing import Any
 
 import numpy as np
 
-from .. import views
+from .. import simd, views
 from .bodies import has_effects
 from .refusal import Refusal, refused
-from .tree import Call, Column, Constant, Cut, Do, Extent, Fold, If, Let, Load, Look, Make, Name, Operation, Part, walk
+from .tree import (
+    Call,
+    Column,
+    Constant,
+    Cut,
+    Do,
+    Extent,
+    Fetch,
+    Fold,
+    If,
+    Let,
+    Load,
+    Look,
+    Make,
+    Name,
+    Operation,
+    Part,
+    walk,
+)
 from .types import (
     BOOL,
     FLOAT,
     INT,
+    LANES,
+    MASK,
     NOTHING,
     Known,
     Several,
@@ -51,6 +71,10 @@ MATH: dict[Any, tuple[str, Type, tuple[Type, ...]]] = {
     math.ldexp: ("ldexp", FLOAT, (FLOAT, INT)), math.frexp: ("frexp", Several((FLOAT, INT)), (FLOAT,)),
     math.floor: ("floor", INT, (FLOAT,)),
 }  # fmt: skip
+ON_LANES = {"sqrt", "isfinite", "isnan", "copysign", "ldexp", "frexp"}
+WIDE: dict[Type, Type] = {FLOAT: LANES, INT: LANES, BOOL: MASK}  # of lanes, whole numbers are floats too
+SHORT = 8  # statements of a way that lanes go whatever the test, rather than to ask whether they agree
+CONVERSIONS: dict[Any, str] = {FLOAT: "float", INT: "int", BOOL: "bool", LANES: "spread", MASK: "mask"}
 
 
 class Expressions:
@@ -105,10 +129,16 @@ class Expressions:
         if value.type == kind:
             return value
         if isinstance(value, Constant) and is_number(kind) and is_number(value.type):
-            make = {BOOL: bool, INT: int, FLOAT: float}[widen(kind)]  # type: ignore[index]
+            make = {BOOL: bool, INT: int, FLOAT: float, LANES: float, MASK: bool}[widen(kind)]  # type: ignore[index]
             return Constant(widen(kind), make(value.value))
+        if value.type == LANES and kind != MASK and is_number(kind):
+            raise Refusal(f"what differs from lane to lane is no {describe(kind)}")
+        if value.type == MASK and is_number(kind):
+            if kind == LANES:
+                return Operation(LANES, "select", [value, Constant(LANES, 1.0), Constant(LANES, 0.0)])
+            return self.convert(Operation(BOOL, "agree", [value]), kind)
         if is_number(kind) and is_number(value.type):
-            return Operation(kind, {FLOAT: "float", INT: "int", BOOL: "bool"}[kind], [value])  # type: ignore[index]
+            return Operation(kind, CONVERSIONS[kind], [value])
         if isinstance(kind, Struct | Several):
             if not isinstance(value, Constant | Make):
                 value = self.keep(value)
@@ -121,18 +151,19 @@ class Expressions:
         """Return a value as a number of this type, or one of more."""
         if not is_number(value.type):
             raise self.error(node, "a number is wanted")
-        if kind == INT and widen(value.type) == FLOAT:
+        if kind == INT and widen(value.type) in (FLOAT, LANES):
             raise self.error(node, "an integer is wanted; write int(..)")
         return self.convert(value, kind)
 
     def truth(self, value, node) -> Any:
-        """Return a test as a truth value."""
+        """Return a test as a truth value, of lanes as one of each."""
         if isinstance(value, Constant):
             return Constant(BOOL, bool(value.value))
-        if value.type == BOOL:
+        if value.type in (BOOL, MASK):
             return value
         if is_number(value.type):
-            return Operation(BOOL, "!=", [value, Constant(widen(value.type), 0)])
+            kind = MASK if value.type == LANES else BOOL
+            return Operation(kind, "!=", [value, self.convert(Constant(INT, 0), widen(value.type))])
         raise self.error(node, "a truth value is wanted")
 
     # --- names and constants -------------------------------------------------------------------------------
@@ -202,18 +233,20 @@ class Expressions:
             return self.folded(PYTHON[op], [a.value, b.value], node)
         kinds = [widen(a.type), widen(b.type)]
         if op in COMPARISONS:
-            common = unify(*kinds)
-            return Operation(BOOL, op, [self.convert(a, common), self.convert(b, common)])  # type: ignore[arg-type]
+            common: Any = unify(*kinds)
+            common = BOOL if common == MASK else common
+            kind: Type = MASK if common == LANES else BOOL
+            return Operation(kind, op, [self.convert(a, common), self.convert(b, common)])
         if op in ("|", "&", "^", "<<", ">>"):
-            if FLOAT in kinds:
+            if FLOAT in kinds or LANES in kinds:
                 raise self.error(node, f"{op} is for integers")
-            kind: Type = BOOL if kinds == [BOOL, BOOL] else INT
+            kind = BOOL if kinds == [BOOL, BOOL] else INT
             return Operation(kind, op, [self.convert(a, kind), self.convert(b, kind)])
-        if op in ("//", "%") and FLOAT in kinds:
+        if op in ("//", "%") and (FLOAT in kinds or LANES in kinds):
             raise self.error(node, f"{op} is for integers; write int(..)")
         if op == "**":
             return self.power(a, b, node)
-        kind = FLOAT if op == "/" or FLOAT in kinds else INT
+        kind = LANES if LANES in kinds else FLOAT if op == "/" or FLOAT in kinds else INT
         return Operation(kind, op, [self.convert(a, kind), self.convert(b, kind)])
 
     def power(self, a, b, node) -> Any:
@@ -250,14 +283,14 @@ class Expressions:
             test = self.test(node.operand)
             if isinstance(test, Constant):
                 return Constant(Known(not test.value), not test.value)
-            return Operation(BOOL, "not", [test])
+            return Operation(test.type, "not", [test])
         value = self.expression(node.operand)
         if not is_number(value.type):
             raise self.error(node, "a sign is for numbers")
         if isinstance(node.op, ast.USub):
             if isinstance(value, Constant):
                 return Constant(Known(-value.value), -value.value)
-            kind = widen(value.type) if widen(value.type) != BOOL else INT
+            kind = widen(value.type) if widen(value.type) not in (BOOL, MASK) else INT
             return Operation(kind, "neg", [self.convert(value, kind)])
         raise self.error(node, refused(type(node.op).__name__))
 
@@ -284,12 +317,20 @@ class Expressions:
         for test in tests:
             if isinstance(test, Constant):
                 if bool(test.value) == (op == "or"):
-                    return test if not left else Operation(BOOL, op, [*left, Constant(BOOL, bool(test.value))])
+                    if not left:
+                        return test
+                    left.append(Constant(BOOL, bool(test.value)))
+                    break
                 continue
             left.append(test)
         if not left:
             return Constant(Known(op == "and"), op == "and")
-        return left[0] if len(left) == 1 else Operation(BOOL, op, left)
+        if all(test.type == BOOL for test in left):
+            return left[0] if len(left) == 1 else Operation(BOOL, op, left)
+        joint = self.convert(left[0], MASK)
+        for test in left[1:]:
+            joint = Operation(MASK, op, [joint, self.convert(test, MASK)])
+        return joint
 
     def test(self, node) -> Any:
         """Return what a test says; numbers count as true unless they are zero."""
@@ -300,7 +341,7 @@ class Expressions:
     def operand(self, node) -> Any:
         """Return an operand of ``and`` or ``or`` whose result is used: Python gives the operand itself."""
         value = self.expression(node)
-        if widen(value.type) != BOOL:
+        if widen(value.type) not in (BOOL, MASK):
             raise self.error(node, "`and` and `or` give back an operand: compare it, so that it is a truth value")
         return value
 
@@ -352,6 +393,11 @@ class Expressions:
         kind = loose(unify(widen(a.type), widen(b.type)))
         if kind is None:
             raise self.error(node, f"one way gives a {describe(a.type)}, the other a {describe(b.type)}")
+        if test.type == MASK and kind in (FLOAT, LANES, MASK, BOOL) and are_short(before_a, before_b):
+            self.block += before_a + before_b
+            kind = LANES if kind in (FLOAT, LANES) else MASK
+            return Operation(kind, "select", [test, self.convert(a, kind), self.convert(b, kind)])
+        test = self.convert(test, BOOL)
         if not before_a and not before_b and is_number(kind):
             return Operation(kind, "select", [test, self.convert(a, kind), self.convert(b, kind)])
         name = self.fresh(kind)
@@ -505,7 +551,10 @@ class Expressions:
         if known is views.matrix:
             return self.fold(args[0], args[1:], node)
         if known is views.fetch:
+            self.block.append(Fetch(args[0], self.number(args[1], INT, node)))
             return Constant(NOTHING, None)
+        if known in simd.WORDS:
+            return self.of_lanes(known, args, node)
         if isinstance(known, type) and hasattr(known, "_fields"):
             if len(args) != len(known._fields):
                 raise self.error(node, f"a {known.__name__} has {len(known._fields)} fields")
@@ -571,6 +620,8 @@ class Expressions:
             return self.truth(value, node)
         if known is abs:
             return Operation(kind, "abs", [value])
+        if kind == LANES:
+            return Operation(LANES, "trunc", [value]) if known is int else value
         return self.convert(value, INT if known is int else FLOAT)
 
     def mathematics(self, known, args, node) -> Any:
@@ -580,8 +631,30 @@ class Expressions:
             raise self.error(node, f"math.{name} takes {len(kinds)} arguments here")
         if all(isinstance(a, Constant) for a in args) and name in ("sqrt", "isfinite", "isnan", "copysign", "ldexp"):
             return self.folded(known, [a.value for a in args], node)
+        if any(widen(a.type) == LANES for a in args):
+            if name not in ON_LANES:
+                raise self.error(node, f"math.{name} is not for lanes")
+            kinds = (LANES,) * len(kinds)
+            result = WIDE[result] if is_number(result) else Several((LANES, LANES))
         value = Operation(result, name, [self.convert(a, k) for a, k in zip(args, kinds)])
         return self.keep(value) if isinstance(result, Several) else value
+
+    def of_lanes(self, word, args, node) -> Any:
+        """The words of `simd`."""
+        name = word.__name__
+        if word is simd.interleave:
+            return Operation(View(1, LANES), name, args)
+        if word is simd.gather:
+            return Operation(LANES, name, [args[0], args[1], self.number(args[2], INT, node)])
+        if word is simd.disagreements:
+            return self.keep(Operation(INT, name, []))
+        return Operation(BOOL, name, [self.convert(args[0], LANES)])
+
+
+def are_short(*ways) -> bool:
+    """Say whether both ways may be gone, whatever the test: they call nothing that writes, and are a few statements."""
+    found = [one for way in ways for one in way]
+    return len(found) <= SHORT and not has_effects(found) and all(isinstance(one, Let) for one in found)
 
 
 def _is_path(value) -> bool:

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from .types import FLOAT, INT
+from . import prelude_lanes
+from .types import FLOAT, INT, LANES, Several
 
 HEAD = """\
 /* Written by driftwise from its kernels: do not edit. No header, no library, no memory of its own. */
@@ -26,14 +27,18 @@ NEEDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 OPERATIONS: dict[str, Any] = {
-    "max": {FLOAT: "dw_max", INT: "dw_maxi"}, "min": {FLOAT: "dw_min", INT: "dw_mini"},
-    "abs": {FLOAT: "dw_abs", INT: "dw_absi"}, "//": {FLOAT: "dw_divf", INT: "dw_div"},
+    "max": {FLOAT: "dw_max", INT: "dw_maxi", LANES: "dw_maxl"},
+    "min": {FLOAT: "dw_min", INT: "dw_mini", LANES: "dw_minl"},
+    "abs": {FLOAT: "dw_abs", INT: "dw_absi", LANES: "dw_absl"}, "//": {FLOAT: "dw_divf", INT: "dw_div"},
     "%": {FLOAT: "dw_modf", INT: "dw_mod"}, "sqrt": "dw_sqrt", "isfinite": "dw_finite", "isnan": "dw_isnan",
     "copysign": "dw_copysign", "ldexp": "dw_ldexp", "frexp": "dw_frexp", "power": "dw_power", "strided": "dw_strided",
     "floor": "dw_floor",
+    "select": "dw_select", "spread": "dw_spread", "mask": "dw_mask", "trunc": "dw_trunc", "agree": "dw_agree",
+    "interleave": "dw_interleave", "finite": "dw_clean", "gather": "dw_gather", "disagreements": "dw_odd",
 }  # fmt: skip
 
-AFTER_TYPES = ("dw_frexp",)
+COMPARISONS = {"<": "dw_lt", "<=": "dw_le", ">": "dw_gt", ">=": "dw_ge", "==": "dw_eq", "!=": "dw_ne"}  # of lanes
+AFTER_TYPES = {"dw_frexp": Several((FLOAT, INT)), "dw_frexpl": Several((LANES, LANES))}
 
 _VIEW = {"V1": ("F", "n"), "V2": ("F", "n, m"), "V3": ("F", "n, m, k"), "V1i": ("I", "n"), "V2i": ("I", "n, m"),
          "S1": ("F", "n, s")}  # fmt: skip
@@ -65,6 +70,12 @@ TEXTS: dict[str, str] = {
 #endif""",
     "dw_at": "#define dw_at(i, n) (i)",
     **{name: f"typedef struct {{\n    {kind} *p;\n    I {sizes};\n}} {name};" for name, (kind, sizes) in _VIEW.items()},
+    "dw_fetch": """\
+#if defined(__GNUC__) || defined(__clang__)
+#define dw_fetch(place) __builtin_prefetch(place)
+#else
+#define dw_fetch(place) ((void)0)
+#endif""",
     "dw_bits": """\
 static DW_INLINE F dw_bits(U bits)
 {
@@ -250,3 +261,12 @@ for _of in (1, 2, 3):
                 "}",
             ]
         )
+
+TEXTS |= prelude_lanes.TYPES
+NEEDS |= prelude_lanes.NEEDS
+for _name in ("V1", "V2", "V3", "S1", *(name for name in TEXTS if name.startswith(prelude_lanes.OF_VIEWS))):
+    if not _name.endswith("i"):
+        TEXTS[f"{_name}l"] = prelude_lanes.widened(TEXTS[_name])
+        _needs = (prelude_lanes.widened(need) for need in NEEDS.get(_name, ()))
+        NEEDS[f"{_name}l"] = "L", *_needs
+TEXTS |= prelude_lanes.TEXTS

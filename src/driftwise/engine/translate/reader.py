@@ -6,8 +6,8 @@ import ast
 from collections.abc import Callable
 from typing import Any
 
-from .bodies import has_effects, is_left, prune, scope_of, source_of
-from .expressions import Expressions
+from .bodies import has_effects, is_left, negated, prune, scope_of, source_of
+from .expressions import SHORT, Expressions
 from .refusal import Refusal, refused
 from .tree import (
     Call,
@@ -28,7 +28,7 @@ from .tree import (
     statements,
     walk,
 )
-from .types import BOOL, INT, NOTHING, Known, Several, Struct, Type, View, describe, is_number, unify
+from .types import BOOL, INT, LANES, MASK, NOTHING, Known, Several, Struct, Type, View, describe, is_number, unify
 
 
 class Reader(Expressions):
@@ -39,7 +39,7 @@ class Reader(Expressions):
         self.node, self.file, self.first, self.assigned = source_of(function)
         self.current: Any = self.node
         self.scope = scope_of(function)
-        self.is_own = (function.__module__ or "").startswith("driftwise.")
+        self.is_own = (function.__module__ or "driftwise.").startswith("driftwise.")  # or written by `dispatch`
         self.variables: dict[str, Type] = {}
         self.result: Type | None = None
         parameters = self.node.args
@@ -275,8 +275,41 @@ class Reader(Expressions):
             return self.statements_of(node.body if test.value else node.orelse)
         then, one = self.inner(node.body)
         other, two = self.inner(node.orelse)
-        self.block.append(If(test, then, other))
+        if test.type == MASK and self.is_choice(then) and self.is_choice(other):
+            self.choose(test, then, other)
+            return False
+        self.block.append(If(self.convert(test, BOOL), then, other))
         return one and two
+
+    def is_choice(self, way: list[Any]) -> bool:
+        """Say whether a way only gives numbers to variables and places: then lanes need not agree to go it."""
+        return len(way) <= SHORT and all(
+            s.view.type.element == LANES if isinstance(s, Store) else isinstance(s, Let) and self.is_pure(s)
+            for s in way
+        )
+
+    def is_pure(self, one: Let) -> bool:
+        """Say whether a variable of lanes, or one of this way alone, gets a value and nothing else happens."""
+        if isinstance(one.value, Call) and (one.value.function.has_effects or one.value.function.is_rare):
+            return False
+        return one.name[0] == "_" or self.variables[one.name] in (LANES, MASK)
+
+    def choose(self, test, then: list[Any], other: list[Any]) -> None:
+        """Write both ways, each lane keeping what the one it takes has given it."""
+        test = self.keep(test)
+        for way, wanted in ((then, test), (other, negated(test))):
+            wanted = self.keep(wanted) if way else wanted
+            for one in way:
+                if isinstance(one, Store):
+                    old: Any = Load(LANES, one.view, one.indices)
+                    self.block.append(
+                        Store(one.view, one.indices, Operation(LANES, "select", [wanted, one.value, old]))
+                    )
+                elif one.name[0] == "_":
+                    self.block.append(one)
+                else:
+                    old = Name(self.variables[one.name], one.name)
+                    self.block.append(Let(one.name, Operation(old.type, "select", [wanted, one.value, old])))
 
     def read_While(self, node) -> bool:
         """``while``."""
@@ -285,6 +318,7 @@ class Reader(Expressions):
         outer, self.block = self.block, []
         test = self.test(node.test)
         is_endless = isinstance(test, Constant) and bool(test.value)
+        test = self.convert(test, BOOL)
         if not is_endless:
             self.block.append(If(Operation(BOOL, "not", [test]), [Leave("break")], []))
         self.statements_of(node.body)

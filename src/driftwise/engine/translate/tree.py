@@ -134,6 +134,14 @@ class Store:
 
 
 @dataclass
+class Fetch:
+    """Bring a row of a table into the processor's cache; changes nothing."""
+
+    view: Any
+    index: Any
+
+
+@dataclass
 class Do:
     """A call for what it does."""
 
@@ -236,5 +244,5 @@ PARTS: dict[type, tuple[str, ...]] = {
     Constant: (), Name: (), Operation: ("args",), Load: ("view", "indices"), Cut: ("view", "indices", "stretch"),
     Column: ("view", "index"), Fold: ("view", "shape"), Extent: ("view",), Part: ("value",), Make: ("parts",),
     Look: ("index",), Call: ("args",), Let: ("value",), Store: ("view", "indices", "value"), Do: ("call",),
-    For: ("start", "stop"), Loop: (), If: ("test",), Return: ("value",), Leave: (),
+    Fetch: ("view", "index"), For: ("start", "stop"), Loop: (), If: ("test",), Return: ("value",), Leave: (),
 }  # fmt: skip

@@ -10,13 +10,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Scalar:
-    """One number: a float, an integer or a truth value."""
+    """One number: a float, an integer or a truth value; of lanes, one of each series."""
 
     name: str
     rank: int  # what two of them become when they meet
 
 
-BOOL, INT, FLOAT = Scalar("bool", 0), Scalar("int", 1), Scalar("float", 2)
+BOOL, INT, FLOAT = Scalar("bool", 0), Scalar("int", 2), Scalar("float", 3)
+MASK, LANES = Scalar("mask", 1), Scalar("lanes", 4)  # truth values and floats of several series, side by side
 
 
 @dataclass(frozen=True)
