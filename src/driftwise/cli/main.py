@@ -11,6 +11,7 @@ import typer
 from driftwise.cli.compare import CompareJob
 from driftwise.cli.demo import DemoJob, SimulateJob
 from driftwise.cli.demo_fleet import FleetSimulateJob
+from driftwise.cli.export import ExportJob
 from driftwise.cli.fleet import FleetRunJob, FleetShowJob
 from driftwise.cli.job import add_command
 from driftwise.cli.run import RunJob
@@ -73,7 +74,8 @@ def warm() -> None:
 
 def _add_commands() -> None:
     """Add the jobs, and the commands that other distributions bring, under the entry points ``driftwise.commands``."""
-    for name, job in dict(run=RunJob, compare=CompareJob, track=TrackJob, simulate=SimulateJob, demo=DemoJob).items():
+    jobs = dict(run=RunJob, compare=CompareJob, track=TrackJob, export=ExportJob, simulate=SimulateJob, demo=DemoJob)
+    for name, job in jobs.items():
         add_command(app, name, job)
     for name, job in dict(run=FleetRunJob, show=FleetShowJob, simulate=FleetSimulateJob).items():
         add_command(fleet, name, job)

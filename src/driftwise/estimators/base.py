@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..engine.errors import InputError
 from ..engine.layout import Layout
 from ..engine.portable import Portable
 from ..models.canonical import power_of_two
+from ..results import verbs
 from ..results.parameter_trace import ParameterTrace
 from ..results.snapshot import register
 from ..results.trace import width
@@ -247,6 +249,38 @@ class Estimator(Answers, Portable):
             "ahead = est.scan(np.full(h, np.nan), u, state=state), and read ahead.prediction and ahead.variance "
             "(several outputs: np.full((h, p), np.nan))"
         )
+
+    def export(
+        self,
+        folder,
+        state=None,
+        *,
+        language: str = "c",
+        name: str = "driftwise",
+        precision: str = "double",
+        keep: str = "std",
+    ) -> list[Path]:
+        """Write the estimator as C for a controller, with a test and a README; return where the files are.
+
+        Parameters
+        ----------
+        folder : where to put NAME.c, NAME.h, test_NAME.c and README.md; made if it is not there
+        state : state to begin with, as a run left it; a fresh one if omitted
+        language : "c" (C99, which is C++ too); "st": Structured Text of IEC 61131-3 (NAME.st), for ARX, AR, Regression
+            and Joint with `Constant`, `ExponentialForgetting`, `RandomWalk` or `RestartOnChange`
+        name : what files, functions and types begin with
+        precision : "double", the same bits as here; or "single", refused where it was not shown to be sound
+        keep : "means" or "std": whether each update works out standard deviations of the estimates too
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+        >>> est = dw.ARX(1, 1, memory=dw.ExponentialForgetting(0.99))
+        >>> files = est.export("pump", est.scan(y, u).state, name="pump")  # doctest: +SKIP
+        """
+        options: dict[str, Any] = dict(language=language, name=name, precision=precision, keep=keep)
+        return verbs.call("export", self, folder, state, **options)
 
     @cached_property
     def drive(self):

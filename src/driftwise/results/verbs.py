@@ -1,4 +1,4 @@
-"""Verbs of a result that stand on a higher floor: drawing, reporting, diagnosing; loaded when called."""
+"""Verbs of a result, or an estimator, that stand on a higher floor: drawing, reporting, diagnosing; loaded when called."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ VERBS: dict[str, dict[str, str]] = {  # verb, kind of result: module and functio
         "ObserverTrace": "analysis.diagnose:of_observer",
     },
     "what_changed": {"ParameterTrace": "analysis.score_after_jump:what_changed"},
+    "export": {"Estimator": "export.folder:export"},
     "write": {"Tracks": "tracking.write:write"},
 }
 

@@ -183,6 +183,8 @@ class Printer:
                 yield f"{self.value(one.value)};"
             return
         name = local(one.name)
+        if isinstance(one.value, Name) and one.value.name == one.name:
+            return
         if id(one) in self.places.here:
             yield f"{self.type(kind)} {name} = {self.value(one.value)};"
         else:

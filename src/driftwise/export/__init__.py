@@ -1,0 +1,1 @@
+"""Estimators as C for controllers: `est.export("folder")`, ``driftwise export``."""
