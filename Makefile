@@ -6,7 +6,10 @@ ALONE := $(VENV)/.alone
 STAMP := $(VENV)/.ready
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: run test test-all check format bench score docs clean
+# What `make test-services` needs, as Debian calls it: compilers and machines for controllers, a MISRA checker.
+SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck
+
+.PHONY: run test test-all test-services services check format bench score docs clean
 
 $(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -23,10 +26,16 @@ run: $(ALONE)  ## estimate the embedded flight, print a table, write a report
 	@$(BIN)/driftwise demo --report out/flight.html
 
 test: $(STAMP)  ## the tests, a few minutes
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -m "not slow and not service" -n 2 --dist loadfile --no-loadscope-reorder
 
-test-all: $(STAMP)  ## the tests and the slow statistics
+test-all: $(STAMP)  ## the tests, the slow statistics, and what is tried with programs that are installed apart
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+services:  ## install those programs (Debian, as root)
+	apt-get install -y --no-install-recommends $(SERVICES)
+
+test-services: $(STAMP)  ## controllers in QEMU; what is not installed is skipped, loudly
+	$(BIN)/python -m pytest -m service -s
 
 check: $(STAMP)  ## format, lint, types, import floors; every loop translates
 	$(BIN)/ruff format --check .

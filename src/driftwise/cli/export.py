@@ -19,8 +19,8 @@ from driftwise.engine.errors import CommandError, InputError
 class ExportJob(Job):
     """Write an estimator as C for a controller: one .c, one .h, a test with expected bits, and what it takes.
 
-    Nothing is allocated or printed, and no library is needed. Where GCC for Arm and QEMU are installed, the README tells
-    code, stack and instructions on two controllers.
+    Nothing is allocated or printed, and no library is needed. Where GCC for Arm and QEMU are installed, the README
+    tells code, stack and instructions on two controllers.
 
     Example: driftwise export arx:2,2@restart -i heater --out firmware --name pump
     """

@@ -63,7 +63,8 @@ def test(source: Any, samples, expected) -> str:
     digits = 8 if source.is_single else 16
 
     def table(numbers) -> str:
-        rows = (", ".join(f"0x{word:0{digits}x}{suffix}" for word in row) for row in words(numbers, source.is_single))
+        many = (words(row, source.is_single) for row in numbers)
+        rows = (", ".join(f"0x{word:0{digits}x}{suffix}" for word in row) for row in many)
         return ",\n".join(f"    {{{row}}}" for row in rows)
 
     return TEST.format(

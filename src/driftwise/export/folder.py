@@ -95,7 +95,7 @@ def source_of(est: Any, state, name: str, keep: str = "std", is_single: bool = F
     est._rows(state)
     if is_single and compiler() is None:
         raise InputError(
-            "exporting in single precision needs a C compiler here (gcc or clang): its errors are measured, not promised"
+            "single precision needs a C compiler here (gcc or clang): its errors are measured, not promised"
         )
     try:
         return Source(est, state, name, keep, is_single)

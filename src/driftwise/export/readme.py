@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -107,15 +106,15 @@ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm`). With another compil
 `-fstack-usage` or a painted stack for the stack, and the cycle counter of your controller around an update."""
 
 MEASURED = """\
-Built by GCC with `-std=c99 -O2 -fno-math-errno`; constants count as code. The stack is that of an update and all it calls
-(GCC's graph of calls), without the compiler's own library of soft floating point. Instructions are QEMU's, mean and
-largest of {samples} samples with gaps and outliers: not cycles."""
+Built by GCC with `-std=c99 -O2 -fno-math-errno`; constants count as code. The stack is that of an update and all it
+calls (GCC's graph of calls), without the compiler's own library of soft floating point. Instructions are QEMU's, mean
+and largest of {samples} samples with gaps and outliers: not cycles."""
 
 README = """\
 # {name}
 
-`{what}`, {begun}, exported by driftwise: `{name}.c` and `{name}.h`. Nothing is allocated, nothing is printed, no variable
-but constants lives outside `struct {name}_state`; several may run side by side, and a copy is a snapshot.
+`{what}`, {begun}, exported by driftwise: `{name}.c` and `{name}.h`. Nothing is allocated, nothing is printed, no
+variable but constants lives outside `struct {name}_state`; several may run side by side, and a copy is a snapshot.
 
 ```c
 #include "{name}.h"
@@ -129,14 +128,16 @@ if (status & {upper}_JUMP) {{ .. }}
 {number} expected = {name}_prediction(&state), its_variance = {name}_variance(&state);
 ```
 
-To ask for (by number, `{name}.h` has names): {estimates}. Deviations are one standard deviation{std}; 95 % bands are twice that
-where the noise is known or many samples are behind it. What is expected of the *next* sample: copy the state, update the
-copy with y = NaN, and ask it.
+To ask for (by number, `{name}.h` has names): {estimates}. Deviations are one standard deviation{std}; 95 % bands are
+twice that where the noise is known or many samples are behind it. What is expected of the *next* sample: copy the
+state, update the copy with y = NaN, and ask it. y and u are those that the estimator was tried on: a mean that was
+subtracted there is subtracted here.
 
-Compile with `-std=c99` (or `-ffp-contract=off`): a product fused with a sum has other last bits. The only function that
-is not here is a square root, where the processor has none (`-lm`). `test_{name}.c` holds recorded samples and the bits that
-must come out: `cc -std=c99 -O2 test_{name}.c {name}.c -lm && ./a.out` says OK, on your controller too. In a sketch for
-Arduino put all but the test beside it and include `{name}.h`.
+Compile with `-std=c99` (or `-ffp-contract=off`), and without `-ffast-math`: a product fused with a sum has other last
+bits. No function is needed but a square root where the processor has none (`-lm`), and what compilers call by
+themselves (`memcpy`, `memset`). `test_{name}.c` holds recorded samples and the bits that must come out:
+`cc -std=c99 -O2 test_{name}.c {name}.c -lm && ./a.out` says OK, on your controller too. In a sketch for Arduino put
+all but the test beside it and include `{name}.h`.
 
 ## What it takes
 

@@ -29,11 +29,11 @@ SETTINGS = {  # of policies: how small each may be
     "floor": 1e-6,  # relative error that every y carries
     "least": 1e-30,  # variance that counts as none
 }
-# Policies whose errors against double precision were measured (docs/export.md): below 1e-3 of a standard deviation.
+# Policies whose errors against double precision were measured: below 1e-3 of a standard deviation.
 KINDS = set(
-    "Lags Polynomials Form LeastSquares White KnownScale InverseGamma Always InnovationGate Silent VarianceSums TwoSums "
-    "Windowed Constant RandomWalk ExponentialForgettingKernel VariableForgettingKernel DirectionalForgettingKernel "
-    "CovarianceInflationKernel GainResetKernel".split()
+    "Lags Polynomials Form LeastSquares White KnownScale InverseGamma Always InnovationGate Silent VarianceSums "
+    "TwoSums Windowed Constant RandomWalk ExponentialForgettingKernel VariableForgettingKernel "
+    "DirectionalForgettingKernel CovarianceInflationKernel GainResetKernel".split()
 )
 
 

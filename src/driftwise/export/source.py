@@ -80,7 +80,11 @@ class Source:
                 if end > begin and first + shift + end <= C:
                     place = f"state->out[{first + shift + begin} + i]"
                     known = f"(i >= 0 && i < {end - begin}) ? {place} : DW_NAN"
-                    yield f"{text} {what}", f"{number} {name}_{word}{suffix}({state}, int32_t i)", f"    return {known};"
+                    yield (
+                        f"{text} {what}",
+                        f"{number} {name}_{word}{suffix}({state}, int32_t i)",
+                        f"    return {known};",
+                    )
 
     # --- the files -----------------------------------------------------------------------------------------
 
@@ -101,9 +105,10 @@ class Source:
         ]
         calls = [f"{head}; /* {comment(text)} */" for text, head, _ in self.functions()]
         return HEADER.format(
-            name=name, upper=upper, what=comment(repr(est)), inputs=self.inputs, outputs=self.outputs, number=self.number,
-            row=self.start.size, columns=self.columns, scratch=self.scratch, arguments=self.arguments,
-            bits="\n".join(bits), named="\n".join(named), calls="\n".join(calls), places="\n".join(places),
+            name=name, upper=upper, what=comment(repr(est)), inputs=self.inputs, outputs=self.outputs,
+            number=self.number, row=self.start.size, columns=self.columns, scratch=self.scratch,
+            arguments=self.arguments, bits="\n".join(bits), named="\n".join(named), calls="\n".join(calls),
+            places="\n".join(places),
         )  # fmt: skip
 
     def _places(self) -> dict[str, slice]:
@@ -137,7 +142,9 @@ class Source:
         if "u" not in given:
             lines = [line for line in lines if not line.startswith((f"{F} us[", "us["))]
         begin, table = self.printer.numbers(self.start), self.printer.numbers(self.settings)
-        settings = f"static const F {name}_settings[{len(self.settings)}] = {{\n{table}\n}};\n" if len(self.settings) else ""
+        settings = (
+            f"static const F {name}_settings[{len(self.settings)}] = {{\n{table}\n}};\n" if len(self.settings) else ""
+        )
         calls = [f"{head}\n{{\n{body}\n}}" for _, head, body in self.functions()]
         self.printer.need("DW_NAN")
         return SOURCE.format(

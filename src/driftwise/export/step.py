@@ -34,8 +34,9 @@ def settled(policies) -> tuple[dict[str, Any], list[str], np.ndarray]:
     A number is a constant of the code, so that sizes, branches and what follows from settings are worked out here; a
     vector is a stretch of a constant table.
     """
-    names: dict[str, Any] = {"open_row": open_row, "open_scratch": open_scratch, "advance": advance}
-    lines, table = [], []
+    names: dict[str, Any] = dict(__name__=__name__, open_row=open_row, open_scratch=open_scratch, advance=advance)
+    lines: list[str] = []
+    table: list[float] = []
     for i, policy in enumerate(policies):
         kind, fields = type(policy), []
         names[f"kind_{i}"] = kind

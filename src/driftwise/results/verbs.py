@@ -1,4 +1,4 @@
-"""Verbs of a result, or an estimator, that stand on a higher floor: drawing, reporting, diagnosing; loaded when called."""
+"""Verbs of results and estimators that stand on a higher floor: drawing, reporting, diagnosing; loaded when called."""
 
 from __future__ import annotations
 
