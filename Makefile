@@ -58,5 +58,7 @@ docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py
 	$(BIN)/python -m pytest tests/test_docs.py
 
+SERVICES += gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user mingw-w64 wine clang strace  # ARM, Windows, macOS
+
 clean:
 	rm -rf $(VENV) out site build dist

@@ -183,3 +183,18 @@ def test_eight_side_by_side_give_the_same_bits(name, missing):
         assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other))
         assert bits(fleets[0].states) == bits(fleets[1].states)
     assert fleets[1].crew.is_wide and not fleets[0].crew.is_wide
+
+
+def test_a_brief_fleet_takes_the_loop_of_one_series_until_its_own_is_there(monkeypatch):
+    """Seconds of compilation are not spent on few samples; the numbers are the same, mixed or sorted."""
+    monkeypatch.delenv("DRIFTWISE_ENGINE", raising=False)
+    y, u = dw.simulate([-0.8], [1.0], samples=600, noise_std=0.1, missing=0.1, seed=2)
+    at = np.random.default_rng(0).integers(0, 5, 600)
+    found = []
+    for is_there in (True, False):
+        monkeypatch.setattr(crews.compile, "has_crew", lambda *args, is_there=is_there: is_there)
+        for keys in (at, np.sort(at)):
+            fleet = dw.Fleet(dw.ARX(1, 1, memory=dw.RestartOnChange()))
+            found.append(np.stack(fleet.scan(keys, y, u)))
+            assert fleet.crew.is_brief(600, 5, 4) != is_there
+    assert np.array_equal(found[0], found[2], equal_nan=True) and np.array_equal(found[1], found[3], equal_nan=True)

@@ -72,6 +72,9 @@ def driver(*kinds: type) -> Callable:
     return _load(loops.make_driver, (kinds,), kinds, (2, 3, 3, 3, 1, 1))
 
 
+CREW = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1)  # dimensions of what the loop of a fleet takes
+
+
 @functools.cache
 def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> Callable:
     """Return the compiled ``go(rows, members, starts, order, ys, us, outs, specs, group, scratch)`` of a fleet.
@@ -82,8 +85,14 @@ def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, .
     of the form, ``shapes`` is (W, p, k, C, Q, size of the scratch). Loops of known length are unrolled: half the time
     of `driver`, the same bits.
     """
-    dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1)
-    return _load(loops.make_crew, (kinds, sizes, shapes), kinds, dimensions)
+    return _load(loops.make_crew, (kinds, sizes, shapes), kinds, CREW)
+
+
+def has_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> bool:
+    """Say whether that loop is there, or costs nothing; else a fleet of few samples does without."""
+    if os.environ.get("DRIFTWISE_ENGINE", "c") != "c":
+        return True
+    return objects.is_there(_key(loops.make_crew, fingerprint(kinds), (kinds, sizes, shapes), CREW))
 
 
 def sizes(policy) -> tuple[float, ...]:
@@ -154,13 +163,16 @@ def _engine() -> str:
 
 def _object(make, sizes, kinds, dimensions, loop, native: bool = False) -> Callable | None:
     """Return a loop by way of C, or None where nothing compiles it."""
-    what = loop or make
-    told = repr((what.__qualname__, fingerprint(kinds), [_spelt(size) for size in sizes], dimensions))
-    told += "" if loop is None else _text(loop)
-    key = f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
+    key = _key(loop or make, fingerprint(kinds), sizes, dimensions, "" if loop is None else _text(loop))
     python = make(*sizes, 0)
     reads = [name in loops.READ for name in python.__code__.co_varnames[: len(dimensions)]]
     return objects.load(key, lambda: translated(python, dimensions), dimensions, reads, native)
+
+
+def _key(what: Callable, version: int, sizes, dimensions, text: str = "") -> str:
+    """Return the name of an object: what it was made of."""
+    told = repr((what.__qualname__, version, [_spelt(size) for size in sizes], dimensions)) + text
+    return f"{what.__name__.removeprefix('make_')}-{hashlib.sha256(told.encode()).hexdigest()[:24]}"
 
 
 def translated(loop: Callable, dimensions, checked: bool = False) -> str:

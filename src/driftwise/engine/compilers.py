@@ -21,6 +21,49 @@ _CLANG = ("-fno-vectorize", "-fno-slp-vectorize")
 _NATIVE = ("-march=native", "-O3", "-fno-trapping-math", "-Wno-psabi")  # nobody looks at the flags of exceptions
 _SHARED = {"darwin": ("-dynamiclib", "-undefined", "dynamic_lookup"), "win32": ("-shared",)}
 
+# Compilers write calls of these by themselves, and nothing shall be asked of a C library.
+MEMORY = """
+#if defined(__GNUC__) || defined(__clang__) || defined(__TINYC__)
+#if defined(__clang__)
+#define DW_MEMORY __attribute__((visibility("hidden"), used, no_builtin))
+#else
+#define DW_MEMORY __attribute__((visibility("hidden"), used))
+#endif
+typedef unsigned long long __attribute__((may_alias, aligned(1))) dw_eight;
+
+DW_MEMORY void *memset(void *to, int value, __SIZE_TYPE__ n)
+{
+    unsigned char *t = to;
+    unsigned long long filled = (unsigned char)value * 0x0101010101010101ull;
+    for (; n >= 8; n -= 8, t += 8)
+        *(dw_eight *)t = filled;
+    while (n--)
+        *t++ = (unsigned char)value;
+    return to;
+}
+
+DW_MEMORY void *memmove(void *to, const void *from, __SIZE_TYPE__ n)
+{
+    unsigned char *t = to;
+    const unsigned char *f = from;
+    if (t <= f) {
+        for (; n >= 8; n -= 8, t += 8, f += 8)
+            *(dw_eight *)t = *(const dw_eight *)f;
+        while (n--)
+            *t++ = *f++;
+    } else {
+        for (; n >= 8; n -= 8)
+            *(dw_eight *)(t + n - 8) = *(const dw_eight *)(f + n - 8);
+        while (n--)
+            t[n] = f[n];
+    }
+    return to;
+}
+
+DW_MEMORY void *memcpy(void *to, const void *from, __SIZE_TYPE__ n) { return memmove(to, from, n); }
+#endif
+"""
+
 
 class Compiler(NamedTuple):
     """A command that makes a shared object of a C file."""

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 from . import finish
 from .caller import SOURCE, Caller, Loop
-from .compilers import Compiler, compilers
+from .compilers import MEMORY, Compiler, compilers
 from .folders import STOCK, folder, machine, processor, prune, touch
 
 PATIENCE = 300.0  # seconds that another process may take to compile the same
@@ -70,11 +70,16 @@ def load(key: str, text: Callable[[], str], dimensions, reads=(), native: bool =
         return function
 
 
+def is_there(key: str) -> bool:
+    """Say whether a loop with this key was compiled before."""
+    return any(next(place.glob(f"{key}-{machine()}.*.so"), None) for place in (STOCK, folder()))
+
+
 @cache
 def _caller() -> Caller | None:
     """Return what calls loops."""
     text = SOURCE.read_text()
-    key = f"caller-{hashlib.sha256(text.encode()).hexdigest()[:24]}-{machine()}"
+    key = f"caller-{hashlib.sha256((text + MEMORY).encode()).hexdigest()[:24]}-{machine()}"
     found = _find(key) or _make(key, lambda: text, False)
     return None if found is None else Caller(found[1])
 
@@ -149,7 +154,7 @@ def _compiled(compiler: Compiler, key: str, text: str, native: bool) -> tuple[Pa
 def _laid_out(workshop: Path, text: str) -> tuple[Path, Path]:
     """Return a source in a folder, always with the same name, and where its object goes."""
     source = workshop / "loop.c"
-    source.write_text(text, encoding="utf-8")
+    source.write_text(text + MEMORY, encoding="utf-8")
     return source, workshop / "loop.so"
 
 

@@ -14,8 +14,10 @@ from ..engine.errors import InputError
 from ..estimators.common.vectorizable import FIT
 from .grouping import group_samples, place
 
+FEW = 1_000_000  # samples up to which a loop of the fleet's own, seconds to compile once, is not worth having
 SMALL = 4096  # samples for which a second thread is not worth waking
 MANY = 5_000_000  # samples after which the lanes' loop, which takes seconds to compile once, is worth having
+LONG = 16  # samples of a series at a time that are worth a step of their own
 
 
 class Crew:
@@ -31,6 +33,7 @@ class Crew:
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
         self.columns = estimator.n_columns
         self.threads = threads or os.cpu_count() or 1
+        self._own: set[int] = set()  # columns that its own loops are known to be there for
         self._pool: ThreadPoolExecutor | None = None
 
     def shapes(self, columns: int) -> tuple[int, ...]:
@@ -48,6 +51,14 @@ class Crew:
         """Whether eight series at a time shall take the next samples."""
         return self.fits_lanes and (self.seen > MANY if self.lanes is None else self.lanes)
 
+    def is_brief(self, samples: int, members: int, columns: int) -> bool:
+        """Say whether the loop of one series shall do: stretches are long, and the fleet's own is not there."""
+        if self.seen > FEW or samples < LONG * members or columns in self._own:
+            return False
+        if compile.has_crew(self.kinds, self.sizes, self.shapes(columns)):
+            self._own.add(columns)
+        return columns not in self._own
+
     def fetch(self, rows) -> None:
         """Bring the rows here: they are."""
 
@@ -64,9 +75,13 @@ class Crew:
         at = np.ascontiguousarray(at, np.int64)
         members, starts, order, is_open = group_samples(at, len(rows))
         self.seen += len(at)
-        shapes = self.shapes(columns)
-        lanes = simd_fleet.lane_crew(self.kinds, self.sizes, shapes) if self.is_wide else None
-        loop = lanes or self.loop(columns)
+        shapes, lanes = self.shapes(columns), None
+        if self.is_wide:
+            lanes = simd_fleet.lane_crew(self.kinds, self.sizes, shapes)
+        if lanes is None and self.is_brief(len(at), len(members), columns):
+            loop = one_by_one(compile.driver(*self.kinds))
+        else:
+            loop = lanes or self.loop(columns)
         count = 1 if len(at) < SMALL else min(self.threads, len(members))
         cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
 
@@ -89,3 +104,16 @@ class Crew:
             for other in others:
                 other.result()
         return outs
+
+
+def one_by_one(drive):
+    """Return the loop of a fleet, made of the one of a series: the same bits."""
+
+    def go(rows, members, starts, order, ys, us, outs, specs, group, scratch):
+        for row, first, last in zip(members, starts, starts[1:]):
+            part = order[first:last] if order.size else slice(first, last)
+            told = np.empty((1, last - first, outs.shape[1]))
+            drive(rows[row : row + 1], ys[None, part], us[None, part], told, specs[group[row]], scratch)
+            outs[part] = told[0]
+
+    return go
