@@ -5,6 +5,8 @@ import pytest
 
 import driftwise as dw
 from driftwise.engine import compile
+from driftwise.engine.compilers import compilers
+from driftwise.engine.simd_fleet import turns
 from driftwise.fleet import crew as crews
 from driftwise.fleet.grouping import group_samples, stable_order
 
@@ -167,7 +169,10 @@ def test_samples_are_found_in_stable_order(count):
         assert np.array_equal(np.diff(starts), np.unique(at, return_counts=True)[1])
 
 
-@pytest.mark.slow
+needs_lanes = pytest.mark.skipif(all(c.is_quick for c in compilers()), reason="lanes need gcc or clang")
+
+
+@needs_lanes
 @pytest.mark.parametrize("name", ["joint3", "arx", "input"])
 @pytest.mark.parametrize("missing", [0.0, 0.002])
 def test_eight_side_by_side_give_the_same_bits(name, missing):
@@ -198,3 +203,29 @@ def test_a_brief_fleet_takes_the_loop_of_one_series_until_its_own_is_there(monke
             found.append(np.stack(fleet.scan(keys, y, u)))
             assert fleet.crew.is_brief(600, 5, 4) != is_there
     assert np.array_equal(found[0], found[2], equal_nan=True) and np.array_equal(found[1], found[3], equal_nan=True)
+
+
+@needs_lanes
+def test_lanes_that_disagree_give_the_same_bits():
+    estimator = dw.ARX(2, 2, gate=dw.InnovationGate(3.0))
+    rng, series, samples = np.random.default_rng(5), 16, 200
+    at = rng.permutation(np.repeat(np.arange(series), samples))  # mixed
+    y, u = rng.standard_normal((at.size, 1)), rng.standard_normal((at.size, 1))
+    y[rng.random(at.size) < 0.02] *= 1e3  # outliers: the gate says no to one lane of eight
+    y[at == 3] = 0.0  # known exactly: T = 0
+    y[(at == 9) & (np.arange(at.size) > at.size // 2)] += 50.0  # a jump
+    fleets = [dw.Fleet(estimator, range(series), threads=1, lanes=lanes) for lanes in (False, True)]
+    outs = [fleet.advance(at, y, u) for fleet in fleets]
+    assert fleets[1].crew.is_wide
+    assert outs[0].tobytes() == outs[1].tobytes()
+    assert bits(fleets[0].states) == bits(fleets[1].states)
+    rejected = (outs[0][:, 3].astype(int) & int(dw.Status.REJECTED)) != 0
+    assert 0 < rejected.sum() < at.size // 4
+
+
+def test_turns_put_series_of_as_many_samples_side_by_side():
+    members, starts = np.array([4, 5, 7, 9]), np.array([0, 3, 5, 8, 9])
+    group = np.zeros(10, np.int64)
+    assert turns(members, starts, group).tolist() == [3, 1, 0, 2]
+    group[5] = 1
+    assert turns(members, starts, group).tolist() == [3, 0, 2, 1]
