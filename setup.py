@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import Distribution, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 
@@ -50,14 +50,17 @@ class Build(build_py):
 class Wheel(bdist_wheel):
     """For this kind of machine, whatever its Python, if there are objects in it; else for all."""
 
-    def finalize_options(self):
-        super().finalize_options()
-        self.root_is_pure = False
-
     def get_tag(self):
         platform = super().get_tag()[2]
         has_objects = any(objects(self.get_finalized_command("build_py").build_lib).glob("*.so"))
         return "py3", "none", platform if has_objects else "any"
 
 
-setup(cmdclass={"build_py": Build, "bdist_wheel": Wheel})
+class Mixed(Distribution):
+    """Modules with machine code among them."""
+
+    def has_ext_modules(self):
+        return True
+
+
+setup(cmdclass={"build_py": Build, "bdist_wheel": Wheel}, distclass=Mixed)

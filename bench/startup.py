@@ -43,18 +43,18 @@ def verdicts() -> Iterator[Verdict]:
     with tempfile.TemporaryDirectory() as cache:
         first = [*python, "-c", FIRST]
         cold = _wall(first, 1, cache, warm=False)
-        yield at_most("first estimate ever, empty cache", cold, 10, "s", SOURCE)
+        yield at_most("first estimate ever, empty cache", cold, 3, "s", SOURCE)
         yield at_most("first estimate, warm cache", _wall(first, 5, cache), 0.6, "s", SOURCE)
         for name, code in OTHERS.items():
             command = [*python, "-c", START + code]
             cold = _wall(command, 1, cache, warm=False)
-            yield at_most(f"{name} ever", cold, 10, "s", SOURCE, "only Joint's own loop was compiled before")
+            yield at_most(f"{name} ever", cold, 3, "s", SOURCE, "only Joint's own loop was compiled before")
             yield at_most(f"{name}, warm cache", _wall(command, 5, cache), 0.6, "s", SOURCE)
 
 
 def _wall(command: list[str], times: int = 5, cache: str | None = None, warm: bool = True) -> float:
     """Return the median wall time of a command, run once before unless it is to be found cold."""
-    environment = {**os.environ, **({"NUMBA_CACHE_DIR": cache} if cache else {})}
+    environment = {**os.environ, **({"DRIFTWISE_CACHE": cache} if cache else {})}
 
     def run() -> float:
         start = time.perf_counter()

@@ -64,8 +64,8 @@ def record(folder: Path, most: int = 3) -> None:
 
     load = objects.load
 
-    def noted(key, text, dimensions, native=False):
-        run = load(key, text, dimensions, native)
+    def noted(key, text, dimensions, *more):
+        run = load(key, text, dimensions, *more)
         place = folder / f"{key.rsplit('-', 1)[0]}_{len(list(folder.glob('*.c')))}"
         place.with_suffix(".c").write_text(text() + MAIN)
         given, made = [], []

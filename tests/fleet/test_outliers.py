@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import driftwise as dw
 from driftwise.fleet.fleet_snapshot import census
@@ -211,3 +212,13 @@ def test_who_stands_still_is_rarely_said_to_drift_and_who_drifts_is_found():
     assert drifts[:50].sum() >= 43 and drifts[50:100].sum() >= 47, "a fifth, and half, of the noise each sample"
     jumps = (step.status.reshape(T, S)[:, 100:] & int(dw.Status.JUMP)) != 0
     assert jumps.sum() <= 11, "at most 1 in 100 000, of 540 000; 12 and more have a chance of 1 in 100"
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_false_discoveries_are_those_of_scipy(seed):
+    rng = np.random.default_rng(seed)
+    p = np.where(rng.random(300) < 0.1, rng.random(300) * 1e-3, rng.random(300)).round(3)  # with ties
+    p[rng.random(300) < 0.1] = np.nan
+    expected = np.zeros(300, bool)
+    expected[np.isfinite(p)] = stats.false_discovery_control(p[np.isfinite(p)]) <= 0.05
+    assert np.array_equal(discoveries(p, 0.05), expected) and expected.any()

@@ -69,10 +69,11 @@ def driver(*kinds: type) -> Callable:
     ``scratch`` is any memory of the size the form asks for. All are C-contiguous float64. The global interpreter
     lock is released while it runs.
     """
-    return _load(loops.make_driver, (kinds,), kinds, (2, 3, 3, 3, 1, 1))
+    return _load(loops.make_driver, (kinds,), kinds, DRIVER)
 
 
-CREW = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1)  # dimensions of what the loop of a fleet takes
+DRIVER = (2, 3, 3, 3, 1, 1)  # dimensions of what the loops of a series and of a fleet take
+CREW = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1)
 
 
 @functools.cache
@@ -89,10 +90,14 @@ def crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, .
 
 
 def has_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[int, ...]) -> bool:
-    """Say whether that loop is there, or costs nothing; else a fleet of few samples does without."""
-    if os.environ.get("DRIFTWISE_ENGINE", "c") != "c":
-        return True
+    """Say whether that loop was compiled before."""
     return objects.is_there(_key(loops.make_crew, fingerprint(kinds), (kinds, sizes, shapes), CREW))
+
+
+def has_driver(kinds: tuple[type, ...]) -> bool:
+    """Say whether there is a driver, by an optimising compiler: then a fleet of few samples does with that."""
+    is_c = os.environ.get("DRIFTWISE_ENGINE", "c") == "c"
+    return is_c and objects.is_there(_key(loops.make_driver, fingerprint(kinds), (kinds,), DRIVER), "fast")
 
 
 def sizes(policy) -> tuple[float, ...]:

@@ -70,9 +70,9 @@ def load(key: str, text: Callable[[], str], dimensions, reads=(), native: bool =
         return function
 
 
-def is_there(key: str) -> bool:
-    """Say whether a loop with this key was compiled before."""
-    return any(next(place.glob(f"{key}-{machine()}.*.so"), None) for place in (STOCK, folder()))
+def is_there(key: str, how: str = "*") -> bool:
+    """Say whether a loop with this key was compiled before, ``how`` being "quick" or "fast"."""
+    return any(next(place.glob(f"{key}-{machine()}.{how}.*.so"), None) for place in (STOCK, folder()))
 
 
 @cache

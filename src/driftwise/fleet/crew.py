@@ -15,9 +15,9 @@ from ..estimators.common.vectorizable import FIT
 from .grouping import group_samples, place
 
 FEW = 1_000_000  # samples up to which a loop of the fleet's own, seconds to compile once, is not worth having
+STRETCHES = 50_000  # of samples of one series: up to which a step of Python for each is not too many
 SMALL = 4096  # samples for which a second thread is not worth waking
 MANY = 5_000_000  # samples after which the lanes' loop, which takes seconds to compile once, is worth having
-LONG = 16  # samples of a series at a time that are worth a step of their own
 
 
 class Crew:
@@ -33,7 +33,8 @@ class Crew:
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
         self.columns = estimator.n_columns
         self.threads = threads or os.cpu_count() or 1
-        self._own: set[int] = set()  # columns that its own loops are known to be there for
+        self._own: set[int] = set()  # columns for which it takes loops of its own, whatever comes
+        self._stretches = 0
         self._pool: ThreadPoolExecutor | None = None
 
     def shapes(self, columns: int) -> tuple[int, ...]:
@@ -51,11 +52,12 @@ class Crew:
         """Whether eight series at a time shall take the next samples."""
         return self.fits_lanes and (self.seen > MANY if self.lanes is None else self.lanes)
 
-    def is_brief(self, samples: int, members: int, columns: int) -> bool:
-        """Say whether the loop of one series shall do: stretches are long, and the fleet's own is not there."""
-        if self.seen > FEW or samples < LONG * members or columns in self._own:
+    def is_brief(self, members: int, columns: int) -> bool:
+        """Say whether the loop of one series shall do, which is there: the fleet's own is not, and there is little."""
+        self._stretches += members
+        if self.seen > FEW or self._stretches > STRETCHES or columns in self._own:
             return False
-        if compile.has_crew(self.kinds, self.sizes, self.shapes(columns)):
+        if compile.has_crew(self.kinds, self.sizes, self.shapes(columns)) or not compile.has_driver(self.kinds):
             self._own.add(columns)
         return columns not in self._own
 
@@ -78,7 +80,7 @@ class Crew:
         shapes, lanes = self.shapes(columns), None
         if self.is_wide:
             lanes = simd_fleet.lane_crew(self.kinds, self.sizes, shapes)
-        if lanes is None and self.is_brief(len(at), len(members), columns):
+        if lanes is None and self.is_brief(len(members), columns):
             loop = one_by_one(compile.driver(*self.kinds))
         else:
             loop = lanes or self.loop(columns)
@@ -112,8 +114,9 @@ def one_by_one(drive):
     def go(rows, members, starts, order, ys, us, outs, specs, group, scratch):
         for row, first, last in zip(members, starts, starts[1:]):
             part = order[first:last] if order.size else slice(first, last)
-            told = np.empty((1, last - first, outs.shape[1]))
+            told = outs[None, part]
             drive(rows[row : row + 1], ys[None, part], us[None, part], told, specs[group[row]], scratch)
-            outs[part] = told[0]
+            if order.size:  # it was a copy
+                outs[part] = told[0]
 
     return go

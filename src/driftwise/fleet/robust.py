@@ -81,13 +81,14 @@ def _typical(off, own, spread: float) -> float:
 
 
 def discoveries(p, rate: float) -> np.ndarray:
-    """Say which of the hypotheses with these p-values (NaN: none) fall, at that share of false discoveries."""
-    from scipy.stats import false_discovery_control
+    """Say which of the hypotheses with these p-values (NaN: none) fall, at that share of false discoveries.
 
+    Benjamini and Hochberg (1995), as ``scipy.stats.false_discovery_control``, which takes half a second to import.
+    """
     p = np.asarray(p, float)
-    found, there = np.zeros(len(p), bool), np.isfinite(p)
-    if there.any():
-        found[there] = false_discovery_control(p[there]) <= rate
+    found, order = np.zeros(len(p), bool), np.argsort(p)[: np.isfinite(p).sum()]
+    is_below = p[order] * (len(order) / np.arange(1, len(order) + 1)) <= rate
+    found[order[: np.max(np.flatnonzero(is_below), initial=-1) + 1]] = True
     return found
 
 
