@@ -14,7 +14,7 @@ from ..engine.atomic import replaced
 from ..engine.errors import InputError
 from ..engine.translate.c99 import KEYWORDS
 from ..engine.translate.refusal import Refusal
-from ..estimators.base import Estimator
+from ..estimators.base import Estimator, is_estimator
 from . import structured_check
 from .check import test
 from .host import Library, compiler
@@ -77,7 +77,7 @@ def written(texts: dict[str, str], folder) -> list[Path]:
 def source_of(est: Any, state, name: str, keep: str = "std", is_single: bool = False) -> Source:
     """Return the texts of an estimator, refused in a sentence where there are none."""
     kind = type(est)
-    if not isinstance(est, Estimator):
+    if not is_estimator(est):
         raise InputError(f"an estimator is exported, such as ARX(2, 2), got {est!r}")
     if kind.drive is not Estimator.drive or kind.update is not Estimator.update:
         raise InputError(

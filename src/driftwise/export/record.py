@@ -26,8 +26,8 @@ def record(est, state, samples: int = SAMPLES, seed: int = 1) -> np.ndarray:
     y[25::50] += 20.0
     y[10::11] = np.nan
     u[17::23, :1] = np.nan
-    y_scale, u_scale = getattr(est, "y_scale", None), getattr(est, "u_scale", 1.0)
-    y, u = y * np.broadcast_to(1.0 if y_scale is None else y_scale, p), u * (u_scale if k else 1.0)
+    y_scale, u_scale = (est.options.get(name, 1.0) for name in ("y_scale", "u_scale"))
+    y, u = y * np.broadcast_to(y_scale, p), u * (u_scale if k else 1.0)
     begun = float(state["time"]) if est.takes_instants else 0.0
     stamps = [begun + est.dt * (np.arange(samples) + 1.0)] if est.takes_instants else []
     return np.column_stack([y, u, *stamps])

@@ -47,7 +47,7 @@ def check(est) -> None:
             f"Structured Text is written for the memories {', '.join(MEMORIES)}, not for {type(memory).__name__}: "
             "export C instead"
         )
-    if est.starting is not None or getattr(est, "disturbance", None) is not None:
+    if est.starting is not None or est.options.get("disturbance") is not None:
         raise InputError("Structured Text is written for estimators without start= and disturbance=: export C instead")
 
 
