@@ -198,11 +198,13 @@ def test_demo_ends_with_what_to_type_next(call, tmp_path):
 
 def test_warm_compiles_and_says_so(call, monkeypatch):
     from driftwise.estimators.common import warm
+    from driftwise.fleet import warm as fleets
 
     monkeypatch.setattr(warm, "warm", lambda: iter(["one", "two"]))
+    monkeypatch.setattr(fleets, "warm", lambda: iter(["three"]))
     code, out, _ = call("warm")
     assert code == 0
-    assert out.startswith("2 combinations compiled and stored in ")
+    assert out.startswith("3 combinations compiled and stored in ")
 
 
 def test_warm_compiles_what_identify_needs(monkeypatch):

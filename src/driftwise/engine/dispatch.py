@@ -123,6 +123,7 @@ def written(text: str, name: str, scope: dict[str, Any]) -> Callable:
     """Return the function of this name that a text defines; whoever looks for its source finds it."""
     file = f"<{name} number {next(_count)}>"
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+    scope.setdefault("__name__", __name__)
     exec(compile(text, file, "exec"), scope)
     return scope[name]
 

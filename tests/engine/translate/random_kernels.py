@@ -39,7 +39,13 @@ def longer(v, w, c):
 """
 NAMES = "bump peek take both turn first_above made longer".split()
 Pair = namedtuple("Pair", "number count")
-SCOPE = {"Pair": Pair, "TABLE": (0.5, -1.0, 3.0, 0.25), "COUNTS": (3, -2, 7), "ROWS": ((1.0, 2.0), (-3.0, 4.0))}
+SCOPE = {
+    "__name__": __name__,
+    "Pair": Pair,
+    "TABLE": (0.5, -1.0, 3.0, 0.25),
+    "COUNTS": (3, -2, 7),
+    "ROWS": ((1.0, 2.0), (-3.0, 4.0)),
+}
 
 
 class Writer:

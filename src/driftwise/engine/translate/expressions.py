@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import simd, views
+from .. import elementary, simd, views
 from .bodies import has_effects
 from .refusal import Refusal, refused
 from .tree import (
@@ -567,8 +567,10 @@ class Expressions:
             return self.plain(known, args[0], node)
         if known in MATH:
             return self.mathematics(known, args, node)
-        if getattr(known, "__module__", "") == "math":
-            raise self.error(node, f"math.{known.__name__} has other bits elsewhere: engine.elementary has its like")
+        if getattr(known, "__module__", "") == "math":  # of a user's own kernel: nearly the same
+            if self.is_own or not hasattr(elementary, known.__name__):
+                raise self.error(node, f"math.{known.__name__} has other bits elsewhere: take engine.elementary's")
+            known = getattr(elementary, known.__name__)
         if isinstance(known, ModuleType) or not callable(known):
             raise self.error(node, "this is not a function")
         try:

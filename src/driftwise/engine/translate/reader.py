@@ -39,7 +39,7 @@ class Reader(Expressions):
         self.node, self.file, self.first, self.assigned = source_of(function)
         self.current: Any = self.node
         self.scope = scope_of(function)
-        self.is_own = (function.__module__ or "driftwise.").startswith("driftwise.")  # readers of rows have none
+        self.is_own = (function.__module__ or "").startswith("driftwise.")
         self.variables: dict[str, Type] = {}
         self.result: Type | None = None
         parameters = self.node.args
