@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from driftwise.engine import objects
+
 
 def cpu(function: Callable[[], object]) -> float:
     """Return the CPU seconds of one call."""
@@ -19,6 +21,7 @@ def alternate(*functions: Callable[[], object], rounds: int = 15) -> np.ndarray:
     """Return CPU seconds (rounds, functions), run A B A B after one call of each to warm up."""
     for function in functions:
         function()
+    objects.wait()  # what an optimising compiler makes takes over
     return np.array([[cpu(function) for function in functions] for _ in range(rounds)])
 
 
