@@ -17,9 +17,9 @@ from .finish import SECONDS
 # No product is fused with a sum, or the bits would depend on the processor; a shift of three numbers is no call.
 _COMMON = ("-std=gnu99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-w")
 _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize")
-_CLANG = ("-fno-vectorize", "-fno-slp-vectorize")
 # Loops are of a few turns: eight at a time, or a call of memmove for a shift, take up to twice as long.
-_CLANG += ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
+_SHORT = ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
+_CLANG = ("-fno-vectorize", "-fno-slp-vectorize", *_SHORT)
 _NATIVE = ("-march=native", "-O3", "-fno-trapping-math", "-Wno-psabi")  # nobody looks at the flags of exceptions
 _SHARED = {"darwin": ("-dynamiclib", "-undefined", "dynamic_lookup"), "win32": ("-shared",)}
 
