@@ -11,6 +11,8 @@ from typing import Annotated
 
 import typer
 
+from driftwise.fleet import crew
+
 from . import verdicts as v
 from .groups import PARTS
 from .machine import machine
@@ -32,6 +34,7 @@ def main(
     """Print what was measured beside what was promised, and write it as JSON."""
     from rich.console import Console
 
+    crew.FEW = 0  # fleets are measured with the loop that large ones have
     wanted = [name.strip() for name in only.split(",")] if only else list(PARTS)
     for name in wanted:
         if name not in PARTS:
