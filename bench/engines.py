@@ -20,7 +20,6 @@ from .verdicts import Table, Verdict, at_most, not_measured
 
 SOURCE = "bench/engines.py"
 SAMPLES = 4000
-DIMENSIONS = (2, 3, 3, 3, 1, 1)
 WORST = {"clang": 1.3, "gcc": 1.5}
 
 
@@ -51,7 +50,7 @@ def verdicts() -> Iterator[Verdict | Table]:
     except ImportError:
         yield not_measured("records, C over numba", "<= 1 x", SOURCE, "numba is not installed")
         return
-    makers: dict[str, Callable] = {"numba": lambda kinds: jit.compiled(loops.make_driver(kinds, 0), DIMENSIONS)}
+    makers: dict[str, Callable] = {"numba": lambda kinds: jit.compiled(loops.make_driver(kinds, 0), compile.DRIVER)}
     at_hand = {c.name: c for c in (*named("clang"), *named("gcc"), *tcc())}
     for name, compiler in at_hand.items():
         makers[name] = lambda kinds, compiler=compiler: _by(compiler, kinds)
@@ -88,7 +87,7 @@ def verdicts() -> Iterator[Verdict | Table]:
 
 def _by(compiler: Compiler, kinds):
     """Return the loop of these policies, made by one compiler."""
-    text = compile.translated(loops.make_driver(kinds, 0), DIMENSIONS)
+    text = compile.translated(loops.make_driver(kinds, 0), compile.DRIVER)
     folder = Path(tempfile.mkdtemp(prefix="driftwise-bench-"))
     source, made = folder / "loop.c", folder / "loop.tmp"
     source.write_text(text)
@@ -96,7 +95,7 @@ def _by(compiler: Compiler, kinds):
     if trouble:
         raise OSError(trouble)
     caller: Any = objects._caller()
-    return caller.function(objects._entry(finish.put(made, "loop")), DIMENSIONS)[0]
+    return caller.function(objects._entry(finish.put(made, "loop")), compile.DRIVER)[0]
 
 
 def _times(est, outputs: int, inputs: int, drives) -> dict[str, float]:

@@ -96,8 +96,7 @@ def has_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[in
 
 def has_driver(kinds: tuple[type, ...]) -> bool:
     """Say whether there is a driver, by an optimising compiler: then a fleet of few samples does with that."""
-    is_c = os.environ.get("DRIFTWISE_ENGINE", "c") == "c"
-    return is_c and objects.is_there(_key(loops.make_driver, fingerprint(kinds), (kinds,), DRIVER), "fast")
+    return _engine() == "c" and objects.is_there(_key(loops.make_driver, fingerprint(kinds), (kinds,), DRIVER), "fast")
 
 
 def sizes(policy) -> tuple[float, ...]:

@@ -49,9 +49,9 @@ if hasattr(os, "register_at_fork"):  # nobody is born while a loop is being load
 
 def load(key: str, text: Callable[[], str], dimensions, reads=(), native: bool = False) -> Callable | None:
     """Return the function that runs the loop with this key; ``text()`` is its C, asked for if it is not there yet.
-    ``reads`` says of each argument whether the loop only reads it: such an array may be read-only.
 
-    None: nothing compiles it. ``native`` code is for processors like this one.
+    None: nothing compiles it. ``reads`` says of each argument whether the loop only reads it: such an array may be
+    read-only. ``native`` code is for processors like this one.
     """
     with _lock:
         caller = _caller()

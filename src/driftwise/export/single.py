@@ -70,19 +70,6 @@ def settled(est) -> tuple[Any, ...]:
 
 
 TEXTS = {
-    "dw_bits": """\
-static DW_INLINE F dw_bits(U bits)
-{
-    union { U u; F f; } both;
-    both.u = bits;
-    return both.f;
-}
-static DW_INLINE U dw_word(F x)
-{
-    union { U u; F f; } both;
-    both.f = x;
-    return both.u;
-}""",
     "dw_sqrt": """\
 #if defined(__GNUC__) || defined(__clang__)
 #define dw_sqrt(x) __builtin_sqrtf(x)

@@ -33,7 +33,7 @@ class Crew:
         self.numbers, self.room = len(estimator.spec), estimator.scratch_size
         self.columns = estimator.n_columns
         self.threads = threads or os.cpu_count() or 1
-        self._own: set[int] = set()  # columns for which it takes loops of its own, whatever comes
+        self._brief: dict[int, bool] = {}  # by columns: the loop of one series is there, the fleet's own is not
         self._stretches = 0
         self._pool: ThreadPoolExecutor | None = None
 
@@ -55,11 +55,12 @@ class Crew:
     def is_brief(self, members: int, columns: int) -> bool:
         """Say whether the loop of one series shall do, which is there: the fleet's own is not, and there is little."""
         self._stretches += members
-        if self.seen > FEW or self._stretches > STRETCHES or columns in self._own:
+        if self.seen > FEW or self._stretches > STRETCHES:
             return False
-        if compile.has_crew(self.kinds, self.sizes, self.shapes(columns)) or not compile.has_driver(self.kinds):
-            self._own.add(columns)
-        return columns not in self._own
+        if columns not in self._brief:  # asked once: it takes a look at the disk
+            has_own = compile.has_crew(self.kinds, self.sizes, self.shapes(columns))
+            self._brief[columns] = not has_own and compile.has_driver(self.kinds)
+        return self._brief[columns]
 
     def fetch(self, rows) -> None:
         """Bring the rows here: they are."""
