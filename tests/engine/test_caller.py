@@ -141,7 +141,8 @@ def test_minus_one_is_a_number_like_any_other(both):
 
 def test_nothing_is_kept_and_nothing_is_lost(both):
     for loop in both:
-        good, bad = arguments(), [*arguments()[:4], "two"]
+        times = int("1002")  # no other thread holds this very integer, as it may a two
+        good, bad = [*arguments()[:4], times], [*arguments()[:4], "no number at all"]
         counts = [sys.getrefcount(thing) for thing in (*good, *bad, loop)]
         for _ in range(1000):
             loop(*good)
