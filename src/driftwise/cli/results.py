@@ -6,6 +6,8 @@ import json
 import math
 import sys
 
+from driftwise.engine.atomic import write_text
+
 
 def content(job) -> dict:
     """Return what was estimated, from what, and how well."""
@@ -42,8 +44,7 @@ def write(content, path: str) -> None:
     if path == "-":
         sys.stdout.write(text)
         return
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
+    write_text(path, text)
 
 
 def _smoothed(smoothed):

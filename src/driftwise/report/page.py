@@ -19,6 +19,8 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..engine.atomic import write_text
+
 MORE = """<div class="more"><h2>Details</h2><button type="button"
 onclick="for (const fold of document.querySelectorAll('details')) fold.open = true">Unfold all</button></div>
 """
@@ -93,7 +95,7 @@ class Page:
     def write(self, path) -> Path:
         """Write the page and return its path."""
         path = Path(path)
-        path.write_text(self.html(), encoding="utf-8")
+        write_text(path, self.html())
         return path
 
 

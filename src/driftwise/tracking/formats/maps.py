@@ -11,6 +11,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from ...engine.atomic import write_text
 from ...engine.errors import InputError
 from ..frames import geographic
 from ..times import dated, iso
@@ -60,7 +61,7 @@ def write_geojson(tracks: Tracks, path, points: bool = False) -> Path:
         if points:
             features += _points(track, places, named)
     text = json.dumps(_plain({"type": "FeatureCollection", "features": features}), allow_nan=False, ensure_ascii=False)
-    Path(path).write_text(text, encoding="utf-8")
+    write_text(path, text)
     return Path(path)
 
 
@@ -102,11 +103,11 @@ def _plain(value: Any) -> Any:
 def write_kml(tracks: Tracks, path) -> Path:
     """Write a placemark for each track: with Unix times a moving one (gx:Track), else a line."""
     marks = "\n".join(_placemark(track) for track in tracks)
-    Path(path).write_text(
+    write_text(
+        path,
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2">\n'
         f"<Document>\n<name>Tracks</name>\n{marks}\n</Document>\n</kml>\n",
-        encoding="utf-8",
     )
     return Path(path)
 
