@@ -14,7 +14,9 @@ from driftwise.cli import specs
 from driftwise.cli.job import Job
 from driftwise.cli.options import Inputs, Quiet, time_option
 from driftwise.cli.targets import refuse_file, refuse_folder
+from driftwise.engine.atomic import replaced
 from driftwise.engine.errors import CommandError, InputError
+from driftwise.tables.spreadsheet import harmless
 
 PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
 
@@ -356,11 +358,13 @@ def _write_names(report, path: Path) -> Path:
     """Write key, kind, rank, score and reason of everyone who needs a look; return the path."""
     import csv
 
-    with open(path, "w", newline="", encoding="utf-8") as file:
+    with replaced(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["key", "kind", "rank", "score", "words"])
         found = report.outliers
         for kind, (rows, scores) in found.found.items():
             for rank, (row, score) in enumerate(zip(rows.tolist(), scores.tolist()), 1):
-                writer.writerow([found.keys[row], kind, rank, f"{score:.6g}", found.words(kind, row)])
+                writer.writerow(
+                    [harmless(found.keys[row]), kind, rank, f"{score:.6g}", harmless(found.words(kind, row))]
+                )
     return path

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..engine.atomic import replaced
 from ..engine.errors import InputError
+from ..tables.spreadsheet import harmless
 from .formats import WRITERS
 from .frames import geographic
 from .times import dated, stamps
@@ -74,7 +76,8 @@ def write_parquet(tracks: Tracks, path) -> Path:
     """Write a row for each plot, see `columns`; times that are Unix times are time stamps in UTC."""
     import pyarrow.parquet as pq
 
-    pq.write_table(_arrow(tracks), path, compression="zstd")
+    with replaced(path) as beside:
+        pq.write_table(_arrow(tracks), beside, compression="zstd")
     return Path(path)
 
 
@@ -88,7 +91,11 @@ def write_csv(tracks: Tracks, path) -> Path:
     if pa.types.is_timestamp(table.schema.field(at).type):
         text = compute.strftime(table.column(at), "%Y-%m-%dT%H:%M:%SZ")
         table = table.set_column(at, "time", text)
-    csv.write_csv(table, path)
+    for at, field in enumerate(table.schema):
+        if pa.types.is_string(field.type):
+            table = table.set_column(at, field.name, pa.array(map(harmless, table.column(at).to_pylist()), pa.string()))
+    with replaced(path) as beside:
+        csv.write_csv(table, beside)
     return Path(path)
 
 
@@ -96,7 +103,8 @@ def write_cat062(tracks: Tracks, path, source: tuple[int, int] = (0, 0)) -> Path
     """Write ASTERIX CAT062, a record for each plot, sent by ``source``: system area and identification code."""
     from .formats.cat062 import encode_cat062
 
-    Path(path).write_bytes(encode_cat062(tracks, *source))
+    with replaced(path) as beside:
+        Path(beside).write_bytes(encode_cat062(tracks, *source))
     return Path(path)
 
 
