@@ -60,7 +60,7 @@ def test_bits_of_the_estimator(title):
     samples[100:112, 0], samples[150, 0] = np.nan, 1e70
     block, keep = FunctionBlock(est, name="trial"), "std"
     unit = instance(block.text, name="trial")
-    rows, outs = est._rows(est.start()), np.empty((1, 1, est._width(keep)))
+    rows, outs = est._rows(est.start()), np.empty((1, 1, est.table_width(keep)))
     drive, jumps = compile.plain_driver(*map(type, est.policies)), 0
     for t, sample in enumerate(samples):
         with np.errstate(all="ignore"):

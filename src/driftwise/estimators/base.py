@@ -51,6 +51,7 @@ class Estimator(Answers, Portable):
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
     trace_kind: Any = ParameterTrace  # what a run over a record returns
+    unknown_parts: tuple[str, ...] = ()  # of a state, where NaN says that something is not known
     sample_layout: Layout = SAMPLE  # what the loop writes of each sample, before estimates and their spread
     _s0: np.ndarray
     _D0: np.ndarray
@@ -168,7 +169,7 @@ class Estimator(Answers, Portable):
         if is_stamped:
             time = self._instants(time, len(y), start)
             us = np.column_stack([u, time])
-        outs = np.empty((1, len(y), self._width(keep)))
+        outs = np.empty((1, len(y), self.table_width(keep)))
         self.drive(rows, y.reshape(1, len(y), self.outputs or 1), us[None], outs, self.spec, self.scratch())
         end = rows.view(self.dtype).reshape(())
         clock = self._clock(np.asarray(start), end, len(y)) if time is None else time
@@ -207,7 +208,7 @@ class Estimator(Answers, Portable):
         step = Step(columns[0], columns[1], columns[2], columns[3].astype(int))
         return rows.view(self.dtype).reshape(np.shape(states)), step
 
-    def _width(self, keep) -> int:
+    def table_width(self, keep) -> int:
         """Return the number of columns of a trace."""
         return width(keep, self.model.N, self.n_columns)
 

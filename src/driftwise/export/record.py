@@ -37,7 +37,7 @@ def answers(est, state, keep: str, samples) -> np.ndarray:
     """Return what every update leaves to be asked, (T, columns): the same loop uncompiled, the same bits."""
     p, rows = est.outputs or 1, est._rows(state)
     ys, us = np.ascontiguousarray(samples[None, :, :p]), np.ascontiguousarray(samples[None, :, p:])
-    outs = np.zeros((1, len(samples), est._width(keep)))
+    outs = np.zeros((1, len(samples), est.table_width(keep)))
     drive = compile.plain_driver(*map(type, est.policies))
     with np.errstate(all="ignore"):
         drive(rows, ys, us, outs, est.spec, est.scratch())

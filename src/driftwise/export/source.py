@@ -38,7 +38,7 @@ class Source:
         self.start = self.begun.reshape(1).view(np.float64)
         self.number = "float" if is_single else "double"
         self.inputs, self.outputs = est.model.inputs, est.outputs or 1
-        self.columns, self.scratch = est._width(keep), max(est.scratch_size, 1)
+        self.columns, self.scratch = est.table_width(keep), max(est.scratch_size, 1)
         self.printer = ControllerPrinter(is_single)
         self.entry, self.settings = step(single.settled(est) if is_single else est.policies)
         self.body = self.printer.text(self.entry)

@@ -109,7 +109,7 @@ class FunctionBlock:
         est, unit = self.est, self.unit
         types: list[Any] = [View(1), View(2), View(2), View(2), View(1), View(1)]
         entry = Program().function(_step(tuple(map(type, est.policies))), types)
-        width, N = est._width(self.keep), est.model.N
+        width, N = est.table_width(self.keep), est.model.N
         row, out = unit.region("row", self.start.size), unit.region("out", width)
         y, u = unit.region("y_now", 1), unit.region("u_now", self.k)
         spec, buffer = unit.region("setting", est.spec.size, list(est.spec)), unit.region("work", est.scratch_size)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import operator
 from importlib import import_module
 from typing import Any, TypeVar
 
 import numpy as np
 
 from ..detect.registry import ENTRIES as DETECTORS
+from ..engine.atomic import replaced
 from ..engine.errors import InputError
+from ..engine.saved import check_states, reading
 from ..memory.registry import ENTRIES as MEMORIES
 from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
@@ -47,7 +50,11 @@ def register(kind: type[Kind]) -> type[Kind]:
 def _estimator(name: str) -> Any:
     """Return the class of estimators of that name, loaded now if it was not yet."""
     if name not in ESTIMATORS:
-        return getattr(import_module("driftwise.estimators"), name)
+        getattr(import_module("driftwise.estimators"), name, None)  # which writes it down
+    if name not in ESTIMATORS:
+        raise InputError(
+            f"{name} is no estimator of this version: import the module that registers it, then load again"
+        )
     return ESTIMATORS[name]
 
 
@@ -129,22 +136,29 @@ def save_state(estimator, state, path) -> None:
         "shape": list(np.shape(state)),
         "rows": [[float.hex(v) for v in row] for row in rows],
     }
-    with open(path, "w") as f:
+    with replaced(path) as beside, open(beside, "w") as f:
         json.dump(data, f)
 
 
 def load_state(path):
-    """Return (estimator, state) as saved."""
-    try:
-        with open(path) as f:
+    """Return (estimator, state) as saved.
+
+    Raises
+    ------
+    InputError
+        Where the file is no such file, was altered, or is of another version.
+    """
+    with reading(path, "save_state"):
+        with open(path, encoding="utf-8") as f:
             data = json.load(f)
-    except ValueError:
-        raise InputError(f"{path} is no file that save_state wrote. A trace is read by Trace.load") from None
-    est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
-    rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
-    if rows.size and 8 * rows.shape[1] != est.dtype.itemsize:
-        raise InputError(
-            f"the states in {path} have {rows.shape[1]} numbers, those of {est!r} have {est.dtype.itemsize // 8}: they "
-            "were written by an earlier version and cannot be continued; start afresh"
-        )
-    return est, rows.view(est.dtype).reshape(data["shape"])
+        est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
+        rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
+        if rows.size and 8 * rows.shape[1] != est.dtype.itemsize:
+            raise InputError(
+                f"its states have {rows.shape[1]} numbers, those of {est!r} have {est.dtype.itemsize // 8}: they "
+                "were written by an earlier version and cannot be continued; start afresh"
+            )
+        shape = [operator.index(size) for size in data["shape"]]
+        if min(shape, default=0) < 0:
+            raise InputError(f"its states have the shape {shape}")
+        return est, check_states(rows.view(est.dtype).reshape(shape), est.unknown_parts)

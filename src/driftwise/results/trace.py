@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..engine.atomic import replaced
 from ..engine.errors import InputError
+from ..engine.saved import check_states, reading
 from ..engine.status import Status
 from ..engine.validation import floats
 from . import verbs
 from .bands import half_width, quantile
 from .frames import as_frame
 
+SUFFIX = ".npz"
 KEEP = ("innovations", "means", "std", "covariance")
 UNUSED = Status.MISSING_OUTPUT | Status.REJECTED | Status.EXACT | Status.SKIPPED
 
@@ -177,20 +181,32 @@ class Trace:
         """Write the trace, with the estimator's settings and final state, to one ``.npz`` file."""
         from .snapshot import describe
 
-        np.savez_compressed(
-            path, header=describe(self.estimator), y=self.y, u=self.u, outs=self.table, time=self.time,
-            state=np.atleast_1d(self.state).view(np.float64), extra=np.array([self.observed_before]), keep=self.keep,
-        )  # fmt: skip
+        path = os.fspath(path)
+        with replaced(path if path.endswith(SUFFIX) else path + SUFFIX) as beside, open(beside, "wb") as file:
+            np.savez_compressed(
+                file, header=describe(self.estimator), y=self.y, u=self.u, outs=self.table, time=self.time,
+                state=np.atleast_1d(self.state).view(np.float64), extra=np.array([self.observed_before]),
+                keep=self.keep,
+            )  # fmt: skip
 
     @classmethod
     def load(cls, path) -> Any:
-        """Return a saved trace, of the kind its estimator makes."""
+        """Return a saved trace, of the kind its estimator makes.
+
+        Raises
+        ------
+        InputError
+            Where the file is no such file, was altered, or is of another version.
+        """
         from .snapshot import rebuild
 
         path = Path(path)
-        with np.load(path if path.exists() else f"{path}.npz", allow_pickle=False) as f:
-            est = rebuild(str(f["header"]))
+        path = path if path.exists() else Path(f"{path}{SUFFIX}")
+        with reading(path, "Trace.save"), np.load(path, allow_pickle=False) as f:
+            est, keep, table = rebuild(str(f["header"])), str(f["keep"]), f["outs"]
             if not issubclass(est.trace_kind, cls):
-                raise InputError(f"{path} holds the trace of {est!r}, which is no {cls.__name__}: use Trace.load")
-            state = f["state"].view(est.dtype).reshape(())
-            return est.trace_kind(est, f["y"], f["u"], f["outs"], str(f["keep"]), state, f["extra"][0], f["time"])
+                raise InputError(f"it holds the trace of {est!r}, which is no {cls.__name__}: use Trace.load")
+            if table.shape != (len(f["y"]), est.table_width(keep)) or len(f["u"]) != len(table):
+                raise InputError(f"its table has the shape {table.shape}, which a trace of {est!r} has not")
+            state = check_states(f["state"].view(est.dtype).reshape(()), est.unknown_parts)
+            return est.trace_kind(est, f["y"], f["u"], table, keep, state, f["extra"][0], f["time"])

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from ..engine.atomic import replaced
 from ..engine.errors import InputError
+from ..engine.saved import reading
 from ..estimators.track.estimator import TrackEstimator
 from .live import Event, Live, Plot
 from .plots import Fault
@@ -47,29 +48,27 @@ def save(tracker, path) -> None:
     arrays = {"facts": np.frombuffer(json.dumps(facts).encode(), np.uint8), "places": targets.places.table}
     if tracks:
         arrays |= {"states": np.stack([t.state for t in tracks]), "rows": np.concatenate([t.rows for t in tracks])}
-    with open(path, "wb") as file:
+    with replaced(path) as beside, open(beside, "wb") as file:
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def restore(kind, path):
     """Return the tracker in a file."""
-    try:
+    with reading(path, "Tracker.save"):
         with np.load(path, allow_pickle=False) as file:
             arrays = dict(file)
         facts = json.loads(arrays["facts"].tobytes())
-    except (ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
-        raise InputError(f"{path} is no file that Tracker.save wrote ({error})") from None
-    if facts["schema"] != SCHEMA:
-        raise InputError(f"{path} was written with schema {facts['schema']}, this version reads {SCHEMA}")
-    tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
-    tracker.origin = tuple(facts["origin"]) if facts["origin"] else None
-    tracker.faults = [Fault(*f) for f in facts["faults"]]
-    inbox = tracker.inbox
-    inbox.newest, inbox.arrivals, inbox.dropped = facts["newest"], facts["arrivals"], facts["dropped"]
-    inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
-    inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
-    _put_back(tracker.targets, facts, arrays)
-    return tracker
+        if facts["schema"] != SCHEMA:
+            raise InputError(f"it was written with schema {facts['schema']}, this version reads {SCHEMA}")
+        tracker = kind(TrackEstimator(**facts["estimator"]), **facts["rules"])
+        tracker.origin = tuple(facts["origin"]) if facts["origin"] else None
+        tracker.faults = [Fault(*f) for f in facts["faults"]]
+        inbox = tracker.inbox
+        inbox.newest, inbox.arrivals, inbox.dropped = facts["newest"], facts["arrivals"], facts["dropped"]
+        inbox.held = [(time, number, _plot(p)) for time, number, p in facts["held"]]
+        inbox.strange = _plot(facts["strange"]) if facts["strange"] else None
+        _put_back(tracker.targets, facts, arrays)
+        return tracker
 
 
 def _put_back(targets, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:

@@ -77,7 +77,7 @@ class Observer(Estimator):
     def _sample_sizes(self) -> tuple[int, ...]:
         return (self.model.outputs,)
 
-    def _width(self, keep) -> int:
+    def table_width(self, keep) -> int:
         return width(keep, self.model.N, self.n_columns, KEEP)
 
     @property

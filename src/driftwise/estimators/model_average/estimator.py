@@ -84,6 +84,7 @@ class ModelAverage(Estimator):
 
     fits_fleet = False
     trace_kind = AverageTrace
+    unknown_parts = ("own",)
 
     def __init__(
         self,
@@ -165,7 +166,7 @@ class ModelAverage(Estimator):
     def _sample_sizes(self) -> tuple[int, ...]:
         return (len(self.members),)
 
-    def _width(self, keep) -> int:
+    def table_width(self, keep) -> int:
         validation.one_of("keep", keep, ("std",))  # weights and densities are always there
         return self.n_columns
 

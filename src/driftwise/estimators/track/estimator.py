@@ -90,6 +90,7 @@ class TrackEstimator(Portable):
     """
 
     trace_kind = TrackTrace
+    unknown_parts = ("plots",)  # of a state, where NaN says that something is not known
 
     def __init__(
         self,
@@ -164,6 +165,10 @@ class TrackEstimator(Portable):
         self._later(time, row)
         outs = self.run(row, time, position, R)
         return self.trace_of(time, position, outs, row.view(self.dtype).reshape(()))
+
+    def table_width(self, keep) -> int:
+        """Return the number of columns of a trace; a track's are always all."""
+        return self.n_columns
 
     def trace_of(self, time, position, table, state) -> TrackTrace:
         """Return the trace of plots that were followed, (T,) and (T, C), with the state after the last."""
