@@ -136,6 +136,16 @@ def test_a_folder_that_cannot_be_written_to_takes_a_sentence(tmp_path, place, on
     assert not list((tmp_path / "temp").iterdir())
 
 
+@pytest.mark.skipif(os.name != "posix", reason="rights of a folder are POSIX")
+def test_nothing_is_run_from_a_folder_that_everybody_may_write_to(tmp_path, only_tcc):
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    told = use(tmp_path / "open", TMPDIR=str(tmp_path))
+    assert "everybody may write to it" in told["warnings"][0] and not list((tmp_path / "open").iterdir())
+    use(tmp_path / "new")
+    assert (tmp_path / "new").stat().st_mode & 0o777 == 0o700
+
+
 def test_nobodys_home_takes_a_sentence(tmp_path, only_tcc):
     told = use("", HOME="/proc/nowhere", XDG_CACHE_HOME="", TMPDIR=str(tmp_path))
     assert len(told["warnings"]) == 1 and "cannot be kept in the cache of this user" in told["warnings"][0]

@@ -8,6 +8,7 @@ import driftwise as dw
 Y = np.arange(10.0)
 
 REFUSED = {
+    "y of records": (lambda: dw.AR(1).scan(np.zeros(5, [("volts", float)])), "y must hold real numbers"),
     "order 0": (lambda: dw.Joint(0), "order must be a whole number of at least 1, got 0"),
     "order 1.5": (lambda: dw.Joint(1.5), "order"),
     "order True": (lambda: dw.Joint(True), "order"),

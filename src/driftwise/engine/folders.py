@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import hashlib
 import os
 import platform
 import shutil
+import stat
 import sys
 import tempfile
 import time
@@ -29,7 +31,9 @@ def _writable(wanted: str) -> Path:
     """Return the folder, or one for this process alone where it cannot be written to."""
     try:
         path = Path(wanted) if wanted else _usual()
-        path.mkdir(parents=True, exist_ok=True)
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if os.name == "posix" and path.stat().st_mode & stat.S_IWOTH:
+            raise OSError(errno.EACCES, "everybody may write to it, and what is there would be run")
         with tempfile.TemporaryFile(dir=path):
             return path
     except (OSError, RuntimeError) as trouble:  # RuntimeError: nobody's home

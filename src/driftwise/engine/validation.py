@@ -72,7 +72,7 @@ def floats(name, value) -> np.ndarray:
     """Return an array of real numbers."""
     try:
         found = np.asarray(value)
-        if found.dtype.kind in "cSUMm":
+        if found.dtype.kind in "cSUMmV":
             raise TypeError
         return found.astype(float)
     except (TypeError, ValueError):
@@ -131,7 +131,7 @@ def numbers(name, value) -> np.ndarray:
         if isinstance(value, np.ma.MaskedArray):
             value = np.ma.filled(value.astype(float), np.nan)
         value = np.asarray(value)
-        if value.dtype.kind in "cSUMm":
+        if value.dtype.kind in "cSUMmV":
             raise TypeError
         value = np.asarray(value, np.float64, order="C")
     except (TypeError, ValueError):
@@ -199,7 +199,7 @@ def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
 def one(value, size: int) -> np.ndarray:
     """Return (1, 1, size) of a number or a sequence."""
     value = np.asarray(value)
-    if value.dtype.kind in "cSUMm":
+    if value.dtype.kind in "cSUMmV":
         raise TypeError
     return np.array(value, np.float64).reshape(1, 1, size)
 
