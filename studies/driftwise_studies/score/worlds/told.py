@@ -18,7 +18,8 @@ import numpy as np
 
 import driftwise as dw
 
-from .worlds import Records, System
+from .simulation import Records
+from .system import System
 
 SKIP = 50  # samples that do not count
 SOON, ODDS = 30, 20.0
@@ -87,7 +88,9 @@ def told(system: System, r: Records) -> Told:
         return Told(found, found, "true Q", np.zeros((len(y), 0), bool))
     own, n = np.array(system.deviations) ** 2, len(system.theta)
     moving = np.isin(np.arange(n), [i for _, who in system.jumps for i in who])
-    tried = {("all", v): v * own for v in GRID} | ({} if moving.all() else {("some", v): v * own * moving for v in GRID[1:]})
+    tried = {("all", v): v * own for v in GRID} | (
+        {} if moving.all() else {("some", v): v * own * moving for v in GRID[1:]}
+    )
     errors = {name: rms(more) for name, more in tried.items()}
     best = min(errors, key=lambda name: errors[name])
     rows = [oracle(system, *row, q) for row in zip(y, r.u, r.sigma, r.jumps, r.moved)]

@@ -1,0 +1,89 @@
+"""The seed that nobody could see while choosing, and the page on which every judgement stays.
+
+The judging seed is the first eight hexadecimal digits of the last commit that changed a constant, or a system. A dirty
+tree is refused, and so is a second judgement of the same commit. Rows are only ever appended.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from driftwise.engine.errors import InputError
+
+from .field import Line, Total, by_size, by_trouble, total
+
+ROOT = Path(__file__).parents[4]
+PAGE = ROOT / "docs" / "judged.md"
+CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes systems
+    "src/driftwise/memory/auto.py", "src/driftwise/memory/bank.py", "src/driftwise/memory/modes.py",
+    "src/driftwise/memory/mixing.py", "src/driftwise/memory/likelihood_drift.py",
+    "src/driftwise/memory/unknown_drift.py", "src/driftwise/memory/sensitivity.py",
+    "studies/driftwise_studies/score/worlds",
+)  # fmt: skip
+GOALS = (  # words, how to read a `Total`, least, most
+    ("geometric mean of the ratios", lambda t: t.mean, 0.0, 1.12),
+    ("95th percentile of the ratios", lambda t: t.high, 0.0, 1.35),
+    ("worst ratio", lambda t: t.worst, 0.0, 1.8),
+    ("share told of the jumps that the oracle tells", lambda t: t.told / max(t.tellable, 1), 0.85, 1.0),
+    ("false jumps a record whose parameters rest", lambda t: t.false, 0.0, 0.02),
+    ("share that the 95 % bars hold", lambda t: t.inside, 0.92, 0.97),
+    ("the same within 15 samples after a jump", lambda t: t.after, 0.90, 1.0),
+)
+
+
+def verdicts(found: Total) -> list[tuple[str, bool]]:
+    """Return each goal in words, with the number, and whether it is met."""
+    made = []
+    for words, read, least, most in GOALS:
+        value = read(found)
+        span = f"at most {most:g}" if not least else f"at least {least:g}" if most == 1.0 else f"{least:g} to {most:g}"
+        made.append((f"{words}: {value:.3f} ({span})", bool(least <= value <= most)))
+    return made
+
+
+def git(*words: str) -> str:
+    """Return what git says."""
+    done = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
+    if done.returncode:
+        raise InputError(f"judging needs the repository's history: git {words[0]} said {done.stderr.strip()!r}")
+    return done.stdout.strip()
+
+
+def seed() -> tuple[str, int]:
+    """Return the last commit that changed a constant, and the seed that it gives.
+
+    Raises
+    ------
+    InputError
+        Where the tree is dirty or its history is cut short.
+    """
+    if changed := git("status", "--porcelain"):
+        raise InputError(f"commit first: what is judged must be what is written down. Changed:\n{changed}")
+    if git("rev-parse", "--is-shallow-repository") == "true":
+        raise InputError("the history is cut short, so that the commit of the last change is not known")
+    commit = git("log", "-1", "--format=%H", "--", *CONSTANTS)
+    return commit, int(commit[:8], 16)
+
+
+def title(commit: str, systems: int, records: int) -> str:
+    """Return the line that a judgement begins with."""
+    return f"## {commit[:8]}: {systems} systems, {records} records"
+
+
+def refuse_twice(commit: str, systems: int, records: int, page: Path = PAGE) -> None:
+    """Raise where this was judged before."""
+    if page.exists() and title(commit, systems, records) in page.read_text(encoding="utf-8").splitlines():
+        raise InputError(f"{commit[:8]} is judged already, see {page.name}: no number has changed since")
+
+
+def append(commit: str, seed: int, systems: int, records: int, lines: list[Line], name: str, page: Path = PAGE) -> Path:
+    """Add a judgement at the end of the page, and return the page."""
+    told = [f"* {'met' if good else '**missed**'}: {words}" for words, good in verdicts(total(lines, name))]
+    parts = (
+        "", title(commit, systems, records), "", f"Seed {seed} = 0x{commit[:8]}; `{name}`.", "", *told, "",
+        by_trouble(lines, name), by_size(lines, name).rstrip(),
+    )  # fmt: skip
+    with page.open("a", encoding="utf-8") as file:
+        file.write("\n".join(parts) + "\n")
+    return page
