@@ -4,13 +4,13 @@
 
 psi is [-y(k-1) .. -y(k-na), u1(k-1) .., u2(k-1) ..] of an ARX system (frozen poles within ``RADIUS`` at all times) or
 regressors that are given. *Deviation* of a parameter: sigma / rms(its regressor), what one sample tells of it if all
-others are known; a jump of d deviations moves the output by d deviations of the noise. NVR is (step of a walk/deviation)^2
-a sample.
+others are known; a jump of d deviations moves the output by d deviations of the noise. NVR is the variance of a step of
+a walk over deviation^2.
 
 | trouble | what is drawn |
 |---|---|
 | walk all, walk some | NVR of 1e-6 .. 1e-2, one for all or each its own |
-| jumps | one to four a record, of .5 .. 8 deviations, of one parameter or all; when and in which direction each record says |
+| jumps | one to four, of .5 .. 8 deviations, of one parameter or all; each record says when and in which direction |
 | louder, quieter | the noise times 1.5 .. 10 or over it, in half of the systems for a while only |
 | outliers | up to 5 % of the measured outputs, off by 6 .. 25 deviations of the noise (the plant does not feel it) |
 | coloured, quantised, closed loop | the input: of pole .8 .. .98; rounded to so many levels; one that acts against y |

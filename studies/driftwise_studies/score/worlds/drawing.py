@@ -113,7 +113,8 @@ def trouble(rng, system: System, chosen: set[str]) -> System:
 
 def move(rng, system: System, chosen: set[str]) -> System:
     """Return it with parameters that walk and jump."""
-    n, what = len(system.theta), {}
+    n = len(system.theta)
+    what: dict = {}
     if chosen & {"walk all", "walk some"}:
         nvr = 10 ** (rng.uniform(-6, -2, n) if rng.random() < 0.5 else np.full(n, rng.uniform(-6, -2)))
         if "walk some" in chosen and n > 1:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
+from itertools import pairwise
 from multiprocessing import get_context
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .drawing import draw
+from .entrants import ENTRANTS
 from .measured import Measured, measure
 from .simulation import records
 from .system import ALONE, System
@@ -62,25 +64,25 @@ class Total(NamedTuple):
         ]
 
 
-def one(seed: int, number: int, count: int, memories: dict[str, Callable[[System], Any]]) -> Line:
-    """Draw a system, and run every memory over ``count`` of its records; one that is told sizes runs unscaled."""
+def one(seed: int, number: int, count: int, names: list[str]) -> Line:
+    """Draw a system, and run every memory over ``count`` of its records."""
     system = draw(seed, number)
     r = records(system, range(count))
     known = told(system, r)
-    own = np.array(system.deviations)
-    found = {
-        name: measure(system, r, known, make(system), getattr(make, "scaled", True)) for name, make in memories.items()
-    }
-    return Line(system, known, np.abs(r.moved / own).max(axis=2, initial=0.0), found)
+    found = {}
+    for name in names:
+        entrant = ENTRANTS[name]
+        found[name] = measure(system, r, known, entrant.make(system), entrant.scaled)
+    return Line(system, known, np.abs(r.moved / np.array(system.deviations)).max(axis=2, initial=0.0), found)
 
 
-def play(seed: int, numbers: Iterable[int], count: int, memories, processes: int | None = 1) -> list[Line]:
+def play(seed: int, numbers: Iterable[int], count: int, names: list[str], processes: int | None = 1) -> list[Line]:
     """Return a line for each system; on all cores where ``processes`` is None."""
     numbers, processes = list(numbers), processes or os.cpu_count() or 1
     if processes == 1:
-        return [one(seed, number, count, memories) for number in numbers]
+        return [one(seed, number, count, names) for number in numbers]
     with ProcessPoolExecutor(processes, mp_context=get_context("forkserver")) as pool:
-        made = [pool.submit(one, seed, number, count, memories) for number in numbers]
+        made = [pool.submit(one, seed, number, count, names) for number in numbers]
         return [job.result() for job in made]
 
 
@@ -140,7 +142,7 @@ def by_trouble(lines: list[Line], name: str) -> str:
 def by_size(lines: list[Line], name: str) -> str:
     """Return what became of jumps, by their size."""
     rows = []
-    for low, high in zip(SIZES, SIZES[1:]):
+    for low, high in pairwise(SIZES):
         told, could, every = 0, 0, 0
         for line in lines:
             here = (line.sizes >= low) & (line.sizes < high)

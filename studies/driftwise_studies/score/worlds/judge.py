@@ -11,18 +11,11 @@ import argparse
 import sys
 import time
 
-import driftwise as dw
-
 from . import judged
+from .entrants import AUTO, ENTRANTS
 from .field import by_size, by_trouble, play, total, worst
 
 CHOOSING = 0
-AUTO = "AutoMemory()"
-
-
-def automatic(system):
-    """Return the default memory."""
-    return dw.AutoMemory()
 
 
 def main(arguments=None) -> None:
@@ -33,22 +26,26 @@ def main(arguments=None) -> None:
     parser.add_argument("--records", type=int, default=30)
     parser.add_argument("--processes", type=int, default=1, help="0: all cores")
     parser.add_argument("--worst", type=int, default=20, help="how many systems to name")
+    parser.add_argument(
+        "--memory", default=AUTO, choices=list(ENTRANTS), metavar="NAME", help="another one, of the ranking"
+    )
     asked = parser.parse_args(arguments)
+    name = AUTO if asked.judge else asked.memory
     commit, seed = judged.seed() if asked.judge else ("", CHOOSING)
     if asked.judge:
         judged.refuse_twice(commit, asked.systems, asked.records)
     began = time.time()
-    lines = play(seed, range(asked.systems), asked.records, {AUTO: automatic}, asked.processes or None)
-    tables = by_trouble(lines, AUTO), by_size(lines, AUTO), worst(lines, AUTO, asked.worst)
+    lines = play(seed, range(asked.systems), asked.records, [name], asked.processes or None)
+    tables = by_trouble(lines, name), by_size(lines, name), worst(lines, name, asked.worst)
     print(
         f"seed {seed}, {asked.systems} systems, {asked.records} records, {time.time() - began:.0f} s\n",
         *tables,
         sep="\n",
     )
-    verdicts = judged.verdicts(total(lines, AUTO))
+    verdicts = judged.verdicts(total(lines, name))
     print(*(f"{'met' if good else 'MISSED':6} {words}" for words, good in verdicts), sep="\n")
     if asked.judge:
-        print("written:", judged.append(commit, seed, asked.systems, asked.records, lines, AUTO), file=sys.stderr)
+        print("written:", judged.append(commit, seed, asked.systems, asked.records, lines, name), file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ def noise(system: System, streams, samples: int):
         for k, step in zip(moments(rng, len(system.steps), samples), system.steps):
             sigma[s, k:] *= step
         if system.rest[0]:
-            k = int(rng.integers(FIRST, samples - system.rest[0] - APART))
+            k = int(rng.integers(FIRST, max(samples - system.rest[0] - APART, FIRST + 1)))
             resting[s, k : k + system.rest[0]] = True
     if system.rest[1]:
         sigma[resting] *= QUIET

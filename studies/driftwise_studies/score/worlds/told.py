@@ -12,6 +12,7 @@ ratio shows the memory alone. An outlier is a missing output to them.
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -56,8 +57,8 @@ def follow(system: System, y, u, sigma, q, first: int = 0, state=None):
     q[k] acts from k to k + 1.
     """
     cuts = np.flatnonzero((np.diff(sigma) != 0) | (np.diff(q, axis=0) != 0).any(axis=1)) + 1
-    kept = []
-    for a, b in zip([0, *cuts], [*cuts, len(sigma)]):
+    kept: list[tuple] = []
+    for a, b in pairwise([0, *cuts, len(sigma)]):
         est = knowing(system, float(sigma[a]), tuple(q[a].tolist()))
         part = slice(first + a, first + b)
         trace = est.scan(y[part], u[part] if u.shape[1] else None, state=state, keep="means")
@@ -80,43 +81,46 @@ def error(system: System, theta, truth) -> float:
 def told(system: System, r: Records) -> Told:
     """Run every reference over the records of a system."""
     y, q = np.where(r.outliers, np.nan, r.y), walk(system, r.y.shape[1])
-    rms = lambda more: np.sqrt(  # noqa: E731
-        np.mean([error(system, follow(system, *row, q + more)[0], t) for *row, t in zip(y, r.u, r.sigma, r.theta)])
-    )
+
+    def rms(more) -> float:
+        """Return the error of the filter whose walks are faster by ``more``."""
+        paths = [follow(system, y[s], r.u[s], r.sigma[s], q + more)[0] for s in range(len(y))]
+        return float(np.sqrt(np.mean([error(system, path, true) for path, true in zip(paths, r.theta)])))
+
     if not system.jumps:
         found = rms(0.0)
         return Told(found, found, "true Q", np.zeros((len(y), 0), bool))
-    own, n = np.array(system.deviations) ** 2, len(system.theta)
-    moving = np.isin(np.arange(n), [i for _, who in system.jumps for i in who])
-    tried = {("all", v): v * own for v in GRID} | (
-        {} if moving.all() else {("some", v): v * own * moving for v in GRID[1:]}
-    )
+    own = np.array(system.deviations) ** 2
+    moving = np.isin(np.arange(len(own)), [i for _, who in system.jumps for i in who])
+    tried = {f"all {v:g}": v * own for v in GRID}
+    tried |= {} if moving.all() else {f"some {v:g}": v * own * moving for v in GRID[1:]}
     errors = {name: rms(more) for name, more in tried.items()}
     best = min(errors, key=lambda name: errors[name])
-    rows = [oracle(system, *row, q) for row in zip(y, r.u, r.sigma, r.jumps, r.moved)]
-    known = np.sqrt(np.mean([error(system, theta, t) for (theta, _), t in zip(rows, r.theta)]))
-    return Told(errors[best], known, f"{best[0]} {best[1]:.0e}", np.array([can for _, can in rows]))
+    rows = [oracle(system, y[s], r.u[s], r.sigma[s], r.jumps[s], r.moved[s], q) for s in range(len(y))]
+    known = np.mean([error(system, theta, true) for (theta, _), true in zip(rows, r.theta)])
+    return Told(errors[best], float(np.sqrt(known)), best, np.array([can for _, can in rows]))
 
 
-def oracle(system: System, y, u, sigma, jumps, moved, q):
+def oracle(system: System, y, u, sigma, jumps, moved, q) -> tuple[np.ndarray, list[bool]]:
     """Return theta of the filter that is told the jumps, and which of them it would tell by itself."""
-    jumping, can, kept = q.copy(), [], []
-    state, start = None, 0
+    jumping, kept, can = q.copy(), [], []
     for k, step in zip(jumps, moved):
         jumping[k - 1] += step**2
-    for i, k in enumerate([*jumps.tolist(), len(y)]):
-        theta, *_, before = follow(system, y, u, sigma[start : k - 1], q[start : k - 1], start, state)
+    state, start = None, 0
+    for k, end in pairwise([*jumps.tolist(), len(y)]):
+        theta, *_, state = follow(system, y, u, sigma[start : k - 1], q[start : k - 1], start, state)
+        soon = slice(k - 1, min(k + SOON, end - 1))  # from the sample before, after which theta jumps
+        logs = [evidence(system, y, u, sigma[soon], how[soon], k - 1, state) for how in (jumping, q)]
+        can.append(bool(np.max(logs[0] - logs[1]) >= np.log(ODDS)))
         kept.append(theta)
-        if k == len(y):
-            kept.append(follow(system, y, u, sigma[k - 1 :], q[k - 1 :], k - 1, before)[0])
-            break
-        end = min(k + SOON, len(y) if i + 1 == len(jumps) else jumps[i + 1] - 1)
-        logs = []
-        for how in (jumping, q):
-            _, e, v, _ = follow(system, y, u, sigma[k - 1 : end], how[k - 1 : end], k - 1, before)
-            logs.append(-0.5 * (np.log(v) + e**2 / v)[1:])
-        can.append(bool(np.max(np.nancumsum(logs[0] - logs[1])) >= np.log(ODDS)))
-        theta, *_, state = follow(system, y, u, sigma[k - 1 : k], jumping[k - 1 : k], k - 1, before)
+        theta, *_, state = follow(system, y, u, sigma[k - 1 : k], jumping[k - 1 : k], k - 1, state)
         kept.append(theta)
         start = k
+    kept.append(follow(system, y, u, sigma[start:], q[start:], start, state)[0])
     return np.concatenate(kept), can
+
+
+def evidence(system: System, y, u, sigma, q, first, state) -> np.ndarray:
+    """Return the log likelihood of the outputs up to each sample, but for the first."""
+    _, e, v, _ = follow(system, y, u, sigma, q, first, state)
+    return np.nancumsum(-0.5 * (np.log(v) + e**2 / v)[1:])

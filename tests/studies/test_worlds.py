@@ -1,0 +1,287 @@
+"""Systems that nobody chose are what they say; who is told everything is a dense Kalman filter; judging appends."""
+
+import re
+import subprocess
+
+import numpy as np
+import pytest
+from driftwise_studies.score import worlds
+from driftwise_studies.score.worlds import field, judged, measured, ranking, told
+from driftwise_studies.score.worlds.simulation import QUIET
+from driftwise_studies.score.worlds.system import ALONE, RADIUS, System, changed, is_stable
+
+from driftwise.engine.errors import InputError
+
+DRAWN = [worlds.draw(0, number) for number in range(300)]
+FEW = DRAWN[:36]
+
+
+def of(trouble):
+    """Return the systems that have a trouble."""
+    return [system for system in DRAWN if trouble in system.troubles]
+
+
+# --- systems -----------------------------------------------------------------------------------------------
+
+
+def test_a_system_and_a_record_depend_on_their_seeds_alone():
+    assert worlds.draw(0, 7) == DRAWN[7] and worlds.draw(1, 7) != DRAWN[7]
+    for system in FEW:
+        many, alone = worlds.records(system, range(3), 400), worlds.record(system, 2, 400)
+        for name, value in many.__dict__.items():
+            np.testing.assert_array_equal(value[2:], getattr(alone, name), err_msg=f"{name} of {system.about}")
+
+
+def test_what_is_drawn_is_what_was_asked_for():
+    assert [DRAWN[3 * i].troubles for i in range(len(ALONE))] == [
+        (name,) if not (name == "walk some" and len(DRAWN[3 * i].theta) == 1) else ("walk all",)
+        for i, name in enumerate(ALONE)
+    ]
+    assert all(len(of(name)) >= 20 for name in ALONE[1:])
+    together = [system for system in DRAWN if system.number % 3]
+    assert min(len(system.troubles) for system in together) >= 2
+    nvr = np.array([v for system in DRAWN for v in system.nvr if v])
+    sizes = np.array([size for system in DRAWN for size, _ in system.jumps])
+    assert 1e-6 <= nvr.min() < 3e-6 and 3e-3 < nvr.max() <= 1e-2
+    assert sizes.max() <= 8 and np.mean(sizes < 0.5) < 0.05  # smaller only where the plant bears no more
+    assert all(1.5 <= max(f, 1 / f) <= 10 for system in DRAWN for f in system.steps)
+    assert {system.na for system in DRAWN} == {-1, 1, 2, 3, 4} and {len(system.nb) for system in DRAWN} >= {0, 1, 2, 3}
+
+
+def test_the_plant_is_stable_at_all_times():
+    for system in FEW:
+        r = worlds.records(system, range(4))
+        assert np.nanmax(np.abs(r.y)) < 1e3 and np.isfinite(r.u).all()
+        for theta in r.theta[:, ::50].reshape(-1, len(system.theta)) if system.na > 0 else ():
+            assert max(abs(np.roots([1.0, *theta[: system.na]]))) < RADIUS + 1e-6
+
+
+def test_schur_cohn_finds_what_roots_find():
+    a = np.random.default_rng(1).uniform(-1, 1, (500, 4)) * [2.0, 1.5, 1.0, 0.5]
+    by_roots = [max(abs(np.roots([1.0, *one]))) < 0.9 for one in a]
+    assert is_stable(a, 0.9).tolist() == by_roots and 50 < sum(by_roots) < 450
+
+
+def test_outputs_are_those_of_the_equation():
+    for system in FEW:
+        r = worlds.records(system, range(2))
+        psi = worlds.regressors(system, r.y, r.u)
+        lags = max([1, system.na, *system.nb])
+        dirty = np.isnan(r.y) | r.outliers
+        clean = ~np.any([np.roll(dirty, lag, axis=1) for lag in range(lags + 1)], axis=0)
+        clean[:, :lags] = False
+        e = ((r.y - np.einsum("stn,stn->st", psi, r.theta)) / r.sigma)[clean]
+        assert abs(e.std() - 1) < 5 / np.sqrt(2 * e.size) and abs(e.mean()) < 5 / np.sqrt(e.size), system.about
+
+
+def test_parameters_walk_and_jump_as_said():
+    for system in of("walk all")[:4]:
+        if system.jumps:
+            continue
+        r = worlds.records(system, range(4))
+        step = np.diff(r.theta, axis=1) / np.array(system.deviations)
+        free = np.any(step != 0, axis=2)  # a step that leaves what is stable is not taken
+        found = (step[free] ** 2).mean(axis=0)
+        np.testing.assert_allclose(found, system.nvr, rtol=6 * np.sqrt(2 / free.sum()) + 0.1 * (free.mean() < 1))
+    for system in [system for system in of("jumps") if not system.nvr][:6]:
+        r = worlds.records(system, range(4))
+        for s, j in np.ndindex(r.jumps.shape):
+            k = r.jumps[s, j]
+            np.testing.assert_allclose(r.theta[s, k] - r.theta[s, k - 1], r.moved[s, j], atol=1e-12)
+            size, who = system.jumps[j]
+            said = np.isin(np.arange(len(system.theta)), who) * size
+            went = np.abs(r.moved[s, j]) / system.deviations
+            shares = went[said > 0] / said[said > 0]
+            assert (went[said == 0] == 0).all() and np.allclose(np.log2(shares), np.round(np.log2(shares[0])))
+        assert np.all(np.diff(r.theta, axis=1).any(axis=2).sum(axis=1) == len(system.jumps))
+
+
+def test_noise_outliers_rests_and_gaps_are_as_many_as_said():
+    for system in of("outliers")[:5] + of("missing")[:5] + of("rest")[:5] + of("louder")[:5]:
+        r = worlds.records(system, range(20))
+        share, length = system.missing
+        assert abs(np.isnan(r.y).mean() - share) < 5 * np.sqrt(max(share, 1e-9) * length * 2 / r.y.size)
+        share = system.outliers[0]
+        assert abs(r.outliers.mean() - share) < 5 * np.sqrt(max(share, 1e-9) / r.y.size)
+        levels = np.unique(np.round(r.sigma / system.sigma, 9))
+        steps = np.round(np.cumprod([1.0, *system.steps]), 9)
+        rests = np.round(QUIET * steps, 9) if system.rest[1] else []
+        assert set(np.unique(steps)) <= set(levels) <= set(steps) | set(rests)
+        if system.rest[0] and system.input[0] != "closed loop" and system.nb:
+            assert np.all((r.u == 0).all(axis=2).sum(axis=1) >= system.rest[0])
+
+
+def test_inputs_are_coloured_quantised_and_in_a_loop():
+    for system in of("coloured")[:3] + of("quantised")[:3]:
+        if system.rest[0]:
+            continue
+        u = worlds.records(system, range(30)).u
+        if system.input[0] == "quantised":
+            assert len(np.unique(u)) == system.input[1]
+        else:
+            found = np.mean(u[:, 1:] * u[:, :-1]) / np.mean(u**2)
+            assert abs(found - system.input[1]) < 0.05
+    loop = of("closed loop")[0]
+    opened = changed(loop, input=("white", 0.0))
+    one, other = worlds.record(loop, 1), worlds.record(opened, 1)
+    y = np.concatenate([[[0.0]], one.y], axis=1)[:, 1:]
+    if not np.isnan(y).any():
+        np.testing.assert_allclose(one.u[..., 0] - other.u[..., 0], -loop.input[1] * y, atol=1e-9)
+
+
+# --- references --------------------------------------------------------------------------------------------
+
+
+def dense(y, psi, sigma, q, P0):
+    """Return filtered theta, innovations and their variances of the textbook's Kalman filter; q[k] is added after k."""
+    theta, P, paths, seen = np.zeros(psi.shape[1]), np.diag(P0), [], []
+    for k in range(len(y)):
+        S = psi[k] @ P @ psi[k] + sigma[k] ** 2
+        e = y[k] - psi[k] @ theta
+        if np.isfinite(e):
+            gain = P @ psi[k] / S
+            theta, P = theta + gain * e, P - np.outer(gain, psi[k] @ P)
+        paths.append(theta)
+        seen.append((e, S))
+        P = P + np.diag(q[k])
+    return np.array(paths), np.array(seen).T
+
+
+REGRESSION = System(
+    5, -1, (1, 1), (1.0, -0.5), 0.3, (0.3, 0.3), ("white", 0.0), nvr=(1e-3, 0.0), jumps=((3.0, (1,)),),
+    steps=(4.0, 0.25), outliers=(0.03, 15.0), missing=(0.1, 1),
+)  # fmt: skip
+
+
+def test_the_filter_that_is_told_is_the_dense_one():
+    r = worlds.record(REGRESSION, 3, 900)
+    y, q = np.where(r.outliers, np.nan, r.y)[0], told.walk(REGRESSION, 900)
+    theta, *_ = told.follow(REGRESSION, y, r.u[0], r.sigma[0], q)
+    expected, _ = dense(y, r.u[0], r.sigma[0], q, [told.WIDE, told.WIDE])
+    np.testing.assert_allclose(theta, expected, rtol=1e-7, atol=1e-9)
+
+
+def test_the_oracle_is_told_the_jump_and_says_whether_it_could_have_told_it():
+    found = []
+    for size in (0.3, 3.0):
+        system = changed(REGRESSION, jumps=((size, (1,)),))
+        for seed in range(6):
+            r = worlds.record(system, seed, 900)
+            y, q, k = np.where(r.outliers, np.nan, r.y)[0], told.walk(system, 900), r.jumps[0, 0]
+            theta, can = told.oracle(system, y, r.u[0], r.sigma[0], r.jumps[0], r.moved[0], q)
+            jumping = q.copy()
+            jumping[k - 1] += r.moved[0, 0] ** 2
+            expected, (e, v) = dense(y, r.u[0], r.sigma[0], jumping, [told.WIDE] * 2)
+            _, (e0, v0) = dense(y, r.u[0], r.sigma[0], q, [told.WIDE] * 2)
+            odds = np.nancumsum((0.5 * (np.log(v0 / v) + e0**2 / v0 - e**2 / v))[k : k + told.SOON])
+            np.testing.assert_allclose(theta, expected, rtol=1e-7, atol=1e-9)
+            assert can == [odds.max() >= np.log(told.ODDS)]
+            found += can
+    assert 0 < sum(found) < len(found)
+
+
+def test_the_best_constant_speed_in_hindsight_is_no_worse_than_the_true_one():
+    r = worlds.records(REGRESSION, range(3), 900)
+    y, q = np.where(r.outliers, np.nan, r.y), told.walk(REGRESSION, 900)
+    plain = [told.follow(REGRESSION, y[s], r.u[s], r.sigma[s], q)[0] for s in range(3)]
+    known = told.told(REGRESSION, r)
+    assert (
+        known.oracle
+        < known.reference
+        <= np.sqrt(np.mean([told.error(REGRESSION, path, true) for path, true in zip(plain, r.theta)]))
+    )
+    assert known.which != "true Q" and known.tellable.shape == (3, 1)
+
+
+# --- measuring ---------------------------------------------------------------------------------------------
+
+
+def test_who_never_forgets_is_the_reference_of_constants():
+    line = field.one(0, 0, 4, ["Constant()", "AutoMemory()"])  # nothing troubles it
+    assert line.system.troubles == ("nothing",)
+    assert 0.97 < line.found["Constant()"].ratio < 1.03
+    again = field.play(0, [0], 4, ["Constant()"])
+    assert again[0].found["Constant()"].ratio == line.found["Constant()"].ratio
+    words = field.by_trouble([line], "Constant()") + field.worst([line], "Constant()")
+    assert "| nothing, alone | 1 |" in words and line.system.about in words
+
+
+def test_bars_are_counted_after_the_jumps_that_count():
+    inside = np.ones((1, 200, 2), bool)
+    inside[0, 100:115, 0] = False
+    jumps = np.array([[100, 150]])
+    assert measured.held_after(inside, jumps, np.array([[True, True]])) == 0.75
+    assert measured.held_after(inside, jumps, np.array([[False, True]])) == 1.0
+    assert np.isnan(measured.held_after(inside, jumps, np.array([[False, False]])))
+
+
+def line(ratio, told_, tellable, false):
+    """Return a line of the field by hand."""
+    system = DRAWN[0] if not tellable else DRAWN[9]
+    jumps = np.array([tellable], bool).reshape(1, -1)
+    one = measured.Measured(1.0, ratio, ratio, 0.9, np.nan, np.nan, np.array([told_], bool), false, 0.0, 1.0)
+    return field.Line(system, told.Told(1.0, 1.0, "", jumps), np.full(jumps.shape, 2.5), {"AutoMemory()": one})
+
+
+def test_totals_by_hand():
+    lines = [line(1.0, [], [], 0.5), line(4.0, [True, True, False], [True, False, True], 7.0)]
+    found = field.total(lines, "AutoMemory()")
+    assert found.mean == pytest.approx(2.0) and found.worst == 4.0 and found.systems == 2
+    assert (found.told, found.tellable) == (1, 2)
+    assert found.false == 0.5  # jumps told where parameters do jump are no false ones of a system that rests
+    assert "| 2 to 3 | 3 | 2 | 1 | 0.50 |" in field.by_size(lines, "AutoMemory()")
+    met = dict(
+        judged.verdicts(found._replace(mean=1.1, high=1.3, worst=1.7, told=9, tellable=10, false=0.02, after=0.9))
+    )
+    assert sum(met.values()) == 6 and not next(good for words, good in met.items() if "bars hold" in words)
+
+
+def test_the_ranking_names_the_winner():
+    lines = [field.one(0, number, 1, ["Constant()", "GainFloor(50.0)", "GainFloor(200.0)"]) for number in (0, 3)]
+    words = ranking.wins(lines, lines[0].found)
+    assert re.search(r"\| Constant \| `Constant\(\)` \| [\d.]+ \| 1 \|.*\| nothing \|", words)
+    assert re.search(r"\| GainFloor \| .* \| 1 \|.*\| walk all \|", words)
+    assert "`GainFloor(200.0)`" in ranking.ranks(lines, lines[0].found) + ranking.alone(lines, lines[0].found)
+
+
+# --- judging -----------------------------------------------------------------------------------------------
+
+
+def test_the_judging_seed_is_that_of_the_last_commit_that_moved_a_constant(monkeypatch):
+    said = {"status": "", "rev-parse": "false", "log": "00ff00aa" + 32 * "1"}
+    monkeypatch.setattr(judged, "git", lambda *words: said[words[0]])
+    assert judged.seed() == ("00ff00aa" + 32 * "1", 0x00FF00AA)
+    said["status"] = " M src/driftwise/memory/auto.py"
+    with pytest.raises(InputError, match="commit first"):
+        judged.seed()
+    said.update(status="", **{"rev-parse": "true"})
+    with pytest.raises(InputError, match="cut short"):
+        judged.seed()
+
+
+def test_every_file_with_a_constant_is_there():
+    assert all((judged.ROOT / name).exists() for name in judged.CONSTANTS)
+
+
+def test_a_judgement_is_appended_and_made_once(tmp_path):
+    page, lines = tmp_path / "judged.md", [line(1.0, [], [], 0.0)]
+    page.write_text("# Judged\n")
+    judged.refuse_twice("a" * 40, 1, 1, page)
+    judged.append("a" * 40, 1, 1, 1, lines, "AutoMemory()", page)
+    first = page.read_text()
+    judged.append("b" * 40, 2, 1, 1, lines, "AutoMemory()", page)
+    assert first.startswith("# Judged\n") and page.read_text().startswith(first)
+    with pytest.raises(InputError, match="judged already"):
+        judged.refuse_twice("a" * 40, 1, 1, page)
+    judged.refuse_twice("a" * 40, 1, 2, page)
+
+
+def test_no_judgement_was_ever_taken_back():
+    try:
+        past = subprocess.run(
+            ["git", "-C", str(judged.ROOT), "log", "-p", "--format=", "--", str(judged.PAGE)],
+            capture_output=True, text=True, check=True,
+        ).stdout  # fmt: skip
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("no history here")
+    assert not re.findall(r"^-(?:##|\||\*).*", past, re.M)
