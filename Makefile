@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # What `make test-services` needs, as Debian calls it: compilers and machines for controllers, a MISRA checker.
 SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck
 
-.PHONY: run test test-all test-services services check format bench score docs clean
+.PHONY: run test test-all test-services services check format bench score worlds judge docs clean
 
 $(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -53,6 +53,12 @@ bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json, d
 
 score: $(STAMP)  ## accuracy on recordings (DRIFTWISE_DATA), with the cases we lose; writes score.json and docs/score.md
 	$(BIN)/driftwise score --json score.json --page docs/score.md
+
+worlds: $(STAMP)  ## the default memory on the three hundred systems that constants are chosen on
+	$(BIN)/python -m driftwise_studies.score.worlds.judge --processes 0
+
+judge: $(STAMP)  ## and on three hundred drawn by the last commit that changed a constant; appended to docs/judged.md
+	$(BIN)/python -m driftwise_studies.score.worlds.judge --judge --processes 0
 
 docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py

@@ -219,7 +219,7 @@ def line(ratio, told_, tellable, false):
     """Return a line of the field by hand."""
     system = DRAWN[0] if not tellable else DRAWN[9]
     jumps = np.array([tellable], bool).reshape(1, -1)
-    one = measured.Measured(1.0, ratio, ratio, 0.9, np.nan, np.nan, np.array([told_], bool), false, 0.0, 1.0)
+    one = measured.Measured(1.0, ratio, ratio, 0.9, np.nan, np.nan, np.nan, np.array([told_], bool), false, 0.0, 1.0)
     return field.Line(system, told.Told(1.0, 1.0, "", jumps), np.full(jumps.shape, 2.5), {"AutoMemory()": one})
 
 

@@ -17,11 +17,10 @@ SIZE, EVERY = 3.0, 1000.0  # deviations of a jump, samples between two: what is 
 
 
 class Entrant(NamedTuple):
-    """A memory: its family, what makes it, and whether it runs in units of the data (not if it is told sizes)."""
+    """A memory: its family, and what makes it for a system."""
 
     family: str
     make: Callable[[System], Any]
-    scaled: bool = True
 
 
 def same(memory, system: System):
@@ -63,10 +62,16 @@ def restarting(system: System):
     return kinds.RestartOnChange(dw.detect.ScoreCUSUM(jump=size), kinds.CovarianceInflation(size))
 
 
-TOLD = {
-    "RandomWalk(matched=(jump, 1000))": Entrant("RandomWalk", walking, False),
-    "BayesianChangePoint(jump, 1000)": Entrant("BayesianChangePoint", doubting, False),
-    "RestartOnChange(ScoreCUSUM(jump), CovarianceInflation(jump))": Entrant("RestartOnChange", restarting, False),
+def afresh(system: System):
+    """Return a restart by default."""
+    return kinds.RestartOnChange(dw.detect.ScoreCUSUM(), kinds.GainReset(10.0))
+
+
+NAMED = {
+    "RandomWalk(matched=(jump, 1000))": Entrant("RandomWalk", walking),
+    "BayesianChangePoint(jump, 1000)": Entrant("BayesianChangePoint", doubting),
+    "RestartOnChange(ScoreCUSUM(jump), CovarianceInflation(jump))": Entrant("RestartOnChange", restarting),
+    "RestartOnChange(ScoreCUSUM(), GainReset(10))": Entrant("RestartOnChange", afresh),
 }
 ENTRANTS: dict[str, Entrant] = {
     **fixed("AutoMemory", kinds.AutoMemory(), kinds.AutoMemory("jumps"), kinds.AutoMemory("outliers")),
@@ -77,8 +82,7 @@ ENTRANTS: dict[str, Entrant] = {
     **fixed("DirectionalForgetting", *map(kinds.DirectionalForgetting, (0.9, 0.98, 0.99))),
     **fixed("Window", kinds.Window(50), kinds.Window(200)),
     **fixed("Drift", *(kinds.Drift(nvr=v) for v in (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1))),
-    **TOLD,
-    **fixed("RestartOnChange", kinds.RestartOnChange(dw.detect.ScoreCUSUM(), kinds.GainReset(10.0))),
+    **NAMED,
     **fixed("MultipleModel", kinds.MultipleModel()),
     **fixed("IMM", kinds.IMM()),
     **fixed("LikelihoodDrift", kinds.LikelihoodDrift(), kinds.LikelihoodDrift(shared=True)),

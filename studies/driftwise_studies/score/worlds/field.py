@@ -20,8 +20,8 @@ from .told import Told, told
 
 SIZES = (0.0, 1.0, 2.0, 3.0, 5.0, 9.0)  # of jumps, in deviations of the quietest noise
 HEAD = (
-    "systems", "mean", "median", "95th", "worst", "over the oracle", "bars hold", "after a jump", "after one tellable",
-    "told", "false",
+    "systems", "mean", "median", "95th", "worst", "over the oracle", "bars hold", "after a jump",
+    "after one tellable", "once told", "told", "false",
 )  # fmt: skip
 
 
@@ -46,6 +46,7 @@ class Total(NamedTuple):
     inside: float
     after: float
     after_tellable: float
+    after_told: float
     told: int  # of the jumps that could be told
     tellable: int
     false: float  # jumps told a record of a system that rests
@@ -54,7 +55,7 @@ class Total(NamedTuple):
     def cells(self) -> list[str]:
         """Return it as the cells of a table, under `HEAD`."""
         share = f"{self.told}/{self.tellable} = {self.told / self.tellable:.2f}" if self.tellable else ""
-        numbers = (self.inside, self.after, self.after_tellable)
+        numbers = (self.inside, self.after, self.after_tellable, self.after_told)
         return [
             f"{self.systems}",
             *(f"{v:.2f}" for v in (self.mean, self.median, self.high, self.worst, self.over_oracle)),
@@ -72,7 +73,7 @@ def one(seed: int, number: int, count: int, names: list[str]) -> Line:
     found = {}
     for name in names:
         entrant = ENTRANTS[name]
-        found[name] = measure(system, r, known, entrant.make(system), entrant.scaled)
+        found[name] = measure(system, r, known, entrant.make(system))
     return Line(system, known, np.abs(r.moved / np.array(system.deviations)).max(axis=2, initial=0.0), found)
 
 
@@ -101,6 +102,7 @@ def total(lines: list[Line], name: str) -> Total:
         mean([one.inside for one in found]),
         mean([one.after for one in found]),
         mean([one.after_tellable for one in found]),
+        mean([one.after_told for one in found]),
         int(sum((one.told & line.told.tellable).sum() for one, line in zip(found, lines))),
         int(sum(line.told.tellable.sum() for line in lines)),
         mean(calm),

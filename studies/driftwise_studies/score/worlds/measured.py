@@ -25,20 +25,20 @@ class Measured(NamedTuple):
     over_oracle: float  # over the filter that is told the jumps
     inside: float  # share of the parameters that the 95 % bars hold
     after: float  # the same within `AFTER` samples after a jump
-    after_tellable: float  # and after those that could be told
+    after_tellable: float  # after those that could be told
+    after_told: float  # and once one is told
     told: np.ndarray  # (S, J), whether each jump was
     false: float  # other jumps told, a record
     steps: float  # steps of the noise told, a record
     ns: float  # of processor time, a sample
 
 
-def measure(system: System, r: Records, told: Told, memory, scaled: bool = True) -> Measured:
-    """Run a memory over every record of a system, nothing told; ``scaled``: in units of the first record."""
+def measure(system: System, r: Records, told: Told, memory) -> Measured:
+    """Run a memory over every record of a system; the estimator is told nothing."""
     inputs = [u if u.shape[1] else None for u in r.u]
     est = estimator(system, memory)
-    est = est.scaled_to(r.y[0], inputs[0]) if scaled else est
     est.scan(r.y[0, :20], inputs[0] if inputs[0] is None else inputs[0][:20])  # compiles
-    squares, inside, heard, false, steps = [], np.empty(r.theta.shape, bool), np.zeros(r.jumps.shape, bool), [], []
+    squares, inside, heard_at, false, steps = [], np.empty(r.theta.shape, bool), np.zeros(r.jumps.shape, int), [], []
     began = time.thread_time()
     traces = [est.scan(y, u) for y, u in zip(r.y, inputs)]
     ns = 1e9 * (time.thread_time() - began) / r.y.size
@@ -48,7 +48,8 @@ def measure(system: System, r: Records, told: Told, memory, scaled: bool = True)
         jump = trace.status & int(Status.JUMP) != 0
         steps.append(np.sum(trace.status & int(Status.NOISE) != 0))
         for j, k in enumerate(r.jumps[s]):
-            heard[s, j] = jump[k : k + HEARD].any()
+            soon = np.flatnonzero(jump[k : k + HEARD])
+            heard_at[s, j] = k + soon[0] if len(soon) else 0
             jump[k : k + HEARD] = False
         false.append(jump.sum())
     rms = float(np.sqrt(np.mean(squares)))
@@ -60,7 +61,8 @@ def measure(system: System, r: Records, told: Told, memory, scaled: bool = True)
         float(inside[:, SKIP:].mean()),
         held_after(inside, r.jumps, every),
         held_after(inside, r.jumps, told.tellable),
-        heard,
+        held_after(inside, heard_at, heard_at > 0),
+        heard_at > 0,
         float(np.mean(false)),
         float(np.mean(steps)),
         ns,
