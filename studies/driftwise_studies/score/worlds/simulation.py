@@ -10,7 +10,7 @@ from .system import System, stays
 
 SAMPLES = 2000
 FIRST, APART = 200, 100  # samples before the first jump or step of the noise, and between two
-QUIET = 0.01  # what is left of the noise in a rest that is quiet
+QUIET, DECAY = 0.01, 50  # what is left of the noise in a rest that is quiet, from so many samples after its begin
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def kept_stable(system: System, steps, at, moved):
 
 
 def noise(system: System, streams, samples: int):
-    """Return sigma (S, T), and where the plant rests."""
+    """Return sigma (S, T), and where the plant rests; noise that rests waits until what was excited has died away."""
     sigma, resting = np.full((len(streams), samples), system.sigma), np.zeros((len(streams), samples), bool)
     for s, rng in enumerate(streams):
         for k, step in zip(moments(rng, len(system.steps), samples), system.steps):
@@ -100,8 +100,8 @@ def noise(system: System, streams, samples: int):
         if system.rest[0]:
             k = int(rng.integers(FIRST, max(samples - system.rest[0] - APART, FIRST + 1)))
             resting[s, k : k + system.rest[0]] = True
-    if system.rest[1]:
-        sigma[resting] *= QUIET
+            if system.rest[1]:
+                sigma[s, k + DECAY : k + system.rest[0]] *= QUIET
     return sigma, resting
 
 
