@@ -267,9 +267,10 @@ def test_a_judgement_is_appended_and_made_once(tmp_path):
     page, lines = tmp_path / "judged.md", [line(1.0, [], [], 0.0)]
     page.write_text("# Judged\n")
     judged.refuse_twice("a" * 40, 1, 1, page)
-    judged.append("a" * 40, 1, 1, 1, lines, "AutoMemory()", page)
+    judged.append("a" * 40, 1, 1, lines, "AutoMemory()", (1.05, 1.13), page)
     first = page.read_text()
-    judged.append("b" * 40, 2, 1, 1, lines, "AutoMemory()", page)
+    judged.append("b" * 40, 2, 1, lines, "AutoMemory()", None, page)
+    assert "* met: mean ratio of the eight" in first and "* **missed**: their worst: 1.13 (at most 1.12)" in first
     assert first.startswith("# Judged\n") and page.read_text().startswith(first)
     with pytest.raises(InputError, match="judged already"):
         judged.refuse_twice("a" * 40, 1, 1, page)
