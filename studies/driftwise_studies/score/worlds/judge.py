@@ -11,6 +11,8 @@ import argparse
 import sys
 import time
 
+from driftwise.engine.errors import InputError
+
 from ...papers.abid import entrants as known_names
 from ...papers.abid import ranking as known_systems
 from . import judged
@@ -58,4 +60,7 @@ def main(arguments=None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except InputError as error:
+        sys.exit(str(error))

@@ -15,12 +15,12 @@ from .field import Line, Total, by_size, by_trouble, total
 
 ROOT = Path(__file__).parents[4]
 PAGE = ROOT / "docs" / "judged.md"
-CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes systems
-    "src/driftwise/memory/auto.py", "src/driftwise/memory/bank.py", "src/driftwise/memory/modes.py",
-    "src/driftwise/memory/mixing.py", "src/driftwise/memory/likelihood_drift.py",
-    "src/driftwise/memory/unknown_drift.py", "src/driftwise/memory/sensitivity.py",
-    "studies/driftwise_studies/score/worlds",
-)  # fmt: skip
+CHOSEN = "auto", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"
+DRAWN = "system", "drawing", "simulation", "told", "measured"
+CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes and measures systems
+    *(f"src/driftwise/memory/{name}.py" for name in CHOSEN),
+    *(f"studies/driftwise_studies/score/worlds/{name}.py" for name in DRAWN),
+)
 GOALS = (  # words, how to read a `Total`, least, most
     ("geometric mean of the ratios", lambda t: t.mean, 0.0, 1.12),
     ("95th percentile of the ratios", lambda t: t.high, 0.0, 1.35),
