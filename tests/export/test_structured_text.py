@@ -133,3 +133,29 @@ def test_refusals(tmp_path):
     with pytest.raises(InputError, match="double precision"):
         dw.ARX(1, 1).export(tmp_path, language="st", precision="single")
     assert not list(tmp_path.iterdir())
+
+
+def test_the_command_writes_what_the_library_does(call, tmp_path):
+    st = "--language", "st", "--name", "pump", "--out"
+    code, said, _ = call("export", "arx:2,2@restart", "-i", "valve", *st, tmp_path / "spec")
+    assert code == 0 and "pump_test.st" in said
+    est = dw.ARX(2, (2,), memory=RESTART, u_scale=[1.0])
+    state = est.start()
+    state["theta"] = 0.125, 7.0, 0.0, 0.0
+    dw.save_state(est, state, tmp_path / "state.json")
+    assert call("export", tmp_path / "state.json", *st, tmp_path / "state")[0] == 0
+    for folder, given in (("spec", (est, None)), ("state", dw.load_state(tmp_path / "state.json"))):
+        for file in given[0].export(tmp_path / "library", given[1], language="st", name="pump"):
+            assert (tmp_path / folder / file.name).read_bytes() == file.read_bytes()
+    assert "estimate[1] := 7.0;" in (tmp_path / "state" / "pump.st").read_text()
+
+
+def test_the_command_refuses_in_a_sentence(call, tmp_path):
+    for words, given in {
+        "--float has no meaning with --language st": ("ar:2@constant", "--float", "--language", "st"),
+        "language must be one of c, st": ("ar:2@constant", "--language", "lisp"),
+        "not for AutoMemory: export C": ("ar:2@auto", "--language", "st"),
+    }.items():
+        code, _, err = call("export", *given, "--out", tmp_path / "made")
+        assert code in (1, 2) and words in err
+    assert not (tmp_path / "made").exists()

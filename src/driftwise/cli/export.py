@@ -1,4 +1,4 @@
-"""`driftwise export`: an estimator as C for a controller."""
+"""`driftwise export`: an estimator as C for a controller, or as Structured Text for a PLC."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ class ExportJob(Job):
     """Write an estimator as C for a controller: one .c, one .h, a test with expected bits, and what it takes.
 
     Nothing is allocated or printed, and no library is needed. Where GCC for Arm and QEMU are installed, the README
-    tells code, stack and instructions on two controllers.
+    tells code, stack and instructions on two controllers. For a PLC, --language st writes Structured Text
+    (IEC 61131-3) instead: one function block, and one that tests it.
 
     Example: driftwise export arx:2,2@restart -i heater --out firmware --name pump
     """
@@ -35,6 +36,14 @@ class ExportJob(Job):
     ]
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder to write into; made if it is not there.")]
     name: Annotated[str, typer.Option(metavar="NAME", help="What files, functions and types begin with.")] = "driftwise"
+    language: Annotated[
+        str,
+        typer.Option(
+            metavar="c|st",
+            help="c: C99, which is C++ too. st: Structured Text, for ARX, AR, regression and joint with constant, "
+            "exponential, walk or restart.",
+        ),
+    ] = "c"
     single: Annotated[
         bool,
         typer.Option("--float", metavar="", help="Numbers of 32 bits; refused where that was not shown to be sound."),
@@ -45,14 +54,18 @@ class ExportJob(Job):
     u_scale: Annotated[str, typer.Option(metavar="LIST", help="Of a SPEC: typical size of each input.")] = "1"
 
     def check(self) -> None:
-        """Refuse a folder that cannot be written."""
+        """Refuse a folder that cannot be written, and numbers that Structured Text is not written with."""
         refuse_folder("--out", self.out)
+        if self.language == "st" and self.single:
+            raise CommandError(
+                "--float has no meaning with --language st: Structured Text is written with LREAL, doubles."
+            )
 
     def estimate(self) -> None:
         """Make the estimator, or read it, and write its files."""
         est, state = self._read() if self.what.lower().endswith((".json", ".npz")) else (self._made(), None)
         precision = "single" if self.single else "double"
-        self.files = est.export(self.out, state, name=self.name, precision=precision)
+        self.files = est.export(self.out, state, language=self.language, name=self.name, precision=precision)
 
     def tell(self) -> None:
         """Say what was written."""

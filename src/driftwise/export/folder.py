@@ -25,17 +25,8 @@ from .source import Source
 LANGUAGES, PRECISIONS = ("c", "st"), ("double", "single")
 
 
-def export(
-    est: Estimator,
-    folder,
-    state=None,
-    *,
-    language: str = "c",
-    name: str = "driftwise",
-    precision: str = "double",
-    keep: str = "std",
-) -> list[Path]:
-    """Write an estimator as NAME.c and NAME.h (or NAME.st), with a test and README.md; return where they are."""
+def export(est: Estimator, folder, state, *, language: str, name: str, precision: str, keep: str) -> list[Path]:
+    """Write an estimator as `Estimator.export` promises; what is not said was filled in there."""
     is_structured = validation.one_of("language", language, LANGUAGES) == "st"
     is_single = validation.one_of("precision", precision, PRECISIONS) == "single"
     if is_structured:
