@@ -363,6 +363,9 @@ ARX = {
     "normalised gradient": lambda: ways(dw.ARX(2, 2, method="nlms", gate=dw.InnovationGate())),
     "gradient": lambda: ways(dw.ARX(2, 2, method="lms", step=0.01, memory=dw.ExponentialForgetting(0.99))),
     "score": lambda: ways(dw.ARX(2, (2, 1), memory=named_jump()), 2),
+    "score, any size": lambda: ways(
+        dw.ARX(2, (2, 1), memory=dw.RestartOnChange(dw.detect.ScoreCUSUM(threshold=3.0), settle=12)), 2
+    ),
     "auto, known noise": lambda: ways(dw.ARX(2, 2, memory=dw.AutoMemory(), variance=0.04, P0=10.0), samples=80),
     "prior": lambda: ways(dw.ARX(1, 1, theta0=[-0.5, 0.3], P0=np.eye(2) + 0.2, y_scale=4.0, u_scale=2.0)),
     "algebraic start": lambda: ways(dw.ARX(2, 2, start="algebraic")),
@@ -500,6 +503,7 @@ OTHERS = {
     ),
     "detector/likelihood": lambda: alarms(dw.detect.GLR("1 per 1000", 50)),
     "detector/score": lambda: alarms(dw.detect.ScoreCUSUM("1 per 1000", jump=0.5), 2),
+    "detector/score, any size": lambda: alarms(dw.detect.ScoreCUSUM("1 per 1000"), 2),
     "detector/self-starting": lambda: alarms(dw.detect.SelfStarting("1 per 1000")),
     "detector/self-starting, learnt": lambda: alarms(dw.detect.SelfStarting("1 per 1000", noise="learnt")),
 }

@@ -97,6 +97,9 @@ ESTIMATORS = {
             settle=10,
         ),
     ),
+    "ARX, until a parameter jumps by any size": dw.ARX(
+        2, (2, 1), memory=dw.RestartOnChange(dw.detect.ScoreCUSUM(threshold=3.0), settle=10)
+    ),
     "ARX, until the variance jumps": dw.ARX(
         2, 2, memory=dw.RestartOnChange(dw.detect.VarianceCUSUM(threshold=1.0), settle=10)
     ),
@@ -311,6 +314,7 @@ def test_a_policy_with_nothing_to_do_changes_nothing(idle, plain):
     "policy",
     [
         dw.detect.ScoreCUSUM(jump=0.5, threshold=1.0),
+        dw.detect.ScoreCUSUM(threshold=3.0),
         dw.RestartOnChange(dw.detect.GLR(threshold=2.0, window=5), dw.memory.GainReset(5), settle=10),
         dw.memory.CovarianceInflation(0.5, only_named=True),
         dw.memory.GainReset(5),

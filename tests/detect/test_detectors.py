@@ -389,10 +389,10 @@ def test_words():
     assert "one false alarm per 10 000 samples on average (exact" in words
     assert "a shift of 1 sd is found after 15.7 samples" in words
     assert "approximately" in dw.detect.GLR(1000, window=20).words
-    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.detect.ScoreCUSUM(1000).words
+    assert "at most one false alarm per 1 000 samples on average (guaranteed" in dw.detect.ScoreCUSUM(1000, 1.0).words
     assert (
-        "per 202 samples" in dw.detect.ScoreCUSUM(threshold=6.0).words
-        and "for each parameter" in dw.detect.ScoreCUSUM(threshold=6.0).words
+        "per 202 samples" in dw.detect.ScoreCUSUM(jump=1.0, threshold=6.0).words
+        and "for each parameter" in dw.detect.ScoreCUSUM(jump=1.0, threshold=6.0).words
     )
     calibrated = dw.detect.ScoreCUSUM("1 per 1000", jump=0.5).calibrated_to([-1.0, 0.3]).words
     assert (
