@@ -84,7 +84,7 @@ class ScoreCUSUM(NamedTuple):
     >>> z = rng.standard_normal(1000)
     >>> z[600:] -= 0.8 * slopes[600:, 1]                      # parameter 1 has fallen by 0.8
     >>> dw.detect.ScoreCUSUM("1 per 10_000").scan(z[:640], slopes[:640])
-    1 alarm in 640 samples: #1 down at 618 since 592
+    1 alarm in 640 samples: #1 down at 624 since 592
     """
 
     false_alarms: Any = "1 per 10_000"
