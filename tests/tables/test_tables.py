@@ -472,3 +472,40 @@ def test_standard_input(monkeypatch):
     record, columns, _ = read("-")
     assert columns["y"].tolist() == [k * k for k in range(50)]
     assert record.source.fraction is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"time" "u" "y"\n"1" 0 1 2.5\n"2" 1 -1 3.5\n"3" 2 1 4.5\n',  # R: write.table(d)
+        "time u y\n1 0 1 2.5\n2 1 -1 3.5\n3 2 1 4.5\n",  # R: write.table(d, quote = FALSE)
+        '"time","u","y"\n"1",0,1,2.5\n"2",1,-1,3.5\n"3",2,1,4.5\n',  # R: write.table(d, sep = ",")
+        "time,u,y\na,0,1,2.5\nb,1,-1,3.5\nc,2,1,4.5\n",  # rows with names
+    ],
+)
+def test_rows_with_labels_that_the_header_does_not_name(tmp_path, text):
+    _, columns, _ = read(put(tmp_path, text), "y", ["u"], "time")
+    assert columns["y"].tolist() == [2.5, 3.5, 4.5]
+    assert columns["u"].tolist() == [1, -1, 1]
+    assert columns["time"].tolist() == [0, 1, 2]
+
+
+def test_labels_are_known_from_their_first_column_on_however_few_the_names(tmp_path):
+    assert sniff(["u,y,", "1,2.5,", "2,3.5,"]).names == ("u", "y", "column3")  # nothing stands to the right
+    assert sniff(["u,y", "0.5,2.5,calm", "0.7,3.5,storm"]).names == ("u", "y", "column3")
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (
+            "time,u,y\n0,1,5,2,25\n1,1,5,3,25\n3,1,7,4,75\n",
+            r"names 3 columns \(time, u, y\), .*5 cells.*Decimal commas",
+        ),
+        ("time,u,y\n0,5.5,2,25\n1,1.5,3,25\n2,0.7,4,75\n", "names 3 columns.*a cell for each column"),
+        ("u,y\n0.5,2.5,7.5\n0.4,3.5,8.5\n0.7,4.5,8\n", "names 2 columns.*a cell for each column"),
+    ],
+)
+def test_a_header_that_fits_no_column_for_certain_is_refused(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        read(put(tmp_path, text), "y", ["u"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass, field
@@ -59,7 +60,7 @@ def kind(cell: str) -> str:
 def split(line: str, delimiter: str) -> list[str]:
     """Split one line into stripped cells, honouring double quotes."""
     if delimiter == " ":
-        return line.split()
+        return next(csv.reader([" ".join(line.split())], delimiter=" "), []) if '"' in line else line.split()
     try:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
     except csv.Error:
@@ -96,6 +97,8 @@ def sniff(lines: list[str]) -> Dialect:
     numeric = [j for j in range(width) if _mostly_values([row[j] for row in body])]
 
     header, units, start = _header(rows, first, width, numeric)
+    if header is not None and len(header) < width:
+        header = aligned(header, body, [line for _, line in content[start:]])
     if header is None:
         header = _commented_header([text for n, text in comments if n < numbers[start]], delimiter, width)
     names = _unique(header or [], width)
@@ -181,6 +184,56 @@ def _header(rows, first, width, numeric):
             break
         start += 1
     return *_names_and_units(rows[first:start], width), start
+
+
+def aligned(header: list[str], body: list[list[str]], lines: list[str]) -> list[str]:
+    """Return the names of a header that has fewer cells than the rows, blank where there is none; or refuse.
+
+    What has no name is what stands to the right, if that is empty or words, or if dates stand first; or the labels
+    of the rows (R's write.table names no column for them), if they are quoted, words, or count by one.
+    """
+    width, named = len(body[0]), len(header)
+    columns = [Counter(kind(row[j]) for row in body) for j in range(width)]
+    if all(not column["number"] + column["comma"] for column in columns[named:]) or columns[0]["stamp"]:
+        return header
+    if width == named + 1 and _are_labels(header[0], body, lines):
+        return ["", *header]
+    hint = (
+        "Decimal commas in a table cut at commas? Export it with decimal points, or with semicolons between cells"
+        if width <= 2 * named and all(column["number"] + column["missing"] == len(body) for column in columns)
+        and not any("." in cell for row in body for cell in row)
+        else "Give the header a cell for each column"
+    )  # fmt: skip
+    told = ", ".join(header[:6]) + (", .." if named > 6 else "")
+    raise InputError(
+        f"the header names {named} column{'s' * (named != 1)} ({told}), but the rows have {width} cells of numbers: "
+        f"which is whose cannot be known. {hint}."
+    )
+
+
+def _value(cell: str) -> float:
+    """Return the number in a cell, NaN where it holds none that is written plainly."""
+    try:
+        return float(cell.replace(".", "").replace(",", ".") if kind(cell) == "comma" else cell)
+    except ValueError:
+        return float("nan")
+
+
+def _are_labels(name: str, body: list[list[str]], lines: list[str]) -> bool:
+    """Whether rows begin with labels: quoted where numbers need no quotes, words, or counting by one.
+
+    What counts by one may also be the clock that the first ``name`` says, unless what follows is one.
+    """
+    from driftwise.tables.column_roles import parse
+
+    first = [row[0] for row in body]
+    if all(line.lstrip().startswith('"') for line in lines) or all(kind(cell) == "text" for cell in first):
+        return True
+    if not all(map(str.isdecimal, first)) or any(int(b) - int(a) != 1 for a, b in itertools.pairwise(first)):
+        return False
+    second = [_value(row[1]) for row in body]
+    is_rising = all(a < b for a, b in itertools.pairwise(second))
+    return is_rising or not parse(name).kinds & {"time", "counter"}
 
 
 def _names_and_units(lines, width):
