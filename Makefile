@@ -55,7 +55,7 @@ score: $(STAMP)  ## accuracy on recordings (DRIFTWISE_DATA), with the cases we l
 	$(BIN)/driftwise score --json score.json --page docs/score.md
 
 worlds: $(STAMP)  ## the default memory on the three hundred systems that constants are chosen on
-	$(BIN)/python -m driftwise_studies.score.worlds.judge --processes 0
+	$(BIN)/python -m driftwise_studies.score.worlds.judge --page --processes 0
 
 judge: $(STAMP)  ## and on three hundred drawn by the last commit that changed a constant; appended to docs/judged.md
 	$(BIN)/python -m driftwise_studies.score.worlds.judge --judge --processes 0

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from driftwise_studies.score import worlds
-from driftwise_studies.score.worlds import field, judged, measured, ranking, told
+from driftwise_studies.score.worlds import ceiling, field, judged, measured, ranking, told
 from driftwise_studies.score.worlds.simulation import QUIET
 from driftwise_studies.score.worlds.system import ALONE, RADIUS, System, changed, is_stable
 
@@ -193,6 +193,33 @@ def test_the_best_constant_speed_in_hindsight_is_no_worse_than_the_true_one():
     assert known.which != "true Q" and known.tellable.shape == (3, 1)
 
 
+def test_the_odds_of_every_moment_are_those_of_the_filter_that_is_told_it():
+    system = changed(REGRESSION, outliers=(0.0, 0.0), missing=(0.0, 1), steps=())
+    r, samples, variances = worlds.record(system, 1, 120), 120, np.array([0.0, 0.4])
+    rows, q = (r.u[0], r.y[0], r.sigma[0]), told.walk(system, 120)
+    moments, P0 = ceiling.Moments(variances), np.array([10.0, 10.0])
+    steps = list(ceiling.filtered(*rows, q, np.zeros(2), np.diag(P0)))
+    for *seen, _, _ in steps:
+        logs, d, _ = moments.take(*seen)
+    theta = steps[-1][-2]
+    path, (e0, v0) = dense(r.y[0], r.u[0], r.sigma[0], q, P0)
+    np.testing.assert_allclose(theta, path[-1], rtol=1e-9)
+    for k in (1, 40, 119):
+        jumping = q.copy()
+        jumping[k - 1] += variances
+        path, (e, v) = dense(r.y[0], r.u[0], r.sigma[0], jumping, P0)
+        assert logs[k] == pytest.approx(0.5 * np.sum(np.log(v0 / v) + e0**2 / v0 - e**2 / v), abs=1e-9)
+        np.testing.assert_allclose(theta + moments.A[k] @ d[k], path[samples - 1], rtol=1e-8, atol=1e-10)
+
+
+def test_the_mixture_tells_a_large_jump_and_not_a_tiny_one():
+    for size, tells in ((8.0, True), (1e-3, False)):
+        system = changed(REGRESSION, outliers=(0.0, 0.0), missing=(0.0, 1), steps=(), jumps=((size, (1,)),))
+        r = worlds.record(system, 2, 900)
+        found = ceiling.of_record(system, r.u[0], r.y[0], r.sigma[0], r.theta[0], r.jumps[0], r.moved[0])
+        assert [one for one, _ in found] == [tells] and 0.5 < found[0][1] <= 1.0
+
+
 # --- measuring ---------------------------------------------------------------------------------------------
 
 
@@ -275,6 +302,14 @@ def test_a_judgement_is_appended_and_made_once(tmp_path):
     with pytest.raises(InputError, match="judged already"):
         judged.refuse_twice("a" * 40, 1, 1, page)
     judged.refuse_twice("a" * 40, 1, 2, page)
+
+
+def test_tables_go_between_their_markers(tmp_path):
+    page = tmp_path / "worlds.md"
+    page.write_text("a\n<!-- one: begin -->\nold\n<!-- one: end -->\n<!-- two: begin -->\n<!-- two: end -->\nz\n")
+    judged.write("one", "new\n", page)
+    assert page.read_text().startswith("a\n<!-- one: begin -->\nnew\n<!-- one: end -->\n<!-- two: begin")
+    assert page.read_text().endswith("<!-- two: end -->\nz\n")
 
 
 def test_no_judgement_was_ever_taken_back():

@@ -17,7 +17,7 @@ import numpy as np
 
 from .drawing import draw
 from .field import SIZES, table
-from .judge import CHOOSING
+from .judged import CHOOSING
 from .measured import AFTER, BAR, HEARD
 from .simulation import records, regressors
 from .system import System

@@ -19,8 +19,6 @@ from . import judged
 from .entrants import AUTO, ENTRANTS
 from .field import by_size, by_trouble, play, total, worst
 
-CHOOSING = 0
-
 
 def eight(seeds: int = 200) -> tuple[float, float]:
     """Return mean and worst ratio of the default memory on the eight systems it was made with."""
@@ -32,6 +30,7 @@ def main(arguments=None) -> None:
     """Run, print, and write down what was judged."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--judge", action="store_true", help="with the seed of the last commit that moved a constant")
+    parser.add_argument("--page", action="store_true", help="put the choosing systems' tables into docs/worlds.md")
     parser.add_argument("--systems", type=int, default=300)
     parser.add_argument("--records", type=int, default=30)
     parser.add_argument("--processes", type=int, default=1, help="0: all cores")
@@ -41,20 +40,20 @@ def main(arguments=None) -> None:
     )
     asked = parser.parse_args(arguments)
     name = AUTO if asked.judge else asked.memory
-    commit, seed = judged.seed() if asked.judge else ("", CHOOSING)
+    commit, seed = judged.seed() if asked.judge else ("", judged.CHOOSING)
     if asked.judge:
         judged.refuse_twice(commit, asked.systems, asked.records)
     began = time.time()
     lines = play(seed, range(asked.systems), asked.records, [name], asked.processes or None)
     tables = by_trouble(lines, name), by_size(lines, name), worst(lines, name, asked.worst)
-    print(
-        f"seed {seed}, {asked.systems} systems, {asked.records} records, {time.time() - began:.0f} s\n",
-        *tables,
-        sep="\n",
-    )
+    said = f"`{name}`: seed {seed}, {asked.systems} systems, {asked.records} records"
+    print(f"{said}, {time.time() - began:.0f} s\n")
+    print(*tables, sep="\n")
     known = eight() if name == AUTO else None
     verdicts = judged.verdicts(total(lines, name), known)
     print(*(f"{'met' if good else 'MISSED':6} {words}" for words, good in verdicts), sep="\n")
+    if asked.page and not asked.judge:
+        judged.write("choosing", "\n".join((said + ".\n", *tables)))
     if asked.judge:
         print("written:", judged.append(commit, seed, asked.records, lines, name, known), file=sys.stderr)
 

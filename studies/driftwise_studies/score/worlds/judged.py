@@ -15,6 +15,7 @@ from .field import Line, Total, by_size, by_trouble, total
 
 ROOT = Path(__file__).parents[4]
 PAGE = ROOT / "docs" / "judged.md"
+CHOOSING = 0  # the seed to work with
 CHOSEN = "auto", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"
 DRAWN = "system", "drawing", "simulation", "told", "measured"
 CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes and measures systems
@@ -78,6 +79,13 @@ def refuse_twice(commit: str, systems: int, records: int, page: Path = PAGE) -> 
     """Raise where this was judged before."""
     if page.exists() and title(commit, systems, records) in page.read_text(encoding="utf-8").splitlines():
         raise InputError(f"{commit[:8]} is judged already, see {page.name}: no number has changed since")
+
+
+def write(name: str, text: str, page: Path = ROOT / "docs" / "worlds.md") -> None:
+    """Put tables between the markers of that name on a page."""
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before, rest = page.read_text(encoding="utf-8").split(begin)
+    page.write_text(f"{before}{begin}\n{text.rstrip()}\n{end}{rest.split(end)[1]}", encoding="utf-8")
 
 
 def append(commit: str, seed: int, records: int, lines: list[Line], name: str, known, page: Path = PAGE) -> Path:

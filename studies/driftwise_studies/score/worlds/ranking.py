@@ -8,18 +8,14 @@ The tables go between the markers of docs/worlds.md. Options: --systems 300 --re
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
-from .entrants import AUTO, ENTRANTS
-from .field import Line, by_size, by_trouble, geometric, mean, play, table, total
-from .judged import ROOT
+from .entrants import ENTRANTS
+from .field import Line, geometric, mean, play, table, total
+from .judged import CHOOSING, write
 from .system import ALONE
 
-CHOOSING = 0
-PAGE = ROOT / "docs" / "worlds.md"
-BEGIN, END = "<!-- worlds: begin -->", "<!-- worlds: end -->"
 CLEARLY = 1.02  # a win that is no luck of the draw
 
 
@@ -51,20 +47,28 @@ def ranks(lines: list[Line], names) -> str:
     return table(head, rows)
 
 
-def wins(lines: list[Line], names) -> str:
-    """Return where each family wins, with the best of its numbers on every system."""
-    groups = families(names)
-    ratios = np.array([[min(line.found[name].ratio for name in some) for some in groups.values()] for line in lines])
+def best_of_each(lines: list[Line], names) -> np.ndarray:
+    """Return the ratio of each family (columns) on each system, with the best of its numbers there."""
+    groups = families(names).values()
+    return np.array([[min(line.found[name].ratio for name in some) for some in groups] for line in lines])
+
+
+def winners(ratios) -> tuple[np.ndarray, np.ndarray]:
+    """Return who is best on each system, and who is so clearly."""
     order = np.sort(ratios, axis=1)
-    first, second = order[:, :1], order[:, 1:2]
-    is_best, is_clear = ratios == first, (ratios == first) & (second > CLEARLY * first)
-    single = {name: [x for x in lines if x.system.troubles == (name,)] for name in ALONE}
+    is_best = ratios == order[:, :1]
+    return is_best, is_best & (order[:, 1:2] > CLEARLY * order[:, :1])
+
+
+def wins(lines: list[Line], names) -> str:
+    """Return where each family wins."""
+    groups, ratios = families(names), best_of_each(lines, names)
+    (is_best, is_clear), first = winners(ratios), ratios.min(axis=1)
     kings: dict[str, list[str]] = {}
-    for trouble, some in single.items():
-        if some:
-            means = {name: geometric([x.found[name].ratio for x in some]) for name in names}
-            king = ENTRANTS[min(means, key=lambda name: means[name])].family
-            kings.setdefault(king, []).append(trouble)
+    for trouble in ALONE:
+        if some := [line for line in lines if line.system.troubles == (trouble,)]:
+            means = {name: geometric([line.found[name].ratio for line in some]) for name in names}
+            kings.setdefault(ENTRANTS[min(means, key=lambda name: means[name])].family, []).append(trouble)
     rows = [
         [
             family,
@@ -72,13 +76,22 @@ def wins(lines: list[Line], names) -> str:
             f"{geometric(ratios[:, i]):.2f}",
             f"{is_best[:, i].sum()}",
             f"{is_clear[:, i].sum()}",
-            f"{(ratios[:, i] < 1.05 * first[:, 0]).sum()}",
+            f"{(ratios[:, i] < 1.05 * first).sum()}",
             ", ".join(kings.get(family, [])),
         ]
         for i, (family, some) in enumerate(groups.items())
     ]
     head = ("family", "best setting", "mean, best for each", "wins", "by 2 % and more", "within 5 %", "best alone at")
     return table(head, sorted(rows, key=lambda row: -int(row[3])))
+
+
+def nowhere(lines: list[Line], names) -> str:
+    """Return, in words, who wins nowhere."""
+    counts = [won.sum(axis=0) for won in winners(best_of_each(lines, names))]
+    each = list(zip(families(names), *counts))
+    never = ", ".join(f"`{family}`" for family, won, _ in each if not won)
+    hardly = ", ".join(f"`{family}`" for family, won, clear in each if won and not clear)
+    return f"On no system the best: {never or 'none'}. Nowhere by 2 % and more: {hardly or 'none'}.\n"
 
 
 def alone(lines: list[Line], names) -> str:
@@ -104,18 +117,10 @@ def main(arguments=None) -> None:
     names = [name for name in ENTRANTS if asked.only in name]
     lines = play(CHOOSING, range(asked.systems), asked.records, names, asked.processes or None)
     said = f"Seed {CHOOSING}, {asked.systems} systems, {asked.records} records of each."
-    parts = [said, ranks(lines, names), wins(lines, names), alone(lines, names)]
-    if AUTO in names:
-        parts += [f"`{AUTO}` by trouble:", by_trouble(lines, AUTO), by_size(lines, AUTO)]
-    print("\n".join(parts))
+    parts = [said, ranks(lines, names), wins(lines, names), nowhere(lines, names), alone(lines, names)]
+    print("\n\n".join(parts))
     if asked.page:
-        write("\n".join(parts), PAGE)
-
-
-def write(text: str, page: Path) -> None:
-    """Put the tables between the markers of a page."""
-    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text(f"{before}{BEGIN}\n{text.rstrip()}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+        write("ranking", "\n".join(parts))
 
 
 if __name__ == "__main__":
