@@ -37,7 +37,7 @@ def repr_of(memory) -> str:
     """Return what one would type."""
     plain = type(memory)._field_defaults
     said = [(k, v) for k, v in memory._asdict().items() if k not in plain or v != plain[k]]
-    words = [f"{v!r}" if k == memory._fields[0] else f"{k}={v!r}" for k, v in said]
+    words = [f"{v!r}" if k == memory._fields[0] and v is not True else f"{k}={v!r}" for k, v in said]
     return f"{type(memory).__name__}({', '.join(words)})"
 
 
