@@ -105,9 +105,8 @@ def weighed(path, theta, variances) -> tuple[bool, float]:
     return is_told, float(np.mean(held))
 
 
-def main() -> None:
+def main(systems: int = 300, count: int = 4) -> None:
     """Print, by the size of the jump, what could be told and what was, and how often the bars held."""
-    systems, count = ([int(word) for word in sys.argv[1:]] + [300, 4])[:2] if len(sys.argv) > 1 else (300, 4)
     rows: list[tuple[float, bool, bool, float]] = []
     for number in range(systems):
         system = draw(CHOOSING, number)
@@ -133,4 +132,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(int, sys.argv[1:3]))
