@@ -17,7 +17,6 @@ from ..engine import compile
 from ..engine.errors import InputError, refuse_class
 from ..estimators.adaptive_gain.estimator import AdaptiveGain
 from ..estimators.arx.estimator import ARX
-from ..estimators.common.memories import fits_joint
 from ..estimators.joint.estimator import Joint
 from ..fleet.fleet import Fleet
 from ..memory.exponential_forgetting import ExponentialForgetting
@@ -328,24 +327,13 @@ def _homes(policy) -> list:
         return [ARX(2, 2, memory=RestartOnChange(ScoreCUSUM(threshold=1.0), policy, settle=10))]
     if kind in admit.table:
         return [Joint(2, inputs=1, gate=policy, **joint), ARX(2, 2, gate=policy)]
-    if isinstance(policy, ScoreCUSUM) or (isinstance(policy, RestartOnChange) and not _fits_joint(policy)):
-        return [ARX(2, 2, memory=policy if isinstance(policy, RestartOnChange) else RestartOnChange(policy, settle=10))]
-    if kind in MEMORIES:
-        homes = [Joint(2, inputs=1, memory=policy, **joint)] if fits_joint(policy) else []
-        return [*homes, ARX(2, 2, memory=policy)]
+    if isinstance(policy, ScoreCUSUM):
+        policy = RestartOnChange(policy, settle=10)
+    if isinstance(policy, RestartOnChange) or kind in MEMORIES:
+        return [Joint(2, inputs=1, memory=policy, **joint), ARX(2, 2, memory=policy)]
     if kind in watch.table or hasattr(policy, "resolve"):
         return [Joint(2, inputs=1, memory=RestartOnChange(policy, settle=10), **joint)]
     raise InputError(
         "a policy is a memory, a gate or a detector with its rule (time_update.on, adapt.on, admit.on, watch.on), or a "
         f"restart, got {policy!r}"
-    )
-
-
-def _fits_joint(memory) -> bool:
-    """Say whether `Joint` takes this `RestartOnChange`: it tells no slopes, and frees all parameters at once."""
-    restart = memory.response
-    return (
-        not isinstance(memory.detector, ScoreCUSUM)
-        and isinstance(restart, CovarianceInflation)
-        and not restart.only_named
     )

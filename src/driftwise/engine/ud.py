@@ -151,6 +151,17 @@ def covariances(U, D, f, q):
 
 
 @kernel
+def marginal(U, first, N, u):
+    """Fill ``u`` with the factor of the last N unknowns alone: the trailing block of U, which ``first`` precede."""
+    to = 0
+    for j in range(N):
+        at = (first + j) * (first + j - 1) // 2 + first
+        for i in range(j):
+            u[to + i] = U[at + i]
+        to += j
+
+
+@kernel
 def variance(U, D, i):
     """Return P[i, i]."""
     p = 0.0

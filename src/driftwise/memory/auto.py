@@ -32,8 +32,8 @@ from .bank import (
 )
 from .gauss_markov import relax
 from .likelihood_drift import begin_again, carry, climb, follow, learner_size, open_learner, ratio
-from .mixing import drift_apart, interact, merge
-from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, mode, own_sigma2, size_of, unfold
+from .mixing import drift_apart, drift_on_average, interact, merge
+from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, fold, mode, own_sigma2, size_of, unfold
 from .modes import update as update_bank
 from .registry import adapt, begin, count, found_jump, mixture, outlier_probability, register, resolve, time_update
 from .sensitivity import pass_time
@@ -228,6 +228,8 @@ def adapt_auto_memory(memory, state, e, R, view):
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
     is_unexcited = excite(memory, drift, view.psi)
     lean(drift, R, T)
+    if own.head[WAITS] > 0.0:  # one more output of the same sample
+        fold(own.bank, own.dense, N)
     if memory.trials > 0.0 and trial[ON] == 0.0 and drift.head[SEEN] > 4.0 * N:
         freedom = own.head[FREEDOM_NOW] if memory.learns > 0.0 else math.inf
         heavy = 1.0 if freedom == math.inf else freedom / (freedom - 2.0) if freedom > 4.0 else 2.0
@@ -292,9 +294,9 @@ def take_on(memory, parts, waits, b):
 
 @time_update.on(AutoMemoryKernel)
 def time_update_auto_memory(memory, state, elapsed, view):
-    theta, U, D, parts = view.theta, view.U, view.D, open_parts(memory, state, view.D.size)
+    parts = open_parts(memory, state, memory.cap.size)
     own, trial, drift, learner = parts.own, parts.trial, parts.drift, parts.learner
-    N, M, q, status = D.size, MODES, own.q, 0
+    N, M, q, status = memory.cap.size, MODES, own.q, 0
     is_unexcited, waits = drift.head[UNEXCITED] > 0.0, own.head[WAITS] > 0.0
     for i in range(N):
         for m in range(M - 1):
@@ -317,9 +319,12 @@ def time_update_auto_memory(memory, state, elapsed, view):
         status |= NOISE if trial[VERDICT] == A_LEVEL else 0
         status |= OUTLIER if trial[RHO] > 0.5 and trial[VERDICT] == NOTHING else 0
     if is_capped:
-        merge_again(memory, own, theta, U, D)
+        merge_again(memory, own, view)
         return 1.0, status | CAPPED
-    drift_together(memory, own, waits, theta, U, D, view)
+    if view.first > 0:
+        drift_on_average(memory, own.bank, q, view)
+    else:
+        drift_together(memory, own, waits, view.theta, view.U, view.D, view)
     return 1.0, status
 
 

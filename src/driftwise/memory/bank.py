@@ -10,8 +10,8 @@ from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED
 from ..engine.ud import predicted_variance, project
-from .mixing import merge
-from .modes import WEIGHT, begin_modes, count_of, mode, own_sigma2, size_of, unfold, update
+from .mixing import drift_on_average, merge
+from .modes import WEIGHT, begin_modes, count_of, fold, mode, own_sigma2, size_of, unfold, update
 from .unknown_drift import UNEXCITED, common, excite, lean, open_drift_state, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
@@ -59,6 +59,8 @@ def adapt_in_bank(memory, state, e, R, view, is_apart):
     own, T = bank_of(memory, drift), predicted_variance(view.f, D, R)
     is_unexcited = excite(memory, drift, view.psi)
     lean(drift, R, T)
+    if own.head[WAITS] > 0.0:  # one more output of the same sample
+        fold(own.bank, own.dense, D.size)
     own.head[WAITS] = 0.0 if is_apart else 1.0
     update(memory, own.bank, own.dense, e, R, view.theta, view, own.logs, False, is_unexcited, is_apart)
     if is_apart:
@@ -67,9 +69,18 @@ def adapt_in_bank(memory, state, e, R, view, is_apart):
     return T
 
 
-@rare
-def merge_again(memory, own, theta, U, D):
+@kernel
+def merge_again(memory, own, view):
     """Let theta and P be those of the mixture, after each mode moved alone."""
+    if view.first > 0:
+        drift_on_average(memory, own.bank, own.q, view)
+    else:
+        unfold_and_merge(memory, own, view.theta, view.U, view.D)
+
+
+@rare
+def unfold_and_merge(memory, own, theta, U, D):
+    """Let theta and P be those of the mixture of modes whose P stands in U and D."""
     unfold(own.bank, own.dense, D.size)
     merge(memory, own, theta, U, D)
 

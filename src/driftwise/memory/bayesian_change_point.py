@@ -9,7 +9,7 @@ from ..engine.dispatch import PerParameter, kernel, rare
 from ..engine.elementary import exp, log, log1p
 from ..engine.layout import Field, Layout, numbers
 from ..engine.status import CAPPED
-from ..engine.ud import correct, predicted_variance, project, widen_along
+from ..engine.ud import correct, marginal, predicted_variance, project, widen_along
 from .gauss_markov import widen_within
 from .registry import adapt, count, found_jump, register, resolve, time_update
 from .settings import jump_size, more_than_one
@@ -110,14 +110,13 @@ def average(state, which, N):
 
 
 @kernel
-def settle_in(state, i, log_weight, theta, U, D):
+def settle_in(state, i, log_weight, view, N):
     """Write hypothesis i, of run 0, and make it the newest."""
-    own, m, d, u = hypothesis(state, i, D.size)
+    own, m, d, u = hypothesis(state, i, N)
     own[LOG], own[RUN], own[CHI2] = log_weight, 0.0, 0.0
-    for j in range(D.size):
-        m[j], d[j] = theta[j], D[j]
-    for j in range(U.size):
-        u[j] = U[j]
+    for j in range(N):
+        m[j], d[j] = view.theta[view.first + j], view.D[view.first + j]
+    marginal(view.U, view.first, N, u)
     state[NEWEST] = i
 
 
@@ -126,7 +125,7 @@ def adapt_bayesian_change_point(memory, state, e, R, view):
     theta, U, D, s2 = view.theta, view.U, view.D, view.s2
     N, T, top = D.size, predicted_variance(view.f, D, R), -math.inf
     if state[COUNT] == 0.0:
-        settle_in(state, 0, 0.0, theta, U, D)
+        settle_in(state, 0, 0.0, view, N)
         state[COUNT] = 1.0
     for i in range(int(state[COUNT])):
         own, m, d, u = hypothesis(state, i, N)
@@ -217,7 +216,7 @@ def found_jump_bayesian_change_point(memory, state, detector_state):
 
 @time_update.on(BayesianChangePointKernel)
 def time_update_bayesian_change_point(memory, state, elapsed, view):
-    U, D, N, count = view.U, view.D, view.D.size, int(state[COUNT])
+    U, D, N, count = view.U, view.D, memory.q.size, int(state[COUNT])
     is_learnt = view.surprise >= 0.0
     if count < 2 and (view.weight <= memory.settle or not is_learnt):
         return 1.0, 0
@@ -233,22 +232,21 @@ def time_update_bayesian_change_point(memory, state, elapsed, view):
             if i == int(state[NEWEST]):
                 own[LOG] = log(exp(own[LOG]) + memory.rate)
     for i in range(N):  # the covariance of the mixture with a new member of the same mean
-        is_held |= not widen_within(U, D, i, moved * memory.q[i] / view.s2, memory.cap[i], view.b)
+        is_held |= not widen_within(U, D, view.first + i, moved * memory.q[i] / view.s2, memory.cap[i], view.b)
     return 1.0, CAPPED if is_held else 0
 
 
 @rare
 def branch(memory, state, count, view):
     """Add the hypothesis that the parameters jump now; the least likely one goes where there is no room."""
-    D = view.D
-    slot, least = count, math.inf
+    N, slot, least = memory.q.size, count, math.inf
     for i in range(count):
-        own = hypothesis(state, i, D.size)[0]
+        own = hypothesis(state, i, N)[0]
         if count == int(memory.hypotheses) and own[LOG] < least:
             slot, least = i, own[LOG]
         own[LOG] += log1p(-memory.rate)
-    settle_in(state, slot, log(memory.rate), view.theta, view.U, D)
+    settle_in(state, slot, log(memory.rate), view, N)
     state[COUNT] = max(state[COUNT], slot + 1.0)
-    _, _, d, u = hypothesis(state, slot, D.size)
-    for i in range(D.size):
+    _, _, d, u = hypothesis(state, slot, N)
+    for i in range(N):
         widen_within(u, d, i, memory.q[i] / view.s2, memory.cap[i], view.b)

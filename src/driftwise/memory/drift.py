@@ -59,10 +59,12 @@ class DriftMatrixKernel(NamedTuple):
     phi: Vector
     G: Vector
     d: Vector
+    first: float  # unknowns of a state that stand before the parameters
 
     def state_size(self, parameters: int) -> int:
         """Return how many numbers it keeps: Phi U, Phi's and G's columns; scratch."""
-        return 2 * parameters**2 + 4 * parameters
+        unknowns = parameters + int(self.first)
+        return (unknowns + 2) * (unknowns + parameters)
 
 
 class DriftRatioKernel(NamedTuple):
@@ -119,39 +121,48 @@ def _coupled(memory, setting):
     except ValueError:
         raise InputError("q must be a covariance: it has a negative eigenvalue") from None
     # in units of the prior: theta = root * theta'
-    return DriftMatrixKernel((phi * root[:, None] / root).ravel(), (G * root[:, None]).ravel(), d)
+    return DriftMatrixKernel((phi * root[:, None] / root).ravel(), (G * root[:, None]).ravel(), d, setting.first)
 
 
 @time_update.on(DriftKernel)
 def time_update_drift(memory, state, elapsed, view):
     U, D, status = view.U, view.D, 0
     relax(view.theta, U, D, memory.phi, view.b)
-    for i in range(D.size):
-        if not widen_within(U, D, i, memory.q[i], memory.cap[i], view.b):
+    for i in range(memory.q.size):
+        if not widen_within(U, D, view.first + i, memory.q[i], memory.cap[i], view.b):
             status = CAPPED
     return 1.0, status
 
 
 @time_update.on(DriftMatrixKernel)
 def time_update_drift_matrix(memory, state, elapsed, view):
-    theta, U, D, N = view.theta, view.U, view.D, view.D.size
-    Phi, G = memory.phi.reshape(N, N), memory.G.reshape(N, N)
+    theta, U, D, N, first, rows = view.theta, view.U, view.D, memory.d.size, view.first, view.D.size
+    columns, Phi, G = rows + N, memory.phi.reshape(N, N), memory.G.reshape(N, N)
     Y, d, g = (
-        state[: 2 * N * N].reshape(N, 2 * N),
-        state[2 * N * N : 2 * N * N + 2 * N],
-        state[2 * N * N + 2 * N :],
+        state[: rows * columns].reshape(rows, columns),
+        state[rows * columns : (rows + 1) * columns],
+        state[(rows + 1) * columns :],
     )
     for i in range(N):
-        view.b[i] = theta[i]
-        d[i], d[N + i] = D[i], memory.d[i]
-    for i in range(N):
-        theta[i] = 0.0
+        view.b[i] = theta[first + i]
+        d[rows + i] = memory.d[i]
+    for j in range(rows):
+        d[j] = D[j]
+    for i in range(first):
+        for j in range(rows):
+            Y[i, j] = entry(U, i, j) if i <= j else 0.0
         for j in range(N):
-            theta[i] += Phi[i, j] * view.b[j]
-            Y[i, j], Y[i, N + j] = 0.0, G[i, j]
+            Y[i, rows + j] = 0.0
+    for i in range(N):
+        theta[first + i] = 0.0
+        for j in range(first):
+            Y[first + i, j] = 0.0
+        for j in range(N):
+            theta[first + i] += Phi[i, j] * view.b[j]
+            Y[first + i, first + j], Y[first + i, rows + j] = 0.0, G[i, j]
             for k in range(j + 1):
-                Y[i, j] += Phi[i, k] * entry(U, k, j)
-    orthogonalise(Y, d, g, N, 2 * N, U, D, False)
+                Y[first + i, first + j] += Phi[i, k] * entry(U, first + k, first + j)
+    orthogonalise(Y, d, g, rows, columns, U, D, False)
     return 1.0, 0
 
 

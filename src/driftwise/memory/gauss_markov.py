@@ -18,15 +18,17 @@ def widen_within(U, D, i, q, cap, scratch):
 
 @kernel
 def relax(theta, U, D, phi, a):
-    """theta <- Phi theta, P <- Phi P Phi' for a diagonal Phi; ``a`` is scratch."""
-    at = 0
-    for j in range(D.size):
-        theta[j] *= phi[j]
+    """theta <- Phi theta, P <- Phi P Phi' for the last ``phi.size`` unknowns, Phi diagonal; ``a`` is scratch."""
+    first = D.size - phi.size
+    at = first * (first - 1) // 2
+    for j in range(first, D.size):
+        share = phi[j - first]
+        theta[j] *= share
         column, before = U[at : at + j], D[j]
-        D[j] *= phi[j] * phi[j]
+        D[j] *= share * share
         for i in range(j):
-            a[i] = phi[i] * column[i]
-            column[i] = a[i] / phi[j] if D[j] > FORGOTTEN else 0.0
+            a[i] = phi[i - first] * column[i] if i >= first else column[i]
+            column[i] = a[i] / share if D[j] > FORGOTTEN else 0.0
         if D[j] <= FORGOTTEN:  # what the others shared with this parameter is theirs alone now
             widen_along(U, D, a, before, j - 1)
         at += j

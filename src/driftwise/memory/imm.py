@@ -117,13 +117,13 @@ def found_jump_imm(memory, state, detector_state):
 
 @time_update.on(IMMKernel)
 def time_update_imm(memory, state, elapsed, view):
-    drift = open_drift_state(state, view.D.size)
+    drift = open_drift_state(state, memory.cap.size)
     own = bank_of(memory, drift)
     speeds(memory, drift, own)
     if own.head[WAITS] > 0.0:
-        is_capped = interact(memory, own, own.bank, own.q, view.D.size)
+        is_capped = interact(memory, own, own.bank, own.q, memory.cap.size)
     else:
         is_capped = drift_apart(memory, own.bank, own.q, view.b)
     own.head[WAITS] = 0.0
-    merge_again(memory, own, view.theta, view.U, view.D)
+    merge_again(memory, own, view)
     return 1.0, met(drift, is_capped, view.surprise)

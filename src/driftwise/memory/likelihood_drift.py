@@ -213,8 +213,9 @@ def adapt_likelihood_drift(memory, state, e, R, view):
 @time_update.on(LikelihoodDriftKernel)
 def time_update_likelihood_drift(memory, state, elapsed, view):
     lam, status = wander(memory, state, elapsed, view)
-    drift = open_drift_state(state, view.D.size)
-    learner = open_learner(drift.own, view.D.size, int(memory.ratios))
+    N = memory.cap.size
+    drift = open_drift_state(state, N)
+    learner = open_learner(drift.own, N, int(memory.ratios))
     variances(view.U, view.D, view.c)
-    carry(learner, memory.phi, drift.q, view.c, memory.cap)
+    carry(learner, memory.phi, drift.q, view.c[view.first :], memory.cap)
     return lam, status

@@ -82,6 +82,27 @@ def drift_apart(memory, bank, q, b):
 
 
 @kernel
+def drift_on_average(memory, bank, q, view):
+    """theta <- Phi theta, P <- Phi P Phi' + Q beside a state, whose own moments stay: Q is that of the modes on average.
+
+    ``q`` has N of each mode. Mixed again their theta and P would come out the same, but for caps; what they share with
+    the state no mode knows.
+    """
+    N, total, c = memory.cap.size, 0.0, view.c
+    for i in range(N):
+        c[i] = 0.0
+    for m in range(count_of(bank, N)):
+        one = mode(bank, m, N).own
+        share = one[WEIGHT] * own_sigma2(memory, one)
+        total += share
+        for i in range(N):
+            c[i] += share * q[m * N + i]
+    relax(view.theta, view.U, view.D, memory.phi, view.b)
+    for i in range(N):
+        widen_within(view.U, view.D, view.first + i, c[i] / total, memory.cap[i], view.b)
+
+
+@kernel
 def interact(memory, own, bank, q, N):
     """Take a bank one sample on: mixed by memory.A (M, M), then drifted, each mode with its own q (N of each).
 

@@ -7,10 +7,10 @@ estimator shows as theta and P is the mean and covariance of the mixture, what i
 import math
 
 from ..engine.dense import add_square
-from ..engine.dispatch import kernel
+from ..engine.dispatch import kernel, rare
 from ..engine.elementary import exp, lgamma, log, log1p
 from ..engine.layout import Field, Layout, numbers
-from ..engine.ud import correct, covariances, expand, predicted_variance, project, widen_along
+from ..engine.ud import correct, covariances, expand, factor_within, predicted_variance, project, widen_along
 
 WEIGHT, FREEDOM, CHI2, OWN = range(4)  # a mode's own numbers, and how many
 FADE = 0.995  # per sample, of what each sigma^2 rests on
@@ -207,3 +207,12 @@ def unfold(bank, dense, N):
     for m in range(count_of(bank, N)):
         one = mode(bank, m, N)
         expand(one.U, one.D, dense[m * size : (m + 1) * size])
+
+
+@rare
+def fold(bank, dense, N):
+    """Let U and D of every mode be the factors of its P in ``dense``, which is destroyed."""
+    size = N * (N + 1) // 2
+    for m in range(count_of(bank, N)):
+        one = mode(bank, m, N)
+        factor_within(dense[m * size : (m + 1) * size], one.U, one.D)

@@ -101,9 +101,9 @@ def adapt_multiple_model(memory, state, e, R, view):
 
 @time_update.on(MultipleModelKernel)
 def time_update_multiple_model(memory, state, elapsed, view):
-    drift = open_drift_state(state, view.D.size)
+    drift = open_drift_state(state, memory.cap.size)
     own = bank_of(memory, drift)
     speeds(memory, drift, own)
     is_capped = drift_apart(memory, own.bank, own.q, view.b)
-    merge_again(memory, own, view.theta, view.U, view.D)
+    merge_again(memory, own, view)
     return 1.0, met(drift, is_capped, view.surprise)

@@ -122,7 +122,7 @@ def on_alarm_gain_reset(memory, state, alarm, view):
     left = memory.samples - 1.0
     if view.weight <= left:
         return view.weight, JUMP
-    for j in range(view.D.size):
+    for j in range(view.first, view.D.size):
         view.D[j] *= view.weight / left
     hold_within(view.U, view.D, memory.cap, view.c, view.f, view.b)
     return left, JUMP

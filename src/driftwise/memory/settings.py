@@ -25,7 +25,7 @@ class Setting(NamedTuple):
     """Where a memory works: squared units and prior variances of the parameters, the scale, the noise, the prior.
 
     ``R`` is the variance of the noise, relative to sigma^2 where that is learnt; the first ``moving`` regressors are
-    data, not a constant; ``prior`` is mean, U and D.
+    data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters.
     """
 
     units: np.ndarray
@@ -34,6 +34,7 @@ class Setting(NamedTuple):
     R: float = 1.0
     moving: int = 0
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] = (np.zeros(0),) * 3
+    first: int = 0
 
     @property
     def N(self) -> int:

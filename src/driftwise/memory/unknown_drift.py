@@ -155,10 +155,10 @@ def count_unless_at_rest(memory, state, count, chi2, weight, gain):
 @kernel
 def wander(memory, state, elapsed, view):
     """P <- Phi P Phi' + diag(q), no variance beyond its prior; what sigma^2 rests on fades."""
-    U, D, drift, status = view.U, view.D, open_drift_state(state, view.D.size), 0
+    U, D, drift, status = view.U, view.D, open_drift_state(state, memory.cap.size), 0
     relax(view.theta, U, D, memory.phi, view.b)
-    for i in range(D.size):
-        if not widen_within(U, D, i, drift.q[i], memory.cap[i], view.b):
+    for i in range(memory.cap.size):
+        if not widen_within(U, D, view.first + i, drift.q[i], memory.cap[i], view.b):
             status = CAPPED
     is_unexcited = drift.head[UNEXCITED] > 0.0
     if view.surprise >= 0.0 and is_unexcited:

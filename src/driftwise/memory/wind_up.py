@@ -10,12 +10,12 @@ MEMORIES = 100.0  # "typical" is an average over so many memories
 
 @kernel
 def hold_within(U, D, cap, p, f, b):
-    """Bring every variance down to its cap and say whether any was above it; ``p``, ``f``, ``b`` are scratch."""
-    is_held = False
+    """Bring the last ``cap.size`` variances down to their caps; say whether any was above. p, f, b are scratch."""
+    is_held, first = False, D.size - cap.size
     variances(U, D, p)
-    for i in range(D.size):
-        if p[i] > cap[i]:
-            is_held |= hold_one(U, D, i, cap[i], f, b)
+    for i in range(cap.size):
+        if p[first + i] > cap[i]:
+            is_held |= hold_one(U, D, first + i, cap[i], f, b)
     return is_held
 
 
@@ -33,24 +33,26 @@ def hold_one(U, D, i, cap, f, b):
 
 @kernel
 def shrink(lam, horizon, cap, state, view):
-    """P <- P / lambda, each variance held at that of one typical sample and at the prior's; return status bits.
+    """P <- P / lambda of the parameters, each held at one typical sample's variance and the prior's; return status bits.
+
+    A state before them stays what it is, given them.
 
     weight P_ii is the variance that a single sample of the past leaves. ``state`` holds how many entered, and the mean
     of its logarithm (relative to the prior's) over the last ``horizon`` samples, which a burst moves little. While a
     variance is held its ceiling rises, e-fold in ``horizon`` samples: weaker excitation is accepted in the end.
     """
-    U, D, weight, p, status = view.U, view.D, view.weight, view.c, 0
+    U, D, weight, p, first, status = view.U, view.D, view.weight, view.c, view.first, 0
     variances(U, D, p)
     state[0] = min(state[0] + 1.0, horizon)
-    for j in range(D.size):
+    for j in range(first, D.size):
         D[j] /= lam
-    for i in range(D.size):
-        if p[i] > 0.0:
-            one = log(weight * p[i] / cap[i])
+    for i in range(cap.size):
+        if p[first + i] > 0.0:
+            one = log(weight * p[first + i] / cap[i])
             most = min(state[1 + i], 0.0) if state[0] > 1.0 else 0.0
             if one - log(weight * lam) <= most:
                 state[1 + i] += (one - state[1 + i]) / state[0]
-            elif hold_one(U, D, i, cap[i] * exp(most), view.f, view.b):
+            elif hold_one(U, D, first + i, cap[i] * exp(most), view.f, view.b):
                 state[1 + i] = min(most + 1.0 / horizon, 0.0)
                 status = CAPPED
     return status

@@ -1,36 +1,53 @@
-"""Which memories the joint filters take: those that change the covariance of the parameters alone."""
+"""Which memories the joint filters take, and what they keep for them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from ...engine.errors import InputError, refuse_class
+import numpy as np
+
+from ...detect.score import ScoreCUSUM
+from ...engine import ud, validation
+from ...engine.errors import InputError
 from ...memory.constant import Constant
+from ...memory.drift import DriftKernel, DriftMatrixKernel
+from ...memory.exponential_forgetting import ExponentialForgettingKernel
 from ...memory.random_walk import RandomWalk
-from ...memory.registry import MEMORIES, adapt, count, found_jump, mixture, outlier_probability
-from ...memory.restart_on_change import CovarianceInflation, RestartOnChange
-from ...memory.settings import Setting, resolve_memory
+from ...memory.registry import adapt, count, found_jump, mixture, outlier_probability
+from ...memory.restart_on_change import CovarianceInflationKernel
+from ...memory.settings import Setting, answers, resolve_memory, resolve_watch
+from ...memory.directional_forgetting import DirectionalForgettingKernel
+from ...memory.variable_forgetting import VariableForgettingKernel
+
+COUNT_ALL = (Constant, RandomWalk, CovarianceInflationKernel, DriftKernel, DriftMatrixKernel)
+FORGET = (ExponentialForgettingKernel, VariableForgettingKernel, DirectionalForgettingKernel)
 
 
-def fits_joint(memory) -> bool:
-    """Say whether a memory is one that joint filters take; a user's own is, if it leaves learning to them."""
-    kind = type(memory)
-    if isinstance(memory, Constant | RandomWalk | RestartOnChange):
-        return True
-    is_ours = kind.__module__.startswith("driftwise.")
-    learns = any(kind in each.table for each in (adapt, count, found_jump, mixture, outlier_probability))
-    return kind in MEMORIES and not is_ours and not learns
+def memory_of_joint(memory, setting: Setting) -> tuple[Any, float, float]:
+    """Return the kernel's memory of a joint filter, whether samples fade in it, and whether it learns by its own rule."""
+    found = resolve_memory(memory, setting)
+    learns = answers(type(found), adapt, count, found_jump, mixture, outlier_probability)
+    return found, float(not isinstance(found, COUNT_ALL)), float(learns)
 
 
-def memory_of_joint(memory, setting: Setting) -> Any:
-    """Return the kernel's memory of a joint filter."""
-    if isinstance(memory, RestartOnChange):
-        if not isinstance(memory.response, CovarianceInflation) or memory.response.only_named:
-            refuse_class("response", memory.response)
-            raise InputError(
-                f"response must be CovarianceInflation(step) here, for all parameters at once, got {memory.response!r}"
-            )
-    if not fits_joint(memory):
-        refuse_class("memory", memory)
-        raise InputError(f"memory must be Constant(), RandomWalk(q) or RestartOnChange(), got {memory!r}")
-    return resolve_memory(memory, setting)
+def watch_of_joint(memory, unknowns: int, units) -> tuple[Any, float, float]:
+    """Return the kernel's detector, how many samples it waits, and whether it is told the slopes of the parameters."""
+    slopes = isinstance(getattr(memory, "detector", None), ScoreCUSUM)
+    detector, settle = resolve_watch(memory, unknowns, units if slopes else ())
+    return detector, settle, float(slopes)
+
+
+def prior_of_parameters(mean, U, D, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mean, factor and D of the parameters behind n unknowns: p(theta) is the trailing block."""
+    rows, columns = ud.packed_indices(len(D))
+    return mean[n:], U[(rows >= n) & (columns >= n)], D[n:]
+
+
+def forgets_state(wanted, memory) -> float:
+    """Return 1 where the state given the parameters is to be forgotten as they are, if the memory forgets at all."""
+    if validation.yes("forget_state", wanted) and not isinstance(memory, FORGET):
+        raise InputError(
+            "forget_state=True is for memories that forget: ExponentialForgetting, GainFloor, VariableForgetting and "
+            "DirectionalForgetting; what drifts or jumps are the parameters, and the state only follows"
+        )
+    return float(wanted)

@@ -170,7 +170,7 @@ class ContinuousJoint(Posterior):
             )
         n = self.model.n
         setting = Setting(self._theta_units(), np.diag(self.prior_covariance)[n:], self.scale)
-        found = memory_of_joint(memory, setting)
+        found, _, _ = memory_of_joint(memory, setting)
         if isinstance(found, RandomWalk) and found.is_absolute:
             raise InputError(f"in continuous time a walk has q, a variance per second: RandomWalk(q), got {memory!r}")
         return found

@@ -11,12 +11,13 @@ from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
-from ...memory.settings import Setting, resolve_watch, state_size
+from ...memory.settings import Setting, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
-from ...models.scale import InverseGamma, resolve_scale
+from ...models.scale import InverseGamma, KnownScale, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
-from ..common.memories import memory_of_joint
+from ..common.given_state import COUNT, SCORE
+from ..common.memories import forgets_state, memory_of_joint, prior_of_parameters, watch_of_joint
 from ..common.posterior import Posterior
 from ..common.priors import WIDTH, covariance_of, factors_of
 from ..common.settings import arguments, floor_of
@@ -46,8 +47,9 @@ class Joint(Posterior):
         Whether u(t) acts on y(t) at once (the term b0).
     noise : EquationError, OutputError, NoisePolynomial, UnknownPolynomial or NoiseCovariance
         What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
-    memory : Constant, RandomWalk or RestartOnChange
-        Constant parameters, a capped random walk, or constant between detected jumps.
+    memory : policy
+        How the past of the parameters is forgotten; any of `driftwise.memory`. Whatever it does to what is known of
+        them, the state *given* them stays what it is; a drift leaves the state itself where it is.
     gate : InnovationGate, optional
         Treat outliers as missing, before they enter F.
     scale : InverseGamma, optional
@@ -61,6 +63,8 @@ class Joint(Posterior):
         Seconds between samples.
     floor : float
         Relative round-off carried by y: R_t = R + (floor max|y recent|)^2, for signals that grow for ever.
+    forget_state : bool
+        Forget the state given the parameters as well, at the rate at which a memory that forgets does so.
     start : "algebraic" or AlgebraicStart, optional
         Identify the first samples at once and go on from there: for `OutputError`.
 
@@ -101,6 +105,7 @@ class Joint(Posterior):
         dt: float = 1.0,
         floor: float = 1e-12,
         form: str | None = None,
+        forget_state: bool = False,
         start: str | AlgebraicStart | None = None,
     ):
         self.options, floor = arguments(locals()), floor_of(floor)
@@ -126,9 +131,12 @@ class Joint(Posterior):
         if isinstance(kernel_noise, noises.Coloured):
             kernel_noise = _pad(kernel_noise, rows)
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
-        detector, settle = resolve_watch(memory, N)
-        setting = Setting(units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R)
-        memory = memory_of_joint(memory, setting)
+        detector, settle, slopes = watch_of_joint(memory, N, units)
+        setting = Setting(
+            units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R, N - n,
+            prior_of_parameters(self._s0, self._U0, self._D0, n), n,
+        )  # fmt: skip
+        memory, fades, learns = memory_of_joint(memory, setting)
         memory_size = state_size(memory, N - n)
         shape = Form(
             n,
@@ -141,10 +149,16 @@ class Joint(Posterior):
             self.prior_covariance[0, 0],
             1e-60 * kernel_noise.R,
             settle,
-            detector.state_size(0),
+            detector.state_size(N - n),
             memory_size,
+            fades,
+            learns,
+            slopes,
+            forgets_state(forget_state, memory),
         )
-        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), self.scale, detector)
+        # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
+        kernel_scale = InverseGamma(0.0, 0.0) if fades and relative else self.scale
+        self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), kernel_scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         self.starting = None if start is None else prepare(self, start, kernel_noise, model, range(N - n), n)
@@ -254,6 +268,35 @@ class Joint(Posterior):
         return ARX(form.n, lags, (1 - form.direct,) * form.inputs)
 
     # --- reading a state -----------------------------------------------------------------------------------
+
+    @property
+    def _fades(self) -> bool:
+        """Whether the memory says how many samples count."""
+        return self.policies[0].fades > 0
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        if self._fades and not isinstance(self.scale, KnownScale):
+            state["counts"][..., COUNT], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
+        return state
+
+    def scale_posterior(self, state) -> tuple[float, float]:
+        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
+        if not self._fades or isinstance(self.scale, KnownScale):
+            return super().scale_posterior(state)
+        return float(state["counts"][COUNT]) / 2, float(state["chi2"]) / 2
+
+    def sigma2(self, state) -> float:
+        """Return the estimate of the scale sigma^2 (1 where the noise is known), relative to that of `Posterior`."""
+        if not self._fades or isinstance(self.scale, KnownScale):
+            return super().sigma2(state)
+        alpha, beta = self.scale_posterior(state)
+        return beta / max(alpha, 0.5) if alpha >= 0.5 else max(beta / 0.5, 1.0)
+
+    def loglik(self, state) -> float:
+        """Return log p(y_1..y_t): the evidence, or where samples fade the sum of the predictions' log densities."""
+        return float(state["counts"][SCORE]) if self._fades else super().loglik(state)
 
     def mean(self, state) -> np.ndarray:
         """Return E s(t+1 | t) in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]."""

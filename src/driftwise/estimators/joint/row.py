@@ -16,6 +16,7 @@ import numpy as np
 from ...engine.dispatch import Size, kernel, open_scratch
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.views import matrix
+from ..common.given_state import COUNTS, Room, open_room, room_size
 from ..common.inputs import each_input
 
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TOP = range(8)  # of the head of a row
@@ -39,6 +40,10 @@ class Form(NamedTuple):
     settle: float  # measured samples before the detector watches
     detector_size: Size  # numbers that the detector keeps
     memory_size: Size  # and the memory
+    fades: Size  # 1: the memory says how many samples count
+    learns: Size  # 1: it takes a sample in by its own rule
+    slopes: Size  # 1: the detector wants the slopes of the innovations by the parameters
+    forgets_state: float  # 1: what it forgets of the parameters it forgets of the state given them, too
 
 
 JOINT = Layout(
@@ -63,6 +68,7 @@ JOINT = Layout(
     *each_input("k"),
     policy("detector_state", of="detector"),
     policy("memory_state", of="memory"),
+    Field("counts", (f"{COUNTS} * fades",), "samples that count, for sigma^2 and for the gain; log density of all"),
     k="inputs + coloured",
     N="n * (k + 2) + direct",
 )
@@ -86,6 +92,7 @@ class Work(NamedTuple):
     d: np.ndarray
     g: np.ndarray
     memo: np.ndarray  # what the last step did, for the smoother
+    room: Room  # where the memory learns
 
 
 @kernel
@@ -99,7 +106,7 @@ def scratch_size(form) -> int:
     n, k, rows = int(form.n), int(form.inputs + form.coloured), int(form.rows)
     m = n * (k + 1) + int(form.direct)
     width = rows + int(form.noises) + (k + 1) * (m + 1) + 2
-    return 4 * (n + m) + (rows + 2) * width + memo_size(form)
+    return 4 * (n + m) + (rows + 2) * width + memo_size(form) + int(max(form.learns, form.slopes)) * room_size(n, m)
 
 
 @open_scratch.on(Form)
@@ -107,12 +114,15 @@ def open_scratch_form(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     blocks = k + int(form.coloured)
     N = n * (blocks + 2) + int(form.direct)
-    at, end = 4 * N, scratch.size - memo_size(form)
+    has_room = int(max(form.learns, form.slopes))
+    last = scratch.size - has_room * room_size(n, N - n)
+    at, end = 4 * N, last - memo_size(form)
     vectors = matrix(scratch[:at], 4, N)
     wide = matrix(scratch[at:end], rows + 2, (end - at) // (rows + 2))
     return Work(
         n, k, blocks, int(form.direct), rows, form.least,
-        vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1], scratch[end:],
+        vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1], scratch[end:last],
+        open_room(scratch[last:], has_room * n, has_room * (N - n)),
     )  # fmt: skip
 
 

@@ -5,14 +5,16 @@ import math
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
+from ...detect.watch import WHICH
 from ...engine.dispatch import advance, choice, kernel, rare, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variance, variances
-from ...memory.registry import Alarm, View, begin, on_alarm, time_update
+from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
 from ...models.stability import is_inside, shrink_inside
+from ..common.given_state import COUNT, SCORE, WEIGHT, adapt_given_state, separate, view_of_parameters
 from .predict import propagate
 from .row import (
     CHI2,
@@ -79,12 +81,22 @@ def predict_input(state, l):
 
 
 @kernel
-def write(noise, scale, out, t, state, scratch, yhat, e, T, status):
+def known_so_far(form, scale, state):
+    """Return sigma^2; where samples fade, and those that are left are few, it may be anything up to the data's own."""
+    head = state.head
+    if form.fades == 0.0:
+        return sigma2(scale, head[OBSERVED], head[CHI2])
+    s2 = sigma2(scale, state.counts[COUNT], head[CHI2])
+    return s2 if state.counts[COUNT] >= 1.0 else max(s2, 1.0)
+
+
+@kernel
+def write(form, noise, scale, out, t, state, scratch, yhat, e, T, status):
     """Write one row of the trace: prediction, innovation, its variance, status, then s, its spread or P."""
     N, C, n = state.D.size, out.shape[1], scratch.n
     out[t, 0], out[t, 1], out[t, 2], out[t, 3] = yhat, e, T, status
     if C >= 4 + N:
-        s2 = sigma2(scale, state.head[OBSERVED], state.head[CHI2])
+        s2 = known_so_far(form, scale, state)
         for i in range(N):
             out[t, 4 + i] = state.s[i]
         d, free = n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
@@ -190,12 +202,62 @@ def draw_back(noise, state, scratch, first):
 
 
 @kernel
-def view_of(state, scratch, s2, surprise):
-    """Return what the memory sees."""
-    s, head = state.s, state.head
+def view_of(form, state, scratch, s2, surprise):
+    """Return what the memory sees between two samples."""
+    s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
-        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b, s2, head[OBSERVED], surprise, 0.0, s[:0]
+        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.c, scratch.b, s2, weight, surprise, 0.0, s[:0]
     )
+
+
+@rare
+def begin_memory(memory, state, scratch):
+    """Let the memory begin with the prior of the parameters."""
+    for i in range(scratch.f.size):
+        scratch.f[i] = 0.0
+    if scratch.room.psi.size > 0:
+        separate(state.U, scratch.f, scratch.room)
+    begin(
+        memory,
+        state.memory_state,
+        view_of_parameters(state.s, state.D, scratch.f, scratch.room, 1.0, 0.0, math.nan),
+    )
+
+
+@kernel
+def take_in(form, memory, state, scratch, e, R, s2):
+    """Take the innovation e into s and U D U'; return the variance T it was expected to have."""
+    if form.learns > 0.0:
+        weight = state.counts[WEIGHT]
+        return adapt_given_state(
+            memory, state.memory_state, e, R, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight
+        )
+    T = correct(state.U, state.D, scratch.f, R, scratch.b)
+    if T > 0.0:
+        for i in range(state.D.size):
+            state.s[i] += scratch.b[i] * (e / T)
+    return T
+
+
+@kernel
+def slope_of(form, state, room, spread):
+    """Return the slopes of the whitened innovation by the parameters, where the detector wants them; else nothing."""
+    if form.slopes == 0.0:
+        return state.detector_state[:0]
+    for i in range(room.psi.size):
+        room.b[i] = room.psi[i] / spread
+    return room.b
+
+
+@kernel
+def fade(form, state, n, lam):
+    """Let the sums over the past shrink, and what is known of the state given the parameters if it is to."""
+    state.counts[WEIGHT] *= lam
+    state.counts[COUNT] *= lam
+    state.head[CHI2] *= lam
+    if form.forgets_state > 0.0:
+        for i in range(n):
+            state.D[i] /= lam
 
 
 @advance.on(Form)
@@ -204,7 +266,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     """Take sample t: predict, project, detect, correct, predict."""
     head, s, U, D, n = state.head, state.s, state.U, state.D, scratch.n
     if head[SAMPLES] == 0.0:
-        begin(memory, state.memory_state, view_of(state, scratch, 1.0, np.nan))
+        begin_memory(memory, state, scratch)
     status = take_inputs(state, scratch.inputs, u, t)
     z = y[t, 0]
     head[PEAK] *= 0.75
@@ -216,7 +278,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
         status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
 
     # project
-    s2 = sigma2(scale, head[OBSERVED], head[CHI2])
+    s2 = known_so_far(form, scale, state)
     R = noise.R
     if R > 0.0:
         rounding = square(form.floor * head[PEAK]) / s2
@@ -245,36 +307,55 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
         status |= 0 if is_measured else REJECTED
 
     # correct
-    white = np.nan
+    white, alarm = np.nan, 0.0
     scratch.memo[USED_T] = 0.0
+    if form.slopes > 0.0 and is_measured:
+        separate(U, scratch.f, scratch.room)
     if is_measured:
-        T = correct(U, D, scratch.f, R, scratch.b)
+        T = take_in(form, memory, state, scratch, e, R, s2)
         if T > 0.0:
             white = e / math.sqrt(s2 * T)
-            for i in range(D.size):
-                s[i] += scratch.b[i] * (e / T)
             restrain(noise, state, scratch)
             scratch.memo[USED_T], scratch.memo[USED_R], scratch.memo[USED_E] = T, R, e
             head[OBSERVED] += 1.0
-            head[CHI2] += e * e / T
             head[LOGDET] += log(T)
+            if form.fades > 0.0:
+                state.counts[COUNT], head[CHI2], state.counts[WEIGHT] = count(
+                    memory, state.memory_state, state.counts[COUNT], head[CHI2], state.counts[WEIGHT], e * e / T
+                )
+                state.counts[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + white * white)
+                alarm = found_jump(memory, state.memory_state, state.detector_state)
+            else:
+                head[CHI2] += e * e / T
         else:
             status |= EXACT
     else:
         T = predicted_variance(scratch.f, D, R)
-    write(noise, scale, out, t, state, scratch, yhat, e, s2 * T, status)
-    view = view_of(state, scratch, s2, white * white)
+    write(form, noise, scale, out, t, state, scratch, yhat, e, s2 * T, status)
 
     # predict
+    T_seen = T
+    if form.learns > 0.0 and white == white and outlier_probability(memory, state.memory_state) > 0.5:
+        is_measured = False  # what the filter makes of the sample now stands for y
+        yhat = predict_output(s, state.held, scratch.direct)
+        project(U, D.size, state.held, scratch.direct, scratch.f)
+        T = predicted_variance(scratch.f, D, R)
     propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
-    alarm = 0.0
     if white == white and head[OBSERVED] > form.settle:
-        alarm = watch(detector, state.detector_state, white, state.detector_state[:0])
+        slope = slope_of(form, state, scratch.room, math.sqrt(s2 * T_seen))
+        alarm += watch(detector, state.detector_state, white, slope)
+    view = view_of(form, state, scratch, s2, white * white)
     if alarm != 0.0:
-        _, moved = on_alarm(memory, state.memory_state, Alarm(alarm, -1.0), view)
+        found = Alarm(alarm, state.detector_state[WHICH] if form.slopes > 0.0 else -1.0)
+        weight, moved = on_alarm(memory, state.memory_state, found, view)
         status |= moved
-    _, moved = time_update(memory, state.memory_state, 1.0, view)
+        if form.fades > 0.0:
+            state.counts[WEIGHT] = weight
+            view = view_of(form, state, scratch, s2, white * white)
+    lam, moved = time_update(memory, state.memory_state, 1.0, view)
     status |= moved
+    if form.fades > 0.0 and lam < 1.0:
+        fade(form, state, n, lam)
     out[t, 3] = status
     head[STATUS] = status
     head[SAMPLES] += 1.0

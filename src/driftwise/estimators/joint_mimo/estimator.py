@@ -154,7 +154,7 @@ class JointMIMO(Estimator):
             detector.state_size(0),
         )
         n = form.n
-        found = memory_of_joint(memory, Setting(self._units[n:], np.diag(self.prior_covariance)[n:], self.scale))
+        found, _, _ = memory_of_joint(memory, Setting(self._units[n:], np.diag(self.prior_covariance)[n:], self.scale))
         is_known = isinstance(memory, Constant | RandomWalk | RestartOnChange)
         if not is_known or (isinstance(found, RandomWalk) and found.is_absolute):
             raise InputError(

@@ -1,0 +1,145 @@
+"""What a memory of a regression needs to know of a filter that estimates a state x beside the parameters theta.
+
+Every joint Gaussian is p(theta) p(x | theta), and in U D U' with x first it is written so: the trailing block is the
+factor of p(theta), and E[x | theta] = x^ + A (theta - theta^) with A = U_x,theta U_theta,theta^-1, var[x | theta] =
+U_xx D_x U_xx'. An innovation e = h'(s - s^) + v is then that of a regression on theta alone:
+
+    e = psi'(theta - theta^) + v',    psi = A' h_x + h_theta,    var v' = h_x' var[x | theta] h_x + R
+
+A memory takes e into p(theta) as it does in any regression, by whatever rule; x | theta takes it in as a Kalman filter
+that knows theta does, and A becomes A - K psi'. Nothing is approximated. Source: Friedland (1969), "Treatment of bias
+in recursive filtering", IEEE Trans. AC-14, 359-367, theta being his bias; Bierman (1977), chapter VII.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...engine.dispatch import kernel
+from ...engine.ud import correct, marginal, predicted_variance
+from ...memory.registry import View, adapt, outlier_probability
+
+COUNT, WEIGHT, SCORE, COUNTS = range(4)  # of the numbers kept where samples fade, and how many
+
+
+class Room(NamedTuple):
+    """Scratch: A (rows, N), the factor of p(theta), psi, theta before, two vectors of N, and the gain of x."""
+
+    A: np.ndarray
+    U: np.ndarray
+    psi: np.ndarray
+    before: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    gain: np.ndarray
+
+
+def room_size(rows: int, N: int) -> int:
+    """Return how many numbers of scratch ``rows`` unknowns before N parameters need."""
+    return rows * N + N * (N - 1) // 2 + 4 * N + rows
+
+
+@kernel
+def open_room(space, rows, N):
+    """Return the views."""
+    U = rows * N
+    psi = U + N * (N - 1) // 2
+    before = psi + N
+    b = before + N
+    c = b + N
+    gain = c + N
+    return Room(
+        space[:U].reshape(rows, N), space[U:psi], space[psi:before], space[before:b], space[b:c], space[c:gain],
+        space[gain : gain + rows],
+    )  # fmt: skip
+
+
+@kernel
+def separate(U, f, room):
+    """Fill the factor of p(theta) and, given f = U'h, psi: U_theta' psi = f_theta."""
+    N = room.psi.size
+    rows = f.size - N
+    marginal(U, rows, N, room.U)
+    at = 0
+    for j in range(N):
+        total = f[rows + j]
+        for i in range(j):
+            total -= room.U[at + i] * room.psi[i]
+        room.psi[j] = total
+        at += j
+
+
+@kernel
+def slopes(U, room):
+    """Fill A = dE[x | theta]/dtheta: A U_theta = U_x,theta."""
+    rows, N, at = room.gain.size, room.psi.size, 0
+    for j in range(N):
+        column = U[(rows + j) * (rows + j - 1) // 2 :]
+        for i in range(rows):
+            total = column[i]
+            for k in range(j):
+                total -= room.A[i, k] * room.U[at + k]
+            room.A[i, j] = total
+        at += j
+
+
+@kernel
+def put_together(U, room):
+    """Write p(theta) back, with A: U_x,theta = A U_theta."""
+    rows, N, at = room.gain.size, room.psi.size, 0
+    for j in range(N):
+        column = U[(rows + j) * (rows + j - 1) // 2 :]
+        for i in range(rows):
+            total = room.A[i, j]
+            for k in range(j):
+                total += room.A[i, k] * room.U[at + k]
+            column[i] = total
+        for k in range(j):
+            column[rows + k] = room.U[at + k]
+        at += j
+
+
+@kernel
+def view_of_parameters(s, D, f, room, s2, weight, surprise):
+    """Return what a memory sees of a regression on theta."""
+    rows = room.gain.size
+    return View(
+        0, s[rows:], room.U, D[rows:], room.psi, f[rows:], room.b, room.c, s2, weight, surprise, 0.0, s[:0]
+    )  # fmt: skip
+
+
+@kernel
+def adapt_given_state(memory, memory_state, e, R, s, U, D, f, room, s2, weight):
+    """Take the innovation e of the row h, f = U'h, into s and U D U' by the memory's own rule; return its variance T.
+
+    An outlier, as the memory has it, teaches x nothing.
+    """
+    rows, N = room.gain.size, room.psi.size
+    separate(U, f, room)
+    slopes(U, room)
+    Dx, fx = D[:rows], f[:rows]
+    own = predicted_variance(fx, Dx, R)
+    for j in range(N):
+        room.before[j] = s[rows + j]
+    T = adapt(memory, memory_state, e, own, view_of_parameters(s, D, f, room, s2, weight, np.nan))
+    if not T > 0.0:
+        return T
+    left = e
+    for j in range(N):
+        room.before[j] = s[rows + j] - room.before[j]
+        left -= room.psi[j] * room.before[j]
+    is_clean = own > R and not outlier_probability(memory, memory_state) > 0.5
+    if is_clean:
+        own = correct(U[: rows * (rows - 1) // 2], Dx, fx, R, room.gain)
+    for i in range(rows):
+        if is_clean:
+            K = room.gain[i] / own
+            s[i] += K * left
+            for j in range(N):
+                s[i] += room.A[i, j] * room.before[j]
+                room.A[i, j] -= K * room.psi[j]
+        else:
+            for j in range(N):
+                s[i] += room.A[i, j] * room.before[j]
+    put_together(U, room)
+    return T
