@@ -34,7 +34,8 @@ class Room(NamedTuple):
     gain: np.ndarray
 
 
-def room_size(rows: int, N: int) -> int:
+@kernel
+def room_size(rows, N):
     """Return how many numbers of scratch ``rows`` unknowns before N parameters need."""
     return rows * N + N * (N - 1) // 2 + 4 * N + rows
 

@@ -20,6 +20,7 @@ from ...memory.directional_forgetting import DirectionalForgettingKernel
 from ...memory.variable_forgetting import VariableForgettingKernel
 
 COUNT_ALL = (Constant, RandomWalk, CovarianceInflationKernel, DriftKernel, DriftMatrixKernel)
+EACH = ("q", "phi", "nvr", "jump", "matched", "step", "response")  # settings of memories that may differ by parameter
 FORGET = (ExponentialForgettingKernel, VariableForgettingKernel, DirectionalForgettingKernel)
 
 
@@ -41,6 +42,29 @@ def prior_of_parameters(mean, U, D, n: int) -> tuple[np.ndarray, np.ndarray, np.
     """Return mean, factor and D of the parameters behind n unknowns: p(theta) is the trailing block."""
     rows, columns = ud.packed_indices(len(D))
     return mean[n:], U[(rows >= n) & (columns >= n)], D[n:]
+
+
+def of_some(memory, which, parameters: int) -> Any:
+    """Return a user's memory for some of the parameters: of a setting that says something of each, what it says of these.
+
+    ``which`` are their indices. Where the memory has a response, its settings are among these.
+    """
+    changed = {}
+    for name in set(EACH) & set(getattr(memory, "_fields", ())):
+        value = getattr(memory, name)
+        if name == "response" and isinstance(value, tuple):
+            changed[name] = of_some(value, which, parameters)
+        elif name == "matched" and len(value) == 2:
+            changed[name] = (_some(value[0], which, parameters), value[1])
+        elif name != "response":
+            changed[name] = _some(value, which, parameters)
+    return memory._replace(**changed) if changed else memory
+
+
+def _some(value, which, parameters):
+    if np.ndim(value) == 0 or np.shape(value)[0] != parameters:
+        return value
+    return np.asarray(value)[np.ix_(*[which] * np.ndim(value))]
 
 
 def forgets_state(wanted, memory) -> float:

@@ -13,15 +13,14 @@ from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
-from ...memory.random_walk import RandomWalk
-from ...memory.restart_on_change import RestartOnChange
-from ...memory.settings import Setting, resolve_watch
+from ...memory.settings import Setting, resolve_memory, resolve_watch, state_size
 from ...models import noise as noises
 from ...models.convert import ModelMIMO
 from ...models.scale import InverseGamma, KnownScale, resolve_scale, sigma2
 from ...models.structure import Structure, indices
 from ..base import Estimator
-from ..common.memories import memory_of_joint
+from ..common.given_state import COUNT, COUNTS, SCORE
+from ..common.memories import forgets_state, memory_of_joint, of_some, prior_of_parameters
 from ..common.posterior import directions
 from ..common.priors import covariance_of, mean_of
 from ..common.settings import arguments, floor_of
@@ -59,8 +58,9 @@ class JointMIMO(Estimator):
         ``EquationError(variance)`` with one variance or one per output; ``NoisePolynomial((d^1, .., d^p), variance)``;
         ``NoiseCovariance(Q (n, n), S (n, p), R (p, p))`` of the stacked system in Salut's order, n = sum nu_i. Without
         a variance, the scale is learnt (Student-t bands).
-    memory : Constant, RandomWalk or RestartOnChange
-        Constant parameters, a capped random walk, or constant between jumps (split: of each output on its own).
+    memory : policy
+        How the past of the parameters is forgotten, as in `Joint`: split, those of each output on their own; coupled,
+        every measured output counts as a sample of the memory.
     gate : InnovationGate, optional
         Treat outliers of each output as missing.
     scale : InverseGamma, optional
@@ -73,6 +73,8 @@ class JointMIMO(Estimator):
         Seconds between samples.
     floor : float
         Relative round-off carried by y: R_t = R + (floor max|y recent|)^2.
+    forget_state : bool
+        Forget the state given the parameters as well, as in `Joint`.
     split : bool, optional
         None: split where noise and prior allow. False: coupled; with noise to be learnt, one scale for all outputs.
 
@@ -118,6 +120,7 @@ class JointMIMO(Estimator):
         u_scale=1.0,
         dt: float = 1.0,
         floor: float = 1e-12,
+        forget_state: bool = False,
         split: bool | None = None,
     ):
         self.options = arguments(locals())
@@ -143,6 +146,7 @@ class JointMIMO(Estimator):
         self.spent = np.array(spent, float)
         longest = max(self.unknowns)
         detector, settle = resolve_watch(memory, longest)
+        memories, fades, learns = self._memories(memory, kernel_noise)
         shape = tables(
             form,
             self.groups,
@@ -152,15 +156,14 @@ class JointMIMO(Estimator):
             self.prior_covariance,
             settle,
             detector.state_size(0),
+            memories,
+            fades=fades,
+            learns=learns,
+            forgets_state=forgets_state(forget_state, memories[0][0]),
         )
-        n = form.n
-        found, _, _ = memory_of_joint(memory, Setting(self._units[n:], np.diag(self.prior_covariance)[n:], self.scale))
-        is_known = isinstance(memory, Constant | RandomWalk | RestartOnChange)
-        if not is_known or (isinstance(found, RandomWalk) and found.is_absolute):
-            raise InputError(
-                f"memory must be Constant(), RandomWalk(q) or RestartOnChange() with several outputs, got {memory!r}"
-            )
-        self.policies = (shape, kernel_noise, found, resolve_gate(gate, longest), self.scale, detector)
+        # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
+        kernel_scale = InverseGamma(0.0, 0.0) if fades and relative else self.scale
+        self.policies = (shape, kernel_noise, memories[0][0], resolve_gate(gate, longest), kernel_scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
         self.dtype = JOINT_MIMO.dtype(shape)
@@ -180,6 +183,29 @@ class JointMIMO(Estimator):
     def _theta_units(self) -> np.ndarray:
         """Return the squared units of theta."""
         return self._units[self.model.n :]
+
+    def _memories(self, memory, noise) -> tuple[list, float, float]:
+        """Return memory and size of what it keeps of each group; whether samples fade, and whether it learns."""
+        form, found, at = self.model, [], 0
+        n, cap = form.n, np.diag(self.prior_covariance)
+        resolve_memory(memory, Setting(self._units[n:], cap[n:], self.scale, first=n))  # whatever is wrong, in whole
+        fades = learns = 0.0
+        for g, group in enumerate(self.groups):
+            states = sum(form.nu[i] for i in group)
+            mine = np.flatnonzero(np.isin(self._owner, group))
+            size, theta = len(mine), mine[states:]
+            prior = self._s0[mine], self._U0[at : at + size * (size - 1) // 2], self._D0[mine]
+            at += size * (size - 1) // 2
+            scale = self.scale
+            if isinstance(scale, InverseGamma):
+                scale = InverseGamma(scale.alpha - self.spent[g] / 2, scale.beta)
+            setting = Setting(
+                self._units[theta], cap[theta], scale, float(np.mean(noise.R[group])), len(theta),
+                prior_of_parameters(*prior, states), states,
+            )  # fmt: skip
+            own, fades, learns = memory_of_joint(of_some(memory, theta - n, form.N - n), setting)
+            found.append((own, state_size(own, len(theta))))
+        return found, fades, learns
 
     def _set_prior(self, s0, P0):
         order = self.model.salut
@@ -257,6 +283,19 @@ class JointMIMO(Estimator):
             found[:, group] = self.scale.alpha + (before - self.spent[g]) / 2
         return 2 * np.maximum(found, 0.5)
 
+    @property
+    def _fades(self) -> bool:
+        """Whether the memory says how many samples count."""
+        return self.policies[0].fades > 0
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        if self._fades and not isinstance(self.scale, KnownScale):
+            state["counts"][..., COUNT::COUNTS] = 2 * self.scale.alpha - self.spent
+            state["chi2"] = 2 * self.scale.beta
+        return state
+
     def _counts(self, state):
         """Return (count, chi2, logdet, spent) of each group."""
         observed, spent = np.asarray(state["observed"]), self.spent
@@ -266,6 +305,9 @@ class JointMIMO(Estimator):
     def sigma2(self, state) -> np.ndarray:
         """Return the estimate of the scale sigma^2 of each output, (p,); 1 where the noise is known."""
         found = [sigma2(self.scale, count - spent, chi2) for count, chi2, _, spent in self._counts(state)]
+        if self._fades and not isinstance(self.scale, KnownScale):
+            left, chi2 = np.asarray(state["counts"])[COUNT::COUNTS], np.asarray(state["chi2"])
+            found = np.where(left >= 1, chi2 / np.maximum(left, 1), np.maximum(chi2, 1.0)).tolist()
         return np.repeat(found, [len(group) for group in self.groups])
 
     def scale_posterior(self, state) -> tuple[np.ndarray, np.ndarray]:
@@ -275,6 +317,8 @@ class JointMIMO(Estimator):
             return np.full(p, np.inf), np.full(p, np.inf)
         alpha = [self.scale.alpha + (count - spent) / 2 for count, _, _, spent in self._counts(state)]
         beta = [self.scale.beta + chi2 / 2 for _, chi2, _, _ in self._counts(state)]
+        if self._fades:
+            alpha, beta = state["counts"][COUNT::COUNTS] / 2, state["chi2"] / 2
         return np.repeat(alpha, lengths), np.repeat(beta, lengths)
 
     def noise_covariance(self, state) -> np.ndarray:
@@ -289,6 +333,8 @@ class JointMIMO(Estimator):
         Under the reference prior of an unknown scale it is known up to a constant only, which depends on the structure:
         compare structures with a proper `InverseGamma(alpha, beta)`.
         """
+        if self._fades:
+            return float(state["counts"][SCORE::COUNTS].sum())
         total = 0.0
         for count, chi2, logdet, spent in self._counts(state):
             total -= 0.5 * (count * math.log(2 * math.pi) + logdet)

@@ -15,6 +15,7 @@ import numpy as np
 from ...engine.dispatch import Vector, kernel, open_scratch, rare
 from ...engine.layout import Field, Layout, each, joined
 from ...engine.ud import entry
+from ..common.given_state import COUNTS, room_size
 from ..common.inputs import each_input
 
 
@@ -40,6 +41,12 @@ class MimoForm(NamedTuple):
     least: Vector  # variance of each state that counts as none
     settle: float  # measured samples of an output before its detector watches
     detector_size: float  # numbers that the detector of an output keeps
+    fades: float  # 1: the memory says how many samples count
+    learns: float  # 1: it takes a sample in by its own rule
+    forgets_state: float  # 1: what it forgets of the parameters it forgets of the state given them, too
+    memory_at: Vector  # where what the memory of each group keeps begins in the row, and one past the last
+    spec_at: Vector  # where the memory of each group begins in ``spec``
+    spec: Vector  # the memories of all groups
 
 
 JOINT_MIMO = Layout(
@@ -62,6 +69,12 @@ JOINT_MIMO = Layout(
     Field("U", ("int(form.U_at[groups])",), "and the factors above them, group by group, column by column"),
     *each_input(),
     Field("detector_state", ("outputs", "detector_size"), "what the detector of each output keeps"),
+    Field("memory_state", ("int(form.memory_at[groups])",), "what the memory of each group keeps"),
+    Field(
+        "counts",
+        (f"{COUNTS} * groups * fades",),
+        "each group: samples that count, for sigma^2 and for the gain; log density of all",
+    ),
     n="int(form.x_at[outputs])",
 )
 JOINT_MIMO.on(MimoForm)
@@ -85,6 +98,7 @@ class Work(NamedTuple):
     V: np.ndarray
     Y: np.ndarray
     rest: np.ndarray  # one stretch per group: s, D, U with room in front
+    room: np.ndarray  # where the memory of a group learns
 
 
 class Group(NamedTuple):
@@ -121,7 +135,19 @@ def scratch_size(form, noise) -> int:
     """Return how many numbers of scratch a run needs."""
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
     long, tall, wide = widths(form, noise)
-    return 2 * (p + k) + 4 * groups + p + 3 * long + 2 * wide + tall * tall + tall * wide + int(form.work_at[groups])
+    fixed = 2 * (p + k) + 4 * groups + p + 3 * long + 2 * wide + tall * tall + tall * wide + int(form.work_at[groups])
+    return fixed + learning_size(form)
+
+
+@kernel
+def learning_size(form):
+    """Return how many numbers of scratch it takes where the memory learns by its own rule."""
+    p, k, size = int(form.outputs), int(form.inputs), 0
+    for g in range(int(form.groups)):
+        first, last = int(form.first[g]), int(form.first[g + 1])
+        n = int(form.x_at[last] - form.x_at[first])
+        size = max(size, room_size(n + p + k + last - first, int(form.theta_at[last] - form.theta_at[first])))
+    return size if form.learns > 0.0 else 0
 
 
 @open_scratch.on(MimoForm)
@@ -133,7 +159,8 @@ def open_scratch_mimo_form(form, buffer):
         n = int(form.x_at[last] - form.x_at[first])
         N = n + int(form.theta_at[last] - form.theta_at[first])
         long, tall = max(long, N + p + k + last - first), max(tall, n)
-    left = buffer.size - 2 * (p + k) - 4 * groups - p - 3 * long - tall * tall - int(form.work_at[groups])
+    end = buffer.size - learning_size(form)
+    left = end - 2 * (p + k) - 4 * groups - p - 3 * long - tall * tall - int(form.work_at[groups])
     wide = left // (tall + 2)
     q = 2 * (p + k)
     R = q + 4 * groups
@@ -147,7 +174,8 @@ def open_scratch_mimo_form(form, buffer):
         buffer[q + 2 * groups : q + 3 * groups], buffer[q + 3 * groups : R], buffer[R:f],
         buffer[f : f + long], buffer[f + long : f + 2 * long], buffer[f + 2 * long : d],
         buffer[d : d + wide], buffer[d + wide : V],
-        buffer[V:Y].reshape(tall, tall), buffer[Y:rest].reshape(tall, wide), buffer[rest:],
+        buffer[V:Y].reshape(tall, tall), buffer[Y:rest].reshape(tall, wide), buffer[rest:end],
+        buffer[end:],
     )  # fmt: skip
 
 

@@ -5,12 +5,22 @@ import math
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
-from ...engine.dispatch import advance, kernel, part, rare, watch
+from ...engine.dispatch import advance, kernel, rare, read_like, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variances
-from ...memory.registry import Alarm, View, on_alarm, time_update
+from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
+from ..common.given_state import (
+    COUNT,
+    COUNTS,
+    SCORE,
+    WEIGHT,
+    adapt_given_state,
+    open_room,
+    separate,
+    view_of_parameters,
+)
 from ..joint.row import HUGE
 from ..joint.step import LIMIT, take_inputs
 from .predict import propagate
@@ -145,12 +155,64 @@ def seen(form, state, group, g):
 
 
 @kernel
-def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t, g):
+def known_so_far(form, scale, state, group, g):
+    """Return the group's sigma^2; where samples fade and few are left, it may be anything up to the data's own."""
+    if form.fades == 0.0:
+        return sigma2(scale, seen(form, state, group, g), state.chi2[g])
+    left = state.counts[COUNTS * g + COUNT]
+    s2 = sigma2(scale, left, state.chi2[g])
+    return s2 if left >= 1.0 else max(s2, 1.0)
+
+
+@rare
+def begin_memory(form, memory, memory_state, scratch, group):
+    """Let the group's memory begin with the prior of its parameters."""
+    f, N = scratch.f[: group.N], group.N
+    for i in range(N):
+        f[i] = 0.0
+    room = open_room(scratch.room, group.n, N - group.n)
+    separate(group.U, f, room)
+    begin(memory, memory_state, view_of_parameters(group.s[:N], group.D[:N], f, room, 1.0, 0.0, math.nan))
+
+
+@kernel
+def take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, s2):
+    """Take the innovation e into the group's unknowns, and those in front; return the variance it was expected to have."""
+    size = int(scratch.q[g]) + group.N
+    s, D, f = group.s[:size], group.D[:size], scratch.f[:size]
+    if form.learns > 0.0:
+        N, weight = group.N - group.n, state.counts[COUNTS * g + WEIGHT]
+        room = open_room(scratch.room, size - N, N)
+        return adapt_given_state(memory, memory_state, e, R, s, U, D, f, room, s2, weight)
+    T = correct(U, D, f, R, scratch.b)
+    if T > 0.0:
+        for c in range(size):
+            s[c] += scratch.b[c] * (e / T)
+    return T
+
+
+@kernel
+def tally(form, memory, memory_state, state, g, i, e, T, s2):
+    """Count the sample just taken in; say whether the memory found a jump."""
+    gain = e * e / T
+    if form.fades == 0.0:
+        state.chi2[g] += gain
+        return 0.0
+    counts = state.counts[COUNTS * g :]
+    counts[COUNT], state.chi2[g], counts[WEIGHT] = count(
+        memory, memory_state, counts[COUNT], state.chi2[g], counts[WEIGHT], gain
+    )
+    counts[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + gain / s2)
+    return found_jump(memory, memory_state, state.detector_state[i])
+
+
+@kernel
+def correct_group(form, noise, memory, memory_state, gate, scale, detector, state, scratch, y, out, t, g):
     """Take the group's outputs of sample t, in order."""
     group = open_group(form, state, scratch, g)
     outputs, p = int(form.outputs), group.last - group.first
     front = scratch.z.size + p
-    s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
+    s2 = known_so_far(form, scale, state, group, g)
     scratch.s2[g] = s2
     is_whole = True
     for i in range(group.first, group.last):
@@ -168,6 +230,8 @@ def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t,
         check_lost(form, state, scratch, group, s2)
     gather(state, group)
     scratch.q[g] = 0.0
+    if form.learns > 0.0 and state.samples[0] == 0.0:
+        begin_memory(form, memory, memory_state, scratch, group)
     if not is_whole:
         widen_front(form, scratch, group, g, front)
     elif form.light == 0.0:
@@ -181,7 +245,7 @@ def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t,
         q = int(scratch.q[g])
         D, f = group.D[: q + group.N], scratch.f[: q + group.N]
         R += scratch.R[i] if q == 0 else 0.0
-        s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
+        s2 = known_so_far(form, scale, state, group, g)
         is_measured = not status & MISSING_OUTPUT
         e = y[t, i] - yhat if is_measured else np.nan
         if is_measured:
@@ -189,15 +253,14 @@ def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t,
             state.in_a_row[i] = count_rejections(gate, state.in_a_row[i], not is_measured)
             status |= 0 if is_measured else REJECTED
         if is_measured:
-            T = correct(U, D, f, R, scratch.b)
+            T = take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, s2)
             if T > 0.0:
-                for c in range(q + group.N):
-                    group.s[c] += scratch.b[c] * (e / T)
                 taught += 1.0
                 surprise += e * e / (s2 * T)
                 state.observed[i] += 1.0
-                state.chi2[g] += e * e / T
                 state.logdet[g] += log(T)
+                jumped = tally(form, memory, memory_state, state, g, i, e, T, s2)
+                scratch.alarm[g] = jumped if jumped != 0.0 else scratch.alarm[g]
                 if state.observed[i] > form.settle:
                     alarm = watch(detector, state.detector_state[i], e / math.sqrt(s2 * T), state.detector_state[i, :0])
                     scratch.alarm[g] = alarm if alarm != 0.0 else scratch.alarm[g]
@@ -205,10 +268,15 @@ def correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t,
                 status |= EXACT
         else:
             T = predicted_variance(f, D, R)
-            scratch.z[i], scratch.spread[i] = -yhat, s2 * T
-            set_output(form, noise, scratch, group, g, i, front)
         state.status[i] = status
         out[t, i], out[t, outputs + i], out[t, 2 * outputs + i] = yhat, e, s2 * T
+        if form.learns > 0.0 and is_measured and T > 0.0 and outlier_probability(memory, memory_state) > 0.5:
+            is_measured = False  # what the filter makes of the sample now stands for y
+            yhat, R = project(form, noise, scratch, group, g, U, i)
+            T = predicted_variance(f, D, R + (scratch.R[i] if q == 0 else 0.0))
+        if not is_measured:
+            scratch.z[i], scratch.spread[i] = -yhat, s2 * T
+            set_output(form, noise, scratch, group, g, i, front)
     scratch.surprise[g] = surprise / taught if taught > 0.0 else np.nan
 
 
@@ -240,7 +308,7 @@ def write(form, scale, state, scratch, out, t):
         q = int(scratch.q[g])
         U = group.U if q == 0 else group.A
         D = group.D[: q + group.N]
-        s2 = sigma2(scale, seen(form, state, group, g), state.chi2[g])
+        s2 = known_so_far(form, scale, state, group, g)
         if C == at + 2 * N:
             variances(U, D, scratch.c)
         for i in range(group.N):
@@ -255,6 +323,37 @@ def write(form, scale, state, scratch, out, t):
                     out[t, at + N + there * (there + 1) // 2 + other] = cov
 
 
+@kernel
+def view_of(form, state, scratch, group, g, D):
+    """Return what the group's memory sees between two samples."""
+    nothing = D[:0]
+    weight = state.counts[COUNTS * g + WEIGHT] if form.fades > 0.0 else seen(form, state, group, g) + form.spent[g]
+    return View(
+        group.n, group.s, group.U, D, nothing, scratch.f, scratch.c, scratch.b,
+        scratch.s2[g], weight, scratch.surprise[g], 0.0, nothing,
+    )  # fmt: skip
+
+
+@kernel
+def pass_time(form, memory, memory_state, state, scratch, group, g, D):
+    """Answer an alarm, and forget; return status bits."""
+    status = 0
+    if scratch.alarm[g] != 0.0:
+        alarm = Alarm(scratch.alarm[g], -1.0)
+        weight, status = on_alarm(memory, memory_state, alarm, view_of(form, state, scratch, group, g, D))
+        if form.fades > 0.0:
+            state.counts[COUNTS * g + WEIGHT] = weight
+    lam, moved = time_update(memory, memory_state, 1.0, view_of(form, state, scratch, group, g, D))
+    if form.fades > 0.0 and lam < 1.0:
+        state.counts[COUNTS * g + COUNT] *= lam
+        state.counts[COUNTS * g + WEIGHT] *= lam
+        state.chi2[g] *= lam
+        if form.forgets_state > 0.0:
+            for i in range(group.n):
+                D[i] /= lam
+    return status | moved
+
+
 @advance.on(MimoForm)
 def advance_mimo_form(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t):
     p, k, groups = int(form.outputs), int(form.inputs), int(form.groups)
@@ -264,7 +363,9 @@ def advance_mimo_form(form, noise, memory, gate, scale, detector, state, scratch
         scratch.z[p + l] = state.held[l]
         scratch.spread[p + l] = state.input_variance[l]
     for g in range(groups):
-        correct_group(form, noise, gate, scale, detector, state, scratch, y, out, t, g)
+        own, _ = read_like(memory, form.spec, int(form.spec_at[g]))
+        kept = state.memory_state[int(form.memory_at[g]) : int(form.memory_at[g + 1])]
+        correct_group(form, noise, own, kept, gate, scale, detector, state, scratch, y, out, t, g)
     write(form, scale, state, scratch, out, t)
     for g in range(groups):
         group = open_group(form, state, scratch, g)
@@ -278,17 +379,9 @@ def advance_mimo_form(form, noise, memory, gate, scale, detector, state, scratch
                 set_datum(form, scratch, group, g, src)
         propagate(form, noise, scratch, group, g)
         D = group.D[: group.N]
-        first = group.theta0 - int(form.x_at[p])
-        forgets = part(memory, first, first + group.N - group.n)
-        observed, nothing, moved = seen(form, state, group, g) + form.spent[g], D[:0], 0
-        view = View(
-            group.n, group.s, group.U, D, nothing, scratch.f, scratch.c, scratch.b,
-            scratch.s2[g], observed, scratch.surprise[g], 0.0, nothing,
-        )  # fmt: skip
-        if scratch.alarm[g] != 0.0:
-            _, moved = on_alarm(forgets, nothing, Alarm(scratch.alarm[g], -1.0), view)
-        _, more = time_update(forgets, nothing, 1.0, view)
-        moved |= more
+        own, _ = read_like(memory, form.spec, int(form.spec_at[g]))
+        kept = state.memory_state[int(form.memory_at[g]) : int(form.memory_at[g + 1])]
+        moved = pass_time(form, own, kept, state, scratch, group, g, D)
         scatter(state, group)
         for i in range(group.first, group.last):
             state.status[i] = int(state.status[i]) | held | moved

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...engine.dispatch import flatten
 from ..common.priors import factors_of
 from .row import MimoForm
 
 
-def tables(form, groups, noise, floor, spent, prior, settle, detector_size) -> MimoForm:
-    """Return the kernel's sizes and tables for a `Structure`; ``groups`` lists the outputs filtered together."""
+def tables(form, groups, noise, floor, spent, prior, settle, detector_size, memories, **kept) -> MimoForm:
+    """Return the kernel's sizes and tables for a `Structure`.
+
+    ``groups`` lists the outputs filtered together, ``memories`` the memory of each, with how many numbers it keeps.
+    """
     x_at, theta_at, k = form.x_at, form.theta_at, form.inputs
     U_at, work_at, block_at, blocks = [0], [0], [0], []
     for group in groups:
@@ -50,6 +54,10 @@ def tables(form, groups, noise, floor, spent, prior, settle, detector_size) -> M
         least=1e-60 * np.repeat(noise.R, form.nu),
         settle=settle,
         detector_size=detector_size,
+        memory_at=np.cumsum([0, *(size for _, size in memories)]).astype(float),
+        spec_at=np.cumsum([0, *(len(flatten([memory])) for memory, _ in memories)]).astype(float),
+        spec=flatten([memory for memory, _ in memories]),
+        **kept,
     )
 
 
