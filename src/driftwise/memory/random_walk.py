@@ -41,6 +41,11 @@ class RandomWalk(NamedTuple):
     matched: Vector = ()  # in kernels: not empty where q is absolute, not relative to sigma^2
 
     @property
+    def per_second(self) -> bool:
+        """In continuous time q is a variance per second; memories that do not say so count samples."""
+        return True
+
+    @property
     def is_absolute(self) -> bool:
         """Whether q is a variance whatever sigma^2 is: that of a walk matched to jumps."""
         return np.size(self.matched) > 0

@@ -147,7 +147,8 @@ def on_alarm(memory, state, alarm, view):
 def time_update(memory, state, elapsed, view):
     """Forget, between two samples; return lambda, by which all sums over the past are to shrink, and status bits.
 
-    ``elapsed`` is in the unit of the settings: one sample, in continuous time seconds. Plain: nothing is forgotten.
+    ``elapsed`` is one sample; in continuous time it is seconds for a memory that is ``per_second``. Plain: nothing is
+    forgotten.
     """
     return 1.0, 0
 

@@ -10,18 +10,17 @@ import numpy as np
 from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
 from ...engine.dispatch import flatten
-from ...engine.errors import InputError, refuse_class
+from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.random_walk import RandomWalk
-from ...memory.restart_on_change import RestartOnChange
-from ...memory.settings import Setting, resolve_watch
+from ...memory.settings import Setting, resolve_watch, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
 from ...models.continuous import ContinuousModel
 from ...models.continuous import observer as filters
 from ...models.scale import InverseGamma, resolve_scale
-from ..common.memories import memory_of_joint
-from ..common.posterior import Posterior
+from ..common.fading import FadingPosterior
+from ..common.memories import memory_of_joint, prior_of_parameters
 from ..common.priors import covariance_of, factors_of, mean_of
 from ..common.settings import arguments, floor_of
 from ..common.times import instants
@@ -30,7 +29,7 @@ from .step import CONTINUOUS, Continuous, scratch_size
 RATE = 0.2  # default observer rate times dt: 6 % of the Nyquist rate (docs/continuous.md has the trade)
 
 
-class ContinuousJoint(Posterior):
+class ContinuousJoint(FadingPosterior):
     """Posterior of A(p) y = B(p) u, p = d/dt, from samples at regular or irregular instants, sample by sample.
 
     A(p) = p^n + a1 p^(n-1) + .. + an, B(p) = b1 p^(n-1) + .. + bn. Both sides pass the filter 1/(p + c)^n, whose
@@ -53,9 +52,9 @@ class ContinuousJoint(Posterior):
         five to fifty samples.
     noise : EquationError
         White v_k; without a variance its scale is learnt.
-    memory : Constant, RandomWalk or RestartOnChange
-        Constant parameters, a random walk whose q is a variance per *second*, capped at the prior, or constant until
-        a detector alarms.
+    memory : policy
+        How the past of the parameters is forgotten, as in `Joint`. The q of a `RandomWalk` is a variance per *second*;
+        all other memories count samples, however far apart.
     gate : InnovationGate, optional
         Treat outliers as missing: the straight line passes them by.
     scale : InverseGamma, optional
@@ -133,15 +132,18 @@ class ContinuousJoint(Posterior):
         self._set_prior(s0, P0)
         lam, V = filters(n, self.observer)
         detector, settle = resolve_watch(memory, N)
+        found, fades, learns = self._resolve_memory(memory, kernel_noise.R)
         shape = Continuous(
-            n, inputs, self.observer, self.dt, floor_of(floor), settle, detector.state_size(0), lam, V.ravel()
-        )
+            n, inputs, self.observer, self.dt, floor_of(floor), settle, detector.state_size(0),
+            state_size(found, N - n), float(getattr(found, "per_second", False)), fades, learns, lam, V.ravel(),
+        )  # fmt: skip
         self.policies = (
             shape,
             kernel_noise,
-            self._resolve_memory(memory),
+            found,
             resolve_gate(gate, self.model.N),
-            self.scale,
+            # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
+            InverseGamma(0.0, 0.0) if fades and relative else self.scale,
             detector,
         )
         self.spec = flatten(self.policies)
@@ -162,18 +164,16 @@ class ContinuousJoint(Posterior):
         rate = self.observer ** (2.0 * np.arange(1, self.model.n + 1))
         return np.concatenate([rate, np.outer((self.y_scale / self.u_scale) ** 2, rate).ravel()])
 
-    def _resolve_memory(self, memory):
-        refuse_class("memory", memory)
-        if not isinstance(memory, Constant | RandomWalk | RestartOnChange):
-            raise InputError(
-                f"memory must be Constant(), RandomWalk(q) or RestartOnChange() in continuous time, got {memory!r}"
-            )
-        n = self.model.n
-        setting = Setting(self._theta_units(), np.diag(self.prior_covariance)[n:], self.scale)
-        found, _, _ = memory_of_joint(memory, setting)
+    def _resolve_memory(self, memory, R):
+        n, N = self.model.n, self.model.N
+        setting = Setting(
+            self._theta_units(), np.diag(self.prior_covariance)[n:], self.scale, R, N - n,
+            prior_of_parameters(self._s0, self._U0, self._D0, n), n,
+        )  # fmt: skip
+        found, fades, learns = memory_of_joint(memory, setting)
         if isinstance(found, RandomWalk) and found.is_absolute:
             raise InputError(f"in continuous time a walk has q, a variance per second: RandomWalk(q), got {memory!r}")
-        return found
+        return found, fades, learns
 
     def scaled_to(self, y, u=None, *, time=None) -> ContinuousJoint:
         """Return the same estimator with its default prior in units of the data (powers of two).

@@ -21,9 +21,22 @@ from ...engine.elementary import log, square
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance
-from ...memory.registry import Alarm, View, on_alarm, time_update
+from ...memory import registry
+from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
+from ..common.given_state import (
+    COUNT,
+    COUNTS,
+    SCORE,
+    WEIGHT,
+    Room,
+    adapt_given_state,
+    open_room,
+    room_size,
+    separate,
+    view_of_parameters,
+)
 from ..joint.row import HUGE
 from .chain import decay, respond
 
@@ -41,6 +54,10 @@ class Continuous(NamedTuple):
     floor: float  # relative round-off of y
     settle: float  # measured samples before the detector watches
     detector_size: float  # numbers that the detector keeps
+    memory_size: float  # and the memory
+    is_timed: float  # 1: the memory goes by seconds, else by samples
+    fades: float  # 1: it says how many samples count
+    learns: float  # 1: it takes a sample in by its own rule
     lam: Vector  # coefficients of (p + c)^n, without the leading 1
     V: Vector  # (n, n, n): x_i = sum_j V[i, j, :] . chain of what drives x_j
 
@@ -72,6 +89,8 @@ CONTINUOUS = Layout(
     Field("u", ("inputs", "n"), "chains of the inputs, now"),
     Field("held", ("inputs",), "inputs as held now"),
     policy("detector_state", of="detector"),
+    policy("memory_state", of="memory"),
+    Field("counts", (f"{COUNTS} * fades",), "samples that count, for sigma^2 and for the gain; log density of all"),
     N="n * (inputs + 2)",
 )
 CONTINUOUS.on(Continuous)
@@ -92,12 +111,13 @@ class Work(NamedTuple):
     f: np.ndarray
     b: np.ndarray
     X: np.ndarray  # rows of x(t_k), and one for what they share with a y_k that is not known
+    room: Room  # where the memory learns
 
 
 def scratch_size(n: int, inputs: int) -> int:
     """Return how many numbers of scratch a run needs."""
     N = n * (inputs + 2)
-    return 6 * n + 3 * N + (n + 1) * N
+    return 6 * n + 3 * N + (n + 1) * N + room_size(n, N - n)
 
 
 @open_scratch.on(Continuous)
@@ -107,17 +127,62 @@ def open_scratch_continuous(form, buffer):
     small = buffer[: 6 * n].reshape(6, n)
     wide = buffer[6 * n : 6 * n + (n + 4) * N].reshape(n + 4, N)
     return Work(
-        n, k, small[0], small[1], small[2], small[3], small[4], small[5], wide[0], wide[1], wide[2], wide[3:]
+        n, k, small[0], small[1], small[2], small[3], small[4], small[5], wide[0], wide[1], wide[2], wide[3:],
+        open_room(buffer[6 * n + (n + 4) * N :], n, N - n),
     )  # fmt: skip
 
 
 @kernel
-def view_of(state, scratch, s2):
-    """Return what the memory sees."""
-    s, head = state.s, state.head
+def view_of(form, state, scratch, s2, surprise):
+    """Return what the memory sees between two samples."""
+    s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
-        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h, s2, head[OBSERVED], np.nan, 0.0, s[:0]
+        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h, s2, weight, surprise, 0.0, s[:0]
     )  # fmt: skip
+
+
+@kernel
+def known_so_far(form, scale, state):
+    """Return sigma^2; where samples fade, and those that are left are few, it may be anything up to the data's own."""
+    if form.fades == 0.0:
+        return sigma2(scale, state.head[OBSERVED], state.head[CHI2])
+    s2 = sigma2(scale, state.counts[COUNT], state.head[CHI2])
+    return s2 if state.counts[COUNT] >= 1.0 else max(s2, 1.0)
+
+
+@rare
+def begin_memory(memory, state, scratch):
+    """Let the memory begin with the prior of the parameters."""
+    for i in range(scratch.f.size):
+        scratch.f[i] = 0.0
+    separate(state.U, scratch.f, scratch.room)
+    view = view_of_parameters(state.s, state.D, scratch.f, scratch.room, 1.0, 0.0, math.nan)
+    registry.begin(memory, state.memory_state, view)
+
+
+@kernel
+def take_in(form, memory, state, scratch, e, R, s2):
+    """Take the residual e into s and U D U'; return the variance T it was expected to have."""
+    s, U, D, f = state.s, state.U, state.D, scratch.f
+    if form.learns > 0.0:
+        weight = state.counts[WEIGHT]
+        return adapt_given_state(memory, state.memory_state, e, R, s, U, D, f, scratch.room, s2, weight)
+    T = correct(U, D, f, R, scratch.b)
+    if T > 0.0:
+        for i in range(D.size):
+            s[i] += scratch.b[i] * (e / T)
+    return T
+
+
+@kernel
+def pass_sample(form, memory, state, view):
+    """Let a memory that goes by samples forget; return status bits."""
+    lam, status = time_update(memory, state.memory_state, 1.0, view)
+    if form.fades > 0.0 and lam < 1.0:
+        state.counts[WEIGHT] *= lam
+        state.counts[COUNT] *= lam
+        state.head[CHI2] *= lam
+    return status
 
 
 @kernel
@@ -251,8 +316,11 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
     if scratch.inputs > 0:
         move_inputs(form, state, scratch, seconds)
     status = take_inputs(state, u, t)
-    _, moved = time_update(memory, s[:0], seconds, view_of(state, scratch, 1.0))
-    status |= moved
+    if form.learns > 0.0 and head[SAMPLES] == 0.0:
+        begin_memory(memory, state, scratch)
+    if form.is_timed > 0.0:
+        _, moved = time_update(memory, state.memory_state, seconds, view_of(form, state, scratch, 1.0, math.nan))
+        status |= moved
     head[SINCE] += seconds
     if head[STARTED] == 0.0:
         begin(state, scratch)
@@ -262,7 +330,7 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
     if not is_measured:
         status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
 
-    s2 = sigma2(scale, head[OBSERVED], head[CHI2])
+    s2 = known_so_far(form, scale, state)
     R = noise.R
     if R > 0.0:
         rounding = square(form.floor * peak) / s2
@@ -297,34 +365,48 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
         status |= 0 if is_measured else REJECTED
 
     # correct: the row at the measured y
-    alarm = 0.0
+    alarm, surprise = 0.0, np.nan
     if is_measured:
         for j in range(n):
             scratch.h[n + j] -= scratch.own[j] * e
         project(U, scratch.h, scratch.f)
-        T = correct(U, D, scratch.f, R, scratch.b)
+        residual = w * (z - last) - rest
+        T = take_in(form, memory, state, scratch, residual, R, s2)
         if T > 0.0:
-            residual = w * (z - last) - rest
-            for i in range(D.size):
-                s[i] += scratch.b[i] * (residual / T)
+            surprise = residual * residual / (s2 * T)
             head[OBSERVED] += 1.0
-            head[CHI2] += residual * residual / T
             head[LOGDET] += log(T) - 2.0 * log(divisor)
+            if form.fades > 0.0:
+                state.counts[COUNT], head[CHI2], state.counts[WEIGHT] = count(
+                    memory, state.memory_state, state.counts[COUNT], head[CHI2], state.counts[WEIGHT],
+                    residual * residual / T,
+                )  # fmt: skip
+                state.counts[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + surprise) - log(divisor)
+                alarm = found_jump(memory, state.memory_state, state.detector_state)
+            else:
+                head[CHI2] += residual * residual / T
+            if form.learns > 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
+                is_measured = False  # the straight line passes it by
             if head[OBSERVED] > form.settle:
-                alarm = watch(detector, state.detector_state, residual / math.sqrt(s2 * T), state.detector_state[:0])
+                alarm += watch(detector, state.detector_state, residual / math.sqrt(s2 * T), state.detector_state[:0])
         else:
             status |= EXACT
     for j in range(n):
         scratch.y[j] += scratch.line[j] * (z - last if is_measured else step)
     out[t, 0], out[t, 1], out[t, 3] = yhat, e, status
     if out.shape[1] > 4:
-        after = sigma2(scale, head[OBSERVED], head[CHI2])
+        after = known_so_far(form, scale, state)
         write_estimates(form, state, scratch, out, t, divisor, R, after, is_measured)
 
     if alarm != 0.0:
-        _, moved = on_alarm(memory, s[:0], Alarm(alarm, -1.0), view_of(state, scratch, s2))
+        view = view_of(form, state, scratch, s2, surprise)
+        weight, moved = on_alarm(memory, state.memory_state, Alarm(alarm, -1.0), view)
         status |= moved
-        out[t, 3] = status
+        if form.fades > 0.0:
+            state.counts[WEIGHT] = weight
+    if form.is_timed == 0.0:
+        status |= pass_sample(form, memory, state, view_of(form, state, scratch, s2, surprise))
+    out[t, 3] = status
 
     # keep
     if is_measured:

@@ -14,18 +14,17 @@ from ...memory.constant import Constant
 from ...memory.settings import Setting, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
-from ...models.scale import InverseGamma, KnownScale, resolve_scale
+from ...models.scale import InverseGamma, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
-from ..common.given_state import COUNT, SCORE
+from ..common.fading import FadingPosterior
 from ..common.memories import forgets_state, memory_of_joint, prior_of_parameters, watch_of_joint
-from ..common.posterior import Posterior
 from ..common.priors import WIDTH, covariance_of, factors_of
 from ..common.settings import arguments, floor_of
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import JOINT, Form, scratch_size
 
 
-class Joint(Posterior):
+class Joint(FadingPosterior):
     """Posterior of state and parameters of A(q) y = B(q) u + C(q) v, sample by sample.
 
     The model is Salut's canonical form (1979, eqs. 2, 17-20), here with the measured state first:
@@ -268,35 +267,6 @@ class Joint(Posterior):
         return ARX(form.n, lags, (1 - form.direct,) * form.inputs)
 
     # --- reading a state -----------------------------------------------------------------------------------
-
-    @property
-    def _fades(self) -> bool:
-        """Whether the memory says how many samples count."""
-        return self.policies[0].fades > 0
-
-    def start(self, series: int | None = None) -> np.ndarray:
-        """Return a fresh state, or ``series`` of them."""
-        state = super().start(series)
-        if self._fades and not isinstance(self.scale, KnownScale):
-            state["counts"][..., COUNT], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
-        return state
-
-    def scale_posterior(self, state) -> tuple[float, float]:
-        """Return (alpha, beta) of the inverse-gamma posterior of sigma^2; (inf, inf) where it is known."""
-        if not self._fades or isinstance(self.scale, KnownScale):
-            return super().scale_posterior(state)
-        return float(state["counts"][COUNT]) / 2, float(state["chi2"]) / 2
-
-    def sigma2(self, state) -> float:
-        """Return the estimate of the scale sigma^2 (1 where the noise is known), relative to that of `Posterior`."""
-        if not self._fades or isinstance(self.scale, KnownScale):
-            return super().sigma2(state)
-        alpha, beta = self.scale_posterior(state)
-        return beta / max(alpha, 0.5) if alpha >= 0.5 else max(beta / 0.5, 1.0)
-
-    def loglik(self, state) -> float:
-        """Return log p(y_1..y_t): the evidence, or where samples fade the sum of the predictions' log densities."""
-        return float(state["counts"][SCORE]) if self._fades else super().loglik(state)
 
     def mean(self, state) -> np.ndarray:
         """Return E s(t+1 | t) in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]."""
