@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from memories_of_joint import MEMORIES
 from paper_motor import CONSTANT, MOTOR
 
 import driftwise as dw
@@ -144,6 +145,30 @@ ESTIMATORS = {
     "adaptive observer": dw.estimators.AdaptiveObserver(2, [0.5 + 0.2j, 0.5 - 0.2j], 2, offset=True),
     "adaptive observer, weighted": dw.estimators.AdaptiveObserver(
         1, 0.3, 1, memory=dw.ExponentialForgetting(0.98), missing="hold"
+    ),
+    **{f"joint, {name}": dw.Joint(2, inputs=1, memory=memory) for name, memory in MEMORIES.items()},
+    "joint, exponential, the state too": dw.Joint(
+        2, inputs=1, memory=dw.ExponentialForgetting(0.95), noise=dw.models.OutputError(), forget_state=True
+    ),
+    "joint, drift of matrices": dw.Joint(
+        1, inputs=1, memory=dw.memory.Drift([[0.9, 0.1], [0.0, 0.99]], [[2e-4, 1e-4], [1e-4, 1e-3]])
+    ),
+    "joint, auto, output error": dw.Joint(2, inputs=1, memory=dw.AutoMemory(), noise=dw.models.OutputError()),
+    "joint, auto, known polynomial": dw.Joint(
+        2, inputs=1, memory=dw.AutoMemory(), noise=dw.models.NoisePolynomial([0.1, -0.4], 0.01)
+    ),
+    "joint, auto, unknown polynomial, gate": dw.Joint(
+        1, inputs=1, direct=True, memory=dw.AutoMemory(), noise=dw.models.UnknownPolynomial(), gate=dw.InnovationGate()
+    ),
+    "joint, likelihood, two inputs": dw.Joint(1, inputs=2, direct=True, memory=dw.memory.LikelihoodDrift()),
+    "joint, until the score jumps": dw.Joint(
+        2,
+        inputs=1,
+        memory=dw.RestartOnChange(
+            dw.detect.ScoreCUSUM(jump=0.5, threshold=1.0),
+            dw.memory.CovarianceInflation(0.5, only_named=True),
+            settle=10,
+        ),
     ),
 }
 

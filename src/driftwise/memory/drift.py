@@ -128,7 +128,7 @@ def _coupled(memory, setting):
 def time_update_drift(memory, state, elapsed, view):
     U, D, status = view.U, view.D, 0
     relax(view.theta, U, D, memory.phi, view.b)
-    for i in range(memory.q.size):
+    for i in range(D.size - view.first):
         if not widen_within(U, D, view.first + i, memory.q[i], memory.cap[i], view.b):
             status = CAPPED
     return 1.0, status

@@ -19,7 +19,7 @@ def widen_within(U, D, i, q, cap, scratch):
 @kernel
 def relax(theta, U, D, phi, a):
     """theta <- Phi theta, P <- Phi P Phi' for the last ``phi.size`` unknowns, Phi diagonal; ``a`` is scratch."""
-    first = D.size - phi.size
+    first = max(D.size - phi.size, 0)
     at = first * (first - 1) // 2
     for j in range(first, D.size):
         share = phi[j - first]

@@ -157,7 +157,7 @@ def wander(memory, state, elapsed, view):
     """P <- Phi P Phi' + diag(q), no variance beyond its prior; what sigma^2 rests on fades."""
     U, D, drift, status = view.U, view.D, open_drift_state(state, memory.cap.size), 0
     relax(view.theta, U, D, memory.phi, view.b)
-    for i in range(memory.cap.size):
+    for i in range(D.size - view.first):
         if not widen_within(U, D, view.first + i, drift.q[i], memory.cap[i], view.b):
             status = CAPPED
     is_unexcited = drift.head[UNEXCITED] > 0.0

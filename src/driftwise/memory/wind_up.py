@@ -11,9 +11,9 @@ MEMORIES = 100.0  # "typical" is an average over so many memories
 @kernel
 def hold_within(U, D, cap, p, f, b):
     """Bring the last ``cap.size`` variances down to their caps; say whether any was above. p, f, b are scratch."""
-    is_held, first = False, D.size - cap.size
+    is_held, first = False, max(D.size - cap.size, 0)
     variances(U, D, p)
-    for i in range(cap.size):
+    for i in range(D.size - first):
         if p[first + i] > cap[i]:
             is_held |= hold_one(U, D, first + i, cap[i], f, b)
     return is_held
@@ -46,7 +46,7 @@ def shrink(lam, horizon, cap, state, view):
     state[0] = min(state[0] + 1.0, horizon)
     for j in range(first, D.size):
         D[j] /= lam
-    for i in range(cap.size):
+    for i in range(D.size - first):
         if p[first + i] > 0.0:
             one = log(weight * p[first + i] / cap[i])
             most = min(state[1 + i], 0.0) if state[0] > 1.0 else 0.0

@@ -97,8 +97,10 @@ def weighed(columns, sample: int, end: int) -> Event:
     The estimate is that of some samples later (before ``end``), against the last one before the jump, in units of both
     their deviations; below three of them no parameter is named.
     """
-    statistic, since, _ = columns.alarm(sample)
-    odds, first = columns.odds ** min(statistic, 100.0), max(sample + 1 - int(since), 0)
+    alarm = columns.alarm(sample)  # the joint filters say no more than that there was one
+    statistic, since, _ = (None, 1.0, -1.0) if alarm is None else alarm
+    odds = None if statistic is None else float(columns.odds ** min(statistic, 100.0))
+    first = max(sample + 1 - int(since), 0)
     theta, std = columns.parameters, columns.parameters_std
     later = min(sample + SAMPLES_LATER * len(columns.names), end - 1)
     before, name, way, moved = max(first - 1, 0), None, 0, SOMETHING
@@ -108,6 +110,6 @@ def weighed(columns, sample: int, end: int) -> Event:
     if later > sample and abs(z[most]) > MOVED:
         name, way = columns.names[most], int(np.sign(change[most]))
         moved = step_words(name, theta[before, most], theta[later, most], int(sum(abs(z) > MOVED)) - 1)
-    text = weighed_words(moved, since, odds)
+    text = f"jump: {moved}" if odds is None else weighed_words(moved, since, odds)
     kind, time = str(Status.JUMP.name), float(columns.time[sample])
-    return Event(sample, time, kind, text, float(statistic), first, name, way, moved, float(odds))
+    return Event(sample, time, kind, text, None if statistic is None else float(statistic), first, name, way, moved, odds)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from memories_of_joint import MEMORIES
 from oracle import continuous as oracle
 from oracle.continuous import problem
 
@@ -28,6 +29,7 @@ ESTIMATORS = {
         P0=100.0,
     ),
     "exact": dw.ContinuousJoint(2, 1, noise=dw.models.EquationError(0.0), P0=100.0),
+    **{name: dw.ContinuousJoint(2, 1, memory=memory) for name, memory in MEMORIES.items()},
 }
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from memories_of_joint import MEMORIES
 
 import driftwise as dw
 from driftwise.analysis.laws import LAWS, example, same
@@ -28,6 +29,13 @@ ESTIMATORS = {
         (2, 1), 2, True, noise=dw.models.NoisePolynomial(((0.1, -0.4), (0.3,)), 0.01), memory=dw.RandomWalk(1e-5),
         gate=dw.InnovationGate()
     ),
+    **{name: dw.JointMIMO((2, 1), 1, memory=memory) for name, memory in MEMORIES.items()},
+    "auto, coupled": dw.JointMIMO((2, 1), 1, memory=dw.AutoMemory(), split=False),
+    "interacting, coupled": dw.JointMIMO((1, 1), 1, memory=dw.memory.IMM((0.0, 1e-2)), split=False),
+    "likelihood, linked noise": dw.JointMIMO((2, 1), 1, memory=dw.memory.LikelihoodDrift(), noise=LINKED),
+    "exponential, linked noise, the state too": dw.JointMIMO(
+        (2, 1), 1, memory=dw.ExponentialForgetting(0.95), noise=LINKED, forget_state=True
+    ),
 }  # fmt: skip
 
 
@@ -42,7 +50,7 @@ def test_check_estimator_takes_several_outputs():
     dw.check_estimator(ESTIMATORS["split"])
 
 
-@pytest.mark.parametrize("name", ["split", "linked noise", "dead-beat", "all together"])
+@pytest.mark.parametrize("name", ["split", "linked noise", "dead-beat", "all together", "auto", "exponential", "auto, coupled"])
 @pytest.mark.parametrize("missing", [0.0, 0.3, 0.95])
 def test_long_gappy_records_stay_finite(name, missing):
     est = ESTIMATORS[name]

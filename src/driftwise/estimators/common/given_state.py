@@ -11,24 +11,28 @@ that knows theta does, and A becomes A - K psi'. Nothing is approximated. Source
 in recursive filtering", IEEE Trans. AC-14, 359-367, theta being his bias; Bierman (1977), chapter VII.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ...engine.dispatch import kernel
 from ...engine.ud import correct, marginal, predicted_variance
-from ...memory.registry import View, adapt, outlier_probability
+from ...memory.registry import View, adapt, begin, outlier_probability
 
+VAGUE = 100.0
 COUNT, WEIGHT, SCORE, COUNTS = range(4)  # of the numbers kept where samples fade, and how many
 
 
 class Room(NamedTuple):
-    """Scratch: A (rows, N), the factor of p(theta), psi, theta before, two vectors of N, and the gain of x."""
+    """Scratch: A (rows, N), the factor of p(theta), psi, theta before, what a memory sees, and the gain of x."""
 
     A: np.ndarray
     U: np.ndarray
     psi: np.ndarray
     before: np.ndarray
+    row: np.ndarray
+    f: np.ndarray
     b: np.ndarray
     c: np.ndarray
     gain: np.ndarray
@@ -37,7 +41,7 @@ class Room(NamedTuple):
 @kernel
 def room_size(rows, N):
     """Return how many numbers of scratch ``rows`` unknowns before N parameters need."""
-    return rows * N + N * (N - 1) // 2 + 4 * N + rows
+    return rows * N + N * (N - 1) // 2 + 6 * N + rows
 
 
 @kernel
@@ -46,12 +50,14 @@ def open_room(space, rows, N):
     U = rows * N
     psi = U + N * (N - 1) // 2
     before = psi + N
-    b = before + N
+    row = before + N
+    f = row + N
+    b = f + N
     c = b + N
     gain = c + N
     return Room(
-        space[:U].reshape(rows, N), space[U:psi], space[psi:before], space[before:b], space[b:c], space[c:gain],
-        space[gain : gain + rows],
+        space[:U].reshape(rows, N), space[U:psi], space[psi:before], space[before:row], space[row:f], space[f:b],
+        space[b:c], space[c:gain], space[gain : gain + rows],
     )  # fmt: skip
 
 
@@ -101,28 +107,40 @@ def put_together(U, room):
 
 
 @kernel
-def view_of_parameters(s, D, f, room, s2, weight, surprise):
+def view_of_parameters(s, D, room, s2, weight):
     """Return what a memory sees of a regression on theta."""
     rows = room.gain.size
     return View(
-        0, s[rows:], room.U, D[rows:], room.psi, f[rows:], room.b, room.c, s2, weight, surprise, 0.0, s[:0]
+        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c, s2, weight, np.nan, 0.0, s[:0]
     )  # fmt: skip
 
 
 @kernel
-def adapt_given_state(memory, memory_state, e, R, s, U, D, f, room, s2, weight):
+def begin_given_state(memory, memory_state, s, U, D, room):
+    """Let the memory begin with the prior of the parameters."""
+    marginal(U, room.gain.size, room.psi.size, room.U)
+    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0))
+
+
+@kernel
+def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight):
     """Take the innovation e of the row h, f = U'h, into s and U D U' by the memory's own rule; return its variance T.
 
-    An outlier, as the memory has it, teaches x nothing.
+    ``usual`` is the variance of the noise. A row that says next to nothing, since the state is lost or has never been
+    known, may be of any size: the memory sees it in units in which var v' is VAGUE times that, so that no mean square
+    of regressors is spoilt. An outlier, as the memory has it, teaches x nothing.
     """
     rows, N = room.gain.size, room.psi.size
     separate(U, f, room)
     slopes(U, room)
     Dx, fx = D[:rows], f[:rows]
     own = predicted_variance(fx, Dx, R)
+    share = min(VAGUE * usual / own, 1.0) if usual > 0.0 else 1.0
+    root = math.sqrt(share)
     for j in range(N):
         room.before[j] = s[rows + j]
-    T = adapt(memory, memory_state, e, own, view_of_parameters(s, D, f, room, s2, weight, np.nan))
+        room.row[j], room.f[j] = root * room.psi[j], root * f[rows + j]
+    T = adapt(memory, memory_state, root * e, share * own, view_of_parameters(s, D, room, s2, weight)) / share
     if not T > 0.0:
         return T
     left = e

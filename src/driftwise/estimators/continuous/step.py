@@ -21,7 +21,6 @@ from ...engine.elementary import log, square
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance
-from ...memory import registry
 from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
@@ -32,10 +31,9 @@ from ..common.given_state import (
     WEIGHT,
     Room,
     adapt_given_state,
+    begin_given_state,
     open_room,
     room_size,
-    separate,
-    view_of_parameters,
 )
 from ..joint.row import HUGE
 from .chain import decay, respond
@@ -150,23 +148,13 @@ def known_so_far(form, scale, state):
     return s2 if state.counts[COUNT] >= 1.0 else max(s2, 1.0)
 
 
-@rare
-def begin_memory(memory, state, scratch):
-    """Let the memory begin with the prior of the parameters."""
-    for i in range(scratch.f.size):
-        scratch.f[i] = 0.0
-    separate(state.U, scratch.f, scratch.room)
-    view = view_of_parameters(state.s, state.D, scratch.f, scratch.room, 1.0, 0.0, math.nan)
-    registry.begin(memory, state.memory_state, view)
-
-
 @kernel
-def take_in(form, memory, state, scratch, e, R, s2):
+def take_in(form, memory, state, scratch, e, R, usual, s2):
     """Take the residual e into s and U D U'; return the variance T it was expected to have."""
     s, U, D, f = state.s, state.U, state.D, scratch.f
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
-        return adapt_given_state(memory, state.memory_state, e, R, s, U, D, f, scratch.room, s2, weight)
+        return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, scratch.room, s2, weight)
     T = correct(U, D, f, R, scratch.b)
     if T > 0.0:
         for i in range(D.size):
@@ -317,7 +305,7 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
         move_inputs(form, state, scratch, seconds)
     status = take_inputs(state, u, t)
     if form.learns > 0.0 and head[SAMPLES] == 0.0:
-        begin_memory(memory, state, scratch)
+        begin_given_state(memory, state.memory_state, s, U, D, scratch.room)
     if form.is_timed > 0.0:
         _, moved = time_update(memory, state.memory_state, seconds, view_of(form, state, scratch, 1.0, math.nan))
         status |= moved
@@ -371,7 +359,7 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
             scratch.h[n + j] -= scratch.own[j] * e
         project(U, scratch.h, scratch.f)
         residual = w * (z - last) - rest
-        T = take_in(form, memory, state, scratch, residual, R, s2)
+        T = take_in(form, memory, state, scratch, residual, R, noise.R, s2)
         if T > 0.0:
             surprise = residual * residual / (s2 * T)
             head[OBSERVED] += 1.0

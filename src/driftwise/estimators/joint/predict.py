@@ -121,17 +121,17 @@ def add_difference_spread(U, D, first, second, weight, n, rows, Y, d, at):
 
 
 @choice
-def propagate(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
-    """Time update of mean and factors; z is the measured y, unused where there is none.
+def propagate(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
+    """Time update of mean and factors; z is the measured y, unused where there is none, ``doubt`` its variance.
 
     ``direct`` is the variance that held inputs add to y through their direct terms.
     """
 
 
 @propagate.on(White)
-def propagate_white(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
-    if is_held or not is_measured:
-        propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
+def propagate_white(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
+    if is_held or not is_measured or doubt > 0.0:
+        propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
         return
     n = scratch.n
     scratch.memo[USED_Y], scratch.memo[HAS_KAPPA] = z, 0.0
@@ -141,7 +141,7 @@ def propagate_white(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_he
 
 
 @propagate.on(Sensor)
-def propagate_sensor(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
+def propagate_sensor(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
     # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
     # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
     yhat = predict_output(state.s, state.held, scratch.direct)
@@ -152,12 +152,12 @@ def propagate_sensor(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_h
         widest = max(widest, variance(state.U, state.D, scratch.n + i))
     if s2 * widest < SETTLED:
         T = 0.0  # a is known so well that the product's own spread is no part of the answer
-    propagate_dense(noise, state, scratch, z, yhat, 0.0, T, s2, False)
+    propagate_dense(noise, state, scratch, z, yhat, 0.0, T, s2, False, 0.0)
 
 
 @propagate.on(Unknown)
-def propagate_unknown(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
-    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
+def propagate_unknown(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
+    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
     if is_measured and state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
         first, free = scratch.n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
         for i in range(first, first + scratch.n):
@@ -165,8 +165,8 @@ def propagate_unknown(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_
 
 
 @propagate.on(Coloured)
-def propagate_coloured(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct):
-    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured)
+def propagate_coloured(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
+    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
 
 
 @kernel
@@ -240,8 +240,18 @@ def multiply_noise_unknown(noise, state, scratch, v, s2):
         state.s[i] += (1.0 - noise.gradient) * v * state.s[first + i] - noise.spread * s2 * scratch.c[i]
 
 
+@rare
+def add_doubt(state, scratch, doubt, s2, at):
+    """Append what an error of this variance in the measured y does to x: it is multiplied by kappa - a."""
+    n, rows, Y, d = scratch.n, scratch.rows, scratch.Y, scratch.d
+    d[at] = doubt / s2
+    for i in range(rows):
+        Y[i, at] = scratch.kappa[i] - (state.s[n + i] if i < n else 0.0)
+    return add_spread(state.U, state.D, n, -1, doubt, n, rows, Y, d, scratch.g, at + 1)
+
+
 @kernel
-def propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured):
+def propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt):
     """The time update that re-triangularises: correlated noise, and every kind of missing sample."""
     s, U, D, n, rows, kappa, Y, d = (
         state.s,
@@ -261,6 +271,8 @@ def propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured):
         rest = z - predict_output(s, held, scratch.direct)
         project(U, N, held, scratch.direct, scratch.f)
         at = add_noise_product(noise, state, scratch, s2, at)
+        if doubt > 0.0:
+            at = add_doubt(state, scratch, doubt, s2, at)
         shift_mean(s, n, k, z, held)
         for i in range(rows):
             s[i] += kappa[i] * rest

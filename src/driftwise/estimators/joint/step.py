@@ -14,7 +14,7 @@ from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, 
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
 from ...models.stability import is_inside, shrink_inside
-from ..common.given_state import COUNT, SCORE, WEIGHT, adapt_given_state, separate, view_of_parameters
+from ..common.given_state import COUNT, SCORE, WEIGHT, adapt_given_state, begin_given_state, separate
 from .predict import propagate
 from .row import (
     CHI2,
@@ -210,27 +210,24 @@ def view_of(form, state, scratch, s2, surprise):
     )
 
 
-@rare
-def begin_memory(memory, state, scratch):
-    """Let the memory begin with the prior of the parameters."""
-    for i in range(scratch.f.size):
-        scratch.f[i] = 0.0
-    if scratch.room.psi.size > 0:
-        separate(state.U, scratch.f, scratch.room)
-    begin(
-        memory,
-        state.memory_state,
-        view_of_parameters(state.s, state.D, scratch.f, scratch.room, 1.0, 0.0, math.nan),
-    )
 
 
 @kernel
-def take_in(form, memory, state, scratch, e, R, s2):
+def begin_memory(form, memory, state, scratch):
+    """Let the memory begin with the prior."""
+    if form.learns > 0.0:
+        begin_given_state(memory, state.memory_state, state.s, state.U, state.D, scratch.room)
+    else:
+        begin(memory, state.memory_state, view_of(form, state, scratch, 1.0, np.nan))
+
+
+@kernel
+def take_in(form, memory, state, scratch, e, R, usual, s2):
     """Take the innovation e into s and U D U'; return the variance T it was expected to have."""
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
         return adapt_given_state(
-            memory, state.memory_state, e, R, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight
+            memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight
         )
     T = correct(state.U, state.D, scratch.f, R, scratch.b)
     if T > 0.0:
@@ -266,7 +263,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     """Take sample t: predict, project, detect, correct, predict."""
     head, s, U, D, n = state.head, state.s, state.U, state.D, scratch.n
     if head[SAMPLES] == 0.0:
-        begin_memory(memory, state, scratch)
+        begin_memory(form, memory, state, scratch)
     status = take_inputs(state, scratch.inputs, u, t)
     z = y[t, 0]
     head[PEAK] *= 0.75
@@ -312,7 +309,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     if form.slopes > 0.0 and is_measured:
         separate(U, scratch.f, scratch.room)
     if is_measured:
-        T = take_in(form, memory, state, scratch, e, R, s2)
+        T = take_in(form, memory, state, scratch, e, R, noise.R, s2)
         if T > 0.0:
             white = e / math.sqrt(s2 * T)
             restrain(noise, state, scratch)
@@ -334,15 +331,12 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     write(form, noise, scale, out, t, state, scratch, yhat, e, s2 * T, status)
 
     # predict
-    T_seen = T
+    doubt = 0.0
     if form.learns > 0.0 and white == white and outlier_probability(memory, state.memory_state) > 0.5:
-        is_measured = False  # what the filter makes of the sample now stands for y
-        yhat = predict_output(s, state.held, scratch.direct)
-        project(U, D.size, state.held, scratch.direct, scratch.f)
-        T = predicted_variance(scratch.f, D, R)
-    propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn)
+        z, doubt = z - 0.5 * e, 0.25 * e * e  # the plant's or the sensor's, as likely one as the other
+    propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn, doubt)
     if white == white and head[OBSERVED] > form.settle:
-        slope = slope_of(form, state, scratch.room, math.sqrt(s2 * T_seen))
+        slope = slope_of(form, state, scratch.room, math.sqrt(s2 * T))
         alarm += watch(detector, state.detector_state, white, slope)
     view = view_of(form, state, scratch, s2, white * white)
     if alarm != 0.0:

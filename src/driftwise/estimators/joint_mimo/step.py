@@ -9,7 +9,7 @@ from ...engine.dispatch import advance, kernel, rare, read_like, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
 from ...engine.ud import correct, entry, predicted_variance, variances
-from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
+from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..common.given_state import (
     COUNT,
@@ -17,9 +17,8 @@ from ..common.given_state import (
     SCORE,
     WEIGHT,
     adapt_given_state,
+    begin_given_state,
     open_room,
-    separate,
-    view_of_parameters,
 )
 from ..joint.row import HUGE
 from ..joint.step import LIMIT, take_inputs
@@ -167,23 +166,20 @@ def known_so_far(form, scale, state, group, g):
 @rare
 def begin_memory(form, memory, memory_state, scratch, group):
     """Let the group's memory begin with the prior of its parameters."""
-    f, N = scratch.f[: group.N], group.N
-    for i in range(N):
-        f[i] = 0.0
+    N = group.N
     room = open_room(scratch.room, group.n, N - group.n)
-    separate(group.U, f, room)
-    begin(memory, memory_state, view_of_parameters(group.s[:N], group.D[:N], f, room, 1.0, 0.0, math.nan))
+    begin_given_state(memory, memory_state, group.s[:N], group.U, group.D[:N], room)
 
 
 @kernel
-def take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, s2):
+def take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, usual, s2):
     """Take the innovation e into the group's unknowns, and those in front; return the variance it was expected to have."""
     size = int(scratch.q[g]) + group.N
     s, D, f = group.s[:size], group.D[:size], scratch.f[:size]
     if form.learns > 0.0:
         N, weight = group.N - group.n, state.counts[COUNTS * g + WEIGHT]
         room = open_room(scratch.room, size - N, N)
-        return adapt_given_state(memory, memory_state, e, R, s, U, D, f, room, s2, weight)
+        return adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight)
     T = correct(U, D, f, R, scratch.b)
     if T > 0.0:
         for c in range(size):
@@ -253,7 +249,7 @@ def correct_group(form, noise, memory, memory_state, gate, scale, detector, stat
             state.in_a_row[i] = count_rejections(gate, state.in_a_row[i], not is_measured)
             status |= 0 if is_measured else REJECTED
         if is_measured:
-            T = take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, s2)
+            T = take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, noise.R[i], s2)
             if T > 0.0:
                 taught += 1.0
                 surprise += e * e / (s2 * T)
@@ -270,13 +266,14 @@ def correct_group(form, noise, memory, memory_state, gate, scale, detector, stat
             T = predicted_variance(f, D, R)
         state.status[i] = status
         out[t, i], out[t, outputs + i], out[t, 2 * outputs + i] = yhat, e, s2 * T
-        if form.learns > 0.0 and is_measured and T > 0.0 and outlier_probability(memory, memory_state) > 0.5:
-            is_measured = False  # what the filter makes of the sample now stands for y
-            yhat, R = project(form, noise, scratch, group, g, U, i)
-            T = predicted_variance(f, D, R + (scratch.R[i] if q == 0 else 0.0))
         if not is_measured:
             scratch.z[i], scratch.spread[i] = -yhat, s2 * T
             set_output(form, noise, scratch, group, g, i, front)
+        elif form.learns > 0.0 and T > 0.0 and outlier_probability(memory, memory_state) > 0.5:
+            scratch.z[i], scratch.spread[i] = 0.5 * e - y[t, i], 0.25 * e * e  # the plant's or the sensor's: as likely
+            if int(scratch.q[g]) < front:
+                widen_front(form, scratch, group, g, front)
+            set_datum(form, scratch, group, g, i)
     scratch.surprise[g] = surprise / taught if taught > 0.0 else np.nan
 
 

@@ -25,6 +25,10 @@ class ManoeuvreForm(NamedTuple):
     settle: float
     detector_size: Size
     memory_size: Size
+    fades: Size
+    learns: Size
+    slopes: Size
+    forgets_state: float
     walk: float  # variance of a step of phi
     cap: float  # its prior variance, never exceeded
     limit: float  # of |phi|
