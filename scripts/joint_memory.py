@@ -9,6 +9,7 @@ that filter's own error; the share of truths within 1.96 deviations; microsecond
 
 import argparse
 import time
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ BEGIN = 100  # samples before errors count: nobody knows anything yet
 
 
 class World(NamedTuple):
-    """What happens in a plant: its order, NVR of its drift, jumps (where; deviations of b), and what is wrong with it."""
+    """What happens in a plant: order, NVR of its drift, jumps (where; size of those of b), and what is wrong."""
 
     order: int
     nvr: float = 0.0
@@ -98,7 +99,7 @@ def told(world: World, record: Record):
     steps = sorted({0, len(y), *record.jumps, *np.flatnonzero(np.diff(record.sigma)) + 1})
     memory = dw.memory.Drift(q=record.q) if world.nvr else dw.Constant()
     state, parts = None, []
-    for first, last in zip(steps, steps[1:]):
+    for first, last in pairwise(steps):
         est = dw.Joint(world.order, 1, noise=noise_of(world, record.sigma[first] ** 2), memory=memory)
         if state is None:
             state = est.start()
@@ -160,8 +161,8 @@ def main():
             world, specs.memory(given.memory), given.seeds, given.samples, given.first
         )
         found += [x, theta]
-        print(f"{name:22s} {x:13.2f} {theta:6.2f} {in_x:15.3f} {in_theta:6.3f} {told_x:12.3f} {told_theta:6.3f} {cost:9.1f}",
-              flush=True)  # fmt: skip
+        inside = f"{in_x:15.3f} {in_theta:6.3f} {told_x:12.3f} {told_theta:6.3f}"
+        print(f"{name:22s} {x:13.2f} {theta:6.2f} {inside} {cost:9.1f}", flush=True)
     print(f"geometric mean {np.exp(np.mean(np.log(found))):.3f}, worst {max(found):.2f}")
 
 

@@ -112,8 +112,8 @@ def test_every_memory_is_written_as_it_is_called():
         "noise:1/10000,2": dw.detect.VarianceCUSUM(2.0, false_alarms="1/10000"),
         "glr:10000,50": dw.detect.GLR("10000", 50),
     }.items():
-        assert specs.policy("constant", text, False) == dw.RestartOnChange(detector)
-        assert specs.policy("gain-reset:10", text, False) == dw.RestartOnChange(detector, dw.memory.GainReset(10.0))
+        assert specs.policy("constant", text) == dw.RestartOnChange(detector)
+        assert specs.policy("gain-reset:10", text) == dw.RestartOnChange(detector, dw.memory.GainReset(10.0))
 
 
 def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
@@ -172,7 +172,6 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
             "auto or auto:outliers or auto:jumps (how fast each parameter drifts",
         ),
         (["--model", "arx:2,1", "--memory", "auto", "--jumps", "level:1000"], "and --memory auto forgets all the time"),
-        (["--memory", "auto"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
         (["--model", "arx:2,1", "--memory", "gain-floor:0.5"], "samples must exceed 1"),
         (["--model", "arx:2,1", "--memory", "exponential:1.5"], "lam is a weight per sample"),
         (["--model", "arx:2,1", "--memory", "random-walk:nan"], "q must be a finite number"),
@@ -191,8 +190,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         (["--model", "arx:2,1", "--jumps", "level:100,-1"], "jump must be positive"),
         (["--model", "arx:2,1", "--jumps", "glr:1000,1.5"], "SIZE is how many samples to look back, a whole number"),
         (["--model", "arx:2,1", "--jumps", "noise:1e30"], "such a threshold never alarms"),
-        (["--memory", "exponential:0.99"], "is for recursive models, such as --model arx:2,2,1; the joint filter"),
-        (["--jumps", "parameters:1000"], "watches its innovations: --jumps level, noise or glr"),
+        (["--memory", "exponential:1.5"], "lam is a weight per sample"),
         (["-o", "v"], "--output was given 2 times (y, v), and one output is estimated at a time"),
     ],
 )

@@ -195,7 +195,7 @@ class FleetRunJob(Job):
                 )
             text = self.model_word + (f"@{self.memory}" if self.memory else "")
             return specs.estimators([text], self.inputs, dt)[text]
-        memory = specs.policy(self.memory_word, self.jumps, False)
+        memory = specs.policy(self.memory_word, self.jumps)
         more = {} if self.model_word == "regression" else {"offset": True}
         return specs.recursive(self.model_word, self.inputs, memory=memory, dt=dt, **more)
 

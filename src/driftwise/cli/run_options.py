@@ -92,11 +92,12 @@ class RunOptions(RecordJob):
             help="How the past is forgotten: constant (constant parameters; the default without --model), "
             "random-walk:Q (they drift; variance per sample) or random-walk:JUMP/EVERY (as jumps of that size every "
             "so many samples would have it), restart or restart:STEP (constant until they jump; size to expect "
-            "where output and inputs have size one). With --model also auto (the default there, without --jumps; "
-            "nothing to tune: how fast each parameter drifts, the noise, outliers and jumps are found out; "
-            "auto:outliers or auto:jumps where only these are to be expected), exponential:LAM (a sample fades "
+            "where output and inputs have size one), auto (the default with --model, without --jumps; nothing to "
+            "tune: how fast each parameter drifts, the noise, outliers and jumps are found out; auto:outliers or "
+            "auto:jumps where only these are to be expected), exponential:LAM (a sample fades "
             "to LAM of its weight with each new one), window:T (the last T samples), drift:NVR (a walk of that "
-            "noise variance ratio), and more: --memory list says what each is.",
+            "noise variance ratio), and more: --memory list says what each is. The joint filter (no --model) takes "
+            "them all; what is forgotten there are the parameters, and the state given them stays.",
         ),
     ] = None
     jumps: Annotated[
@@ -104,8 +105,8 @@ class RunOptions(RecordJob):
         typer.Option(
             metavar="DETECTOR:RATE[,SIZE]",
             help="Start afresh at jumps, with one false alarm in RATE samples (10000, or '1 per 10_000'). DETECTOR: "
-            "parameters (which one, which way; SIZE of its jump where output and inputs are of size one; needs "
-            "--model), level (a shift of the innovations; SIZE in standard deviations), noise (they widen, as they do "
+            "parameters (which one, which way; SIZE of its jump where output and inputs are of size one; one output), "
+            "level (a shift of the innovations; SIZE in standard deviations), noise (they widen, as they do "
             "when any parameter jumps; SIZE: variance after over before), glr (a shift of any size; SIZE: samples to "
             "look back). How to start afresh: --memory restart:STEP or gain-reset:N.",
         ),
@@ -194,7 +195,7 @@ class RunOptions(RecordJob):
     @property
     def policy(self) -> Any:
         """The memory, with the detector of --jumps."""
-        return specs.policy(self.memory_word, self.jumps, self.model is None)
+        return specs.policy(self.memory_word, self.jumps)
 
     def make_evidence(self, dt: float) -> Any:
         """Return an `OrderEvidence` of the orders to compare; the gate is left out."""

@@ -22,7 +22,6 @@ MODELS = {
 }
 PER_INPUT = ("nb", "nf", "nk")
 LARGEST = 1000  # a covariance has the square of it
-JOINT = ("constant", "random-walk", "restart")  # memories of the joint filter
 
 
 def refusal(error: InputError, **given: Any) -> CommandError:
@@ -74,21 +73,11 @@ def _order(name: str, part: str, inputs: int, text: str) -> Any:
     return tuple(int(v) for v in values * (inputs if len(values) == 1 else 1))
 
 
-def policy(text: str, jumps: str | None, is_joint: bool) -> Any:
-    """Return the memory that --memory and --jumps ask for together, refused where the model has none like it."""
-    found, kind = memory(text), text.partition(":")[0]
-    if is_joint and kind not in JOINT:
-        raise InputError(
-            f"--memory {text} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) takes "
-            "constant, random-walk:Q or restart:STEP."
-        )
+def policy(text: str, jumps: str | None) -> Any:
+    """Return the memory that --memory and --jumps ask for together."""
+    found = memory(text)
     if jumps is None:
         return found
-    if is_joint and jumps.partition(":")[0] == "parameters":
-        raise InputError(
-            f"--jumps {jumps} is for recursive models, such as --model arx:2,2,1; the joint filter (no --model) "
-            "watches its innovations: --jumps level, noise or glr."
-        )
     if not isinstance(found, memories.Constant | memories.RestartOnChange):
         raise InputError(
             f"--jumps {jumps} restarts a memory that forgets nothing in between, and --memory {text} forgets all the "
@@ -193,7 +182,7 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
     if kind != "joint":
         seen = () if kind in ("ar", "arma") else inputs  # compared with others that look at inputs
         try:
-            return recursive(what, seen, memory=policy(kept or "auto", None, False), dt=dt)
+            return recursive(what, seen, memory=policy(kept or "auto", None), dt=dt)
         except InputError as error:
             raise InputError(f"SPEC {text}: {error}") from None
     order, _, noise = numbers.partition(",")
@@ -203,4 +192,4 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
             f"one of {', '.join(NOISES)}."
         )
     how = getattr(models, NOISES[noise or "equation-error"])()
-    return families.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "constant", None, True), dt=dt)
+    return families.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "constant", None), dt=dt)

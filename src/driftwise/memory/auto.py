@@ -32,7 +32,7 @@ from .bank import (
 )
 from .gauss_markov import relax
 from .likelihood_drift import begin_again, carry, climb, follow, learner_size, open_learner, ratio
-from .mixing import drift_apart, drift_on_average, interact, merge
+from .mixing import drift_apart, drift_beside_state, interact, merge
 from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, fold, mode, own_sigma2, size_of, unfold
 from .modes import update as update_bank
 from .registry import adapt, begin, count, found_jump, mixture, outlier_probability, register, resolve, time_update
@@ -322,7 +322,7 @@ def time_update_auto_memory(memory, state, elapsed, view):
         merge_again(memory, own, view)
         return 1.0, status | CAPPED
     if view.first > 0:
-        drift_on_average(memory, own.bank, q, view)
+        drift_beside_state(memory, own.bank, q, view)
     else:
         drift_together(memory, own, waits, view.theta, view.U, view.D, view)
     return 1.0, status

@@ -10,7 +10,7 @@ from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED
 from ..engine.ud import predicted_variance, project
-from .mixing import drift_on_average, merge
+from .mixing import drift_beside_state, merge
 from .modes import WEIGHT, begin_modes, count_of, fold, mode, own_sigma2, size_of, unfold, update
 from .unknown_drift import UNEXCITED, common, excite, lean, open_drift_state, pace
 
@@ -73,7 +73,7 @@ def adapt_in_bank(memory, state, e, R, view, is_apart):
 def merge_again(memory, own, view):
     """Let theta and P be those of the mixture, after each mode moved alone."""
     if view.first > 0:
-        drift_on_average(memory, own.bank, own.q, view)
+        drift_beside_state(memory, own.bank, own.q, view)
     else:
         unfold_and_merge(memory, own, view.theta, view.U, view.D)
 

@@ -33,9 +33,9 @@ def hold_one(U, D, i, cap, f, b):
 
 @kernel
 def shrink(lam, horizon, cap, state, view):
-    """P <- P / lambda of the parameters, each held at one typical sample's variance and the prior's; return status bits.
+    """P <- P / lambda, each variance held at that of one typical sample and at the prior's; return status bits.
 
-    A state before them stays what it is, given them.
+    That is the P of the parameters; a state before them stays what it is, given them.
 
     weight P_ii is the variance that a single sample of the past leaves. ``state`` holds how many entered, and the mean
     of its logarithm (relative to the prior's) over the last ``horizon`` samples, which a burst moves little. While a

@@ -112,4 +112,6 @@ def weighed(columns, sample: int, end: int) -> Event:
         moved = step_words(name, theta[before, most], theta[later, most], int(sum(abs(z) > MOVED)) - 1)
     text = f"jump: {moved}" if odds is None else weighed_words(moved, since, odds)
     kind, time = str(Status.JUMP.name), float(columns.time[sample])
-    return Event(sample, time, kind, text, None if statistic is None else float(statistic), first, name, way, moved, odds)
+    return Event(
+        sample, time, kind, text, None if statistic is None else float(statistic), first, name, way, moved, odds
+    )

@@ -50,7 +50,9 @@ def test_check_estimator_takes_several_outputs():
     dw.check_estimator(ESTIMATORS["split"])
 
 
-@pytest.mark.parametrize("name", ["split", "linked noise", "dead-beat", "all together", "auto", "exponential", "auto, coupled"])
+@pytest.mark.parametrize(
+    "name", ["split", "linked noise", "dead-beat", "all together", "auto", "exponential", "auto, coupled"]
+)
 @pytest.mark.parametrize("missing", [0.0, 0.3, 0.95])
 def test_long_gappy_records_stay_finite(name, missing):
     est = ESTIMATORS[name]

@@ -10,13 +10,13 @@ from ...detect.score import ScoreCUSUM
 from ...engine import ud, validation
 from ...engine.errors import InputError
 from ...memory.constant import Constant
+from ...memory.directional_forgetting import DirectionalForgettingKernel
 from ...memory.drift import DriftKernel, DriftMatrixKernel
 from ...memory.exponential_forgetting import ExponentialForgettingKernel
 from ...memory.random_walk import RandomWalk
 from ...memory.registry import adapt, count, found_jump, mixture, outlier_probability
 from ...memory.restart_on_change import CovarianceInflationKernel
 from ...memory.settings import Setting, answers, resolve_memory, resolve_watch
-from ...memory.directional_forgetting import DirectionalForgettingKernel
 from ...memory.variable_forgetting import VariableForgettingKernel
 
 COUNT_ALL = (Constant, RandomWalk, CovarianceInflationKernel, DriftKernel, DriftMatrixKernel)
@@ -25,7 +25,7 @@ FORGET = (ExponentialForgettingKernel, VariableForgettingKernel, DirectionalForg
 
 
 def memory_of_joint(memory, setting: Setting) -> tuple[Any, float, float]:
-    """Return the kernel's memory of a joint filter, whether samples fade in it, and whether it learns by its own rule."""
+    """Return the kernel's memory, whether samples fade in it, and whether it learns by a rule of its own."""
     found = resolve_memory(memory, setting)
     learns = answers(type(found), adapt, count, found_jump, mixture, outlier_probability)
     return found, float(not isinstance(found, COUNT_ALL)), float(learns)
@@ -45,7 +45,7 @@ def prior_of_parameters(mean, U, D, n: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def of_some(memory, which, parameters: int) -> Any:
-    """Return a user's memory for some of the parameters: of a setting that says something of each, what it says of these.
+    """Return a user's memory for some of the parameters: of settings that differ by parameter, what is theirs.
 
     ``which`` are their indices. Where the memory has a response, its settings are among these.
     """

@@ -11,6 +11,8 @@ from ...engine import validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
+from ...memory.random_walk import RandomWalk
+from ...memory.restart_on_change import CovarianceInflationKernel
 from ...memory.settings import Setting, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
@@ -136,6 +138,11 @@ class Joint(FadingPosterior):
             prior_of_parameters(self._s0, self._U0, self._D0, n), n,
         )  # fmt: skip
         memory, fades, learns = memory_of_joint(memory, setting)
+        if learns and self.form == "array" and len(kappa) == N:
+            raise InputError(
+                f"noise that reaches the parameters is how they drift, and {type(self.options['memory']).__name__} is "
+                "to find that out: take Constant() or RandomWalk(q), or leave that noise out"
+            )
         memory_size = state_size(memory, N - n)
         shape = Form(
             n,
@@ -221,6 +228,11 @@ class Joint(FadingPosterior):
         >>> print(smoothed.parameters[0].round(2), smoothed.parameters_std[0].round(3))
         [-0.8   1.01] [0.003 0.007]
         """
+        if not isinstance(self.policies[2], Constant | RandomWalk | CovarianceInflationKernel):
+            raise InputError(
+                "smooth runs the filter backwards under a memory that is given: Constant(), RandomWalk(q) or "
+                f"RestartOnChange(); {type(self.options['memory']).__name__} goes by rules that have no such way back"
+            )
         if self.starting:
             raise InputError(
                 "smooth looks at the whole record, so a start from its first samples is of no use: start=None"
@@ -252,9 +264,8 @@ class Joint(FadingPosterior):
 
     @property
     def automatic(self) -> str:
-        """What to write for a memory that finds out by itself, which this estimator has none of."""
-        n = self.options["order"]
-        return f"ARX({n}, {n}, memory=AutoMemory())" if self.options["inputs"] else f"AR({n}, memory=AutoMemory())"
+        """What to write for a memory that finds out by itself."""
+        return "memory=AutoMemory()"
 
     def as_regression(self) -> Any:
         """Return an ARX of the same lags where the noise is that of an equation, else None."""

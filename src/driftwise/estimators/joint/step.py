@@ -210,8 +210,6 @@ def view_of(form, state, scratch, s2, surprise):
     )
 
 
-
-
 @kernel
 def begin_memory(form, memory, state, scratch):
     """Let the memory begin with the prior."""

@@ -173,7 +173,7 @@ def begin_memory(form, memory, memory_state, scratch, group):
 
 @kernel
 def take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, usual, s2):
-    """Take the innovation e into the group's unknowns, and those in front; return the variance it was expected to have."""
+    """Take the innovation e into the group's unknowns, and those in front; return its expected variance."""
     size = int(scratch.q[g]) + group.N
     s, D, f = group.s[:size], group.D[:size], scratch.f[:size]
     if form.learns > 0.0:

@@ -56,7 +56,9 @@ def begin(form, noise, scale, state, scratch, z, out, t):
     track[ELAPSED] += 1.0
     spread = widest if track[PLOTS] == 0.0 else track[ELAPSED] * track[ELAPSED] * form.Px + noise.R
     yhat = track[LAST]
-    write(form, noise, scale, out, t, state, scratch, yhat, z - yhat if seen else np.nan, s2 * (spread + noise.R), status)
+    write(
+        form, noise, scale, out, t, state, scratch, yhat, z - yhat if seen else np.nan, s2 * (spread + noise.R), status
+    )
     if seen:
         head[PEAK], head[TOP] = max(head[PEAK], abs(z)), max(head[TOP], abs(z))
         track[LAST], track[BEFORE] = z, z if track[PLOTS] == 0.0 else z - (z - yhat) / track[ELAPSED]

@@ -1,0 +1,143 @@
+"""What memories do to the joint filter: against full matrices, and against the regression that it is."""
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise import memory as m
+
+A, B, SIGMA = [-1.5, 0.7], [1.0, 0.5], 0.1
+
+
+def record(samples=200, missing=0.0, seed=1):
+    y, u = dw.simulate(A, B, samples=samples, noise_std=SIGMA, seed=seed)
+    lost = np.random.default_rng(seed).random(samples) < missing
+    return np.where(lost, np.nan, y), np.asarray(u)
+
+
+# --- with the state given by the data it is a regression -----------------------------------------------------------
+
+
+REGRESSIONS = {
+    "gain floor": m.GainFloor(30),
+    "exponential": m.ExponentialForgetting(0.97),
+    "variable": m.VariableForgetting(40),
+    "directional": m.DirectionalForgetting(0.95),
+    "window": m.Window(25),
+    "constant": dw.Constant(),
+    "reset": dw.RestartOnChange(dw.detect.VarianceCUSUM(threshold=1.0), m.GainReset(5), settle=10),
+}
+
+
+@pytest.mark.parametrize("name", REGRESSIONS)
+def test_under_equation_error_it_is_arx(name):
+    """The state of the joint filter is known given theta: no memory that forgets can tell it from a regression."""
+    y, u = record()
+    P0 = np.diag([0.0, 0.0, *4 * [100.0]])  # nothing came before: the state was zero
+    noise = dw.models.EquationError(SIGMA**2)
+    joint = dw.Joint(2, inputs=1, memory=REGRESSIONS[name], noise=noise, P0=P0).scan(y, u)
+    arx = dw.ARX(2, 2, memory=REGRESSIONS[name], variance=SIGMA**2, P0=100.0, at_rest=True).scan(y, u)
+    for which in ("parameters", "parameters_std", "prediction", "variance"):
+        np.testing.assert_allclose(getattr(joint, which), getattr(arx, which), rtol=1e-9, atol=1e-9, err_msg=which)
+    np.testing.assert_array_equal(joint.status & dw.Status.JUMP, arx.status & dw.Status.JUMP)
+
+
+# --- full matrices -------------------------------------------------------------------------------------------------
+
+
+class Dense:
+    """The filter of x+ = shift x - a y + b u + d v, y = x_1 + v, as a textbook writes it, v of variance R."""
+
+    def __init__(self, n, d, R, P):
+        self.n, self.d, self.R, self.s, self.P = n, np.asarray(d, float), R, np.zeros(3 * n), P.copy()
+
+    def step(self, y, u):
+        """Take a sample; return prediction, its variance, and s, P given the sample."""
+        n, h = self.n, np.eye(3 * self.n)[0]
+        yhat, T = h @ self.s, h @ self.P @ h + self.R
+        K = self.P @ h / T
+        s, P = self.s + K * (y - yhat), self.P - np.outer(K, K) * T
+        F = np.eye(3 * n)
+        F[:n, :n] = np.eye(n, k=1) - np.outer(self.d, h[:n])
+        F[:n, n : 2 * n], F[:n, 2 * n :] = -y * np.eye(n), u * np.eye(n)
+        self.s, self.P = F @ s, F @ P @ F.T
+        self.s[:n] += self.d * y
+        return yhat, T, s, P
+
+    def parts(self):
+        """Return p(theta) and p(x | theta): covariance of theta, slope A and covariance of x given theta."""
+        n, P = self.n, self.P
+        Ptt, Pxt = P[n:, n:], P[:n, n:]
+        slope = Pxt @ np.linalg.inv(Ptt)
+        return Ptt, slope, P[:n, :n] - slope @ Pxt.T
+
+    def join(self, Ptt, slope, Pxx):
+        """Let P be what these amount to."""
+        self.P = np.block([[Pxx + slope @ Ptt @ slope.T, slope @ Ptt], [Ptt @ slope.T, Ptt]])
+
+
+def forgotten(dense, lam, state):
+    Ptt, slope, Pxx = dense.parts()
+    dense.join(Ptt / lam, slope, Pxx / lam if state else Pxx)
+
+
+def drifted(dense, phi, Q):
+    n = dense.n
+    F = np.eye(3 * n)
+    F[n:, n:] = phi
+    dense.s, dense.P = F @ dense.s, F @ dense.P @ F.T
+    dense.P[n:, n:] += Q
+
+
+PHI, Q = np.diag([0.99, 0.97, 0.98, 0.95]), np.diag([1e-4, 2e-4, 1e-3, 5e-4])
+COUPLED = PHI + 0.02 * np.eye(4, k=1)
+LINKED = Q + 1e-5
+CASES = {
+    "forgotten": (dict(memory=m.ExponentialForgetting(0.98)), lambda f: forgotten(f, 0.98, False)),
+    "forgotten, the state too": (
+        dict(memory=m.ExponentialForgetting(0.98), forget_state=True),
+        lambda f: forgotten(f, 0.98, True),
+    ),
+    "drift": (dict(memory=m.Drift(tuple(np.diag(PHI)), tuple(np.diag(Q)))), lambda f: drifted(f, PHI, Q)),
+    "drift of matrices": (dict(memory=m.Drift(COUPLED, LINKED)), lambda f: drifted(f, COUPLED, LINKED)),
+}
+
+
+@pytest.mark.parametrize("d", [(0.0, 0.0), (0.4, -0.2)], ids=["equation error", "polynomial"])
+@pytest.mark.parametrize("name", CASES)
+def test_forgetting_and_drift_of_full_matrices(name, d):
+    options, forget = CASES[name]
+    y, u = record(200)
+    root = 0.3 * np.random.default_rng(3).standard_normal((6, 6)) + np.eye(6)
+    est = dw.Joint(2, inputs=1, noise=dw.models.NoisePolynomial(d, SIGMA**2), P0=4.0 * root @ root.T, **options)
+    begun = est.scan(y[:60], u[:60]).state  # until then a variance may be held at its prior's
+    trace = est.scan(y[60:], u[60:], state=begun)
+    assert not (trace.status & dw.Status.CAPPED).any()
+    back = [1, 0, 3, 2, 5, 4]  # Salut counts backwards
+    dense = Dense(2, d[::-1], SIGMA**2, est.covariance(begun)[np.ix_(back, back)])
+    dense.s[:] = est.mean(begun)[back]
+    for t in range(len(trace)):
+        yhat, T, s, P = dense.step(y[60 + t], u.ravel()[60 + t])
+        np.testing.assert_allclose([trace.prediction[t], trace.variance[t]], [yhat, T], rtol=1e-8)
+        np.testing.assert_allclose(np.concatenate([trace.x[t], trace.parameters[t]]), s, rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(trace.parameters_std[t], np.sqrt(np.diag(P)[2:]), rtol=1e-7)
+        forget(dense)
+    np.testing.assert_allclose(est.mean(trace.state)[back], dense.s, rtol=1e-7, atol=1e-9)
+
+
+def test_a_correction_by_the_memory_is_that_of_the_filter():
+    """Least squares through p(theta) p(x | theta) is least squares of (x, theta), gaps and colour included."""
+    y, u = record(missing=0.2)
+    for noise in (
+        dw.models.EquationError(SIGMA**2),
+        dw.models.OutputError(SIGMA**2),
+        dw.models.NoisePolynomial([0.3, -0.2], SIGMA**2),
+    ):
+        # jumps so rare that they never are: what is left is one Kalman filter
+        never = m.BayesianChangePoint(1e-9, 1e300, 2)
+        plain, mixed = (
+            dw.Joint(2, inputs=1, noise=noise, memory=memory).scan(y, u) for memory in (dw.Constant(), never)
+        )
+        for which in ("x", "x_std", "parameters", "parameters_std", "prediction", "variance"):
+            found, sought = getattr(mixed, which), getattr(plain, which)
+            np.testing.assert_allclose(found, sought, rtol=1e-6, atol=1e-9, err_msg=which)
