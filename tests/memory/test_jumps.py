@@ -81,7 +81,6 @@ def test_the_event_is_told(records):
     [
         (dw.RestartOnChange(dw.detect.VarianceCUSUM(0.5)), "ratio > 1"),
         (dw.RestartOnChange(12.0), "detector"),
-        (dw.RestartOnChange(dw.detect.ScoreCUSUM()), "slopes"),
         (dw.RestartOnChange(dw.detect.ProbeBank([1.0])), "probes"),
         (dw.RestartOnChange(response=dw.memory.CovarianceInflation([1.0, 2.0])), "step"),
         (dw.RestartOnChange(settle=-1), "settle"),

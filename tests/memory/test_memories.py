@@ -580,9 +580,16 @@ def test_bad_settings_are_told(memory, words):
 
 
 def test_the_joint_filter_says_what_it_cannot():
-    for restart in (dw.memory.GainReset(5), dw.memory.CovarianceInflation(1.0, only_named=True)):
-        with pytest.raises(dw.InputError, match="for all parameters at once"):
-            dw.Joint(2, 1, memory=dw.RestartOnChange(response=restart))
+    walks = dw.models.NoiseCovariance(np.diag([0.2, 0.1, 1e-4, 1e-4, 1e-4, 1e-4]), np.zeros(6), 0.5)
+    with pytest.raises(dw.InputError, match="noise that reaches the parameters is how they drift"):
+        dw.Joint(2, 1, noise=walks, P0=10.0, memory=dw.AutoMemory())
+    with pytest.raises(dw.InputError, match="forget_state=True is for memories that forget"):
+        dw.Joint(2, 1, memory=dw.AutoMemory(), forget_state=True)
+    with pytest.raises(dw.InputError, match="a memory that is given"):
+        dw.Joint(2, 1, memory=dw.AutoMemory()).smooth(*record())
+
+
+def test_a_matched_walk_of_the_joint_filter():
     y, u = record()
     options = dict(noise=dw.models.EquationError(0.09), P0=1e3)
     plain = dw.Joint(2, 1, memory=dw.RandomWalk([0.0002, 0.0002, 0.0008, 0.0008]), **options)

@@ -86,6 +86,8 @@ FAMILIES = {
     "AdaptiveObserver": dw.estimators.AdaptiveObserver(1, [0.5], 1, memory=MEMORY),
     "Joint": dw.Joint(2, 1, memory=MEMORY),
     "Joint, direct": dw.Joint(1, 1, True, noise=dw.models.OutputError(), memory=MEMORY),
+    "JointMIMO": dw.JointMIMO((1, 1), 1, memory=MEMORY),
+    "ContinuousJoint": dw.ContinuousJoint(1, 1, memory=MEMORY),
 }
 
 
@@ -96,7 +98,7 @@ def test_every_family_runs_it_saves_it_and_goes_on(name, uncompiled, registered,
     whole = est.scan(y, u)
     first = est.scan(y[:25], None if u is None else u[:25])
     kept = np.atleast_1d(first.state["memory_state"])
-    walked = kept[1:3] if name == "ARXMIMO" else kept[1:]
+    walked = kept[1:3] if name in ("ARXMIMO", "JointMIMO") else kept[1:]
     assert (walked == 25).all() and 0 < kept[0] != 1.0
     dw.save_state(est, first.state, tmp_path / "state.json")
     other, state = dw.load_state(tmp_path / "state.json")
@@ -143,19 +145,16 @@ def test_a_name_is_one_memorys_own():
         register("window:N")(other)
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: dw.JointMIMO((1, 1), 1, memory=MEMORY),
-        lambda: dw.ContinuousJoint(1, 1, memory=MEMORY),
-        lambda: dw.AdaptiveGain(0.9, memory=MEMORY),
-        lambda: dw.Joint(1, 1, memory=Learned()),
-    ],
-    ids=["several outputs", "continuous", "gain", "one that learns by itself"],
-)
-def test_who_does_not_take_it_says_so(make):
+def test_one_that_learns_by_itself_learns_beside_a_state(uncompiled):
+    y, u = dw.simulate([-0.8], [1.0], samples=60, noise_std=0.1, seed=2)
+    plain, learned = (dw.Joint(1, 1, memory=memory).scan(y, u) for memory in (dw.Constant(), Learned(1.0)))
+    np.testing.assert_allclose(learned.parameters[5:], plain.parameters[5:], rtol=1e-6, atol=1e-9)
+    assert not np.allclose(dw.Joint(1, 1, memory=Learned(0.5)).scan(y, u).parameters[-1], plain.parameters[-1])
+
+
+def test_who_does_not_take_it_says_so():
     with pytest.raises(dw.InputError, match="memory must be"):
-        make()
+        dw.AdaptiveGain(0.9, memory=MEMORY)
 
 
 def test_plain_answers_are_those_of_constant_parameters(uncompiled):
