@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..engine.dispatch import kernel, watch
+from ..engine.dispatch import kernel, listens, watch
 
 # What every detector keeps first; its own numbers follow.
 STATISTIC, SINCE, WHICH, OWN = range(4)
@@ -52,3 +52,8 @@ def side(best):
 @watch.on(Silent)
 def watch_silent(detector, detector_state, z, slope):
     return 0.0
+
+
+@listens.on(Silent)
+def listens_silent(detector):
+    return False

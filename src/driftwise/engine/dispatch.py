@@ -207,7 +207,16 @@ def look_back(form, row, s2, space, out):
     """Write mean and spread of the state before a sample, given what later samples teach."""
 
 
-@choice
+DETECTORS: set[type] = set()
+
+
+@functools.partial(choice, family=DETECTORS)
+def listens(detector):
+    """Say whether a detector makes anything of samples: nothing is computed for one that does not."""
+    return True
+
+
+@functools.partial(choice, family=DETECTORS)
 def watch(detector, detector_state, z, slope):
     """Take one whitened innovation z = e/sqrt(T); return 0, or +1 or -1 where it alarms (the direction).
 

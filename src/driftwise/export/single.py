@@ -18,8 +18,8 @@ VALUES = {
     1e100: 1e18,  # beyond it a product of two would
     1e-300: 1e-36,  # a variance that is as good as none, but is not none; a pivot whose inverse would overflow
     -1e300: -1e37,  # a log probability below all others
-    5e-324: LEAST,  # the least number that has a logarithm
     1.7976931348623157e308: MOST,  # and the largest
+    708.0: 87.0,  # up to it an exponential is an ordinary number
     709.782712893384: 88.72283,  # beyond it an exponential overflows
     -746.0: -104.0,  # and below it is none
     6.93147180369123816490e-01: 0.693359375,  # log 2, as many digits as leave its products exact

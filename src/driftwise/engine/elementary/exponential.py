@@ -6,6 +6,7 @@ from ..dispatch import kernel, rare
 from .pairs import E3, E4, E5, E6, E7, E8, E9, E10, E11, E12, E13, LN2_HIGH, LN2_LOW, PER_LN2
 
 LEAST, MOST = -746.0, 709.782712893384  # exp is 0 below, inf above
+FAR = 708.0  # exp is an ordinary number up to there, on both sides
 GONE = -40.0  # exp(x) - 1 is -1 below
 TINY = 2.0**-54  # exp(x) - 1 is x below
 HALF_LN2 = 0.34657359027997264
@@ -20,16 +21,26 @@ def exp(x):
 
     x = k log 2 + r, |r| <= (log 2)/2:  exp x = 2^k (1 + r + r^2/2 + .. + r^13/13!), odd and even powers side by side
     """
-    v = min(max(LEAST, x), MOST)
-    k = int(v * PER_LN2 + math.copysign(0.5, v))
-    high, low = v - k * LN2_HIGH, k * LN2_LOW
+    return near_exp(x) if abs(x) < FAR else far_exp(x)
+
+
+@kernel
+def near_exp(x):
+    """Return the same, neither nan nor far from 0."""
+    k = int(x * PER_LN2 + math.copysign(0.5, x))
+    high, low = x - k * LN2_HIGH, k * LN2_LOW
     r = high - low
     z = r * r
     odd = E3 + z * (E5 + z * (E7 + z * (E9 + z * (E11 + z * E13))))
     even = 0.5 + z * (E4 + z * (E6 + z * (E8 + z * (E10 + z * E12))))
-    found = math.ldexp(1.0 + (high - (low - z * (even + r * odd))), k)
-    found = found if x <= MOST else math.inf
-    return found if x == x else x
+    return math.ldexp(1.0 + (high - (low - z * (even + r * odd))), k)
+
+
+@rare
+def far_exp(x):
+    """Return the same of any number: 0 below all exponents, inf above."""
+    found = near_exp(min(max(LEAST, x), MOST))
+    return found if x <= MOST else (math.inf if x > MOST else x)
 
 
 @rare

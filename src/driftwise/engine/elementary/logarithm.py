@@ -5,7 +5,7 @@ import math
 from ..dispatch import kernel
 from .pairs import LN2_HIGH, LN2_LOW, ROOT_HALF
 
-LEAST, MOST = 5e-324, 1.7976931348623157e308
+MOST = 1.7976931348623157e308
 TINY = 2.0**-54  # log(1 + x) is x below
 
 L1, L2, L3 = 6.666666666666735130e-01, 3.999999999940941908e-01, 2.857142874366239149e-01
@@ -30,25 +30,22 @@ def log_about_one(f, k, low):
 @kernel
 def log(x):
     """Return the natural logarithm of x: -inf of 0, nan of less. The error is below 1 of the last place."""
-    m, e = math.frexp(min(max(x, LEAST), MOST))
+    if not (x > 0.0 and x <= MOST):
+        return math.inf if x > MOST else (-math.inf if x == 0.0 else math.nan)
+    m, e = math.frexp(x)
     is_low = m < ROOT_HALF
-    f = (m + m if is_low else m) - 1.0
-    found = log_about_one(f, e - 1.0 if is_low else e + 0.0, 0.0)
-    found = found if x <= MOST else x
-    return found if x > 0.0 else (-math.inf if x == 0.0 else math.nan)
+    return log_about_one((m + m if is_low else m) - 1.0, (e - 1 if is_low else e) + 0.0, 0.0)
 
 
 @kernel
 def log1p(x):
     """Return log(1 + x): -inf of -1, nan of less. The error is below 1 of the last place, also where x is small."""
-    v = min(max(x, -0.9999999999999999), MOST)
-    u = 1.0 + v
+    if not (x > -1.0 and x <= MOST and abs(x) > TINY):
+        return x if abs(x) <= TINY or x > MOST else (-math.inf if x == -1.0 else math.nan)
+    u = 1.0 + x
     m, e = math.frexp(u)
     is_low = m < ROOT_HALF
     f = (m + m if is_low else m) - 1.0
-    k = e - 1.0 if is_low else e + 0.0
-    lost = (1.0 - (u - v) if u > 2.0 else v - (u - 1.0)) / u  # of v, when 1 was added
-    found = log_about_one(v, 0.0, 0.0) if k == 0.0 else log_about_one(f, k, lost)
-    found = found if abs(x) > TINY else x
-    found = found if x <= MOST else x
-    return found if x > -1.0 else (-math.inf if x == -1.0 else math.nan)
+    k = (e - 1 if is_low else e) + 0.0
+    lost = (1.0 - (u - x) if u > 2.0 else x - (u - 1.0)) / u  # of x, when 1 was added
+    return log_about_one(x if k == 0.0 else f, k, 0.0 if k == 0.0 else lost)

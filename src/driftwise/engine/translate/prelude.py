@@ -16,8 +16,8 @@ typedef unsigned long long U;
 typedef int B;"""
 
 NEEDS: dict[str, tuple[str, ...]] = {
-    "DW_NAN": ("dw_bits",), "DW_INF": ("dw_bits",), "dw_bits": ("DW_INLINE",), "dw_ldexp": ("dw_bits",),
-    "dw_frexp": ("dw_bits",), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",), "dw_power": ("DW_INLINE",),
+    "DW_NAN": ("dw_bits",), "DW_INF": ("dw_bits",), "dw_bits": ("DW_INLINE",), "dw_ldexp": ("dw_bits", "DW_APART"),
+    "dw_frexp": ("dw_bits", "DW_APART"), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",), "dw_power": ("DW_INLINE",),
     "dw_row2": ("V2", "V1", "dw_at"), "dw_row3": ("V3", "V2", "dw_at"), "dw_column": ("V2", "S1", "dw_at"),
     "dw_row2i": ("V2i", "V1i", "dw_at"),
     "dw_strided": ("V1", "S1", "DW_INLINE"),
@@ -105,13 +105,22 @@ static F dw_sqrt(F x)
 double sqrt(double);
 #define dw_sqrt(x) sqrt(x)
 #endif""",
-    "dw_abs": "static DW_INLINE F dw_abs(F x) { return dw_bits(dw_word(x) & 0x7fffffffffffffffULL); }",
+    "dw_abs": """\
+#if defined(__GNUC__) || defined(__clang__)
+#define dw_abs(x) __builtin_fabs(x)
+#else
+static DW_INLINE F dw_abs(F x) { return dw_bits(dw_word(x) & 0x7fffffffffffffffULL); }
+#endif""",
     "dw_absi": "static DW_INLINE I dw_absi(I x) { return x < 0 ? -x : x; }",
     "dw_copysign": """\
+#if defined(__GNUC__) || defined(__clang__)
+#define dw_copysign(x, y) __builtin_copysign(x, y)
+#else
 static DW_INLINE F dw_copysign(F x, F y)
 {
     return dw_bits((dw_word(x) & 0x7fffffffffffffffULL) | (dw_word(y) & 0x8000000000000000ULL));
-}""",
+}
+#endif""",
     "dw_finite": "static DW_INLINE B dw_finite(F x) { return x - x == 0.0; }",
     "dw_isnan": "static DW_INLINE B dw_isnan(F x) { return x != x; }",
     "dw_max": "static DW_INLINE F dw_max(F a, F b) { return b > a ? b : a; }",
@@ -140,7 +149,7 @@ static DW_INLINE F dw_power(F a, I n)
 }""",
     "dw_floor": "static DW_INLINE I dw_floor(F x) { return (I)x - (x < (F)(I)x); }",
     "dw_ldexp": """\
-static F dw_ldexp(F x, I n)
+static DW_APART F dw_far_ldexp(F x, I n)
 {
     if (n > 1023) {
         x *= 8.98846567431158e307;
@@ -158,21 +167,28 @@ static F dw_ldexp(F x, I n)
         }
     }
     return x * dw_bits((U)(1023 + n) << 52);
+}
+static DW_INLINE F dw_ldexp(F x, I n)
+{
+    return n >= -1022 && n <= 1023 ? x * dw_bits((U)(1023 + n) << 52) : dw_far_ldexp(x, n);
 }""",
     "dw_frexp": """\
-static PAIR dw_frexp(F x)
+static DW_APART PAIR dw_odd_frexp(F x)
 {
     PAIR found;
-    U word = dw_word(x);
-    I exponent = (I)(word >> 52 & 0x7ff);
-    found.i0 = x;
-    found.i1 = 0;
-    if (exponent == 0x7ff || x == 0.0)
-        return found;
-    if (exponent == 0) {
-        word = dw_word(x * 18014398509481984.0);
-        exponent = (I)(word >> 52 & 0x7ff) - 54;
-    }
+    const U word = dw_word(x * 18014398509481984.0);
+    const B is_small = x != 0.0 && x - x == 0.0;
+    found.i0 = is_small ? dw_bits((word & 0x800fffffffffffffULL) | 0x3fe0000000000000ULL) : x;
+    found.i1 = is_small ? (I)(word >> 52 & 0x7ff) - 1076 : 0;
+    return found;
+}
+static DW_INLINE PAIR dw_frexp(F x)
+{
+    PAIR found;
+    const U word = dw_word(x);
+    const I exponent = (I)(word >> 52 & 0x7ff);
+    if (exponent == 0 || exponent == 0x7ff)
+        return dw_odd_frexp(x);
     found.i0 = dw_bits((word & 0x800fffffffffffffULL) | 0x3fe0000000000000ULL);
     found.i1 = exponent - 1022;
     return found;

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...engine.dispatch import advance, kernel
+from ...engine.dispatch import advance, kernel, listens
 from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance
@@ -241,7 +241,7 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
 
     # detect
     alarm = 0.0
-    if is_known and head[OBSERVED] > form.settle and T > 0.0 and c > 0.0:
+    if listens(detector) and is_known and head[OBSERVED] > form.settle and T > 0.0 and c > 0.0:
         spread = math.sqrt(T)
         if form.signal == PROBES:
             compare(form, state, z, e, c, scratch.ratios)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
-from ...engine.dispatch import advance, kernel, open_scratch
+from ...engine.dispatch import advance, kernel, listens, open_scratch
 from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
@@ -185,7 +185,7 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         is_used = admit(gate, e, scratch.f, D, R, s2, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_used)
         status |= 0 if is_used else REJECTED
-    if is_used and head[OBSERVED] > form.settle and T > 0.0:
+    if listens(detector) and is_used and head[OBSERVED] > form.settle and T > 0.0:
         spread = math.sqrt(s2 * T)
         for i in range(psi.size):
             scratch.slope[i] = psi[i] / spread
