@@ -126,9 +126,9 @@ def test_compilers_are_named_with_wrappers_and_options(monkeypatch):
     monkeypatch.delenv("DRIFTWISE_CC", raising=False)
     monkeypatch.setenv("CC", "ccache clang -pipe")
     assert compilers()[0] == Compiler(("/usr/bin/ccache", "clang", "-pipe"), "clang")
-    assert [c.command for c in compilers() if not c.is_quick][1:] == [("/usr/bin/clang",), ("/usr/bin/gcc",)]
+    assert [c.command for c in compilers() if not c.is_quick][1:] == [("/usr/bin/gcc",), ("/usr/bin/clang",)]
     monkeypatch.setenv("CC", "absent")
-    assert compilers()[0].command == ("/usr/bin/clang",)
+    assert compilers()[0].command == ("/usr/bin/gcc",)
     monkeypatch.setenv("DRIFTWISE_CC", "gcc-12 -m64")
     assert compilers() == [Compiler(("/usr/bin/gcc-12", "-m64"), "gcc")]
     monkeypatch.setenv("DRIFTWISE_CC", "tcc")

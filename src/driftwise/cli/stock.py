@@ -16,7 +16,7 @@ from pathlib import Path
 
 from driftwise.engine.compilers import Compiler, compilers
 
-HERE = "a C compiler (clang or gcc) here would have compiled loops ahead; now that happens at their first use"
+HERE = "a C compiler (gcc or clang) here would have compiled loops ahead; now that happens at their first use"
 
 
 def main(folder: str, extent: str = "front") -> int:

@@ -17,6 +17,8 @@ from .finish import SECONDS
 # No product is fused with a sum, or the bits would depend on the processor; a shift of three numbers is no call.
 _COMMON = ("-std=gnu99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-w")
 _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize")
+# Named views of a state are large structures: kept in memory and copied at each sample, they take half of ARX's time.
+_GCC += ("--param", "sra-max-scalarization-size-Ospeed=4096", "-fpeel-loops")
 # Loops are of a few turns: eight at a time, or a call of memmove for a shift, take up to twice as long.
 _SHORT = ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize", *_SHORT)
@@ -100,7 +102,10 @@ class Compiler(NamedTuple):
 
 
 def compilers() -> list[Compiler]:
-    """Return the compilers of this machine, the best first; ``DRIFTWISE_CC`` names one (or ``none``)."""
+    """Return the compilers of this machine, the best first; ``DRIFTWISE_CC`` names one (or ``none``).
+
+    gcc makes series of any kind faster than clang does (`bench/engines.py`); lanes are the other way round.
+    """
     wanted = os.environ.get("DRIFTWISE_CC", "")
     if wanted == "none":
         return []
@@ -108,7 +113,7 @@ def compilers() -> list[Compiler]:
         return tcc()
     if wanted:
         return [_compiler(wanted)]
-    there = _there(os.environ.get("CC", ""), "clang", "gcc") or _there("cc")
+    there = _there(os.environ.get("CC", ""), "gcc", "clang") or _there("cc")
     return [*there, *tcc()]
 
 

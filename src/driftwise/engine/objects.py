@@ -123,7 +123,7 @@ def _make(key: str, text: Callable[[], str], native: bool) -> tuple[str, Path] |
         return None
     is_quick_first = not native and not key.startswith("caller")
     troubles = []
-    for compiler in sorted(at_hand, key=lambda c: c.is_quick != is_quick_first):
+    for compiler in sorted(at_hand, key=lambda c: (c.is_quick != is_quick_first, native and c.name != "clang")):
         path, trouble = _compiled(compiler, key, text(), native)
         if path is not None:
             return "made", path
