@@ -74,6 +74,15 @@ def erfc(x):
 
 
 @rare
+def erfc_both(x):
+    """Return erfc(x) and erfc(-x), the same bits as of each alone."""
+    if abs(x) < NEAR or x != x:
+        return erfc(x), erfc(-x)
+    found = erfc(abs(x))
+    return (2.0 - found, found) if x < 0.0 else (found, 2.0 - found)
+
+
+@rare
 def erfc_middle(x):
     """Return erfc x, x from 1/2 to 3; the exponent is a pair."""
     piece = int(2.0 * x) - 1

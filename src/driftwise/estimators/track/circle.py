@@ -7,7 +7,7 @@ from ...engine.dispatch import kernel
 from ...engine.elementary import cos, hypot, sin, square
 from ...models.manoeuvre import arc
 from . import linear
-from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear, period
+from .bank import CIRCULAR, LINEAR, STRAIGHT, TURNS, at_circle, at_linear
 
 N = 5
 P = 5  # of a member's numbers; E, vE, N, vN, omega before it, scales of the noise behind
@@ -19,7 +19,7 @@ LINE = tuple(STRAIGHT.index((0.0, q)) for q in TURNS)  # the member of constant 
 
 
 @kernel
-def begin(row, C, i, fastest, unit):
+def begin(row, C, i, T, fastest, unit):
     """Start one on the first plot."""
     at = at_circle(C, i)
     row[at : at + CIRCULAR] = 0.0
@@ -27,7 +27,7 @@ def begin(row, C, i, fastest, unit):
         row[at + P + index(2 * c, 2 * c)] = unit[c]
         row[at + P + index(2 * c + 1, 2 * c + 1)] = fastest * fastest
         row[at + CIRCULAR + c] = 1.0
-    row[at + P + index(4, 4)] = FIRST / square(period(row))
+    row[at + P + index(4, 4)] = FIRST / square(T)
 
 
 @kernel
@@ -37,11 +37,11 @@ def index(i, j):
 
 
 @kernel
-def predict(row, C, i, d, unit, F, A, B):
+def predict(row, C, i, T, d, unit, F, A, B):
     """Take one d seconds on, after the members of constant velocity; F, A and B are room for 5 x 5 numbers each."""
-    at, T = at_circle(C, i), period(row)
+    at = at_circle(C, i)
     if d > LOST * T:
-        start_over(row, C, i, unit)
+        start_over(row, C, i, T, unit)
         return
     vE, vN, angle = row[at + 1], row[at + 3], row[at + 4] * d
     s, c, ds, dc = arc(row[at + 4], d)
@@ -85,7 +85,7 @@ def speed(row, C, i):
 
 
 @kernel
-def start_over(row, C, i, unit):
+def start_over(row, C, i, T, unit):
     """Take position and velocity from constant velocity: nothing is known of a turn."""
     at = at_circle(C, i)
     row[at : at + CIRCULAR] = 0.0
@@ -96,11 +96,11 @@ def start_over(row, C, i, unit):
         row[at + P + index(j, j)] = r * row[line + linear.P]
         row[at + P + index(j, j + 1)] = r * row[line + linear.P + 1]
         row[at + P + index(j + 1, j + 1)] = r * row[line + linear.P + 3]
-    row[at + P + index(4, 4)] = FIRST / square(period(row))
+    row[at + P + index(4, 4)] = FIRST / square(T)
 
 
 @kernel
-def correct(row, C, i, c, y, r, A):
+def correct(row, C, i, c, T, y, r, A):
     """Let coordinate c be measured with variance r; A is room for a column."""
     at, h = at_circle(C, i), 2 * c
     for j in range(N):
@@ -111,7 +111,7 @@ def correct(row, C, i, c, y, r, A):
         for k in range(j, N):
             jk = at + P + index(j, k)
             row[jk] = linear.corrected(row[jk], j, k, h, A[0, j], A[0, k], r, S)
-    sharpest = SHARPEST / period(row)
+    sharpest = SHARPEST / T
     row[at + 4] = min(max(row[at + 4], -sharpest), sharpest)
 
 

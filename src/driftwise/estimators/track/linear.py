@@ -9,15 +9,15 @@ import math
 from ...engine.dispatch import kernel
 from ...engine.elementary import square
 from ...models.manoeuvre import response, spread
-from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear, period
+from .bank import CURVED, KALMAN, LINEAR, LINES, STRAIGHT, at_linear
 
 X, P, SCALE = 0, 3, 9  # of a member's numbers
+RATES = tuple(sorted({alpha for alpha, _ in (*STRAIGHT, *CURVED)}))  # alpha T: what differs takes an integral each
 
 
 @kernel
-def begin(row, C, fastest, unit):
+def begin(row, C, T, fastest, unit):
     """Start all of them on the first plot: at rest, within the speed of the class (units of the plots' variance)."""
-    T = period(row)
     for i in range(KALMAN):
         for c in range(C):
             at = at_linear(C, i) + LINEAR * c
@@ -58,25 +58,22 @@ def predict_curve(row, at, d, f, g, s, share, pp, pv, pa, vv, va, aa):
 
 
 @kernel
-def predict_all(row, C, d):
-    """Take all members d seconds on."""
-    T, alpha = period(row), -1.0
-    s, g, f = response(0.0, d)
-    pp, pv, pa, vv, va, aa = spread(0.0, d)
-    for i in range(KALMAN):
-        rate = (STRAIGHT[i][0] if i < LINES else CURVED[i - LINES][0]) / T
-        if rate != alpha:
-            alpha = rate
-            s, g, f = response(alpha, d)
-            pp, pv, pa, vv, va, aa = spread(alpha, d)
-        for c in range(C):
-            at = at_linear(C, i) + LINEAR * c
-            if i < LINES:
-                predict_line(row, at, g, f, STRAIGHT[i][1] / (T * T * T), vv, va, aa)
-            else:
-                predict_curve(
-                    row, at, d, f, g, s, CURVED[i - LINES][1] / (T * square(square(T))), pp, pv, pa, vv, va, aa
-                )
+def predict_all(row, C, T, d):
+    """Take all members d seconds on, those of the same alpha together."""
+    for rate in RATES:
+        s, g, f = response(rate / T, d)
+        pp, pv, pa, vv, va, aa = spread(rate / T, d)
+        for i in range(KALMAN):
+            if (STRAIGHT[i][0] if i < LINES else CURVED[i - LINES][0]) != rate:
+                continue
+            for c in range(C):
+                at = at_linear(C, i) + LINEAR * c
+                if i < LINES:
+                    predict_line(row, at, g, f, STRAIGHT[i][1] / (T * T * T), vv, va, aa)
+                else:
+                    predict_curve(
+                        row, at, d, f, g, s, CURVED[i - LINES][1] / (T * square(square(T))), pp, pv, pa, vv, va, aa
+                    )
 
 
 @kernel

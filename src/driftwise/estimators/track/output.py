@@ -3,7 +3,7 @@
 import math
 
 from ...engine.dispatch import kernel
-from ...engine.elementary import erfc, exp, log, square
+from ...engine.elementary import erfc_both, exp, log, square
 from ...engine.status import NOT_READY
 from . import bank, circle, linear, pole
 
@@ -17,8 +17,11 @@ def normal(e, v):
 
 
 @kernel
-def tell(row, C, y, w, mean, S, out):
-    """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it."""
+def tell(row, C, y, w, mean, S, parts, out):
+    """Write forecast, density and where the plot (relative to the first, NaN is missing) lies in it.
+
+    ``parts`` (C * TAILS,) take what each scale of the tails has of the density.
+    """
     total = 0.0
     for j in range(bank.TAILS):
         total += row[bank.row_at(C).tails + j]
@@ -39,9 +42,11 @@ def tell(row, C, y, w, mean, S, out):
         e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
         for j in range(bank.TAILS):
             v, share = bank.SCALES[j] * s, out[bank.sample_at(C).shares + j]
-            p += share * normal(e, v)
-            lower += share * 0.5 * erfc(-e / math.sqrt(2.0 * v))
-            upper += share * 0.5 * erfc(e / math.sqrt(2.0 * v))
+            parts[c * bank.TAILS + j] = share * normal(e, v)
+            p += parts[c * bank.TAILS + j]
+            above, below = erfc_both(e / math.sqrt(2.0 * v))
+            lower += share * 0.5 * below
+            upper += share * 0.5 * above
         out[bank.column(C, 0, c)], out[bank.column(C, 1, c)] = m + row[bank.of_coordinate(C, bank.FIRST, c)], e
         out[bank.column(C, 2, c)], out[bank.column(C, 3, c)] = s, log(max(p, 1e-300))
         out[bank.column(C, 4, c)], out[bank.column(C, 5, c)] = lower, upper
@@ -59,7 +64,7 @@ def tell(row, C, y, w, mean, S, out):
 
 
 @kernel
-def member_state(row, C, i, unit, x, V):
+def member_state(row, C, i, T, unit, x, V):
     """Fill x (3C,) and V (3C, 3C): position, velocity, acceleration per coordinate, as member i has them."""
     n = 3 * C
     for j in range(n):
@@ -76,7 +81,7 @@ def member_state(row, C, i, unit, x, V):
                     V[h + j, h + l] = V[h + l, h + j] = row[at + linear.P + k] * r
                     k += 1
             if i < bank.LINES:  # the mean acceleration between two plots
-                V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / square(square(bank.period(row)))
+                V[h + 2, h + 2] = bank.STRAIGHT[i][1] * r / square(square(T))
         return
     at = bank.at_circle(C, i - bank.KALMAN)
     omega, vE, vN = row[at + 4], row[at + 1], row[at + 3]
@@ -93,7 +98,7 @@ def member_state(row, C, i, unit, x, V):
 
 
 @kernel
-def tell_state(row, C, w, unit, x, V, total, out):
+def tell_state(row, C, T, w, unit, x, V, total, out):
     """Write mean and covariance of position, velocity, acceleration: those of the bank.members that have them.
 
     Member after member (West 1979), so that nothing cancels.
@@ -108,7 +113,7 @@ def tell_state(row, C, w, unit, x, V, total, out):
         if w[i] > 0.0:
             before, share = share, share + w[i]
             old, new = before / share, w[i] / share
-            member_state(row, C, i, unit, x, V)
+            member_state(row, C, i, T, unit, x, V)
             for c in range(C):  # relative to the last plot: the square of a position is large
                 x[3 * c] -= row[bank.of_coordinate(C, bank.LAST, c)]
             for j in range(n):

@@ -73,51 +73,52 @@ def enter(task, row, t, y, R, C):
 
 
 @kernel
-def least_variance(task, row):
+def least_variance(task, T):
     """Return the variance below which no plot's is taken: exact and repeated plots would let it vanish."""
-    return square(FINEST * task.fastest * bank.period(row))
+    return square(FINEST * task.fastest * T)
 
 
 @kernel
-def sane(task, row, R):
+def sane(task, T, R):
     """Return a stated variance, within what plots of the class can have; NaN stays."""
-    return min(max(R, least_variance(task, row)), square(COARSEST * task.fastest * bank.period(row))) if R > 0.0 else R
+    return min(max(R, least_variance(task, T)), square(COARSEST * task.fastest * T)) if R > 0.0 else R
 
 
 @kernel
 def start_members(task, row, d, C, unit):
     """Start the bank.members on the first plot, now that the time to the second is known."""
     row[bank.PERIOD] = row[bank.GAP] = log(d)
+    T = bank.period(row)
     for c in range(C):
-        stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
+        stated = sane(task, T, row[bank.of_coordinate(C, bank.STATED, c)])
         unit[c] = stated if stated > 0.0 else square(0.1 * task.fastest * d)
         row[bank.of_coordinate(C, bank.LOG, c)] = log(unit[c])
-    linear.begin(row, C, task.fastest, unit)
+    linear.begin(row, C, T, task.fastest, unit)
     for i in range(bank.circles(C)):
-        circle.begin(row, C, i, task.fastest, unit)
+        circle.begin(row, C, i, T, task.fastest, unit)
 
 
 @kernel
-def measure_units(task, row, C, R, unit, g):
+def measure_units(task, row, C, T, R, unit, g):
     """Fill the variance of a plot by what is known of it, and g: how much of that this plot has."""
     for c in range(C):
-        unit[c] = max(exp(row[bank.of_coordinate(C, bank.LOG, c)]), least_variance(task, row))
-        stated = sane(task, row, row[bank.of_coordinate(C, bank.STATED, c)])
-        g[c] = sane(task, row, R[c]) / stated if stated > 0.0 and R[c] > 0.0 else 1.0
+        unit[c] = max(exp(row[bank.of_coordinate(C, bank.LOG, c)]), least_variance(task, T))
+        stated = sane(task, T, row[bank.of_coordinate(C, bank.STATED, c)])
+        g[c] = sane(task, T, R[c]) / stated if stated > 0.0 and R[c] > 0.0 else 1.0
 
 
 @kernel
-def predict_all(row, C, d, unit, F, A, B):
+def predict_all(row, C, T, d, unit, F, A, B):
     """Take all that have a state d seconds on."""
-    linear.predict_all(row, C, d)
+    linear.predict_all(row, C, T, d)
     for i in range(bank.circles(C)):
-        circle.predict(row, C, i, d, unit, F, A, B)
+        circle.predict(row, C, i, T, d, unit, F, A, B)
 
 
 @kernel
-def foresee(row, C, d, unit, g, mean, S):
+def foresee(row, C, T, d, unit, g, mean, S):
     """Fill mean and S (M, C): what each expects of the next plot, relative to the first; NaN is no opinion."""
-    T, k = bank.period(row), bank.KALMAN
+    k = bank.KALMAN
     for i in range(bank.KALMAN):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
@@ -161,7 +162,7 @@ def weigh(row, C, mean, w):
 
 
 @kernel
-def moves(task, row, C, i, unit):
+def moves(task, row, C, i, T, unit):
     """Say how a member sees the target: 1 in a manoeuvre, 0 without, -1 if it does not say.
 
     A manoeuvre is an acceleration beyond what takes a target of the class from rest to its speed in ``GENTLE`` seconds:
@@ -169,7 +170,6 @@ def moves(task, row, C, i, unit):
     """
     least, size2 = task.fastest / GENTLE, 0.0
     if i < bank.LINES:
-        T = bank.period(row)
         for c in range(C):
             r = unit[c] * row[bank.at_linear(C, i) + bank.LINEAR * c + linear.SCALE]
             size2 = max(size2, bank.STRAIGHT[i][1] * r / (T * T * T * T))
@@ -202,7 +202,7 @@ def bends(row, C, i, unit):
 
 
 @kernel
-def judge(task, row, C, y, unit, w, mean, S, scores):
+def judge(task, row, C, T, y, unit, w, mean, S, scores):
     """Give each member the density it had for the plot, and move the probability of a manoeuvre."""
     M, best, top = bank.members(C), -math.inf, -math.inf
     for i in range(M):
@@ -216,7 +216,7 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
     tiny = 1e-12
     quiet, still, moving, alive, bent = tiny, tiny, tiny, tiny, tiny
     for i in range(M):
-        how = moves(task, row, C, i, unit)
+        how = moves(task, row, C, i, T, unit)
         if how == 0:
             quiet += w[i] * exp(scores[i] - top)
             still += w[i]
@@ -241,18 +241,18 @@ def judge(task, row, C, y, unit, w, mean, S, scores):
 
 
 @kernel
-def learn_tails(task, row, C, out):
+def learn_tails(task, row, C, parts):
     """Share the plot out among the scales that may have made it; say how likely it is wild."""
     fade, wild, first = 1.0 - 1.0 / min(task.tails, YOUNG + row[bank.SEEN]), 0.0, bank.row_at(C).tails
     for j in range(bank.TAILS):
         for _ in range(C):  # the coordinates' order does not matter
             row[first + j] *= fade
     for c in range(C):
-        e, s, p, far = out[bank.column(C, 1, c)], out[bank.column(C, 2, c)], 0.0, 0.0
+        p, far = 0.0, 0.0
         for j in range(bank.TAILS):
-            p += out[bank.sample_at(C).shares + j] * output.normal(e, bank.SCALES[j] * s)
+            p += parts[c * bank.TAILS + j]
         for j in range(bank.TAILS):
-            part = out[bank.sample_at(C).shares + j] * output.normal(e, bank.SCALES[j] * s) / p
+            part = parts[c * bank.TAILS + j] / p
             far += part if bank.SCALES[j] > 10.0 else 0.0
             row[first + j] += part
         wild = max(wild, far)
@@ -262,13 +262,13 @@ def learn_tails(task, row, C, out):
 
 
 @kernel
-def follow(task, row, C, i, mean, S, y, unit, scale, c):
+def follow(task, row, i, T, mean, S, y, unit, scale, c):
     """Return what the noise scale of member i, coordinate c, becomes."""
     if row[bank.SEEN] < 2.0 or not math.isfinite(mean[i, c]):
         return scale
     z2 = square(y[c] - mean[i, c]) / S[i, c]
     scale *= 1.0 + (min(z2, WILD) - 1.0) * max(1.0 / task.noise, 1.0 / (row[bank.SEEN] + 3.0))
-    return max(scale, least_variance(task, row) / unit[c])
+    return max(scale, least_variance(task, T) / unit[c])
 
 
 @kernel
@@ -286,22 +286,21 @@ def learn_noise(row, C, d, y, g, unit):
 
 
 @kernel
-def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
+def correct_all(task, row, C, T, d, y, g, unit, mean, S, F, A, B, w):
     """Take the plot into every member; return 1 where a pole was held."""
-    T = bank.period(row)
     for i in range(bank.KALMAN):
         for c in range(C):
             at = bank.at_linear(C, i) + bank.LINEAR * c
             linear.correct(row, at, y[c] - row[at], g[c])
-            row[at + linear.SCALE] = follow(task, row, C, i, mean, S, y, unit, row[at + linear.SCALE], c)
+            row[at + linear.SCALE] = follow(task, row, i, T, mean, S, y, unit, row[at + linear.SCALE], c)
     k, held = bank.KALMAN, 0.0
     for i in range(bank.circles(C)):
         for c in range(C):
             scale = bank.at_circle(C, i) + bank.CIRCULAR + c
-            circle.correct(row, C, i, c, y[c], g[c] * unit[c] * row[scale], A)
-            row[scale] = follow(task, row, C, k, mean, S, y, unit, row[scale], c)
+            circle.correct(row, C, i, c, T, y[c], g[c] * unit[c] * row[scale], A)
+            row[scale] = follow(task, row, k, T, mean, S, y, unit, row[scale], c)
         if not circle.speed(row, C, i) < MADDEST * task.fastest:
-            circle.start_over(row, C, i, unit)  # far beyond where its slopes hold
+            circle.start_over(row, C, i, T, unit)  # far beyond where its slopes hold
         k += 1
     for i in range(bank.POLES):
         if row[bank.SEEN] < 2.0:
@@ -315,7 +314,7 @@ def correct_all(task, row, C, d, y, g, unit, mean, S, F, A, B, w):
                 (y[c] - row[bank.of_coordinate(C, bank.LAST, c)]) / d - row[bank.of_coordinate(C, bank.SPEED, c)]
             ) * T
             pole.measure(row, C, i, c, w[c], g[c] * unit[c] * row[scale] / (ahead * ahead), A)
-            row[scale] = follow(task, row, C, k, mean, S, y, unit, row[scale], c)
+            row[scale] = follow(task, row, k, T, mean, S, y, unit, row[scale], c)
         held = max(held, pole.step(row, C, i, w, F, A, B))
         k += 1
     return held
@@ -337,8 +336,9 @@ def follow_period(row, C, d):
     before = row[bank.PERIOD]
     row[bank.PERIOD] += (log(d) - before) / min(row[bank.SEEN], PERIODS)
     if row[bank.SEEN] >= 2.0:
+        factor = exp(row[bank.PERIOD] - before)
         for i in range(bank.POLES):
-            pole.rescale(row, C, i, exp(row[bank.PERIOD] - before))
+            pole.rescale(row, C, i, factor)
 
 
 @kernel
@@ -348,7 +348,8 @@ def advance(task, row, t, y, R, out, kept):
     M, n = bank.members(C), max(3 * C, 5)
     ahead, room = kept[0], kept[1]
     unit, g, z, x = room[:C], room[C : 2 * C], room[2 * C : 3 * C], room[3 * C : 3 * C + n]
-    w, scores = kept[2], kept[3]
+    w, scores = kept[2], kept[3, :M]
+    parts = kept[3, M : M + C * bank.TAILS]
     mean, S = kept[4 : 4 + M], kept[4 + M : 4 + 2 * M]
     F, A, B = kept[4 + 2 * M :], kept[4 + 2 * M + n :], kept[4 + 2 * M + 2 * n :]
     is_seen = True
@@ -368,20 +369,21 @@ def advance(task, row, t, y, R, out, kept):
         start_members(task, ahead, d, C, unit)
     else:
         follow_period(ahead, C, d)
-    measure_units(task, ahead, C, R, unit, g)
-    predict_all(ahead, C, d, unit, F, A, B)
-    foresee(ahead, C, d, unit, g, mean, S)
+    T = bank.period(ahead)
+    measure_units(task, ahead, C, T, R, unit, g)
+    predict_all(ahead, C, T, d, unit, F, A, B)
+    foresee(ahead, C, T, d, unit, g, mean, S)
     weigh(ahead, C, mean, w)
     for c in range(C):
         z[c] = y[c] - row[bank.of_coordinate(C, bank.FIRST, c)]
-    output.tell(ahead, C, z, w, mean, S, out)
+    output.tell(ahead, C, z, w, mean, S, parts, out)
     status, onset = 0.0 if row[bank.SEEN] > 1.0 else float(NOT_READY), 0.0
     if is_seen:
-        judge(task, ahead, C, z, unit, w, mean, S, scores)
-        if row[bank.SEEN] >= 2.0 and learn_tails(task, ahead, C, out) > 0.5:
+        judge(task, ahead, C, T, z, unit, w, mean, S, scores)
+        if row[bank.SEEN] >= 2.0 and learn_tails(task, ahead, C, parts) > 0.5:
             status += OUTLIER
         learn_noise(ahead, C, d, z, g, unit)
-        if correct_all(task, ahead, C, d, z, g, unit, mean, S, F, A, B, x) > 0.0:
+        if correct_all(task, ahead, C, T, d, z, g, unit, mean, S, F, A, B, x) > 0.0:
             status += PROJECTED
         if ahead[bank.ALERT] == 0.0 and ahead[bank.MANOEUVRE] > TOLD_ABOVE:
             ahead[bank.ALERT] = onset = 1.0
@@ -397,7 +399,7 @@ def advance(task, row, t, y, R, out, kept):
             out[bank.column(C, 1, c)] = out[bank.column(C, 3, c)] = out[bank.column(C, 4, c)] = out[
                 bank.column(C, 5, c)
             ] = math.nan
-    output.tell_state(ahead, C, w, unit, x, A, F, out)
+    output.tell_state(ahead, C, T, w, unit, x, A, F, out)
     output.tell_turn(C, out)
     output.tell_pole(ahead, C, w, out)
     out[bank.sample_at(C).reported + bank.MANOEUVRING], out[bank.sample_at(C).reported + bank.ONSET] = (
