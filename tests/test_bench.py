@@ -1,6 +1,10 @@
 """The benchmarks' own arithmetic: numbers that count, and the page."""
 
 import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -104,3 +108,13 @@ def test_json_has_machine_verdicts_and_tables(tmp_path):
 def test_a_budget_not_measured_is_missed():
     assert not verdicts.not_measured("speed", "<= 1 us", "a.py", "no compiler").kept
     assert verdicts.not_measured("speed", "no budget (x)", "a.py", "no compiler").kept
+
+
+@pytest.mark.parametrize("word", ["--help", "--folder"])
+def test_no_option_is_taken_for_a_folder(word, tmp_path):
+    """`python -m bench.first` installs 600 MB into a folder that it is given, not into one called --help."""
+    root = Path(__file__).parents[1]
+    line = [sys.executable, "-m", "bench.first", word]
+    done = subprocess.run(line, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(root)}, capture_output=True)
+    assert done.returncode == (0 if word == "--help" else 2)
+    assert not list(tmp_path.iterdir())
