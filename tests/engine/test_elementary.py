@@ -19,6 +19,7 @@ from scipy import special
 
 from driftwise.engine import elementary, jit
 from driftwise.engine.elementary import cos, erfc, exp, expm1, hypot, lgamma, log, log1p, pairs, pow, sin, turns
+from driftwise.engine.elementary.complementary import erfc_both
 from driftwise.engine.translate.c99 import Printer
 from driftwise.engine.translate.program import Program
 from driftwise.engine.translate.types import FLOAT, View
@@ -144,7 +145,7 @@ def test_zeros_of_lgamma():
         assert error(lgamma, mp.loggamma, x) < 2.0
 
 
-LIMITS = [0.0, 5e-324, 2.3e-308, 1e-17, 0.5, 1.0, 1.5, 2.0, 3.0, 28.0, 709.8, 746.0, 1e16, 1e200, LARGEST, math.inf]
+LIMITS = [0.0, 5e-324, 2.3e-308, 1e-17, 0.5, 1.0, 1.5, 2.0, 3.0, 28.0, 708.0, 709.8, 746.0, 1e16, 1e200, LARGEST, math.inf]
 LIMITS += [-x for x in LIMITS] + [math.nan]
 
 
@@ -176,6 +177,11 @@ def test_limits_of_two_arguments():
                 np.testing.assert_allclose(pow(x, y), np.power(x, y), rtol=1e-15, err_msg=repr((x, y)))
             elif x < 0.0:
                 assert math.isnan(pow(x, y))
+
+
+def test_both_tails_are_those_of_each_side():
+    for x in [*LIMITS, *drawn_table("erfc", 3000)[:, 0].tolist()]:
+        assert same_bits(np.array(erfc_both(x)), np.array([erfc(x), erfc(-x)])), x
 
 
 def sources():

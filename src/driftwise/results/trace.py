@@ -62,7 +62,10 @@ class Trace:
 
     def _times(self, samples: int) -> np.ndarray:
         """Return the instants of samples that came without any: those of the state's count."""
-        return self.dt * (float(self.state["samples"]) - samples + np.arange(samples))
+        times = np.arange(samples, dtype=float)
+        times += float(self.state["samples"]) - samples
+        times *= self.dt
+        return times
 
     # --- columns -------------------------------------------------------------------------------------------
 

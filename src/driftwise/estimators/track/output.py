@@ -3,7 +3,8 @@
 import math
 
 from ...engine.dispatch import kernel
-from ...engine.elementary import erfc_both, exp, log, square
+from ...engine.elementary import exp, log, square
+from ...engine.elementary.complementary import erfc_both
 from ...engine.status import NOT_READY
 from . import bank, circle, linear, pole
 
