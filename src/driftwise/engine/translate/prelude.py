@@ -106,21 +106,24 @@ double sqrt(double);
 #define dw_sqrt(x) sqrt(x)
 #endif""",
     "dw_abs": """\
+static DW_INLINE F dw_abs(F x)
+{
 #if defined(__GNUC__) || defined(__clang__)
-#define dw_abs(x) __builtin_fabs(x)
+    return __builtin_fabs(x);
 #else
-static DW_INLINE F dw_abs(F x) { return dw_bits(dw_word(x) & 0x7fffffffffffffffULL); }
-#endif""",
+    return dw_bits(dw_word(x) & 0x7fffffffffffffffULL);
+#endif
+}""",
     "dw_absi": "static DW_INLINE I dw_absi(I x) { return x < 0 ? -x : x; }",
     "dw_copysign": """\
-#if defined(__GNUC__) || defined(__clang__)
-#define dw_copysign(x, y) __builtin_copysign(x, y)
-#else
 static DW_INLINE F dw_copysign(F x, F y)
 {
+#if defined(__GNUC__) || defined(__clang__)
+    return __builtin_copysign(x, y);
+#else
     return dw_bits((dw_word(x) & 0x7fffffffffffffffULL) | (dw_word(y) & 0x8000000000000000ULL));
-}
-#endif""",
+#endif
+}""",
     "dw_finite": "static DW_INLINE B dw_finite(F x) { return x - x == 0.0; }",
     "dw_isnan": "static DW_INLINE B dw_isnan(F x) { return x != x; }",
     "dw_max": "static DW_INLINE F dw_max(F a, F b) { return b > a ? b : a; }",
