@@ -6,6 +6,7 @@ from ..dispatch import kernel, rare
 from .pairs import E3, E4, E5, E6, E7, E8, E9, E10, E11, E12, E13, LN2_HIGH, LN2_LOW, PER_LN2
 
 LEAST, MOST = -746.0, 709.782712893384  # exp is 0 below, inf above
+WHOLE = 6755399441055744.0  # 1.5 2^52: numbers beside it have no digits after the point
 FAR = 708.0  # exp is an ordinary number up to there, on both sides
 GONE = -40.0  # exp(x) - 1 is -1 below
 TINY = 2.0**-54  # exp(x) - 1 is x below
@@ -27,13 +28,13 @@ def exp(x):
 @kernel
 def near_exp(x):
     """Return the same, neither nan nor far from 0."""
-    k = int(x * PER_LN2 + math.copysign(0.5, x))
+    k = (x * PER_LN2 + WHOLE) - WHOLE  # to the nearest whole number: no conversion waits
     high, low = x - k * LN2_HIGH, k * LN2_LOW
     r = high - low
     z = r * r
     odd = E3 + z * (E5 + z * (E7 + z * (E9 + z * (E11 + z * E13))))
     even = 0.5 + z * (E4 + z * (E6 + z * (E8 + z * (E10 + z * E12))))
-    return math.ldexp(1.0 + (high - (low - z * (even + r * odd))), k)
+    return math.ldexp(1.0 + (high - (low - z * (even + r * odd))), int(k))
 
 
 @rare

@@ -15,7 +15,7 @@ L7 = 1.479819860511658591e-01
 
 @kernel
 def log_about_one(f, k, low):
-    """Return k log 2 + log(1 + f) + low; 1 + f is between the roots of 1/2 and of 2.
+    """Return k LN2_HIGH + log(1 + f) + low; 1 + f is between the roots of 1/2 and of 2.
 
     s = f/(2 + f):  log(1 + f) = 2 s + s R(s^2) = f - (f^2/2 - s (f^2/2 + R))
     """
@@ -24,7 +24,7 @@ def log_about_one(f, k, low):
     w = z * z
     R = z * (L1 + w * (L3 + w * (L5 + w * L7))) + w * (L2 + w * (L4 + w * L6))
     half = 0.5 * f * f
-    return k * LN2_HIGH - ((half - (s * (half + R) + (k * LN2_LOW + low))) - f)
+    return k * LN2_HIGH - ((half - (s * (half + R) + low)) - f)
 
 
 @kernel
@@ -34,7 +34,8 @@ def log(x):
         return math.inf if x > MOST else (-math.inf if x == 0.0 else math.nan)
     m, e = math.frexp(x)
     is_low = m < ROOT_HALF
-    return log_about_one((m + m if is_low else m) - 1.0, (e - 1 if is_low else e) + 0.0, 0.0)
+    k = e - 1 if is_low else e
+    return log_about_one((m + m if is_low else m) - 1.0, k, k * LN2_LOW)
 
 
 @kernel
@@ -46,6 +47,6 @@ def log1p(x):
     m, e = math.frexp(u)
     is_low = m < ROOT_HALF
     f = (m + m if is_low else m) - 1.0
-    k = (e - 1 if is_low else e) + 0.0
+    k = e - 1 if is_low else e
     lost = (1.0 - (u - x) if u > 2.0 else x - (u - 1.0)) / u  # of x, when 1 was added
-    return log_about_one(x if k == 0.0 else f, k, 0.0 if k == 0.0 else lost)
+    return log_about_one(x if k == 0 else f, k, 0.0 if k == 0 else k * LN2_LOW + lost)
