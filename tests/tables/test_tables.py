@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from driftwise.engine.errors import InputError
 from driftwise.tables import checks, csvfile
+from driftwise.tables.cells import NAT, seconds
 from driftwise.tables.dialect import kind, sniff
 from driftwise.tables.table import open_record
 
@@ -509,3 +510,22 @@ def test_labels_are_known_from_their_first_column_on_however_few_the_names(tmp_p
 def test_a_header_that_fits_no_column_for_certain_is_refused(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
         read(put(tmp_path, text), "y", ["u"])
+
+
+@pytest.mark.parametrize("year", ["9999-12-31", "0001-01-01", "1677-01-01", "2262-12-31"])
+def test_a_date_beyond_what_nanoseconds_count_is_no_time_stamp(tmp_path, year):
+    """Many a data base writes 9999-12-31 for no date."""
+    import pyarrow as pa
+
+    days = ["2024-01-01", "2024-01-02", year, "2024-01-04"]
+    for unit in ("s", "ms", "us"):
+        told = pa.array(np.array(days, f"datetime64[{unit}]"), pa.timestamp(unit))
+        values, bad, is_stamp = seconds(told)
+        assert is_stamp and bad.tolist() == [False, False, True, False] and values[2] == NAT
+        assert np.diff(values[[0, 1, 3]]).tolist() == [86_400 * 10**9, 2 * 86_400 * 10**9]
+    whole = seconds(pa.array(np.array(days, "datetime64[D]"), pa.date32()))
+    assert whole[1].tolist() == [False, False, True, False]
+    text = "time,u,y\n" + "".join(f"{day} 00:00:00,1,2.5\n" for day in days)
+    record, columns, _ = read(put(tmp_path, text), "y", ["u"], "time")
+    assert columns["time"][[0, 1, 3]].tolist() == [0.0, 86_400.0, 3 * 86_400.0]
+    assert np.isnan(columns["time"][2]) and record.bad == 1

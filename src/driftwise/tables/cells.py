@@ -107,8 +107,9 @@ def trimmed(column):
 def seconds(column, decimal: str = ".", day_first: bool = True):
     """Return (values, bad, is_stamp): time in its own unit, or int64 nanoseconds since 1970 for time stamps.
 
-    A missing stamp is the smallest int64 (what NumPy calls NaT). Text is read as ISO 8601 or a date with dots or
-    slashes; `day_first` says whether 1/2/2024 is in February.
+    A missing stamp is the smallest int64 (what NumPy calls NaT); one that nanoseconds cannot count, before 1678 or
+    after 2261 (9999-12-31 stands for none in many a data base), is bad. Text is read as ISO 8601 or a date with dots
+    or slashes; `day_first` says whether 1/2/2024 is in February.
     """
     import numpy as np
     import pyarrow as pa
@@ -117,11 +118,8 @@ def seconds(column, decimal: str = ".", day_first: bool = True):
     if pa.types.is_dictionary(kind):
         column, kind = column.dictionary_decode(), kind.value_type
     if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
-        return (
-            _nanoseconds(column.cast(pa.timestamp("ns", getattr(kind, "tz", None)))),
-            np.zeros(len(column), bool),
-            True,
-        )
+        stamps = _nanoseconds(column if pa.types.is_timestamp(kind) else column.cast(pa.timestamp("s")))
+        return stamps, column.is_valid().to_numpy(zero_copy_only=False) & (stamps == NAT), True
     if pa.types.is_duration(kind):
         values = column.cast(pa.duration("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
         return values.to_numpy(zero_copy_only=False) / 1e9, np.zeros(len(column), bool), False
@@ -189,16 +187,22 @@ def _one_by_one(cells):
             return NAT
         stamp = stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
         delta = stamp - datetime(1970, 1, 1, tzinfo=UTC)
-        return ((delta.days * 86_400 + delta.seconds) * 1_000_000 + delta.microseconds) * 1000
+        found = ((delta.days * 86_400 + delta.seconds) * 1_000_000 + delta.microseconds) * 1000
+        return found if abs(found) < -NAT else NAT
 
     return np.array([nanoseconds(cell) for cell in cells.to_pylist()], np.int64)
 
 
 def _nanoseconds(stamps):
+    """Return int64 nanoseconds of time stamps in any unit, NAT where missing or beyond what they can count."""
+    import numpy as np
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    return pc.fill_null(stamps.cast(pa.int64()), NAT).to_numpy(zero_copy_only=False)
+    values = pc.fill_null(stamps.cast(pa.int64()), NAT).to_numpy(zero_copy_only=False)
+    factor = int(1e9 / PER_SECOND[stamps.type.unit])
+    within = np.abs(values.astype(float)) < -NAT / factor * (1.0 - 1e-15)
+    return np.where(within, np.where(within, values, 0) * factor, NAT)
 
 
 def converted(column, kind: str, decimal: str = ".", day_first: bool = True):
