@@ -3,7 +3,9 @@
 import gzip
 import io
 import math
+import os
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from driftwise.engine.errors import InputError
 from driftwise.tables import checks, csvfile
 from driftwise.tables.cells import NAT, seconds
 from driftwise.tables.dialect import kind, sniff
+from driftwise.tables.parts import parts_of
 from driftwise.tables.table import open_record
 
 NaN = math.nan
@@ -525,7 +528,26 @@ def test_a_date_beyond_what_nanoseconds_count_is_no_time_stamp(tmp_path, year):
         assert np.diff(values[[0, 1, 3]]).tolist() == [86_400 * 10**9, 2 * 86_400 * 10**9]
     whole = seconds(pa.array(np.array(days, "datetime64[D]"), pa.date32()))
     assert whole[1].tolist() == [False, False, True, False]
-    text = "time,u,y\n" + "".join(f"{day} 00:00:00,1,2.5\n" for day in days)
+    text = "time,u,y\n" + "".join(f"{day} 00:00:00,{(-1) ** k},{k}\n" for k, day in enumerate(days))
     record, columns, _ = read(put(tmp_path, text), "y", ["u"], "time")
-    assert columns["time"][[0, 1, 3]].tolist() == [0.0, 86_400.0, 3 * 86_400.0]
-    assert np.isnan(columns["time"][2]) and record.bad == 1
+    assert columns["time"].tolist() == [k * 86_400.0 for k in range(4)]  # filled in, as any that is missing
+    assert record.bad == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("content, y", [(b"u,y\n1,2.5\n-1,3.5\n", [2.5, 3.5]), (b"PAR1" + bytes(60), None)])
+def test_a_named_pipe_is_read_once_from_its_beginning(tmp_path, content, y):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    writer = threading.Thread(target=lambda: path.write_bytes(content))
+    writer.start()
+    if y is None:
+        with pytest.raises(InputError, match="give the file itself"):
+            read(str(path), "y", ["u"])
+    else:
+        record, columns, _ = read(str(path), "y", ["u"])
+        assert columns["y"].tolist() == y and record.source.fraction is None
+    writer.join(10.0)
+    assert not writer.is_alive()
+    with pytest.raises(InputError, match=r"pipe will not do, give a file"):
+        parts_of(str(path))

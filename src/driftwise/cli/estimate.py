@@ -10,6 +10,7 @@ from driftwise.cli.run_options import AUTO, RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.cli.specs import refusal
 from driftwise.engine.errors import CommandError, InputError
+from driftwise.tables.source import is_stream, title_of
 
 MANY = 60  # unknowns; beyond it roots and their bars take longer than the filter
 
@@ -54,10 +55,10 @@ class EstimateJob(RunOptions):
         if self.model is not None:
             self.check_model()
         self.lag  # noqa: B018  (it raises)
-        if self.order == "auto" and self.file == "-":
+        if self.order == "auto" and is_stream(self.file):
             raise InputError(
-                "--order auto reads the table twice, and standard input can be read only once: put it into a file, or "
-                f"look at --orders {self.orders or AUTO} first and then give --order."
+                f"--order auto reads the table twice, and {title_of(self.file)} can be read only once: put it into a "
+                f"file, or look at --orders {self.orders or AUTO} first and then give --order."
             )
         dt = 1.0 if self.dt is None else self.dt
         if self.candidates:

@@ -130,8 +130,9 @@ class RecordJob(Job):
     def open(self, output: str, *more: str, find_clock: bool = True) -> Any:
         """Return the record; a clock that was not named may be looked for."""
         from driftwise.tables import table
+        from driftwise.tables.source import is_stream
 
-        look = LOOK if find_clock and not self.has_clock and self.file != "-" else 0
+        look = LOOK if find_clock and not self.has_clock and not is_stream(self.file) else 0
         columns = (*more, *self.inputs)
         self.record = table.open_record(self.file, output, columns, self.time, self.chunk, self.raw, look)
         return self.record

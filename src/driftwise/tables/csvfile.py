@@ -170,6 +170,8 @@ def _utf8(block: bytes) -> bytes:
 def _refuse_binary(head: bytes) -> None:
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise InputError("the table is written in UTF-16 (Excel's 'Unicode text'); save it as 'CSV UTF-8' instead.")
+    if head.startswith(b"PAR1"):
+        raise InputError("the table is Parquet, which is read from its end: give the file itself, not a pipe.")
     if head.startswith(b"PK\x03\x04"):
         raise InputError("the table is a zip archive or an Excel workbook; export the sheet as CSV and pass that file.")
     if b"\x00" in head:

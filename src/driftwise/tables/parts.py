@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from urllib.parse import unquote
 from driftwise.engine.errors import InputError
 from driftwise.tables.csvfile import CsvSource
 from driftwise.tables.parquetfile import MemorySource, ParquetSource, ScannedSource
-from driftwise.tables.source import Source, refuse_missing, title_of
+from driftwise.tables.source import Source, is_stream, refuse_missing, title_of
 
 PARQUET = (".parquet", ".parq", ".pq")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
@@ -69,11 +70,16 @@ def source_of(data) -> Source:
         if str(data) == "-":
             return CsvSource(sys.stdin.buffer)
         refuse_missing(data)
+        if is_stream(data):
+            stream = open(data, "rb", buffering=0)
+            source = CsvSource(stream)
+            weakref.finalize(source, stream.close)
+            return source
         if _is_parquet(data):
             return ParquetSource(data)
-        stream = pa.input_stream(str(data))
-        packed = type(stream).__name__ == "CompressedInputStream"
-        return CsvSource(stream, None if packed else os.path.getsize(data))
+        packed = pa.input_stream(str(data))
+        is_packed = type(packed).__name__ == "CompressedInputStream"
+        return CsvSource(packed, None if is_packed else os.path.getsize(data))
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(str(data)) else f"{title_of(data)}: {text}") from None
@@ -87,8 +93,8 @@ def _is_parquet(path) -> bool:
 def _of_file(path, fixed=None) -> Part:
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"a list of files holds file names, got {path!r}. Give one data frame, or files")
-    if str(path) == "-":
-        raise InputError("a fleet reads its table more than once: standard input will not do, give a file")
+    if is_stream(path):
+        raise InputError(f"a fleet reads its table more than once: {title_of(path)} will not do, give a file")
     refuse_missing(path)
     is_parquet = str(path).lower().endswith(PARQUET)
     return Part(str(path), lambda by: _reader(path, by, is_parquet), fixed or {}, max(os.path.getsize(path), 1))

@@ -67,6 +67,11 @@ def title_of(path) -> str:
     return "standard input" if str(path) == "-" else str(path)
 
 
+def is_stream(path) -> bool:
+    """Say whether a place can be read only once: standard input, a pipe, what a shell puts for <(command)."""
+    return str(path) == "-" or (os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path))
+
+
 def refuse_missing(path) -> None:
     """Raise `InputError` where there is no file to be read, with the likely cause."""
     if not os.path.exists(path):
