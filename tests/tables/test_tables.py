@@ -16,6 +16,7 @@ from driftwise.engine.errors import InputError
 from driftwise.tables import checks, csvfile
 from driftwise.tables.cells import NAT, seconds
 from driftwise.tables.dialect import kind, sniff
+from driftwise.tables.parquetfile import MemorySource
 from driftwise.tables.parts import parts_of
 from driftwise.tables.table import open_record
 
@@ -551,3 +552,29 @@ def test_a_named_pipe_is_read_once_from_its_beginning(tmp_path, content, y):
     assert not writer.is_alive()
     with pytest.raises(InputError, match=r"pipe will not do, give a file"):
         parts_of(str(path))
+
+
+def test_columns_of_one_name_are_told_apart_in_parquet_as_in_text(tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    arrays = [
+        pa.array([0.0, 1.0, 2.0]),
+        pa.array([1.0, -1.0, 1.0]),
+        pa.array([5.0, 6.0, 8.0]),
+        pa.array([9.0, 7.0, 3.0]),
+    ]
+    table = pa.table(arrays, names=["t", "y", "u", "y"])
+    pq.write_table(table, tmp_path / "twice.parquet")
+    text = "t,y,u,y\n0,1,5,9\n1,-1,6,7\n2,1,8,3\n"
+    for data in (str(tmp_path / "twice.parquet"), put(tmp_path, text)):
+        for output, values in (("y", [1, -1, 1]), ("y.2", [9, 7, 3]), ("4", [9, 7, 3])):
+            _, columns, _ = read(data, output, ["u"], "t")
+            assert columns[output if output != "4" else "y.2"].tolist() == values
+            assert columns["u"].tolist() == [5, 6, 8]
+    source = MemorySource(table)
+    assert source.names == ("t", "y", "u", "y.2")
+    assert next(source.batches(["y.2"]))[0][0].to_pylist() == [9, 7, 3]
+    pandas = pytest.importorskip("pandas")
+    with pytest.raises(InputError, match="different names"):
+        MemorySource(pandas.DataFrame([[0.0, 1.0], [1.0, 2.0]], columns=["y", "y"]))

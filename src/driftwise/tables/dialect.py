@@ -101,7 +101,7 @@ def sniff(lines: list[str]) -> Dialect:
         header = aligned(header, body, [line for _, line in content[start:]])
     if header is None:
         header = _commented_header([text for n, text in comments if n < numbers[start]], delimiter, width)
-    names = _unique(header or [], width)
+    names = unique(header or [], width)
     skip = numbers[start] if start < len(rows) else numbers[-1] + 1
     kinds = [Counter(kind(row[j]) for row in body) for j in range(width)]
     total = sum(kinds, Counter())
@@ -280,7 +280,7 @@ def _commented_header(comments: list[str], delimiter: str, width: int):
     return None
 
 
-def _unique(header: list[str], width: int) -> list[str]:
+def unique(header: list[str], width: int) -> list[str]:
     """Return `width` different names: blanks become column3, repetitions get .2, .3 appended."""
     names: list[str] = []
     for j in range(width):

@@ -7,6 +7,7 @@ from typing import Any
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.cells import is_text
+from driftwise.tables.dialect import unique
 from driftwise.tables.source import Source
 
 BATCH = 1 << 16
@@ -36,8 +37,11 @@ class ParquetSource(Source):
             ) from None
         self.rows = self._file.metadata.num_rows
         schema = self._file.schema_arrow
-        self.names = tuple(schema.names)
-        self.units = {f.name: f.metadata[b"unit"].decode() for f in schema if f.metadata and b"unit" in f.metadata}
+        self._written, self.names = list(schema.names), tuple(unique(schema.names, len(schema.names)))
+        units = {
+            name: f.metadata[b"unit"] for name, f in zip(self.names, schema) if f.metadata and b"unit" in f.metadata
+        }
+        self.units = {name: unit.decode() for name, unit in units.items()}
         self.size = self.rows
         if self.rows < least:
             raise InputError(
@@ -50,13 +54,20 @@ class ParquetSource(Source):
         taken, row, groups = self.position, 0, list(range(self._file.num_row_groups))
         while groups and row + self._file.metadata.row_group(groups[0]).num_rows <= taken:
             row += self._file.metadata.row_group(groups.pop(0)).num_rows
-        for batch in self._file.iter_batches(BATCH, row_groups=groups, columns=columns, use_threads=False):
+        which = [self.names.index(name) for name in columns]
+        written = list(dict.fromkeys(self._written[j] for j in which))
+        for batch in self._file.iter_batches(BATCH, row_groups=groups, columns=written, use_threads=False):
             row += batch.num_rows
             if row <= taken:
                 continue
             batch = batch.slice(max(0, batch.num_rows - (row - taken)))
             self.position = row
-            yield [batch.column(name) for name in columns], np.zeros(batch.num_rows, bool)
+            yield [self._column(batch, j) for j in which], np.zeros(batch.num_rows, bool)
+
+    def _column(self, batch, j: int) -> Any:
+        """Return column j of the file from a batch of some: of several by one name, as many are before it there."""
+        name = self._written[j]
+        return batch.column(batch.schema.get_all_field_indices(name)[self._written[:j].count(name)])
 
 
 class MemorySource(Source):
@@ -66,7 +77,7 @@ class MemorySource(Source):
         super().__init__()
         self._table = _mapped(data) if isinstance(data, Mapping) else _framed(data)
         self.rows = self.size = self._table.num_rows
-        self.names = tuple(str(name) for name in self._table.column_names)
+        self.names = tuple(unique(list(map(str, self._table.column_names)), self._table.num_columns))
         if not self.rows:
             raise InputError("the data have no rows. Was a filter too strict?")
 
@@ -130,8 +141,12 @@ def _framed(data) -> Any:
     import narwhals as nw
     import pyarrow as pa
 
+    if isinstance(data, pa.Table):
+        return data
     try:
         frame: Any = nw.from_native(data)
+    except nw.exceptions.DuplicateError as error:
+        raise InputError(f"the columns of a data frame must have different names. {error}") from None
     except TypeError:
         raise InputError(
             f"data must be a file name, a data frame or a mapping from column name to array, got "
