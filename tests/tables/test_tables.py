@@ -578,3 +578,15 @@ def test_columns_of_one_name_are_told_apart_in_parquet_as_in_text(tmp_path):
     pandas = pytest.importorskip("pandas")
     with pytest.raises(InputError, match="different names"):
         MemorySource(pandas.DataFrame([[0.0, 1.0], [1.0, 2.0]], columns=["y", "y"]))
+
+
+@pytest.mark.parametrize("ragged", ["3,é", "3,1,2.5,4,é", "3,1,2.5,é"])
+def test_a_ragged_row_of_latin_letters_is_counted_without_a_traceback(tmp_path, monkeypatch, ragged):
+    raised = []
+    monkeypatch.setattr(sys, "unraisablehook", raised.append)
+    rows = [f"{k},{(-1) ** k},{k / 2}" for k in range(6)]
+    text = "\n".join(["time,u,y", *rows[:3], ragged, *rows[4:]]) + "\n"
+    record, columns, _ = read(put(tmp_path, text.encode("latin-1")), "y", ["u"])
+    assert not raised
+    assert np.isnan(columns["y"][3]) and columns["y"][4] == 2.0 and len(columns["y"]) == 6
+    assert record.source.ragged == 1

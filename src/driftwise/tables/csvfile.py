@@ -94,10 +94,11 @@ class CsvSource(Source):
     def _parse(self, block, columns):
         import pyarrow as pa
 
+        block = _utf8(block)
         try:
             return self._table(block, columns, pa.float64())
         except (pa.ArrowInvalid, pa.ArrowKeyError):  # some cell is no number: read text, convert column by column
-            return self._table(_utf8(block), columns, pa.string())
+            return self._table(block, columns, pa.string())
 
     def _table(self, block, columns, kind):
         import numpy as np
@@ -160,6 +161,9 @@ def _decode(line: bytes) -> str:
 
 
 def _utf8(block: bytes) -> bytes:
+    """Return a block in UTF-8; what is not, is Latin-1 (pyarrow decodes the rows it complains of)."""
+    if block.isascii():
+        return block
     try:
         block.decode()
     except UnicodeDecodeError:
