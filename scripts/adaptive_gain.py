@@ -17,12 +17,13 @@ PRIOR = dw.models.InverseGamma(2.5, 2.5)  # five samples of variance 1
 SLOW = dict(K0=0.0, P0=0.04, x0=0.0)  # the prior of the tables of 1981's successors: K = 0 +- .2
 
 
-def records(runs, levels=(0.1, 0.3, 0.1, 0.3), jumps="Q", seed=1, segment=500):
-    """Return x, y (runs, T), the best gain (T,), and Q, R (T,)."""
+def records(runs, levels=(0.1, 0.3, 0.1, 0.3), jumps="Q", seed=1, segment=500, louder=(1, 1, 1, 1)):
+    """Return x, y (runs, T), the best gain (T,), and Q, R (T,), both ``louder`` times what they are otherwise."""
     rng = np.random.default_rng(seed)
     K = np.repeat(levels, segment)
     Q = noise_of_gain(K, PHI) if jumps == "Q" else np.full(K.size, noise_of_gain(levels[0], PHI))
-    R = Q / noise_of_gain(K, PHI)
+    R = Q / noise_of_gain(K, PHI) * np.repeat(louder, segment)
+    Q = Q * np.repeat(louder, segment)
     x = np.empty((runs, K.size))
     x[:, 0] = rng.standard_normal(runs) * np.sqrt(Q[0] / (1 - PHI**2))
     for t in range(1, K.size):
@@ -108,6 +109,46 @@ def table(runs, **options):
         print(line)
 
 
+MEMORIES = {
+    "none given: a matched walk": None,
+    "`Constant()`": dw.Constant(),
+    "`GainFloor(250)`": dw.memory.GainFloor(250),
+    "`ExponentialForgetting(.996)`": dw.ExponentialForgetting(0.996),
+    "`VariableForgetting(250)`": dw.memory.VariableForgetting(250),
+    "`DirectionalForgetting(.996)`": dw.memory.DirectionalForgetting(0.996),
+    "`Drift(nvr=1e-4)`": dw.memory.Drift(nvr=1e-4),
+    "`Window(250)`": dw.memory.Window(250),
+    "`BayesianChangePoint(.2, 500, 10)`": dw.memory.BayesianChangePoint(0.2, 500, 10),
+    "`LikelihoodDrift()`": dw.memory.LikelihoodDrift(),
+    "`AutocovarianceLS(5)`": dw.memory.AutocovarianceLS(5),
+    "`MultipleModel()`": dw.memory.MultipleModel(),
+    "`IMM()`": dw.memory.IMM(),
+    "`AutoMemory()`": dw.AutoMemory(),
+}
+CASES = {
+    "Q jumps .1/.3": {},
+    "R jumps .1/.3": dict(jumps="R"),
+    "Q jumps .4/.6": dict(levels=(0.4, 0.6, 0.4, 0.6)),
+    ".2/.25": dict(levels=(0.2, 0.25, 0.2, 0.25)),
+    ".05/.7": dict(levels=(0.05, 0.7, 0.05, 0.7)),
+    "rests at .3": dict(levels=(0.3,) * 4),
+    "both 25 times louder": dict(levels=(0.3,) * 4, louder=(1, 25, 1, 25)),
+}
+
+
+def table_of_memories(runs):
+    """Print, of each memory in each case, K-MSE x 1000 and the state error over that of the filter that knows."""
+    worlds = [records(runs, **options) for options in CASES.values()]
+    best = [np.mean((optimal(y, Q, R) - x) ** 2) for x, y, _, Q, R in worlds]
+    print(f"\n| memory | {' | '.join(CASES)} |\n{'|---' * (len(CASES) + 1)}|")
+    for name, memory in MEMORIES.items():
+        est, cells = dw.AdaptiveGain(PHI, memory=memory), []
+        for (x, y, K, *_), least in zip(worlds, best):
+            gains, states, _ = run(est, y)
+            cells.append(f"{1000 * np.mean((gains - K) ** 2):.1f}, {np.mean((states - x) ** 2) / least:.2f}")
+        print(f"| {name} | {' | '.join(cells)} |", flush=True)
+
+
 def tracker(runs=50, T=4000, q=0.01, seed=3, **settings):
     """Print how a constant-velocity tracker of unknown noise does: gain, state error and NIS in the second half."""
     from driftwise.models.gain import kalman_gain
@@ -138,6 +179,7 @@ def tracker(runs=50, T=4000, q=0.01, seed=3, **settings):
 
 if __name__ == "__main__":
     runs, begin = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, time.perf_counter()
+    table_of_memories(runs)
     for title, options in {
         "Q jumps, .1 / .3": {},
         "R jumps, .1 / .3": dict(jumps="R"),

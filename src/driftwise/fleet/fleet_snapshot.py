@@ -77,7 +77,8 @@ def _fill(found: Census, at, est, states) -> None:
         s2 = np.array([est.sigma2(state) for state in states])
         n = est.model.n
         P = est._covariance(states)[:, n:, n:]
-        found.std[at] = np.sqrt(np.einsum("sii->si", P).clip(0) * s2[:, None])
+        unit = np.array([est.unit_of(state) for state in states])
+        found.std[at] = np.sqrt(np.einsum("sii->si", P).clip(0) * unit[:, None])
         found.noise[at] = np.sqrt(est.policies[1].R * s2)
         found.freedom[at] = [2 * est.scale_posterior(state)[0] for state in states]
         if est.model.coloured:

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 from ..engine.dispatch import PerParameter
 from ..engine.ud import covariances, predicted_variance, project, widen_along
+from .constant import on_alarm_constant
 from .exponential_forgetting import weight_and_horizon
-from .registry import adapt, least_squares, register, resolve, time_update
+from .registry import adapt, least_squares, on_alarm, register, resolve, time_update
 from .wind_up import shrink
 
 
@@ -62,3 +63,6 @@ def time_update_directional_forgetting(memory, state, elapsed, view):
     if not (view.surprise >= 0.0 and memory.lam < 1.0):
         return 1.0, 0
     return memory.lam, shrink(1.0, memory.horizon, memory.cap, state, view)
+
+
+on_alarm.on(DirectionalForgettingKernel)(on_alarm_constant)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 from ..engine import validation
 from ..engine.dispatch import PerParameter
 from ..engine.errors import InputError
-from .registry import register, resolve, time_update
+from .constant import on_alarm_constant
+from .registry import on_alarm, register, resolve, time_update
 from .settings import more_than_one
 from .wind_up import MEMORIES, shrink
 
@@ -53,3 +54,6 @@ def time_update_variable_forgetting(memory, state, elapsed, view):
     if not (view.surprise >= 0.0 and lam < 1.0 and view.weight > memory.settle):
         return 1.0, 0
     return lam, shrink(lam, memory.horizon, memory.cap, state, view)
+
+
+on_alarm.on(VariableForgettingKernel)(on_alarm_constant)

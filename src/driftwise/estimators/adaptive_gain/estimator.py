@@ -14,10 +14,13 @@ from ...engine import ud, validation
 from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
-from ...memory.exponential_forgetting import ExponentialForgettingKernel
+from ...memory.directional_forgetting import DirectionalForgetting
+from ...memory.exponential_forgetting import ExponentialForgetting
+from ...memory.gain_floor import GainFloor
 from ...memory.random_walk import RandomWalk
-from ...memory.restart_on_change import RestartOnChange
-from ...memory.settings import Setting, resolve_memory, state_size
+from ...memory.registry import on_alarm
+from ...memory.settings import Setting, answers, resolve_memory, state_size
+from ...memory.variable_forgetting import VariableForgetting
 from ...models.convert import Model
 from ...models.gain import GainPlant
 from ...models.scale import InverseGamma, KnownScale, check_scale
@@ -25,6 +28,7 @@ from ..arx.methods import LeastSquares
 from ..common.columns import GAIN_SAMPLE
 from ..common.posterior import Posterior
 from ..common.priors import factors_of
+from ..common.refusals import check_taken
 from ..common.settings import arguments
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import GAIN, INNOVATION, PROBES, PULL, SCRATCH, GainForm
@@ -35,6 +39,9 @@ WAIT = 5  # innovations that make a variance, before K moves
 SETTLE = 20  # measured samples before the detector counts
 GRID = (0.05, 0.12, 0.25, 0.45, 0.75)  # probes of a scalar state
 RATIOS = 10.0 ** np.arange(-4, 2)  # probes of several states: Q/R
+SEQUENCES = Constant, GainFloor, ExponentialForgetting, VariableForgetting, DirectionalForgetting
+UNTOLD = InverseGamma(0.0, 0.0)  # nothing is known of the innovation variance
+NEAR = InverseGamma(5.0, 5.0)  # what the memory learns of it, as a share of the running mean: one, to ten samples
 VAGUE = 1e10  # with a gain sequence the data alone speak, from the first sample
 
 
@@ -59,12 +66,12 @@ class AdaptiveGain(Posterior):
         can move a scalar K and no other.
     memory : policy
         How the past of K is forgotten; by default a `RandomWalk` matched to jumps of half the prior deviation every 400
-        samples (q = P0/1600). q is in squared units of K.
+        samples (q = P0/1600). q is in squared units of K. Fourteen of nineteen have a meaning: docs/adaptive-gain.md.
     detector : GainProbes, PullTest or any detector of innovations, optional
         Frees K when it alarms; an alarm never moves K itself.
     restart : float, or (up, down), optional
         What an alarm does: with `RandomWalk`, K regains at least this share of its prior standard deviation (0.5); with
-        the other memories it is the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
+        a gain sequence it is the number of samples N0 > 1 whose mean K then is: the next gain is 1/N0 (26.5).
     gate : InnovationGate, optional
         Treat outliers as missing.
     limits : (low, high), "stable" or None
@@ -77,8 +84,8 @@ class AdaptiveGain(Posterior):
         Memory of the innovation variance.
     K0, P0 : (n,), and scalar, (n,) or (n, n), optional
         Prior mean and covariance of K. By default the Kalman gain of a plant whose states all walk, with a variance
-        of R/5 in y, give or take itself (no prior at all where the memory has a gain sequence; P0 is then relative to
-        y_scale^2).
+        of R/5 in y, give or take itself (no prior at all where the memory has a gain sequence: `Constant` and all that
+        forget at a rate; P0 is then relative to y_scale^2).
     x0 : (n,), optional
         State predicted for the first sample; if omitted the first n outputs set it (dead beat).
     y_scale : float
@@ -143,55 +150,61 @@ class AdaptiveGain(Posterior):
             )
         self._set_units(dt, y_scale)
         usual = plant.gain(USUAL)
+        check_taken("AdaptiveGain", memory)
         is_walk = memory is None or isinstance(memory, RandomWalk)
-        self._set_prior(usual, is_walk)
+        is_absolute = not isinstance(memory, SEQUENCES)
+        self._set_prior(usual, is_absolute)
         prior = np.diag(self.prior_covariance)[plant.n :].copy()
-        given = RandomWalk(prior / 1600) if memory is None else memory
-        if isinstance(memory, RestartOnChange):
-            raise InputError(
-                "memory must say how the past of K is forgotten; what watches for jumps has an option of its own here: "
-                f"detector={memory.detector!r}, and restart= says what an alarm does"
-            )
-        memory = resolve_memory(given, Setting(np.ones(plant.n), prior, moving=plant.n))
-        if isinstance(memory, RandomWalk):
-            memory = memory._replace(matched=())  # the same here: P is absolute
-        elif not isinstance(memory, Constant | ExponentialForgettingKernel):
-            raise InputError(
-                "memory must be None, Constant(), GainFloor(N), ExponentialForgetting(lam) or RandomWalk(q), got "
-                f"{given!r}"
-            )
+        memory = self._resolve_memory(RandomWalk(prior / 1600) if memory is None else memory, prior)
         check_scale(scale, proper=True)
-        self.scale = scale or InverseGamma(0.0, 0.0)
-        signal, probes, detector = self._resolve_detector(detector, is_walk)
+        self.scale = scale or UNTOLD
+        if detector is not None and not answers(type(memory), on_alarm):
+            raise InputError(
+                f"detector frees K at an alarm, and {type(self.memory).__name__} has no answer to alarms: leave it out, "
+                "or take RandomWalk(q) or Constant()"
+            )
+        signal, probes, detector = self._resolve_detector(detector, is_absolute)
         low, high, radius = _limits(limits, plant, self._s0[plant.n :])
         poles, moves = plant.closed
         form = GainForm(
-            n=float(plant.n), inputs=float(plant.inputs), score=float(method == "rpem"), absolute=float(is_walk),
-            start=float(plant.n if x0 is None else 0), wait=float(WAIT if is_walk and scale is None else 0),
+            n=float(plant.n), inputs=float(plant.inputs), score=float(method == "rpem"), absolute=float(is_absolute),
+            whitened=float(is_absolute and not is_walk),
+            start=float(plant.n if x0 is None else 0), wait=float(WAIT if is_absolute and scale is None else 0),
             samples=float(validation.count("scale_samples", scale_samples, least=2)), unit=self.y_scale**2,
             settle=float(SETTLE), signal=float(signal), low=low, high=high, radius=radius,
             memory_size=float(state_size(memory, plant.n)), detector_size=float(detector.state_size(plant.n)),
             Phi=plant.Phi.ravel(), H=plant.H, B=plant.B.ravel(), dead_beat=plant.dead_beat,
             cap=prior, poles=poles, moves=moves.ravel(),
-            reopen=_restart(restart, is_walk), probes=probes.ravel(),
+            reopen=_restart(restart, is_absolute), probes=probes.ravel(),
         )  # fmt: skip
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
         self.spec = flatten(self.policies)
         self.dtype = GAIN.dtype(form)
         self.scratch_size = SCRATCH.size(form)
 
-    def _set_prior(self, usual, is_walk):
+    def _set_prior(self, usual, is_absolute):
         n, options = self.model.n, self.options
         x0 = np.zeros(n) if options["x0"] is None else validation.vector("x0", np.atleast_1d(options["x0"]), n)
         K0 = usual if options["K0"] is None else validation.vector("K0", np.atleast_1d(options["K0"]), n)
-        P = np.diag(usual**2) * (1.0 if is_walk else VAGUE)
+        P = np.diag(usual**2) * (1.0 if is_absolute else VAGUE)
         P = P if options["P0"] is None else validation.covariance("P0", options["P0"], n)
-        P = P if is_walk else P / self.y_scale**2
+        P = P if is_absolute else P / self.y_scale**2
         self._s0 = np.concatenate([x0, K0])
         (self._U0, self._D0), self.prior_covariance = factors_of(P), np.zeros((2 * n, 2 * n))
         self.prior_covariance[n:, n:] = P
 
-    def _resolve_detector(self, detector, is_walk):
+    def _resolve_memory(self, memory, prior) -> Any:
+        """Return the kernel's memory."""
+        if np.any(np.asarray(getattr(memory, "phi", 1.0)) != 1.0):
+            raise InputError(
+                f"phi must be 1 here: K would relax to 0, a filter that listens to nothing, got {memory.phi!r}"
+            )
+        n, is_walk = self.model.n, isinstance(memory, RandomWalk)
+        share = UNTOLD if is_walk or isinstance(memory, SEQUENCES) else NEAR
+        found = resolve_memory(memory, Setting(np.ones(n), prior, share, 1.0, n, (self._s0[n:], self._U0, self._D0)))
+        return found._replace(matched=()) if is_walk else found  # the same here: P is absolute
+
+    def _resolve_detector(self, detector, is_absolute):
         """Return what the detector listens to, the gains of its probes (M, n), and the kernel's detector."""
         n, none = self.model.n, np.zeros((0, self.model.n))
         if detector is None:
@@ -199,8 +212,8 @@ class AdaptiveGain(Posterior):
         if isinstance(detector, GainProbes):
             probes = _probes(detector.gains, self.model)
             return PROBES, probes, detector.resolve(len(probes))
-        if isinstance(detector, PullTest) and is_walk:
-            raise InputError("PullTest needs a memory with a gain sequence, not RandomWalk: use GainProbes")
+        if isinstance(detector, PullTest) and is_absolute:
+            raise InputError("PullTest needs a memory with a gain sequence, such as Constant(): use GainProbes")
         if isinstance(detector, PullTest):
             return PULL, none, detector.resolve(n)
         return INNOVATION, none, resolve_detector(detector, np.ones(n))
@@ -210,6 +223,8 @@ class AdaptiveGain(Posterior):
         state = super().start(series)
         state["probes"] = state["x"][..., None, :]
         state["count"], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta * self.y_scale**2
+        if self.policies[0].whitened:
+            state["relative"] = 2 * NEAR.alpha, 2 * NEAR.beta
         return state
 
     # --- reading a state -----------------------------------------------------------------------------------
@@ -222,14 +237,25 @@ class AdaptiveGain(Posterior):
 
     def sigma2(self, state) -> float:
         """Return the innovation variance."""
-        return float(state["chi2"] / state["count"]) if state["count"] > 0 else self.y_scale**2
+        return float(self._innovation_variance(state))
+
+    def _innovation_variance(self, state) -> np.ndarray:
+        return np.where(state["count"] > 0, state["chi2"] / np.maximum(state["count"], 1e-300), self.y_scale**2)
+
+    def unit_of(self, state) -> Any:
+        """Return what `covariance` is relative to: the innovation variance under a gain sequence, else one or near."""
+        form = self.policies[0]
+        if form.whitened:
+            return state["relative"][..., 1] / state["relative"][..., 0]
+        return np.ones_like(state["count"]) if form.absolute else self._innovation_variance(state)
 
     def _covariance(self, state) -> np.ndarray:
-        """Return the covariance of [x; K] given all so far; relative to the innovation variance, if no `RandomWalk`."""
+        """Return the covariance of [x; K] given all so far, relative to `unit_of`."""
         n, W, K = self.model.n, state["W"], state["theta"]
         P, hk = ud.unpack(state["U"], state["D"]), K @ self.model.H
-        c = np.where(state["count"] > 0, state["chi2"] / np.maximum(state["count"], 1e-300), self.y_scale**2)
-        share = np.where(hk > 0, (c if self.policies[0].absolute else 1.0) / np.where(hk > 0, hk, 1.0), 0.0)
+        c, unit = self._innovation_variance(state), self.unit_of(state)
+        relative = np.where(unit > 0, c / np.where(unit > 0, unit, 1.0), 1.0)
+        share = np.where(hk > 0, relative / np.where(hk > 0, hk, 1.0), 0.0)
         full = np.empty((*P.shape[:-2], 2 * n, 2 * n))
         full[..., n:, n:], full[..., :n, n:] = P, W @ P
         full[..., n:, :n] = np.swapaxes(W @ P, -1, -2)
@@ -250,8 +276,7 @@ class AdaptiveGain(Posterior):
 
     def model_of(self, state) -> Model:
         """Return the innovations model A(q) y = B(q) u + C(q) e a state amounts to; A and B known, C from the gain."""
-        unit = 1.0 if self.policies[0].absolute else self.sigma2(state)
-        return self.model_at(self.kalman_gain(state), unit * self._theta_covariance(state))
+        return self.model_at(*self.parameters_of(state))
 
     def model_at(self, K, P) -> Model:
         """Return the innovations model of a gain and its covariance."""

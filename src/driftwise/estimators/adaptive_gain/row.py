@@ -18,6 +18,7 @@ class GainForm(NamedTuple):
     inputs: float
     score: float  # 1: full gradient of the prediction (rpem), 0: the last innovation only (plr)
     absolute: float  # 1: P is the covariance of K; 0: relative to the innovation variance
+    whitened: float  # 1: absolute, and the memory sees row and innovation over the innovation's deviation
     start: float  # measured samples that set x by dead-beat (0: x was given)
     wait: float  # samples that make an innovation variance before K learns
     samples: float  # memory of that variance
@@ -47,6 +48,7 @@ GAIN = Layout(
     Field("D", ("n",), "P = U D U' of K: the diagonal"),
     Field("U", ("n * (n - 1) // 2",), "and the factor above it, column by column"),
     Field("W", ("n", "n"), "dx/dK"),
+    Field("relative", ("2 * whitened",), "samples and squares behind sigma^2, relative to the innovation variance"),
     Field("held", ("inputs",), "each input: its last known value"),
     Field("input_missed", ("1",), "1: an input was missing since the last measured output"),
     Field("probes", ("len(form.probes) // n", "n"), "state of each probe of the detector, as predicted"),

@@ -10,7 +10,7 @@ from ...engine.dispatch import advance, kernel, listens
 from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance
-from ...memory.registry import Alarm, View, adapt, on_alarm, time_update
+from ...memory.registry import Alarm, View, adapt, begin, count, found_jump, on_alarm, time_update
 from ...models.stability import is_inside
 from ..arx.row import CHI2, COUNT, HUGE, IN_A_ROW, LOGDET, OBSERVED, SAMPLES, SCORE, STATUS, WEIGHT
 from ..arx.step import project
@@ -205,6 +205,8 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
     if not is_used:
         status |= MISSING_OUTPUT if z != z else MISSING_OUTPUT | BAD_VALUE
     is_starting = head[OBSERVED] < form.start
+    if head[SAMPLES] == 0.0:
+        begin(memory, state.memory_state, view_of(form, state, scratch, 1.0, np.nan, 0.0))
 
     # predict: y = H x, its gradient psi = H W
     status |= find_again(state)
@@ -215,13 +217,18 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         for i in range(n):
             psi[j] += form.H[i] * state.W[i, j]
 
-    # project: c is the innovation variance, s the unit of P
+    # project: c is the innovation variance, s the unit of P, unit R the noise's: T is the variance of the prediction
     c = head[CHI2] / head[COUNT] if head[COUNT] > 0.0 else form.unit
-    R, s = (c, 1.0) if form.absolute > 0.0 else (1.0, c)
+    R, s, unit, deviation = (1.0, c, c, 1.0) if form.absolute == 0.0 else (c, 1.0, 1.0, 1.0)
+    if form.whitened > 0.0:  # a regression in noise of variance s, near 1
+        R, s, deviation = 1.0, state.relative[1] / state.relative[0], math.sqrt(c) if c > 0.0 else 1.0
+        unit = s * c
+        for i in range(n):
+            psi[i] /= deviation
     project(U, psi, scratch.f)
-    T = s * predicted_variance(scratch.f, D, R)
+    T = unit * predicted_variance(scratch.f, D, R)
     if is_used and not is_starting:
-        is_used = admit(gate, e, scratch.f, D, R, s, head[IN_A_ROW], head[OBSERVED])
+        is_used = admit(gate, e, scratch.f, D, R, unit, head[IN_A_ROW], head[OBSERVED])
         head[IN_A_ROW] = count_rejections(gate, head[IN_A_ROW], not is_used)
         status |= 0 if is_used else REJECTED
     is_scored = is_used and state.input_missed[0] == 0.0
@@ -231,11 +238,19 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
     # correct K, and keep the filter stable
     for i in range(n):
         scratch.old[i] = K[i]
-    surprise, z_pull = np.nan, 0.0
-    if is_known and head[COUNT] >= form.wait and dot(psi, psi) > 0.0:
-        if adapt(memory, state.memory_state, e, R, view_of(form, state, scratch, s, np.nan, 0.0)) > 0.0:
+    surprise, z_pull, jumped = np.nan, 0.0, 0.0
+    if is_known and head[COUNT] >= form.wait and dot(psi, psi) > 0.0 and (form.whitened == 0.0 or c > 0.0):
+        view = view_of(form, state, scratch, s, np.nan, 0.0)
+        if adapt(memory, state.memory_state, e / deviation, R, view) > 0.0:
             surprise = e * e / T if T > 0.0 else 0.0
-            head[WEIGHT] += 1.0
+            if form.whitened > 0.0:
+                state.relative[0], state.relative[1], head[WEIGHT] = count(
+                    memory, state.memory_state, state.relative[0], state.relative[1], head[WEIGHT], s * surprise
+                )
+                jumped = found_jump(memory, state.memory_state, state.detector_state)
+                s = state.relative[1] / state.relative[0]
+            else:
+                head[WEIGHT] += 1.0
             z_pull = head[WEIGHT] * (K[0] - scratch.old[0])
             status |= bound(form, K, scratch.old, scratch)
 
@@ -253,10 +268,11 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
                 alarm = 1.0 if step > 0.0 else -1.0
         else:
             for i in range(n):
-                scratch.slope[i] = psi[i] / spread
+                scratch.slope[i] = psi[i] * deviation / spread
             alarm = watch(detector, state.detector_state, z_pull if form.signal == PULL else e / spread, scratch.slope)
         if alarm != 0.0 and form.signal != INNOVATION:  # it is about K; with several states, no single entry
             state.detector_state[WHICH] = 0.0 if n == 1 else -1.0
+    alarm += jumped
 
     # the innovation variance: a mean over the last `samples`, taken in after use
     if is_known:
@@ -288,7 +304,7 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
         out[t, 4], out[t, 5] = head[WEIGHT], state.detector_state[STATISTIC]
         out[t, 6], out[t, 7] = alarm * state.detector_state[SINCE], state.detector_state[WHICH]
         c = head[CHI2] / head[COUNT] if head[COUNT] > 0.0 else form.unit
-        write(form, out, t, state, scratch, 1.0 if form.absolute > 0.0 else c, c)
+        write(form, out, t, state, scratch, s if form.absolute > 0.0 else c, c)
 
     # respond, forget, move on
     if alarm != 0.0:
@@ -299,6 +315,8 @@ def advance_gain_form(form, method, memory, gate, scale, detector, state, scratc
     lam, moved = time_update(memory, state.memory_state, 1.0, view_of(form, state, scratch, s, surprise, 0.0))
     if lam < 1.0:
         head[WEIGHT] *= lam
+        for i in range(state.relative.size):
+            state.relative[i] *= lam
     status |= moved
     move(form, x, state.held, scratch.c)
     push_gradient(form, state.W, scratch)

@@ -37,7 +37,11 @@ class Posterior(Estimator):
 
     def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters, in the order of ``names``, and their covariance."""
-        return np.array(state["theta"]), self.sigma2(state) * self._theta_covariance(state)
+        return np.array(state["theta"]), self.unit_of(state) * self._theta_covariance(state)
+
+    def unit_of(self, state) -> Any:
+        """Return what the covariance is relative to: sigma^2."""
+        return self.sigma2(state)
 
     def covariance(self, state) -> np.ndarray:
         """Return the covariance of s(t+1 | t) in Salut's order; relative to sigma^2 where that is unknown."""

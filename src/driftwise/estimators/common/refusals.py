@@ -7,8 +7,14 @@ from __future__ import annotations
 
 from ...engine.errors import InputError, refuse_class
 
+_LEVEL = (
+    "it takes innovations larger than expected for drift, and here what to expect is the mean of their own squares, "
+    "which the noise moves at once and a wrong gain only to second order"
+)
+
 REFUSED: dict[str, dict[str, str]] = {  # by estimator and by the name of the memory
     "AdaptiveGain": {
+        **dict.fromkeys(("FuzzyDrift", "CovarianceMatching", "AuxiliaryFilter", "VariationalBayes"), _LEVEL),
         "RestartOnChange": (
             "what watches for jumps has an option of its own here: detector=.., and restart=.. says what an alarm does"
         ),
