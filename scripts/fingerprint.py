@@ -316,6 +316,7 @@ JOINTS = {
     "default": lambda: ways(dw.Joint(2, 1)),
     "no input": lambda: ways(dw.Joint(3), 0),
     "two inputs, direct": lambda: ways(dw.Joint(1, 2, True), 2),
+    "offset": lambda: ways(dw.Joint(2, 1, True, offset=True)),
     "known noise": lambda: ways(dw.Joint(2, 1, True, noise=dw.models.EquationError(0.04))),
     "output error": lambda: ways(dw.Joint(2, 1, noise=dw.models.OutputError())),
     "polynomial": lambda: ways(dw.Joint(2, 1, noise=dw.models.NoisePolynomial((0.1, -0.4), 0.01))),

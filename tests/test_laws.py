@@ -41,6 +41,10 @@ ESTIMATORS = {
         P0=100.0,
     ),
     "until a jump": dw.Joint(2, inputs=1, memory=dw.RestartOnChange(settle=10)),
+    "offset": dw.Joint(2, inputs=1, offset=True),
+    "offset, direct terms, unknown polynomial": dw.Joint(
+        1, inputs=2, direct=True, offset=True, noise=dw.models.UnknownPolynomial(), memory=dw.RandomWalk(1e-5)
+    ),
     "unknown polynomial": dw.Joint(2, inputs=1, noise=dw.models.UnknownPolynomial()),
     "extended least squares": dw.Joint(
         1,

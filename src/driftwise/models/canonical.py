@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Canonical:
-    """Order n, k inputs, with direct terms or not, with unknown noise polynomial or not.
+    """Order n, k inputs, with direct terms or not, with unknown noise polynomial or not, with an offset or not.
 
     Two orders of the same numbers: the *kernel's*, measured state first and parameters by lag (a1..an, b1..bn, c1..cn,
     b0), and *Salut's*, [x_1..x_n ; a_0..a_{n-1}, b_0..b_{n-1}, d_0..d_{n-1}, b_n] with a_{n-i} = ai, d_{n-i} = ci.
@@ -20,6 +20,7 @@ class Canonical:
     inputs: int = 0
     direct: bool = False
     coloured: bool = False
+    has_offset: bool = False
 
     @cached_property
     def blocks(self) -> int:
@@ -39,7 +40,7 @@ class Canonical:
     @cached_property
     def N(self) -> int:
         """Number of unknowns, state and parameters."""
-        return self.n * self.blocks + self.direct_terms
+        return self.n * self.blocks + self.direct_terms + int(self.has_offset)
 
     @cached_property
     def salut(self) -> np.ndarray:
@@ -67,6 +68,7 @@ class Canonical:
             + [f"b{k}{of(i)}" for i in range(self.inputs) for k in lags]
             + [f"c{k}" for k in lags if self.coloured]
             + [f"b0{of(i)}" for i in range(self.direct_terms)]
+            + ["offset"] * self.has_offset
         )
 
     def polynomials(self, theta):
@@ -76,7 +78,7 @@ class Canonical:
         B = np.zeros((k, n + 1))
         B[:, 1:] = theta[n : n + n * k].reshape(k, n)
         if self.direct:
-            B[:, 0] = theta[self.direct_at :]
+            B[:, 0] = theta[self.direct_at : self.direct_at + self.direct_terms]
         return np.concatenate([[1.0], theta[:n]]), B
 
     def noise_polynomial(self, theta):

@@ -117,6 +117,8 @@ def _check(est):
         )
     if not isinstance(noise, EquationError | NoisePolynomial):
         raise InputError(f"batch needs EquationError() or NoisePolynomial(d), not {type(noise).__name__}; use scan")
+    if est.model.has_offset:
+        raise InputError("batch has no column for an offset; use scan, or subtract it first")
     if not isinstance(est.policies[2], Constant):
         raise InputError("batch needs parameters that stay constant (memory=Constant()); use scan")
     if not isinstance(est.policies[3], Always):

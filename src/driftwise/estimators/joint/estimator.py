@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from ...memory.restart_on_change import CovarianceInflationKernel
 from ...memory.settings import Setting, state_size
 from ...models import noise as noises
 from ...models.canonical import Canonical
+from ...models.convert import Model
 from ...models.scale import InverseGamma, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..common.fading import FadingPosterior
@@ -27,11 +29,11 @@ from .row import JOINT, Form, scratch_size
 
 
 class Joint(FadingPosterior):
-    """Posterior of state and parameters of A(q) y = B(q) u + C(q) v, sample by sample.
+    """Posterior of state and parameters of A(q) y = B(q) u + offset + C(q) v, sample by sample.
 
     The model is Salut's canonical form (1979, eqs. 2, 17-20), here with the measured state first:
 
-        x+ = shift_up(x) - a y + sum_l b_l u_l + w,    y = x[0] + sum_l b0_l u_l + w_n
+        x+ = shift_up(x) - a y + sum_l b_l u_l + w,    y = x[0] + sum_l b0_l u_l + offset + w_n
 
     Given data, it is linear in the state *and* the parameters, so the filter is the exact posterior (theorem
     3) when the noise (w, w_n) is Gaussian with the stated covariances; every sample costs O(N^2). (`OutputError` is the
@@ -46,6 +48,8 @@ class Joint(FadingPosterior):
         Number of inputs k.
     direct : bool
         Whether u(t) acts on y(t) at once (the term b0).
+    offset : bool
+        Whether a constant is estimated too, as the last parameter: what y and u are measured from does not matter then.
     noise : EquationError, OutputError, NoisePolynomial, UnknownPolynomial or NoiseCovariance
         What disturbs the plant. Without a variance, the scale is learnt (Student-t bands).
     memory : policy
@@ -78,7 +82,7 @@ class Joint(FadingPosterior):
     -----
     Bad at: white measurement noise under `EquationError` (biased), parameters that jump under `Constant`, orders far
     above the truth (nearly cancelling poles and zeros are not identifiable: see `information_ratio`), irregular
-    sampling, offsets (subtract them first).
+    sampling, offsets that nobody told (``offset=True``, or subtract them first).
 
     Examples
     --------
@@ -106,6 +110,7 @@ class Joint(FadingPosterior):
         dt: float = 1.0,
         floor: float = 1e-12,
         form: str | None = None,
+        offset: bool = False,
         forget_state: bool = False,
         start: str | AlgebraicStart | None = None,
     ):
@@ -115,6 +120,7 @@ class Joint(FadingPosterior):
             validation.count("inputs", inputs),
             bool(direct) and inputs > 0,
             isinstance(noise, noises.UnknownPolynomial),
+            validation.yes("offset", offset),
         )
         self._set_units(dt, y_scale, u_scale)
         N, n = model.N, model.n
@@ -161,12 +167,15 @@ class Joint(FadingPosterior):
             learns,
             slopes,
             forgets_state(forget_state, memory),
+            float(model.has_offset),
         )
         # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
         kernel_scale = InverseGamma(0.0, 0.0) if fades and relative else self.scale
         self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), kernel_scale, detector)
         self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)
+        if start is not None and model.has_offset:
+            raise InputError("start identifies the first samples without an offset: offset=False, or start=None")
         self.starting = None if start is None else prepare(self, start, kernel_noise, model, range(N - n), n)
         self.dtype = JOINT.dtype(shape, more=self.starting.fields if self.starting else [])
 
@@ -193,10 +202,11 @@ class Joint(FadingPosterior):
         return kernel_noise
 
     def _theta_units(self):
-        """Return the squared units of theta: none for a, those of y over u for b."""
+        """Return the squared units of theta: none for a, those of y over u for b, those of y for the offset."""
         n, gain = self.model.n, (self.y_scale / self.u_scale) ** 2
         c = np.ones(n * self.model.coloured)
-        return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms]])
+        offset = np.full(int(self.model.has_offset), self.y_scale**2)
+        return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms], offset])
 
     # --- looking back -------------------------------------------------------------------------------------------
 
@@ -275,9 +285,14 @@ class Joint(FadingPosterior):
             return None
         form = self.model
         lags = (form.n + form.direct,) * form.inputs
-        return ARX(form.n, lags, (1 - form.direct,) * form.inputs)
+        return ARX(form.n, lags, (1 - form.direct,) * form.inputs, offset=form.has_offset)
 
     # --- reading a state -----------------------------------------------------------------------------------
+
+    def model_at(self, theta, P) -> Model:
+        """Return the model of a parameter vector and its covariance; an offset belongs to none."""
+        size = self.model.N - self.model.n - int(self.model.has_offset)
+        return Model(replace(self.model, has_offset=False), theta[..., :size], P[..., :size, :size], self.dt)
 
     def mean(self, state) -> np.ndarray:
         """Return E s(t+1 | t) in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]."""

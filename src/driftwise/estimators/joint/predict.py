@@ -144,8 +144,8 @@ def propagate_white(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_he
 def propagate_sensor(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
     # The noise is on y alone, so the state follows x_n, not y: x+ = shift_up(x) - a (H s) + b u, bilinear. That is the
     # step of a missing y with the filtered H s in place of y and no noise; its moments are exact.
-    yhat = predict_output(state.s, state.held, scratch.direct)
-    project(state.U, state.D.size, state.held, scratch.direct, scratch.f)
+    yhat = predict_output(state.s, state.held, scratch.direct, scratch.offset)
+    project(state.U, state.D.size, state.held, scratch.direct, scratch.offset, scratch.f)
     T = predicted_variance(scratch.f, state.D, direct)
     widest = 0.0
     for i in range(scratch.n):
@@ -268,8 +268,8 @@ def propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt
     at, share = add_noise(noise, state, scratch, R, s2, is_measured)
     if is_measured:
         y = z
-        rest = z - predict_output(s, held, scratch.direct)
-        project(U, N, held, scratch.direct, scratch.f)
+        rest = z - predict_output(s, held, scratch.direct, scratch.offset)
+        project(U, N, held, scratch.direct, scratch.offset, scratch.f)
         at = add_noise_product(noise, state, scratch, s2, at)
         if doubt > 0.0:
             at = add_doubt(state, scratch, doubt, s2, at)
@@ -329,7 +329,7 @@ def add_noise(noise, state, scratch, R, s2, is_measured):
         for l in range(scratch.inputs):
             input_variance = state.input_variance[l]
             if input_variance > 0.0:
-                b0 = D.size - scratch.direct + l if scratch.direct > 0 else -1
+                b0 = D.size - scratch.direct - scratch.offset + l if scratch.direct > 0 else -1
                 at = add_spread(U, D, n * (l + 2), b0, input_variance, n, rows, Y, d, g, at)
                 d[at] = input_variance / s2
                 g[at] = s[b0] if b0 >= 0 else 0.0

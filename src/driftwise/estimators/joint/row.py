@@ -1,10 +1,10 @@
 """The joint filter's numbers: what a state row and the scratch hold, and H s.
 
 Kernel order of s: the state reversed, x_n first, then theta = a_{n-1}..a_0, b_{n-1}..b_0 of each input and the
-direct terms b_n: in q^-1 language a1..an, b1..bn, b0. In this order F is a shift up plus data times
-parameter blocks that line up with the shift, and H = [1, 0, .., 0, u]:
+direct terms b_n: in q^-1 language a1..an, b1..bn, b0, and last an offset, if there is one. In this order F is a shift up plus data times
+parameter blocks that line up with the shift, and H = [1, 0, .., 0, u, 1]:
 
-    x+ = shift_up(x) - y a + sum_l u_l b_l + w,      y = x_n + sum_l u_l b_n,l + w_n
+    x+ = shift_up(x) - y a + sum_l u_l b_l + w,      y = x_n + sum_l u_l b_n,l + offset + w_n
 
 The state row carries s(t+1 | t). U, D are the factors of its covariance (relative to sigma^2).
 """
@@ -44,6 +44,7 @@ class Form(NamedTuple):
     learns: Size  # 1: it takes a sample in by its own rule
     slopes: Size  # 1: the detector wants the slopes of the innovations by the parameters
     forgets_state: float  # 1: what it forgets of the parameters it forgets of the state given them, too
+    offset: Size = 0.0  # 1: the last parameter is an offset
 
 
 JOINT = Layout(
@@ -70,7 +71,7 @@ JOINT = Layout(
     policy("memory_state", of="memory"),
     Field("counts", (f"{COUNTS} * fades",), "samples that count, for sigma^2 and for the gain; log density of all"),
     k="inputs + coloured",
-    N="n * (k + 2) + direct",
+    N="n * (k + 2) + direct + offset",
 )
 JOINT.on(Form)
 
@@ -82,6 +83,7 @@ class Work(NamedTuple):
     inputs: int
     blocks: int  # inputs, and the noise v where its polynomial is unknown: each multiplies n parameters
     direct: int
+    offset: int
     rows: int
     least: float
     f: np.ndarray
@@ -104,7 +106,7 @@ def memo_size(form):
 def scratch_size(form) -> int:
     """Return how many numbers of scratch a run needs."""
     n, k, rows = int(form.n), int(form.inputs + form.coloured), int(form.rows)
-    m = n * (k + 1) + int(form.direct)
+    m = n * (k + 1) + int(form.direct) + int(form.offset)
     width = rows + int(form.noises) + (k + 1) * (m + 1) + 2
     return 4 * (n + m) + (rows + 2) * width + memo_size(form) + int(max(form.learns, form.slopes)) * room_size(n, m)
 
@@ -113,33 +115,36 @@ def scratch_size(form) -> int:
 def open_scratch_form(form, scratch):
     n, k, rows = int(form.n), int(form.inputs), int(form.rows)
     blocks = k + int(form.coloured)
-    N = n * (blocks + 2) + int(form.direct)
+    N = n * (blocks + 2) + int(form.direct) + int(form.offset)
     has_room = int(max(form.learns, form.slopes))
     last = scratch.size - has_room * room_size(n, N - n)
     at, end = 4 * N, last - memo_size(form)
     vectors = matrix(scratch[:at], 4, N)
     wide = matrix(scratch[at:end], rows + 2, (end - at) // (rows + 2))
     return Work(
-        n, k, blocks, int(form.direct), rows, form.least,
+        n, k, blocks, int(form.direct), int(form.offset), rows, form.least,
         vectors[0], vectors[1], vectors[2], vectors[3], wide[:rows], wide[rows], wide[rows + 1], scratch[end:last],
         open_room(scratch[last:], has_room * n, has_room * (N - n)),
     )  # fmt: skip
 
 
 @kernel
-def predict_output(s, u, direct):
-    """Return H s, H = [1, 0, .., 0, u]."""
+def predict_output(s, u, direct, offset):
+    """Return H s, H = [1, 0, .., 0, u, 1], the 1 at the end where there is an offset."""
     yhat = s[0]
-    first = s.size - direct
+    first = s.size - direct - offset
     for l in range(direct):
         yhat += u[l] * s[first + l]
+    if offset > 0:
+        yhat += s[s.size - 1]
     return yhat
 
 
 @kernel
-def project(U, N, u, direct, f):
+def project(U, N, u, direct, offset, f):
     """Fill f = U' h."""
-    first = N - direct
+    last = N - offset
+    first = last - direct
     f[0] = 1.0
     at = 0
     for j in range(1, N):
@@ -148,4 +153,4 @@ def project(U, N, u, direct, f):
         if j >= first:
             for i in range(first, j):
                 f[j] += u[i - first] * U[at + i]
-            f[j] += u[j - first]
+            f[j] += u[j - first] if j < last else 1.0

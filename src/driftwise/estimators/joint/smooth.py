@@ -151,12 +151,12 @@ def retreat_form(form, row, after, note, scratch, space):
         for j in range(n, N):
             for i in range(n):
                 U[j * (j - 1) // 2 + i] = 0.0
-    project(U, N, held, scratch.direct, scratch.f)
+    project(U, N, held, scratch.direct, scratch.offset, scratch.f)
     if T > 0.0:
         for i in range(N):
             g[i] = math.sqrt(D[i]) * scratch.f[i]
         correct(U, D, scratch.f, memo[USED_R], scratch.b)
-        project(U, N, held, scratch.direct, scratch.f)
+        project(U, N, held, scratch.direct, scratch.offset, scratch.f)
 
     moved = n if scratch.rows == n else N  # the parameters' coordinates stay, unless a memory widened them since
     for i in range(n, N):

@@ -48,7 +48,7 @@ def _fill(outs, first, is_held, form):
     if not is_held.any() or held >= len(outs):
         return
     c = np.arange(int(form.n * (form.inputs + 2)), int(form.n * (form.inputs + 3)))
-    N = n * int(form.inputs + 3) + int(form.direct)
+    N = n * int(form.inputs + 3) + int(form.direct) + int(form.offset)
     columns = [c]
     if outs.shape[1] == 2 * N:
         columns.append(N + c)

@@ -280,19 +280,19 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
         if rounding > R:
             status |= FLOORED
         R += rounding
-    yhat = predict_output(s, state.held, scratch.direct)
-    project(U, D.size, state.held, scratch.direct, scratch.f)
+    yhat = predict_output(s, state.held, scratch.direct, scratch.offset)
+    project(U, D.size, state.held, scratch.direct, scratch.offset, scratch.f)
     Rn = R
     for l in range(scratch.direct):
         if state.input_variance[l] > 0.0:  # the direct term passes the error of a held input on to y
-            i = D.size - scratch.direct + l
+            i = D.size - scratch.direct - scratch.offset + l
             R += state.input_variance[l] * (s[i] * s[i] / s2 + variance(U, D, i))
 
     if not is_measured and not predicted_variance(scratch.f, D, R) < LIMIT * (square(head[TOP]) / s2 + form.Px + R):
         restart_state(state, n, form.Px, s2)  # a gap so long that the model has lost the state
         status |= LOST
-        yhat = predict_output(s, state.held, scratch.direct)
-        project(U, D.size, state.held, scratch.direct, scratch.f)
+        yhat = predict_output(s, state.held, scratch.direct, scratch.offset)
+        project(U, D.size, state.held, scratch.direct, scratch.offset, scratch.f)
 
     # detect
     e = z - yhat if is_measured else np.nan

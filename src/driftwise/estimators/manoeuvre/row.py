@@ -29,6 +29,7 @@ class ManoeuvreForm(NamedTuple):
     learns: Size
     slopes: Size
     forgets_state: float
+    offset: Size
     walk: float  # variance of a step of phi
     cap: float  # its prior variance, never exceeded
     limit: float  # of |phi|
