@@ -92,8 +92,40 @@ def test_long_records_go_on_with_the_best(monkeypatch):
 def test_candidates_come_simplest_first():
     sizes = [c.unknowns for c in candidates(1)]
     assert sizes == sorted(sizes)
-    assert {c.kind for c in candidates(1)} == {"ARX", "ARMAX", "OE"}
+    assert {c.kind for c in candidates(1)} == {"ARX", "ARMAX", "OE", "Joint"}
     assert {c.kind for c in candidates(0)} == {"level", "AR", "ARMA"}
+
+
+def test_a_joint_filter_is_chosen_where_it_predicts_better():
+    """Third order, coloured noise, few samples, far from zero: ARMAX is slower there. The answer is a real model."""
+    y, u = dw.simulate([-1.2, 0.5, 0.1], [1.0, 0.5, 0.2], samples=900, noise_std=1.0, d=[0.2, 0.3, -0.7], seed=1)
+    found = dw.identify({"valve": u, "temp": y + 50.0})
+    assert found.chosen.name == "Joint(3)" and found.model.names == [
+        "a1",
+        "a2",
+        "a3",
+        "b1",
+        "b2",
+        "b3",
+        "c1",
+        "c2",
+        "c3",
+    ]
+    assert abs(found.model.dc_gain[0] - 1.7 / 0.4) < 3 * found.model.dc_gain_std[0]
+    mean, std = found.predict(np.zeros(60))
+    assert abs(mean[-1] - 50.0) < 5 and 0.8 < std[0] < 1.3
+    state, step = found.update(found.trace.state, 50.0, 0.0)
+    assert step.prediction == pytest.approx(mean[0])
+
+
+def test_the_first_predictions_of_a_joint_filter_do_not_claim_to_be_exact():
+    """By the reference prior of sigma^2 they did, and the running mean of e^2/S took hundreds of samples to forget."""
+    y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.3, seed=1)
+    joint = next(c for c in candidates(1) if c.name == "Joint(1)").estimator().scaled_to(y, u)
+    trace = joint.scan(y, u)
+    assert trace.variance[0] > 0.1 * joint.y_scale**2
+    assert dw.Joint(1, 1, noise=dw.models.UnknownPolynomial()).scan(y, u).variance[0] < 1e-10
+    assert np.mean(trace.innovation[200:] ** 2 / trace.variance[200:]) == pytest.approx(1.0, abs=0.3)
 
 
 def test_the_gain_of_a_plant_at_rest_between_steps_is_within_its_bars():

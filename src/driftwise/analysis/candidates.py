@@ -1,7 +1,7 @@
 """The models that compete when nothing is said: structures, delays and orders, simplest first.
 
-All have an offset, so that where y and u are measured from does not decide. `Joint` has none: ARMAX(n, n, n, 1), the
-same family, competes in its place.
+All have an offset, so that where y and u are measured from does not decide. `Joint` of order n with an unknown noise
+polynomial is an ARMAX(n, n, n, 1) by another filter: whichever predicts better.
 """
 
 from __future__ import annotations
@@ -11,10 +11,13 @@ from typing import Any, NamedTuple
 from ..detect.self_starting import SelfStarting
 from ..estimators.armax.estimator import ARMA, ARMAX, OE
 from ..estimators.arx.estimator import AR, ARX
+from ..estimators.joint.estimator import Joint
 from ..memory.auto import AutoMemory
 from ..memory.constant import Constant
 from ..memory.exponential_forgetting import ExponentialForgetting
 from ..memory.restart_on_change import RestartOnChange
+from ..models.noise import UnknownPolynomial
+from ..models.scale import InverseGamma
 
 FORGETTING = (
     Constant(),
@@ -22,18 +25,23 @@ FORGETTING = (
     ExponentialForgetting(0.995),
     ExponentialForgetting(0.98),
 )  # speeds of change that compete
-LEVEL, JUMPS = "level", RestartOnChange(SelfStarting("1 per 1500"))  # a constant that jumps now and then
+JOINT, LEVEL, JUMPS = (
+    "Joint",
+    "level",
+    RestartOnChange(SelfStarting("1 per 1500")),
+)  # a constant that jumps now and then
+FAINT = 0.5e-4  # beside 1e4, the prior variance of a state relative to sigma^2: y is first expected as large as it is
 ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 0), (3, 3, 1), (4, 4, 0), (4, 4, 1),
        (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
 NONE = [1, 2, 3, 5, 8]  # na with none
-COLOURED = [1, 2, 3]  # orders of ARMAX and OE
+COLOURED = [1, 2, 3]  # orders of ARMAX, OE and Joint
 
 
 class Candidate(NamedTuple):
     """One structure: what it is called, its kind, and its orders as keyword arguments."""
 
-    kind: str  # level, AR, ARX, ARMA, ARMAX or OE
+    kind: str  # level, AR, ARX, ARMA, ARMAX, OE or Joint
     orders: dict[str, Any]
     inputs: int
     dt: float
@@ -55,8 +63,16 @@ class Candidate(NamedTuple):
         """Return its estimator with a memory."""
         if self.kind == LEVEL:
             return AR(0, memory=JUMPS, offset=True, dt=self.dt)
+        if self.kind == JOINT:
+            return self._joint(memory)
         kinds: dict[str, Any] = {"AR": AR, "ARX": ARX, "ARMA": ARMA, "ARMAX": ARMAX, "OE": OE}
         return kinds[self.kind](**self.orders, memory=memory, offset=True, dt=self.dt)
+
+    def _joint(self, memory) -> Joint:
+        """Return the joint filter; by the reference prior of sigma^2 its first predictions would claim to be exact."""
+        settings = dict(**self.orders, inputs=self.inputs, noise=UnknownPolynomial(), offset=True, dt=self.dt)
+        unknowns = Joint(**settings).model.N
+        return Joint(**settings, memory=memory, scale=InverseGamma(0.5 - unknowns / 2, FAINT))
 
     @property
     def memories(self) -> tuple[Any, ...]:
@@ -77,8 +93,8 @@ class Candidate(NamedTuple):
 
     @property
     def unknowns(self) -> int:
-        """How many parameters it has."""
-        return self.estimator().model.N
+        """How many parameters it has; a state is none."""
+        return len(self.estimator().names)
 
 
 def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
@@ -99,4 +115,5 @@ def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
     for n in COLOURED if k else []:
         add("ARMAX", na=n, nb=(n,) * k, nc=n, nk=(1,) * k)
         add("OE", nb=(n,) * k, nf=(n,) * k, nk=(1,) * k)
+        add(JOINT, order=n)
     return sorted(found, key=lambda c: c.unknowns)

@@ -100,7 +100,7 @@ REFUSED = [
     (lambda: dw.AdaptiveGain().predict(dw.AdaptiveGain().start(), None, 3), "AdaptiveGain has no predict"),
     (lambda: dw.estimators.AdaptiveObserver().predict(dw.estimators.AdaptiveObserver().start(), [1.0]),
     "AdaptiveObserver has no predict"),
-    (lambda: dw.Joint(1).predict(dw.Joint(1).start(), None, 3), "Joint has no predict"),
+    (lambda: dw.Joint(1).predict(dw.Joint(1).start()), "say how far"),
 ]  # fmt: skip
 
 

@@ -104,7 +104,7 @@ def test_what_is_refused():
     with pytest.raises(dw.InputError, match="simultaneous"):
         est.predict(state, [1.0, 2.0], 3)
     with pytest.raises(dw.InputError, match="has no predict"):
-        dw.Joint(1, inputs=1).scan(y[0], u[0]).predict([1.0])
+        dw.AdaptiveGain().scan(y[0]).predict(horizon=1)
 
 
 def test_regressions_and_models_without_inputs():

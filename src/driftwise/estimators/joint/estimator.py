@@ -208,6 +208,43 @@ class Joint(FadingPosterior):
         offset = np.full(int(self.model.has_offset), self.y_scale**2)
         return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms], offset])
 
+    # --- looking ahead ------------------------------------------------------------------------------------------
+
+    def predict(self, state, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean (h,) and standard deviation (h,) of the next h outputs, given the inputs to come.
+
+        It is a gap at the end of the record: the exact moments of each step, which hold the noise still to come, the
+        uncertainty of state and parameters, and what the memory lets them drift meanwhile.
+
+        Parameters
+        ----------
+        state : one state, as `update` or a trace leaves it
+        u : (h,) or (h, k) inputs to come; omitted where the model has none
+        horizon : int, optional
+            h; the length of ``u`` if omitted.
+
+        Notes
+        -----
+        Bad at: far horizons of a model near the edge of stability, whose outputs are far from Gaussian.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+        >>> est = dw.Joint(1, inputs=1)
+        >>> mean, std = est.predict(est.scan(y, u).state, [1.0, 1.0, 1.0])
+        >>> std.round(2).tolist()
+        [0.11, 0.14, 0.15]
+        """
+        if horizon is None and u is None:
+            raise InputError("say how far: horizon=, or the inputs to come")
+        h = len(np.atleast_1d(u)) if horizon is None else validation.count("horizon", horizon, 1)
+        u = validation.simultaneous(u, h, self.model.inputs)
+        if not np.isfinite(u).all():
+            raise InputError("the inputs to come must be known: u has NaN. Assume a value for them")
+        ahead = self.scan(np.full(h, np.nan), u if self.model.inputs else None, state=state, keep="innovations")
+        return ahead.prediction, np.sqrt(ahead.variance)
+
     # --- looking back -------------------------------------------------------------------------------------------
 
     def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None):
