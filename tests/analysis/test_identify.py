@@ -114,7 +114,7 @@ def test_a_joint_filter_is_chosen_where_it_predicts_better():
     assert abs(found.model.dc_gain[0] - 1.7 / 0.4) < 3 * found.model.dc_gain_std[0]
     mean, std = found.predict(np.zeros(60))
     assert abs(mean[-1] - 50.0) < 5 and 0.8 < std[0] < 1.3
-    state, step = found.update(found.trace.state, 50.0, 0.0)
+    _, step = found.update(found.trace.state, 50.0, 0.0)
     assert step.prediction == pytest.approx(mean[0])
 
 

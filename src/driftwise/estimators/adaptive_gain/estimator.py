@@ -160,8 +160,8 @@ class AdaptiveGain(Posterior):
         self.scale = scale or UNTOLD
         if detector is not None and not answers(type(memory), on_alarm):
             raise InputError(
-                f"detector frees K at an alarm, and {type(self.memory).__name__} has no answer to alarms: leave it out, "
-                "or take RandomWalk(q) or Constant()"
+                f"detector frees K at an alarm, and {type(self.memory).__name__} has no answer to alarms: leave it "
+                "out, or take RandomWalk(q) or Constant()"
             )
         signal, probes, detector = self._resolve_detector(detector, is_absolute)
         low, high, radius = _limits(limits, plant, self._s0[plant.n :])

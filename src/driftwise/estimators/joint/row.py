@@ -1,7 +1,7 @@
 """The joint filter's numbers: what a state row and the scratch hold, and H s.
 
 Kernel order of s: the state reversed, x_n first, then theta = a_{n-1}..a_0, b_{n-1}..b_0 of each input and the
-direct terms b_n: in q^-1 language a1..an, b1..bn, b0, and last an offset, if there is one. In this order F is a shift up plus data times
+direct terms b_n: in q^-1 language a1..an, b1..bn, b0; an offset is last. In this order F is a shift up plus data times
 parameter blocks that line up with the shift, and H = [1, 0, .., 0, u, 1]:
 
     x+ = shift_up(x) - y a + sum_l u_l b_l + w,      y = x_n + sum_l u_l b_n,l + offset + w_n
