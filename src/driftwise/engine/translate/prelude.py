@@ -17,7 +17,8 @@ typedef int B;"""
 
 NEEDS: dict[str, tuple[str, ...]] = {
     "DW_NAN": ("dw_bits",), "DW_INF": ("dw_bits",), "dw_bits": ("DW_INLINE",), "dw_ldexp": ("dw_bits", "DW_APART"),
-    "dw_frexp": ("dw_bits", "DW_APART"), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",), "dw_power": ("DW_INLINE",),
+    "dw_frexp": ("dw_bits", "DW_APART"), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",),
+    "dw_power": ("DW_INLINE",),
     "dw_row2": ("V2", "V1", "dw_at"), "dw_row3": ("V3", "V2", "dw_at"), "dw_column": ("V2", "S1", "dw_at"),
     "dw_row2i": ("V2i", "V1i", "dw_at"),
     "dw_strided": ("V1", "S1", "DW_INLINE"),
