@@ -18,7 +18,7 @@ from driftwise.tables.cells import NAT, seconds
 from driftwise.tables.dialect import kind, sniff
 from driftwise.tables.parquetfile import MemorySource
 from driftwise.tables.parts import parts_of
-from driftwise.tables.table import open_record
+from driftwise.tables.table import open_record, open_table
 
 NaN = math.nan
 
@@ -590,3 +590,39 @@ def test_a_ragged_row_of_latin_letters_is_counted_without_a_traceback(tmp_path, 
     assert not raised
     assert np.isnan(columns["y"][3]) and columns["y"][4] == 2.0 and len(columns["y"]) == 6
     assert record.source.ragged == 1
+
+
+def test_a_header_longer_than_the_first_look_is_read_whole(tmp_path):
+    names = [f"a_long_name_of_column_{j}" for j in range(12_000)]
+    rows = "\n".join(f"{k},{(-1) ** k}," + ",".join("1" * len(names)) for k in range(3))
+    record, columns, _ = read(put(tmp_path, ",".join(["y", "u", *names]) + "\n" + rows + "\n"), "y", ["u"], look=100)
+    assert columns["y"].tolist() == [0, 1, 2] and len(record.source.names) == 12_002
+    with pytest.raises(InputError, match=r"more than 4096 columns .* there are 12002: name the output"):
+        open_table(str(tmp_path / "table.csv"))
+
+
+def test_names_of_many_columns_are_made_different_in_linear_time():
+    names = sniff([",".join(["y"] * 50_000), ",".join("1" * 50_000)]).names
+    assert names[:3] == ("y", "y.2", "y.3") and names[-1] == "y.50000" and len(set(names)) == 50_000
+    assert sniff(["y,y.2,y,y", "1,2,3,4", "1,2,3,4"]).names == ("y", "y.2", "y.3", "y.4")
+
+
+def test_a_line_without_an_end_is_refused_and_not_held_in_memory(monkeypatch):
+    monkeypatch.setattr(csvfile, "LONGEST_LINE", 1 << 20)
+
+    class Endless:
+        taken = 0
+
+        def __init__(self, head):
+            self.head = head
+
+        def read(self, size):
+            head, self.head = self.head[:size], self.head[size:]
+            self.taken += size
+            return head + b"1" * (size - len(head))
+
+    for head in (b"1", b"u,y\n" + b"1,2\n" * 100_000 + b"1"):
+        stream = Endless(head)
+        with pytest.raises(InputError, match="line is longer than 1 MiB"):
+            list(csvfile.CsvSource(stream).batches(["y"] if b"y" in head else ["column1"]))
+        assert stream.taken < 1 << 24

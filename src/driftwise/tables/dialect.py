@@ -282,16 +282,16 @@ def _commented_header(comments: list[str], delimiter: str, width: int):
 
 def unique(header: list[str], width: int) -> list[str]:
     """Return `width` different names: blanks become column3, repetitions get .2, .3 appended."""
-    names: list[str] = []
+    names: dict[str, None] = {}
+    last: dict[str, int] = {}
     for j in range(width):
-        name = header[j].strip() if j < len(header) else ""
-        name = base = name or f"column{j + 1}"
-        count = 1
+        base = (header[j].strip() if j < len(header) else "") or f"column{j + 1}"
+        name, count = base, last.get(base, 1)
         while name in names:
             count += 1
             name = f"{base}.{count}"
-        names.append(name)
-    return names
+        last[base], names[name] = count, None
+    return list(names)
 
 
 def _has_dots(body: list[list[str]]) -> bool:

@@ -21,6 +21,7 @@ from driftwise.tables.parts import source_of
 from driftwise.tables.source import Source, resolve_all, title_of
 
 CHUNK_ROWS = 65_536
+MOST_COLUMNS = 4096  # among which it is found out what they are; a few milliseconds each
 HEAD_ROWS = 65_536  # rows by which a table is recognised, whatever its chunks
 
 
@@ -235,7 +236,8 @@ def open_record(
         raise InputError(f"{title_of(path)}: {error}") from None
     clock = names.pop() if time is not None else None
     record = Record(str(path), names[0], tuple(names[1:]), clock, source, chunk_rows, Clock(clock or ""), raw=raw)
-    record.whole = OpenTable(record.path, source, chunk_rows, look) if look and source.look(look) else None
+    if look and len(source.names) <= MOST_COLUMNS and source.look(look):
+        record.whole = OpenTable(record.path, source, chunk_rows, look)
     return record
 
 
@@ -364,4 +366,10 @@ def open_table(data, chunk_rows: int = CHUNK_ROWS, head_rows: int = HEAD_ROWS) -
     """
     what = "the mapping" if isinstance(data, Mapping) else "the data frame"
     title = title_of(data) if isinstance(data, str | Path) else what
-    return OpenTable(title, source_of(data), chunk_rows, head_rows)
+    source = source_of(data)
+    if len(source.names) > MOST_COLUMNS:
+        raise InputError(
+            f"{title}: of more than {MOST_COLUMNS} columns it is not found out what they are, and there are "
+            f"{len(source.names)}: name the output and its inputs, and the model (--output, --input, --model)."
+        )
+    return OpenTable(title, source, chunk_rows, head_rows)
