@@ -626,3 +626,28 @@ def test_a_line_without_an_end_is_refused_and_not_held_in_memory(monkeypatch):
         with pytest.raises(InputError, match="line is longer than 1 MiB"):
             list(csvfile.CsvSource(stream).batches(["y"] if b"y" in head else ["column1"]))
         assert stream.taken < 1 << 24
+
+
+@pytest.mark.parametrize("cells, decimal", [
+    (["\u22121.5", "2.5", "\u22121e\u22123", "-4"], "."),
+    (["(1.5)", "2.5", "(.001)", "( 4 )"], "."),
+    (["1.5-", "2.5", ".001-", "4-"], "."),
+    (["1,5-", "2,5", "(0,001)", "\u22124"], ","),
+])  # fmt: skip
+def test_minus_however_it_is_written(tmp_path, cells, decimal):
+    delimiter = ";" if decimal == "," else ","
+    text = delimiter.join("uy") + "\n" + "".join(f"{k}{delimiter}{cell}\n" for k, cell in enumerate(cells))
+    record, columns, _ = read(put(tmp_path, text), "y", ["u"])
+    assert columns["y"].tolist() == [-1.5, 2.5, -0.001, -4.0] and record.bad == 0
+
+
+def test_what_looks_like_minus_and_is_none():
+    assert [kind(cell) for cell in ("(a)", "1-2", "()", "(-)", "--1", "1--", "-", "\u2212")] == ["text"] * 6 + [
+        "missing"
+    ] * 2
+    assert [kind(cell) for cell in ("2024-01-01", "(1.5)", "1.5-", "\u22121,5")] == [
+        "stamp",
+        "number",
+        "number",
+        "comma",
+    ]

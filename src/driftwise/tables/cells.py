@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.dialect import MISSING
+from driftwise.tables.dialect import MINUS, MISSING
 
 LARGEST = 1e100  # whose square is a number yet
 LOOK = 2000  # cells by which the kind of a column is settled
@@ -81,6 +81,8 @@ def _parse(column, decimal):
     import pyarrow.compute as pc
 
     cells = trimmed(column)
+    for written, read in MINUS:
+        cells = pc.replace_substring_regex(cells, written, read)
     if decimal == ",":
         grouped = pc.fill_null(pc.match_substring_regex(cells, _GROUPED), False)
         if pc.any(grouped).as_py():

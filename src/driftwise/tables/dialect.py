@@ -12,8 +12,12 @@ from driftwise.engine.errors import InputError
 from driftwise.tables.marks import Marks, marks_of
 
 MISSING = frozenset(
-    "|-|--|.|?|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT".split("|")
+    "|-|--|.|?|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT|\u2212|\u2013|\u2014".split(
+        "|"
+    )
 )
+# How minus is written besides, and as it is read: a typographer's (which reports here print), an accountant's, SAP's.
+MINUS = (("\u2212", "-"), (r"^\(\s*([0-9.,]*[0-9][0-9.,]*)\s*\)$", r"-\1"), (r"^([0-9.,]*[0-9][0-9.,]*)-$", r"-\1"))
 COMMENTS = ("#", "%")
 DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
@@ -50,6 +54,9 @@ def kind(cell: str) -> str:
     cell = cell.strip()
     if cell in MISSING:
         return "missing"
+    if cell[:1] in "(\u2212" or cell[-1:] == "-" or "\u2212" in cell:
+        for written, read in MINUS:
+            cell = re.sub(written, read, cell)
     if _DOT.match(cell):
         return "number"
     if _COMMA.match(cell):
