@@ -61,3 +61,25 @@ def test_a_disk_that_fills_up_during_the_work_is_a_sentence(call, tmp_path, monk
     code, out, complaint = call("run", tmp_path / "table.csv", "-o", "y", "--save", "x.csv")
     assert (code, out) == (1, "")
     assert complaint == "driftwise: stopped by the system: x.csv: No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    "options", ["--report x --json x", "--save x.csv --json ./x.csv", "--report x.html --json link"]
+)
+def test_two_options_do_not_write_one_file(call, tmp_path, monkeypatch, options):
+    monkeypatch.chdir(tmp_path)
+    Path("table.csv").write_text("time,y\n0,1\n1,x\n")
+    Path("link").symlink_to("x.html")
+    code, out, complaint = call("run", "table.csv", "-o", "y", *options.split())
+    (first, _, second, path) = options.split()
+    assert (code, out) == (2, "")
+    assert complaint.startswith(f"driftwise: {first} and {second} would both write {path}; give one of them another")
+
+
+@pytest.mark.parametrize("option", ["--report", "--json"])
+def test_tracks_do_not_overwrite_their_plots(call, tmp_path, option):
+    table = tmp_path / "table.csv"
+    table.write_text("time,y\n0,1\n1,x\n")
+    code, out, complaint = call("track", table, option, table)
+    assert (code, out) == (2, "") and f"{option} would overwrite the table that is being read" in complaint
+    assert table.read_text().startswith("time,y")

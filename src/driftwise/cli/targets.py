@@ -10,14 +10,23 @@ from driftwise.engine.errors import CommandError
 
 def refuse_targets(job) -> None:
     """Refuse what --save, --report and --json of a job name where it cannot be written, or is what is read."""
-    for option, path in (("--save", job.save), ("--report", job.report), ("--json", job.json)):
-        if path is None or (path == "-" and option == "--json"):
-            continue
-        refuse_file(option, path)
-        if os.path.exists(path) and job.file != "-" and os.path.exists(job.file) and os.path.samefile(path, job.file):
-            raise CommandError(f"{option} would overwrite the table that is being read, {path}; give another name.")
+    refuse_files([("--save", job.save), ("--report", job.report), ("--json", job.json)], [job.file])
     if job.save and not job.save.lower().endswith((".parquet", ".csv")):
         raise CommandError(f"--save writes .parquet or .csv, got {job.save}; the ending says which.")
+
+
+def refuse_files(named: list[tuple[str, str | None]], read: list[str]) -> None:
+    """Refuse options that name a file which cannot be written, is being ``read``, or which another writes as well."""
+    taken: dict[str, str] = {}
+    for option, path in named:
+        if not path or (path == "-" and option == "--json"):
+            continue
+        refuse_file(option, path)
+        if os.path.exists(path) and any(os.path.samefile(path, file) for file in read if os.path.exists(file)):
+            raise CommandError(f"{option} would overwrite the table that is being read, {path}; give another name.")
+        other = taken.setdefault(os.path.realpath(path), option)
+        if other != option and (os.path.isfile(path) or not os.path.exists(path)):
+            raise CommandError(f"{other} and {option} would both write {path}; give one of them another name.")
 
 
 def refuse_file(option: str, path: str) -> None:

@@ -13,7 +13,7 @@ import typer
 from driftwise.cli.job import Job
 from driftwise.cli.options import Json, Page, Quiet
 from driftwise.cli.progress import bar
-from driftwise.cli.targets import refuse_file, refuse_folder
+from driftwise.cli.targets import refuse_files, refuse_folder
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.tracking.formats import WRITERS
 
@@ -138,9 +138,7 @@ class TrackJob(Job):
         wrong = [kind for kind in self.kinds if kind not in WRITERS]
         if wrong or not self.kinds:
             raise CommandError(f"--format takes {', '.join(WRITERS)}, with commas between several; got {self.format!r}")
-        for option, path in (("--report", self.report), ("--json", self.json)):
-            if path and (path != "-" or option == "--report"):
-                refuse_file(option, path)
+        refuse_files([("--report", self.report), ("--json", self.json)], self.files)
         if self.out:
             refuse_folder("--out", self.out)
         if "-" in self.files and not self.follow:
