@@ -18,7 +18,7 @@ import numpy as np
 
 from ...engine.dispatch import kernel
 from ...engine.ud import correct, marginal, predicted_variance
-from ...memory.registry import View, adapt, begin, outlier_probability
+from ...memory.registry import View, adapt, begin, outlier_probability, time_update
 
 VAGUE = 100.0
 COUNT, WEIGHT, SCORE, COUNTS = range(4)  # of the numbers kept where samples fade, and how many
@@ -107,11 +107,11 @@ def put_together(U, room):
 
 
 @kernel
-def view_of_parameters(s, D, room, s2, weight):
+def view_of_parameters(s, D, room, s2, weight, surprise):
     """Return what a memory sees of a regression on theta."""
     rows = room.gain.size
     return View(
-        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c, s2, weight, np.nan, 0.0, s[:0]
+        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c, s2, weight, surprise, 0.0, s[:0]
     )  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def view_of_parameters(s, D, room, s2, weight):
 def begin_given_state(memory, memory_state, s, U, D, room):
     """Let the memory begin with the prior of the parameters."""
     marginal(U, room.gain.size, room.psi.size, room.U)
-    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0))
+    begin(memory, memory_state, view_of_parameters(s, D, room, 1.0, 0.0, math.nan))
 
 
 @kernel
@@ -140,7 +140,8 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
     for j in range(N):
         room.before[j] = s[rows + j]
         room.row[j], room.f[j] = root * room.psi[j], root * f[rows + j]
-    T = adapt(memory, memory_state, root * e, share * own, view_of_parameters(s, D, room, s2, weight)) / share
+    view = view_of_parameters(s, D, room, s2, weight, math.nan)
+    T = adapt(memory, memory_state, root * e, share * own, view) / share
     if not T > 0.0:
         return T
     left = e
@@ -162,3 +163,22 @@ def adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, w
                 s[i] += room.A[i, j] * room.before[j]
     put_together(U, room)
     return T
+
+
+@kernel
+def pass_time_given_state(memory, memory_state, s, U, D, room, s2, weight, surprise):
+    """Let the memory forget, or the parameters drift, as in a regression; return lambda and status bits.
+
+    The state given the parameters stays what it is, and moves with them.
+    """
+    rows, N = room.gain.size, room.psi.size
+    marginal(U, rows, N, room.U)
+    slopes(U, room)
+    for j in range(N):
+        room.before[j] = s[rows + j]
+    lam, status = time_update(memory, memory_state, 1.0, view_of_parameters(s, D, room, s2, weight, surprise))
+    for i in range(rows):
+        for j in range(N):
+            s[i] += room.A[i, j] * (s[rows + j] - room.before[j])
+    put_together(U, room)
+    return lam, status

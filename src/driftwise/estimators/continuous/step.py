@@ -33,6 +33,7 @@ from ..common.given_state import (
     adapt_given_state,
     begin_given_state,
     open_room,
+    pass_time_given_state,
     room_size,
 )
 from ..joint.row import HUGE
@@ -163,9 +164,15 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
 
 
 @kernel
-def pass_sample(form, memory, state, view):
+def pass_sample(form, memory, state, scratch, s2, surprise):
     """Let a memory that goes by samples forget; return status bits."""
-    lam, status = time_update(memory, state.memory_state, 1.0, view)
+    if form.learns > 0.0:
+        weight = state.counts[WEIGHT]
+        lam, status = pass_time_given_state(
+            memory, state.memory_state, state.s, state.U, state.D, scratch.room, s2, weight, surprise
+        )
+    else:
+        lam, status = time_update(memory, state.memory_state, 1.0, view_of(form, state, scratch, s2, surprise))
     if form.fades > 0.0 and lam < 1.0:
         state.counts[WEIGHT] *= lam
         state.counts[COUNT] *= lam
@@ -393,7 +400,7 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
         if form.fades > 0.0:
             state.counts[WEIGHT] = weight
     if form.is_timed == 0.0:
-        status |= pass_sample(form, memory, state, view_of(form, state, scratch, s2, surprise))
+        status |= pass_sample(form, memory, state, scratch, s2, surprise)
     out[t, 3] = status
 
     # keep

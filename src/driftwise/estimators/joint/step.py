@@ -14,7 +14,15 @@ from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, 
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
 from ...models.stability import is_inside, shrink_inside
-from ..common.given_state import COUNT, SCORE, WEIGHT, adapt_given_state, begin_given_state, separate
+from ..common.given_state import (
+    COUNT,
+    SCORE,
+    WEIGHT,
+    adapt_given_state,
+    begin_given_state,
+    pass_time_given_state,
+    separate,
+)
 from .predict import propagate
 from .row import (
     CHI2,
@@ -198,6 +206,24 @@ def draw_back(noise, state, scratch, first):
             s[i] += entry(U, i, c) * along
 
 
+# --- what drifts, the parameters of a regression or those of a plant with a memory of its own -------------------------
+
+
+@choice
+def state_is_given(noise):
+    """Say whether outputs and inputs give the state, once the parameters are known: as they are, with no memory of them."""
+
+
+@state_is_given.on(White, Coloured, Unknown)
+def state_is_given_white(noise):
+    return True
+
+
+@state_is_given.on(Sensor)
+def state_is_given_sensor(noise):
+    return False
+
+
 # --- the step ---------------------------------------------------------------------------------------------
 
 
@@ -344,7 +370,11 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
         if form.fades > 0.0:
             state.counts[WEIGHT] = weight
             view = view_of(form, state, scratch, s2, white * white)
-    lam, moved = time_update(memory, state.memory_state, 1.0, view)
+    if form.learns > 0.0 and state_is_given(noise):
+        weight, surprise = state.counts[WEIGHT], white * white
+        lam, moved = pass_time_given_state(memory, state.memory_state, s, U, D, scratch.room, s2, weight, surprise)
+    else:
+        lam, moved = time_update(memory, state.memory_state, 1.0, view)
     status |= moved
     if form.fades > 0.0 and lam < 1.0:
         fade(form, state, n, lam)

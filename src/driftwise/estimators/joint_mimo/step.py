@@ -19,6 +19,7 @@ from ..common.given_state import (
     adapt_given_state,
     begin_given_state,
     open_room,
+    pass_time_given_state,
 )
 from ..joint.row import HUGE
 from ..joint.step import LIMIT, take_inputs
@@ -340,7 +341,12 @@ def pass_time(form, memory, memory_state, state, scratch, group, g, D):
         weight, status = on_alarm(memory, memory_state, alarm, view_of(form, state, scratch, group, g, D))
         if form.fades > 0.0:
             state.counts[COUNTS * g + WEIGHT] = weight
-    lam, moved = time_update(memory, memory_state, 1.0, view_of(form, state, scratch, group, g, D))
+    if form.learns > 0.0:
+        room, weight = open_room(scratch.room, group.n, group.N - group.n), state.counts[COUNTS * g + WEIGHT]
+        s, s2, surprise = group.s[: group.N], scratch.s2[g], scratch.surprise[g]
+        lam, moved = pass_time_given_state(memory, memory_state, s, group.U, D, room, s2, weight, surprise)
+    else:
+        lam, moved = time_update(memory, memory_state, 1.0, view_of(form, state, scratch, group, g, D))
     if form.fades > 0.0 and lam < 1.0:
         state.counts[COUNTS * g + COUNT] *= lam
         state.counts[COUNTS * g + WEIGHT] *= lam
