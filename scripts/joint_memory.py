@@ -1,6 +1,7 @@
 """`Joint` with `AutoMemory`, which is told nothing, against the joint filter that is told Q, sigma, jumps and outliers.
 
-Six plants of order 1 to 3, each with what makes it hard; a seed draws its coefficients, its input and all that happens.
+Six plants of order 1 to 3, each with what makes it hard, and a seventh that is hard in two ways; a seed draws
+coefficients, input and all that happens.
 Printed: RMS error of the parameters and of the state over that of the filter that knows, each coordinate in units of
 that filter's own error; the share of truths within 1.96 deviations; microseconds a sample.
 
@@ -36,12 +37,12 @@ class World(NamedTuple):
 
 WORLDS = {
     "drift": World(2, nvr=1e-3),
-    "jumps": World(2, jumps=(0.35, 0.7), size=0.5),
+    "drift and a jump": World(2, nvr=1e-3, jumps=(0.5,), size=0.5),
     "noise step": World(1, nvr=1e-4, louder=4.0),
     "outliers": World(2, nvr=3e-4, outliers=0.02),
     "output error": World(2, nvr=3e-4, output_error=True),
     "20 % missing": World(3, nvr=3e-4, missing=0.2),
-    "output error, jumps": World(2, jumps=(0.35, 0.7), size=0.5, output_error=True),
+    "output error, a jump": World(2, nvr=3e-4, jumps=(0.5,), size=0.5, output_error=True),
 }
 SIGMA = 0.2
 

@@ -83,19 +83,23 @@ def drift_apart(memory, bank, q, b):
 
 @kernel
 def drift_beside_state(memory, bank, q, view):
-    """theta <- Phi theta, P <- Phi P Phi' + Q beside a state, whose own moments stay: Q is that of the likeliest mode.
+    """theta <- Phi theta, P <- Phi P Phi' + Q beside a state, whose own moments stay: Q is that of the modes on average.
 
-    ``q`` has N of each mode. What the state given the parameters is no mode knows: the filter does, and a Q between
-    theirs would let the fastest of them, however unlikely, say that the state follows no parameters.
+    ``q`` has N of each mode. Mixed again their theta and P would come out the same, but for caps; what they share with
+    the state no mode knows, the filter does.
     """
-    N, best, most = memory.cap.size, 0, -1.0
+    N, total, c = memory.cap.size, 0.0, view.c
+    for i in range(N):
+        c[i] = 0.0
     for m in range(count_of(bank, N)):
         one = mode(bank, m, N).own
-        if one[WEIGHT] > most:
-            best, most = m, one[WEIGHT]
+        share = one[WEIGHT] * own_sigma2(memory, one)
+        total += share
+        for i in range(N):
+            c[i] += share * q[m * N + i]
     relax(view.theta, view.U, view.D, memory.phi, view.b)
     for i in range(N):
-        widen_within(view.U, view.D, view.first + i, q[best * N + i], memory.cap[i], view.b)
+        widen_within(view.U, view.D, view.first + i, c[i] / total, memory.cap[i], view.b)
 
 
 @kernel

@@ -9,7 +9,7 @@ from ...detect.watch import WHICH
 from ...engine.dispatch import advance, choice, kernel, rare, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
-from ...engine.ud import correct, entry, predicted_variance, variance, variances
+from ...engine.ud import correct, entry, predicted_variance, variance, variances, widen_along
 from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
@@ -130,6 +130,17 @@ def write(form, noise, scale, out, t, state, scratch, yhat, e, T, status):
 
 
 @rare
+def part_from_parameters(U, D, n, a):
+    """Let x be what it is, but tell nothing of theta, which has jumped since: the old one made it."""
+    for c in range(n, D.size):
+        at = c * (c - 1) // 2
+        for i in range(n):
+            a[i] = U[at + i]
+            U[at + i] = 0.0
+        widen_along(U[: n * (n - 1) // 2], D[:n], a, D[c], n - 1)
+
+
+@rare
 def restart_state(state, n, Px, s2):
     """Forget x but not theta: x = 0 with ten times the range of the data as its standard deviation."""
     top = state.head[TOP]
@@ -211,7 +222,7 @@ def draw_back(noise, state, scratch, first):
 
 @choice
 def state_is_given(noise):
-    """Say whether outputs and inputs give the state, once the parameters are known: as they are, with no memory of them."""
+    """Say whether outputs and inputs give the state, once the parameters are known: with no memory of older ones."""
 
 
 @state_is_given.on(White, Coloured, Unknown)
@@ -346,6 +357,8 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
                 )
                 state.counts[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + white * white)
                 alarm = found_jump(memory, state.memory_state, state.detector_state)
+                if alarm != 0.0 and not state_is_given(noise):
+                    part_from_parameters(U, D, n, scratch.c)
             else:
                 head[CHI2] += e * e / T
         else:
