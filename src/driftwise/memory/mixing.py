@@ -83,7 +83,7 @@ def drift_apart(memory, bank, q, b):
 
 @kernel
 def drift_beside_state(memory, bank, q, view):
-    """theta <- Phi theta, P <- Phi P Phi' + Q beside a state, whose own moments stay: Q is that of the modes on average.
+    """theta <- Phi theta, P <- Phi P Phi' + Q beside a state, whose own moments stay: Q is the modes' on average.
 
     ``q`` has N of each mode. Mixed again their theta and P would come out the same, but for caps; what they share with
     the state no mode knows, the filter does.
