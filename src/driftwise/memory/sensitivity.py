@@ -39,8 +39,19 @@ def follow_mean(dtheta, psi, K, z, dT, part, v):
 
 
 @kernel
+def stays(phi):
+    """Say whether a diagonal Phi is 1: then nothing is to be done."""
+    for j in range(phi.size):
+        if phi[j] != 1.0:
+            return False
+    return True
+
+
+@kernel
 def pass_time(dtheta, dP, phi):
     """dtheta <- Phi dtheta, dP <- Phi dP Phi' for a diagonal Phi; theta and P themselves go the same way."""
+    if stays(phi):
+        return
     for j in range(phi.size):
         dtheta[j] *= phi[j]
     rescale(dP, phi)
