@@ -29,7 +29,7 @@ def main(
         Path, typer.Argument(file_okay=False, resolve_path=True, help="Where the environment goes, some 600 MB; kept.")
     ],
 ) -> None:
-    """Print how long a stranger waits, from an empty environment on; the exit status counts budgets missed."""
+    """Print how long a stranger waits, from an empty environment on; the exit status counts the budgets missed."""
     folder.mkdir(parents=True, exist_ok=True)
     home, missed = folder / "venv", []
 

@@ -145,8 +145,8 @@ def test_zeros_of_lgamma():
         assert error(lgamma, mp.loggamma, x) < 2.0
 
 
-LIMITS = [0.0, 5e-324, 2.3e-308, 1e-17, 0.5, 1.0, 1.5, 2.0, 3.0, 28.0, 708.0, 709.8, 746.0, 1e16, 1e200]
-LIMITS += [LARGEST, math.inf]
+LIMITS = [0.0, 5e-324, 2.3e-308, 1e-17, 0.5, 1.0, 1.5, 2.0, 3.0, 28.0, 708.0, 709.8, 746.0, 1e16, 1e200, LARGEST]
+LIMITS.append(math.inf)
 LIMITS += [-x for x in LIMITS] + [math.nan]
 
 

@@ -91,7 +91,7 @@ def members(gap, fastest, unit):
     """Return a row in which all linear members have started."""
     row = np.zeros(bank.row_size(len(unit)))
     row[bank.PERIOD] = math.log(gap)
-    linear.begin(row, len(unit), fastest, np.array(unit))
+    linear.begin(row, len(unit), bank.period(row), fastest, np.array(unit))
     return row
 
 
@@ -112,7 +112,7 @@ def test_linear_members_are_kalman_filters(i):
         d, y, g = rng.choice([T, 0.1, 7.3]), 50 * rng.standard_normal(), rng.uniform(0.5, 2)
         kf.F, kf.Q = van_loan(A, W, d)
         kf.predict()
-        linear.predict_all(row, 1, d)
+        linear.predict_all(row, 1, bank.period(row), d)
         assert np.isclose(row[at], kf.x[0, 0], rtol=1e-10, atol=1e-10), k
         kf.update(y, R=g * r)
         linear.correct(row, at, y - row[at], g)
@@ -137,13 +137,13 @@ def test_a_turn_is_a_circle():
     for omega in (0.05, -0.2, 0.0):
         row = members(T, 250.0, unit)
         at = bank.at_circle(2, 1)
-        circle.begin(row, 2, 1, 250.0, unit)
+        circle.begin(row, 2, 1, bank.period(row), 250.0, unit)
         z = np.array([10.0, 120.0, -30.0, -160.0, omega])
         root = rng.standard_normal((5, 5)) * np.array([8.0, 3, 8, 3, 0.01])[:, None]
         before = root @ root.T
         upper = np.triu_indices(5)
         row[at : at + 5], row[at + circle.P : at + bank.CIRCULAR] = z, before[upper]
-        circle.predict(row, 2, 1, d, unit, *np.zeros((3, 5, 5)))
+        circle.predict(row, 2, 1, bank.period(row), d, unit, *np.zeros((3, 5, 5)))
         h = np.array([1e-2, 1e-3, 1e-2, 1e-3, 1e-6])
         F = np.stack([(flow(z + h * e) - flow(z - h * e)) / (2 * h @ e) for e in np.eye(5)], axis=1)
         q = bank.TURNS[1] * unit.mean() / T**3
