@@ -33,9 +33,20 @@ from .bank import (
 from .gauss_markov import relax
 from .likelihood_drift import begin_again, carry, climb, follow, learner_size, open_learner, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge
-from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, fold, mode, own_sigma2, size_of, unfold
+from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, fold, mode, own_sigma2, shift, size_of, unfold
 from .modes import update as update_bank
-from .registry import adapt, begin, count, found_jump, mixture, outlier_probability, register, resolve, time_update
+from .registry import (
+    adapt,
+    begin,
+    count,
+    drawn_back,
+    found_jump,
+    mixture,
+    outlier_probability,
+    register,
+    resolve,
+    time_update,
+)
 from .sensitivity import pass_time
 from .unknown_drift import SEEN, UNEXCITED, drift_state_size, excite, lean, open_drift_state
 
@@ -357,3 +368,10 @@ def drift_together(memory, own, waits, theta, U, D, view):
 @mixture.on(AutoMemoryKernel)
 def mixture_auto_memory(memory, state, R, view, out):
     mixture_of_modes(memory, open_parts(memory, state, view.theta.size).own.bank, R, view, out)
+
+
+@drawn_back.on(AutoMemoryKernel)
+def drawn_back_auto_memory(memory, state, moved):
+    parts = open_parts(memory, state, moved.size)
+    for bank in (parts.own.bank, parts.challenger, parts.rival):
+        shift(bank, moved)

@@ -11,7 +11,7 @@ from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED
 from ..engine.ud import predicted_variance, project
 from .mixing import drift_beside_state, merge
-from .modes import WEIGHT, begin_modes, count_of, fold, mode, own_sigma2, size_of, unfold, update
+from .modes import WEIGHT, begin_modes, count_of, fold, mode, own_sigma2, shift, size_of, unfold, update
 from .unknown_drift import UNEXCITED, common, excite, lean, open_drift_state, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
@@ -98,6 +98,12 @@ def count_in_bank(memory, state, count, chi2, weight, gain):
     """Freedom and sigma^2 are those of the mixture."""
     drift = open_drift_state(state, memory.cap.size)
     return count_mixture(memory, drift, drift.own, count, chi2, gain)
+
+
+@kernel
+def draw_bank_back(memory, state, moved):
+    """Every mode goes along."""
+    shift(bank_of(memory, open_drift_state(state, memory.cap.size)).bank, moved)
 
 
 @kernel

@@ -11,7 +11,7 @@ from ..engine.layout import Field, Layout, numbers
 from ..engine.status import CAPPED
 from ..engine.ud import correct, marginal, predicted_variance, project, widen_along
 from .gauss_markov import widen_within
-from .registry import adapt, count, found_jump, register, resolve, time_update
+from .registry import adapt, count, drawn_back, found_jump, register, resolve, time_update
 from .settings import jump_size, more_than_one
 from .wind_up import hold_within
 
@@ -250,3 +250,11 @@ def branch(memory, state, count, view):
     _, _, d, u = hypothesis(state, slot, N)
     for i in range(N):
         widen_within(u, d, i, memory.q[i] / view.s2, memory.cap[i], view.b)
+
+
+@drawn_back.on(BayesianChangePointKernel)
+def drawn_back_bayesian_change_point(memory, state, moved):
+    for i in range(int(state[COUNT])):
+        m = hypothesis(state, i, moved.size)[1]
+        for j in range(moved.size):
+            m[j] += moved[j]

@@ -1,7 +1,7 @@
 """What a memory is: settings, and the answers it gives an estimator; what it does not say itself is the plain answer.
 
-A memory is a named tuple. Kernels ask it the eight questions below, each by the type of the memory: ``adapt.on(Mine)``
-adds an answer, and makes ``Mine`` a memory. Who does not answer gives the plain one, the body of the function. A ninth,
+A memory is a named tuple. Kernels ask it the nine questions below, each by the type of the memory: ``adapt.on(Mine)``
+adds an answer, and makes ``Mine`` a memory. Who does not answer gives the plain one, the body of the function. A tenth,
 `resolve`, is asked once, in plain Python. What a memory remembers are so many numbers of the state row, zero at first,
 as its method ``state_size(parameters)`` says; without that method there are none.
 """
@@ -90,7 +90,7 @@ def question(prototype: Callable) -> Any:
     return choice(prototype, MEMORIES)
 
 
-# --- the eight questions, in the order of a sample, and the ninth ------------------------------------------------
+# --- the nine questions, in the order of a sample, and the tenth -------------------------------------------------
 
 
 @question
@@ -141,6 +141,11 @@ def outlier_probability(memory, state):
 def on_alarm(memory, state, alarm, view):
     """Answer an `Alarm`; return the new effective number of samples, and status bits. Plain: report it."""
     return view.weight, JUMP
+
+
+@question
+def drawn_back(memory, state, moved):
+    """Take along what the memory keeps of theta: the estimator drew theta back by ``moved`` (a projection). Plain: none."""
 
 
 @question

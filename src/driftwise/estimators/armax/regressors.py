@@ -21,7 +21,7 @@ from ...engine.layout import Field, Layout
 from ...engine.status import PROJECTED
 from ...memory.gauss_markov import widen_within
 from ...memory.wind_up import hold_within
-from ...models.stability import is_inside
+from ...models.stability import is_inside, shrink_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
 from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, push, regress, renew
 from ..arx.step import steps_like_lags
@@ -132,7 +132,7 @@ def renew_polynomials(form, state, scratch, y, y_variance, innovation, T):
     phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
     N, M = theta.size, kept.r.size
     free = N - M - (1 if form.offset != 0.0 else 0)
-    status = restrain(form, theta, room, free)
+    status = restrain(form, theta, scratch.slope, room, free)
     if kept.is_uncertain[0] > 0.0 or y_variance > 0.0:
         revise(form, state, kept, room, y, y_variance, free)
 
@@ -235,15 +235,34 @@ def is_stable(form, theta, room, free):
 
 
 @kernel
-def restrain(form, theta, room, free):
-    """Halve the step of theta until the predictor is stable (Perriot-Mathonna's projection); return status."""
+def restrain(form, theta, moved, room, free):
+    """Halve the step of theta until the predictor is stable (Perriot-Mathonna's projection); return status.
+
+    Where it was not stable before that step either, its roots are drawn in. ``moved`` is what theta is drawn back by.
+    """
     if is_stable(form, theta, room, free):
         return 0
+    for i in range(theta.size):
+        moved[i] = theta[i]
+    if not halve(form, theta, room, free):
+        shrink_inside(theta[free : free + int(form.nc)], RADIUS, room.p, room.q)
+        at = free + int(form.nc) + int(form.nd)
+        for l in range(form.nf.size):
+            shrink_inside(theta[at : at + int(form.nf[l])], RADIUS, room.p, room.q)
+            at += int(form.nf[l])
+    for i in range(theta.size):
+        moved[i] = theta[i] - moved[i]
+    return PROJECTED
+
+
+@kernel
+def halve(form, theta, room, free):
+    """Halve the step of theta until the predictor is stable, at last to nothing; say whether it is."""
     for _ in range(HALVINGS):
         for i in range(theta.size):
             theta[i] = 0.5 * (theta[i] + room.old[i])
         if is_stable(form, theta, room, free):
-            return PROJECTED
+            return True
     for i in range(theta.size):
         theta[i] = room.old[i]
-    return PROJECTED
+    return is_stable(form, theta, room, free)

@@ -115,7 +115,7 @@ def regress(form, state, scratch, s2):
 def renew(form, state, scratch, y, y_variance, e, T):
     """Take y (its variance where it was predicted) into the registers, with the new theta; return status.
 
-    e is the innovation, NaN where y was predicted, T its variance.
+    Where that is PROJECTED, ``scratch.slope`` is by how much theta was drawn back. e is the innovation, NaN where y was predicted, T its variance.
     """
 
 

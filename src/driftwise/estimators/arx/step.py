@@ -8,9 +8,9 @@ from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel, listens, open_scratch
 from ...engine.elementary import log
-from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
+from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
-from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
+from ...memory.registry import Alarm, begin, count, drawn_back, found_jump, mixture, on_alarm, outlier_probability, time_update
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .gaps import is_clear, pass_gap, spread
@@ -223,7 +223,10 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         head[TOP] = max(head[TOP], abs(z))
         if form.missing == PREDICT and surprise >= 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
             y_variance = GLITCH * e * e
-    status |= renew(form, state, scratch, z, y_variance, seen, s2 * T)
+    moved = renew(form, state, scratch, z, y_variance, seen, s2 * T)
+    if moved & PROJECTED:
+        drawn_back(memory, state.memory_state, scratch.slope)
+    status |= moved
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
     if out.shape[1] >= COLUMNS:
