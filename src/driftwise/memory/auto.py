@@ -32,19 +32,19 @@ from .bank import (
 )
 from .gauss_markov import relax
 from .likelihood_drift import begin_again, carry, climb, follow, learner_size, open_learner, ratio
-from .mixing import drift_apart, drift_beside_state, interact, merge
-from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, fold, mode, own_sigma2, shift, size_of, unfold
+from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
+from .modes import CHI2, FREEDOM, WEIGHT, begin_modes, fold, mode, own_sigma2, size_of, unfold
 from .modes import update as update_bank
 from .registry import (
     adapt,
     begin,
     count,
-    drawn_back,
     found_jump,
     mixture,
     outlier_probability,
     register,
     resolve,
+    take_along,
     time_update,
 )
 from .sensitivity import pass_time
@@ -370,8 +370,10 @@ def mixture_auto_memory(memory, state, R, view, out):
     mixture_of_modes(memory, open_parts(memory, state, view.theta.size).own.bank, R, view, out)
 
 
-@drawn_back.on(AutoMemoryKernel)
-def drawn_back_auto_memory(memory, state, moved):
-    parts = open_parts(memory, state, moved.size)
+@take_along.on(AutoMemoryKernel)
+def take_along_auto_memory(memory, state, change, view):
+    parts = open_parts(memory, state, view.D.size)
     for bank in (parts.own.bank, parts.challenger, parts.rival):
-        shift(bank, moved)
+        take_modes_along(memory, bank, change, view)
+    if parts.own.head[WAITS] > 0.0:
+        take_dense_along(memory, parts.own.bank, parts.own.dense, change, view)

@@ -10,8 +10,8 @@ from ..engine.errors import InputError
 from ..engine.layout import Field, Layout, numbers
 from ..engine.status import AT_REST, CAPPED
 from ..engine.ud import predicted_variance, project
-from .mixing import drift_beside_state, merge
-from .modes import WEIGHT, begin_modes, count_of, fold, mode, own_sigma2, shift, size_of, unfold, update
+from .mixing import drift_beside_state, merge, take_dense_along, take_modes_along
+from .modes import WEIGHT, begin_modes, count_of, fold, mode, own_sigma2, size_of, unfold, update
 from .unknown_drift import UNEXCITED, common, excite, lean, open_drift_state, pace
 
 LEVELS = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
@@ -101,9 +101,12 @@ def count_in_bank(memory, state, count, chi2, weight, gain):
 
 
 @kernel
-def draw_bank_back(memory, state, moved):
+def take_bank_along(memory, state, change, view):
     """Every mode goes along."""
-    shift(bank_of(memory, open_drift_state(state, memory.cap.size)).bank, moved)
+    own = bank_of(memory, open_drift_state(state, memory.cap.size))
+    take_modes_along(memory, own.bank, change, view)
+    if own.head[WAITS] > 0.0:
+        take_dense_along(memory, own.bank, own.dense, change, view)
 
 
 @kernel

@@ -11,7 +11,7 @@ from ..engine.layout import Field, Layout, numbers
 from ..engine.status import CAPPED
 from ..engine.ud import correct, marginal, predicted_variance, project, widen_along
 from .gauss_markov import widen_within
-from .registry import adapt, count, drawn_back, found_jump, register, resolve, time_update
+from .registry import adapt, count, found_jump, register, resolve, take_along, time_update
 from .settings import jump_size, more_than_one
 from .wind_up import hold_within
 
@@ -252,9 +252,14 @@ def branch(memory, state, count, view):
         widen_within(u, d, i, memory.q[i] / view.s2, memory.cap[i], view.b)
 
 
-@drawn_back.on(BayesianChangePointKernel)
-def drawn_back_bayesian_change_point(memory, state, moved):
+@take_along.on(BayesianChangePointKernel)
+def take_along_bayesian_change_point(memory, state, change, view):
     for i in range(int(state[COUNT])):
-        m = hypothesis(state, i, moved.size)[1]
-        for j in range(moved.size):
-            m[j] += moved[j]
+        _, m, d, u = hypothesis(state, i, view.D.size)
+        for j in range(view.D.size):
+            m[j] += change.moved[j]
+            widen_within(u, d, j, change.freed[j], memory.cap[j], view.b)
+        for j in range(view.D.size):
+            d[j] /= change.lam
+        if change.lam < 1.0:
+            hold_within(u, d, memory.cap, view.c, view.f, view.b)

@@ -17,17 +17,17 @@ from .bank import (
     begin_bank,
     common_of_banks,
     count_in_bank,
-    draw_bank_back,
     levels_of,
     merge_again,
     met,
     mixture_in_bank,
     speeds,
     staying,
+    take_bank_along,
 )
 from .mixing import drift_apart, interact
 from .modes import WEIGHT, mode
-from .registry import adapt, begin, count, drawn_back, found_jump, mixture, register, resolve, time_update
+from .registry import adapt, begin, count, found_jump, mixture, register, resolve, take_along, time_update
 from .unknown_drift import drift_state_size, open_drift_state
 
 JUMP, AGAIN = 1.0, 0.1  # NVR of the jump mode, and how likely one jump follows another
@@ -93,7 +93,7 @@ def resolve_imm(memory, setting):
 begin.on(IMMKernel)(begin_bank)
 count.on(IMMKernel)(count_in_bank)
 mixture.on(IMMKernel)(mixture_in_bank)
-drawn_back.on(IMMKernel)(draw_bank_back)
+take_along.on(IMMKernel)(take_bank_along)
 
 
 @adapt.on(IMMKernel)

@@ -8,6 +8,7 @@ from ..engine.ud import factor_within
 from .gauss_markov import relax, widen_within
 from .modes import CHI2, FREEDOM, OWN, WEIGHT, count_of, mode, own_sigma2
 from .sensitivity import pass_time
+from .wind_up import hold_within
 
 
 @kernel
@@ -151,3 +152,35 @@ def shrink(P, cap):
             P[at(j, j)] = cap[j]
             is_capped = True
     return is_capped
+
+
+@rare
+def take_modes_along(memory, bank, change, view):
+    """Do a change to every mode: its theta, and its P as U D U', relative to its own sigma^2."""
+    N = memory.cap.size
+    for m in range(count_of(bank, N)):
+        one = mode(bank, m, N)
+        ratio = view.s2 / own_sigma2(memory, one.own)
+        for i in range(N):
+            one.theta[i] += change.moved[i]
+            widen_within(one.U, one.D, i, ratio * change.freed[i], memory.cap[i], view.b)
+        for i in range(N):
+            one.D[i] /= change.lam
+        if change.lam < 1.0:
+            hold_within(one.U, one.D, memory.cap, view.c, view.f, view.b)
+
+
+@rare
+def take_dense_along(memory, bank, dense, change, view):
+    """Do it to the P of modes that wait to be mixed, packed one behind the other, and to that of the mixture behind."""
+    N, half = memory.cap.size, dense.size // (count_of(bank, memory.cap.size) + 1)
+    for m in range(dense.size // half):
+        P, ratio = dense[m * half : (m + 1) * half], 1.0
+        if m < count_of(bank, N):
+            ratio = view.s2 / own_sigma2(memory, mode(bank, m, N).own)
+        for i in range(N):
+            P[at(i, i)] += min(ratio * change.freed[i], max(memory.cap[i] - P[at(i, i)], 0.0))
+        for i in range(half):
+            P[i] /= change.lam
+        if change.lam < 1.0:
+            shrink(P, memory.cap)

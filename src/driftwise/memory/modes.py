@@ -71,15 +71,6 @@ def begin_modes(memory, bank, theta, U, D):
 
 
 @kernel
-def shift(bank, moved):
-    """Move theta of every mode: a step that the estimator took back was taken by each."""
-    for m in range(count_of(bank, moved.size)):
-        one = mode(bank, m, moved.size)
-        for i in range(moved.size):
-            one.theta[i] += moved[i]
-
-
-@kernel
 def log_density(nu, z, V):
     """Return the log of Student's t with nu degrees of freedom and squared scale V at z = e^2/V (normal: inf).
 

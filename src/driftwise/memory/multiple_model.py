@@ -15,16 +15,16 @@ from .bank import (
     begin_bank,
     common_of_banks,
     count_in_bank,
-    draw_bank_back,
     levels_of,
     merge_again,
     met,
     mixture_in_bank,
     speeds,
+    take_bank_along,
 )
 from .mixing import drift_apart
 from .modes import FREEDOM, WEIGHT, mode, normalise, own_sigma2
-from .registry import adapt, begin, count, drawn_back, mixture, register, resolve, time_update
+from .registry import adapt, begin, count, mixture, register, resolve, take_along, time_update
 from .unknown_drift import drift_state_size, open_drift_state
 
 
@@ -78,7 +78,7 @@ def resolve_multiple_model(memory, setting):
 begin.on(MultipleModelKernel)(begin_bank)
 count.on(MultipleModelKernel)(count_in_bank)
 mixture.on(MultipleModelKernel)(mixture_in_bank)
-drawn_back.on(MultipleModelKernel)(draw_bank_back)
+take_along.on(MultipleModelKernel)(take_bank_along)
 
 
 @adapt.on(MultipleModelKernel)

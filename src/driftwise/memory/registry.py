@@ -143,9 +143,17 @@ def on_alarm(memory, state, alarm, view):
     return view.weight, JUMP
 
 
+class Change(NamedTuple):
+    """What an estimator did to theta and P between two samples, on its own account."""
+
+    moved: np.ndarray  # theta += moved: a step taken back, because it made the predictor unstable
+    freed: np.ndarray  # P += diag(freed), relative to s2: parameters that were held so far
+    lam: float  # then P /= lam: the first samples knew too little to count in full
+
+
 @question
-def drawn_back(memory, state, moved):
-    """Take along what the memory keeps of theta: the estimator drew theta back by ``moved`` (a projection). Plain: none."""
+def take_along(memory, state, change, view):
+    """Do a `Change` to every theta and P that the memory keeps of its own. Plain: it keeps none."""
 
 
 @question

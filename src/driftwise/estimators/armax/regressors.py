@@ -20,10 +20,11 @@ from ...engine.elementary import pow
 from ...engine.layout import Field, Layout
 from ...engine.status import PROJECTED
 from ...memory.gauss_markov import widen_within
+from ...memory.registry import Change, take_along
 from ...memory.wind_up import hold_within
 from ...models.stability import is_inside, shrink_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
-from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, push, regress, renew
+from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, push, regress, renew, tell
 from ..arx.step import steps_like_lags
 from .gaps import regressor_variance, revise
 
@@ -61,6 +62,10 @@ class Room(NamedTuple):
     """Views of the scratch."""
 
     s2: np.ndarray
+    changed: np.ndarray  # whether theta or P were, by more than the sample
+    lam: np.ndarray  # as the next two, of a `Change`
+    moved: np.ndarray
+    freed: np.ndarray
     phi: np.ndarray
     old: np.ndarray
     g: np.ndarray
@@ -73,7 +78,7 @@ class Room(NamedTuple):
 
 def sizes(N: int, kept: int, is_exact: bool) -> tuple[int, int]:
     """Return how many numbers the registers and the scratch need."""
-    return KEPT.size(N, kept, is_exact), 1 + 6 * N + 2 * N * N
+    return KEPT.size(N, kept, is_exact), 3 + 8 * N + 2 * N * N
 
 
 @kernel
@@ -86,9 +91,9 @@ def open_kept(form, state):
 def open_room(form, scratch):
     """Return the named views of the scratch."""
     N, own = int(form.N), scratch.own
-    v = own[1 : 1 + 6 * N].reshape(6, N)
-    squares = own[1 + 6 * N : 1 + 6 * N + 2 * N * N].reshape(2, N, N)
-    return Room(own[:1], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
+    v = own[3 : 3 + 8 * N].reshape(8, N)
+    squares = own[3 + 8 * N : 3 + 8 * N + 2 * N * N].reshape(2, N, N)
+    return Room(own[:1], own[1:2], own[2:3], v[6], v[7], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
 
 
 @regress.on(Polynomials)
@@ -132,7 +137,10 @@ def renew_polynomials(form, state, scratch, y, y_variance, innovation, T):
     phi, na, nc, nd = room.phi, state.ys.size, int(form.nc), int(form.nd)
     N, M = theta.size, kept.r.size
     free = N - M - (1 if form.offset != 0.0 else 0)
-    status = restrain(form, theta, scratch.slope, room, free)
+    room.changed[0], room.lam[0] = 0.0, 1.0
+    for i in range(N):
+        room.moved[i] = room.freed[i] = 0.0
+    status = restrain(form, theta, room, free)
     if kept.is_uncertain[0] > 0.0 or y_variance > 0.0:
         revise(form, state, kept, room, y, y_variance, free)
 
@@ -178,12 +186,19 @@ def renew_polynomials(form, state, scratch, y, y_variance, innovation, T):
         b += nb
         f += nf
     push(state.ys, y)
-    begin(form, state, kept, scratch, free, room.s2[0])
+    begin(form, state, kept, scratch, room, free)
     return status
 
 
+@tell.on(Polynomials)
+def tell_polynomials(form, memory, state, scratch, view):
+    room = open_room(form, scratch)
+    if room.changed[0] > 0.0:
+        take_along(memory, state.memory_state, Change(room.moved, room.freed, room.lam[0]), view)
+
+
 @kernel
-def begin(form, state, kept, scratch, free, s2):
+def begin(form, state, kept, scratch, room, free):
     """Free c, d, f to a standard deviation of one; forget the first samples, which knew too little of e, v and w.
 
     1 - lambda falls from FIRST by the factor FADING per sample (Ljung and Soderstrom 1983, chapter 5).
@@ -195,8 +210,10 @@ def begin(form, state, kept, scratch, free, s2):
     kept.seen[0] = head[OBSERVED]
     if n == 0.0:
         for i in range(free, free + kept.r.size):
-            widen_within(state.U, state.D, i, 1.0 / s2 - 1.0, form.cap[i], scratch.b)
+            room.freed[i] = 1.0 / room.s2[0] - 1.0
+            widen_within(state.U, state.D, i, room.freed[i], form.cap[i], scratch.b)
     lam = 1.0 - FIRST * pow(FADING, n)
+    room.changed[0], room.lam[0] = 1.0, lam
     for j in range(state.D.size):
         state.D[j] /= lam
     hold_within(state.U, state.D, form.cap, scratch.c, scratch.f, scratch.b)
@@ -235,11 +252,12 @@ def is_stable(form, theta, room, free):
 
 
 @kernel
-def restrain(form, theta, moved, room, free):
+def restrain(form, theta, room, free):
     """Halve the step of theta until the predictor is stable (Perriot-Mathonna's projection); return status.
 
-    Where it was not stable before that step either, its roots are drawn in. ``moved`` is what theta is drawn back by.
+    Where it was not stable before that step either, its roots are drawn in.
     """
+    moved = room.moved
     if is_stable(form, theta, room, free):
         return 0
     for i in range(theta.size):
@@ -252,6 +270,7 @@ def restrain(form, theta, moved, room, free):
             at += int(form.nf[l])
     for i in range(theta.size):
         moved[i] = theta[i] - moved[i]
+    room.changed[0] = 1.0
     return PROJECTED
 
 

@@ -115,8 +115,13 @@ def regress(form, state, scratch, s2):
 def renew(form, state, scratch, y, y_variance, e, T):
     """Take y (its variance where it was predicted) into the registers, with the new theta; return status.
 
-    Where that is PROJECTED, ``scratch.slope`` is by how much theta was drawn back. e is the innovation, NaN where y was predicted, T its variance.
+    e is the innovation, NaN where y was predicted, T its variance.
     """
+
+
+@choice
+def tell(form, memory, state, scratch, view):
+    """Let the memory do to every theta and P of its own what `renew` did to those of the state."""
 
 
 @kernel

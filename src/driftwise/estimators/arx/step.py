@@ -8,9 +8,9 @@ from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
 from ...engine.dispatch import advance, kernel, listens, open_scratch
 from ...engine.elementary import log
-from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
+from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED, SKIPPED
 from ...engine.ud import entry, predicted_variance, project, variance, variances
-from ...memory.registry import Alarm, begin, count, drawn_back, found_jump, mixture, on_alarm, outlier_probability, time_update
+from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
 from ...models.scale import freedom, sigma2
 from ..joint.step import hold_input, predict_input
 from .gaps import is_clear, pass_gap, spread
@@ -37,6 +37,7 @@ from .row import (
     push,
     regress,
     renew,
+    tell,
     with_lags,
 )
 
@@ -223,10 +224,8 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
         head[TOP] = max(head[TOP], abs(z))
         if form.missing == PREDICT and surprise >= 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
             y_variance = GLITCH * e * e
-    moved = renew(form, state, scratch, z, y_variance, seen, s2 * T)
-    if moved & PROJECTED:
-        drawn_back(memory, state.memory_state, scratch.slope)
-    status |= moved
+    status |= renew(form, state, scratch, z, y_variance, seen, s2 * T)
+    tell(form, memory, state, scratch, view_of(state, scratch, s2, surprise))
 
     out[t, 0], out[t, 1], out[t, 2] = yhat, e, s2 * T
     if out.shape[1] >= COLUMNS:
@@ -250,13 +249,18 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
     head[SAMPLES] += 1.0
 
 
+@tell.on(Lags)
+def tell_nothing(form, memory, state, scratch, view):
+    """Regressors that are data leave theta and P alone."""
+
+
 def steps_like_lags(kind):
-    """Let forms of this type take the step of `Lags`, in all that `regress.on` and `renew.on` do not say of them.
+    """Let forms of this type take the step of `Lags` in all that `regress`, `renew` and `tell` do not say of them.
 
     A named tuple that has none of the fields of `Lags` gets them, before its own.
     """
     kind = kind if set(Lags._fields) & set(kind._fields) else with_lags(kind)
     LAGS.on(kind)
-    for question in (open_scratch, advance, regress, renew):
+    for question in (open_scratch, advance, regress, renew, tell):
         question.on(kind)(question.table[Lags])
     return kind
