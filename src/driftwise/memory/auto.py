@@ -237,7 +237,7 @@ def adapt_auto_memory(memory, state, e, R, view):
     theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
     own, trial, drift, learner = parts.own, parts.trial, parts.drift, parts.learner
     N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
-    is_unexcited = excite(memory, drift, view.psi)
+    is_unexcited = excite(memory, drift, view.row)
     lean(drift, R, T)
     if own.head[WAITS] > 0.0:  # one more output of the same sample
         fold(own.bank, own.dense, N)

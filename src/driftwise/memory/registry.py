@@ -76,6 +76,7 @@ class View(NamedTuple):
     surprise: float  # e^2/(s2 T) of the last sample; NaN where it taught nothing
     reopen: float  # what the estimator asks of an alarm: above 1 a number of samples, else a share of the prior's width
     cap: np.ndarray  # variances of the prior, for that
+    row: np.ndarray  # the regressors themselves: psi less what filters add to it
 
 
 class Alarm(NamedTuple):
@@ -176,6 +177,14 @@ def resolve(memory, setting):
     hints = get_type_hints(type(memory), include_extras=True)
     each = [name for name in memory._fields if hints[name] == PerParameter]
     return memory._replace(**{name: validation.each(name, getattr(memory, name), setting.N) for name in each})
+
+
+def finds_speed(memory, resolved) -> bool:
+    """Say whether a memory finds out by itself how fast, or when, parameters move; others are told.
+
+    It has a detector, or moves theta and P in its own way by both updates (``resolved``: as kernels have it).
+    """
+    return hasattr(memory, "detector") or (type(resolved) in adapt.table and type(resolved) in time_update.table)
 
 
 @kernel

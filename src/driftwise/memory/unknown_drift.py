@@ -93,17 +93,17 @@ def starts(sample, q):
 
 
 @kernel
-def excite(memory, drift, psi):
+def excite(memory, drift, row):
     """Take the row into the mean squares, update the units, and say whether the plant is at rest."""
-    head, ms, top, unit, N = drift.head, drift.ms, drift.top, drift.unit, psi.size
+    head, ms, top, unit, N = drift.head, drift.ms, drift.top, drift.unit, row.size
     size, moving = 0.0, int(memory.moving)
     for i in range(moving):
         if ms[i] > 0.0:
-            size += psi[i] * psi[i] / ms[i]
+            size += row[i] * row[i] / ms[i]
     is_unexcited = head[SEEN] > 4.0 * N and size < LEAST * moving
     gain = SLOWEST * WAKING if is_unexcited else max(1.0 / (head[SEEN] + 1.0), SLOWEST)
     for i in range(N):
-        ms[i] += gain * (psi[i] * psi[i] - ms[i])
+        ms[i] += gain * (row[i] * row[i] - ms[i])
         top[i] = max(top[i], ms[i])
         floored = max(ms[i], LEAST * top[i], memory.floor)
         unit[i] = memory.R / floored if floored > INVISIBLE else 0.0
@@ -117,7 +117,7 @@ def excite(memory, drift, psi):
 def adapt_and_revise(memory, state, e, R, view):
     """Least squares, then the policy."""
     drift = open_drift_state(state, view.D.size)
-    is_unexcited = excite(memory, drift, view.psi)
+    is_unexcited = excite(memory, drift, view.row)
     T = least_squares(e, R, view)
     lean(drift, R, T)
     if T > 0.0 and not is_unexcited:

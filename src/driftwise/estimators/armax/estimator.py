@@ -9,12 +9,13 @@ import numpy as np
 
 from ...engine import validation
 from ...engine.errors import InputError
+from ...memory.registry import finds_speed
 from ...models.family import Family
 from ...models.polynomial import PolynomialModel
 from ...models.stability import is_inside
 from ..arx.estimator import ARX
 from ..arx.methods import LeastSquares
-from ..arx.row import lags
+from ..arx.row import PREDICT, lags
 from ..base import Estimator
 from .regressors import RADIUS, Polynomials, sizes
 
@@ -47,13 +48,22 @@ class _Member(ARX):
         if not form.N:
             raise InputError("the model has no parameter: its orders are all zero")
         is_exact = method == "rpem"
-        registers, own = sizes(form.N, form.kept, is_exact)
+        registers, own = sizes(form.N, form.kept, is_exact, False)
         start = 2.0 * form.N if self.options["P0"] is None else math.inf
-        given = dict(exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, nf=np.array(nf, float), start=start)
+        given = dict(
+            exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, follows=0.0, nf=np.array(nf, float), start=start
+        )
         self._prepare(lags(form, Polynomials, registers=registers, R=0.0, cap=(), **given), own)
 
-    def _kernel_form(self, form, R) -> Polynomials:
-        return form._replace(R=R, cap=np.diag(self.prior_covariance))
+    def _kernel_form(self, form, R, memory) -> Polynomials:
+        is_apart = (
+            form.nd == 0.0
+        )  # else the errors of v and w are each other's opposite, and no sample tells them apart
+        is_ready = form.exact > 0.0 and form.missing == PREDICT
+        follows = is_ready and is_apart and finds_speed(self.options["memory"], memory)
+        registers, _ = sizes(int(form.N), int(form.kept), form.exact > 0.0, follows)
+        cap = np.diag(self.prior_covariance)
+        return form._replace(R=R, cap=cap, follows=float(follows), registers=registers)
 
     def _method(self, R) -> LeastSquares:
         return LeastSquares(R)

@@ -6,9 +6,11 @@ For known parameters this is the Kalman filter of the noise C/(A D) e.
 from ...engine.dispatch import kernel, rare
 from ...engine.ud import variance
 from ..arx.row import HOLD, SKIP
+from .follow import correct_gradient
 
 CLEAR = 1e-6  # a variance below this fraction of the noise is none
-ENOUGH = 0.01  # the same where uncertain samples teach nothing
+FAINT = 0.3  # below this fraction of the noise what moving parameters leave unknown is not told, and counts as noise
+ENOUGH = 0.01  # the same where uncertain samples teach nothing, and where it comes again at every sample
 
 
 @kernel
@@ -34,13 +36,13 @@ def regressor_variance(form, state, kept, s2):
             added += free
         for j in range(theta.size):
             added += theta[i] * S[i, j] * theta[j]
-    if size < (ENOUGH if form.missing == SKIP else CLEAR) * s2 * form.R:
+    if size < (ENOUGH if form.missing == SKIP or form.follows > 0.0 else CLEAR) * s2 * form.R:
         kept.is_uncertain[0] = 0.0
         for i in range(theta.size):
             for j in range(theta.size):
                 S[i, j] = 0.0
         return 0.0
-    return max(added, 0.0)
+    return max(added, 0.0) if form.follows == 0.0 or added > FAINT * s2 * form.R else 0.0
 
 
 @rare
@@ -67,6 +69,8 @@ def revise(form, state, kept, room, y, y_variance, free):
                 S[i, j] = 0.0
     if not is_missing:
         T = s + room.s2[0] * form.R
+        if form.follows > 0.0:
+            correct_gradient(kept, room, theta, free, T)
         for i in range(N):
             phi[i] += g[i] * (e / T)
             for j in range(N):

@@ -8,24 +8,28 @@ the prediction is phi' theta and its gradient psi = phi + sum_m theta_m dr_m/dth
 of such derivatives, which follows the same recursion (Ljung and Soderstrom 1983, chapter 3). r and its rows are
 renewed with the *new* theta. "plr" takes psi = phi (extended least squares; Landau's output error).
 
-What is unknown in phi after a gap has a covariance S. It is zero otherwise, and then costs nothing.
+What is unknown in phi, after a gap or while theta moves fast (`follow.py`), has a covariance S. It is zero otherwise,
+and then costs nothing.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ...engine.dispatch import Size, Vector, kernel
+from ...engine.dispatch import Size, Vector, kernel, open_scratch
 from ...engine.elementary import pow
 from ...engine.layout import Field, Layout
 from ...engine.status import PROJECTED
+from ...engine.ud import variances
+from ...engine.views import matrix
 from ...memory.gauss_markov import widen_within
 from ...memory.registry import Change, take_along
 from ...memory.wind_up import hold_within
 from ...models.stability import is_inside, shrink_inside
 from ..arx import step as _step  # noqa: F401  (registers the step)
-from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, push, regress, renew, tell
+from ..arx.row import CHI2, COUNT, OBSERVED, WEIGHT, Work, push, regress, renew, tell
 from ..arx.step import steps_like_lags
+from .follow import fade
 from .gaps import regressor_variance, revise
 
 RADIUS = 1.0 - 1e-3  # poles of the predictor stay within it
@@ -45,6 +49,7 @@ class Polynomials(NamedTuple):
     nf: Vector
     start: float  # learnt samples before the prior of c, d, f becomes what it is to be (inf: it is that already)
     cap: Vector  # prior variances
+    follows: Size  # 1: the memory finds out how fast theta moves, and the registers follow
 
 
 KEPT = Layout(
@@ -53,7 +58,8 @@ KEPT = Layout(
     Field("r", ("kept",), "lags of e, -v, -w"),
     Field("dr", ("kept * is_exact", "N"), "their derivatives"),
     Field("S", ("N", "N"), "covariance of the errors of the regressors"),
-    given=("N", "kept", "is_exact"),
+    Field("variances", ("N * follows",), "of theta after the last sample, before it drifts"),
+    given=("N", "kept", "is_exact", "follows"),
 )
 open_registers = kernel(KEPT.open)
 
@@ -76,15 +82,15 @@ class Room(NamedTuple):
     MS: np.ndarray
 
 
-def sizes(N: int, kept: int, is_exact: bool) -> tuple[int, int]:
+def sizes(N: int, kept: int, is_exact: bool, follows: bool) -> tuple[int, int]:
     """Return how many numbers the registers and the scratch need."""
-    return KEPT.size(N, kept, is_exact), 3 + 8 * N + 2 * N * N
+    return KEPT.size(N, kept, is_exact, follows), 3 + 8 * N + 2 * N * N
 
 
 @kernel
 def open_kept(form, state):
     """Return the named views of the registers."""
-    return open_registers(state.registers, int(form.N), int(form.kept), int(form.exact > 0.0))
+    return open_registers(state.registers, int(form.N), int(form.kept), int(form.exact > 0.0), int(form.follows))
 
 
 @kernel
@@ -94,6 +100,13 @@ def open_room(form, scratch):
     v = own[3 : 3 + 8 * N].reshape(8, N)
     squares = own[3 + 8 * N : 3 + 8 * N + 2 * N * N].reshape(2, N, N)
     return Room(own[:1], own[1:2], own[2:3], v[6], v[7], v[0], v[1], v[2], v[3], v[4], v[5], squares[0], squares[1])
+
+
+@open_scratch.on(Polynomials)
+def open_scratch_polynomials(form, buffer):
+    N = int(form.N)
+    v, own = matrix(buffer[: 5 * N], 5, N), buffer[5 * N :]
+    return Work(v[0], v[1], v[2], v[3], v[4], own[3 : 3 + N], own)
 
 
 @regress.on(Polynomials)
@@ -113,6 +126,8 @@ def regress_polynomials(form, state, scratch, s2):
     if form.offset != 0.0:
         phi[phi.size - 1] = form.offset
     room.s2[0] = s2
+    if form.follows > 0.0:
+        fade(form, state, kept, room, free, s2)
     yhat = 0.0
     for i in range(phi.size):
         yhat += phi[i] * theta[i]
@@ -187,6 +202,8 @@ def renew_polynomials(form, state, scratch, y, y_variance, innovation, T):
         f += nf
     push(state.ys, y)
     begin(form, state, kept, scratch, room, free)
+    if form.follows > 0.0:
+        variances(state.U, state.D, kept.variances)
     return status
 
 

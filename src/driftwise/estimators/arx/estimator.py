@@ -89,8 +89,9 @@ class Recursive(Posterior):
         )
         # The kernel keeps 2 alpha and 2 beta in the row, where they fade with the memory.
         scale = InverseGamma(0.0, 0.0) if is_relative else KnownScale()
+        form = self._kernel_form(form, R, memory)
         self.policies = (
-            self._kernel_form(form, R),
+            form,
             self._method(R),
             memory,
             resolve_gate(options["gate"], N),
@@ -104,8 +105,8 @@ class Recursive(Posterior):
     def _sample_sizes(self) -> tuple[int, ...]:
         return 1, int(self.policies[0].mixture_columns)
 
-    def _kernel_form(self, form, R) -> Any:
-        """Return the kernel's form, with what it needs to know of noise and prior."""
+    def _kernel_form(self, form, R, memory) -> Any:
+        """Return the kernel's form, with what it needs to know of noise, prior and memory."""
         return form
 
     def _memory(self, R) -> Any:

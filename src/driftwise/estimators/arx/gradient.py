@@ -39,7 +39,7 @@ LAGS.replace(M="0").on(LagsAlone)
 @open_scratch.on(LagsAlone)
 def open_scratch_lags_alone(form, buffer):
     N, nothing = int(form.N), buffer[:0]  # the row of a covariance that is not there
-    return Work(nothing, nothing, buffer[N : 2 * N], nothing, nothing, buffer[:N])
+    return Work(nothing, nothing, buffer[N : 2 * N], nothing, nothing, nothing, buffer[:N])
 
 
 @regress.on(LagsAlone)

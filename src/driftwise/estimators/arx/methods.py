@@ -20,7 +20,7 @@ def view_of(state, scratch, s2, surprise):
     nothing = scratch.c[:0]
     return View(
         0, state.theta, state.U, state.D, scratch.psi, scratch.f, scratch.b, scratch.c,
-        s2, state.head[WEIGHT], surprise, 0.0, nothing,
+        s2, state.head[WEIGHT], surprise, 0.0, nothing, scratch.row,
     )  # fmt: skip
 
 

@@ -96,6 +96,7 @@ class Work(NamedTuple):
     b: np.ndarray
     c: np.ndarray
     slope: np.ndarray
+    row: np.ndarray  # psi less what filters add to it
     own: np.ndarray  # the form's own
 
 
@@ -103,7 +104,7 @@ class Work(NamedTuple):
 def open_scratch_lags(form, buffer):
     N = int(form.N)
     v = matrix(buffer[: 5 * N], 5, N)
-    return Work(v[0], v[1], v[2], v[3], v[4], buffer[5 * N :])
+    return Work(v[0], v[1], v[2], v[3], v[4], v[0], buffer[5 * N :])
 
 
 @choice

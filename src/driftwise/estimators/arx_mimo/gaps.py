@@ -7,7 +7,7 @@ the others. With one output this is `recursive.gaps`, bit for bit; negative vari
 from ...engine.dispatch import kernel, rare
 from ...engine.ud import entry
 from ..arx.gaps import is_clear
-from ..arx.row import renew
+from ..arx.row import renew, tell
 from .row import FRESH, Channel
 
 Y, Y_VARIANCE, E, T, SHARE = range(FRESH)  # of `Work.fresh`: as `renew` has them; what S added to T
@@ -27,6 +27,11 @@ def renew_channel(form, state, scratch, y, y_variance, e, variance):
                 fresh[FRESH + j * past + lag] = -state.theta[at]
                 at += 1
     return 0
+
+
+@tell.on(Channel)
+def tell_channel(form, memory, state, scratch, view):
+    """Regressors that are data leave theta and P alone."""
 
 
 @rare

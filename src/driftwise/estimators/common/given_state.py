@@ -111,7 +111,7 @@ def view_of_parameters(s, D, room, s2, weight, surprise):
     """Return what a memory sees of a regression on theta."""
     rows = room.gain.size
     return View(
-        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c, s2, weight, surprise, 0.0, s[:0]
+        0, s[rows:], room.U, D[rows:], room.row, room.f, room.b, room.c, s2, weight, surprise, 0.0, s[:0], room.row,
     )  # fmt: skip
 
 

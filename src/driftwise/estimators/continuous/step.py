@@ -136,7 +136,8 @@ def view_of(form, state, scratch, s2, surprise):
     """Return what the memory sees between two samples."""
     s, weight = state.s, state.counts[WEIGHT] if form.fades > 0.0 else state.head[OBSERVED]
     return View(
-        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h, s2, weight, surprise, 0.0, s[:0]
+        scratch.n, s, state.U, state.D, s[:0], scratch.f, scratch.b, scratch.h,
+        s2, weight, surprise, 0.0, s[:0], s[:0],
     )  # fmt: skip
 
 

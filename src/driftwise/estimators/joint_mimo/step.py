@@ -328,7 +328,7 @@ def view_of(form, state, scratch, group, g, D):
     weight = state.counts[COUNTS * g + WEIGHT] if form.fades > 0.0 else seen(form, state, group, g) + form.spent[g]
     return View(
         group.n, group.s, group.U, D, nothing, scratch.f, scratch.c, scratch.b,
-        scratch.s2[g], weight, scratch.surprise[g], 0.0, nothing,
+        scratch.s2[g], weight, scratch.surprise[g], 0.0, nothing, nothing,
     )  # fmt: skip
 
 
