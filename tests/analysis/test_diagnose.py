@@ -79,6 +79,23 @@ def test_a_still_input_excites_not_all(sound):
     assert not verdict.is_fine and "The input is constant: move it" in verdict.advice
 
 
+def test_regressors_that_go_together_are_told():
+    """A car that cruises: force and slope, and the mass is anything; and the same that varies its speed."""
+    rng = np.random.default_rng(6)
+    force = 180.0 + rng.standard_normal(1000)
+    for shown, is_fine in ((force, False), (force + 500.0 * rng.standard_normal(1000), True)):
+        phi = np.column_stack([shown, np.full(1000, -9.81)])
+        y = phi @ [1 / 1800.0, 0.01] + 0.05 * rng.standard_normal(1000)
+        verdict = run(dw.Regression(["1/m", "slope"]).scaled_to(y, phi), y, phi).diagnose().find("identifiability")
+        assert verdict.is_fine == is_fine
+    y = force / 1800.0 + 0.05 * rng.standard_normal(1000)
+    near = run(dw.Regression(["1/m"], offset=True), y, force).diagnose().find("identifiability")
+    assert not near.is_fine and "let the regressors go different ways" in near.advice
+    known = run(dw.Regression(["b"], offset=True), 3.0 * force - 100.0 + rng.standard_normal(1000), force)
+    verdict = known.diagnose().find("identifiability")
+    assert verdict.is_fine and verdict.value < 1e-3 and "known to a half" in verdict.advice
+
+
 @pytest.mark.parametrize("pole, words", [(1.0, "cannot be told from 1"), (1.02, "unstable")])
 def test_stability(sound, pole, words):
     y, u = plant(a=[-pole], b=[1.0], samples=300)

@@ -52,7 +52,7 @@ def diagnose(
         identifiable = taught(trace.estimator, y, u)
     found = of_summary(s)
     found += [excitation(s)]
-    found += [] if identifiable is None else [identifiability_verdict(identifiable)]
+    found += [] if identifiable is None else [identifiability_verdict(identifiable, s, trace)]
     found += [] if s.is_static or holds_poles else [stability(s, LEVEL)]
     found += [changes(trace, s, y, u, is_white=found[2].is_fine, are_reported=are_reported)]
     if y is not None:
@@ -116,20 +116,36 @@ def steady_words(s) -> str:
     )
 
 
-def identifiability_verdict(found: Identifiability) -> Verdict:
-    """Return how much less the worst combination of parameters shows than each of them alone."""
-    limits = (WEAK, math.inf)
-    if found.worst >= WEAK:
+def identifiability_verdict(found: Identifiability, s, trace) -> Verdict:
+    """Return how much less the worst combination of parameters shows than each of them alone.
+
+    Regressors that go together are no harm in a regression whose parameters are known all the same.
+    """
+    limits, weak = (WEAK, math.inf), found.directions[0]
+    vague = _vague(weak, trace) if s.is_static else found.names
+    if found.worst >= WEAK or not vague:
         advice = "the record tells all combinations of the parameters apart"
+        if found.worst < WEAK:
+            advice = f"{weak.words} shows little, but every parameter in it is known to a half"
         return Verdict("identifiability", found.worst, limits, True, advice)
     if found.unseen:
         return Verdict("identifiability", found.worst, limits, False, found.words.rstrip("."))
-    weak = found.directions[0]
-    advice = (
-        f"{weak.words} is taught {1 / weak.eigenvalue:.0f} times less than each parameter alone: lower the order, "
-        "sample more slowly, or move the input at other frequencies"
-    )
+    advice = f"{weak.words} is taught {1 / weak.eigenvalue:.0f} times less than each parameter alone"
+    if s.is_static:
+        advice += (
+            f", and {' and '.join(vague)} not known to a half: let the regressors go different ways, or leave one out"
+        )
+    else:
+        advice += ": lower the order, sample more slowly, or move the input at other frequencies"
     return Verdict("identifiability", found.worst, limits, False, advice)
+
+
+def _vague(direction, trace) -> list[str]:
+    """Return the parameters of a direction whose two bars at the end hold zero."""
+    theta, bars = trace.parameters[-1], trace.parameters_std[-1]
+    size = np.abs(direction.vector) / np.where(bars > 0, bars, math.inf)
+    is_in = size > 0.05 * size.max(initial=0.0)
+    return [name for name, one, value, bar in zip(trace.names, is_in, theta, bars) if one and abs(value) < 2 * bar]
 
 
 # --- what moved ----------------------------------------------------------------------------------------------

@@ -159,15 +159,29 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
 
 
 def taught(estimator, y, u) -> Identifiability | None:
-    """Return what the first rows of a record could teach an estimator; None without poles, or where no row is whole."""
+    """Return what the first rows of a record could teach an estimator; None where no row is whole."""
     form = estimator.model
     order = estimator.order
     if not order:
-        return None
+        return _taught_apart(form, u[:ROWS]) if form.inputs + form.constants > 1 else None
     try:
         return identifiability(y[:ROWS], u[:ROWS] if form.inputs else None, order=order, direct=form.direct)
     except InputError:
         return None
+
+
+def _taught_apart(form, X) -> Identifiability | None:
+    """Return how well the regressors of a regression (T, k), and a constant where there is one, are told apart."""
+    X = np.column_stack([X, *np.ones((form.constants, len(X)))])
+    whole = X[np.isfinite(X).all(axis=1)]
+    if len(whole) < form.N:
+        return None
+    R, length = triangle(None, whole), np.sqrt((whole * whole).sum(axis=0))
+    directions = _directions(R, length, form.names)
+    rank = sum(d.eigenvalue > ZERO**2 for d in directions)
+    G = whole.T @ whole
+    found = Identifiability(form.names, rank, form.N, G, G, directions, len(whole), len(X) - len(whole), "")
+    return replace(found, words=_words(found))
 
 
 def _record(y, u, order, direct):
@@ -249,7 +263,7 @@ def _combination(change, shown, names):
 # --- causes --------------------------------------------------------------------------------------------------
 
 
-def _words(found, form, y, u):
+def _words(found, form=None, y=None, u=None):
     unseen = found.unseen
     if not unseen:
         text = "Every combination of the parameters shows in the record."
@@ -259,7 +273,7 @@ def _words(found, form, y, u):
         return text
     along = ", ".join(d.words for d in unseen)
     text = f"The record cannot tell apart changes of the parameters along {along}."
-    cause = _cause(found, form, y, u, unseen)
+    cause = "" if form is None else _cause(found, form, y, u, unseen)
     return f"{text} {cause}" if cause else text
 
 

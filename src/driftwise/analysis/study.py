@@ -68,7 +68,7 @@ def study(estimator, state, y, u, centered: str = "none") -> Study:
     order = estimator.order
     y, u = y[:ROWS], u[:ROWS]
     bound = _bound(estimator.model_of(state), y, u) if form.coloured else None
-    return Study(taught(estimator, y, u), bound, len(y), centered, order)
+    return Study(taught(estimator, y, u) if order else None, bound, len(y), centered, order)
 
 
 def _bound(model, y, u):
