@@ -23,6 +23,7 @@ _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize", *_VIEWS)
 _SHORT = ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize", *_SHORT)
 _NATIVE = ("-march=native", "-O3", "-fno-trapping-math", "-Wno-psabi")  # nobody looks at the flags of exceptions
+_WRITTEN_OUT = ("-mllvm", "-unroll-threshold=1000")  # clang's way to say of all loops what DW_UNROLL says to gcc
 _SHARED = {"darwin": ("-dynamiclib", "-undefined", "dynamic_lookup"), "win32": ("-shared",)}
 
 # Compilers write calls of these by themselves, and nothing shall be asked of a C library.
@@ -84,7 +85,9 @@ class Compiler(NamedTuple):
         """Return the command line; ``native`` code is for processors like this one."""
         if self.is_quick:
             return [*self.command, "-shared", "-nostdlib", "-nostdinc", str(source), "-o", str(target)]
-        flags = [*_COMMON, *(_CLANG if self.name == "clang" else _GCC), *(_NATIVE if native else ())]
+        flags = [*_COMMON, *(_CLANG if self.name == "clang" else _GCC)]
+        if native:
+            flags += [*_NATIVE, *(_WRITTEN_OUT if self.name == "clang" else ())]
         shared = _SHARED.get(sys.platform, ("-shared", "-fPIC", "-nostdlib", "-s"))
         return [*self.command, *flags, *shared, str(source), "-o", str(target)]
 

@@ -10,31 +10,37 @@ import numpy as np
 from . import compile
 from .dispatch import advance, open_row, open_scratch, read_all
 from .loops import AHEAD
-from .simd import LANES, disagreements, finite, gather, interleave
+from .simd import LANES, collect, disagreements, finite, gather, interleave, own, scatter
 from .views import fetch, matrix
 
-STRETCH = 64  # samples of each series between two looks at whether the lanes have agreed
+STRETCH = 128  # samples of each series between two times that lanes go back into the rows
+NEAR = 1500  # numbers of a state and its step, up to which lanes lie on the stack: what is not there is in registers
 RESCUE = 64  # samples taken one by one after a missing one, or after a disagreement
 MOST = 255  # samples of a series beyond which it does not matter how many more there are
 
 
 def make_lanes(kinds, sizes, shapes, fingerprint):
     """Return the loop of `compile.crew` that takes members by ``turns``, with room to interleave in (see `room`)."""
-    width, outputs, inputs, columns, numbers, own = shapes
-    Y = width + own  # where the samples of a stretch begin in ``space``, in lanes: outputs, inputs, results
+    width, outputs, inputs, columns, numbers, scratch_size = shapes
+    Y = width + scratch_size  # where the samples of a stretch begin in ``space``, in lanes: outputs, inputs, results
     U = Y + outputs
     O = U + inputs
     end = O + columns
 
     def advance_members(rows, members, starts, order, ys, us, outs, specs, group, buffer, turn, space, places):
         version = fingerprint
-        if rows.shape[1] != width or buffer.size != own or buffer.shape[0] != own or specs.shape[1] != numbers:
+        if (
+            rows.shape[1] != width
+            or buffer.size != scratch_size
+            or buffer.shape[0] != scratch_size
+            or specs.shape[1] != numbers
+        ):
             return -1  # never; but now the compiler knows these as constants too
         if ys.shape[1] != outputs or us.shape[1] != inputs or outs.shape[1] != columns:
             return -1
         if space.size != LANES * end or space.shape[0] != LANES * end:
             return -1
-        wide = interleave(space)
+        wide = own(end) if end <= NEAR else interleave(space)
         y8, u8, out8 = matrix(wide[Y:U], 1, outputs), matrix(wide[U:O], 1, inputs), matrix(wide[O:end], 1, columns)
         row, first, at = (
             places[:LANES],
@@ -67,9 +73,7 @@ def make_lanes(kinds, sizes, shapes, fingerprint):
                 stretch, is_done = longest - done, False
                 if count == LANES and done < common:
                     before, taken, stretch = disagreements(), 0, min(common - done, STRETCH)
-                    for l in range(LANES):
-                        for c in range(width):
-                            space[LANES * c + l] = rows[row[l], c]
+                    collect(rows, row, wide[:width])
                     state8, work8 = open_row(form, wide[:width]), open_scratch(form, wide[width:Y])
                     while taken < stretch:
                         for l in range(LANES):
@@ -91,16 +95,12 @@ def make_lanes(kinds, sizes, shapes, fingerprint):
                         if not is_clean:
                             break
                         advance(form, noise, memory, gate, scale, detector, state8, work8, y8, u8, out8, 0)
-                        for l in range(LANES):
-                            for c in range(columns):
-                                outs[at[l], c] = space[LANES * (O + c) + l]
+                        scatter(wide[O:end], outs, at)
                         taken += 1
                     is_done = taken > 0 and disagreements() == before
                     if is_done:
                         stretch = taken
-                        for l in range(LANES):
-                            for c in range(width):
-                                rows[row[l], c] = space[LANES * c + l]
+                        scatter(wide[:width], rows, row)
                     else:
                         stretch = min(RESCUE, common - done)
                 if not is_done:

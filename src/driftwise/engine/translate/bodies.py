@@ -13,7 +13,24 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from .refusal import Refusal
-from .tree import Call, Do, For, Function, If, Let, Loop, Name, Operation, Return, Store, children, statements, walk
+from .tree import (
+    Call,
+    Differ,
+    Do,
+    For,
+    Function,
+    If,
+    Let,
+    Loop,
+    Move,
+    Name,
+    Operation,
+    Return,
+    Store,
+    children,
+    statements,
+    walk,
+)
 
 
 class Source(NamedTuple):
@@ -142,7 +159,7 @@ def negated(test):
 def has_effects(body: list[Any]) -> bool:
     """Say whether statements change anything but variables of their own."""
     return any(
-        isinstance(one, Store | Return | Loop)
+        isinstance(one, Store | Return | Loop | Differ | Move)
         or (isinstance(one, Do) and one.call.function.has_effects)
         or (isinstance(one, Let) and isinstance(one.value, Call) and one.value.function.has_effects)
         for one in statements(body)

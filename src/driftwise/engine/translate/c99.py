@@ -14,6 +14,7 @@ from .tree import (
     Column,
     Constant,
     Cut,
+    Differ,
     Do,
     Extent,
     Fetch,
@@ -27,6 +28,7 @@ from .tree import (
     Look,
     Loop,
     Make,
+    Move,
     Name,
     Operation,
     Part,
@@ -36,7 +38,7 @@ from .tree import (
     statements,
     walk,
 )
-from .types import BOOL, FLOAT, INT, LANES, MASK, Several, Struct, Type, View, is_ghost
+from .types import BOOL, FLOAT, INT, LANES, MASK, Several, Struct, Type, View, is_ghost, is_wide
 
 # how strongly an operation binds
 BINDS = {"*": 6, "/": 6, "+": 5, "-": 5, "<": 4, "<=": 4, ">": 4, ">=": 4, "==": 3, "!=": 3, "and": 2, "or": 1}
@@ -65,6 +67,7 @@ class Printer:
         self.tables: dict[Any, str] = {}
         self.taken: set[str] = set()
         self.disagree: dict[str, bool] = {}
+        self.outermost: Function | None = None
 
     # --- types ---------------------------------------------------------------------------------------------
 
@@ -121,6 +124,7 @@ class Printer:
     def function(self, function: Function, named: str = "") -> str:
         """Return the text of a function."""
         self.current = function
+        self.unrolls = function is not self.outermost and any(map(is_wide, function.variables.values()))
         self.places = Places(function)
         lines = [f"/* {comment(function.title)} */"] if function.title else []
         how = "static DW_APART" if function.is_rare else "static DW_INLINE"
@@ -149,8 +153,10 @@ class Printer:
     def may_disagree(self, function: Function) -> bool:
         """Say whether a function, or one it calls, asks lanes to agree: it gets the address of the count."""
         if function.name not in self.disagree:
-            own = (e for s in statements(function.body) for c in children(s) for e in walk(c))
+            body = list(statements(function.body))
+            own = (e for s in body for c in children(s) for e in walk(c))
             is_asked = any(isinstance(e, Operation) and e.op in DISAGREE for e in own)
+            is_asked = is_asked or any(isinstance(s, Differ) for s in body)
             self.disagree[function.name] = is_asked or any(map(self.may_disagree, function.calls))
         return self.disagree[function.name]
 
@@ -216,6 +222,14 @@ class Printer:
         view = self.value(one.view, ATOM)
         yield f"{self.need('dw_fetch')}({view}.p + {self.value(one.index, 6)} * {view}.m);"
 
+    def write_Move(self, one: Move) -> Iterator[str]:
+        """Lanes, and rows of a table."""
+        yield f"{self.need(f'dw_{one.word}')}({', '.join(map(self.value, one.args))});"
+
+    def write_Differ(self, one: Differ) -> Iterator[str]:
+        """A way that lanes leave to the loop of one series."""
+        yield "*odd += 1;"
+
     def write_For(self, one: For) -> Iterator[str]:
         """A count."""
         name, start = local(one.name), self.value(one.start)
@@ -230,6 +244,8 @@ class Printer:
         sign, turn = ("<", "++") if one.step == 1 else (">", "--") if one.step == -1 else ("", "")
         if not sign:
             sign, turn = (">", f" -= {-one.step}") if one.step < 0 else ("<", f" += {one.step}")
+        if self.unrolls:
+            yield self.need("DW_UNROLL")
         yield f"for (I {counter} = {start}; {counter} {sign} {stop}; {counter}{turn}) {{"
         if counter != name:
             yield f"    {name} = {counter};"
@@ -438,6 +454,7 @@ class Printer:
 
     def program(self, entry: Function, exported: str, shapes: tuple[Any, ...]) -> str:
         """Return the file: everything that ``entry`` needs, and the function that a host calls."""
+        self.outermost = entry
         texts = [self.function(function) for function in reachable(entry)]
         last = self.entry(entry, exported, shapes)
         return "\n\n".join([*self.head(), *texts, last]) + "\n"

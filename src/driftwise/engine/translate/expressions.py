@@ -18,6 +18,7 @@ from .tree import (
     Column,
     Constant,
     Cut,
+    Differ,
     Do,
     Extent,
     Fetch,
@@ -27,6 +28,7 @@ from .tree import (
     Load,
     Look,
     Make,
+    Move,
     Name,
     Operation,
     Part,
@@ -46,6 +48,7 @@ from .types import (
     View,
     describe,
     is_number,
+    is_wide,
     loose,
     unify,
     widen,
@@ -577,6 +580,9 @@ class Expressions:
             function = self.program.call(known, [a.type for a in args])
         except Refusal as refusal:
             raise refusal if ", line " in str(refusal) else self.error(node, str(refusal)) from None
+        if function.is_rare and any(is_wide(kind) and kind != LANES for _, kind in function.params):
+            self.block.append(Differ())  # few samples get here: those are taken one series at a time
+            return self.nothing_of(function.result)
         given = [self.convert(args[i], function.params[k][1]) for k, i in enumerate(function.used)]
         call = Call(function.result, function, given)
         if isinstance(function.result, Known):
@@ -588,6 +594,14 @@ class Expressions:
         self.variables[name] = function.result
         self.block.append(Let(name, call))
         return Name(function.result, name)
+
+    def nothing_of(self, kind: Type) -> Any:
+        """Return something of a type, where what it says does not matter."""
+        if isinstance(kind, Several | Struct):
+            return Make(kind, [self.nothing_of(item) for item in kind.items])
+        if isinstance(kind, View):
+            raise Refusal("what lanes leave to the loop of one series gives no views back")
+        return Constant(kind, kind.value if isinstance(kind, Known) else 0)
 
     def extreme(self, op: str, args, node) -> Any:
         """The largest or smallest, the first of equals."""
@@ -646,8 +660,15 @@ class Expressions:
         name = word.__name__
         if word is simd.interleave:
             return Operation(View(1, LANES), name, args)
+        if word is simd.own:
+            if not isinstance(args[0], Constant):
+                raise self.error(node, "how many lanes it has of its own is known at translation")
+            return Operation(View(1, LANES), name, args)
         if word is simd.gather:
             return Operation(LANES, name, [args[0], args[1], self.number(args[2], INT, node)])
+        if word in (simd.collect, simd.scatter):
+            self.block.append(Move(name, args))
+            return Constant(NOTHING, None)
         if word is simd.disagreements:
             return self.keep(Operation(INT, name, []))
         return Operation(BOOL, name, [self.convert(args[0], LANES)])

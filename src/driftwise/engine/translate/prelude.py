@@ -35,7 +35,8 @@ OPERATIONS: dict[str, Any] = {
     "copysign": "dw_copysign", "ldexp": "dw_ldexp", "frexp": "dw_frexp", "power": "dw_power", "strided": "dw_strided",
     "floor": "dw_floor",
     "select": "dw_select", "spread": "dw_spread", "mask": "dw_mask", "trunc": "dw_trunc", "agree": "dw_agree",
-    "interleave": "dw_interleave", "finite": "dw_clean", "gather": "dw_gather", "disagreements": "dw_odd",
+    "interleave": "dw_interleave", "own": "dw_own", "finite": "dw_clean", "gather": "dw_gather",
+    "disagreements": "dw_odd",
 }  # fmt: skip
 
 COMPARISONS = {"<": "dw_lt", "<=": "dw_le", ">": "dw_gt", ">=": "dw_ge", "==": "dw_eq", "!=": "dw_ne"}  # of lanes

@@ -149,6 +149,19 @@ class Do:
 
 
 @dataclass
+class Move:
+    """Rows of a table to lanes ("collect"), or back ("scatter")."""
+
+    word: str
+    args: list[Any]
+
+
+@dataclass
+class Differ:
+    """Count a disagreement: eight series at a time do not go this way."""
+
+
+@dataclass
 class For:
     """Count from start to before stop; ``step`` is a number that is known."""
 
@@ -244,5 +257,6 @@ PARTS: dict[type, tuple[str, ...]] = {
     Constant: (), Name: (), Operation: ("args",), Load: ("view", "indices"), Cut: ("view", "indices", "stretch"),
     Column: ("view", "index"), Fold: ("view", "shape"), Extent: ("view",), Part: ("value",), Make: ("parts",),
     Look: ("index",), Call: ("args",), Let: ("value",), Store: ("view", "indices", "value"), Do: ("call",),
-    Fetch: ("view", "index"), For: ("start", "stop"), Loop: (), If: ("test",), Return: ("value",), Leave: (),
+    Fetch: ("view", "index"), Move: ("args",), Differ: (), For: ("start", "stop"), Loop: (), If: ("test",),
+    Return: ("value",), Leave: (),
 }  # fmt: skip

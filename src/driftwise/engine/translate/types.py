@@ -145,6 +145,13 @@ def is_ghost(kind: Type) -> bool:
     return isinstance(kind, Known) or (isinstance(kind, Struct | Several) and all(map(is_ghost, kind.items)))
 
 
+def is_wide(kind: Type) -> bool:
+    """Say whether it is, or holds, lanes."""
+    if isinstance(kind, Struct | Several):
+        return any(map(is_wide, kind.items))
+    return LANES in (kind, getattr(kind, "element", None))
+
+
 def loose(kind: Type | None) -> Type | None:
     """Return the type of what one of two ways gives: known numbers in a tuple become any numbers."""
     if isinstance(kind, Several):

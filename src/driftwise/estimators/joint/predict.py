@@ -131,7 +131,7 @@ def propagate(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, di
 @propagate.on(White)
 def propagate_white(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
     if is_held or not is_measured or doubt > 0.0:
-        propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
+        propagate_gap(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
         return
     n = scratch.n
     scratch.memo[USED_Y], scratch.memo[HAS_KAPPA] = z, 0.0
@@ -248,6 +248,12 @@ def add_doubt(state, scratch, doubt, s2, at):
     for i in range(rows):
         Y[i, at] = scratch.kappa[i] - (state.s[n + i] if i < n else 0.0)
     return add_spread(state.U, state.D, n, -1, doubt, n, rows, Y, d, scratch.g, at + 1)
+
+
+@rare
+def propagate_gap(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt):
+    """The same where a sample is missing or in doubt, and would not have been needed otherwise."""
+    propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
 
 
 @kernel
