@@ -13,7 +13,7 @@ import numpy as np
 
 import driftwise as dw
 from driftwise.engine import compile, finish, jit, loops, objects
-from driftwise.engine.compilers import Compiler, named, tcc
+from driftwise.engine.compilers import MEMORY, Compiler, named, tcc
 
 from .clock import alternate
 from .verdicts import Table, Verdict, at_most, not_measured
@@ -87,15 +87,19 @@ def verdicts() -> Iterator[Verdict | Table]:
 
 def _by(compiler: Compiler, kinds):
     """Return the loop of these policies, made by one compiler."""
-    text = compile.translated(loops.make_driver(kinds, 0), compile.DRIVER)
+    return made(compiler, compile.translated(loops.make_driver(kinds, 0), compile.DRIVER), compile.DRIVER)
+
+
+def made(compiler: Compiler, text: str, dimensions, native: bool = False) -> Callable:
+    """Return the loop in C that one compiler made machine code of."""
     folder = Path(tempfile.mkdtemp(prefix="driftwise-bench-"))
-    source, made = folder / "loop.c", folder / "loop.tmp"
-    source.write_text(text)
-    trouble = compiler.run(source, made)
+    source, target = folder / "loop.c", folder / "loop.tmp"
+    source.write_text(text + MEMORY)
+    trouble = compiler.run(source, target, native)
     if trouble:
         raise OSError(trouble)
     caller: Any = objects._caller()
-    return caller.function(objects._entry(finish.put(made, "loop")), compile.DRIVER)[0]
+    return caller.function(objects._entry(finish.put(target, "loop")), dimensions)[0]
 
 
 def _times(est, outputs: int, inputs: int, drives) -> dict[str, float]:

@@ -16,6 +16,7 @@ from .views import fetch, matrix
 STRETCH = 128  # samples of each series between two times that lanes go back into the rows
 NEAR = 1500  # numbers of a state and its step, up to which lanes lie on the stack: what is not there is in registers
 RESCUE = 64  # samples taken one by one after a missing one, or after a disagreement
+DIMENSIONS = (*compile.CREW, "index", 1, "index")  # of what the loop takes
 MOST = 255  # samples of a series beyond which it does not matter how many more there are
 
 
@@ -124,8 +125,7 @@ def lane_crew(kinds: tuple[type, ...], sizes: tuple[float, ...], shapes: tuple[i
 
     None: no compiler here knows of lanes (tcc).
     """
-    dimensions = (2, "index", "index", "index", 2, 2, 2, 2, "index", 1, "index", 1, "index")
-    return compile.native(make_lanes, (kinds, sizes, shapes), kinds, dimensions)
+    return compile.native(make_lanes, (kinds, sizes, shapes), kinds, DIMENSIONS)
 
 
 def turns(members, starts, group) -> np.ndarray:
