@@ -133,11 +133,27 @@ def turns(members, starts, group) -> np.ndarray:
 
     ``starts`` are one more than ``members``: the samples of each; ``group`` names the settings of a row.
     """
-    key = np.minimum(np.diff(starts), MOST)
-    settings = group[members]
-    if settings.any():
-        key += (MOST + 1) * settings
-    return np.argsort(key.astype(np.uint16) if key.max() < 1 << 16 else key, kind="stable")
+    turn = np.empty(len(members), np.int64)
+    count = compile.function(turns_of_one_kind, *["index"] * 5)
+    if count(members, starts, group, np.zeros(MOST + 2, np.int64), turn) < 0:
+        key = np.minimum(np.diff(starts), MOST) + (MOST + 1) * group[members]
+        return np.argsort(key.astype(np.uint16) if key.max() < 1 << 16 else key, kind="stable")
+    return turn
+
+
+def turns_of_one_kind(members, starts, group, counts, turn):
+    """Sort members by how many samples they have, in ``turn``, by counting; return -1 where settings differ."""
+    for j in range(members.size):
+        if group[members[j]] != group[members[0]]:
+            return -1
+        counts[min(starts[j + 1] - starts[j], MOST) + 1] += 1
+    for c in range(1, counts.size):
+        counts[c] += counts[c - 1]
+    for j in range(members.size):
+        c = min(starts[j + 1] - starts[j], MOST)
+        turn[counts[c]] = j
+        counts[c] += 1
+    return turn.size
 
 
 def room(shapes) -> tuple[np.ndarray, np.ndarray]:

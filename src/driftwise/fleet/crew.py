@@ -86,7 +86,6 @@ class Crew:
         else:
             loop = lanes or self.loop(columns)
         count = 1 if len(at) < SMALL else min(self.threads, len(members))
-        cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
 
         def part(first, last):
             if first < last:
@@ -101,6 +100,7 @@ class Crew:
         if count == 1:
             part(0, len(members))
         else:
+            cuts = np.searchsorted(starts, np.linspace(0, len(at), count + 1)).clip(0, len(members))
             self._pool = self._pool or ThreadPoolExecutor(self.threads - 1)
             others = [self._pool.submit(part, *cut) for cut in pairwise(cuts[1:])]
             part(cuts[0], cuts[1])  # this thread takes its share

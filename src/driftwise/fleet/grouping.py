@@ -44,14 +44,17 @@ def stable_order(at, count: int) -> np.ndarray:
 
 def runs(at, members, starts):
     """Fill members and starts of samples sorted by row; return the number of members, or -1 where they are not."""
-    found, last = 0, -1
-    for i in range(at.size):
+    found, last, i = 0, -1, 0
+    while i < at.size:
         row = at[i]
         if row < last:
             return -1
         if row > last:
             members[found], starts[found] = row, i
             found, last = found + 1, row
+        i += 1
+        while i + 4 <= at.size and (at[i] ^ row) | (at[i + 1] ^ row) | (at[i + 2] ^ row) | (at[i + 3] ^ row) == 0:
+            i += 4
     starts[found] = at.size
     return found
 
