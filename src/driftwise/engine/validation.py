@@ -10,6 +10,7 @@ import numpy as np
 from .errors import InputError
 
 LARGEST = 1e100  # typical size of data
+INFINITE, ONE, NONE = math.inf, (1, 1, 1), (1, 1, 0)
 NUMBER = (float, int)  # what a stream hands over
 HOLDS = ("zoh", "foh")  # what an input does between its samples: held, or a straight line
 
@@ -206,14 +207,15 @@ def one(value, size: int) -> np.ndarray:
 
 def sample(y, u, inputs: int, outputs: int | None = None):
     """Return y (1, 1, p) and u (1, 1, k) of one sample; one output, a number, where ``outputs`` is None."""
-    is_u_number = isinstance(u, NUMBER) if inputs == 1 else not inputs and u is None
-    if outputs is None and isinstance(y, NUMBER) and is_u_number:
-        ys, us = np.empty((1, 1, 1)), np.empty((1, 1, inputs))  # a stream has a short way in
-        ys[0, 0, 0] = y
-        if inputs:
-            us[0, 0, 0] = u
-        if abs(y) != math.inf and (u is None or abs(u) != math.inf):
+    if outputs is None and inputs < 2 and isinstance(y, NUMBER) and abs(y) != INFINITE:  # a stream has a short way in
+        if inputs and isinstance(u, NUMBER) and abs(u) != INFINITE:
+            ys, us = np.empty(ONE), np.empty(ONE)
+            ys[0, 0, 0], us[0, 0, 0] = y, u
             return ys, us
+        if not inputs and u is None:
+            ys = np.empty(ONE)
+            ys[0, 0, 0] = y
+            return ys, np.empty(NONE)
     try:
         ys, us = one(y, outputs or 1), one(() if u is None else u, inputs)
     except (TypeError, ValueError):

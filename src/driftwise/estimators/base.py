@@ -22,6 +22,8 @@ from .answers import Answers
 from .common.columns import SAMPLE
 from .common.times import instants
 
+NUMBERS = np.dtype(np.float64)
+
 
 class Step(NamedTuple):
     """What one sample showed: its prediction, the error, its variance, what happened (arrays for a fleet)."""
@@ -147,7 +149,7 @@ class Estimator(Answers, Portable):
         outs = np.empty((1, 1, self.step_columns))
         self.drive(rows, ys, us, outs, self.spec, np.empty(self.scratch_size))
         if self.outputs is None:
-            prediction, innovation, variance, status = outs[0, 0].tolist()[:4]
+            prediction, innovation, variance, status = outs.tolist()[0][0][:4]
             return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
         prediction, innovation, variance, status = outs[0, 0, : 4 * self.outputs].reshape(4, self.outputs)
         return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, status.astype(int))
@@ -298,6 +300,10 @@ class Estimator(Answers, Portable):
 
     def _rows(self, state, is_one=True):
         """Return a copy of the states as rows of numbers."""
+        if is_one and type(state) is np.ndarray and state.dtype is self.dtype and state.shape == ():
+            base = state.base  # of a state that `update` returned: numbers already, and a copy of a view takes longer
+            if type(base) is np.ndarray and base.shape == (1, self.width) and base.dtype is NUMBERS:
+                return base.copy()
         state = np.asarray(state)
         if state.dtype != self.dtype:
             raise InputError("the state belongs to another estimator: start one with est.start()")
