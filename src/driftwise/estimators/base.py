@@ -151,8 +151,8 @@ class Estimator(Answers, Portable):
         if self.outputs is None:
             prediction, innovation, variance, status = outs.tolist()[0][0][:4]
             return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
-        prediction, innovation, variance, status = outs[0, 0, : 4 * self.outputs].reshape(4, self.outputs)
-        return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, status.astype(int))
+        of_each = outs[0, 0, : 4 * self.outputs].reshape(4, self.outputs)
+        return np.ndarray((), self.dtype, rows), Step(of_each[0], of_each[1], of_each[2], of_each[3].astype(int))
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
         """Run over a record and return its trace; ``trace.state`` continues where it ended.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..engine.errors import InputError
+from ..engine.translate.formats import SINGLE
 
 LEAST, MOST = 1.17549435e-38, 3.4028235e38  # numbers with all their digits
 WIDEST = 1e7  # prior variance of a typical output over the noise's, from which digits are lost
@@ -78,56 +79,5 @@ TEXTS = {
 float sqrtf(float x);
 #define dw_sqrt(x) sqrtf(x)
 #endif""",
-    "dw_abs": "static DW_INLINE F dw_abs(F x) { return dw_bits(dw_word(x) & 0x7fffffffU); }",
-    "dw_copysign": """\
-static DW_INLINE F dw_copysign(F x, F y)
-{
-    return dw_bits((dw_word(x) & 0x7fffffffU) | (dw_word(y) & 0x80000000U));
-}""",
-    "dw_finite": "static DW_INLINE B dw_finite(F x) { return x - x == 0.0F; }",
-    "dw_power": """\
-static DW_INLINE F dw_power(F a, I n)
-{
-    F result = 1.0F;
-    U left = (U)(n < 0 ? -n : n);
-    while (left) {
-        if (left & 1)
-            result *= a;
-        left >>= 1;
-        a *= a;
-    }
-    return n < 0 ? 1.0F / result : result;
-}""",
-    "dw_ldexp": """\
-static F dw_ldexp(F x, I n)
-{
-    n = n > 300 ? 300 : n < -300 ? -300 : n;
-    while (n > 127) {
-        x *= 1.70141183e38F;
-        n -= 127;
-    }
-    while (n < -126) {
-        x *= 1.97215226e-31F;
-        n += 102;
-    }
-    return x * dw_bits((U)(127 + n) << 23);
-}""",
-    "dw_frexp": """\
-static PAIR dw_frexp(F x)
-{
-    PAIR found;
-    U word = dw_word(x);
-    I exponent = (I)(word >> 23 & 0xff);
-    found.i0 = x;
-    found.i1 = 0;
-    if (exponent == 0xff || x == 0.0F)
-        return found;
-    if (exponent == 0) {
-        word = dw_word(x * 33554432.0F);
-        exponent = (I)(word >> 23 & 0xff) - 25;
-    }
-    found.i0 = dw_bits((word & 0x807fffffU) | 0x3f000000U);
-    found.i1 = exponent - 126;
-    return found;
-}""",
+    **SINGLE.texts(),
 }

@@ -1,8 +1,10 @@
 """What printed kernels lean on: a few lines of C, each written only where it is used."""
 
+from itertools import pairwise
 from typing import Any
 
 from . import prelude_lanes
+from .formats import DOUBLE
 from .types import FLOAT, INT, LANES, Several
 
 HEAD = """\
@@ -18,9 +20,7 @@ typedef int B;"""
 NEEDS: dict[str, tuple[str, ...]] = {
     "DW_NAN": ("dw_bits",), "DW_INF": ("dw_bits",), "dw_bits": ("DW_INLINE",), "dw_ldexp": ("dw_bits", "DW_APART"),
     "dw_frexp": ("dw_bits", "DW_APART"), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",),
-    "dw_power": ("DW_INLINE",),
-    "dw_row2": ("V2", "V1", "dw_at"), "dw_row3": ("V3", "V2", "dw_at"), "dw_column": ("V2", "S1", "dw_at"),
-    "dw_row2i": ("V2i", "V1i", "dw_at"),
+    "dw_power": ("DW_INLINE",), "dw_column": ("V2", "S1", "dw_at"),
     "dw_strided": ("V1", "S1", "DW_INLINE"),
     "dw_at": ("DW_INLINE",), "dw_sqrt": ("DW_INLINE",), "dw_max": ("DW_INLINE",), "dw_min": ("DW_INLINE",),
     "dw_maxi": ("DW_INLINE",), "dw_mini": ("DW_INLINE",), "dw_div": ("DW_INLINE",), "dw_mod": ("DW_INLINE",),
@@ -107,26 +107,7 @@ static F dw_sqrt(F x)
 double sqrt(double);
 #define dw_sqrt(x) sqrt(x)
 #endif""",
-    "dw_abs": """\
-static DW_INLINE F dw_abs(F x)
-{
-#if defined(__GNUC__) || defined(__clang__)
-    return __builtin_fabs(x);
-#else
-    return dw_bits(dw_word(x) & 0x7fffffffffffffffULL);
-#endif
-}""",
     "dw_absi": "static DW_INLINE I dw_absi(I x) { return x < 0 ? -x : x; }",
-    "dw_copysign": """\
-static DW_INLINE F dw_copysign(F x, F y)
-{
-#if defined(__GNUC__) || defined(__clang__)
-    return __builtin_copysign(x, y);
-#else
-    return dw_bits((dw_word(x) & 0x7fffffffffffffffULL) | (dw_word(y) & 0x8000000000000000ULL));
-#endif
-}""",
-    "dw_finite": "static DW_INLINE B dw_finite(F x) { return x - x == 0.0; }",
     "dw_isnan": "static DW_INLINE B dw_isnan(F x) { return x != x; }",
     "dw_max": "static DW_INLINE F dw_max(F a, F b) { return b > a ? b : a; }",
     "dw_min": "static DW_INLINE F dw_min(F a, F b) { return b < a ? b : a; }",
@@ -139,83 +120,7 @@ static DW_INLINE I dw_mod(I a, I b)
     I left = a % b;
     return left != 0 && ((left < 0) != (b < 0)) ? left + b : left;
 }""",
-    "dw_power": """\
-static DW_INLINE F dw_power(F a, I n)
-{
-    F result = 1.0;
-    U left = (U)(n < 0 ? -n : n);
-    while (left) {
-        if (left & 1)
-            result *= a;
-        left >>= 1;
-        a *= a;
-    }
-    return n < 0 ? 1.0 / result : result;
-}""",
     "dw_floor": "static DW_INLINE I dw_floor(F x) { return (I)x - (x < (F)(I)x); }",
-    "dw_ldexp": """\
-static DW_APART F dw_far_ldexp(F x, I n)
-{
-    if (n > 1023) {
-        x *= 8.98846567431158e307;
-        n -= 1023;
-        if (n > 1023) {
-            x *= 8.98846567431158e307;
-            n = n - 1023 > 1023 ? 1023 : n - 1023;
-        }
-    } else if (n < -1022) {
-        x *= 2.004168360008973e-292;
-        n += 969;
-        if (n < -1022) {
-            x *= 2.004168360008973e-292;
-            n = n + 969 < -1022 ? -1022 : n + 969;
-        }
-    }
-    return x * dw_bits((U)(1023 + n) << 52);
-}
-static DW_INLINE F dw_ldexp(F x, I n)
-{
-    return n >= -1022 && n <= 1023 ? x * dw_bits((U)(1023 + n) << 52) : dw_far_ldexp(x, n);
-}""",
-    "dw_frexp": """\
-static DW_APART PAIR dw_odd_frexp(F x)
-{
-    PAIR found;
-    const U word = dw_word(x * 18014398509481984.0);
-    const B is_small = x != 0.0 && x - x == 0.0;
-    found.i0 = is_small ? dw_bits((word & 0x800fffffffffffffULL) | 0x3fe0000000000000ULL) : x;
-    found.i1 = is_small ? (I)(word >> 52 & 0x7ff) - 1076 : 0;
-    return found;
-}
-static DW_INLINE PAIR dw_frexp(F x)
-{
-    PAIR found;
-    const U word = dw_word(x);
-    const I exponent = (I)(word >> 52 & 0x7ff);
-    if (exponent == 0 || exponent == 0x7ff)
-        return dw_odd_frexp(x);
-    found.i0 = dw_bits((word & 0x800fffffffffffffULL) | 0x3fe0000000000000ULL);
-    found.i1 = exponent - 1022;
-    return found;
-}""",
-    "dw_row2": "static DW_INLINE V1 dw_row2(V2 v, I i) { V1 r; r.p = v.p + dw_at(i, v.n) * v.m; r.n = v.m; return r; }",
-    "dw_row2i": """\
-static DW_INLINE V1i dw_row2i(V2i v, I i)
-{
-    V1i r;
-    r.p = v.p + dw_at(i, v.n) * v.m;
-    r.n = v.m;
-    return r;
-}""",
-    "dw_row3": """\
-static DW_INLINE V2 dw_row3(V3 v, I i)
-{
-    V2 r;
-    r.p = v.p + dw_at(i, v.n) * v.m * v.k;
-    r.n = v.m;
-    r.m = v.k;
-    return r;
-}""",
     "dw_column": """\
 static DW_INLINE S1 dw_column(V2 v, I j)
 {
@@ -267,6 +172,21 @@ for _end, _step in _STEPS.items():
             ]
         )
 
+for _dims, _kind in ((2, ""), (3, ""), (2, "i")):
+    _whole, _row, _sizes = f"V{_dims}{_kind}", f"V{_dims - 1}{_kind}", ["n", "m", "k"][:_dims]
+    NEEDS[f"dw_row{_dims}{_kind}"] = _whole, _row, "dw_at", "DW_INLINE"
+    TEXTS[f"dw_row{_dims}{_kind}"] = "\n".join(
+        [
+            f"static DW_INLINE {_row} dw_row{_dims}{_kind}({_whole} v, I i)",
+            "{",
+            f"    {_row} r;",
+            f"    r.p = v.p + dw_at(i, v.n) * {' * '.join(f'v.{size}' for size in _sizes[1:])};",
+            *(f"    r.{to} = v.{of};" for to, of in pairwise(_sizes)),
+            "    return r;",
+            "}",
+        ]
+    )
+
 for _of in (1, 2, 3):
     for _to in (1, 2, 3):
         _sizes = ["n", "m", "k"][:_to]
@@ -283,7 +203,7 @@ for _of in (1, 2, 3):
             ]
         )
 
-TEXTS |= prelude_lanes.TYPES
+TEXTS |= DOUBLE.texts() | prelude_lanes.TYPES
 NEEDS |= prelude_lanes.NEEDS
 for _name in ("V1", "V2", "V3", "S1", *(name for name in TEXTS if name.startswith(prelude_lanes.OF_VIEWS))):
     if not _name.endswith("i"):
