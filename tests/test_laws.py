@@ -164,6 +164,7 @@ ESTIMATORS = {
     "joint, auto, unknown polynomial, gate": dw.Joint(
         1, inputs=1, direct=True, memory=dw.AutoMemory(), noise=dw.models.UnknownPolynomial(), gate=dw.InnovationGate()
     ),
+    "joint, auto, offset": dw.Joint(2, inputs=1, memory=dw.AutoMemory(), offset=True),
     "joint, likelihood, two inputs": dw.Joint(1, inputs=2, direct=True, memory=dw.memory.LikelihoodDrift()),
     "joint, until the score jumps": dw.Joint(
         2,

@@ -140,7 +140,7 @@ class Joint(FadingPosterior):
         columns = kernel_noise.G.size // rows if isinstance(kernel_noise, noises.Coloured) else 0
         detector, settle, slopes = watch_of_joint(memory, N, units)
         setting = Setting(
-            units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R, N - n,
+            units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R, N - n - int(model.has_offset),
             prior_of_parameters(self._s0, self._U0, self._D0, n), n,
         )  # fmt: skip
         memory, fades, learns = memory_of_joint(memory, setting)
