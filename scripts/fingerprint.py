@@ -440,6 +440,15 @@ OTHERS = {
     ),
     "mimo/scale, prior": lambda: ways(dw.JointMIMO((1, 1), 1, scale=dw.models.InverseGamma(2.0, 0.1), P0=10.0), 1, 2),
     "mimo/halves": lambda: halves(dw.JointMIMO((2, 1), 1), 1, 2),
+    "mimo/auto": lambda: ways(dw.JointMIMO((1, 1), 1, memory=dw.AutoMemory()), 1, 2),
+    "mimo/exponential, coupled": lambda: ways(
+        dw.JointMIMO((1, 1), 1, memory=dw.ExponentialForgetting(0.97), split=False), 1, 2
+    ),
+    "joint/exponential": lambda: ways(dw.Joint(2, 1, memory=dw.ExponentialForgetting(0.97))),
+    "joint/likelihood": lambda: ways(dw.Joint(2, 1, memory=dw.memory.LikelihoodDrift())),
+    "joint/window": lambda: ways(dw.Joint(2, 1, memory=dw.memory.Window(20))),
+    "joint/auto": lambda: ways(dw.Joint(2, 1, memory=dw.AutoMemory())),
+    "joint/auto, output error": lambda: ways(dw.Joint(2, 1, noise=dw.models.OutputError(), memory=dw.AutoMemory())),
     "mimo/kept": lambda: kept(dw.JointMIMO((1, 1), 1), 1, 2),
     "mimo/readings": lambda: readings(dw.JointMIMO((1, 1), 1), 1, 2),
     "arx mimo/orders": lambda: ways(
@@ -458,6 +467,7 @@ OTHERS = {
     "continuous/until a jump": lambda: irregular(dw.ContinuousJoint(1, 1, memory=dw.RestartOnChange(settle=12))),
     "continuous/known noise": lambda: irregular(dw.ContinuousJoint(2, 1, noise=dw.models.EquationError(0.01))),
     "continuous/halves": lambda: halves(dw.ContinuousJoint(2, 1)),
+    "continuous/auto": lambda: irregular(dw.ContinuousJoint(2, 1, memory=dw.AutoMemory())),
     "gain/default": lambda: ways(dw.AdaptiveGain(0.9), 0),
     "gain/plr, pull": lambda: ways(
         dw.AdaptiveGain(
