@@ -498,6 +498,7 @@ def test_rows_with_labels_that_the_header_does_not_name(tmp_path, text):
 def test_labels_are_known_from_their_first_column_on_however_few_the_names(tmp_path):
     assert sniff(["u,y,", "1,2.5,", "2,3.5,"]).names == ("u", "y", "column3")  # nothing stands to the right
     assert sniff(["u,y", "0.5,2.5,calm", "0.7,3.5,storm"]).names == ("u", "y", "column3")
+    assert sniff(["u,y", '"1",2.5,3.5']).names == ("column1", "u", "y")  # one row is enough
 
 
 @pytest.mark.parametrize(

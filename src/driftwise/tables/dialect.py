@@ -105,7 +105,8 @@ def sniff(lines: list[str]) -> Dialect:
 
     header, units, start = _header(rows, first, width, numeric)
     if header is not None and len(header) < width:
-        header = aligned(header, body, [line for _, line in content[start:]])
+        named = [row for row in rows[start:] if len(row) == width]  # also the first, where it is the only one
+        header = aligned(header, named, [line for _, line in content[start:]])
     if header is None:
         header = _commented_header([text for n, text in comments if n < numbers[start]], delimiter, width)
     names = unique(header or [], width)
