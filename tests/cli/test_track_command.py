@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from driftwise.engine.errors import InputError
+
 COMMAND = [sys.executable, "-m", "driftwise.cli.main", "track"]
 ROW = "{:.3f},{:.2f},{:.2f},{}\n"
 
@@ -200,3 +202,34 @@ def test_a_start_without_a_fix_and_a_file_without_its_header_are_taken():
     assert live.take(b"time,lat,lon\n7,50.004,4\n", begins=True).time.tolist() == [7]
     lost = live.take(b"8,500,4\n")
     assert len(lost) == 0 and "not on earth" in lost.faults[0].what and lost.faults[0].offset == 3
+
+
+@pytest.mark.parametrize("size", [1, 7, 1000])
+def test_a_line_with_zero_bytes_is_one_fault_and_the_others_are_read(size):
+    """What a logger leaves that lost its power; by one line, seven, or all at a time."""
+    from driftwise.tracking.live_plots import LivePlots
+
+    lines = [b"time,x,y\n", *(b"%d,%d,%d\n" % (4 * k, 100 * k + k % 7, 50 * k + k % 5) for k in range(40))]
+    lines[20] = b"76,\0\0,900\n"
+    live, times, faults = LivePlots("plots.csv"), [], []
+    for k in range(0, len(lines), size):
+        found = live.take(b"".join(lines[k : k + size]))
+        if found is not None:
+            times += found.time.tolist()
+            faults += [(fault.offset, fault.what) for fault in found.faults]
+    assert times == [4.0 * k for k in range(40) if k != 19]
+    assert faults == [(21, "the line holds bytes that are zero: it is left out")]
+
+
+def test_lines_that_cannot_be_read_later_on_are_a_fault(monkeypatch):
+    from driftwise.tracking.live_plots import LivePlots
+
+    live = LivePlots("plots.csv")
+    assert len(live.take(b"time,x,y\n0,1,2\n4,5,6\n")) == 2
+
+    def refuse(lines, first):
+        raise InputError("no sense in it")
+
+    monkeypatch.setattr(live, "_plots", refuse)
+    found = live.take(b"8,9,10\n")
+    assert len(found) == 0 and [(fault.offset, fault.what) for fault in found.faults] == [(4, "no sense in it")]

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.engine.errors import InputError
+from driftwise.tracking.plots import Fault
 
 PATIENCE = 100  # lines that may be unreadable at the beginning
 OBJECTS = 3000  # whose last line is remembered
@@ -36,21 +37,26 @@ class LivePlots:
         self._last: dict[str, bytes] = {}  # of every object its last line, in the order in which they came
         self._past: list[bytes] = []  # frames that were used
         self._line = 0  # lines that were taken in
+        self._faults: list[Fault] = []  # of lines that were left out, not told yet
         self._newest: float | None = None
 
     def take(self, data: bytes, begins: bool = False):
         """Return the plots of complete lines; None where there is nothing yet. ``begins``: of another file."""
-        from driftwise.tracking.plots import Fault, plots
-
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         lines = [line + b"\n" for line in data.removesuffix(b"\n").split(b"\n")] if data else []
         if begins:
             self._line = 0
             if self._head and lines[: len(self._head)] == self._head:
                 lines, self._line = lines[len(self._head) :], len(self._head)
+        torn = [i for i, line in enumerate(lines) if b"\0" in line]  # what a logger leaves that lost its power
+        if self.kind or 2 * len(torn) < len(lines):
+            for i in torn:
+                at = self._line + len(self._waiting) + i + 1
+                self._faults.append(Fault(self.title, at, "the line holds bytes that are zero: it is left out"))
+                lines[i] = b"\n"
         lines = self._waiting + lines
         self._waiting = []
-        if not any(line.strip() for line in lines):
+        if not any(line.strip() for line in lines) and not (self.kind and torn):
             return None
         if not self.kind:
             if not self._is_begun(lines):
@@ -60,14 +66,28 @@ class LivePlots:
             return None
         first, self._line = self._line + 1, self._line + len(lines)
         try:
-            return self._decoded(lines, first) if self.kind == FRAMES else self._plots(lines, first)
+            found = self._decoded(lines, first) if self.kind == FRAMES else self._plots(lines, first)
         except InputError as error:
             if self._newest is not None:
-                return plots([], [], origin=self.origin, faults=[Fault(self.title, first, str(error))])
+                return self._with_faults(self._nothing(Fault(self.title, first, str(error))))
             if len(lines) > PATIENCE:
                 raise
             self._waiting, self._line = lines, first - 1
             return None
+        return self._with_faults(found)
+
+    def _nothing(self, fault: Fault):
+        """Return no plots, for this reason."""
+        import numpy as np
+
+        from driftwise.tracking.plots import plots
+
+        return plots(np.empty(0), np.empty((0, 2)), origin=self.origin, faults=[fault])
+
+    def _with_faults(self, found):
+        """Return plots with the faults of lines that were left out before anything was read of them."""
+        torn, self._faults = tuple(self._faults), []
+        return replace(found, faults=(*found.faults, *torn))
 
     def _is_begun(self, lines: list[bytes]) -> bool:
         """Say whether the lines are enough to tell what they are; then the head is known."""
