@@ -37,6 +37,7 @@ class World(NamedTuple):
 
 WORLDS = {
     "drift": World(2, nvr=1e-3),
+    "jumps": World(2, jumps=(0.3, 0.7), size=0.5),
     "drift and a jump": World(2, nvr=1e-3, jumps=(0.5,), size=0.5),
     "noise step": World(1, nvr=1e-4, louder=4.0),
     "outliers": World(2, nvr=3e-4, outliers=0.02),
