@@ -29,7 +29,7 @@ def replaced(path) -> Iterator[str]:
         os.replace(beside, path)
         _make_safe(folder)
     except OSError as error:  # a full disk says no name, and that beside is none of the caller's
-        if error.filename in (None, beside):
+        if error.errno is not None and error.filename in (None, beside):
             error.filename = path
         raise
     finally:
