@@ -152,7 +152,6 @@ def test_one_that_learns_by_itself_learns_beside_a_state(uncompiled):
     assert not np.allclose(dw.Joint(1, 1, memory=Learned(0.5)).scan(y, u).parameters[-1], plain.parameters[-1])
 
 
-
 def test_plain_answers_are_those_of_constant_parameters(uncompiled):
     y, u = example(dw.ARX(1, 1), samples=40)
     assert Learned in MEMORIES and Learned not in time_update.table

@@ -42,6 +42,7 @@ from .types import BOOL, FLOAT, INT, LANES, MASK, Several, Struct, Type, View, i
 
 # how strongly an operation binds
 BINDS = {"*": 6, "/": 6, "+": 5, "-": 5, "<": 4, "<=": 4, ">": 4, ">=": 4, "==": 3, "!=": 3, "and": 2, "or": 1}
+APART = "_apart"  # how the name of a function ends that is not inlined
 INFIX = {**{op: op for op in BINDS}, "and": "&&", "or": "||"}
 ATOM, PREFIX, CHOICE = 9, 8, 0
 SCALARS: dict[Type, tuple[str, str]] = {  # their names, and how those of views of them end
@@ -127,9 +128,10 @@ class Printer:
         self.unrolls = function is not self.outermost and any(map(is_wide, function.variables.values()))
         self.places = Places(function)
         lines = [f"/* {comment(function.title)} */"] if function.title else []
+        is_handed = function.is_rare and any(isinstance(kind, Struct) for _, kind in function.params)
         how = "static DW_APART" if function.is_rare else "static DW_INLINE"
         self.need("DW_APART" if function.is_rare else "DW_INLINE")
-        lines.append(f"{how} {self.signature(function)}")
+        lines.append(f"{how} {self.signature(function, APART if is_handed else '')}")
         lines.append("{")
         for name in self.places.top:
             kind = function.variables[name]
@@ -137,14 +139,27 @@ class Printer:
                 lines.append(f"    {self.type(kind)} {local(name)} = {self.zero(kind)};")
         lines += self.body(function.body, "    ")
         lines.append("}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(self.handed(function) if is_handed else ())])
 
-    def signature(self, function: Function) -> str:
+    def handed(self, function: Function) -> list[str]:
+        """Return a function that hands copies to one that stays apart.
+
+        A structure that is itself an argument of such a function is kept in memory by gcc, not in registers, and
+        written there at every sample.
+        """
+        self.need("DW_INLINE")
+        words = [local(name) for name, kind in function.params if not is_ghost(kind)]
+        words += ["odd"] * self.may_disagree(function)
+        call = f"{self.called(function)}{APART}({', '.join(words)});"
+        result = "" if is_ghost(function.result) else "return "
+        return ["", f"static DW_INLINE {self.signature(function)}", "{", f"    {result}{call}", "}"]
+
+    def signature(self, function: Function, ending: str = "") -> str:
         """Return what stands before the body."""
         result = "void" if is_ghost(function.result) else self.type(function.result)
         params = [f"{self.type(kind)} {local(name)}" for name, kind in function.params if not is_ghost(kind)]
         params += ["I *odd"] * self.may_disagree(function)
-        return f"{result} {self.called(function)}({', '.join(params) or 'void'})"
+        return f"{result} {self.called(function)}{ending}({', '.join(params) or 'void'})"
 
     def called(self, function: Function) -> str:
         """Return the name of a function."""

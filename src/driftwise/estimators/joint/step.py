@@ -273,13 +273,13 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
 
 
 @kernel
-def slope_of(form, state, room, spread):
-    """Return the slopes of the whitened innovation by the parameters, where the detector wants them; else nothing."""
+def slope_of(form, room, spread):
+    """Fill ``room.b`` with the slopes of the whitened innovation by the parameters, and return how many are wanted."""
     if form.slopes == 0.0:
-        return state.detector_state[:0]
+        return 0
     for i in range(room.psi.size):
         room.b[i] = room.psi[i] / spread
-    return room.b
+    return room.psi.size
 
 
 @kernel
@@ -374,8 +374,8 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
         z, doubt = z - 0.5 * e, 0.25 * e * e  # the plant's or the sensor's, as likely one as the other
     propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn, doubt)
     if white == white and head[OBSERVED] > form.settle:
-        slope = slope_of(form, state, scratch.room, math.sqrt(s2 * T))
-        alarm += watch(detector, state.detector_state, white, slope)
+        slopes = slope_of(form, scratch.room, math.sqrt(s2 * T))
+        alarm += watch(detector, state.detector_state, white, scratch.room.b[:slopes])
     view = view_of(form, state, scratch, s2, white * white)
     if alarm != 0.0:
         found = Alarm(alarm, state.detector_state[WHICH] if form.slopes > 0.0 else -1.0)
