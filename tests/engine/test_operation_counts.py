@@ -30,8 +30,8 @@ def operations_of_one_step(n, noise):
     state.held[0] = Counted(0.7)
     s, U, D = state.s, state.U, state.D
     with counting(free=FREE) as done:
-        yhat = joint_row.predict_output(s, state.held, work.direct)
-        joint_row.project(U, D.size, state.held, work.direct, work.f)
+        yhat = joint_row.predict_output(s, state.held, work.direct, work.offset)
+        joint_row.project(U, D.size, state.held, work.direct, work.offset, work.f)
         e = Counted(0.3) - yhat
         T = ud.correct(U, D, work.f, Counted(kernel_noise.R), work.b)
         e = e / T
@@ -39,7 +39,7 @@ def operations_of_one_step(n, noise):
             s[i] += work.b[i] * e
         R = Counted(kernel_noise.R)
         noise = kernel_noise._replace(R=R)
-        joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False, 0.0)
+        joint_predict.propagate(noise, state, work, Counted(0.3), yhat, R, T, 1.0, True, False, 0.0, 0.0)
     return done.total() - done["comparison"]
 
 

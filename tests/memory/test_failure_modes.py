@@ -17,7 +17,8 @@ FORGETFUL = {
     "window": dw.memory.Window(100),
     "run lengths": dw.memory.BayesianChangePoint(0.01, 500, 5),
     "inflated after a jump": dw.RestartOnChange(dw.PageHinkley()),
-    "reset after a jump": dw.RestartOnChange(dw.detect.ScoreCUSUM(), dw.memory.GainReset(10)),
+    # of a told size: a detector of any size alarms in this drift, and a missing sample moves when it does
+    "reset after a jump": dw.RestartOnChange(dw.detect.ScoreCUSUM(jump=1.0), dw.memory.GainReset(10)),
 }
 EVERY = {"never": dw.Constant(), **FORGETFUL}
 TRUE = np.array([-1.2, 0.5, 0.7, 0.8])

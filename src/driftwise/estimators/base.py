@@ -53,7 +53,7 @@ class Estimator(Answers, Portable):
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
     trace_kind: Any = ParameterTrace  # what a run over a record returns
-    unknown_parts: tuple[str, ...] = ()  # of a state, where NaN says that something is not known
+    unknown_parts: tuple[str, ...] = ("first_y", "first_u")  # of a state, where NaN says what is not known
     sample_layout: Layout = SAMPLE  # what the loop writes of each sample, before estimates and their spread
     _s0: np.ndarray
     _D0: np.ndarray
