@@ -39,7 +39,7 @@ def compiled(loop: Callable, dimensions) -> Callable:
         import numba.types
 
         _bind()
-        function = numba.njit(cache=True, nogil=True, **OPTIONS)(loop)
+        function = numba.njit(nogil=True, **OPTIONS)(loop)
         numbers = {int: numba.int64, float: numba.float64, "index": numba.types.Array(numba.int64, 1, "C")}
         types = tuple(numbers.get(d) or numba.types.Array(numba.float64, d, "C") for d in dimensions)
         with short_loops():
