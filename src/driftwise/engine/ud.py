@@ -52,6 +52,16 @@ def correct(U, D, f, R, b):
 
 
 @kernel
+def measurement_update(s, U, D, f, e, R, b):
+    """Kalman's measurement update of mean s and U D U' by the innovation e of the row h, f = U'h; return T."""
+    T = correct(U, D, f, R, b)
+    if T > 0.0:
+        for i in range(D.size):
+            s[i] += b[i] * (e / T)
+    return T
+
+
+@kernel
 def predicted_variance(f, D, R):
     """Return T = h' P h + R."""
     T = R

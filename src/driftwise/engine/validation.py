@@ -197,6 +197,16 @@ def simultaneous(u, samples: int, inputs: int) -> np.ndarray:
     return np.ascontiguousarray(u)
 
 
+def inputs_to_come(u, horizon, inputs: int) -> np.ndarray:
+    """Return u (h, k) of the samples to come; h is the length of u where no ``horizon`` is told."""
+    if horizon is None and u is None:
+        raise InputError("say how far: horizon=, or the inputs to come")
+    u = simultaneous(u, len(np.atleast_1d(u)) if horizon is None else count("horizon", horizon, 1), inputs)
+    if not np.isfinite(u).all():
+        raise InputError("the inputs to come must be known: u has NaN. Assume a value for them")
+    return u
+
+
 def one(value, size: int) -> np.ndarray:
     """Return (1, 1, size) of a number or a sequence."""
     value = np.asarray(value)

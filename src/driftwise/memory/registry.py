@@ -17,7 +17,7 @@ from ..engine import validation
 from ..engine.dispatch import PerParameter, choice, kernel
 from ..engine.registry import Registry
 from ..engine.status import JUMP
-from ..engine.ud import correct
+from ..engine.ud import measurement_update
 
 MEMORIES: set[type] = set()  # every type that answers one of the questions
 
@@ -190,8 +190,4 @@ def finds_speed(memory, resolved) -> bool:
 @kernel
 def least_squares(e, R, view):
     """Take a sample in by Bierman's update of P, and theta by its gain; return T."""
-    T = correct(view.U, view.D, view.f, R, view.b)
-    if T > 0.0:
-        for i in range(view.D.size):
-            view.theta[i] += view.b[i] * (e / T)
-    return T
+    return measurement_update(view.theta, view.U, view.D, view.f, e, R, view.b)

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...engine import validation
 from ...engine.dispatch import open_row
-from ...engine.errors import InputError
 from ..armax.regressors import Polynomials, open_kept
 from ..base import Estimator
 from .forms import METHODS
@@ -19,12 +18,7 @@ def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
     form = est.policies[0]
     if type(form) not in (*METHODS.values(), Polynomials):  # how other regressors go on, only their step knows
         return Estimator.predict(est)
-    if horizon is None and u is None:
-        raise InputError("say how far: horizon=, or the inputs to come")
-    h = len(np.atleast_1d(u)) if horizon is None else validation.count("horizon", horizon, 1)
-    u = validation.simultaneous(u, h, est.model.inputs)
-    if not np.isfinite(u).all():
-        raise InputError("the inputs to come must be known: u has NaN. Assume a value for them")
+    u = validation.inputs_to_come(u, horizon, est.model.inputs)
     past = Past(est, est._rows(state)[0])
     theta, s2 = np.array(state["theta"]), est.sigma2(state)
     z = past.z

@@ -19,6 +19,7 @@ import numpy as np
 from ...engine.dispatch import kernel
 from ...engine.ud import correct, marginal, predicted_variance
 from ...memory.registry import View, adapt, begin, outlier_probability, time_update
+from ...models.scale import sigma2
 
 VAGUE = 100.0
 COUNT, WEIGHT, SCORE, COUNTS = range(4)  # of the numbers kept where samples fade, and how many
@@ -104,6 +105,13 @@ def put_together(U, room):
         for k in range(j):
             column[rows + k] = room.U[at + k]
         at += j
+
+
+@kernel
+def sigma2_of_few(scale, left, chi2):
+    """Return sigma^2 where samples fade; of the few that are left it may be anything up to the data's own."""
+    s2 = sigma2(scale, left, chi2)
+    return s2 if left >= 1.0 else max(s2, 1.0)
 
 
 @kernel

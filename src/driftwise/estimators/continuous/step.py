@@ -20,7 +20,7 @@ from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare, watc
 from ...engine.elementary import log, square
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
-from ...engine.ud import correct, entry, predicted_variance
+from ...engine.ud import entry, measurement_update, predicted_variance
 from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
@@ -35,6 +35,7 @@ from ..common.given_state import (
     open_room,
     pass_time_given_state,
     room_size,
+    sigma2_of_few,
 )
 from ..joint.row import HUGE
 from .chain import decay, respond
@@ -146,8 +147,7 @@ def known_so_far(form, scale, state):
     """Return sigma^2; where samples fade, and those that are left are few, it may be anything up to the data's own."""
     if form.fades == 0.0:
         return sigma2(scale, state.head[OBSERVED], state.head[CHI2])
-    s2 = sigma2(scale, state.counts[COUNT], state.head[CHI2])
-    return s2 if state.counts[COUNT] >= 1.0 else max(s2, 1.0)
+    return sigma2_of_few(scale, state.counts[COUNT], state.head[CHI2])
 
 
 @kernel
@@ -157,11 +157,7 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
     if form.learns > 0.0:
         weight = state.counts[WEIGHT]
         return adapt_given_state(memory, state.memory_state, e, R, usual, s, U, D, f, scratch.room, s2, weight)
-    T = correct(U, D, f, R, scratch.b)
-    if T > 0.0:
-        for i in range(D.size):
-            s[i] += scratch.b[i] * (e / T)
-    return T
+    return measurement_update(s, U, D, f, e, R, scratch.b)
 
 
 @kernel

@@ -236,13 +236,8 @@ class Joint(FadingPosterior):
         >>> std.round(2).tolist()
         [0.11, 0.14, 0.15]
         """
-        if horizon is None and u is None:
-            raise InputError("say how far: horizon=, or the inputs to come")
-        h = len(np.atleast_1d(u)) if horizon is None else validation.count("horizon", horizon, 1)
-        u = validation.simultaneous(u, h, self.model.inputs)
-        if not np.isfinite(u).all():
-            raise InputError("the inputs to come must be known: u has NaN. Assume a value for them")
-        ahead = self.scan(np.full(h, np.nan), u if self.model.inputs else None, state=state, keep="innovations")
+        u = validation.inputs_to_come(u, horizon, self.model.inputs)
+        ahead = self.scan(np.full(len(u), np.nan), u if self.model.inputs else None, state=state, keep="innovations")
         return ahead.prediction, np.sqrt(ahead.variance)
 
     # --- looking back -------------------------------------------------------------------------------------------

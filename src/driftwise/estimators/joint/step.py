@@ -9,7 +9,7 @@ from ...detect.watch import WHICH
 from ...engine.dispatch import advance, choice, kernel, rare, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_INPUT, MISSING_OUTPUT, REJECTED
-from ...engine.ud import correct, entry, predicted_variance, variance, variances, widen_along
+from ...engine.ud import entry, measurement_update, predicted_variance, variance, variances, widen_along
 from ...memory.registry import Alarm, View, begin, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.noise import Coloured, Sensor, Unknown, White, held_back
 from ...models.scale import sigma2
@@ -22,6 +22,7 @@ from ..common.given_state import (
     begin_given_state,
     pass_time_given_state,
     separate,
+    sigma2_of_few,
 )
 from .predict import propagate
 from .row import (
@@ -94,8 +95,7 @@ def known_so_far(form, scale, state):
     head = state.head
     if form.fades == 0.0:
         return sigma2(scale, head[OBSERVED], head[CHI2])
-    s2 = sigma2(scale, state.counts[COUNT], head[CHI2])
-    return s2 if state.counts[COUNT] >= 1.0 else max(s2, 1.0)
+    return sigma2_of_few(scale, state.counts[COUNT], head[CHI2])
 
 
 @kernel
@@ -265,11 +265,7 @@ def take_in(form, memory, state, scratch, e, R, usual, s2):
         return adapt_given_state(
             memory, state.memory_state, e, R, usual, state.s, state.U, state.D, scratch.f, scratch.room, s2, weight
         )
-    T = correct(state.U, state.D, scratch.f, R, scratch.b)
-    if T > 0.0:
-        for i in range(state.D.size):
-            state.s[i] += scratch.b[i] * (e / T)
-    return T
+    return measurement_update(state.s, state.U, state.D, scratch.f, e, R, scratch.b)
 
 
 @kernel

@@ -8,7 +8,7 @@ from ...detect.gate import admit, count_rejections
 from ...engine.dispatch import advance, kernel, rare, read_like, watch
 from ...engine.elementary import log, square
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, LOST, MISSING_OUTPUT, REJECTED
-from ...engine.ud import correct, entry, predicted_variance, variances
+from ...engine.ud import entry, measurement_update, predicted_variance, variances
 from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..common.given_state import (
@@ -20,6 +20,7 @@ from ..common.given_state import (
     begin_given_state,
     open_room,
     pass_time_given_state,
+    sigma2_of_few,
 )
 from ..joint.row import HUGE
 from ..joint.step import LIMIT, take_inputs
@@ -159,9 +160,7 @@ def known_so_far(form, scale, state, group, g):
     """Return the group's sigma^2; where samples fade and few are left, it may be anything up to the data's own."""
     if form.fades == 0.0:
         return sigma2(scale, seen(form, state, group, g), state.chi2[g])
-    left = state.counts[COUNTS * g + COUNT]
-    s2 = sigma2(scale, left, state.chi2[g])
-    return s2 if left >= 1.0 else max(s2, 1.0)
+    return sigma2_of_few(scale, state.counts[COUNTS * g + COUNT], state.chi2[g])
 
 
 @rare
@@ -181,11 +180,7 @@ def take_in(form, memory, memory_state, state, scratch, group, g, U, e, R, usual
         N, weight = group.N - group.n, state.counts[COUNTS * g + WEIGHT]
         room = open_room(scratch.room, size - N, N)
         return adapt_given_state(memory, memory_state, e, R, usual, s, U, D, f, room, s2, weight)
-    T = correct(U, D, f, R, scratch.b)
-    if T > 0.0:
-        for c in range(size):
-            s[c] += scratch.b[c] * (e / T)
-    return T
+    return measurement_update(s, U, D, f, e, R, scratch.b)
 
 
 @kernel
