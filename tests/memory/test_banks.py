@@ -12,7 +12,6 @@ from scipy import stats
 
 import driftwise as dw
 from driftwise.engine import compile
-from driftwise.engine.dispatch import flatten
 from driftwise.memory.bank import open_bank
 from driftwise.memory.modes import CHI2, FREEDOM, WEIGHT, log_density, mode
 from driftwise.memory.unknown_drift import open_drift_state
@@ -107,7 +106,7 @@ def test_bank_of_two_is_the_case_in_50_digits():
     est = dw.Regression(2, memory=memory, variance=0.02, scale=scale, P0=1.0, at_rest=True)
     policies = list(est.policies)  # the absolute floor of the case, no cap, no guard
     policies[2] = policies[2]._replace(floor=1e-8, cap=np.full(2, 1e300), moving=0.0)
-    est.policies, est.spec = tuple(policies), flatten(policies)
+    est.policies, est.spec = tuple(policies), est.spec_of(policies)
     state, after = est.start(), expected["weights_after_update"] ** 0.99
     faded = after / after.sum(axis=1, keepdims=True)
     for k, (y, psi) in enumerate(zip(given["y"], given["psi"])):

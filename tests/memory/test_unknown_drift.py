@@ -13,7 +13,6 @@ from oracle import drifting_matching as matched
 import driftwise as dw
 from driftwise.cli import specs
 from driftwise.engine import compile, ud
-from driftwise.engine.dispatch import flatten
 from driftwise.memory import auxiliary_filter as auxiliary
 from driftwise.memory import covariance_matching as matching
 from driftwise.memory import fuzzy_drift as fuzzy
@@ -39,7 +38,7 @@ def like_the_theory(est, **more):
     policies = list(est.policies)
     memory = policies[2]._replace(floor=1e-8, cap=np.full(4, 1e300), **more)
     policies[2] = memory._replace(learns=0.0) if hasattr(memory, "learns") else memory
-    est.policies, est.spec = tuple(policies), flatten(policies)
+    est.policies, est.spec = tuple(policies), est.spec_of(policies)
     return est
 
 
@@ -203,7 +202,7 @@ def test_fuzzy_covariance_lies_between_those_of_its_extreme_levels(records):
     for level in (None, rule.small, rule.large):
         one = {} if level is None else dict(small=level, medium=level, large=level)
         policies = (*est.policies[:2], rule._replace(**one), *est.policies[3:])
-        est.spec = flatten(policies)
+        est.spec = est.spec_of(policies)
         row, found = est.start(), []
         for y, u in zip(s.y[0, :200], s.u[0, :200]):
             row, _ = est.update(row, y, u)

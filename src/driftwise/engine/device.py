@@ -15,6 +15,7 @@ from numba import float64
 
 from . import dispatch, jit
 from .dispatch import advance, open_row, open_scratch, read_all
+from .recovery import is_sound, settle
 from .views import matrix
 
 cuda: Any = numba.cuda  # the simulator puts its own in this place
@@ -24,7 +25,7 @@ _bound: set[Any] = set()
 
 def _make_grid(kinds, sizes, shapes):
     """Return what one thread does. It works on a copy of the row, so that neighbours read neighbouring memory."""
-    width, room = shapes[0], shapes[-1]
+    width, outputs, room = shapes[0], shapes[1], shapes[-1]
 
     def advance_member(rows, members, starts, order, ys, us, outs, specs, group):
         i = cuda.grid(1)
@@ -37,8 +38,13 @@ def _make_grid(kinds, sizes, shapes):
             form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
             scratch = open_scratch(form, buffer)
             state = open_row(form, row)
-            for t in range(starts[i], starts[i + 1]):
+            t, count, clock = starts[i], -1.0, 0.0
+            while t < starts[i + 1]:
                 advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, order[t])
+                t += 1
+                if count >= 0.0 or not is_sound(outs, order[t - 1], outputs):
+                    count, clock = settle(row, spec, outs, order[t - 1], outputs, count, clock)
+                    t -= 1 if count >= 0.0 else 0
             for j in range(width):
                 rows[j, r] = row[j]
 

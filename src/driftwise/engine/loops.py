@@ -16,6 +16,7 @@ from .dispatch import (
     retreat,
     watch,
 )
+from .recovery import is_sound, settle
 from .views import fetch
 
 READ = frozenset("ys us y u zs slopes spec specs group at time bad filled".split())  # what loops never write to
@@ -33,8 +34,13 @@ def make_driver(kinds, fingerprint):
         for i in range(rows.shape[0]):
             state = open_row(form, rows[i])
             y, u, out = ys[i], us[i], outs[i]
-            for t in range(y.shape[0]):
+            t, count, clock = 0, -1.0, 0.0
+            while t < y.shape[0]:
                 advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
+                t += 1
+                if count >= 0.0 or not is_sound(out, t - 1, y.shape[1]):
+                    count, clock = settle(rows[i], spec, out, t - 1, y.shape[1], count, clock)
+                    t -= 1 if count >= 0.0 else 0
         return version
 
     return drive
@@ -55,7 +61,8 @@ def make_crew(kinds, sizes, shapes, fingerprint):
             form, noise, memory, gate, scale, detector = read_all(kinds, sizes, spec)
             scratch = open_scratch(form, buffer)
             state = open_row(form, rows[members[i]])
-            for j in range(starts[i], starts[i + 1]):
+            j, count, clock = starts[i], -1.0, 0.0
+            while j < starts[i + 1]:
                 t = j
                 if order.size:
                     t = order[j]
@@ -64,6 +71,10 @@ def make_crew(kinds, sizes, shapes, fingerprint):
                     fetch(us, ahead)
                     fetch(outs, ahead)
                 advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
+                j += 1
+                if count >= 0.0 or not is_sound(outs, t, outputs):
+                    count, clock = settle(rows[members[i]], spec, outs, t, outputs, count, clock)
+                    j -= 1 if count >= 0.0 else 0
         return version
 
     return advance_members
@@ -77,11 +88,16 @@ def make_recorder(kinds, fingerprint):
         form, noise, memory, gate, scale, detector = read_all(kinds, (), spec)
         scratch = open_scratch(form, buffer)
         state = open_row(form, row)
-        for t in range(y.shape[0]):
+        t, count, clock = 0, -1.0, 0.0
+        while t < y.shape[0]:
             for i in range(row.size):
                 history[t, i] = row[i]
             advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
             remember(form, scale, state, scratch, history[t, row.size :])
+            t += 1
+            if count >= 0.0 or not is_sound(out, t - 1, y.shape[1]):
+                count, clock = settle(row, spec, out, t - 1, y.shape[1], count, clock)
+                t -= 1 if count >= 0.0 else 0
         for i in range(row.size):
             history[y.shape[0], i] = row[i]
         return version

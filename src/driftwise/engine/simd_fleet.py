@@ -10,6 +10,7 @@ import numpy as np
 from . import compile
 from .dispatch import advance, open_row, open_scratch, read_all
 from .loops import AHEAD
+from .recovery import is_sound, settle
 from .simd import LANES, collect, disagreements, finite, gather, interleave, own, scatter
 from .views import fetch, matrix
 
@@ -71,7 +72,7 @@ def make_lanes(kinds, sizes, shapes, fingerprint):
                 fetch(outs, t)
             done = 0
             while done < longest:
-                stretch, is_done = longest - done, False
+                stretch, is_done, are_sound = longest - done, False, True
                 if count == LANES and done < common:
                     before, taken, stretch = disagreements(), 0, min(common - done, STRETCH)
                     collect(rows, row, wide[:width])
@@ -96,9 +97,13 @@ def make_lanes(kinds, sizes, shapes, fingerprint):
                         if not is_clean:
                             break
                         advance(form, noise, memory, gate, scale, detector, state8, work8, y8, u8, out8, 0)
+                        for c in range(outputs):  # prediction, variance: see `is_sound`
+                            are_sound = are_sound and finite(out8[0, c]) and finite(out8[0, 2 * outputs + c])
+                        if not are_sound:
+                            break
                         scatter(wide[O:end], outs, at)
                         taken += 1
-                    is_done = taken > 0 and disagreements() == before
+                    is_done = taken > 0 and are_sound and disagreements() == before
                     if is_done:
                         stretch = taken
                         scatter(wide[:width], rows, row)
@@ -109,9 +114,14 @@ def make_lanes(kinds, sizes, shapes, fingerprint):
                     for l in range(count):
                         k = turn[i + l]
                         state = open_row(form, rows[row[l]])
-                        for j in range(first[l] + done, min(first[l] + done + stretch, starts[k + 1])):
+                        j, again, clock = first[l] + done, -1.0, 0.0
+                        while j < min(first[l] + done + stretch, starts[k + 1]):
                             t = order[j] if order.size else j
                             advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
+                            j += 1
+                            if again >= 0.0 or not is_sound(outs, t, outputs):
+                                again, clock = settle(rows[row[l]], spec, outs, t, outputs, again, clock)
+                                j -= 1 if again >= 0.0 else 0
                 done += stretch
             i += count
         return version

@@ -33,7 +33,7 @@ class Status(IntFlag):
     JUMP = JUMP  # the innovations say that the parameters have jumped: they were freed
     CAPPED = CAPPED  # a parameter's variance was held: at its prior's, or at what one typical sample leaves
     BAD_VALUE = BAD_VALUE  # infinite or absurdly large: taken as missing
-    LOST = LOST  # the state left every bound in a gap: restarted from the range of the data
+    LOST = LOST  # the state left every bound in a gap, or was no number any more: restarted
     SKIPPED = SKIPPED  # a regressor was missing or before the record, or an instrument failed: nothing was learnt
     PROJECTED = PROJECTED  # the new parameters were unstable: they were drawn back
     FILLED = FILLED  # a regressor was missing and predicted, or may be a glitch: its variance counts

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine import compile, validation
+from ..engine import compile, recovery, validation
+from ..engine.dispatch import flatten
 from ..engine.errors import InputError
 from ..engine.layout import Layout
 from ..engine.portable import Portable
@@ -44,7 +45,6 @@ class Estimator(Answers, Portable):
     model: Any
     policies: Any
     dtype: np.dtype
-    spec: np.ndarray
     scratch_size: int
     options: dict[str, Any]
     dt: float
@@ -129,6 +129,15 @@ class Estimator(Answers, Portable):
     def _sample_sizes(self) -> tuple[int, ...]:
         """Return the sizes that ``sample_layout`` is given."""
         return (self.outputs or 1,)
+
+    @cached_property
+    def spec(self) -> np.ndarray:
+        """The numbers that the compiled loop is given."""
+        return self.spec_of(self.policies)
+
+    def spec_of(self, policies) -> np.ndarray:
+        """Return these policies as numbers, and behind them the fresh state that follows one that is poisoned."""
+        return np.append(flatten(policies), recovery.tail(self.start(), self.unknown_parts))
 
     # --- running -------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..engine import validation
-from ..engine.dispatch import advance, open_row, open_scratch, read_all
+from ..engine.dispatch import advance, flatten, open_row, open_scratch, read_all
 from ..engine.errors import InputError
 from ..engine.layout import layout_of
 from ..engine.status import MEANING
@@ -112,7 +112,8 @@ class FunctionBlock:
         width, N = est.table_width(self.keep), est.model.N
         row, out = unit.region("row", self.start.size), unit.region("out", width)
         y, u = unit.region("y_now", 1), unit.region("u_now", self.k)
-        spec, buffer = unit.region("setting", est.spec.size, list(est.spec)), unit.region("work", est.scratch_size)
+        settings = flatten(est.policies)
+        spec, buffer = unit.region("setting", settings.size, list(settings)), unit.region("work", est.scratch_size)
         self.row, self.out, self.spec, self.buffer = row, out, spec, buffer
         unit.array(y, "y_now", 0, 1)
         if self.k:

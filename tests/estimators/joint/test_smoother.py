@@ -9,7 +9,6 @@ from test_joint_vs_dense import covariance, noise_of
 import driftwise as dw
 from driftwise.analysis.laws import same
 from driftwise.engine import compile, loops
-from driftwise.engine.dispatch import flatten
 from driftwise.estimators.joint import smoother
 
 
@@ -224,7 +223,7 @@ def test_error_bars_of_drifting_parameters():
     )
     uncapped = est.policies[2]._replace(cap=np.full(2, 1e9))
     est.policies = (*est.policies[:2], uncapped, *est.policies[3:])
-    est.spec = flatten(est.policies)
+    est.spec = est.spec_of(est.policies)
     nees, error, filtered = [], [], []
     for _ in range(200):
         y, u, truth = drifting(rng, T, walk, R)

@@ -11,7 +11,6 @@ from ...detect.gate import resolve_gate
 from ...detect.resolve import resolve_detector
 from ...detect.watch import Silent
 from ...engine import ud, validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.directional_forgetting import DirectionalForgetting
@@ -178,7 +177,6 @@ class AdaptiveGain(Posterior):
             reopen=_restart(restart, is_absolute), probes=probes.ravel(),
         )  # fmt: skip
         self.policies = (form, LeastSquares(1.0), memory, resolve_gate(gate, plant.N), KnownScale(), detector)
-        self.spec = flatten(self.policies)
         self.dtype = GAIN.dtype(form)
         self.scratch_size = SCRATCH.size(form)
 

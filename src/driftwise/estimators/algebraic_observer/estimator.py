@@ -11,7 +11,6 @@ import numpy as np
 from ...detect.gate import Always
 from ...detect.watch import Silent
 from ...engine import validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...models.scale import InverseGamma, KnownScale
@@ -123,7 +122,6 @@ class AlgebraicObserver(Observer):
         form = self._form_of(rows, feeds, slopes, limits, wait)
         self.scale = InverseGamma(0.5, 1e-20) if noise_std is None else KnownScale()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, Silent())
-        self.spec = flatten(self.policies)
         self.dtype, self.scratch_size = ALGEBRAIC.dtype(form), SCRATCH.size(form)
 
     @classmethod

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...engine.layout import layout_of
 from ...memory.constant import Constant
@@ -98,7 +97,6 @@ class Recursive(Posterior):
             scale,
             detector,
         )
-        self.spec = flatten(self.policies)
         self.dtype = layout_of(form).dtype(form)
         self.scratch_size = 5 * N + own
 

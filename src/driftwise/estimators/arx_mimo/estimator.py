@@ -9,7 +9,6 @@ import numpy as np
 
 from ...detect.gate import InnovationGate
 from ...engine import ud, validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...models.convert import ModelMIMO
@@ -144,7 +143,6 @@ class ARXMIMO(Estimator):
         self.prior_covariance = _blocks([part.prior_covariance for part in self.parts])
         shape = self._several()
         self.policies = (shape, *first.policies[1:])
-        self.spec = flatten(self.policies)
         self.dtype = SEVERAL.dtype(shape)
         self.scratch_size = scratch_size(shape, max(part.scratch_size for part in self.parts))
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.random_walk import RandomWalk
@@ -146,7 +145,6 @@ class ContinuousJoint(FadingPosterior):
             InverseGamma(0.0, 0.0) if fades and relative else self.scale,
             detector,
         )
-        self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(n, inputs)
         self.dtype = CONTINUOUS.dtype(shape)
 

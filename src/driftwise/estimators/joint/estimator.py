@@ -9,7 +9,6 @@ import numpy as np
 
 from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.random_walk import RandomWalk
@@ -172,7 +171,6 @@ class Joint(FadingPosterior):
         # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
         kernel_scale = InverseGamma(0.0, 0.0) if fades and relative else self.scale
         self.policies = (shape, kernel_noise, memory, resolve_gate(gate, N), kernel_scale, detector)
-        self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape)
         if start is not None and model.has_offset:
             raise InputError("start identifies the first samples without an offset: offset=False, or start=None")

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...detect.gate import InnovationGate, resolve_gate
 from ...engine import ud, validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.settings import Setting, resolve_memory, resolve_watch, state_size
@@ -164,7 +163,6 @@ class JointMIMO(Estimator):
         # where samples fade the row keeps 2 alpha and 2 beta, and they fade with the memory
         kernel_scale = InverseGamma(0.0, 0.0) if fades and relative else self.scale
         self.policies = (shape, kernel_noise, memories[0][0], resolve_gate(gate, longest), kernel_scale, detector)
-        self.spec = flatten(self.policies)
         self.scratch_size = scratch_size(shape, kernel_noise)
         self.dtype = JOINT_MIMO.dtype(shape)
 

@@ -11,7 +11,6 @@ from scipy.special import stdtrit
 from ...detect.gate import InnovationGate, resolve_gate
 from ...detect.watch import Silent
 from ...engine import validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...models import noise as noises
@@ -126,7 +125,7 @@ class Manoeuvre(Posterior):
             ManoeuvreForm(*form, walk, pole_std**2, limit, SPREAD),
             noise, Constant(), resolve_gate(gate, model.N), self.scale, Silent(),
         )  # fmt: skip
-        self.spec, self.scratch_size = flatten(self.policies), scratch_size(form)
+        self.scratch_size = scratch_size(form)
         self.dtype = MANOEUVRE.dtype(self.policies[0])
 
     def scaled_to(self, y, u=None) -> Manoeuvre:

@@ -12,7 +12,6 @@ from ...detect.parity import Parity
 from ...detect.resolve import resolve_detector
 from ...detect.watch import Silent
 from ...engine import validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...engine.layout import layout_of
 from ...memory.constant import Constant
@@ -161,7 +160,6 @@ class WindowObserver(Observer):
         )  # fmt: skip
         self._form, form = self._build()
         self.policies = (form, KnownScale(), Constant(), Always(), self.scale, kernel_detector)
-        self.spec = flatten(self.policies)
         self.dtype = layout_of(form).dtype(form)
         self.scratch_size = self._form.scratch_size(form)
 

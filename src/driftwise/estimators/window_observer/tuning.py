@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ...engine import ud, validation
-from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from . import growing
 
@@ -72,7 +71,7 @@ class Record:
             U, D = ud.factor(np.tensordot(walks**2, self.units, 1))
             form = form._replace(Uq=U[ud.packed_indices(len(D))], Dq=D, walk=walks @ self.walks)
         rows = est._rows(est.start())
-        spec = flatten((form, *est.policies[1:]))
+        spec = est.spec_of((form, *est.policies[1:]))
         est.drive(rows, self.ys[None], self.us[None], self.table, spec, est.scratch())
         return growing.loglik(est, rows.view(est.dtype).reshape(()))
 
