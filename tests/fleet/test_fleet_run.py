@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -130,6 +131,41 @@ def test_killed_runs_leave_the_same_files(kills, tmp_path):
     assert f"\n{kills} kills: " in done.stdout and "runs left the very same files" in done.stdout
 
 
+def flip(part):
+    """Turn one bit of a file around."""
+    content = bytearray(part.read_bytes())
+    content[len(content) // 2] ^= 1
+    part.write_bytes(content)
+
+
+@pytest.mark.parametrize("is_finished", [False, True])
+@pytest.mark.parametrize("damage", [flip, os.unlink])
+def test_a_damaged_part_is_noticed_on_resume(path, tmp_path, is_finished, damage):
+    out = tmp_path / "out"
+
+    class Stop(Exception):
+        pass
+
+    def stop(progress):
+        if progress.rows == 1250 and not is_finished:
+            raise Stop
+
+    with pytest.raises(Stop) if not is_finished else nullcontext():
+        run(path, out, progress=stop)
+    written = [file.relative_to(out).as_posix() for file in sorted(out.rglob("*.parquet"))]
+    kept = former_run(out).rows  # what came after the last checkpoint is written again anyway
+    names = [name for name in written if name != "fleet.parquet" and f"part-{kept:015d}" not in name]
+    assert any(name.startswith("estimates/part-") for name in names)
+    for name in names:
+        content = (out / name).read_bytes()
+        damage(out / name)
+        if name != "final.parquet" or damage is flip:  # made again where it is gone
+            with pytest.raises(dw.InputError, match=rf"{name} is not as the run wrote it: .*replace=True"):
+                run(path, out, resume=True)
+        (out / name).write_bytes(content)
+    assert run(path, out, resume=True).is_finished
+
+
 def test_another_order_is_not_gone_on_with(path, tmp_path, monkeypatch):
     class Stop(Exception):
         pass
@@ -173,7 +209,9 @@ def test_another_order_is_not_gone_on_with(path, tmp_path, monkeypatch):
     assert (again.began, again.rows, again.events) == (ROWS, ROWS, found.events) and contents(out) == before
     assert np.array_equal(again.tally.table, found.tally.table, equal_nan=True)
     run(path, out, replace=True, every=ROWS)
-    assert sorted(p.name for p in out.iterdir()) == ["events.parquet", "final.parquet", "fleet.parquet", "notes.txt"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "SHA256SUMS", "events.parquet", "final.parquet", "fleet.parquet", "notes.txt"
+    ]  # fmt: skip
     with pytest.raises(dw.InputError, match="there is no run in"):
         former_run(tmp_path)
 

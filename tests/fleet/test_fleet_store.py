@@ -125,7 +125,7 @@ def test_what_is_not_whole_is_refused(tmp_path):
     fleet, rng, refused = dw.Fleet.load(tmp_path / "fleet.parquet"), np.random.default_rng(0), 0
     for size in [*range(12), *rng.integers(12, len(whole), 60)]:
         path.write_bytes(whole[:size])
-        with pytest.raises(dw.InputError, match="cannot be read"):
+        with pytest.raises(dw.InputError, match=r"cannot be read|no file that Fleet\.save wrote, or it was damaged"):
             dw.Fleet.load(path)
     for at in rng.integers(0, len(whole), 300):
         flipped = bytearray(whole)
@@ -158,7 +158,7 @@ def test_files_and_keys_that_do_not_fit_are_refused_with_a_reason(tmp_path):
     with pytest.raises(dw.InputError, match=r"not one that .* wrote"):
         dw.Fleet.load(path)
     path.write_text("asset,flow\n")
-    with pytest.raises(dw.InputError, match="is it another file"):
+    with pytest.raises(dw.InputError, match=r"no file that Fleet\.save wrote"):
         dw.Fleet.load(path)
     with pytest.raises(dw.InputError, match=r"text or numbers, got \(1, 2\) of tuple"):
         dw.Fleet(dw.AR(1), [(1, 2)]).save(path)

@@ -11,6 +11,7 @@ time, and stays as it is. The count of samples, which every row begins with, and
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from .dispatch import kernel, rare
 from .status import LOST
 
 SAMPLES = 0  # of every row
+LARGEST = sys.float_info.max
 
 
 def tail(fresh: np.ndarray, unknown: tuple[str, ...]) -> np.ndarray:
@@ -37,8 +39,8 @@ def is_sound(out, t, outputs):
     """Say whether prediction and variance of the sample just taken are numbers."""
     seen = 0.0
     for i in range(outputs):
-        seen += (out[t, i] - out[t, i]) + (out[t, 2 * outputs + i] - out[t, 2 * outputs + i])
-    return seen == 0.0
+        seen += abs(out[t, i]) + abs(out[t, 2 * outputs + i])
+    return seen <= LARGEST
 
 
 @rare
@@ -61,12 +63,12 @@ def begin_afresh(row, spec):
     if at >= 0:
         clock = row[at]
     for i in range(row.size):
-        if spec[first + i] - spec[first + i] == 0.0 and not row[i] - row[i] == 0.0:
+        if abs(spec[first + i]) <= LARGEST and not abs(row[i]) <= LARGEST:
             is_poisoned = True
     if not is_poisoned:
         return -1.0, 0.0
     for i in range(row.size):
-        if spec[first + i] - spec[first + i] == 0.0:
+        if abs(spec[first + i]) <= LARGEST:
             row[i] = spec[first + i]
     return count, clock
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..engine.atomic import replaced
 from ..engine.errors import InputError
+from ..engine.saved import reading
 
 HEADER, CHECKSUM = b"driftwise.header", b"driftwise.sha256"
 SLICE = 1 << 22  # bytes written and read at a time
@@ -48,40 +49,31 @@ def write(path, header: dict, words: Words, numbers: Numbers, loose: Numbers | N
 
 def read(path, newest: int) -> tuple[dict, Words, Numbers, Numbers]:
     """Return what was written; refuse a file that is not whole, or of a later schema than ``newest``."""
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    try:
+    with reading(path, "Fleet.save"):
         with pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20, page_checksum_verification=True) as file:
-            text, checksum = _facts(file, path)
+            text, checksum = _facts(file)
             header = json.loads(text)
-            _readable(header["schema"], newest, path)
+            _readable(header["schema"], newest)
             words, numbers, loose = _columns(file, header.pop("loose", {}))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file. Was it saved elsewhere?") from None
-    except InputError:
-        raise
-    except (pa.ArrowException, OSError, ValueError, LookupError, TypeError, MemoryError, NotImplementedError) as error:
-        raise InputError(f"{path} cannot be read ({error}). Was the copy cut short, or is it another file?") from None
-    if _digest(text, words, numbers | loose) != checksum:
-        raise InputError(f"{path} is not as it was written: its checksum differs. Was it altered, or is the disk bad?")
+        if _digest(text, words, numbers | loose) != checksum:
+            raise InputError("it is not as it was written, its checksum differs. Was it altered, or is the disk bad?")
     return header, words, numbers, loose
 
 
-def _facts(file, path) -> tuple[str, str]:
+def _facts(file) -> tuple[str, str]:
     """Return header and checksum of an open file."""
     facts = file.schema_arrow.metadata or {}
     if HEADER not in facts or CHECKSUM not in facts:
-        raise InputError(f"{path} is a Parquet file, but not one that Fleet.save wrote. Is it the data?")
+        raise InputError("it is a Parquet file, but not one that Fleet.save wrote. Is it the data?")
     return facts[HEADER].decode(), facts[CHECKSUM].decode()
 
 
-def _readable(schema, newest, path) -> None:
+def _readable(schema, newest) -> None:
     """Refuse a file of a later schema."""
     if schema > newest:
-        raise InputError(
-            f"{path} was written with schema {schema}, this version reads up to {newest}: update driftwise"
-        )
+        raise InputError(f"it was written with schema {schema}, this version reads up to {newest}: update driftwise")
 
 
 def _columns(file, shapes) -> tuple[Words, Numbers, Numbers]:

@@ -12,6 +12,7 @@ from driftwise.engine.atomic import replaced
 from driftwise.engine.errors import InputError
 from driftwise.fleet.events import nothing
 from driftwise.fleet.fleet_parts import Parts
+from driftwise.fleet.fleet_sums import Sums
 
 FLEET, FINAL, EVENTS, ESTIMATES, REPORTED = "fleet.parquet", "final.parquet", "events.parquet", "estimates", ".events"
 WORDS = "kind", "text", "parameter"  # of an event
@@ -21,12 +22,15 @@ INSTANTS = "time", "first_time", "last_time", "last_jump"
 class FleetOut:
     """The folder of a run: ``fleet.parquet``, ``estimates/part-*.parquet``, ``events.parquet``, ``final.parquet``.
 
+    ``SHA256SUMS`` has the checksums of all but the first, which has its own.
+
     Where times are dates (``is_dated``: seconds since 1970), they are written as time stamps, in microseconds.
     """
 
     def __init__(self, folder, fleet, is_dated: bool = False):
         self.folder, self.fleet, self.is_dated = Path(folder), fleet, is_dated
-        self.estimates, self.reported = Parts(self.folder / ESTIMATES), Parts(self.folder / REPORTED)
+        self.sums = Sums(self.folder)
+        self.estimates, self.reported = (Parts(self.folder / name, self.sums) for name in (ESTIMATES, REPORTED))
         self._keys: Any = None
 
     @property
@@ -82,10 +86,18 @@ class FleetOut:
     def finish(self, final) -> None:
         """Write the last tables; ``final`` are columns of some series each, with their rows in the fleet."""
         _gather(self.folder / FINAL, (self._table(at, columns) for at, columns in final))
+        self.sums.add(self.folder / FINAL)
         if self.reported.paths() or not (self.folder / EVENTS).exists():
             tables = self.reported.tables() if self.reported.paths() else [self._reported(*nothing())]
             _gather(self.folder / EVENTS, tables)
+            self.sums.add(self.folder / EVENTS)
         self.reported.remove()
+
+    def verify(self) -> None:
+        """Refuse to go on where something of what was written was altered; the last table can be made again."""
+        if not (self.folder / FINAL).exists():
+            self.sums.forget([self.folder / FINAL])
+        self.sums.verify()
 
     @property
     def is_finished(self) -> bool:
@@ -103,6 +115,7 @@ class FleetOut:
         for parts in (self.estimates, self.reported):
             with suppress(OSError):  # not there, or something of somebody else's in it
                 parts.folder.rmdir()
+        self.sums.forget([self.folder / FINAL, self.folder / EVENTS])
         for name in (FINAL, EVENTS, FLEET):
             (self.folder / name).unlink(missing_ok=True)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from driftwise.engine.atomic import SUFFIX, replaced
+from driftwise.fleet.fleet_sums import Sums
 
 ROWS = 1 << 18  # of a part; so many are in memory
 NAME = re.compile(r"part-(\d{15})\.parquet")
@@ -20,8 +21,8 @@ class Parts:
     parts lie beyond it.
     """
 
-    def __init__(self, folder, begun: int = 0):
-        self.folder, self._begun = Path(folder), begun
+    def __init__(self, folder, sums: Sums, begun: int = 0):
+        self.folder, self.sums, self._begun = Path(folder), sums, begun
         self._waiting: list[Any] = []
 
     def add(self, table) -> None:
@@ -40,7 +41,9 @@ class Parts:
             import pyarrow as pa
 
             self.folder.mkdir(exist_ok=True)
-            write_table(pa.concat_tables(self._waiting), self.folder / f"part-{self._begun:015d}.parquet")
+            path = self.folder / f"part-{self._begun:015d}.parquet"
+            write_table(pa.concat_tables(self._waiting), path)
+            self.sums.add(path)
         self._waiting, self._begun = [], row
 
     def paths(self) -> list[Path]:
@@ -55,15 +58,17 @@ class Parts:
 
     def cut(self, row: int) -> None:
         """Delete the parts that begin at a row of the input or beyond, and what a killed process left half written."""
-        for path in self.paths():
-            if int(NAME.fullmatch(path.name)[1]) >= row:  # type: ignore[index]
-                path.unlink()
+        beyond = [path for path in self.paths() if int(NAME.fullmatch(path.name)[1]) >= row]  # type: ignore[index]
+        self.sums.forget(beyond)
+        for path in beyond:
+            path.unlink()
         sweep(self.folder)
         self._waiting, self._begun = [], row
 
     def remove(self) -> None:
         """Delete all parts in one step."""
         if self.folder.is_dir():
+            self.sums.forget(self.paths())
             sweep(self.folder.parent)
             self.folder.rename(self.folder.with_name(f".{self.folder.name.lstrip('.')}{SUFFIX}"))
             sweep(self.folder.parent)

@@ -50,7 +50,7 @@ def run_fleet(job: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = No
     >>> job = dw.fleet.FleetJob(table, by="pump", output="flow", estimator=dw.AR(1), out=tempfile.mkdtemp())
     >>> found = dw.fleet.run_fleet(job)
     >>> found.rows, found.fleet.mean(7).round(1), sorted(path.name for path in found.out.iterdir())
-    (1000, array([-0.8]), ['estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
+    (1000, array([-0.8]), ['SHA256SUMS', 'estimates', 'events.parquet', 'final.parquet', 'fleet.parquet'])
     """
     batch, started = validation.count("batch", job.batch, least=1), time.monotonic()
     table = open_dataset(job.data, job.by, job.output, job.inputs, job.time, job.missing or ())
@@ -75,8 +75,11 @@ def run_fleet(job: FleetJob, go: Callable[[FleetRun, Dataset], None] | None = No
             run.restore(kept)
         began = run.rows
         try:
-            if kept is None or not kept.facts["is_read"]:
+            is_left = kept is None or not kept.facts["is_read"]
+            if is_left:
                 out.cut(run.rows)
+            out.verify()
+            if is_left:
                 if go is None:
                     run.go(table, batch, _after(job, run, table, facts, started))
                 else:
