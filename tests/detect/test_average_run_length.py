@@ -74,7 +74,8 @@ def test_brownian_limits():
 
 
 @pytest.mark.parametrize(
-    "after, before, h", [(0.01, 1e-6, 2.0), (1e-6, 0.1, 5.0), (2.0, 0.02, 60.0), (0.3, 1.0, 100.0)]
+    "after, before, h",
+    [(0.01, 1e-6, 2.0), (1e-6, 0.1, 5.0), (2.0, 0.02, 60.0), (0.3, 1.0, 100.0), (0.5, 1.0, 1e5)],  # far from the last
 )
 def test_steady_delay_is_the_mean_over_where_the_detector_stands(after, before, h):
     with mp.workdps(40):

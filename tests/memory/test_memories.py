@@ -1,5 +1,6 @@
 """Every memory against a textbook twin in plain NumPy; gains and forgetting are two words for one recursion."""
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,8 @@ from oracle.tracking import golden, kalman, regressors, ridge, stochastic_approx
 import driftwise as dw
 from driftwise.analysis.laws import same
 from driftwise.detect.watch import OWN, SINCE, STATISTIC, WHICH, watch
+from driftwise.memory.exponential_forgetting import ExponentialForgettingKernel
+from driftwise.memory.registry import time_update
 
 MEMORIES = {
     "never": dw.Constant(),
@@ -79,6 +82,25 @@ def test_golden_gains(name, memory):
     trace = dw.ARX(1, 1, memory=memory, at_rest=True).scan(y, u)
     gains = 1 / trace.table[given["n"].astype(int) - 1, 4]
     np.testing.assert_allclose(gains, expected[name], rtol=1e-10)
+
+
+def test_forgetting_begins_before_anything_was_seen():
+    """A weight of zero: nothing to divide by, and nothing to forget."""
+    kernel, U, D = ExponentialForgettingKernel(0.9, np.inf, 1e3, np.ones(1)), np.zeros(0), np.ones(1)
+    view = SimpleNamespace(weight=np.float64(0.0), surprise=np.nan, U=U, D=D)
+    with np.errstate(all="raise"):
+        assert time_update(kernel, np.zeros(2), 1.0, view) == (1.0, 0) and D[0] == 1.0
+
+
+@pytest.mark.parametrize("lam", [0.5, 0.99])
+def test_from_the_first_sample_on_forgetting_does_not_exceed_the_prior(lam):
+    """One direction is never excited: nobody knows less of it than before the first sample."""
+    est = dw.Regression(2, memory=dw.ExponentialForgetting(lam), variance=1.0, P0=[4.0, 9.0], at_rest=True)
+    state, rng = est.start(), np.random.default_rng(2)
+    for _ in range(30):
+        state, _ = est.update(state, rng.standard_normal(), [1.0, 0.0])
+        spread = np.array([[1.0, state["U"][0]], [0.0, 1.0]])
+        assert (spread @ np.diag(state["D"]) @ spread.T)[1, 1] <= 9.0 * (1 + 1e-12)
 
 
 CASES = {

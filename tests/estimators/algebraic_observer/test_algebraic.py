@@ -94,6 +94,25 @@ def test_deviations_against_least_squares(motor):
     np.testing.assert_allclose(std[150], [3.9e-3, 0.47, 158], rtol=0.01)  # the paper's epsilon
 
 
+def test_deviations_after_gaps_are_those_of_every_noise_sample_on_its_own():
+    """Estimates are linear in y, so are filled samples: the response to a 1 at each measured sample, squared, summed."""
+    T, missing, sigma = 90, [20, 21, 22, 37, 60, 61], 0.1
+    est = observer(noise_std=sigma, dt=0.1, frequencies=[2.0])
+    measured = [k for k in range(T) if k not in missing]
+    y = np.zeros((len(measured), T))
+    y[np.arange(len(measured)), measured] = 1.0
+    y[:, missing] = np.nan
+    traces = [est.scan(row, np.zeros(T)) for row in y]
+    response = np.array([trace.estimates for trace in traces])
+    ready = traces[0].ready
+    assert ready[14:].all()
+    expected = sigma * np.sqrt((response[:, ready] ** 2).sum(axis=0))
+    np.testing.assert_allclose(traces[0].std[ready], expected, rtol=1e-6)
+    ahead = np.array([trace.prediction for trace in traces])[:, 15:]
+    expected = sigma**2 * ((ahead**2).sum(axis=0) + 1.0)
+    np.testing.assert_allclose(traces[0].variance[15:], expected, rtol=1e-6)
+
+
 @pytest.mark.slow
 def test_deviations_and_innovations_are_honest(motor):
     rng, u = np.random.default_rng(0), motor.u[:4001]

@@ -5,6 +5,7 @@ import pytest
 
 import driftwise as dw
 from driftwise.engine.status import Status
+from driftwise.estimators.arx.gaps import pass_gap
 
 A, B = [-1.7, 1.1, -0.3], [1.0, 0.5]  # oversampled: the squares of A alone sum to 4
 
@@ -95,3 +96,20 @@ def test_bands_hold_within_a_gap_and_after_it(memory):
     assert 0.95 - 3 * 0.0126 < held[:, :40].mean() < 0.95 + 2 * 0.0126
     assert 0.95 - 3 * 0.0126 < held[:, 40:].mean() < 0.95 + 2 * 0.0126
     assert 0.7 < np.mean(z[:, 10:40] ** 2) < 1.35
+
+
+@pytest.mark.parametrize("doubt", [0.0, 0.5])
+def test_an_output_in_doubt_corrects_the_past_by_what_it_is_worth(doubt):
+    """Errors d of three past outputs, e = -a' d + w + glitch, all Gaussian: mean and covariance of d given e."""
+    rng, theta, y_variance, w = np.random.default_rng(8), np.array([-1.2, 0.5, 0.1]), doubt, 0.09
+    root = rng.standard_normal((3, 3))
+    S, ys, e = root @ root.T, rng.standard_normal(3), 0.8
+    T = theta @ S @ theta + w
+    gain = -S @ theta / (T + doubt)
+    mean, covariance = ys + gain * e, S - np.outer(gain, gain) * (T + doubt)
+    flat, past = S.ravel().copy(), ys.copy()
+    pass_gap(flat, past, theta, np.zeros(3), 0.3, y_variance, e, T)
+    np.testing.assert_allclose(past, mean, rtol=1e-12)
+    after = flat.reshape(3, 3)
+    np.testing.assert_allclose(after[1:, 1:], covariance[:2, :2], rtol=1e-12)  # the oldest has left
+    assert after[0, 0] == -doubt and not after[0, 1:].any() and not after[1:, 0].any()

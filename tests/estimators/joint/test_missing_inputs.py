@@ -45,3 +45,29 @@ def test_a_held_direct_term_widens_the_product_with_a():
     assert np.isclose(state["input_variance"][0], spread) and np.isclose(state["held"][0], mean)
     variance = (a**2 + Pa) * b0**2 * spread + Pa * (b0 * mean) ** 2
     assert np.isclose(est.covariance(state)[0, 0], variance, rtol=1e-12)
+
+
+def test_a_held_direct_term_widens_the_prediction():
+    """y = x + b0 u + w, x = 0 known: with u lost, y has the variance of a product of two independent numbers, and w."""
+    R, b0, Pb, mean, spread = 0.04, 1.5, 0.3, 0.4, 0.25
+    est = dw.Joint(1, 1, True, noise=dw.models.EquationError(R), s0=[0.0, -0.6, 0.0, b0], P0=[0.0, 0.0, 0.0, Pb])
+    state = est.start()
+    state["known"], state["sums"], state["squares"] = 2, 2 * mean, 2 * (mean**2 + spread)
+    state["steps"] = 1e9  # a white input: its mean is put in its place
+    _, step = est.update(state, 0.0, np.nan)
+    assert step.prediction == pytest.approx(b0 * mean, rel=1e-12)
+    assert step.variance == pytest.approx(R + (b0**2 + Pb) * (mean**2 + spread) - (b0 * mean) ** 2, rel=1e-12)
+
+
+def test_an_input_that_stays_lost_is_the_forecast_of_its_own_process():
+    """Five in a row: mean and variance of an AR(1) process k steps ahead, of the moments seen, in closed form."""
+    mean, spread, last, rho = 0.4, 0.25, 1.3, 0.8
+    est = dw.Joint(1, 1, True, noise=dw.models.EquationError(0.04), P0=1.0)
+    state, known = est.start(), 11
+    state["known"], state["sums"], state["squares"] = known, known * mean, known * (mean**2 + spread)
+    state["steps"] = (known - 1) * 2 * spread * (1 - rho)  # the mean squared step of such a process
+    state["held"] = last
+    for k in range(1, 6):
+        state, _ = est.update(state, 0.0, np.nan)
+        assert state["held"][0] == pytest.approx(mean + rho**k * (last - mean), rel=1e-12)
+        assert state["input_variance"][0] == pytest.approx((1 - rho ** (2 * k)) * spread, rel=1e-12)
