@@ -132,7 +132,10 @@ def main() -> int:
             path.write_text(source, encoding="utf-8")
             for stale in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
                 stale.unlink()
-            print(f"{'killed' if killed else 'LIVES '} {time.perf_counter() - began:4.0f} s  {one.name}: {last}", flush=True)
+            print(
+                f"{'killed' if killed else 'LIVES '} {time.perf_counter() - began:4.0f} s  {one.name}: {last}",
+                flush=True,
+            )
             alive += [] if killed else [one.name]
     print(f"{len(mutants) - len(alive)} of {len(mutants)} killed" + (f"; alive: {'; '.join(alive)}" if alive else ""))
     return bool(alive)

@@ -12,12 +12,13 @@ def reproduce(
         str, typer.Argument(metavar="NAME", help="salut1979, radar, perriot1981, abid2008, tian2009 or policies.")
     ],
     seeds: Annotated[
-        int,
+        int | None,
         typer.Option(
-            help="Simulated records; full: 300 for salut1979, 500 for perriot1981, 400 for abid2008, 200 for tian2009 "
-            "and policies; radar simulates nothing. Tolerances widen with fewer."
+            help="Simulated records; if omitted as many as each was checked with: 300 for salut1979, 500 for "
+            "perriot1981, 400 for abid2008, 200 for tian2009 and policies; radar simulates nothing. Tolerances widen "
+            "with fewer."
         ),
-    ] = 300,
+    ] = None,
     json: Annotated[str | None, typer.Option(help="Write the verdicts as JSON; - for standard output.")] = None,
     figures: Annotated[str | None, typer.Option(help="Write the figures and one HTML page into this folder.")] = None,
 ) -> None:

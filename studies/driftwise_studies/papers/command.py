@@ -15,7 +15,7 @@ __all__ = ["execute", "print_table", "show", "write_json"]
 MARKS = {True: ("confirmed", "green"), False: ("NOT CONFIRMED", "bold red"), None: ("skipped", "yellow")}
 
 
-def execute(name: str, seeds: int, json: str | None, figures: str | None) -> bool:
+def execute(name: str, seeds: int | None, json: str | None, figures: str | None) -> bool:
     """Run one reproduction and return whether no finding fails."""
     from driftwise_studies.papers import reproduce
 

@@ -6,6 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+SURE = 3.0  # standard errors of a difference that chance is allowed: one comparison in 370
+
 
 @dataclass(frozen=True)
 class Statement:
@@ -140,8 +144,57 @@ def short(value: float) -> str:
     return "overflow" if value != value else "0" if value == 0 else f"{value:.1e}"
 
 
+@dataclass(frozen=True)
+class Estimate:
+    """Numbers that were estimated from records, with the standard error of each. What is expected is one, too."""
+
+    value: np.ndarray
+    std: np.ndarray
+    records: int
+
+    @classmethod
+    def median(cls, samples) -> Estimate:
+        """Return the medians of (S, ..) samples; four of their standard errors are 2 sqrt(S) ranks."""
+        samples = np.sort(np.asarray(samples, float), axis=0)
+        S = len(samples)
+        low, high = (np.clip(round(S / 2 + way * np.sqrt(S) - 0.5), 0, S - 1) for way in (-1, 1))
+        return cls(np.median(samples, axis=0), (samples[high] - samples[low]) / 4, S)
+
+    @classmethod
+    def share(cls, value, records: int) -> Estimate:
+        """Return shares of so many records; one more of either kind is thought of, so that none is certain."""
+        value = np.asarray(value, float)
+        p = (value * records + 1) / (records + 2)
+        return cls(value, np.sqrt(p * (1 - p) / records), records)
+
+    def expected(self, value, records: int) -> Estimate:
+        """Return what is expected of such numbers, which others estimated in the same way from ``records`` records.
+
+        They are errors: theirs has the same standard error as this one, in proportion.
+        """
+        value = np.asarray(value, float)
+        return Estimate(value, self.std * (value / self.value) * np.sqrt(self.records / records), records)
+
+    def room(self, other: Estimate) -> np.ndarray:
+        """Return how far two estimates of one number may lie apart by chance: both have an error."""
+        return SURE * np.hypot(self.std, other.std)
+
+    def agrees(self, other: Estimate) -> bool:
+        """Say whether both may be estimates of the same numbers."""
+        return bool(np.all(abs(self.value - other.value) <= self.room(other)))
+
+    def is_at_most(self, other: Estimate) -> bool:
+        """Say whether this may be an estimate of numbers no larger than those of the other."""
+        return bool(np.all(self.value - other.value <= self.room(other)))
+
+
 class Scaled:
-    """How many records a check uses and how wide its tolerance is, when ``--seeds`` is not the 300 it was set for."""
+    """How many records a check uses and how wide its tolerance is, when ``--seeds`` is not what it was set for.
+
+    A tolerance that is a number was set where found and expected come from about ``reference`` records each, and is for
+    their difference: with more records it stays, as the expected one gains nothing. Where the records are at hand,
+    `Estimate` says what both sides are worth.
+    """
 
     def __init__(self, seeds: int, reference: int = 300):
         self.share = seeds / reference

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..verdict import Picture, Scaled, Section, Table, Verdict, numbers
+from ..verdict import Estimate, Picture, Scaled, Section, Table, Verdict, numbers
 from . import claims, engine, figures, hampton
 from .detectors import Hinkley, printed_signal
 from .hampton import LEVELS, SEGMENT, Averaging, Fortescue, Walk, follow, plant, records
@@ -85,6 +85,8 @@ PLATE_2 = Row("Plate 2: forgetting .996", lambda: Averaging(forgetting(0.996)), 
 PLATE_3 = Row("Plate 3: Hinkley, the paper's values", Averaging, on_paper, 16.03, 18.8, 1.200)
 LARGER = Row("Hinkley, the paper's values but N0 = 26.5", Averaging, lambda: on_paper((26.5, 26.5)), 14.30, 18.3, 1.185)
 BEST = Row("random walk, gradient, matched q", lambda: Walk(MATCHED), none, 6.26, 6.9, 1.098, 0.12)
+LISTED_RECORDS = 500  # that what is expected comes from, and other code
+SEEN, FEW, TUNED = [0.84, 0.72, 0.77], [0.01, 0.73, 0.01], [0.94, 0.99, 0.91]
 ROWS = [
     PLATE_1,
     Row("Hampton's variance as printed", lambda: Averaging(printed=True), none, 39.7, 42.4, 1.440, 0.25),
@@ -146,7 +148,7 @@ def section(seeds: int) -> Section:
                 lambda: figures.methods(scores, [row.name for row in ROWS]),
             ),
         ],
-        [*_rows(scores, scaled), *_claims(scores, scaled), *_starts(seeds)],
+        [*_rows(scores, scaled), *_claims(scores, scaled, seeds), *_starts(seeds)],
         [
             "The levels of K_opt are not legible in the paper, and its figures are lost: the single record with a "
             "false alarm at n = 920 cannot be compared."
@@ -219,12 +221,19 @@ def _rows(scores, scaled):
     return found
 
 
-def _claims(scores, scaled):
+def _claims(scores, scaled, seeds):
     q = {row.name: scores[row.name, "Q"] for row in ROWS}
     plain, paper, printed = q[PLATE_1.name], q[PLATE_3.name], q[ROWS[1].name]
     seen, few = paper.seen, scores[PLATE_3.name, "R"].seen
     tuned = q["Hinkley, minimum of J*"]
-    near = scaled.wide(0.06)
+
+    def room(found, listed):
+        """Return the widest of what chance allows the shares of two studies."""
+        return Estimate.share(found, seeds).room(Estimate.share(listed, LISTED_RECORDS)).max()
+
+    def agree(found, listed):
+        return Estimate.share(found, seeds).agrees(Estimate.share(listed, LISTED_RECORDS))
+
     return [
         Verdict(
             "re-initialisation does not pay on these plates: plate 3 is worse than plates 1 and 2",
@@ -246,9 +255,10 @@ def _claims(scores, scaled):
         Verdict(
             "plate 3: jumps seen (up, down, up), Q jumps",
             f"{numbers(seen, 2)}, delays {delays(paper.delay)}, {paper.false:.1f} false alarms a record",
-            f".84, .72, .77 ± {near:.2f}; delays 98, 212, 124 ± {scaled.wide(15):.0f}; 1.4 ± {scaled.wide(0.3):.1f}",
+            f".84, .72, .77 ± {room(seen, SEEN):.2f}; delays 98, 212, 124 ± {scaled.wide(15):.0f}; "
+            f"1.4 ± {scaled.wide(0.3):.1f}",
             bool(
-                np.all(np.abs(seen - [0.84, 0.72, 0.77]) <= near)
+                agree(seen, SEEN)
                 and np.all(np.abs(paper.delay - [98, 212, 124]) <= scaled.wide(15))
                 and abs(paper.false - 1.4) <= scaled.wide(0.3)
             ),
@@ -257,15 +267,15 @@ def _claims(scores, scaled):
         Verdict(
             "plate 3 with R jumps: the increases are not seen",
             numbers(few, 2),
-            f".01, .73, .01 ± {near:.2f}",
-            bool(np.all(np.abs(few - [0.01, 0.73, 0.01]) <= near)),
+            f".01, .73, .01 ± {room(few, FEW):.2f}",
+            agree(few, FEW),
             PLATES,
         ),
         Verdict(
             "the minimum of J* is no event reporter",
             f"sees {numbers(tuned.seen, 2)} and raises {tuned.false:.1f} false alarms a record",
-            f".94, .99, .91 ± {near:.2f}; 11 ± {scaled.wide(2):.0f}",
-            bool(np.all(np.abs(tuned.seen - [0.94, 0.99, 0.91]) <= near) and abs(tuned.false - 11) <= scaled.wide(2)),
+            f".94, .99, .91 ± {room(tuned.seen, TUNED):.2f}; 11 ± {scaled.wide(2):.0f}",
+            bool(agree(tuned.seen, TUNED) and abs(tuned.false - 11) <= scaled.wide(2)),
             OURS,
         ),
     ]
