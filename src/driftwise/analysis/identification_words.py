@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 
+from ..results.numbers import capital, ordinal
 from ..results.sentences import NO_JUMP, gain_words, pole_words
 from ..results.stable import NEAR, is_integrator, swings
 from .change_log import surest
@@ -12,7 +13,6 @@ from .change_monitor import FALSE
 
 FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
 SHOWN = 3  # changes that are named, the surest
-ORDINAL = {1: "First", 2: "Second", 3: "Third"}
 
 
 def words(found) -> str:
@@ -59,7 +59,7 @@ def _plant(found) -> str:
     poles = [(p, std) for p, std in s.moduli if abs(p) > FAST]
     modes = list(dict.fromkeys(_mode(p, std, table) for p, std in poles if p.imag >= 0))[:MODES]
     n = len(poles)
-    text = f"{ORDINAL.get(n, f'{n}th')} order: {', '.join(modes)}." if n else "No memory of its own."
+    text = f"{capital(ordinal(n))} order: {', '.join(modes)}." if n else "No memory of its own."
     gains = gain_words(found.model) if table.inputs and all(abs(p) < 1 for p, _ in s.poles) else []
     known = [f"{gain} from {name}" for gain, name in zip(gains, table.inputs) if gain]
     return _warning(found) + text + (f" Gain {', '.join(known)}." if known else "")

@@ -174,6 +174,7 @@ class Estimator(Answers, Portable):
         keep : "innovations", "means", "std" or "covariance": how much of each sample the trace holds
         time : (T,) increasing instants in seconds; steps of dt if omitted
         """
+        index = y.index if hasattr(y, "iloc") else None  # of pandas
         y, u = validation.record(y, u, self.model.inputs, self.outputs)
         start = self.start() if state is None else state
         rows, us, is_stamped = self._rows(start), u, self.takes_instants and time is not None
@@ -185,7 +186,7 @@ class Estimator(Answers, Portable):
         end = rows.view(self.dtype).reshape(())
         clock = self._clock(np.asarray(start), end, len(y)) if time is None else time
         trace = self._trace(y, u, outs[0], keep, np.array(start), end, clock)
-        trace.is_stamped = is_stamped
+        trace.is_stamped, trace.index = is_stamped, index
         return trace
 
     def update_batch(self, states, y, u=None, *, time=None):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from .canonical import Canonical
+from .markup import markup
 from .response import denominator_std, gain_interval, response
 from .roots import Roots, WithPoles, estimate, solve
 from .simulation import simulate
@@ -203,6 +204,9 @@ class Model(StateSpace, WithPoles):
         return gain_interval(self.form, self.values, self.covariance, level)
 
     # --- out -----------------------------------------------------------------------------------------------
+
+    def _repr_html_(self):
+        return markup("\n".join(self.notes), list(zip(self.names, self.values, np.sqrt(np.diag(self.covariance)))))
 
     def simulate(self, u=None, *, samples: int | None = None, **options):
         """Return a `simulate`d record (y, u) of this model; ``options`` are those of `driftwise.simulate`."""

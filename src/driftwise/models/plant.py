@@ -14,7 +14,17 @@ from ..engine.validation import HOLDS
 VISIBLE = 1e-9  # smallest singular value of the balanced [A - lambda I; H], relative, at which a mode counts as seen
 
 
-class Plant(NamedTuple):
+class _Matrices(NamedTuple):
+    A: Any
+    B: Any = None
+    C: Any = None
+    D: Any = None
+    states: Any = None
+    inputs: Any = None
+    outputs: Any = None
+
+
+class Plant(_Matrices):
     """x' = A x + B u, y = C x + D u in continuous time, as numbers; names are optional.
 
     Parameters
@@ -30,13 +40,17 @@ class Plant(NamedTuple):
     >>> motor = Plant([[0, 1], [0, -2]], [0, 3], [1, 0], states=("angle", "speed"))
     """
 
-    A: Any
-    B: Any = None
-    C: Any = None
-    D: Any = None
-    states: Any = None
-    inputs: Any = None
-    outputs: Any = None
+    __slots__ = ()
+
+    def __new__(cls, A, B=None, C=None, D=None, states=None, inputs=None, outputs=None):
+        for name, matrix in zip("ABCD", (A, B, C, D)):
+            if callable(matrix) or isinstance(matrix, str | bytes):
+                kind = "a function" if callable(matrix) else "text"
+                raise InputError(
+                    f"{name} must be a matrix of numbers, got {kind}, {str(matrix)[:60]!r}. A plant that changes with "
+                    "its state or with time has no such matrices: take those about the point where it works"
+                )
+        return super().__new__(cls, A, B, C, D, states, inputs, outputs)
 
 
 class Polynomial(NamedTuple):

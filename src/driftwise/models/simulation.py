@@ -25,6 +25,15 @@ class Record(_Pair):
 
     parameters: np.ndarray
     x: np.ndarray
+    __array_ufunc__ = None  # an array leaves the arithmetic to the pair, which has none
+
+    def _refuse(self, other):
+        raise InputError("a record is a pair (y, u): take its .y, as in y - model.simulate(u).y")
+
+    __sub__ = __rsub__ = __radd__ = __truediv__ = __rtruediv__ = _refuse
+
+    def __array__(self, *args, **kwargs):
+        return self._refuse(None)
 
 
 def simulate(

@@ -111,6 +111,19 @@ def grouped(count: float, least: int = 0, space: str = "\u2009") -> str:
     return f"{count:,.0f}".replace(",", space) if count >= least else f"{count:.0f}"
 
 
+def ordinal(n: int) -> str:
+    """Return "first", "second", "third", "4th", .. "11th", "63rd"."""
+    if n in (1, 2, 3):
+        return ("first", "second", "third")[n - 1]
+    last = "th" if 10 < n % 100 < 14 else {1: "st", 2: "nd", 3: "rd"}.get(n % 10, "th")
+    return f"{n}{last}"
+
+
+def article(n: int) -> str:
+    """Return "A", or "An" before eight, eleven, eighteen and eighty of something."""
+    return "An" if n in (8, 11, 18) or 80 <= n < 90 else "A"
+
+
 def count_of(count: int, what: str) -> str:
     """Return how many there are of something.
 

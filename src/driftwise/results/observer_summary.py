@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..models.markup import markup
 from .summary import Summary, _finite
 from .whiteness import Nis
 
@@ -76,6 +77,15 @@ class ObserverSummary:
     def nis(self) -> list[Nis]:
         """Mean normalised innovation squared of each output, and the interval that should hold it."""
         return [part.nis_interval for part in self.outputs]
+
+    def __str__(self):
+        return self.words
+
+    def __repr__(self):
+        return f"ObserverSummary({self.samples} samples of {self.estimator!r})"
+
+    def _repr_html_(self):
+        return markup(self.words)
 
     @property
     def words(self) -> str:

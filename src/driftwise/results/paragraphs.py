@@ -7,7 +7,7 @@ import math
 
 from ..models.polynomial import PolynomialModel
 from . import sentences as say
-from .numbers import capital, chance, listed
+from .numbers import article, capital, chance, listed, ordinal
 
 PRIOR_COUNTS = 0.01  # a share of the prior in what was learnt that is worth a word
 
@@ -20,11 +20,10 @@ def of_run(s) -> str:
     rmse, fit, nis, coverage, unlearned, drift = s.rmse, s.fit, s.nis, s.coverage, s.unlearned, s.drift
     prior, caveat = s.prior_share, _caveat(s, model)
     n = est.order
-    order = {1: "first", 2: "second", 3: "third"}.get(n, f"{n}th")
     if getattr(model, "is_continuous", False):  # as seen at the usual step
         poles = [(cmath.exp(p * est.dt), std) for p, std in poles]
     modes = dict.fromkeys(say.pole_words(p, std, est.dt, s.unit) for p, std in poles if p.imag >= 0)  # a delay once
-    kind = f"A {order}-order model with {', '.join(modes)}" if n else "The regression"
+    kind = f"{article(n)} {ordinal(n)}-order model with {', '.join(modes)}" if n else "The regression"
     if math.isfinite(rmse):
         said = [f"{kind} predicts the next sample with {say.fit_words(rmse, fit)}."]
     else:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..engine.status import Status
+from ..models.markup import markup
 from .bands import quantile, share_within
 from .events import runs
 from .numbers import SECONDS
@@ -24,6 +25,25 @@ class ModelSummary:
 
     def __init__(self, estimator):
         self.estimator, self.state, self.samples = estimator, estimator.start(), 0
+
+    @property
+    def words(self) -> str:
+        """The run in a few plain sentences."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> list[tuple[str, float, float]]:
+        """(name, value, standard deviation) of each parameter."""
+        raise NotImplementedError
+
+    def __str__(self):
+        return self.words
+
+    def __repr__(self):
+        return f"{type(self).__name__}({self.samples} samples of {self.estimator!r})"
+
+    def _repr_html_(self):
+        return markup(self.words, parameters=self.parameters)
 
     def _forget(self) -> None:
         """Forget what was computed of the run so far: more of it comes."""

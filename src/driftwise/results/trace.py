@@ -39,6 +39,7 @@ class Trace:
     """
 
     begun: Any = None  # the state before the first sample
+    index: Any = None  # that of a pandas y: its data frame has it again
     is_stamped = False  # whether the samples came with instants that the estimator went by
 
     def __init__(self, estimator, y, u, table, keep, state, observed_before=0.0, time=None):
@@ -54,6 +55,9 @@ class Trace:
 
     def __repr__(self):
         return f"Trace({len(self)} samples of {self.estimator!r}, keep={self.keep!r})"
+
+    def _repr_html_(self):
+        return self.summary()._repr_html_()
 
     @cached_property
     def dt(self) -> float:
@@ -160,8 +164,12 @@ class Trace:
         return {f"u{i + 1}" if self.u.shape[1] > 1 else "u": c for i, c in enumerate(self.u.T)}
 
     def to_frame(self, backend: str = "pandas") -> Any:
-        """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals)."""
-        return as_frame(self.columns(), backend)
+        """Return the columns as a data frame of "pandas", "polars" or "pyarrow" (through narwhals).
+
+        In pandas it has the index that y had.
+        """
+        frame = as_frame(self.columns(), backend)
+        return frame if self.index is None or backend != "pandas" else frame.set_index(self.index)
 
     def plot(self, **options) -> Any:
         """Draw measured and predicted output, parameters and innovations with 2-sigma bands; return the Axes.

@@ -95,7 +95,7 @@ def test_deviations_against_least_squares(motor):
 
 
 def test_deviations_after_gaps_are_those_of_every_noise_sample_on_its_own():
-    """Estimates are linear in y, so are filled samples: responses to a 1 at each measured sample, squared and summed."""
+    """Estimates are linear in y, so are filled samples: responses to a 1 at each measured one, squared and summed."""
     T, missing, sigma = 90, [20, 21, 22, 37, 60, 61], 0.1
     est = observer(noise_std=sigma, dt=0.1, frequencies=[2.0])
     measured = [k for k in range(T) if k not in missing]
