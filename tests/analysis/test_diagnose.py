@@ -265,3 +265,12 @@ def test_jumps_and_drifts_are_named_right():
         right[1] += "drift, most of all b1" in drifted.advice
     print(right)
     assert min(right) >= 90
+
+
+def test_no_more_outputs_are_missing_than_there_are():
+    """One that cannot be read is missing, too: it is counted once."""
+    y, u = dw.simulate([-0.8], [1.0], samples=400, noise_std=0.1, seed=1)
+    y[50:150], y[200:369] = np.nan, 1e70
+    trace = dw.ARX(1, 1).scan(y, u)
+    (verdict,) = [v for v in trace.diagnose() if v.name == "missing"]
+    assert verdict.value == 269 / 400 and "269 of 400" in verdict.advice

@@ -241,7 +241,7 @@ def news(trace, y, u) -> list[Verdict]:
 
 def shares(s, label: str = "") -> list[Verdict]:
     """Return the shares of missing and of rejected samples, where there are any."""
-    found, missing = [], s.missing_outputs + s.bad_values
+    found, missing = [], s.missing_outputs  # those that cannot be read are among them
     if missing:
         share = missing / s.samples
         advice = f"{missing} of {s.samples} outputs are missing or unreadable"

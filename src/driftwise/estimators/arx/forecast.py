@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...engine import validation
+from ...engine import compile, validation
 from ...engine.dispatch import open_row
 from ..armax.regressors import Polynomials, open_kept
 from ..base import Estimator
@@ -24,21 +24,18 @@ def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
     z = past.z
     step = STEP * np.sqrt(est._theta_units())
 
-    mean = run(form, theta[None], z[None], u)[0]
-    moved = [theta + sign * np.diag(step) for sign in (1, -1)]
-    with_them = [z + sign * (past.slope * step).T for sign in (1, -1)]
-    up, down = (run(form, t, w, u) for t, w in zip(moved, with_them))
-    J = ((up - down) / (2 * step[:, None])).T
-    variance = np.einsum("hi,ij,hj->h", J, s2 * est._theta_covariance(state), J)
+    shift, moved = np.diag(step), (past.slope * step).T
+    ahead = run(form, theta + np.vstack([0 * step, shift, -shift]), z + np.vstack([0 * z, moved, -moved]), u)
+    mean, J = ahead[0], (ahead[1 : 1 + len(step)] - ahead[1 + len(step) :]) / (2 * step[:, None])
+    variance = (J * (s2 * est._theta_covariance(state) @ J)).sum(axis=0)
 
     # linear in the noise to come and in what is unknown of the past: impulses from rest
-    still, plain = np.zeros_like(u), form._replace(offset=0.0)
-    impulse = run(plain, theta[None], past.pulse[None], still)[0]
-    response = np.append(1.0, impulse[:-1])
-    variance += s2 * est.policies[1].R * np.cumsum(response**2)
-    if past.covariance.any():
-        G = run(plain, np.repeat(theta[None], len(z), axis=0), np.eye(len(z)), still)
-        variance += np.einsum("ih,ij,jh->h", G, past.covariance, G)
+    unknown = np.flatnonzero(np.diag(past.covariance))
+    impulses = np.vstack([past.pulse, np.eye(len(z))[unknown]])
+    response, *G = run(form._replace(offset=0.0), np.repeat(theta[None], len(impulses), axis=0), impulses, 0 * u)
+    variance += s2 * est.policies[1].R * np.cumsum(np.append(1.0, response[:-1]) ** 2)
+    if G:
+        variance += (np.array(G) * (past.covariance[np.ix_(unknown, unknown)] @ G)).sum(axis=0)
     return mean, np.sqrt(variance.clip(0))
 
 
@@ -83,32 +80,63 @@ class Past:
 
 def run(form, theta, z, u) -> np.ndarray:
     """Return the outputs (K, h) of K parameter vectors (K, N) from K pasts (K, ..), without noise."""
-    K, k, deep = len(theta), int(form.inputs), int(form.deep)
-    na = int(form.na)
-    ys, us, r = z[:, :na], z[:, na : na + k * deep].reshape(K, k, deep), z[:, na + k * deep :]
-    nb, nk = form.nb.astype(int), form.nk.astype(int)
-    free = na + nb.sum()
-    is_rational = isinstance(form, Polynomials)
-    nc, nd, nf = (int(form.nc), int(form.nd), form.nf.astype(int)) if is_rational else (0, 0, np.zeros(k, int))
-    ends = np.cumsum([nc, nd, *nf])
-    out = np.empty((K, len(u)))
-    for t, now in enumerate(u):
-        us = np.concatenate([np.broadcast_to(now[:, None], (K, k, 1)), us[:, :, :-1]], axis=2) if deep else us
-        lags = [us[:, l, nk[l] : nk[l] + nb[l]] for l in range(k)]
-        offset = np.full((K, int(theta.shape[1] > free + r.shape[1])), form.offset)
-        terms = theta * np.concatenate([-ys, *lags, r, offset], axis=1)
-        y = terms.sum(axis=1)
-        out[:, t] = y
-        ys = np.concatenate([y[:, None], ys[:, :-1]], axis=1)[:, :na]
-        if not r.shape[1]:
-            continue
-        e, d, *f = np.split(r, ends[:-1], axis=1)
-        new = [np.zeros(K), -terms[:, free : free + nc + nd].sum(axis=1)]
-        b = na
-        for l in range(k):
-            own = terms[:, b : b + nb[l]].sum(axis=1)
-            new.append(-own - terms[:, free + ends[1 + l] : free + ends[2 + l]].sum(axis=1))
-            b += nb[l]
-        blocks = zip((e, d, *f), new)
-        r = np.concatenate([np.concatenate([v[:, None], old], axis=1)[:, : old.shape[1]] for old, v in blocks], axis=1)
+    k, is_rational = int(form.inputs), isinstance(form, Polynomials)
+    sizes = [int(form.na), k, int(form.deep), *((int(form.nc), int(form.nd)) if is_rational else (0, 0))]
+    nf = form.nf if is_rational else np.zeros(k)
+    sizes = np.array([*sizes, *form.nb, *form.nk, *nf], np.int64)
+    out = np.empty((len(theta), len(u)))
+    go = compile.function(run_on, 2, 2, 2, 1, 2, "index")
+    go(np.ascontiguousarray(theta), np.array(z, order="C"), u, np.array([form.offset]), out, sizes)
     return out
+
+
+def run_on(theta, past, u, offset, out, sizes):
+    """Fill ``out``; a ``past`` is [y.. ; u of each input.. ; lags of e, -v, -w of each input], all newest first."""
+    na, k, deep, nc, nd = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
+    noise = na + k * deep  # where the lags of e begin
+    for i in range(out.shape[0]):
+        p, z = theta[i], past[i]
+        for t in range(out.shape[1]):
+            y, v, at, free = 0.0, 0.0, na, na
+            for j in range(na):
+                y -= p[j] * z[j]
+            for l in range(k):
+                free += sizes[5 + l]
+            for j in range(nc + nd):
+                v += p[free + j] * z[noise + j]
+            w, b = noise + nc + nd, free + nc + nd
+            for l in range(k):
+                nb, nk, nf, own = sizes[5 + l], sizes[5 + k + l], sizes[5 + 2 * k + l], 0.0
+                first = na + l * deep
+                for j in range(deep - 1, 0, -1):
+                    z[first + j] = z[first + j - 1]
+                if deep > 0:
+                    z[first] = u[t, l]
+                for j in range(nb):
+                    own += p[at + j] * z[first + nk + j]
+                for j in range(nf):
+                    own += p[b + j] * z[w + j]
+                for j in range(nf - 1, 0, -1):
+                    z[w + j] = z[w + j - 1]
+                if nf > 0:
+                    z[w] = -own
+                y += own
+                at += nb
+                b += nf
+                w += nf
+            for j in range(b, p.size):
+                y += p[j] * offset[0]
+            y += v
+            out[i, t] = y
+            for j in range(na - 1, 0, -1):
+                z[j] = z[j - 1]
+            if na > 0:
+                z[0] = y
+            for j in range(nc - 1, 0, -1):
+                z[noise + j] = z[noise + j - 1]
+            if nc > 0:
+                z[noise] = 0.0  # e to come is zero
+            for j in range(nc + nd - 1, nc, -1):
+                z[noise + j] = z[noise + j - 1]
+            if nd > 0:
+                z[noise + nc] = -v
