@@ -1,6 +1,6 @@
 """`python -m driftwise` is `driftwise`."""
 
-from driftwise.cli.main import main
+from driftwise.cli.entry import main
 
 if __name__ == "__main__":
     main()

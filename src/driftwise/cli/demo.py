@@ -13,6 +13,7 @@ from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.job import Job
 from driftwise.cli.specs import floats
 from driftwise.engine.errors import InputError
+from driftwise.report.printed import say
 
 OPTIONS = "--output track_deg --input roll_deg --time time_s --model auto"
 
@@ -26,17 +27,17 @@ class DemoJob(Job):
     def run(self) -> None:
         """Identify the flight that comes with the package and say what to type for another table."""
         file = str(Path(__file__).parent.parent / "data" / "flight.csv")
-        print("An airliner takes off, climbs and gathers speed, and turns a few times:")
-        print("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
+        say("An airliner takes off, climbs and gathers speed, and turns a few times:")
+        say("its track and its roll, every 2 s, from its own radio messages. Model and memory are found out.")
         AutomaticJob(file, ["track_deg"], ["roll_deg"], "time_s", report=self.report).run()
-        print("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
-        print(
+        say("\nWhat physics says: track is the integral of roll (a pole at 1), with a gain b1 = 2 s x g / speed")
+        say(
             "that falls from 0.158 at 124 m/s to 0.086 at 227 m/s. Nobody told the filter; the report shows b1 falling."
         )
-        print(f"\nThis was:  driftwise run {file} \\")
-        print(f"               {OPTIONS} \\")
-        print(f"               --report {self.report or 'report.html'}")
-        print("Your own:  driftwise run FILE --report report.html")
+        say(f"\nThis was:  driftwise run {file} \\")
+        say(f"               {OPTIONS} \\")
+        say(f"               --report {self.report or 'report.html'}")
+        say("Your own:  driftwise run FILE --report report.html")
 
 
 @dataclass
@@ -75,7 +76,7 @@ class SimulateJob(Job):
         if b:
             plant += f"; b = {', '.join(f'{v:.6g}' for v in b)}"
         how = f"noise {self.noise_std:g} ({self.noise}), seed {self.seed}"
-        print(f"{self.samples} samples of {plant}; {how}", file=sys.stderr)
+        say(f"{self.samples} samples of {plant}; {how}", stderr=True)
 
     def _plant(self):
         """Return a and b: those that were said, or of a random plant."""

@@ -10,6 +10,7 @@ import typer
 
 from driftwise.cli.job import Job
 from driftwise.engine.errors import InputError
+from driftwise.report.printed import say
 
 A, B, NOISE = (-1.1, 0.3), (0.25, 0.12), 0.02  # of a pump as it should be; each differs by SPREAD
 SPREAD = 0.02
@@ -139,7 +140,7 @@ class FleetSimulateJob(Job):
         for fault, words in FAULTS.items():
             names = [pump.name for pump in found if pump.fault == fault]
             more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            print(f"{', '.join(names[:3])}{more}: {words}")
-        print(f"All of them stand in {Path(self.folder) / TRUTH}. Now find them:")
+            say(f"{', '.join(names[:3])}{more}: {words}")
+        say(f"All of them stand in {Path(self.folder) / TRUTH}. Now find them:")
         columns = "--by asset --output flow --input speed --time time"
-        print(f"  driftwise fleet run {self.folder} {columns} --out results")
+        say(f"  driftwise fleet run {self.folder} {columns} --out results")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from typing import Any
 
@@ -140,6 +139,8 @@ class EstimateJob(RunOptions):
     def _refuse_short(self, chunk, unknowns: int) -> None:
         import numpy as np
 
+        from driftwise.report.printed import say
+
         record = self.record
         what = f"--model {self.model}" if self.model else f"order {self.order}"
         seen = int(np.isfinite(chunk.columns[record.output]).sum())
@@ -149,10 +150,10 @@ class EstimateJob(RunOptions):
                 f"{len(record.inputs)} inputs). Take a smaller one, or is this the right column?"
             )
         if unknowns > MANY:
-            print(
+            say(
                 f"driftwise: {what} has {unknowns} unknowns, which takes long, and "
                 f"{record.source.rows or seen} rows may be too few for so many: was a smaller one meant?",
-                file=sys.stderr,
+                stderr=True,
             )
 
     def _flag(self, trace, chunk) -> None:

@@ -69,7 +69,9 @@ class ExportJob(Job):
 
     def tell(self) -> None:
         """Say what was written."""
-        print(", ".join(map(str, self.files)))
+        from driftwise.report.printed import say
+
+        say(", ".join(map(str, self.files)))
 
     def _read(self) -> tuple[Any, Any]:
         """Return the estimator and the state of a file."""

@@ -15,7 +15,7 @@ from driftwise.cli.job import Job
 from driftwise.cli.options import Inputs, Quiet, time_option
 from driftwise.cli.targets import refuse_file, refuse_folder
 from driftwise.engine.atomic import replaced
-from driftwise.engine.errors import CommandError, InputError
+from driftwise.engine.errors import CommandError, InputError, Stopped
 from driftwise.tables.spreadsheet import harmless
 
 PAGE, NAMES = "summary.html", "outliers.csv"  # written into the folder beside what the run writes
@@ -214,10 +214,9 @@ class FleetRunJob(Job):
             )  # fmt: skip
             try:
                 self.result = self._run(asked)
-            except KeyboardInterrupt:
-                raise InputError(
-                    f"stopped; what was done until the last checkpoint is in {self.out}: go on with it (--resume)"
-                ) from None
+            except (KeyboardInterrupt, Stopped) as asked_to:
+                left = f"what was done until the last checkpoint is in {self.out}: go on with it (--resume)"
+                raise Stopped(getattr(asked_to, "code", 130), left) from None
 
     def _run(self, asked):
         if self.spark:
@@ -349,7 +348,8 @@ def _written(report, folder: Path) -> Any:
 
 
 def _show(report, stderr: bool) -> None:
-    from driftwise.report.terminal import console, show_fleet
+    from driftwise.report.printed import console
+    from driftwise.report.terminal import show_fleet
 
     show_fleet(report, console(stderr=stderr))
 

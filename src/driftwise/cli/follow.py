@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import sys
 from contextlib import contextmanager
-from math import isfinite
 from time import perf_counter
 from typing import Any
 
+from driftwise.cli.results import line
 from driftwise.tables.growing import Growing
 
 REFRESH = 0.5  # s between two pictures of the live table
@@ -63,7 +62,7 @@ def _teller(quiet: bool):
     elif sys.stdout.isatty():
         from rich.live import Live
 
-        from driftwise.report.terminal import console
+        from driftwise.report.printed import console
 
         with Live(console=console(), auto_refresh=False, transient=True) as shown:
             yield _Picture(shown)
@@ -108,7 +107,9 @@ class _Lines:
     def __call__(self, tracker, events, is_idle: bool) -> None:
         begin = perf_counter()
         for event in events:
-            _say({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
+            sys.stdout.write(
+                line({"event": event.kind, "time": event.time, "track": event.track, "words": event.words})
+            )
         if tracker.counts["plots"] and (is_idle or begin > self.next):
             for track in tracker.tracks:
                 self._estimates(track)
@@ -128,13 +129,5 @@ class _Lines:
             columns |= {f"east{name}": pair[:, 0].tolist(), f"north{name}": pair[:, 1].tolist()}
         who = {"estimate": track.key or track.id, "track": track.id, "name": track.name}
         for row in zip(*columns.values()):
-            _say({**who, **dict(zip(columns, row))})
+            sys.stdout.write(line({**who, **dict(zip(columns, row))}))
         self.rows[track.id] = len(track)
-
-
-def _say(content: dict) -> None:
-    """Write a line of JSON; what is not finite becomes null."""
-    plain = {
-        name: None if isinstance(value, float) and not isfinite(value) else value for name, value in content.items()
-    }
-    sys.stdout.write(json.dumps(plain, ensure_ascii=False) + "\n")

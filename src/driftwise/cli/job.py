@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 
 from driftwise.cli.progress import bar
 from driftwise.cli.targets import refuse_targets
-from driftwise.engine.errors import InputError
+from driftwise.engine.errors import InputError, Stopped
 
 LOOK = 1000  # rows by which a clock is known
 
@@ -21,7 +21,10 @@ def add_command(app, name: str, job: type) -> None:
     hints = get_type_hints(job, include_extras=True)
 
     def call(**options):
-        job(**options).run()
+        try:
+            job(**options).run()
+        except KeyboardInterrupt:
+            raise Stopped(130) from None
 
     parameters = inspect.signature(job).parameters.values()
     call.__signature__ = inspect.Signature([p.replace(annotation=hints[p.name]) for p in parameters])  # type: ignore
@@ -76,7 +79,7 @@ class Job:
     def tell(self) -> None:
         """Write page and results, print, and say where the files are."""
         from driftwise.cli.results import write
-        from driftwise.report.terminal import console
+        from driftwise.report.printed import console, say
         from driftwise.version import __version__
 
         if self.report:
@@ -85,7 +88,7 @@ class Job:
             write({"driftwise": __version__, **self.content()}, self.json)
         self.show(console(stderr=self.json == "-"))
         if self.written and self.json != "-":
-            print(", ".join(self.written))
+            say(", ".join(self.written))
 
     @property
     def written(self) -> list[str]:

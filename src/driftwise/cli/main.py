@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from importlib.metadata import entry_points
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -14,10 +14,12 @@ from driftwise.cli.demo_fleet import FleetSimulateJob
 from driftwise.cli.export import ExportJob
 from driftwise.cli.fleet import FleetRunJob, FleetShowJob
 from driftwise.cli.job import add_command
+from driftwise.cli.progress import bar
 from driftwise.cli.run import RunJob
 from driftwise.cli.track import TrackJob
-from driftwise.engine.errors import CommandError, InputError
+from driftwise.engine.errors import CommandError, InputError, Stopped
 from driftwise.report.advice_translation import spoken
+from driftwise.report.printed import say
 
 STUDIES = ("reproduce", "score")  # commands of the second distribution of the repository
 
@@ -42,7 +44,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from driftwise.version import __version__
 
-        typer.echo(f"driftwise {__version__}")
+        say(f"driftwise {__version__}")
         raise typer.Exit()
 
 
@@ -64,12 +66,11 @@ def warm() -> None:
     from driftwise.fleet.warm import warm as fleets
 
     start, count = perf_counter(), 0
-    for count, name in enumerate(chain(estimators(), fleets()), 1):
-        if sys.stderr.isatty():
-            print(f"\r\033[K{count} {name[:70]}", end="", file=sys.stderr, flush=True)
-    if sys.stderr.isatty():
-        print("\r\033[K", end="", file=sys.stderr)
-    typer.echo(f"{count} combinations compiled and stored in {perf_counter() - start:.1f} s")
+    with bar("compiling") as advance:
+        for name in chain(estimators(), fleets()):
+            count += 1
+            advance(None, name[:70])
+    say(f"{count} combinations compiled and stored in {perf_counter() - start:.1f} s")
 
 
 def _add_commands() -> None:
@@ -101,15 +102,37 @@ _add_commands()
 
 def main() -> None:
     """Run the command line: exit code 0 when done, 1 for data that cannot be used, 2 for a wrong command."""
+    code = 0
     try:
-        app()
+        code = app(standalone_mode=False) or 0
     except InputError as error:
-        print(f"driftwise: {spoken(str(error))}", file=sys.stderr)
-        sys.exit(2 if isinstance(error, CommandError) else 1)
+        code = _complain(spoken(str(error)), 2 if isinstance(error, CommandError) else 1)
+    except Stopped as asked_to:
+        code = _complain("; ".join(filter(None, ["stopped", str(asked_to)])), asked_to.code)
     except OSError as error:  # what no door can know: a disk that fills up, a folder taken away meanwhile
         where = f"{error.filename}: " if error.filename else ""
-        print(f"driftwise: stopped by the system: {where}{error.strerror or error}", file=sys.stderr)
-        sys.exit(1)
+        code = _complain(f"stopped by the system: {where}{error.strerror or error}", 1)
+    except USAGE as error:
+        code = _explain(error)
+    sys.exit(code)
+
+
+USAGE: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+
+
+def _complain(text: str, code: int) -> int:
+    say(f"driftwise: {text}", stderr=True)
+    return code
+
+
+def _explain(error: Any) -> int:
+    """Say what is wrong with the words of the command; of one that is none but asks for help, the help."""
+    if type(error).__name__ == "NoArgsIsHelpError":
+        error.show()
+    else:
+        about = getattr(error.ctx, "command_path", "driftwise") if getattr(error, "ctx", None) else "driftwise"
+        _complain(f"{error.format_message().rstrip('.')}. What there is: {about} --help", error.exit_code)
+    return error.exit_code
 
 
 if __name__ == "__main__":

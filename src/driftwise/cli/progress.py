@@ -12,11 +12,12 @@ def bar(what: str, quiet: bool = False):
     if quiet or not sys.stderr.isatty():
         yield lambda share, word="": None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    from driftwise.report.printed import console
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console(stderr=True), transient=True) as shown:
         task = shown.add_task(what, total=1.0)
         yield lambda share, word="": shown.update(
             task, completed=share or 0.0, total=None if share is None else 1.0, description=f"{what} {word}".strip()

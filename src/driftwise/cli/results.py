@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 
 from driftwise.engine.atomic import write_text
+from driftwise.report.printed import as_json
 
 
 def content(job) -> dict:
@@ -40,11 +40,16 @@ def content(job) -> dict:
 
 def write(content, path: str) -> None:
     """Write JSON to a file, or to standard output where the path is -; what is not finite becomes null."""
-    text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = line(content, indent=2)
     if path == "-":
         sys.stdout.write(text)
         return
     write_text(path, text)
+
+
+def line(content, indent: int | None = None) -> str:
+    """Return JSON with its end of line; what is not finite becomes null."""
+    return as_json(_plain(content), indent) + "\n"
 
 
 def _smoothed(smoothed):

@@ -15,6 +15,7 @@ import warnings
 from pathlib import Path
 
 from driftwise.engine.compilers import Compiler, compilers
+from driftwise.report.printed import say
 
 HERE = "a C compiler (gcc or clang) here would have compiled loops ahead; now that happens at their first use"
 
@@ -23,7 +24,7 @@ def main(folder: str, extent: str = "front") -> int:
     """Compile into ``folder`` the loops that are needed first, or all; say what was done."""
     compiler = next((c for c in compilers() if not c.is_quick and _works(c)), None)
     if compiler is None:
-        print(f"driftwise: {HERE}")
+        say(f"driftwise: {HERE}")
         return 0
     os.environ |= {"DRIFTWISE_CC": shlex.join(compiler.command), "DRIFTWISE_CACHE": folder, "DRIFTWISE_ENGINE": "c"}
     from driftwise.estimators.common.warm import front, warm
@@ -33,10 +34,10 @@ def main(folder: str, extent: str = "front") -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # what does not compile here may do so where it is used
         for name in front() if extent == "front" else (*warm(), *fleets()):
-            print(f"driftwise: compiled {name}", flush=True)
+            say(f"driftwise: compiled {name}")
     made = list(Path(folder).glob("*.so"))
     size = sum(path.stat().st_size for path in made) / 1e6
-    print(
+    say(
         f"driftwise: {len(made)} objects by {compiler.name}, {size:.1f} MB, in {time.perf_counter() - start[0]:.1f} s "
         f"({_seconds() - start[1]:.1f} s of CPU)"
     )

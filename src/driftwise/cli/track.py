@@ -190,7 +190,8 @@ class TrackJob(Job):
         """Write the tracks, the page and the numbers, and print the table."""
         from driftwise.cli.results import write as write_json
         from driftwise.report import track_report
-        from driftwise.report.terminal import console, show_tracks
+        from driftwise.report.printed import console, say
+        from driftwise.report.terminal import show_tracks
         from driftwise.version import __version__
 
         tracks, written = self.tracker.tracks, []
@@ -215,7 +216,7 @@ class TrackJob(Job):
             Path(self.out).mkdir(parents=True, exist_ok=True)
             written.append(f"tracks in {', '.join(map(str, tracks.write(self.out, self.kinds)))}")
         for line in written if not self.quiet and self.json != "-" else ():
-            out.print(line, soft_wrap=True)
+            say(line, stderr=out.stderr)
 
     def _sites(self, tracks) -> list[tuple[str, float, float]]:
         """Return where range rings are drawn: about the radars that saw a track."""

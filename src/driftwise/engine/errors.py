@@ -9,6 +9,14 @@ class CommandError(InputError):
     """An option of a command cannot be what it is; no data were looked at."""
 
 
+class Stopped(BaseException):
+    """The process was asked to end; ``code`` is its exit code, the words say what is left to go on with."""
+
+    def __init__(self, code: int, words: str = ""):
+        super().__init__(words)
+        self.code = code
+
+
 def refuse_class(name, value) -> None:
     """Raise `InputError` where a class came instead of one of its kind: the brackets were forgotten."""
     if isinstance(value, type):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 from math import inf
 from typing import Any
 
+from driftwise.report.printed import console, say
 from driftwise.report.roots import own_zeros
 from driftwise.results.numbers import SAMPLES, bound, chance, fixed, near_one, number, percent, plus_minus, probable
 from driftwise.results.sentences import SOMETHING
@@ -18,16 +20,6 @@ MOST_SERIES = 3  # of each kind
 
 
 # --- building blocks -----------------------------------------------------------------------------------------
-
-
-def console(stderr: bool = False):
-    """Return a rich console; plain text where the output is no terminal."""
-    from rich.console import Console
-
-    found = Console(stderr=stderr, highlight=False)
-    if not found.is_terminal:
-        found = Console(stderr=stderr, highlight=False, width=110)
-    return found
 
 
 def head(out, title: str, *lines) -> None:
@@ -49,15 +41,39 @@ def foot(out, *, beware=(), label: str = "note") -> None:
         out.print(Text(f"{label}: ", style="yellow") + Text(text))
 
 
-def table(*columns: tuple[str, str]):
+def table(*columns: tuple[str, str]) -> Any:
     """Return an empty table of columns (name, "left" or "right")."""
     from rich import box
-    from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table = _table_or_list()(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for name, justify in columns:
-        table.add_column(name, justify=justify, no_wrap=True, header_style="dim")  # type: ignore[arg-type]
+        table.add_column(name, justify=justify, no_wrap=True, header_style="dim")
     return table
+
+
+@functools.cache
+def _table_or_list() -> type:
+    from rich.measure import Measurement
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    class TableOrList(Table):
+        """A table where there is room for it; no number is ever cut: else a list, each row under its first cell."""
+
+        def __rich_console__(self, console, options):
+            whole = Measurement.get(console, options.update(max_width=10_000), self)
+            if whole.minimum <= options.max_width:
+                yield from super().__rich_console__(console, options)
+                return
+            names = [" ".join(str(column.header).replace("-\n", "").split()) for column in self.columns]
+            rows = zip(self.rows, zip(*(column._cells for column in self.columns)))
+            for row, (first, *cells) in rows:
+                said = [f"{name} {cell}".strip() for name, cell in zip(names[1:], map(str, cells)) if cell]
+                yield Text(f"{names[0]} {first}".strip(), style=row.style or "bold", no_wrap=False, overflow="fold")
+                yield Padding(Text(" \u00b7 ".join(said), no_wrap=False, overflow="fold"), (0, 0, 0, 2))
+
+    return TableOrList
 
 
 def shelves(tables, out) -> list:
@@ -242,7 +258,7 @@ def show_fleet(report, out) -> None:
         out.print(Text(of, style="dim"))
     foot(out, beware=report.notes)
     for line in report.files:
-        out.print(line, soft_wrap=True)
+        say(line, stderr=out.stderr)
     out.print()
 
 

@@ -76,6 +76,10 @@ def refuse_missing(path) -> None:
     """Raise `InputError` where there is no file to be read, with the likely cause."""
     if not os.path.exists(path):
         raise InputError(f"{path}: no such file.{_similar_file(Path(path))}")
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise InputError(f"{path}: the name of this file is not text that can be read; give it another") from None
     if os.path.isdir(path):
         raise InputError(f"{path} is a folder; give one file in it.")
     if not os.access(path, os.R_OK):

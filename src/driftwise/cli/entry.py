@@ -1,0 +1,41 @@
+"""Where `driftwise` begins: asked to stop, by Ctrl-C or SIGTERM, it ends in one line from the first moment on."""
+
+import os
+import signal
+
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+
+
+def main() -> None:
+    """Run the command line."""
+    _answer(_leave)
+    from driftwise.cli.main import main as run
+    from driftwise.engine.errors import Stopped
+
+    def stop(number, frame):
+        """Let what is being written be finished or taken away; asked once more, leave."""
+        _answer(_leave)
+        raise KeyboardInterrupt if number == signal.SIGINT else Stopped(CODES[number])
+
+    _answer(stop)
+    try:
+        run()
+    finally:
+        _answer(_leave)
+
+
+def _answer(how) -> None:
+    """Answer signals so, but for those that whoever started this process told it not to hear."""
+    for number in CODES:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, how)
+
+
+def _leave(number, frame) -> None:
+    """End at once: nothing has been begun, or nothing is left to do."""
+    os.write(2, b"driftwise: stopped\n")
+    os._exit(CODES[number])
+
+
+if __name__ == "__main__":
+    main()
