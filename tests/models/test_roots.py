@@ -257,3 +257,73 @@ def test_nothing_known_is_infinite_not_nan():
     assert np.isinf(m.poles_std).all() and np.isinf(m.zeros_std()).all()
     assert np.isinf(m.dc_gain_std).all()
     assert "nothing is known of the poles yet" in m.notes
+
+
+def apart(m, draws):
+    """Parts of all poles over draws of the parameters (S, 2 n), each root of a draw beside the nearest of ours."""
+    n, found = len(m.poles), np.empty((len(draws), 2 * len(m.poles)))
+    for row, theta in zip(found, draws):
+        q = list(np.roots(np.append(1, theta[:n])))
+        for i, p in enumerate(m.poles):
+            nearest = q.pop(int(np.argmin(abs(np.array(q) - p))))
+            row[2 * i : 2 * i + 2] = nearest.real, nearest.imag
+    return found
+
+
+@pytest.mark.parametrize("poles", [[0.9, 0.5, -0.3], [0.7 + 0.4j, 0.7 - 0.4j, 0.2]])
+def test_poles_vary_together_as_draws_do(poles):
+    n = len(poles)
+    root = RNG(4).standard_normal((n, n)) * 1e-3
+    m = model(poles, P=root @ root.T)
+    found = m.poles_joint_covariance
+    drawn = np.cov(apart(m, RNG(5).multivariate_normal(m.values, m.covariance, 20_000)).T)
+    size = np.sqrt(np.diag(drawn)) + 1e-12
+    # a covariance of 20 000 draws has a standard error of 1/141 of the product of deviations; second order adds some
+    np.testing.assert_allclose(found / np.outer(size, size), drawn / np.outer(size, size), atol=0.05)
+    blocks = found.reshape(n, 2, n, 2)[np.arange(n), :, np.arange(n)]
+    np.testing.assert_allclose(blocks, m.poles_covariance, rtol=1e-9)
+    assert np.linalg.eigvalsh(found).min() > -1e-12 * np.trace(found)
+
+
+def test_a_conjugate_pair_moves_as_one():
+    found = model([0.7 + 0.4j, 0.7 - 0.4j], P=1e-6).poles_joint_covariance
+    np.testing.assert_allclose(found[:2, 2:], found[:2, :2] * [1, -1], rtol=1e-9)
+
+
+def test_the_difference_of_two_poles_needs_what_they_share():
+    """a1 = -(p + q), a2 = p q: where only a2 is uncertain the sum of the poles is certain, each of them is not."""
+    m = model([0.9, 0.5], P=np.diag([0.0, 1e-6]))
+    J = np.array([1.0, 0.0, 1.0, 0.0])
+    assert J @ m.poles_joint_covariance @ J < 1e-20 and m.poles_std.min() > 1e-3
+
+
+def test_sampled_poles_vary_together_too():
+    m = model([0.72, 0.7], P=1e-6)
+    assert "sampled" in m.method
+    joint = m.poles_joint_covariance.reshape(2, 2, 2, 2)
+    np.testing.assert_allclose(joint[[0, 1], :, [0, 1]], m.poles_covariance, rtol=1e-9)
+    draws = RNG(6).multivariate_normal(m.values, m.covariance, 100_000)
+    total = -draws[:, 0] - sum(m.poles.real)  # whichever is which, their sum is -a1
+    J = np.array([1.0, 0.0, 1.0, 0.0])
+    assert J @ m.poles_joint_covariance @ J == pytest.approx(np.mean(total**2), rel=0.05)
+
+
+def test_poles_of_which_nothing_is_known_share_what_nobody_knows():
+    m = dw.models.Model(Canonical(2), np.array([-1.4, 0.45]), np.full((2, 2), np.inf))
+    assert np.isinf(np.diag(m.poles_joint_covariance)).all()
+
+
+def test_other_models_have_it_too():
+    y, u = dw.simulate([-1.2, 0.5], [1.0, 0.5], samples=400, noise_std=0.2, seed=1)
+    for est in (dw.OE(2, 2), dw.BJ(1, 1, 1, 1), dw.ARMAX(2, 2, 1)):
+        m = est.scan(y, u).model()
+        n = len(m.poles)
+        joint = m.poles_joint_covariance.reshape(n, 2, n, 2)
+        np.testing.assert_allclose(joint[np.arange(n), :, np.arange(n)], m.poles_covariance, rtol=1e-6, atol=1e-15)
+    several = dw.ARXMIMO(2, 0, na=1, nb=0).scan(np.column_stack([y, RNG(2).standard_normal(400)])).model()
+    assert several.poles_joint_covariance.shape == (2 * len(several.poles),) * 2
+    joint = several.poles_joint_covariance.reshape(2, 2, 2, 2)
+    np.testing.assert_allclose(joint[[0, 1], :, [0, 1]], several.poles_covariance, rtol=1e-9)
+    slow = dw.ContinuousJoint(2, inputs=1, dt=0.1).scan(y, u).model()
+    joint = slow.poles_joint_covariance.reshape(2, 2, 2, 2)
+    np.testing.assert_allclose(joint[[0, 1], :, [0, 1]], slow.poles_covariance, rtol=1e-9)

@@ -12,6 +12,7 @@ from scipy.special import ndtri
 from ..engine.errors import InputError
 from .canonical import Canonical
 from .response import ratio
+from .roots import derivatives, own_blocks, spread
 
 
 def observer(n: int, c: float) -> tuple[np.ndarray, np.ndarray]:
@@ -104,14 +105,16 @@ class ContinuousModel:
 
         Infinite for a pole that is exactly double.
         """
-        n, p = self.form.n, self.poles
-        slope = np.polyval(np.polyder(self.form.polynomials(self.values)[0]), p)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            J = -(p[:, None] ** np.arange(n - 1, -1, -1)) / slope[:, None]
-            J = np.stack([J.real, J.imag], axis=1)
-            C = J @ np.asarray(self.covariance)[:n, :n] @ J.swapaxes(1, 2)
-        C[~np.isfinite(C).all(axis=(1, 2))] = np.inf  # a double pole
-        return C
+        return own_blocks(self._slopes, np.asarray(self.covariance)[: self.form.n, : self.form.n])
+
+    @property
+    def poles_joint_covariance(self) -> np.ndarray:
+        """Covariance (2 n, 2 n) of all poles at once, real and imaginary part in turn; NaN beside a double one."""
+        return spread(self._slopes, np.asarray(self.covariance)[: self.form.n, : self.form.n])
+
+    @property
+    def _slopes(self) -> np.ndarray:
+        return derivatives(self.form.polynomials(self.values)[0], self.poles)[:, 1:]
 
     @property
     def poles_std(self) -> np.ndarray:

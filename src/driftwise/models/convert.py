@@ -12,7 +12,7 @@ from ..engine.errors import InputError
 from .canonical import Canonical
 from .markup import markup
 from .response import denominator_std, gain_interval, response
-from .roots import Roots, WithPoles, estimate, solve
+from .roots import Roots, WithPoles, estimate, parts, solve, spread
 from .simulation import simulate
 from .structure import Structure
 
@@ -314,6 +314,11 @@ class ModelMIMO(StateSpace):
             C = J @ self.covariance @ J.swapaxes(1, 2)
         C[~np.isfinite(C).all(axis=(1, 2))] = np.inf
         return C
+
+    @property
+    def poles_joint_covariance(self) -> np.ndarray:
+        """Covariance (2 n, 2 n) of all poles at once, real and imaginary part in turn; NaN beside a multiple one."""
+        return spread(parts(self._poles[1]), self.covariance)
 
     @property
     def poles_std(self) -> np.ndarray:

@@ -12,7 +12,7 @@ from ..engine.errors import InputError
 from .canonical import Canonical
 from .convert import DRAWS, Model
 from .family import Family
-from .roots import Roots, WithPoles, estimate, order
+from .roots import Roots, WithPoles, estimate, order, spread
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class PolynomialModel(WithPoles):
 
     @cached_property
     def _poles(self) -> Roots:
-        rng, found = np.random.default_rng(0), []
+        rng, found, slopes = np.random.default_rng(0), [], []
         first = [0, *(self.family.plain + self.family.nc + self.family.nd + sum(self.family.nf[:l])
                       for l in range(self.family.inputs))]  # fmt: skip
         for start, size in zip(first, (self.family.na, *self.family.nf)):
@@ -131,11 +131,20 @@ class PolynomialModel(WithPoles):
 
             if size:
                 found.append(estimate(c, P, draws, "pole", ["1", *self.names[start : start + size]]))
+                slopes.append(np.zeros((2 * size, len(self.values))))
+                slopes[-1][:, start : start + size] = found[-1].slopes[:, 1:]
         values = np.concatenate([f.values for f in found]) if found else np.zeros(0, complex)
         covariance = np.concatenate([f.covariance for f in found]) if found else np.zeros((0, 2, 2))
         method = [m for f in found for m in f.method]
         at = order(values)
-        return Roots(values[at], covariance[at], [method[i] for i in at], [n for f in found for n in f.notes])
+        J = np.concatenate(slopes) if found else np.zeros((0, len(self.values)))
+        joint, first = spread(J, self.covariance), 0  # what two polynomials share is known to first order
+        for f in found:
+            own = slice(first, first + len(f.joint))
+            joint[own, own], first = f.joint, first + len(f.joint)
+        both = np.stack([2 * at, 2 * at + 1], axis=1).ravel()
+        notes = [n for f in found for n in f.notes]
+        return Roots(values[at], covariance[at], [method[i] for i in at], notes, joint[np.ix_(both, both)], J[both])
 
     def zeros(self, input: int = 0) -> np.ndarray:
         """Return the zeros of a channel."""

@@ -18,12 +18,17 @@ CLEAR = 4.0
 
 
 class Roots(NamedTuple):
-    """Roots, largest first, the covariance (n, 2, 2) of their (real, imaginary) parts, and how each was found."""
+    """Roots, largest first, the covariance (n, 2, 2) of their (real, imaginary) parts, and how each was found.
+
+    ``joint`` (2 n, 2 n) is the covariance of all parts, ``slopes`` (2 n, m) are those by the coefficients.
+    """
 
     values: np.ndarray
     covariance: np.ndarray
     method: list[str]
     notes: list[str]
+    joint: np.ndarray
+    slopes: np.ndarray
 
     @property
     def std(self) -> np.ndarray:
@@ -47,6 +52,25 @@ class WithPoles:
     def poles_covariance(self) -> np.ndarray:
         """Covariance (.., 2, 2) of (real, imaginary) part of each pole; how it was found: ``method``."""
         return self._poles.covariance
+
+    @cached_property
+    def poles_joint_covariance(self) -> np.ndarray:
+        """Covariance (2 n, 2 n) of all poles at once: real and imaginary part of the first, of the second, and so on.
+
+        What two poles have in common is off the diagonal blocks: the difference of two, a sum of time constants. First
+        order; where a pole is "sampled", all of its polynomial are, together (the blocks of others may then differ a
+        little from `poles_covariance`). NaN beside a pole of which nothing is known.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> from driftwise.models.canonical import Canonical
+        >>> m = dw.models.Model(Canonical(2), np.array([-1.4, 0.45]), np.diag([1e-4, 0.0]))
+        >>> slow, fast = m.poles_joint_covariance[0, 0], m.poles_joint_covariance[2, 2]
+        >>> print(m.poles.real.round(3), (m.poles_joint_covariance[0, 2] / np.sqrt(slow * fast)).round(6))
+        [0.9 0.5] -1.0
+        """
+        return self._poles.joint
 
     @cached_property
     def poles_std(self) -> np.ndarray:
@@ -89,20 +113,27 @@ def estimate(c, covariance, draws, kind: str, names: list[str]) -> Roots:
     names : names of the coefficients, for the notes
     """
     if len(c) == 1:
-        return Roots(np.zeros(0, complex), np.zeros((0, 2, 2)), [], [])
+        return Roots(np.zeros(0, complex), np.zeros((0, 2, 2)), [], [], np.zeros((0, 0)), np.zeros((0, 1)))
     if c[0] == 0 == covariance[0, 0]:  # known to be zero: a root at infinity, nothing uncertain
         rest = estimate(c[1:], covariance[1:, 1:], lambda: draws()[:, 1:], kind, names[1:])
-        there = np.diag([np.inf, np.inf])[None]
-        return Roots(np.append(np.inf, rest[0]), np.append(there, rest[1], 0), ["infinite", *rest[2]], rest[3])
+        there, slopes = np.diag([np.inf, np.inf])[None], np.pad(rest.slopes, ((2, 0), (1, 0)))
+        joint = _apart(np.diag([np.inf, np.inf]), rest.joint, np.nan)
+        values, covariance = np.append(np.inf, rest.values), np.append(there, rest.covariance, 0)
+        return Roots(values, covariance, ["infinite", *rest.method], rest.notes, joint, slopes)
     if c[-1] == 0 and not covariance[-1].any():  # likewise, a root at 0
         rest = estimate(c[:-1], covariance[:-1, :-1], lambda: draws()[:, :-1], kind, names[:-1])
-        there = np.zeros((1, 2, 2))
-        return Roots(np.append(rest[0], 0.0), np.append(rest[1], there, 0), [*rest[2], "first order"], rest[3])
+        there, slopes = np.zeros((1, 2, 2)), np.pad(rest.slopes, ((0, 2), (0, 1)))
+        values, covariance = np.append(rest.values, 0.0), np.append(rest.covariance, there, 0)
+        joint = _apart(rest.joint, np.zeros((2, 2)), 0.0)
+        return Roots(values, covariance, [*rest.method, "first order"], rest.notes, joint, slopes)
     p = solve(c)
     if not np.isfinite(covariance).all():
-        return Roots(p, np.full((len(p), 2, 2), np.inf), ["unknown"] * len(p), [f"nothing is known of the {kind}s yet"])
+        unknown, n = [f"nothing is known of the {kind}s yet"], len(p)
+        everything = np.full((n, 2, 2), np.inf), ["unknown"] * n, unknown, np.full((2 * n, 2 * n), np.inf)
+        return Roots(p, *everything, np.full((2 * n, n + 1), np.nan))
     lost = _leading(c, covariance)
-    C = _first_order(c, covariance, p)
+    J = derivatives(c, p)
+    C, joint = own_blocks(J, covariance), spread(J, covariance)
     method, notes = ["first order"] * len(p), []
     pairs = _close_pairs(p, C, lost)
     ratio = np.sqrt(covariance[0, 0]) / abs(c[0]) if c[0] else 0.0
@@ -112,16 +143,26 @@ def estimate(c, covariance, draws, kind: str, names: list[str]) -> Roots:
         sampled[:] = True
     sampled[:lost] = False
     if sampled.any():
-        C[sampled] = _sampled(p, draws(), lost)[sampled]
+        own, joint = _sampled(p, draws(), lost)
+        C[sampled] = own[sampled]
         method = ["sampled" if s else m for s, m in zip(sampled, method)]
     if lost:
         C[:lost] = np.diag([np.inf, np.inf])
+        joint = _apart(np.diag(np.full(2 * lost, np.inf)), joint[2 * lost :, 2 * lost :], np.nan)
         method[:lost] = ["infinite"] * lost
         notes.append(_lost_words(c, covariance, lost, kind, names))
     elif ratio > SMALL:
         notes.append(f"{names[0]} is known to {100 * ratio:.0f} % only: the {kind}s are sampled")
     notes += [f"{kind}s {i + 1} and {j + 1} nearly coincide: sampled" for (i, j), far in pairs.items() if far < CLEAR]
-    return Roots(p, C, method, notes)
+    return Roots(p, C, method, notes, joint, J)
+
+
+def _apart(first, second, shared) -> np.ndarray:
+    """Return the covariance of two that share nothing, or nothing that is known."""
+    n, m = len(first), len(second)
+    joint = np.full((n + m, n + m), shared)
+    joint[:n, :n], joint[n:, n:] = first, second
+    return joint
 
 
 def _leading(c, covariance) -> int:
@@ -137,16 +178,36 @@ def _lost_words(c, covariance, lost, kind, names) -> str:
     return f"{what} cannot be told from 0: {many} may lie at infinity"
 
 
-def _first_order(c, covariance, p):
-    """Return J P J' with dp/dc_i = -p^(m-i) / c'(p); infinite where the slope c'(p) is zero."""
+def derivatives(c, p) -> np.ndarray:
+    """Return dp/dc_i = -p^(m-i) / c'(p), (2 m, m + 1), real and imaginary; NaN where the slope c'(p) is zero."""
     m = len(c) - 1
     finite = np.isfinite(p)
-    C = np.full((m, 2, 2), np.inf)
-    slope = np.polyval(np.polyder(c), p[finite])
+    J = np.full((m, m + 1), complex(np.nan, np.nan))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        J = -(p[finite, None] ** np.arange(m, -1, -1)) / slope[:, None]
-        J = np.stack([J.real, J.imag], axis=1)
-        C[finite] = J @ covariance @ J.swapaxes(1, 2)
+        J[finite] = -(p[finite, None] ** np.arange(m, -1, -1)) / np.polyval(np.polyder(c), p[finite])[:, None]
+    return parts(J)
+
+
+def parts(J) -> np.ndarray:
+    """Return real and imaginary parts of n complex rows, one below the other, (2 n, m)."""
+    return np.stack([J.real, J.imag], axis=1).reshape(2 * len(J), J.shape[1])
+
+
+def spread(J, covariance) -> np.ndarray:
+    """Return J P J' of 2 n rows; a root without a finite variance has an infinite one, and shares what nobody knows."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        joint = J @ covariance @ J.T
+    lost = np.repeat(~np.isfinite(np.diag(joint)).reshape(-1, 2).all(axis=1), 2)
+    joint[lost], joint[:, lost] = np.nan, np.nan
+    joint[lost, lost] = np.inf
+    return joint
+
+
+def own_blocks(J, covariance):
+    """Return the blocks (n, 2, 2) of each root alone; infinite where one is not finite."""
+    J = J.reshape(-1, 2, J.shape[1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        C = J @ covariance @ J.swapaxes(1, 2)
     C[~np.isfinite(C).all(axis=(1, 2))] = np.inf
     return C
 
@@ -173,7 +234,9 @@ def _close_pairs(p, C, lost) -> dict[tuple[int, int], float]:
 
 
 def _sampled(p, draws, lost):
-    """Return second moments about p over sampled coefficients; each draw's roots go to the nearest of p, one to one.
+    """Return second moments about p over sampled coefficients: of each root (n, 2, 2), and of all (2 n, 2 n).
+
+    Each draw's roots go to the nearest of p, one to one.
 
     Nearness is chordal (distance on the Riemann sphere), so that a root at infinity has a place too. Where two
     assignments cost the same (a real pair that became complex), the mean with the mirror image undoes the choice.
@@ -187,9 +250,11 @@ def _sampled(p, draws, lost):
     q = np.take_along_axis(q, _assignment(distance**2), axis=1)
     e = np.where(far, 0, q - known)
     e = np.stack([e.real, e.imag], axis=-1)
-    C = np.einsum("sia,sib->iab", e, e) / len(e)
     mirror = [i if v.imag == 0 else int(np.argmin(abs(known - v.conjugate()))) for i, v in enumerate(known)]
-    return (C + C[mirror] * [[1, -1], [-1, 1]]) / 2
+    C = np.einsum("sia,sib->iab", e, e) / len(e)
+    whole, mirrored = e.reshape(len(e), -1), (e[:, mirror] * [1, -1]).reshape(len(e), -1)
+    joint = (whole.T @ whole + mirrored.T @ mirrored) / (2 * len(e))
+    return (C + C[mirror] * [[1, -1], [-1, 1]]) / 2, joint
 
 
 def _assignment(cost):
