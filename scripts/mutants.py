@@ -87,15 +87,15 @@ def wrong(mutants: list[Mutant]) -> list[str]:
     return found
 
 
-def fails(tests: list[str], copy: Path) -> tuple[bool, str]:
+def fails(tests: list[str], copy: Path, patience: float | None = PATIENCE) -> tuple[bool, str]:
     """Run tests against the copy; return whether one fails, and the last line that pytest prints."""
     paths = [copy / "src", ROOT / "studies"]
     env = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, paths)), "DRIFTWISE_CACHE": str(copy / "cache")}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
     try:
-        done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, timeout=PATIENCE)
+        done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, timeout=patience)
     except subprocess.TimeoutExpired:
-        return True, f"nothing after {PATIENCE:.0f} s"
+        return True, f"nothing after {patience:.0f} s"
     if done.returncode not in (0, 1):  # 2: not even collected, which an import that dies looks like, too
         return done.returncode == 2, done.stdout.strip().splitlines()[-1]
     return done.returncode == 1, done.stdout.strip().splitlines()[-1]
@@ -120,7 +120,7 @@ def main() -> int:
         copy = Path(folder)
         shutil.copytree(ROOT / "src", copy / "src", ignore=shutil.ignore_patterns("__pycache__"))
         tests = options.tests or sorted({one.test for one in mutants})
-        fail, last = fails(tests, copy)
+        fail, last = fails(tests, copy, None)
         print(f"unchanged: {last}", flush=True)
         if fail:
             return 1

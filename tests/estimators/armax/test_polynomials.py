@@ -253,3 +253,40 @@ def test_unknown_option_is_named():
 def test_too_short_a_record_is_said_so():
     y, u = SYSTEMS["BJ"].records(1, 5, 0.1)
     assert "too few" in dw.BJ(2, 1, 1, 2).scan(y[0], u[0]).summary().words
+
+
+@pytest.mark.parametrize("residual", ["a posteriori", "a priori"])
+def test_pseudolinear_regression_by_either_residual_is_the_textbook(residual):
+    """Extended least squares with a full covariance: past e by the parameters before, or after, each correction."""
+    y, u = dw.simulate([-0.8], [1.0], d=[0.5], samples=300, noise_std=0.5, seed=4)
+    theta, P, e, expected = np.zeros(3), 2.0 * np.eye(3), 0.0, []
+    for t in range(300):
+        phi = np.array([-y[t - 1], u[t - 1], e]) if t else np.zeros(3)
+        innovation = y[t] - phi @ theta
+        gain = P @ phi / (1.0 + phi @ P @ phi)
+        theta, P = theta + gain * innovation, P - np.outer(gain, phi @ P)
+        e = innovation if residual == "a priori" else y[t] - phi @ theta
+        expected.append(theta)
+    est = dw.ARMAX(1, 1, 1, method="plr", residual=residual, variance=1.0, P0=2.0, at_rest=True)
+    trace = est.scan(y, u)
+    np.testing.assert_allclose(trace.parameters, expected, atol=1e-10)
+
+
+def test_residuals_are_told_apart_and_go_with_plr():
+    y, u = dw.simulate([-0.8], [1.0], d=[0.5], samples=300, noise_std=0.5, seed=4)
+    before, after = (dw.ARMA(1, 1, method="plr", residual=r).scan(y) for r in ("a priori", "a posteriori"))
+    assert abs(before.parameters - after.parameters)[50:].max() > 1e-3
+    with pytest.raises(dw.InputError, match='goes with method="plr"'):
+        dw.ARMAX(1, 1, 1, residual="a priori")
+    with pytest.raises(dw.InputError, match="residual must be one of a posteriori, a priori"):
+        dw.ARMAX(1, 1, 1, method="plr", residual="prior")
+
+
+def test_residuals_a_priori_are_saved_obey_the_laws_and_live_with_gaps(tmp_path):
+    est = dw.ARMAX(1, 1, 1, method="plr", residual="a priori")
+    dw.check_estimator(est)
+    y, u = dw.simulate([-0.8], [1.0], d=[0.5], samples=300, noise_std=0.5, seed=4, missing=0.2)
+    trace = est.scan(y, u)
+    trace.save(tmp_path / "run.npz")
+    assert dw.Trace.load(tmp_path / "run.npz").estimator.options["residual"] == "a priori"
+    assert np.isfinite(trace.parameters).all()

@@ -20,6 +20,7 @@ from ..base import Estimator
 from .regressors import RADIUS, Polynomials, sizes
 
 METHODS = ("rpem", "plr")
+AFTER, BEFORE = RESIDUALS = ("a posteriori", "a priori")
 OWN = ("method", "instruments", "step")  # options of ARX that mean something else here, or nothing
 COMMON = {
     k: p.default for k, p in inspect.signature(ARX).parameters.items() if p.kind is p.KEYWORD_ONLY and k not in OWN
@@ -35,12 +36,18 @@ class _Member(ARX):
         Estimator.tune,
     )  # its regressors are no data: noise is estimated
 
-    def _set(self, orders, method, options):
+    def _set(self, orders, method, options, residual=AFTER):
         unknown = [name for name in options if name not in COMMON]
         if unknown:
             raise TypeError(f"{type(self).__name__} has no option {unknown[0]!r}; it has {', '.join(COMMON)}")
         validation.one_of("method", method, METHODS)
-        self.options = {**orders, "method": method, **COMMON, **options}
+        if validation.one_of("residual", residual, RESIDUALS) == BEFORE and method != "plr":
+            raise InputError(
+                f'residual={BEFORE!r} goes with method="plr": the gradient of "rpem" is that of the residual by the '
+                "corrected parameters"
+            )
+        own = {"method": method} | ({"residual": residual} if residual != AFTER else {})
+        self.options = {**orders, **own, **COMMON, **options}
         na, nc, nd = (validation.count(name, orders.get(name, 0)) for name in ("na", "nc", "nd"))
         nb, nk, nf = (validation.counts(name, orders.get(name, ())) for name in ("nb", "nk", "nf"))
         nk, nf = _each("nk", nk, nb), _each("nf", nf, nb)
@@ -48,12 +55,12 @@ class _Member(ARX):
         if not form.N:
             raise InputError("the model has no parameter: its orders are all zero")
         is_exact = method == "rpem"
-        registers, own = sizes(form.N, form.kept, is_exact, False)
+        registers, scratch = sizes(form.N, form.kept, is_exact, False)
         start = 2.0 * form.N if self.options["P0"] is None else math.inf
         given = dict(
-            exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, follows=0.0, nf=np.array(nf, float), start=start
+            exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, follows=0.0, a_priori=float(residual == BEFORE), nf=np.array(nf, float), start=start
         )
-        self._prepare(lags(form, Polynomials, registers=registers, R=0.0, cap=(), **given), own)
+        self._prepare(lags(form, Polynomials, registers=registers, R=0.0, cap=(), **given), scratch)
 
     def _kernel_form(self, form, R, memory) -> Polynomials:
         is_apart = (
@@ -116,6 +123,10 @@ class ARMAX(_Member):
     method : "rpem" or "plr"
         The exact gradient (recursive prediction error, RML2), or the regressors themselves (pseudolinear regression,
         extended least squares, RML1), which costs less.
+    residual : "a posteriori" or "a priori"
+        Whether the past e among the regressors of "plr" are y less what the parameters after each correction make of
+        it, or those before it, which are the innovations: Perriot-Mathonna (1981) has the former in his (2), the latter
+        in Hampton's filter.
     memory, gate, offset, ... : as for `ARX`
 
     Notes
@@ -146,12 +157,14 @@ class ARMAX(_Member):
 
     for_colour = "BJ, or a higher order"
 
-    def __init__(self, na: int = 2, nb=1, nc: int = 1, nk=1, *, method: str = "rpem", **options):
-        self._set(dict(na=na, nb=nb, nc=nc, nk=nk), method, options)
+    def __init__(
+        self, na: int = 2, nb=1, nc: int = 1, nk=1, *, method: str = "rpem", residual: str = AFTER, **options
+    ):
+        self._set(dict(na=na, nb=nb, nc=nc, nk=nk), method, options, residual)
 
 
 class ARMA(_Member):
-    """Parameters of A(q) y = C(q) e: `ARMAX` without an input.
+    """Parameters of A(q) y = C(q) e: `ARMAX` without an input, with its ``method`` and ``residual``.
 
     Bad at: nearly common roots of A and C, which no data tell apart.
 
@@ -165,8 +178,8 @@ class ARMA(_Member):
 
     for_colour = "a higher order"
 
-    def __init__(self, na: int = 2, nc: int = 1, *, method: str = "rpem", **options):
-        self._set(dict(na=na, nc=nc), method, options)
+    def __init__(self, na: int = 2, nc: int = 1, *, method: str = "rpem", residual: str = AFTER, **options):
+        self._set(dict(na=na, nc=nc), method, options, residual)
 
 
 class OE(_Member):

@@ -49,6 +49,7 @@ class Polynomials(NamedTuple):
     nf: Vector
     start: float  # learnt samples before the prior of c, d, f becomes what it is to be (inf: it is that already)
     cap: Vector  # prior variances
+    a_priori: Size  # 1: residuals by the parameters before the correction, 0: by those after it
     follows: Size  # 1: the memory finds out how fast theta moves, and the registers follow
 
 
@@ -161,7 +162,7 @@ def renew_polynomials(form, state, scratch, y, y_variance, innovation, T):
 
     total = 0.0
     for i in range(N):
-        total += phi[i] * theta[i]
+        total += phi[i] * (room.old[i] if form.a_priori > 0.0 else theta[i])
     coloured = 0.0
     for i in range(free, free + nc + nd):
         coloured += phi[i] * theta[i]
