@@ -66,6 +66,37 @@ def test_brownian_run_length_over_wide_ranges(drift, h):
     assert rl.brownian_run_length(drift, h, 1.3) == pytest.approx(expected, rel=1e-13)
 
 
+@pytest.mark.parametrize("drift", [0.0, 1e-12, 1e-6, -1e-6, 0.3, -0.3, -40.0, 4.0])
+@pytest.mark.parametrize("length", [1e-3, 1.0, 500.0, 1e12])
+def test_the_threshold_of_a_brownian_run_length(drift, length):
+    """G^2/(2 d^2) (e^x - 1 - x) = T, x = 2 d h/G^2, solved by bisection in fifty digits."""
+    with mp.workdps(50):
+        d, G, T = mp.mpf(drift), mp.mpf(1.3), mp.mpf(length)
+
+        def short(h):
+            if not drift:
+                return h * h / G**2 < T
+            x = 2 * d * h / G**2
+            return G**2 / (2 * d**2) * (mp.exp(x) - 1 - x) < T
+
+        low, high = mp.mpf(0), mp.mpf(1)
+        while short(high):
+            low, high = high, 2 * high
+        for _ in range(120):
+            middle = (low + high) / 2
+            low, high = (middle, high) if short(middle) else (low, middle)
+        expected = float(low)
+    assert rl.brownian_threshold(length, drift, 1.3) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_promise_in_words_and_what_no_threshold_is():
+    h = rl.brownian_threshold(rl.rate("1 per 1000"), 0.25)
+    assert rl.brownian_run_length(0.25, h) == pytest.approx(1000, rel=1e-12)
+    for wrong in ((0.0, 0.1, 1.0), (-5.0, 0.1, 1.0), (10.0, np.nan, 1.0), (10.0, 0.1, 0.0)):
+        with pytest.raises(dw.InputError, match=r"must be (positive|finite)"):
+            rl.brownian_threshold(*wrong)
+
+
 def test_brownian_limits():
     assert rl.brownian_run_length(0.0, 3.0, 2.0) == 2.25
     assert rl.brownian_run_length(5.0, 1e4) == np.inf

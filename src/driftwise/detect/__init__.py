@@ -19,6 +19,8 @@ _HOME = {
     "design_restart": "restart",
     "run_length": "average_run_length",
     "threshold_for": "average_run_length",
+    "brownian_run_length": "brownian",
+    "brownian_threshold": "brownian",
     "InnovationGate": "gate",
     # for a detector of one's own
     "register": "registry",

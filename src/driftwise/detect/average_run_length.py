@@ -7,7 +7,16 @@ import re
 import numpy as np
 
 from ..engine.errors import InputError
-from .brownian import OVERSHOOT, brownian_delay, brownian_run_length, finite, growth, legendre, positive
+from .brownian import (
+    OVERSHOOT,
+    brownian_delay,
+    brownian_run_length,
+    brownian_threshold,
+    finite,
+    growth,
+    legendre,
+    positive,
+)
 from .correlated import (
     RunLengthFit,
     extrapolate_run_length,
@@ -23,6 +32,7 @@ __all__ = [
     "RunLengthFit",
     "brownian_delay",
     "brownian_run_length",
+    "brownian_threshold",
     "extrapolate_run_length",
     "growth",
     "lagged_products",

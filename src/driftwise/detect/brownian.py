@@ -90,6 +90,50 @@ def brownian_run_length(drift, threshold, std=1.0):
     return 2 * (h / G) ** 2 * phi2(2 * drift * h / G**2)
 
 
+def brownian_threshold(run_length, drift, std=1.0) -> float:
+    """Return the threshold that a Brownian sum takes so many samples to reach: the inverse of `brownian_run_length`.
+
+    Parameters
+    ----------
+    run_length : float
+        Mean number of samples from 0 to the threshold; of a promise in words, ``rate("1 per 10_000")``.
+    drift : float
+        How far the sum falls per sample, as there: positive for a time between false alarms, negative for a delay.
+    std : float
+        Standard deviation of the signal per sample.
+
+    Raises
+    ------
+    InputError
+        For numbers that are not finite, and a run length or std that is not positive.
+
+    Notes
+    -----
+    For a sum of discrete Gaussian samples take ``OVERSHOOT * std`` off the threshold that comes out; `threshold_for`
+    is exact there. Bad at what `brownian_run_length` is bad at.
+
+    Examples
+    --------
+    >>> h = brownian_threshold(10_000, 0.5)  # or run_length=rate("1 per 10_000")
+    >>> print(round(h, 3), round(brownian_run_length(0.5, h), 3))
+    8.519 10000.0
+    """
+    from scipy.optimize import brentq
+
+    T, d, G = float(positive("run_length", run_length)), float(finite("drift", drift)), float(positive("std", std))
+    # log T rises with log h, at a rate between 1 and 2 or more: a search without a scale
+    low = high = np.log(G) + 0.5 * np.log(T)  # without drift
+
+    def off(log_h):
+        return np.log(brownian_run_length(d, np.exp(log_h), G)) - np.log(T)
+
+    while off(low) > 0:
+        low -= 1.0
+    while off(high) < 0:
+        high += 1.0
+    return float(np.exp(brentq(off, low, high, xtol=1e-15, rtol=1e-14)))
+
+
 @cache
 def legendre(n):
     """Return the n nodes and weights of Gauss and Legendre on (0, 1)."""

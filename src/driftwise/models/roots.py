@@ -65,7 +65,7 @@ class WithPoles:
         --------
         >>> import numpy as np, driftwise as dw
         >>> from driftwise.models.canonical import Canonical
-        >>> m = dw.models.Model(Canonical(2), np.array([-1.4, 0.45]), np.diag([1e-4, 0.0]))
+        >>> m = dw.models.Model(Canonical(2), np.array([-1.4, 0.45]), np.diag([1e-6, 0.0]))
         >>> slow, fast = m.poles_joint_covariance[0, 0], m.poles_joint_covariance[2, 2]
         >>> print(m.poles.real.round(3), (m.poles_joint_covariance[0, 2] / np.sqrt(slow * fast)).round(6))
         [0.9 0.5] -1.0

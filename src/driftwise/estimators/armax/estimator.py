@@ -58,7 +58,14 @@ class _Member(ARX):
         registers, scratch = sizes(form.N, form.kept, is_exact, False)
         start = 2.0 * form.N if self.options["P0"] is None else math.inf
         given = dict(
-            exact=float(is_exact), kept=form.kept, nc=nc, nd=nd, follows=0.0, a_priori=float(residual == BEFORE), nf=np.array(nf, float), start=start
+            exact=float(is_exact),
+            kept=form.kept,
+            nc=nc,
+            nd=nd,
+            follows=0.0,
+            a_priori=float(residual == BEFORE),
+            nf=np.array(nf, float),
+            start=start,
         )
         self._prepare(lags(form, Polynomials, registers=registers, R=0.0, cap=(), **given), scratch)
 
@@ -157,9 +164,7 @@ class ARMAX(_Member):
 
     for_colour = "BJ, or a higher order"
 
-    def __init__(
-        self, na: int = 2, nb=1, nc: int = 1, nk=1, *, method: str = "rpem", residual: str = AFTER, **options
-    ):
+    def __init__(self, na: int = 2, nb=1, nc: int = 1, nk=1, *, method: str = "rpem", residual: str = AFTER, **options):
         self._set(dict(na=na, nb=nb, nc=nc, nk=nk), method, options, residual)
 
 
