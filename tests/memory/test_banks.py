@@ -69,7 +69,7 @@ def test_auto_is_its_plain_twin(expect, told):
         seen = [(int(s), int(k), kind) for kind, bit in BITS.items() for s, k in zip(*np.nonzero(status & bit))]
         assert sorted(seen) == sorted(run.events)
         kinds |= {kind for *_, kind in seen}
-    expected = {"both": set(BITS), "jumps": {"jump", "noise level"}, "outliers": {"outlier"}}[expect]
+    expected = {"both": set(BITS), "jumps": {"jump", "noise level"}, "outliers": {"outlier", "noise level"}}[expect]
     assert kinds == expected - ({"noise level"} if told else set())
 
 

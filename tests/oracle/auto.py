@@ -1,14 +1,14 @@
 """`AutoMemory` (5.14, 5.15), dense, many series at once; shares no code with the library.
 
-A bank of NVR 0, .1 and one learnt mode, outliers, and a challenger against a rival. The learner is recursive maximum
-likelihood (5.8) of the learnt mode itself, in units relative to its sigma^2.
+A bank of NVR 0, .1 and one learnt mode, outliers, and a trial of its likeliest filter: as it was (or one parameter
+jumped), set free, of unknown sigma^2. The learner is recursive maximum likelihood (5.8) of the learnt mode itself, in
+units relative to its sigma^2.
 """
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from scipy.special import logsumexp
 
-from oracle.banks import Bank, Run, Units, forecast, mix, outer, predict, start, staying, update, where
+from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, staying, update, where
 
 
 class Learner:
@@ -62,51 +62,133 @@ class Learner:
         self.dP[:, i, i, i] += q
 
 
-@dataclass
 class Trial:
-    """At most one per series: a challenger whose parameters jumped, and a rival whose noise variance rose."""
+    """Of one series: three filters as banks of one, and the sensitivity F of the first to its own start."""
 
-    on: np.ndarray
-    ch: Bank
-    cv: Bank
-    bj: np.ndarray
-    bv: np.ndarray
-    age: np.ndarray
+    def __init__(self, bank, inverse, gap, surprise, learnt):
+        n, self.gap, self.age, is_surprise = len(inverse), gap, 0, surprise >= 9
+        self.leader, self.w = int(np.argmax(bank.w[0])), bank.w.copy()
+        one = Bank(*(getattr(bank, f)[:, [self.leader]] for f in ("theta", "P", "w", "nu", "chi2")))
+        one.w = np.ones((1, 1))
+        self.copies, self.before = [one.at([0]) for _ in range(3)], one.s2[0, 0]
+        _, free, level = self.copies
+        free.P = free.P + np.diag(min(max(16.0, surprise), 400.0) * inverse)
+        if free.nu[0, 0] > 4:
+            free.nu[:], free.chi2[:] = 4.0, 4 * self.before
+        level.nu[:] = 1.0 if is_surprise else 2.0
+        level.chi2[:] = level.nu * self.before * (3 if is_surprise else 1)
+        self.found, self.beside, self.alone, self.which = np.zeros(3), 0.0, 0.0, 0
+        self.F, self.score, self.known = np.eye(n), np.zeros(n), np.zeros(n)
+        self.shown = self.moved = np.zeros(3)
+        self.learnt = learnt
+
+    def is_over(self, surprise):
+        if self.age >= 100:
+            return True
+        ripe = self.gap > 1 or self.age >= len(self.F) + 3 if surprise >= 9 else self.age >= 32
+        best = max(self.found[1], self.found[0] + self.alone, self.found[2]) - self.found[0]
+        return ripe and best + np.log(1e-3 * self.gap) < -1
+
+    def see(self, row, y, pi, inverse, evidence):
+        """Take a sample in; the probability of an outlier to each."""
+        rho = np.zeros(3)
+        for k in range(3 if self.learnt else 2):
+            b = self.copies[k]
+            new, taken = update(b, row[None], np.array([y]), self.learnt, pi)
+            rho[k], self.found[k] = taken.rho[0, 0], self.found[k] + taken.evidence[0]
+            if k == 0:
+                gain, c = (1 - rho[0]) / taken.St[0, 0], row @ self.F
+                self.known += gain * c**2
+                self.score += gain * c * taken.e[0, 0]
+                self.F = self.F - gain * np.outer(b.P[0, 0] @ row, c)
+                fits = 0.5 * self.score**2 / (self.known + 1 / (16 * inverse)) / new.s2[0, 0]
+                if fits.max() > 0:
+                    self.which = int(np.argmax(fits))
+                logs = fits - 0.5 * np.log1p(16 * inverse * self.known)
+                self.alone = logsumexp(logs) - np.log(len(logs)) if fits.max() > 2 else 0.0
+            if k == 2:
+                new.P = new.P * b.s2[0, 0] / new.s2[0, 0]
+            self.copies[k] = new
+        if not self.learnt:
+            self.found[2] = -np.inf
+        self.age, self.beside = self.age + 1, self.beside + evidence
+        return rho
+
+    def judge(self, jumps, pi, seen):
+        prior, none = np.log(1e-3 * self.gap), self.found[0] - self.beside
+        against = self.found - self.beside + [prior + self.alone, prior, prior]
+        if not jumps:
+            against[:2] = -np.inf
+        best, level = max(against[:2]), against[2]
+        self.odds = max((best - max(none, level)) / np.log(100), 0.0)
+        top = max(against.max(), 0.0)
+        shown = np.exp(against - top)
+        total = np.exp(-top) + shown.sum()
+        moved = shown.copy()
+        moved[:2] *= min(1 / 8, 5e-4 / max(pi, 5e-4))
+        every = np.exp(-top) + moved.sum()
+        clear = (shown > 0.05 * total) & (against.max() >= -4)
+        self.shown, self.moved = np.where(clear, shown / total, 0), np.where(clear, moved / every, 0)
+        least = 2.0 if seen > 100 else 4.0
+        if self.odds > 1 and self.age >= 2 and best > least:
+            return "jump"
+        if level > max(none, best) + np.log(100) and self.age >= 8 and level > least:
+            return "noise level"
+        return None
+
+    def jumped(self, inverse):
+        """The first copy if its likeliest parameter jumped."""
+        v = 1 / (self.known[self.which] + 1 / (16 * inverse[self.which]))
+        b, f = self.copies[0].at([0]), self.F[:, self.which]
+        b.theta, b.P = b.theta + v * self.score[self.which] * f, b.P + v * np.outer(f, f)
+        return b
+
+    def predict(self, phi, alm, cap, mixed):
+        for k, b in enumerate(self.copies):
+            share = self.before / b.s2[0, 0] if k == 2 else 1.0
+            self.copies[k] = predict(b, phi, share * alm[None, [self.leader]], cap, np.array([mixed]))
+        self.F = phi[:, None] * self.F
 
 
-def challenge(inc, inverse, learnt):
-    i = np.arange(inverse.shape[1])
-    ch, cv = inc.at(slice(None)), inc.at(slice(None))
-    ch.P[..., i, i] += 100 * inverse[:, None]
-    if learnt:
-        cv = replace(cv, chi2=2 * 3 * cv.s2, nu=np.full_like(cv.nu, 2.0))
-    return ch, cv
+def blend(bank, trial, inverse):
+    """theta, P and sigma^2 of what is shown."""
+    theta, P, s2 = moments(bank)
+    parts = [(1 - trial.shown.sum(), 1 - trial.moved.sum(), theta[0], P[0], s2[0])]
+    for k in range(3):
+        b = trial.jumped(inverse) if k == 0 and trial.shown[0] > 0 else trial.copies[k]
+        if trial.shown[k] > 0:
+            parts.append((trial.shown[k], trial.moved[k], b.theta[0, 0], b.P[0, 0] * b.s2[0, 0], b.s2[0, 0]))
+    mean = sum(v * m for _, v, m, *_ in parts)
+    return (
+        mean,
+        sum(w * (V + np.outer(m - mean, m - mean)) for w, _, m, V, _ in parts),
+        sum(w * s for w, *_, s in parts),
+    )
 
 
 def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     """Events are (series, sample, kind); `told` is sigma^2 where it is known, P0 relative to it."""
     S, T, n = psi.shape
-    learnt, M, pi, ripe = told is None, len(levels) + 1, 0.0 if expect == "jumps" else 0.01, 1 + (expect != "jumps")
-    units, A, learner = Units(S, n), staying(M, 0.999), Learner(S, n, learnt)
+    learnt, M = told is None, len(levels) + 1
+    units, A, learner = Units(S, n), staying(M, 0.9998), Learner(S, n, learnt)
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
-    prior, cap = np.log(1 / 200), 2 * P0
-    trial = Trial(np.zeros(S, bool), inc.at(slice(None)), inc.at(slice(None)), np.zeros(S), np.zeros(S), np.zeros(S))
-    alm, inverse, everything = np.zeros((S, M, n)), np.zeros((S, n)), slice(None)
+    cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
+    alm, inverse, struck, counted = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S)
     for k in range(T):
         seen = np.isfinite(y[:, k])
         yk, row = np.where(seen, y[:, k], 0), psi[:, k]
         over, rest = units.see(row, seen)
         inverse = np.where(seen[:, None], over, inverse)
-
-        def correct(bank, rows, row=row, yk=yk, rest=rest):
-            return update(bank, row[rows], yk[rows], learnt, pi, rest=rest[rows])
-
-        corrected, taken = correct(inc, everything)
-        new, l0 = where(seen, corrected, inc), taken.evidence
+        pi = (expect != "jumps") * (struck + 0.2) / (counted + 20)
+        corrected, taken = update(inc, row, yk, learnt, pi[:, None], rest=rest)
+        new = where(seen, corrected, inc)
         mean, out.S[:, k] = forecast(inc, row, learnt, heavy=False)
-        _, variance = forecast(inc, row, learnt)
+        for s in range(S):
+            if views[s] is not None:
+                m, V, s2 = views[s]
+                mean[s], out.S[s, k] = row[s] @ m, row[s] @ V @ row[s] + s2
         eps = out.eps[:, k] = np.where(seen, yk - mean, np.nan)
-        out.evidence[:, k] = l0
+        out.evidence[:, k] = taken.evidence
 
         # the learner follows its mode
         before = learner.dtheta, learner.dP
@@ -115,48 +197,60 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                                       for x, old in zip((learner.dtheta, learner.dP), before))  # fmt: skip
         learner.climb(*step, seen & ~rest & (units.count > 2 * n))
 
-        # a challenger and a rival
-        jumped = louder = np.zeros(S, bool)
-        if expect != "outliers":
-            fresh = np.flatnonzero(seen & ~trial.on & (eps**2 > 9 * variance) & (units.count > 4 * n))
-            ch, cv = challenge(inc.at(fresh), over[fresh], learnt)
-            trial.ch.put(fresh, ch)
-            trial.cv.put(fresh, cv)
-            trial.bj[fresh], trial.bv[fresh], trial.age[fresh] = prior, prior if learnt else -np.inf, 0
-            trial.on[fresh] = True
-            on = np.flatnonzero(trial.on & seen)
-            ch, chs = correct(trial.ch.at(on), on)
-            cv, cvs = correct(trial.cv.at(on), on)
-            trial.ch.put(on, ch)
-            trial.cv.put(on, cv)
-            trial.bj[on] += chs.evidence - l0[on]
-            trial.bv[on] += cvs.evidence - l0[on]
-            trial.age[on] += 1
-            bj, bv, age = trial.bj, trial.bv, trial.age
-            live = trial.on & seen
-            jumped = live & (bj > np.log(5)) & (age >= ripe) & (bj > bv + np.log(3))
-            louder = live & ~jumped & (bv > np.log(20)) & (age >= 8) & (bv > bj)
-            dropped = live & ~jumped & ~louder & (((bj < -6) & (bv < -6)) | (age >= 16))
-            new = where(jumped, trial.ch, where(louder, trial.cv, new))
-            trial.on &= ~(jumped | louder | dropped)
-            out.odds[:, k] = np.where(trial.on | jumped, np.maximum(bj / np.log(5), 0), 0)
-            learner.dtheta[jumped] = learner.dP[jumped] = 0
-        struck = seen & ~jumped & ~louder & (np.sum(corrected.w * taken.rho, axis=1) > 0.5)
-        for what, which in (("jump", jumped), ("noise level", louder), ("outlier", struck)):
-            out.events += [(int(s), k, what) for s in np.flatnonzero(which)]
+        # the trials
+        for s in np.flatnonzero(seen):
+            rho, what, trial = float(np.sum(corrected.w[s] * taken.rho[s])), None, trials[s]
+            views[s] = None
+            if not rest[s] and units.count[s] > 4 * n:
+                surprise = eps[s] ** 2 / out.S[s, k]
+                if trial is None or trial.age == 0 or trial.is_over(surprise):
+                    gap = 1.0 if surprise >= 9 or trial is None else max(trial.age, 1)
+                    trial = trials[s] = Trial(inc.at([s]), over[s], gap, surprise, learnt)
+                own = trial.see(row[s], yk[s], pi[s], over[s], taken.evidence[s])
+                what = trial.judge(expect != "outliers", pi[s], units.count[s])
+                out.odds[s, k] = trial.odds
+                rho = (1 - trial.shown.sum()) * rho + trial.shown @ own
+                if what == "jump":
+                    is_one = trial.found[0] + trial.alone > trial.found[1]
+                    winner = trial.jumped(over[s]) if is_one else trial.copies[1]
+                    learner.dtheta[s] = learner.dP[s] = 0
+                elif what:
+                    winner = trial.copies[2]
+                    change = trial.before / winner.s2[0, 0]
+                    learner.dP[s] *= change
+                    learner.eta[s] = np.clip(learner.eta[s] + np.log(change), *learner.bounds)
+                if what:
+                    for name in ("theta", "P", "nu", "chi2"):
+                        getattr(new, name)[s] = getattr(winner, name)[0]
+                    new.w[s] = trial.w[0]
+                    if what == "jump" or winner.s2[0, 0] >= trial.before:
+                        out.events.append((int(s), k, what))
+                    trial.age = 0
+                elif trial.shown.any():
+                    views[s] = blend(new.at([s]), trial, over[s])
+            else:
+                if trial is not None:
+                    trial.shown = trial.moved = np.zeros(3)
+            if what is None and rho > 0.5:
+                out.events.append((int(s), k, "outlier"))
+            if what is None and not rest[s]:
+                struck[s], counted[s] = 0.998 * struck[s] + rho, 0.998 * counted[s] + 1
         out.write(k, new)
+        for s in range(S):
+            if views[s] is not None:
+                out.theta[s, k], out.P[s, k] = views[s][0], np.diag(views[s][1])
 
         # predict; a missing row and one at rest are not mixed
         q = np.exp(learner.eta) * inverse
         learner.predict(phi, q, new.P[:, -1], cap)
         alm[:, :-1], alm[:, -1] = np.array(levels)[:, None] * inverse[:, None], q
-
-        def go(bank, rows, mixes=seen & ~rest):
-            return predict(where(mixes[rows], mix(bank, A), bank), phi, alm[rows], cap, mixes[rows])
-
-        inc = go(new, everything)
-        on = np.flatnonzero(trial.on)
-        if len(on):
-            trial.ch.put(on, go(trial.ch.at(on), on))
-            trial.cv.put(on, go(trial.cv.at(on), on))
+        mixes = seen & ~rest
+        inc = predict(where(mixes, mix(new, A), new), phi, alm, cap, mixes)
+        for s in range(S):
+            if trials[s] is not None and trials[s].age > 0:
+                trials[s].predict(phi, alm[s], cap, mixes[s])
+            if views[s] is not None:
+                m, V, s2 = views[s]
+                c = (inc.w[s] * inc.s2[s]) @ alm[s] / (inc.w[s] @ inc.s2[s])
+                views[s] = phi * m, V * outer(phi, phi) + s2 * np.diag(c), s2
     return out

@@ -105,5 +105,5 @@ def _speeds(found: Census, at, est, states) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         found.memory[at] = np.sqrt(unit / q)
     if isinstance(memory, auto.AutoMemoryKernel):
-        bank = open_bank(drift.own[auto.TRIAL :], N, len(memory.levels)).bank
+        bank = open_bank(drift.own[auto.HEAD :], N, len(memory.levels)).bank
         found.still[at] = cells[:, mode(bank, 0, N).own[WEIGHT]]

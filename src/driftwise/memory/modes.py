@@ -15,9 +15,8 @@ from ..engine.ud import correct, covariances, expand, factor_within, predicted_v
 WEIGHT, FREEDOM, CHI2, OWN = range(4)  # a mode's own numbers, and how many
 FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
-OUTLIERS, WIDER = 0.01, 400.0  # share of outliers, and how many times the noise variance theirs is
+WIDER = 400.0  # how many times the noise variance that of outliers is
 FARTHEST = 10.0  # in squares of its own deviation: farther off no outlier lies
-LOG_ODDS = log(OUTLIERS / (1.0 - OUTLIERS))
 WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
 
@@ -86,8 +85,8 @@ def log_density(nu, z, V):
 
 
 @kernel
-def outlier(nu, z, V, wider):
-    """Return log p of an error that is an outlier OUTLIERS of the time, and the probability that this one is.
+def outlier(nu, z, V, wider, share):
+    """Return log p of an error that is an outlier this ``share`` of the time, and the probability that this one is.
 
     V is the squared scale of one that is none, ``wider`` how many times as large that of an outlier is.
     """
@@ -95,17 +94,18 @@ def outlier(nu, z, V, wider):
         ratio = 0.5 * z * (1.0 - 1.0 / wider)
     else:
         ratio = 0.5 * (nu + 1.0) * log((nu + z) / (nu + z / wider))
-    odds = ratio - 0.5 * log(wider) + LOG_ODDS  # their logarithm
+    odds = ratio - 0.5 * log(wider * (1.0 / share - 1.0) * (1.0 / share - 1.0))  # their logarithm
     less = exp(-abs(odds))
     rho = 1.0 / (1.0 + less) if odds > 0.0 else less / (1.0 + less)
-    both = (1.0 - OUTLIERS) * (1.0 + less)
+    both = (1.0 - share) * (1.0 + less)
     return log_density(nu, z, V / (both * both)) + max(odds, 0.0), rho
 
 
 @kernel
-def take(memory, one, P, error, R, view, is_robust, is_unexcited, is_apart):
+def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
     """Let one mode learn from its error; return log p of mode and error, the probability of an outlier, T, sigma^2.
 
+    ``outliers`` is their share of the samples, 0 where there are none.
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
     WIDER times as large, or more where the error is too far off even for that: however wrong one number is, it says no
     more against the model than a few deviations do. P is that of the two outcomes together (moment matching): a
@@ -122,8 +122,8 @@ def take(memory, one, P, error, R, view, is_robust, is_unexcited, is_apart):
     T = p + R
     k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / (FARTHEST * s2) - R))
     z, V, rho = error * error * k / s2, s2 * (T / memory.R) / (weight * weight), 0.0
-    if is_ready and is_robust:
-        log_p, rho = outlier(nu, z, V, k / k2)
+    if is_ready and outliers > 0.0:
+        log_p, rho = outlier(nu, z, V, k / k2, outliers)
     elif is_ready:
         log_p = log_density(nu, z, V)
     else:
@@ -160,7 +160,7 @@ def lessen(U, D, f, less, p, T, b, c):
 
 
 @kernel
-def update(memory, bank, dense, e, R, theta, view, logs, is_robust, is_unexcited, is_apart):
+def update(memory, bank, dense, e, R, theta, view, logs, outliers, is_unexcited, is_apart):
     """Let every mode learn, and the weights; return the log evidence and the probability of an outlier.
 
     e is the innovation of ``theta``, R the variance of the noise. The P of each mode is left in ``dense``, packed one
@@ -175,7 +175,7 @@ def update(memory, bank, dense, e, R, theta, view, logs, is_robust, is_unexcited
         for i in range(N):
             error += view.psi[i] * (theta[i] - one.theta[i])
         P = dense[m * size : (m + 1) * size]
-        logs[m], share, T, s2 = take(memory, one, P, error, R, view, is_robust, is_unexcited, is_apart)
+        logs[m], share, T, s2 = take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart)
         logs[M + 4 + m] = share
         top = max(top, logs[m])
         if m == M - 1:

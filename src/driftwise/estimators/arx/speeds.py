@@ -129,7 +129,7 @@ def _weights(memory, own, N) -> dict[str, float] | None:
         return None
     M = len(memory.levels)
     if isinstance(memory, auto.AutoMemoryKernel):
-        names, own = list(EXPLANATIONS), own[auto.TRIAL :]
+        names, own = list(EXPLANATIONS), own[auto.HEAD :]
     else:
         names = [f"{level:g}" for level in memory.levels]
         if isinstance(memory, IMMKernel) and memory.jumps > 0:

@@ -42,7 +42,8 @@ from .row import (
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
-GLITCH = 0.3  # of the squared error: variance of an outlier among the regressors, a glitch of the sensor or real
+DOUBTED, SURE = 0.2, 0.9  # probability of an outlier from which it is no regressor to rely on, and none at all
+GLITCH = 0.3  # of the squared error: variance of a doubted one, which may be right; weighed so it biases no parameter
 RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
 
 
@@ -222,8 +223,12 @@ def advance_lags(form, method, memory, gate, scale, detector, state, scratch, y,
             status |= LOST if head[OBSERVED] > theta.size else 0
     else:
         head[TOP] = max(head[TOP], abs(z))
-        if form.missing == PREDICT and surprise >= 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
-            y_variance = GLITCH * e * e
+        if form.missing == PREDICT and surprise >= 0.0:
+            rho = outlier_probability(memory, state.memory_state)
+            if rho > SURE:  # mean and variance of what y would have been
+                z, y_variance = z - rho * e, rho * ((1.0 - rho) * e * e + s2 * T)
+            elif rho > DOUBTED:
+                y_variance = GLITCH * e * e
     status |= renew(form, state, scratch, z, y_variance, seen, s2 * T)
     tell(form, memory, state, scratch, view_of(state, scratch, s2, surprise))
 

@@ -1,0 +1,41 @@
+"""Every constant of `AutoMemory`, with its reason.
+
+NVRs and jumps are in units of the noise: a parameter off by its unit R/ms moves y as much as the noise does.
+Those chosen by trial were chosen on the drawn systems of `driftwise_studies.score.worlds` with the choosing seed.
+"""
+
+from ..engine.elementary import log
+
+# How fast parameters drift
+LEVELS = (0.0, 0.1)  # NVRs beside the learnt one: none, and as fast as can be told from noise (three samples)
+STAY = 0.9998  # probability that the speed stays: a plant changes it once in five thousand samples, not oftener
+START, LEAST, MOST = 1e-2, 1e-6, 10.0  # learnt NVR: at first (high: its slope vanishes with it), memory of 1000 .. 0.3
+SAMPLES, TAU, PRIOR = 300.0, 2.0, 4.0  # that count; deviations of log NVR among the parameters, and from the start
+
+# Outliers
+STRUCK, CHANCES = 0.2, 20.0  # before data: one sample in a hundred, with the weight of twenty
+STRUCK_FADES = 0.998  # per sample, of that count: five hundred samples tell the share of outliers
+ISOLATED = 2.0  # clean samples before one that is taken for a wrong number alone: several in a row are something else
+SUSPECT = 0.9  # what is said of the others, at most
+
+# Jumps and levels of the noise
+RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand
+FALSE_RATE = 1e-5  # of jumps told that are none, as promised: .02 in such a record
+JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963)
+LEVEL_ODDS = JUMP_ODDS  # of a level against none, or a jump
+BY_DRIFT = 2.0  # log odds that either needs against the interacting bank: it may have begun to drift fast
+BY_DRIFT_YOUNG, YOUNG = 4.0, 100.0  # and in the first samples, as long as speeds are guessed
+SHY, SHY_OF_OUTLIERS = 1 / 8, 5e-4  # of the odds of a jump in the mean shown; or the second over the share of outliers:
+# to move for nothing costs more than to wait for another sample, the more the oftener surprises are wrong numbers
+FAINT = 0.05  # what is less probable is not shown: bars are there for 95 %
+WIDE, WIDEST = 16.0, 400.0  # variance of a jump, in units: four deviations; or the surprise itself, if that is larger
+LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so many times, hardly known (one sample)
+PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two samples
+FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it
+
+# Trials
+SURPRISE = 9.0  # times the variance of a prediction: a trial begins anew, as one sample in 370 does by chance
+OLD, OLDEST = 32.0, 100.0  # samples after which one begins anew without, if this has nothing to tell, or anyway
+HOPELESS = -1.0  # log odds of the best explanation other than none, below which it has nothing to tell
+FRESH = 3.0  # and samples, besides one for each parameter, before a surprise ends one that a surprise began
+JUMP_AGE, LEVEL_AGE = 2.0, 8.0  # samples before one is told: one alone may be an outlier; a level takes several
