@@ -1,14 +1,20 @@
 """`AutoMemory` (5.14, 5.15), dense, many series at once; shares no code with the library.
 
-A bank of NVR 0, .1 and one learnt mode, outliers, and a trial of its likeliest filter: as it was (or one parameter
-jumped), set free, of unknown sigma^2. The learner is recursive maximum likelihood (5.8) of the learnt mode itself, in
-units relative to its sigma^2.
+A bank of NVR 0, .1 and one learnt mode, outliers, and on suspicion a trial of its likeliest filter: as it was (or one
+parameter jumped), set free, of unknown sigma^2. The learner is recursive maximum likelihood (5.8) of the learnt mode
+itself, in units relative to its sigma^2. In extended precision: a prior 5e4 wide eats digits of P - K psi' P, and what
+is left must be right to 1e-7.
 """
 
 import numpy as np
 from scipy.special import logsumexp
 
 from oracle.banks import Bank, Run, Units, forecast, mix, moments, outer, predict, start, staying, update, where
+
+
+def solved(A, g):
+    """A^-1 g of every series; LAPACK has no more than doubles."""
+    return np.linalg.solve(A.astype(float), g.astype(float)[..., None])[..., 0]
 
 
 class Learner:
@@ -48,7 +54,7 @@ class Learner:
         solve = J + (np.eye(n) - 1 / n) / tau**2
         if self.learnt:
             solve = solve - outer(cross, cross) / corner[:, None, None]
-        eta = np.clip(self.eta + np.clip(np.linalg.solve(solve, g[..., None])[..., 0], -1, 1), *self.bounds)
+        eta = np.clip(self.eta + np.clip(solved(solve, g), -1, 1), *self.bounds)
         for name, new in (("eta", eta), ("J", J), ("cross", cross), ("corner", corner)):
             old = getattr(self, name)
             setattr(self, name, np.where(moves.reshape((-1,) + (1,) * (old.ndim - 1)), new, old))
@@ -62,11 +68,28 @@ class Learner:
         self.dP[:, i, i, i] += q
 
 
+class Suspicion:
+    """Of one series: do the last sixteen innovations lean on a parameter, or are their squares too large or small?"""
+
+    def __init__(self, n):
+        self.score, self.known, self.energy = np.zeros(n), np.zeros(n), 0.0
+
+    def see(self, row, z, variance):
+        x, z = row / np.sqrt(variance), np.clip(z, -3, 3)
+        self.score, self.known = 15 / 16 * self.score + x * z, 15 / 16 * self.known + x**2
+        self.energy = 15 / 16 * self.energy + z**2 - 1
+        return np.any(self.score**2 > 3 * self.known) or self.energy > 9 or self.energy < -7
+
+    def calm(self):
+        self.score, self.energy = np.zeros_like(self.score), 0.0
+
+
 class Trial:
     """Of one series: three filters as banks of one, and the sensitivity F of the first to its own start."""
 
-    def __init__(self, bank, inverse, gap, surprise, learnt):
-        n, self.gap, self.age, is_surprise = len(inverse), gap, 0, surprise >= 9
+    def __init__(self, bank, inverse, surprise, learnt):
+        n, self.age, is_surprise = len(inverse), 0, surprise >= 9
+        self.gap = 1 if is_surprise else 16
         self.leader, self.w = int(np.argmax(bank.w[0])), bank.w.copy()
         one = Bank(*(getattr(bank, f)[:, [self.leader]] for f in ("theta", "P", "w", "nu", "chi2")))
         one.w = np.ones((1, 1))
@@ -82,12 +105,19 @@ class Trial:
         self.shown = self.moved = np.zeros(3)
         self.learnt = learnt
 
-    def is_over(self, surprise):
-        if self.age >= 100:
-            return True
-        ripe = self.gap > 1 or self.age >= len(self.F) + 3 if surprise >= 9 else self.age >= 32
+    @property
+    def hope(self):
         best = max(self.found[1], self.found[0] + self.alone, self.found[2]) - self.found[0]
-        return ripe and best + np.log(1e-3 * self.gap) < -1
+        return best + np.log(1e-3 * self.gap)
+
+    def yields(self):
+        """Whether a surprise begins another."""
+        return (self.gap > 1 or self.age >= len(self.F) + 1) and self.hope < -1
+
+    def is_over(self):
+        if self.age >= 32:
+            return self.age >= 100 or self.hope < -1
+        return self.age >= len(self.F) + 1 and self.hope < -4
 
     def see(self, row, y, pi, inverse, evidence):
         """Take a sample in; the probability of an outlier to each."""
@@ -132,7 +162,7 @@ class Trial:
         least = 2.0 if seen > 100 else 4.0
         if self.odds > 1 and self.age >= 2 and best > least:
             return "jump"
-        if level > max(none, best) + np.log(100) and self.age >= 8 and level > least:
+        if level > max(none, best) + np.log(1000) and self.age >= 8 and level > least:
             return "noise level"
         return None
 
@@ -168,11 +198,13 @@ def blend(bank, trial, inverse):
 
 def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     """Events are (series, sample, kind); `told` is sigma^2 where it is known, P0 relative to it."""
+    y, psi, phi, P0 = (np.asarray(x, np.longdouble) for x in (y, psi, phi, P0))
     S, T, n = psi.shape
     learnt, M = told is None, len(levels) + 1
     units, A, learner = Units(S, n), staying(M, 0.9998), Learner(S, n, learnt)
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
+    sums, shown = [Suspicion(n) for _ in range(S)], inc.s2[:, 0]  # sigma^2 so far
     alm, inverse, struck, counted = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S)
     for k in range(T):
         seen = np.isfinite(y[:, k])
@@ -199,13 +231,15 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
 
         # the trials
         for s in np.flatnonzero(seen):
-            rho, what, trial = float(np.sum(corrected.w[s] * taken.rho[s])), None, trials[s]
+            rho, what = float(np.sum(corrected.w[s] * taken.rho[s])), None
             views[s] = None
             if not rest[s] and units.count[s] > 4 * n:
                 surprise = eps[s] ** 2 / out.S[s, k]
-                if trial is None or trial.age == 0 or trial.is_over(surprise):
-                    gap = 1.0 if surprise >= 9 or trial is None else max(trial.age, 1)
-                    trial = trials[s] = Trial(inc.at([s]), over[s], gap, surprise, learnt)
+                suspected = sums[s].see(row[s], eps[s] / np.sqrt(out.S[s, k]), out.S[s, k] / shown[s])
+                if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields():
+                    trials[s] = Trial(inc.at([s]), over[s], surprise, learnt)
+            trial = trials[s]
+            if trial is not None and not rest[s]:
                 own = trial.see(row[s], yk[s], pi[s], over[s], taken.evidence[s])
                 what = trial.judge(expect != "outliers", pi[s], units.count[s])
                 out.odds[s, k] = trial.odds
@@ -225,12 +259,12 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     new.w[s] = trial.w[0]
                     if what == "jump" or winner.s2[0, 0] >= trial.before:
                         out.events.append((int(s), k, what))
-                    trial.age = 0
-                elif trial.shown.any():
+                elif not trial.is_over() and trial.shown.any():
                     views[s] = blend(new.at([s]), trial, over[s])
-            else:
-                if trial is not None:
-                    trial.shown = trial.moved = np.zeros(3)
+                if what or trial.is_over():
+                    trials[s] = None
+                    sums[s].calm()
+                    out.odds[s, k] *= what is not None
             if what is None and rho > 0.5:
                 out.events.append((int(s), k, "outlier"))
             if what is None and not rest[s]:
@@ -239,6 +273,8 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
         for s in range(S):
             if views[s] is not None:
                 out.theta[s, k], out.P[s, k] = views[s][0], np.diag(views[s][1])
+        now = [out.s2[s, k] if views[s] is None else views[s][2] for s in range(S)]
+        shown = np.where(seen, now, shown)
 
         # predict; a missing row and one at rest are not mixed
         q = np.exp(learner.eta) * inverse
@@ -247,7 +283,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
         mixes = seen & ~rest
         inc = predict(where(mixes, mix(new, A), new), phi, alm, cap, mixes)
         for s in range(S):
-            if trials[s] is not None and trials[s].age > 0:
+            if trials[s] is not None:
                 trials[s].predict(phi, alm[s], cap, mixes[s])
             if views[s] is not None:
                 m, V, s2 = views[s]

@@ -86,7 +86,8 @@ def log_density(e, V, nu, learnt):
     """Student-t with squared scale V, or normal with variance V."""
     if not learnt:
         return -0.5 * (np.log(2 * np.pi * V) + e**2 / V)
-    constant = gammaln((nu + 1) / 2) - gammaln(nu / 2) - 0.5 * np.log(np.pi * nu * V)
+    half = np.asarray(nu / 2, float)
+    constant = gammaln(half + 0.5) - gammaln(half) - 0.5 * np.log(np.pi * nu * V)
     return constant - (nu + 1) / 2 * np.log1p(e**2 / (nu * V))
 
 

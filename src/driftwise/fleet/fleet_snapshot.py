@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..memory import auto
+from ..memory import auto, auto_state
 from ..memory.bank import open_bank
 from ..memory.modes import WEIGHT, mode
 from ..memory.unknown_drift import open_drift_state
@@ -105,5 +105,5 @@ def _speeds(found: Census, at, est, states) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         found.memory[at] = np.sqrt(unit / q)
     if isinstance(memory, auto.AutoMemoryKernel):
-        bank = open_bank(drift.own[auto.HEAD :], N, len(memory.levels)).bank
+        bank = open_bank(drift.own[auto_state.HEAD :], N, len(memory.levels)).bank
         found.still[at] = cells[:, mode(bank, 0, N).own[WEIGHT]]

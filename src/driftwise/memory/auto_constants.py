@@ -22,11 +22,13 @@ SUSPECT = 0.9  # what is said of the others, at most
 RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand
 FALSE_RATE = 1e-5  # of jumps told that are none, as promised: .02 in such a record
 JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963)
-LEVEL_ODDS = JUMP_ODDS  # of a level against none, or a jump
+LEVEL_ODDS = log(1000.0)  # of a level against none, or a jump: loud samples make it suspected, and so begin its trial
 BY_DRIFT = 2.0  # log odds that either needs against the interacting bank: it may have begun to drift fast
 BY_DRIFT_YOUNG, YOUNG = 4.0, 100.0  # and in the first samples, as long as speeds are guessed
 SHY, SHY_OF_OUTLIERS = 1 / 8, 5e-4  # of the odds of a jump in the mean shown; or the second over the share of outliers:
 # to move for nothing costs more than to wait for another sample, the more the oftener surprises are wrong numbers
+UNSEEN = -4.0  # log odds of which FAINT is out of reach
+SLIGHT = 2.0  # log evidence below which no single parameter is thought of
 FAINT = 0.05  # what is less probable is not shown: bars are there for 95 %
 WIDE, WIDEST = 16.0, 400.0  # variance of a jump, in units: four deviations; or the surprise itself, if that is larger
 LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so many times, hardly known (one sample)
@@ -34,8 +36,13 @@ PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two sampl
 FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it
 
 # Trials
-SURPRISE = 9.0  # times the variance of a prediction: a trial begins anew, as one sample in 370 does by chance
-OLD, OLDEST = 32.0, 100.0  # samples after which one begins anew without, if this has nothing to tell, or anyway
-HOPELESS = -1.0  # log odds of the best explanation other than none, below which it has nothing to tell
-FRESH = 3.0  # and samples, besides one for each parameter, before a surprise ends one that a surprise began
+SURPRISE = 9.0  # times the variance of a prediction: a trial begins, as one sample in 370 does by chance
+KEPT, WINDOW = 15 / 16, 16.0  # a sample, of the sums that suspicion rests on; so many samples they look back
+CLIP = 3.0  # deviations that one sample says at most: an outlier alone is a surprise, not a suspicion
+SUSPECT_JUMP = 3.0  # times what is known: about two and a half deviations of the sum
+SUSPECT_LOUD, SUSPECT_QUIET = 9.0, -7.0  # of the squares: two deviations (their distribution is lopsided)
+DEAD = -4.0  # log odds of the best explanation other than none, below which a trial ends
+FRESH = 1.0  # samples, besides one for each parameter, before it does, or before a surprise begins another
+HOPELESS = -1.0  # log odds below which one ends after OLD samples, or at a surprise
+OLD, OLDEST = 32.0, 100.0  # samples; after the second any ends
 JUMP_AGE, LEVEL_AGE = 2.0, 8.0  # samples before one is told: one alone may be an outlier; a level takes several

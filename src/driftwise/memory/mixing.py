@@ -15,7 +15,8 @@ from .wind_up import hold_within
 def merge(memory, own, theta, U, D):
     """Let theta and U D U' be mean and covariance of the mixture; return its freedom and sigma^2.
 
-    ``dense`` has the P of every mode, packed one behind the other, and receives that of the mixture behind them.
+    ``dense`` has the P of every mode, packed one behind the other, and receives that of the mixture behind them. Where
+    they have met their caps, what parts their means leads no farther.
     """
     bank, dense, logs, P = own.bank, own.dense, own.logs, own.P
     N, size = D.size, P.size
@@ -24,6 +25,7 @@ def merge(memory, own, theta, U, D):
         one = mode(bank, m, N).own
         logs[m], logs[M + m] = one[WEIGHT], own_sigma2(memory, one)
     freedom, _, s2 = amount(bank, logs[:M], logs[M : 2 * M], dense, theta, P)
+    shrink(P, memory.cap)
     for i in range(size):
         dense[M * size + i] = P[i]
     factor_within(P, U, D)

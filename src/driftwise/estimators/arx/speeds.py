@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...engine import ud
-from ...memory import auto
+from ...memory import auto, auto_state
 from ...memory.bank import open_bank
 from ...memory.drift import DriftKernel, DriftMatrixKernel
 from ...memory.imm import IMMKernel
@@ -129,7 +129,7 @@ def _weights(memory, own, N) -> dict[str, float] | None:
         return None
     M = len(memory.levels)
     if isinstance(memory, auto.AutoMemoryKernel):
-        names, own = list(EXPLANATIONS), own[auto.HEAD :]
+        names, own = list(EXPLANATIONS), own[auto_state.HEAD :]
     else:
         names = [f"{level:g}" for level in memory.levels]
         if isinstance(memory, IMMKernel) and memory.jumps > 0:

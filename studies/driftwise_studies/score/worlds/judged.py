@@ -16,7 +16,10 @@ from .field import Line, Total, by_size, by_trouble, total
 ROOT = Path(__file__).parents[4]
 PAGE = ROOT / "docs" / "judged.md"
 CHOOSING = 0  # the seed to work with
-CHOSEN = "auto", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"
+CHOSEN = (
+    *("auto", "auto_answers", "auto_constants", "auto_shown", "auto_state", "lone_jump", "suspicion", "trial"),
+    *("trial_state", "verdict", "bank", "modes", "mixing", "likelihood_drift", "unknown_drift", "sensitivity"),
+)
 DRAWN = "system", "drawing", "simulation", "told", "measured"
 CONSTANTS = (  # where a number stands that was chosen on the choosing systems, or that makes and measures systems
     *(f"src/driftwise/memory/{name}.py" for name in CHOSEN),

@@ -1,0 +1,185 @@
+"""What `AutoMemory` answers: its filters see a sample, pass time, and tell what happened."""
+
+import math
+
+from ..detect.watch import SINCE, STATISTIC, WHICH
+from ..engine.dense import at
+from ..engine.dispatch import kernel
+from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
+from ..engine.ud import predicted_variance
+from .auto_constants import ISOLATED, SUSPECT
+from .auto_shown import blend, drift_together, mixture_with_copies
+from .auto_state import (
+    CLEAN,
+    HEAD,
+    IS_ISOLATED,
+    MODES,
+    RHO,
+    SINCE_NOW,
+    VERDICT,
+    count_outlier,
+    open_parts,
+    share_of_outliers,
+)
+from .bank import FREEDOM_NOW, SIGMA2_NOW, WAITS, count_mixture
+from .likelihood_drift import carry, climb, follow, ratio
+from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
+from .modes import begin_modes, fold, unfold
+from .modes import update as update_bank
+from .suspicion import calm, suspect
+from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
+from .trial_state import AGE, ODDS, show_none
+from .unknown_drift import SEEN, UNEXCITED, excite, lean, open_drift_state
+from .verdict import A_JUMP, A_LEVEL, NOTHING, judge
+from .verdict import follow as follow_verdict
+
+
+@kernel
+def begin_auto(memory, state, view):
+    """Let every filter begin as the estimator does."""
+    parts = open_parts(memory, state, view.D.size)
+    begin_modes(memory, parts.own.bank, view.theta, view.U, view.D)
+
+
+@kernel
+def try_out(memory, parts, e, R, evidence, rho, outliers, view):
+    """Let the trial see the sample, and follow what it decides; return the probability of an outlier to all."""
+    trial, head, own, unit = parts.trial, parts.head, parts.own, parts.drift.unit
+    same, freed, level = argue(memory, trial, e, R, head[CLEAN], view.theta, evidence, outliers, view, unit)
+    head[VERDICT] = judge(memory, trial, outliers, parts.drift.head[SEEN])
+    shown = trial.shown
+    rho = (1.0 - shown[0] - shown[1] - shown[2]) * rho + shown[0] * same + shown[1] * freed + shown[2] * level
+    if head[VERDICT] != NOTHING:
+        head[SINCE_NOW] = follow_verdict(memory, trial, parts.learner, own.bank, own.dense, unit, head[VERDICT])
+        calm(parts.sums)
+    elif is_to_end(trial):
+        end_trial(trial)
+        calm(parts.sums)
+    return rho
+
+
+@kernel
+def adapt_auto(memory, state, e, R, view):
+    """Let bank, learner and trial see a sample; theta and P become those of what is shown; return T."""
+    theta, U, D, s2, parts = view.theta, view.U, view.D, view.s2, open_parts(memory, state, view.D.size)
+    own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
+    N, M, T = D.size, MODES, predicted_variance(view.f, D, R)
+    is_unexcited = excite(memory, drift, view.row)
+    lean(drift, R, T)
+    if own.head[WAITS] > 0.0:  # one more output of the same sample
+        fold(own.bank, own.dense, N)
+        if trial.head[AGE] > 0.0:
+            fold(trial.copies, trial.dense, N)
+    outliers, is_on = share_of_outliers(memory, head), False
+    if not is_unexcited and drift.head[SEEN] > 4.0 * N:
+        surprise, is_on = e * e / (s2 * T), trial.head[AGE] > 0.0
+        if is_to_begin(trial, surprise, suspect(parts.sums, view.psi, e, T, s2)):
+            begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
+            is_on = True
+    evidence, rho = update_bank(
+        memory, own.bank, own.dense, e, R, theta, view, own.logs, outliers, is_unexcited, is_unexcited
+    )
+    own.head[WAITS] = 0.0 if is_unexcited else 1.0
+    if is_unexcited:
+        unfold(own.bank, own.dense, N)
+    error, spread, own_s2, part = own.logs[M], own.logs[M + 1], own.logs[M + 2], own.logs[M + 3]
+    follow(learner, view.psi, view.b, error, spread, own_s2, part, view.c)
+    if drift.head[SEEN] > 2.0 * N and not is_unexcited:
+        climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
+    head[VERDICT] = NOTHING
+    if is_on:
+        rho = try_out(memory, parts, e, R, evidence, rho, outliers, view)
+    else:
+        show_none(trial)
+    head[RHO], head[IS_ISOLATED] = rho, 1.0 if head[CLEAN] >= ISOLATED else 0.0
+    head[CLEAN] = 0.0 if rho > 0.5 else head[CLEAN] + 1.0
+    if not is_unexcited and head[VERDICT] == NOTHING:
+        count_outlier(head, rho)
+    own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
+    if is_on and head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
+        blend(memory, parts, view)
+    return T
+
+
+@kernel
+def count_auto(memory, state, count, chi2, weight, gain):
+    """Freedom and sigma^2 are those of what is shown."""
+    drift = open_drift_state(state, memory.cap.size)
+    return count_mixture(memory, drift, drift.own[HEAD:], count, chi2, gain)
+
+
+@kernel
+def outlier_probability_auto(memory, state):
+    """What is said of several in a row is not certain: they may be something else."""
+    head = open_drift_state(state, memory.cap.size).own
+    if head[VERDICT] != NOTHING:
+        return 0.0
+    return head[RHO] if head[IS_ISOLATED] > 0.0 else min(head[RHO], SUSPECT)
+
+
+@kernel
+def found_jump_auto(memory, state, detector_state):
+    """Tell a jump, and when the trial that found it began."""
+    parts = open_parts(memory, state, memory.cap.size)
+    is_told = parts.head[VERDICT] == A_JUMP
+    detector_state[STATISTIC] = parts.trial.head[ODDS]
+    if is_told:
+        detector_state[SINCE], detector_state[WHICH] = parts.head[SINCE_NOW], -1.0
+    return 1.0 if is_told else 0.0
+
+
+@kernel
+def time_update_auto(memory, state, elapsed, view):
+    """Take all filters one sample on."""
+    parts = open_parts(memory, state, memory.cap.size)
+    own, trial, drift, learner, head = parts.own, parts.trial, parts.drift, parts.learner, parts.head
+    N, M, q, status = memory.cap.size, MODES, own.q, 0
+    is_unexcited, waits = drift.head[UNEXCITED] > 0.0, own.head[WAITS] > 0.0
+    for i in range(N):
+        for m in range(M - 1):
+            q[m * N + i] = memory.levels[m] * drift.unit[i]
+        q[(M - 1) * N + i] = drift.q[i] = ratio(memory, learner, i) * drift.unit[i]
+    if not waits:
+        unfold(own.bank, own.dense, N)
+    for i in range(N):
+        view.c[i] = own.dense[(M - 1) * own.P.size + at(i, i)]
+    carry(learner, memory.phi, drift.q, view.c, memory.cap)
+    if waits:
+        is_capped = interact(memory, own, own.bank, q, N)
+    else:
+        is_capped = drift_apart(memory, own.bank, q, view.b)
+    if trial.head[AGE] > 0.0:
+        time_update_copies(memory, trial, q, waits, view.b)
+    own.head[WAITS] = 0.0
+    if view.surprise >= 0.0:
+        status |= AT_REST if is_unexcited else 0
+        status |= NOISE if head[VERDICT] == A_LEVEL and head[SINCE_NOW] > 0.0 else 0
+        status |= OUTLIER if head[RHO] > 0.5 and head[VERDICT] == NOTHING else 0
+    status |= CAPPED if is_capped else 0
+    if view.first > 0:
+        drift_beside_state(memory, own.bank, q, view)
+    else:
+        drift_together(memory, own, waits, view.theta, view.U, view.D, view)
+    return 1.0, status
+
+
+@kernel
+def mixture_auto(memory, state, R, view, out):
+    """Write what the filters predict."""
+    mixture_with_copies(memory, open_parts(memory, state, view.theta.size), R, view, out)
+
+
+@kernel
+def take_along_auto(memory, state, change, view):
+    """Every filter goes along."""
+    N, parts = memory.cap.size, open_parts(memory, state, memory.cap.size)
+    own, trial, waits = parts.own, parts.trial, parts.own.head[WAITS] > 0.0
+    take_modes_along(memory, own.bank, change, view)
+    if waits:
+        take_dense_along(memory, own.bank, own.dense, change, view)
+    if trial.head[AGE] > 0.0:
+        if waits:
+            fold(trial.copies, trial.dense, N)
+        take_modes_along(memory, trial.copies, change, view)
+        if waits:
+            unfold(trial.copies, trial.dense, N)

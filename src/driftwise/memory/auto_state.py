@@ -1,0 +1,74 @@
+"""What `AutoMemory` keeps: the filters that interact, what learns a speed, and a trial beside them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..engine.dispatch import kernel
+from ..engine.layout import Field, Layout, numbers
+from .auto_constants import CHANCES, LEVELS, STRUCK, STRUCK_FADES
+from .bank import bank_size, open_bank
+from .likelihood_drift import learner_size, open_learner
+from .suspicion import open_suspicion, suspicion_size
+from .trial_state import open_trial, trial_size
+from .unknown_drift import open_drift_state
+
+RHO, CLEAN, VERDICT, STRUCK_SO_FAR, COUNTED, SINCE_NOW, IS_ISOLATED, HEAD = range(8)  # its own numbers, and how many
+MODES = len(LEVELS) + 1
+
+AUTO = Layout(
+    *numbers(
+        "head",
+        rho="probability that the sample just taken in was an outlier",
+        clean="samples since the last one",
+        verdict="what the trial decided",
+        struck="outliers so far",
+        counted="of so many samples",
+        since="how long ago began what was decided; -1: the noise is quieter",
+        isolated="whether the samples before the last were no outliers",
+    ),
+    Field("bank", ("bank_size(N, M)",), "the filters that interact"),
+    Field("suspicion", ("suspicion_size(N)",), "whether something may have happened"),
+    Field("trial", ("trial_size(N, M)",), "what may have happened a moment ago"),
+    Field("learner", ("learner_size(N, N)",), "what learns the ratio of the last mode"),
+    given=("N", "M"),
+    bank_size=bank_size,
+    suspicion_size=suspicion_size,
+    trial_size=trial_size,
+    learner_size=learner_size,
+)
+open_auto, auto_size = kernel(AUTO.open), kernel(AUTO.size)
+
+
+class Parts(NamedTuple):
+    """Views of everything `AutoMemory` keeps: those of `DRIFT_STATE`, `AUTO`, and its parts."""
+
+    drift: tuple
+    own: tuple
+    head: np.ndarray
+    sums: tuple
+    trial: tuple
+    learner: tuple
+
+
+@kernel
+def open_parts(memory, state, N):
+    """Return the views."""
+    drift = open_drift_state(state, N)
+    parts = open_auto(drift.own, N, MODES)
+    bank, trial = open_bank(parts.bank, N, MODES), open_trial(parts.trial, N, MODES)
+    sums = open_suspicion(parts.suspicion, N)
+    return Parts(drift, bank, parts.head, sums, trial, open_learner(parts.learner, N, N))
+
+
+@kernel
+def share_of_outliers(memory, head):
+    """Return how many samples in one are outliers, as far as that is known."""
+    return memory.outliers * (head[STRUCK_SO_FAR] + STRUCK) / (head[COUNTED] + CHANCES)
+
+
+@kernel
+def count_outlier(head, rho):
+    """Take into their share a sample that is one with probability rho."""
+    head[STRUCK_SO_FAR] = STRUCK_FADES * head[STRUCK_SO_FAR] + rho
+    head[COUNTED] = STRUCK_FADES * head[COUNTED] + 1.0

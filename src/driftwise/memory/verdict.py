@@ -1,0 +1,91 @@
+"""What a trial comes to: the probability of each explanation, what is shown of it, and what is decided."""
+
+from ..engine.dispatch import kernel, rare
+from ..engine.elementary import exp, log
+from .auto_constants import (
+    BY_DRIFT,
+    BY_DRIFT_YOUNG,
+    FAINT,
+    JUMP_AGE,
+    JUMP_ODDS,
+    LEVEL_AGE,
+    LEVEL_ODDS,
+    RATE,
+    SHY,
+    SHY_OF_OUTLIERS,
+    UNSEEN,
+    YOUNG,
+)
+from .likelihood_drift import begin_again, derivatives
+from .lone_jump import move_alone
+from .modes import mode, own_sigma2
+from .trial import hand_over
+from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME
+
+NOTHING, A_JUMP, A_LEVEL = range(3)
+
+
+@kernel
+def judge(memory, trial, outliers, seen):
+    """Set the probabilities of the copies, faint ones to zero; return what is decided, NOTHING while it goes on."""
+    head, found, shown, moved = trial.head, trial.found, trial.shown, trial.moved
+    prior = log(RATE * head[GAP])
+    jump = prior if memory.jumps > 0.0 else IMPOSSIBLE
+    shown[SAME] = found[SAME] + head[ALONE] + jump - head[BESIDE]
+    shown[FREED] = found[FREED] + jump - head[BESIDE]
+    shown[LEVEL] = found[LEVEL] + prior - head[BESIDE]
+    best, level = max(shown[SAME], shown[FREED]), shown[LEVEL]
+    none = max(found[SAME] - head[BESIDE], level)
+    head[ODDS] = max((best - none) / JUMP_ODDS, 0.0) if memory.jumps > 0.0 else 0.0
+    weigh_up(shown, moved, min(SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS)))
+    by_drift = BY_DRIFT if seen > YOUNG else BY_DRIFT_YOUNG
+    if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
+        return A_JUMP
+    if level > max(found[SAME] - head[BESIDE], best) + LEVEL_ODDS and head[AGE] >= LEVEL_AGE and level > by_drift:
+        return A_LEVEL
+    return NOTHING
+
+
+@kernel
+def weigh_up(shown, moved, shy):
+    """Turn log odds of the copies against the bank into probabilities, and into shares in the mean that is shown."""
+    top = max(max(shown[SAME], shown[FREED]), shown[LEVEL])
+    if top < UNSEEN:
+        for k in range(COPIES):
+            shown[k] = moved[k] = 0.0
+        return
+    top = max(top, 0.0)
+    total = exp(-top)
+    all_moved = total
+    for k in range(COPIES):
+        shown[k] = exp(shown[k] - top)
+        moved[k] = shown[k] if k == LEVEL else shy * shown[k]
+        total += shown[k]
+        all_moved += moved[k]
+    for k in range(COPIES):
+        is_faint = shown[k] <= FAINT * total
+        shown[k], moved[k] = (0.0, 0.0) if is_faint else (shown[k] / total, moved[k] / all_moved)
+
+
+@rare
+def follow(memory, trial, learner, bank, dense, unit, what):
+    """Let the bank be what has won; return how long ago that began, -1 where the noise is quieter."""
+    N, k, level = unit.size, LEVEL, own_sigma2(memory, mode(trial.copies, LEVEL, unit.size).own)
+    since = -1.0 if what == A_LEVEL and level < trial.head[BEFORE] else trial.head[AGE]
+    if what == A_JUMP:
+        k = FREED
+        if trial.found[SAME] + trial.head[ALONE] > trial.found[FREED]:
+            k = SAME
+            move_alone(trial, unit, 1.0)
+        for j in range(N):
+            begin_again(learner, j)
+    else:  # P and Q stay what they are; relative to sigma^2 they change
+        change = trial.head[BEFORE] / level
+        for j in range(N):
+            _, dP = derivatives(learner, j)
+            for i in range(dP.size):
+                dP[i] *= change
+            eta = memory.start + learner.eta[j] + log(change)
+            learner.eta[j] = min(max(eta, memory.least), memory.most) - memory.start
+    hand_over(trial, bank, dense, k, memory.levels.size)
+    return since
