@@ -2,30 +2,43 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from .column_roles import SCORES, Name
+from .derived import is_part
 from .screening import screen
 
 MOST_INPUTS = 4
+ACTING = frozenset({"command", "device", "drive"})  # kinds of what somebody sets
 HELPS = 0.002  # share of the residual variance that an input must take away to be proposed
 HELPS_MUCH = 0.05  # the same for a column whose name says nothing, beside inputs whose names do
-LEAK = 1e-4  # share of the output left, where a column is computed from it in the same row
 
 
-def propose_output(free: list[str], names: dict[str, Name], taken) -> tuple[str, str]:
-    """Return the column that looks most like an effect, and why; in doubt the last."""
+def propose_output(free: list[str], names: dict[str, Name], taken, switches=()) -> tuple[str, str, tuple[str, ...]]:
+    """Return the column that looks most like an effect, why, and those that may be it as well, as far as names go.
+
+    ``switches`` have two values: they are inputs where anything else could be the output.
+    """
     free = [name for name in free if name not in taken]
+    free = [name for name in free if name not in switches or names[name].score > 0] or free
     aimed = {name for name in free if names[name].score > -2 and _has_setpoint(name, names)}
     scores = {name: names[name].score + 2.0 * (name in aimed) for name in free}
     best = max(scores.values())
+    leading = [name for name in free if scores[name] == best]
+    is_caused = bool(taken) or any(name.score <= -2 for name in names.values())
     if best > 0:
-        name = next(name for name in free if scores[name] == best)
-        return name, "a set point is named after it" if name in aimed else because(names[name], "output")
-    electric = [name for name in free if {"voltage", "spannung"} & set(names[name].words)]
-    if best < 0 and electric:  # a current and its voltage
-        return electric[-1], "the voltage beside a current"
-    return [name for name in free if scores[name] == best][-1], "the last column of numbers that could be one"
+        one = leading[0]
+        alike = all(names[name].stem == names[one].stem for name in leading)
+        rivals = () if len(leading) == 1 or alike or is_caused else tuple(leading)
+        return one, "a set point is named after it" if one in aimed else because(names[one], "output"), rivals
+    electric = [name for name in free if "voltage" in names[name].kinds]
+    if best < 0 and electric and len(electric) < len(free):  # a current and its voltage
+        return electric[-1], "the voltage beside a current", ()
+    rivals = tuple(leading) if len(leading) > 1 else ()
+    why = "the last column of numbers that could be one" if rivals else "the only one that names no cause"
+    return leading[-1], why, rivals
 
 
 def _has_setpoint(name: str, names: dict[str, Name]) -> bool:
@@ -40,21 +53,24 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     why: dict[str, str] = {}
     causes = [name for name in free if names[name].score <= -1]
     setpoints = [name for name in causes if "setpoint" in names[name].kinds]
-    acting = [name for name in causes if "actuator" in names[name].kinds and name not in setpoints]
-    for name in list(acting) if setpoints else ():
-        if _is_computed(y, [clean[name], *(clean[s] for s in setpoints)], clean[setpoints[0]]):
-            acting.remove(name)
-            causes.remove(name)
-            free = [other for other in free if other != name]
-            why[name] = "computed from the output and the set point in the same row"
+    acting = [name for name in causes if names[name].kinds & ACTING and name not in setpoints]
     if acting:
         for name in setpoints:
             causes.remove(name)
             free = [other for other in free if other != name]
             why[name] = "a set point, which acts through the drive that is recorded"
+    for part, whole in itertools.permutations(causes, 2):
+        if part not in why and whole not in why and is_part(clean[part], clean[whole]):
+            why[part] = f"contained in {whole!r}, which jumps by as much in the same row"
+    causes = [name for name in causes if name not in why]
+    free = [name for name in free if name not in why]
     others = [name for name in free if name not in causes]
     if causes:
         others = [name for name in others if names[name].words and not name.startswith("column")]
+        for name in others:
+            if names[name].stem == names[output].stem:
+                why[name] = f"an output like {output!r}, by its name"
+        others = [name for name in others if name not in why]
     certain = causes if len(causes) <= MOST_INPUTS else []  # few enough: names decide
     helps = dict(_screened(y, [*causes, *others], clean, 2 * MOST_INPUTS))
     least = {name: HELPS_MUCH if causes and name in others else HELPS for name in helps}
@@ -74,22 +90,6 @@ def _screened(y, candidates: list[str], clean, most: int) -> list[tuple[str, flo
     return [(candidates[j], gain) for j, gain in screen(y, np.column_stack([clean[n] for n in candidates]), most)]
 
 
-def _is_computed(y, columns, setpoint) -> bool:
-    """Whether the output is a linear function of these columns in the same row, and not of the set point alone."""
-    rows = np.isfinite(y) & np.all([np.isfinite(c) for c in columns], axis=0)
-    if np.count_nonzero(rows) < 20:
-        return False
-    y = y[rows] - y[rows].mean()
-
-    def left(regressors) -> float:
-        A = np.column_stack([c[rows] - c[rows].mean() for c in regressors])
-        theta = np.linalg.lstsq(A, y, rcond=None)[0]
-        return float(np.sum((y - A @ theta) ** 2))
-
-    total = float(np.sum(y**2))
-    return total > 0 and left(columns) < LEAK * total and left(columns) < 0.1 * left([setpoint])
-
-
 def because(name: Name, part: str) -> str:
     """Return why a column plays its part, in a few words."""
     kinds = sorted(kind for kind in name.kinds if (SCORES.get(kind, 0.0) > 0) == (part == "output") and kind in SCORES)
@@ -100,7 +100,10 @@ def because(name: Name, part: str) -> str:
 
 _CALLED = {
     "setpoint": "a set point",
-    "actuator": "an actuator",
+    "command": "an actuator",
+    "device": "an actuator",
+    "drive": "an actuator",
+    "voltage": "a voltage",
     "disturbance": "a disturbance",
     "source": "a cause",
     "quantity": "a measured quantity",

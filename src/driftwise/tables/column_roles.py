@@ -1,66 +1,30 @@
-"""What the name of a column says: its unit, and the part that it plays. General words only, English and German."""
+"""What the name of a column says: its unit, and the part that it plays, by the words of `vocabulary`."""
 
 from __future__ import annotations
 
 import re
+import unicodedata
+from functools import cache
 from typing import NamedTuple
 
-TIME = "time t date datetime timestamp stamp ts zeit datum uhrzeit zeitstempel year jahr elapsed epoch seconds sec"
-LABEL = (
-    "anomaly anomalous changepoint fault faulty label labels class flag alarm truth mode status step indicator "
-    "regime valid quality event stufe modus storung fehler"
-)
-COUNTER = "index idx id no nr sample samples row counter unnamed cycle record seq lfd zyklus"
-SETPOINT = "setpoint sp set target reference ref desired soll sollwert"
-ACTUATOR = (
-    "u input inp command cmd drive control controller ctrl heater valve ventil damper klappe pwm duty actuator torque "
-    "force kraft moment excitation throttle pump pumpe fan feed manipulated mv dose stellgrosse stell stellwert "
-    "heizung eingang steering brake op"
-)
-DISTURBANCE = (
-    "rain rainfall regen prec precip precipitation evap evaporation pet wind solar irradiance irradiation sun sunshine "
-    "ambient outdoor outside weather amb ta tamb toa forecast fc aussen aussentemperatur disturbance inlet"
-)
-OUTPUT = "y output out response ist istwert measured pv ausgang actual"
-QUANTITY = (
-    "temperature temp temperatur speed velocity rpm drehzahl geschwindigkeit position pos angle winkel acceleration "
-    "level fullstand head concentration composition heatload thermocouple displacement tachometer deflection soc "
-    "outlet vorlauf ph co co2 no2 nox o3 so2 nh3 ch4 benzene pm10"
-)
-SOURCE = "current strom gas"  # more often a cause than an effect
-SCORES = {"setpoint": -3.0, "actuator": -3.0, "disturbance": -3.0, "source": -1.0, "quantity": 2.0, "output": 3.0}
+from .vocabulary import PLAIN_UNITS, SECONDS, UNITS, WORDS, WRITTEN
 
-SECONDS = {
-    "ns": 1e-9,
-    "us": 1e-6,
-    "µs": 1e-6,
-    "ms": 1e-3,
-    "s": 1.0,
-    "sec": 1.0,
-    "seconds": 1.0,
-    "min": 60.0,
-    "minutes": 60.0,
-    "h": 3600.0,
-    "hours": 3600.0,
-    "d": 86400.0,
-    "days": 86400.0,
-}
-WRITTEN = {"degC": "°C", "degF": "°F", "percent": "%", "pct": "%", "Wm2": "W/m²", "mps": "m/s", "degc": "°C"}
-_UNITS = frozenset(
-    "V mV kV uV A mA uA W mW kW MW Wh kWh Ah mAh Wm2 degC degF K Hz kHz rpm m mm cm km um m2 m3 l lpm kg g N kN Nm "
-    "bar mbar Pa kPa MPa hPa psi percent pct ppm ppb rad deg mps kmh Ohm mOhm s ms us ns min h d sec days lux dB "
-    "C F".split()
-)
-_BRACKETS = re.compile(r"^(.*?)\s*[\[({]\s*([^\])}]*?)\s*[\])}]\s*$")
-_SLASH = re.compile(r"^(.+?)(?:\s+/\s*|\s+in\s+|,\s*)(\S{1,8})$")
-_STEMS = ("temp", "soll")  # short words that begin longer ones
-_FOLD = str.maketrans({"ä": "a", "ö": "o", "ü": "u", "ß": "s"})
+__all__ = ["SCORES", "SECONDS", "Name", "is_unit", "parse"]
+
+SCORES = {
+    "setpoint": -3.0, "command": -3.0, "drive": -3.0, "device": -3.0, "disturbance": -3.0, "source": -1.0,
+    "voltage": -1.0, "quantity": 2.0, "output": 3.0,
+}  # fmt: skip
+_MOVES = frozenset("position pos speed rpm angle posicion posizione posicao vitesse drehzahl".split())
+_UNITS = frozenset(PLAIN_UNITS.split())
+_BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({]\s*([^\])}]*?)\s*[\])}]\s*$")
+_SLASH = re.compile(r"^(.+?)(?:\s+/\s*|[ _]in[ _]|,\s*)(\S{1,8})$")
 
 
 class Name(NamedTuple):
-    """A column's name taken apart: what is left without the unit, the unit, its words, the kind and its score.
+    """A column's name taken apart: what is left without the unit, the unit, its words, the kinds and their score.
 
-    kind : "time", "label", "counter", "setpoint", "actuator", "disturbance", "source", "quantity", "output" or ""
+    kinds : of `vocabulary.WORDS`: "time", "label", "counter", "setpoint", "device", "disturbance", "quantity", ..
     score : above 0 for what is usually an effect, below for what is usually a cause
     """
 
@@ -75,30 +39,52 @@ class Name(NamedTuple):
         """Whether a mark may be an input after all, as a step is, or a mode."""
         return bool({"step", "mode", "status", "stufe"} & set(self.words))
 
+    @property
+    def stem(self) -> tuple[str, ...]:
+        """The words without numbers, and the unit: those of pos1 and pos2 are the same."""
+        return (*(word.rstrip("0123456789") for word in self.words), self.unit)
+
 
 def parse(name: str, unit: str = "") -> Name:
     """Take a column's name apart; `unit` is what a row of units says of it.
+
+    A word counts as a whole: ``drivers`` are no drive. What a device does is a cause, what is measured at it is not:
+    ``fan speed`` is set, ``pump pressure`` follows.
 
     Examples
     --------
     >>> parse("air temp [degC]")[:3]
     ('air temp', '°C', ('air', 'temp'))
     >>> parse("u_V").unit, sorted(parse("u_V").kinds), parse("PT08.S1(CO)").unit
-    ('V', ['actuator'], '')
+    ('V', ['command'], '')
+    >>> [parse(name).score for name in ("drivers", "fan speed", "pump pressure", "Raumtemperatur", "température ext")]
+    [0.0, -3.0, 2.0, 2.0, 2.0]
     """
     base, found = _unit(name)
-    unit = unit or found
+    unit = WRITTEN.get(unit or found, unit or found)
     words = _words(base)
-    kinds = frozenset(kind for kind, known in _KNOWN.items() if any(_is_one_of(word, known) for word in words))
-    if words and words[-1] == "t" and (len(words) > 1 or base == "T"):  # T is a temperature, t the time
+    kinds = frozenset(kind for word in words for kind in _kinds(word))
+    if "time" in kinds and re.search(r"(?<![^\W\d_])T(?![^\W\d_])", base):  # T is a temperature, t the time
         kinds = (kinds - {"time"}) | {"quantity"}
-    if not kinds & SCORES.keys() and unit in ("°C", "°F", "K", "rpm", "1/min"):
-        kinds |= {"quantity"}
+    elif words[-1:] == ("t",) and len(words) > 1:
+        kinds = (kinds - {"time"}) | {"quantity"}
+    if unit and unit not in SECONDS and kinds & {"time", "calendar"}:  # "tempo" and "data" are words of their own
+        kinds -= {"time", "calendar"}
+    if "device" in kinds and "quantity" in kinds:
+        kinds -= {"quantity"} if _MOVES & set(words) else {"device"}
+    if "source" in kinds:
+        kinds -= {"quantity"}
+    if {"output", "quantity"} <= kinds and words[-1] == "out":  # the outlet, or outside
+        kinds -= {"output"}
+    if {"voltage", "quantity"} <= kinds:  # a tension
+        kinds -= {"quantity"} if unit.endswith("V") else {"voltage"}
+    if not kinds & {*SCORES, "time"} or (kinds & SCORES.keys() == {"source"} and unit not in ("A", "mA")):
+        kinds |= {kind for kind, units in UNITS.items() if unit and unit in units.split()}
     if unit == "W/m²":
         kinds |= {"disturbance"}
     scores = [SCORES[kind] for kind in kinds & SCORES.keys()]
     score = min(scores) if min(scores, default=0.0) < -2.0 else max(scores, default=0.0, key=abs)
-    return Name(base, WRITTEN.get(unit, unit), words, kinds, score)
+    return Name(base, unit, words, kinds, score)
 
 
 def is_unit(text: str) -> bool:
@@ -126,30 +112,37 @@ def _unit(name: str) -> tuple[str, str]:
     return name, ""
 
 
+_PLAIN = str.maketrans({"ß": "ss", "ł": "l", "ø": "o", "æ": "ae"})
+
+
 def _words(base: str) -> tuple[str, ...]:
-    """Return the words of a name, in lower case without umlauts; u1 is u, tempIn is temp and in."""
-    split = re.sub(r"([a-zäöüß])([A-Z])", r"\1 \2", base)
-    return tuple(word.translate(_FOLD) for word in re.findall(r"[^\W_]+", split.lower()))
+    """Return the words of a name, in lower case without accents; u1 is u, tempIn is temp and in."""
+    split = re.sub(r"([^\W\d_])([A-Z][a-z])|([^\W\d_A-Z]{2})([A-Z])", r"\1\3 \2\4", base).lower().translate(_PLAIN)
+    bare = "".join(c for c in unicodedata.normalize("NFKD", split) if not unicodedata.combining(c))
+    return tuple(re.findall(r"[^\W_]+", bare))
 
 
-def _is_one_of(word: str, known: tuple[str, ...]) -> bool:
-    plain = word.rstrip("0123456789") or word
-    for one in known:
-        if word == one or plain == one:
-            return True
-        if (len(one) > 4 and one in word) or (one in _STEMS and word.startswith(one)):
-            return True
-    return False
+@cache
+def _kinds(word: str) -> frozenset[str]:
+    """Return the kinds that have this word; of words that only end or begin it the longest decides."""
+    for one in dict.fromkeys((word, word.rstrip("0123456789"), *([word[:-1]] if len(word) > 3 and word[-1] == "s" else []))):
+        if one in _WHOLE:
+            return _WHOLE[one]
+    fitting = [end for end in _ENDS if word.endswith(end) and len(word) > len(end)]
+    fitting += [begin for begin in _BEGINS if word.startswith(begin) and len(word) > len(begin)]
+    begins = [begin for begin in fitting if begin in _BEGINS]
+    return frozenset().union(*(_BEGINS[b] for b in begins)) or _ENDS[max(fitting, key=len)] if fitting else frozenset()
 
 
-_KNOWN = {
-    "time": tuple(TIME.split()),
-    "label": tuple(LABEL.split()),
-    "counter": tuple(COUNTER.split()),
-    "setpoint": tuple(SETPOINT.split()),
-    "actuator": tuple(ACTUATOR.split()),
-    "disturbance": tuple(DISTURBANCE.split()),
-    "source": tuple(SOURCE.split()),
-    "quantity": tuple(QUANTITY.split()),
-    "output": tuple(OUTPUT.split()),
-}
+def _listed(mark) -> dict[str, frozenset[str]]:
+    found: dict[str, set[str]] = {}
+    for kind, words in WORDS.items():
+        for word in words.split():
+            if mark(word):
+                found.setdefault(word.strip("~"), set()).add(kind)
+    return {word: frozenset(kinds) for word, kinds in found.items()}
+
+
+_WHOLE = _listed(lambda word: True)
+_ENDS = _listed(lambda word: word.startswith("~"))
+_BEGINS = _listed(lambda word: word.endswith("~"))

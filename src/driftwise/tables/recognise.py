@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from ..engine.validation import positive
 from ..results.numbers import instant, lasting
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
-from .column_roles import SECONDS, Name, parse
+from .column_roles import SCORES, SECONDS, Name, parse
+from .derived import derived, is_copy
 from .sampling import Sampling, judge_sampling
 from .stuck_sensor import LEAST, Segment, stuck
 from .table_words import notes_of, words_of
@@ -53,6 +54,15 @@ class Column:
     stuck: tuple[Segment, ...] = ()
 
 
+class Reading(NamedTuple):
+    """One way to read a table: its output and inputs, what speaks for it, and how likely it is, from 0 to 1."""
+
+    output: str
+    inputs: tuple[str, ...]
+    evidence: str
+    share: float
+
+
 @dataclass(frozen=True)
 class Table:
     """What was recognised of a table from its first rows.
@@ -66,6 +76,8 @@ class Table:
     timed : whether the clock is in seconds; if not, its unit is not known
     rows : rows that were looked at
     given : the parts that the caller gave
+    rivals : columns that may be the output as well, as far as their names go; () where names decide
+    alternatives : `Reading` of each that the evidence leaves open, the likelier first; () where it decides
     notes : what an engineer should know, a sentence each
     words : the proposal in one paragraph
     """
@@ -79,8 +91,15 @@ class Table:
     timed: bool
     rows: int
     given: frozenset[str] = frozenset()
+    rivals: tuple[str, ...] = ()
+    alternatives: tuple[Reading, ...] = ()
     notes: tuple[str, ...] = ()
     words: str = ""
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether two readings of the table are about as likely: a person should say which."""
+        return len(self.alternatives) > 1
 
     @property
     def dt(self) -> float:
@@ -167,13 +186,15 @@ def recognise(
     scale = _seconds(clock, names[time].unit) if time is not None and time not in stamps and clock is not None else 1.0
     sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
     _take_stuck(found, clean, names, {time, *stamps})
-    first_of: dict[bytes, str] = {}
-    twins = {name: first_of.setdefault(values.tobytes(), name) for name, values in clean.items()}
-    barred = {name: _barred(name, names, found, clean, twins) for name in clean if name not in wanted and name != time}
+    barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
+    signals = {name: clean[name] for name in clean if name not in {time, *stamps} and not barred[name]}
+    why = derived(signals, {name: _standing(names[name]) + 20.0 * (name in wanted) for name in signals})
+    barred |= {name: ("duplicate" if is_copy(reason) else "computed", reason) for name, reason in why.items()}
+    barred = {name: bar for name, bar in barred.items() if name not in wanted}
     for stamp in stamps:
         barred[stamp] = ("counter", "a second clock")
     free = [name for name in clean if name != time and not barred.get(name)]
-    chosen = "given"
+    chosen, rivals = "given", ()
     if output is None and not set(free) - set(inputs or ()):
         why = {n: barred[n][1] if barred.get(n) else "the clock" if n == time else "an input" for n in clean}
         why |= {name: found[name].why for name in columns if name not in why}
@@ -181,7 +202,8 @@ def recognise(
         more = f" and {len(why) - SHOWN} more" if len(why) > SHOWN else ""
         raise InputError(f"no column looks like an output: {', '.join(shown)}{more}. If one is, name it as the output.")
     if output is None:
-        output, chosen = propose_output(free, names, set(inputs or ()))
+        switches = [name for name in free if np.unique(clean[name][np.isfinite(clean[name])]).size <= 2]
+        output, chosen, rivals = propose_output(free, {n: names[n] for n in free}, set(inputs or ()), switches)
     if inputs is None and free == [output]:  # a step and its response: the mark may be the input
         marks = [name for name, bar in barred.items() if bar and bar[0] == "label" and names[name].may_act]
         free += marks
@@ -204,7 +226,7 @@ def recognise(
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0)))
     timed = time in stamps or (time is not None and (names[time].unit in SECONDS or scale != 1.0))
     known = frozenset(key for key, value in given.items() if value is not None)
-    return _worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known))
+    return worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known, rivals))
 
 
 def on_clock(table: Table, dt: float) -> Table:
@@ -222,10 +244,11 @@ def on_clock(table: Table, dt: float) -> Table:
         return table
     s, unit = table.sampling, dt / table.dt
     s = s._replace(dt=dt, longest=unit * s.longest, low=unit * s.low, high=unit * s.high)
-    return _worded(replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True))
+    return worded(replace(table, sampling=s, time_scale=unit * table.time_scale, timed=True))
 
 
-def _worded(table: Table) -> Table:
+def worded(table: Table) -> Table:
+    """Return the table with what is to be said of it."""
     return replace(table, notes=tuple(notes_of(table)), words=words_of(table))
 
 
@@ -310,21 +333,32 @@ def _counts_days(time) -> bool:
     return any(abs(step - usual) < 0.003 * usual for usual in STEPS)
 
 
-def _barred(name: str, names: dict[str, Name], found: dict[str, Column], clean, twins: dict[str, str]):
-    """Return (role, why) of a column that takes no part, None if it may."""
-    if found[name].role != "spare":
-        return found[name].role, found[name].why
-    kinds, values = names[name].kinds, clean[name]
+def _standing(name: Name) -> float:
+    """Return how much a name speaks for a signal of its own, where one of several is computed from the others."""
+    order = ("computed", "output", "quantity", "setpoint", "disturbance", "drive", "device", "command")
+    kind = next((kind for kind in order if kind in name.kinds), "")
+    if kind in ("", "computed"):
+        return -5.0 * bool(kind)
+    return 10.0 - order.index(kind) + 0.1 * bool(name.unit)
+
+
+def _barred(name: Name, column: Column, values):
+    """Return (role, why) of a column that takes no part by what it is itself, None if it may."""
+    if column.role != "spare":
+        return column.role, column.why
+    kinds = name.kinds
     fine = values[np.isfinite(values)]
     whole = bool(np.all(fine == np.round(fine)))
     if "label" in kinds and "output" not in kinds:
         return "label", "a mark that somebody set, by its name"
+    if kinds & {"time", "calendar"} and not kinds & SCORES.keys():
+        return "counter", "a part of the calendar, by its name"
     steps = np.diff(fine)
-    if whole and steps.size and np.all((steps == 0) | (steps == 1)) and not kinds & {"quantity", "output", "actuator"}:
+    if whole and steps.size and np.all((steps == 0) | (steps == 1)) and not kinds & SCORES.keys() - {"source"}:
         if steps.sum() >= 2:
             return "counter", "counts upwards"
     if "counter" in kinds and whole and np.mean(steps >= 0) > 0.95:
         return "counter", "counts, by its name"
-    if twins[name] != name:
-        return "duplicate", f"the same as {twins[name]!r}"
+    if "logger" in kinds and name.score > -2:
+        return "logger", "of the logger itself, by its name"
     return None
