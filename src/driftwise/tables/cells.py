@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from driftwise.engine.errors import InputError
+from driftwise.tables.dates import are_compact, iso
 from driftwise.tables.dialect import MINUS, MISSING
 
 LARGEST = 1e100  # whose square is a number yet
@@ -127,6 +128,8 @@ def seconds(column, decimal: str = ".", day_first: bool = True):
         return values.to_numpy(zero_copy_only=False) / 1e9, np.zeros(len(column), bool), False
     if not is_text(kind):
         return (*numbers(column), False)
+    if are_compact(trimmed(column.slice(0, LOOK)).drop_null().to_pylist()):
+        return (*_stamps(column, day_first), True)
     values, bad = numbers(column, decimal)
     if np.isfinite(values).any() or not bad.any():
         return values, bad, False
@@ -140,8 +143,8 @@ def _stamps(column, day_first):
 
     cells = trimmed(column)
     cells = pc.replace_substring_regex(cells, r"(:\d\d),(\d+)", r"\1.\2")
-    if pc.any(pc.match_substring_regex(cells, r"^\d+[./]|[AaPp][Mm]$")).as_py():
-        cells = _iso(cells, day_first)
+    if not pc.all(pc.match_substring_regex(cells, r"^\d{4}-\d\d-\d\d[T ]\d\d:[\d:.]+Z?$")).as_py():
+        cells = iso(cells, day_first)
     for kind in (pa.timestamp("ns"), pa.timestamp("ns", "UTC")):
         try:
             stamps = _nanoseconds(cells.cast(kind))
@@ -152,28 +155,6 @@ def _stamps(column, day_first):
         stamps = _one_by_one(cells)
     bad = pc.is_valid(cells).to_numpy(zero_copy_only=False) & (stamps == NAT)
     return stamps, bad
-
-
-def _iso(cells, day_first):
-    """Return stamps such as 31.12.2024 13:45, 12/31/2024 1:45 PM or 2024/12/31 as ISO 8601 text."""
-    import pyarrow.compute as pc
-
-    day, month = (1, 2) if day_first else (2, 1)
-    for old, new in (
-        (r"^(\d+)\.(\d+)\.(\d\d)( |$)", r"\1.\2.20\3\4"),
-        (r"^(\d+)\.(\d+)\.(\d{4})", r"\3-\2-\1"),
-        (r"^(\d{4})/(\d+)/(\d+)", r"\1-\2-\3"),
-        (r"^(\d+)/(\d+)/(\d{4})", rf"\3-\{month}-\{day}"),
-        (r"^(\d{4})-(\d)-", r"\1-0\2-"),
-        (r"^(\d{4}-\d\d)-(\d)( |T|$)", r"\1-0\2\3"),
-        (r"[ T]+(\d):", r" 0\1:"),
-    ):
-        cells = pc.replace_substring_regex(cells, old, new)
-    cells = pc.replace_substring_regex(cells, r"[ T]12(:[0-9:.]+)\s*[Aa][Mm]$", r" 00\1")
-    cells = pc.replace_substring_regex(cells, r"\s*[Aa][Mm]$", "")
-    for hour in range(1, 12):
-        cells = pc.replace_substring_regex(cells, rf"[ T]{hour:02d}(:[0-9:.]+)\s*[Pp][Mm]$", rf" {hour + 12}\1")
-    return pc.replace_substring_regex(cells, r"\s*[Pp][Mm]$", "")
 
 
 def _one_by_one(cells):

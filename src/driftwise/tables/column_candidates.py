@@ -11,6 +11,7 @@ from .derived import is_part
 from .screening import screen
 
 MOST_INPUTS = 4
+LEAK = 1e-4  # share of the output left, where a drive is computed from it and its set point in the same row
 ACTING = frozenset({"command", "device", "drive"})  # kinds of what somebody sets
 HELPS = 0.002  # share of the residual variance that an input must take away to be proposed
 HELPS_MUCH = 0.05  # the same for a column whose name says nothing, beside inputs whose names do
@@ -54,6 +55,12 @@ def propose_inputs(output: str, free: list[str], names: dict[str, Name], clean):
     causes = [name for name in free if names[name].score <= -1]
     setpoints = [name for name in causes if "setpoint" in names[name].kinds]
     acting = [name for name in causes if names[name].kinds & ACTING and name not in setpoints]
+    for name in list(acting) if setpoints else ():
+        if _is_computed(y, [clean[name], *(clean[s] for s in setpoints)], clean[setpoints[0]]):
+            acting.remove(name)
+            causes.remove(name)
+            free = [other for other in free if other != name]
+            why[name] = "computed from the output and the set point in the same row"
     if acting:
         for name in setpoints:
             causes.remove(name)
@@ -88,6 +95,22 @@ def _screened(y, candidates: list[str], clean, most: int) -> list[tuple[str, flo
     if not candidates:
         return []
     return [(candidates[j], gain) for j, gain in screen(y, np.column_stack([clean[n] for n in candidates]), most)]
+
+
+def _is_computed(y, columns, setpoint) -> bool:
+    """Whether the output is a linear function of these columns in the same row, and not of the set point alone."""
+    rows = np.isfinite(y) & np.all([np.isfinite(c) for c in columns], axis=0)
+    if np.count_nonzero(rows) < 20:
+        return False
+    y = y[rows] - y[rows].mean()
+
+    def left(regressors) -> float:
+        A = np.column_stack([c[rows] - c[rows].mean() for c in regressors])
+        theta = np.linalg.lstsq(A, y, rcond=None)[0]
+        return float(np.sum((y - A @ theta) ** 2))
+
+    total = float(np.sum(y**2))
+    return total > 0 and left(columns) < LEAK * total and left(columns) < 0.1 * left([setpoint])
 
 
 def because(name: Name, part: str) -> str:

@@ -9,6 +9,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from driftwise.engine.errors import InputError
+from driftwise.tables.dates import SLASHED, STAMP, are_compact
 from driftwise.tables.marks import Marks, marks_of
 
 MISSING = frozenset(
@@ -26,12 +27,6 @@ HEADER_LINES = 5
 _DOT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?inf(inity)?$", re.I)
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eEdD][+-]?\d+)?$")
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+$")  # 1.234 in a table whose decimal mark is a comma
-_STAMP = re.compile(
-    r"(\d{4}-\d\d-\d\d|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.(\d{4}|\d\d)|\d\d?/\d\d?/\d{4})"
-    r"([T ]+\d\d?:\d\d(:\d\d([.,]\d+)?)?\s*([AaPp][Mm])?(Z|[+-]\d\d:?(\d\d)?)?)?$"
-)
-_SLASHED = re.compile(r"(\d\d?)/(\d\d?)/\d{4}")
-
 
 @dataclass(frozen=True)
 class Dialect:
@@ -61,7 +56,7 @@ def kind(cell: str) -> str:
         return "number"
     if _COMMA.match(cell):
         return "comma"
-    return "stamp" if _STAMP.match(cell) else "text"
+    return "stamp" if STAMP.match(cell) else "text"
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -122,7 +117,8 @@ def sniff(lines: list[str]) -> Dialect:
         has_header=header is not None,
         units={name: mark.unit for name, mark in zip(names, marks) if mark and mark.unit}
         | {name: unit.strip("[]() ") for name, unit in zip(names, units) if unit.strip("[]() ")},
-        stamps=frozenset(n for n, k in zip(names, kinds) if k["stamp"] > k["number"] + k["comma"] + k["text"]),
+        stamps=frozenset(n for n, k in zip(names, kinds) if k["stamp"] > k["number"] + k["comma"] + k["text"])
+        | {name for j, name in enumerate(names) if are_compact([row[j] for row in body])},
         texts=frozenset(n for n, k in zip(names, kinds) if k["text"] > k["number"] + k["comma"] + k["stamp"]),
         marks={name: mark for name, mark in zip(names, marks) if mark},
     )
@@ -308,7 +304,7 @@ def _has_dots(body: list[list[str]]) -> bool:
 
 def _day_first(body: list[list[str]]) -> bool:
     """Whether dates with slashes begin with the day: what exceeds 12, or else changes more often, is the day."""
-    dates = [match.groups() for row in body for cell in row if (match := _SLASHED.match(cell))]
+    dates = [match.groups() for row in body for cell in row if (match := SLASHED.match(cell))]
     first, second = ({int(date[j]) for date in dates} for j in (0, 1))
     if max(first | {0}) > 12 or max(second | {0}) > 12:
         return max(first) > 12

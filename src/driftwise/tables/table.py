@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.tables import checks
+from driftwise.tables.calendar import calendar_of, is_part, joined
 from driftwise.tables.cells import converted, kind_of, numbers, seconds
 from driftwise.tables.cleaning import codes_in
 from driftwise.tables.clock import DAY, Clock, TimeOfDay
@@ -254,6 +255,7 @@ class OpenTable:
     kinds : "number", "stamp" (also a time of day), "switch" (on and off) or "text" per column name
     head : the first rows: float64 per column of numbers (NaN where missing), seconds per column of time stamps, None
         per column of text. A column of dates takes in the time of day that a column of its own holds.
+    calendar : part -> name of the columns that make up a date between them; seconds then stand in that of the year
     time_of_day : the column of times of day that the column of dates takes in, None where there is none
     bad : cells so far that were no finite number, per column of numbers that was read
     """
@@ -265,6 +267,7 @@ class OpenTable:
         self.bad: dict[str, int] = {}
         self.time_of_day: str | None = None
         self._date: str | None = None  # the column of dates that takes them in
+        self.calendar: dict[str, str] = {}
         self._is_turned = False
         first = source.look(head_rows)
         if not first:
@@ -274,6 +277,7 @@ class OpenTable:
         self._clocks = {name: Clock(name) for name, kind in self._cells.items() if kind == "stamp"}
         self.kinds = {name: "stamp" if kind == "time of day" else kind for name, kind in self._cells.items()}
         self._pair(dict(zip(self.names, first[0][0])))
+        self.calendar = self._parts_of_dates(dict(zip(self.names, first[0][0])))
         parts = list(self._converted(list(self.names), first))
         self._is_whole = sum(len(ragged) for _, ragged in first) < head_rows
         self.head = {name: np.concatenate([part[name] for part in parts])[:head_rows] if kind != "text" else None
@@ -294,7 +298,9 @@ class OpenTable:
         """Yield the chosen columns (columns, rows), batch by batch as the file hands them over."""
         import numpy as np
 
-        asked = [*names, self.time_of_day] if self._date in names else names
+        asked = [*names, self.time_of_day] if self._date in names else list(names)
+        if self.calendar.get("year") in names:
+            asked += [name for name in self.calendar.values() if name not in asked]
         found = self._converted(asked, self.source.batches(asked))
         parts = (np.stack([columns[name] for name in names]) for columns in found)
         if self._is_turned:
@@ -328,6 +334,17 @@ class OpenTable:
             self._date, self.time_of_day = dates[0], hours[0]
             self.kinds[hours[0]] = "text"
 
+    def _parts_of_dates(self, arrays) -> dict[str, str]:
+        """Find columns of numbers that are year, month, day, .. of one date, where no column holds it whole."""
+        if self._clocks:
+            return {}
+        kinds = [name for name, kind in self._cells.items() if kind == "number"]
+        found = calendar_of({name: numbers(arrays[name], self._how[0])[0] for name in kinds if is_part(name)})
+        if found:
+            self._clocks[found["year"]] = Clock(found["year"])
+            self.kinds[found["year"]] = "stamp"
+        return found
+
     def _converted(self, names, batches) -> Iterator[dict[str, Any]]:
         """Yield float64 columns of each batch, NaN where a row is ragged; count bad cells."""
         days = {name: TimeOfDay() for name, kind in self._cells.items() if kind == "time of day"}
@@ -335,7 +352,13 @@ class OpenTable:
             cells = zip(names, arrays)
             found = {n: converted(a, self._cells[n], *self._how) for n, a in cells if self._cells[n] != "text"}
             columns = {name: values for name, (values, _) in found.items()}
+            if self.calendar and self.calendar["year"] in columns:
+                year = self.calendar["year"]
+                stamps = joined({part: columns[name] for part, name in self.calendar.items()})
+                columns[year] = self._clocks[year].stamps(stamps)
             for name, (values, bad) in found.items():
+                if name in self.calendar.values():
+                    continue
                 if name in self._clocks:
                     columns[name] = self._clocks[name].stamps(values)
                 elif name in days:

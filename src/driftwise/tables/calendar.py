@@ -1,0 +1,90 @@
+"""Dates that stand in several columns of numbers: year, month and day, or day of year, and hours and minutes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .cells import NAT
+
+# What a part may be called, and the numbers that it may hold.
+PARTS = {
+    "year": ("year yr yyyy jahr annee ano anno jaar rok", 1500, 2200),
+    "month": ("month mo mon mm monat mois mes mese maand miesiac manad", 1, 12),
+    "day": ("day dd tag jour dia giorno dag dzien mday dom dayofmonth", 1, 31),
+    "day of year": ("doy jday yday julian juliandate julianday dayofyear yearday dyear", 1, 366),
+    "hour": ("hour hr hh stunde heure hora ora uur godzina timme", 0, 24),
+    "minute": ("minute mi mn min minuto minuut minuta", 0, 59),
+    "second": ("second sec ss sekunde seconde segundo secondo sekunda", 0, 60),
+    "hours and minutes": ("hhmm hourminute", 0, 2400),
+}
+LATE = 0.02  # share of the rows that may go back
+
+
+def calendar_of(columns: Mapping[str, Any]) -> dict[str, str]:
+    """Return part -> name of the columns that make up a date between them, {} where none do.
+
+    ``columns`` are first rows of numbers by name. A year alone is one where nothing else tells the time of its rows
+    and no two rows have the same.
+
+    >>> calendar_of({"Year": np.full(48, 2018.0), "DOY": np.repeat([1.0, 2], 24), "Hour": np.arange(48.0) % 24})
+    {'year': 'Year', 'day of year': 'DOY', 'hour': 'Hour'}
+    """
+    found: dict[str, str] = {}
+    for name, values in columns.items():
+        word = _word(name)
+        for part, (words, low, high) in PARTS.items():
+            fine = values[np.isfinite(values)]
+            is_whole = fine.size > 0 and bool(np.all(fine == np.round(fine)))
+            if word in words.split() and part not in found and is_whole and low <= fine.min() <= fine.max() <= high:
+                found[part] = name
+    if "year" not in found:
+        return {}
+    if "day of year" in found:
+        found = {part: name for part, name in found.items() if part not in ("month", "day")}
+    elif "month" not in found:
+        found = {"year": found["year"]}
+    elif "day" not in found:
+        found = {"year": found["year"], "month": found["month"]}
+    if "hours and minutes" in found:
+        found = {part: name for part, name in found.items() if part not in ("hour", "minute")}
+    steps = np.diff(joined({part: columns[name] for part, name in found.items()}).astype(float))
+    if not steps.size or np.mean(steps < 0) > LATE or np.mean(steps > 0) < 0.5:
+        return {}
+    return found
+
+
+def is_part(name: str) -> bool:
+    """Whether a column is called like a part of a date."""
+    return _word(name) in _CALLED
+
+
+def _word(name: str) -> str:
+    return re.sub(r"[^a-z]", "", name.lower().replace("é", "e").replace("ñ", "n").replace("å", "a"))
+
+
+_CALLED = frozenset(" ".join(words for words, _, _ in PARTS.values()).split())
+
+
+def joined(parts: Mapping[str, Any]):
+    """Return int64 nanoseconds since 1970 of rows whose parts are given as floats; NAT where one is missing."""
+    year = np.asarray(parts["year"], float)
+    ok = np.all([np.isfinite(values) for values in parts.values()], axis=0)
+
+    def whole(part: str, default: float):
+        return np.where(ok, np.asarray(parts.get(part, np.full(len(year), default)), float), default).astype(np.int64)
+
+    first = (np.where(ok, year, 1970).astype(np.int64) - 1970).astype("datetime64[Y]")
+    if "day of year" in parts:
+        days = first.astype("datetime64[D]") + (whole("day of year", 1) - 1)
+    else:
+        days = (first.astype("datetime64[M]") + (whole("month", 1) - 1)).astype("datetime64[D]") + (whole("day", 1) - 1)
+    seconds = 3600 * whole("hour", 0) + 60 * whole("minute", 0) + whole("second", 0)
+    if "hours and minutes" in parts:
+        clock = whole("hours and minutes", 0)
+        seconds = 3600 * (clock // 100) + 60 * (clock % 100)
+    stamps = days.astype("datetime64[s]").astype(np.int64) + seconds
+    return np.where(ok, stamps * 1_000_000_000, NAT)

@@ -1,0 +1,121 @@
+"""Dates as spreadsheets, loggers and statistics packages write them, brought to ISO 8601."""
+
+from __future__ import annotations
+
+import re
+
+MONTHS = (
+    "jan|janv|ene|gen|sty|january|januar", "feb|fev|febr|lut|february|februar", "mar|mars|mrz|mrt|maerz|march|marz",
+    "apr|avr|abr|kwi|april", "may|mai|maj|mei|mag|mayo", "jun|juin|giu|cze|june|juni", "jul|juil|lug|lip|july|juli",
+    "aug|aout|ago|sie|august", "sep|sept|set|wrz|september", "oct|okt|ott|out|paz|october|oktober",
+    "nov|lis|november", "dec|dez|dic|gru|december|dezember",
+)  # fmt: skip
+NAMED = "|".join(MONTHS)
+TIME = r"[T :]+\d\d?:\d\d(:\d\d([.,]\d+)?)?\s*([AaPp]\.?[Mm]\.?)?\s*(Z|UTC|GMT|[+-]\d\d:?(\d\d)?)?"
+COMPACT = r"(1[89]|20)\d\d(0[1-9]|1[0-2])(0[1-9]|[12]\d|3[01])"  # 20180131
+
+# What a cell looks like that is a date, alone or before a time of day.
+DATES = (
+    r"\d{4}-\d\d?-\d\d?", r"\d{4}/\d\d?/\d\d?", r"\d{4}\.\d\d?\.\d\d?",
+    r"\d\d?\.\d\d?\.(\d{4}|\d\d)", r"\d\d?/\d\d?/(\d{4}|\d\d)", r"\d\d?[ -]\d\d?[ -]\d{4}", r"\d{4} \d\d? \d\d?",
+    rf"\d\d?[- /.]?({NAMED})\.?[- /,]?\s?(\d{{4}}|\d\d)", rf"({NAMED})\.? \d\d?,? \d{{4}}",
+    rf"\d{{4}}[- ]({NAMED})[- ]\d\d?",
+)  # fmt: skip
+# Months and quarters: no time of day follows.
+PERIODS = (
+    r"\d{4}[-/](0[1-9]|1[0-2])", r"(0?[1-9]|1[0-2])/\d{4}", r"\d{4}m(1[0-2]|[1-9])", r"\d{4}M(0[1-9]|1[0-2])",
+    r"\d{4}[ :-]?[Qq][1-4]", r"[Qq][1-4][ /-]?\d{4}", rf"({NAMED})\.?[- /]?\d{{4}}", rf"\d{{4}}[- ]?({NAMED})",
+)  # fmt: skip
+_WITH_TIME = rf"{COMPACT}[ T_-]\d\d:?\d\d(:?\d\d)?Z?"
+STAMP = re.compile(rf"(({'|'.join(DATES)})({TIME})?|{'|'.join(PERIODS)}|{_WITH_TIME})$", re.I)
+SLASHED = re.compile(r"(\d\d?)[/ -](\d\d?)[/ -](?:\d{4}|\d\d)(?!\d)")
+_DIGITS = re.compile(rf"{COMPACT}(([01]\d|2[0-3])([0-5]\d){{0,2}})?$")
+
+
+def are_compact(cells: list[str]) -> bool:
+    """Whether cells of digits are dates, 20180131 or 201801311345: of one length, and they go by.
+
+    >>> are_compact(["20180131", "20180201"]), are_compact(["20180131", "20181301"])
+    (True, False)
+    """
+    return (
+        len(set(cells)) > 1
+        and len({len(cell) for cell in cells}) == 1
+        and all(map(_DIGITS.match, cells))
+        and (sorted(cells) == cells or sorted(cells, reverse=True) == cells or len(cells[0]) > 8)
+    )
+
+
+def iso(cells, day_first: bool):
+    """Return text cells of dates, a pyarrow array, as ISO 8601 text; ``day_first``: 1/2/2024 is in February.
+
+    A month stands for its first day, a quarter for that of its first month.
+
+    >>> import pyarrow as pa
+    >>> iso(pa.array(["31.12.2024 9:45", "01JAN2018:00:00:00", "2018Q2", "01 02 2018 00:00"]), True).to_pylist()
+    ['2024-12-31 09:45', '2018-01-01 00:00:00', '2018-04-01', '2018-02-01 00:00']
+    """
+    import pyarrow.compute as pc
+
+    def change(pairs):
+        nonlocal cells
+        for old, new in pairs:
+            cells = pc.replace_substring_regex(cells, old, new)
+
+    if pc.any(pc.match_substring_regex(cells, r"(?i)[a-z]{3}|[0-9][mqQ][0-9]|[Qq][1-4]")).as_py():
+        change(_NAMED)
+    if pc.any(pc.match_substring_regex(cells, "^[0-9]{6,8}")).as_py():
+        change(_COMPACTED)
+    day, month = (1, 2) if day_first else (2, 1)
+    change(_PLAIN)
+    change(
+        [
+            (r"^(\d\d?)[/ -](\d\d?)[/ -](\d{4})", rf"\3-\{month}-\{day}"),
+            (r"^(\d\d?)[/](\d\d?)[/](\d\d)( |$)", rf"20\3-\{month}-\{day}\4"),
+            (r"^(\d{4})-(\d)-", r"\1-0\2-"),
+            (r"^(\d{4}-\d\d)-(\d)([^\d]|$)", r"\1-0\2\3"),
+            (r"^(\d{4}-\d\d-\d\d)[ T:]+(\d):", r"\1 0\2:"),
+            (r"^(\d{4}-\d\d-\d\d):+", r"\1 "),
+            (r"^(\d{4}-\d\d-\d\d)  +", r"\1 "),
+            (r"\s*(UTC|GMT)$", "Z"),
+        ]
+    )
+    if pc.any(pc.match_substring_regex(cells, r"[AaPp]\.?[Mm]\.?$")).as_py():
+        change(_HALVES)
+    return cells
+
+
+_NAMED = [
+    pair
+    for number, names in enumerate(MONTHS, 1)
+    for pair in (
+        (rf"(?i)^(\d\d?)[- /.]?({names})\.?[- /,]?\s?(\d{{4}})", rf"\3-{number:02d}-\1"),
+        (rf"(?i)^(\d\d?)[- /.]?({names})\.?[- /,]?\s?(\d\d)([^\d]|$)", rf"20\3-{number:02d}-\1\4"),
+        (rf"(?i)^({names})\.? (\d\d?),? (\d{{4}})", rf"\3-{number:02d}-\2"),
+        (rf"(?i)^(\d{{4}})[- ]({names})[- ](\d\d?)", rf"\1-{number:02d}-\3"),
+        (rf"(?i)^({names})\.?[- /]?(\d{{4}})$", rf"\2-{number:02d}-01"),
+        (rf"(?i)^(\d{{4}})[- ]?({names})$", rf"\1-{number:02d}-01"),
+    )
+] + [(r"^(\d{4})[mM]0?(\d{1,2})$", r"\1-\2-01")]
+_NAMED += [(rf"^(\d{{4}})[ :-]?[Qq]{q}$", rf"\1-{3 * q - 2:02d}-01") for q in range(1, 5)]
+_NAMED += [(rf"^[Qq]{q}[ /-]?(\d{{4}})$", rf"\1-{3 * q - 2:02d}-01") for q in range(1, 5)]
+_COMPACTED = [
+    (r"^(\d{4})(\d\d)(\d\d)([ T_-])?(\d\d):?(\d\d):?(\d\d)?(Z?)$", r"\1-\2-\3 \5:\6:\7\8"),
+    (r"^(\d{4})(\d\d)(\d\d)(\d\d)$", r"\1-\2-\3 \4:00"),
+    (r":(Z?)$", r"\1"),
+    (r"^(\d{4})(\d\d)(\d\d)$", r"\1-\2-\3"),
+]
+_PLAIN = [
+    (r"^(\d{4})[-/](\d\d)$", r"\1-\2-01"),
+    (r"^(\d{1,2})/(\d{4})$", r"\2-\1-01"),
+    (r"^(\d+)\.(\d+)\.(\d\d)([ :]|$)", r"20\3-\2-\1\4"),
+    (r"^(\d+)\.(\d+)\.(\d{4})", r"\3-\2-\1"),
+    (r"^(\d{4})[/. ](\d+)[/. ](\d+)", r"\1-\2-\3"),
+]
+_HALVES = [
+    (r"\.?\s*([AaPp])\.?[Mm]\.?$", r" \1M"),
+    (r"[ T]12(:[0-9:.]+)\s*[Aa]M$", r" 00\1"),
+    (r"\s*[Aa]M$", ""),
+    *((rf"[ T]{hour:02d}(:[0-9:.]+)\s*[Pp]M$", rf" {hour + 12}\1") for hour in range(1, 12)),
+    (r"\s*[Pp]M$", ""),
+]
