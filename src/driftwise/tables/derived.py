@@ -6,10 +6,14 @@ import itertools
 
 import numpy as np
 
+from ..results.numbers import listed
+
 ROWS = 4096  # that are looked at
 MOST = 40  # columns beyond which only copies are looked for
 SHIFTS = 3  # samples by which a copy may be shifted
 EXACT = 1e-6  # share of the variance that rounding may leave
+NEEDED = 10.0  # times that a relation is worse without any one of its columns
+FEW = 12  # columns up to which four and five of them are looked at together
 EDGE = 0.1  # how far from 1 the jumps of a whole may be, where its part jumps by 1
 
 
@@ -71,39 +75,49 @@ def _copied(x, y, other: str) -> str:
 
 
 def _sums(values: dict[str, np.ndarray], rank) -> dict[str, str]:
-    """Return the columns that are sums or differences of two or three others, or of all that make one up."""
+    """Return the columns that are sums of two to four others, weighted or not."""
     names = list(values)
     rows = np.all([np.isfinite(v) for v in values.values()], axis=0)
     if np.count_nonzero(rows) < 3 * len(names):
         return {}
     A = np.column_stack([v[rows] for v in values.values()])
     A = A - A.mean(axis=0)
-    size = A.std(axis=0)
+    size = np.sqrt(np.mean(A * A, axis=0))
     if not np.all(size > 0):
         return {}
-    found: dict[str, str] = {}
-    whole = np.linalg.svd(A / size, compute_uv=False)
-    if whole[-1] > np.sqrt(EXACT) * whole[0]:  # nothing is computed from others
+    R = (A / size).T @ (A / size) / len(A)
+    if np.linalg.eigvalsh(R)[0] > EXACT:  # nothing is computed from others
         return {}
-    for count in (2, 3, 4):
-        for parts in itertools.combinations(range(len(names)), count + 1):
+    found: dict[str, str] = {}
+    for count in (3, 4, 5)[: 3 if len(names) <= FEW else 1]:
+        for parts in itertools.combinations(range(len(names)), count):
             if any(names[j] in found for j in parts):
                 continue
-            _, s, V = np.linalg.svd(A[:, parts] / size[list(parts)], full_matrices=False)
-            weights = V[-1] / size[list(parts)]
-            if s[-1] > np.sqrt(EXACT) * s[0] or np.min(np.abs(V[-1])) < 1e-2:
+            left, weights = _related(R[np.ix_(parts, parts)])
+            if left > EXACT or any(
+                np.linalg.eigvalsh(R[np.ix_(rest, rest)])[0] < NEEDED * left
+                for rest in itertools.combinations(parts, count - 1)
+            ):
                 continue
-            sums = [k for k in range(count + 1) if all(-weights[j] / weights[k] > 0 for j in range(count + 1) if j != k)]
-            by_rank = sorted(range(count + 1), key=lambda k: (rank.get(names[parts[k]], 0.0), k not in sums, -parts[k]))
-            taken = by_rank[0]
-            others = [names[parts[j]] for j in range(count + 1) if j != taken]
-            shares = [-weights[j] / weights[taken] for j in range(count + 1) if j != taken]
-            what = "the sum of" if all(abs(share - 1.0) < 1e-3 for share in shares) else "computed from"
-            listed = ", ".join(map(repr, others[:-1])) + f" and {others[-1]!r}"
-            found[names[parts[taken]]] = f"{what} {listed}"
-        if len(names) > 12:
-            break
+            weights = weights / size[list(parts)]
+            taken = _computed(weights, [rank.get(names[j], 0.0) for j in parts])
+            shares = np.delete(-weights / weights[taken], taken)
+            others = [repr(names[j]) for k, j in enumerate(parts) if k != taken]
+            what = "the sum of" if np.all(np.abs(shares - 1.0) < 1e-2) else "computed from"
+            found[names[parts[taken]]] = f"{what} {listed(others)}"
     return found
+
+
+def _related(R) -> tuple[float, np.ndarray]:
+    """Return what is left of the linear relation that holds best between columns, and its weights."""
+    values, vectors = np.linalg.eigh(R)
+    return max(float(values[0]), 1e-15), vectors[:, 0]
+
+
+def _computed(weights, rank: list[float]) -> int:
+    """Return which column of a relation is the computed one: of the lowest rank, or the sum of the others, or the last."""
+    sums = [bool(np.all(np.delete(-weights / weights[k], k) > 0)) for k in range(len(weights))]
+    return min(range(len(weights)), key=lambda k: (rank[k], not sums[k], -k))
 
 
 def is_part(part, whole) -> bool:

@@ -23,6 +23,8 @@ COMMENTS = ("#", "%")
 DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
 HEADER_LINES = 5
+LOGGERS = frozenset({"TOA5", "TOACI1", "TOB1"})  # that write about themselves above the names, as many cells or not
+PROCESSED = frozenset(["", "Avg", "Smp", "Min", "Max", "Tot", "Std", "WVc", "Med"])  # what a logger did, below the units
 
 _DOT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?inf(inity)?$", re.I)
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eEdD][+-]?\d+)?$")
@@ -235,6 +237,8 @@ def _are_labels(name: str, body: list[list[str]], lines: list[str]) -> bool:
         return True
     if not all(map(str.isdecimal, first)) or any(int(b) - int(a) != 1 for a, b in itertools.pairwise(first)):
         return False
+    if all(kind(row[1]) == "stamp" for row in body):
+        return True
     second = [_value(row[1]) for row in body]
     is_rising = all(a < b for a, b in itertools.pairwise(second))
     return is_rising or not parse(name).kinds & {"time", "counter"}
@@ -244,6 +248,10 @@ def _names_and_units(lines, width):
     """Return names and units from the lines of a header."""
     named = [line for line in lines if width <= 2 or sum(map(bool, line)) > 1]  # one cell in a wide line is a title
     lines = named or lines[-1:]
+    if len(lines) > 1 and lines[0][0] in LOGGERS:
+        lines = lines[1:]
+    if len(lines) > 1 and set(lines[-1]) <= PROCESSED:
+        lines = lines[:-1]
     units: list[str] = []
     if len(lines) > 1 and (_are_units(lines[-1]) or (len(lines) == 2 and _are_short(lines))):
         units = lines.pop()

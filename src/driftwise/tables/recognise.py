@@ -304,6 +304,7 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         if score == 0.0:  # no word for it: the first column, if it ticks
             ticks = j == 0 and np.all(steps > 0) and np.ptp(steps) <= 0.02 * np.median(steps)
+            ticks &= not (np.all(steps == 1) and values[0] in (0, 1))  # an index, not a clock
             if not ticks or names[name].kinds:
                 continue
             score = 1.0

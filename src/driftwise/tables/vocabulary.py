@@ -54,7 +54,7 @@ WORDS = {
     "humidite angle nivel velocidad presion caudal humedad posicion livello velocita portata pressione umidita posizione "
     "pressao umidade vazao posicao ~stand snelheid druk ~niveau vochtigheid poziom predkosc cisnienie wilgotnosc "
     "polozenie ~niva hastighet tryck fuktighet lage",
-    "voltage": "voltage ~spannung voltaje tensione spanning napiecie spanning",
+    "voltage": "voltage tension ~spannung voltaje tensione spanning napiecie spanning",
 }
 
 # What a column of that unit is more often, where its words say nothing.

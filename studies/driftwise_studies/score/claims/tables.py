@@ -140,7 +140,7 @@ def write_table(
     """
     y, u = np.asarray(y, float), np.zeros((len(y), 0)) if u is None else np.asarray(u, float)
     y, u = y.reshape(len(y), -1), u.reshape(len(u), -1)
-    kind, way = _drawn_kind(rng, kind, way, dt, time is not None)
+    kind, way = _drawn_kind(rng, kind, way, dt, time is not None, len(y))
     made, written_as = KINDS[kind], WAYS[way]
     if way == "none":
         step = 1.0
@@ -205,8 +205,9 @@ def write_table(
     )
 
 
-def _drawn_kind(rng, kind, way, dt, is_irregular: bool) -> tuple[str, str]:
+def _drawn_kind(rng, kind, way, dt, is_irregular: bool, rows: int) -> tuple[str, str]:
     possible = [w for w in fitting(dt) if w != "none" or not is_irregular]
+    possible = [w for w in possible if w != "years" or rows < 300]
     kinds = [k for k in KINDS if not KINDS[k].ways or set(KINDS[k].ways) & set(possible)]
     kind = kind or str(rng.choice(kinds))
     if way is None:
