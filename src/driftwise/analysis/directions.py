@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..results.numbers import listed
-from ..tables.autoread import recognised
+from ..tables.autoread import Segments, recognised
 from ..tables.cleaning import judged
-from ..tables.recognise import Reading, Table
-from ..tables.table import OpenTable
+from ..tables.recognise import Reading, Table, worded
+from ..tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
 
 ROWS = 8192  # that are looked at
-LAGS = 6  # past readings of each column
-STRIDES = (1, 6)  # readings: what acts slowly shows better over several
+LAGS = 6  # single rows of the past of each column
+SPANS = (7, 12), (13, 24), (25, 48)  # rows back over which means are taken: what acts slowly shows there
 MOST = 8  # columns that are tried against one another
 SURE = 20.0  # odds from which the evidence decides
 CLEAR = 4.0  # times that one column is explained better than any other, where each explains the other
@@ -27,11 +27,14 @@ class Explained(NamedTuple):
     """How far the past of the others explains a column beyond its own past.
 
     nats : gain of the log likelihood, less half the logarithm of the samples for each coefficient (Schwarz 1978)
-    share : of the variance that its own past leaves
+    share : of the variance that its own past leaves, chance taken off; 0 where ``nats`` is not positive
     """
 
     nats: float
     share: float
+
+
+NOTHING = Explained(-math.inf, 0.0)
 
 
 def explained(columns: dict[str, Any]) -> dict[str, Explained]:
@@ -48,35 +51,34 @@ def explained(columns: dict[str, Any]) -> dict[str, Explained]:
     >>> found["y"].nats > 100, found["u"].nats < 0
     (True, True)
     """
-    values = {name: np.asarray(column, float)[:ROWS] for name, column in columns.items()}
-    return {name: max((_explained(values, name, s) for s in STRIDES), key=lambda e: e.nats) for name in values}
+    past = {name: _past(np.asarray(column, float)[:ROWS]) for name, column in columns.items()}
+    return {name: _explained(np.asarray(columns[name], float)[:ROWS], name, past) for name in columns}
 
 
-def _explained(values: dict[str, np.ndarray], name: str, stride: int) -> Explained:
-    """Return how far one column is explained; readings are means over ``stride`` rows."""
-    means = {n: _means(v, stride) for n, v in values.items()}
-    y = means[name]
-    past = {n: np.column_stack([v[LAGS - k : len(v) - k] for k in range(1, LAGS + 1)]) for n, v in means.items()}
-    y, own = y[LAGS:], past.pop(name)
-    if not past:
-        return Explained(-math.inf, 0.0)
-    others = np.column_stack(list(past.values()))
-    rows = np.isfinite(y) & np.isfinite(own).all(axis=1) & np.isfinite(others).all(axis=1)
-    n = int(np.count_nonzero(rows))
-    if n < 4 * (1 + LAGS * len(values)):
-        return Explained(-math.inf, 0.0)
+def _past(values) -> np.ndarray:
+    """Return the past of each row, (T, LAGS + number of SPANS): single rows, then means of rows further back."""
+    padded = np.concatenate((np.full(SPANS[-1][1], np.nan), values))
+    back = [padded[SPANS[-1][1] - k :][: len(values)] for k in range(SPANS[-1][1] + 1)]
+    return np.column_stack([*back[1 : LAGS + 1], *(np.mean(back[first : last + 1], axis=0) for first, last in SPANS)])
+
+
+def _explained(y, name: str, past: dict[str, np.ndarray]) -> Explained:
+    own, others = past[name], [rows for other, rows in past.items() if other != name]
+    if not others:
+        return NOTHING
+    rest = np.hstack(others)
+    rows = np.isfinite(y) & np.isfinite(own).all(axis=1) & np.isfinite(rest).all(axis=1)
+    n, fewer, more = int(np.count_nonzero(rows)), 1 + own.shape[1], rest.shape[1]
+    if n < 2 * (fewer + more):
+        return NOTHING
     one = np.ones((n, 1))
     before = _left(y[rows], np.hstack((one, own[rows])))
-    after = _left(y[rows], np.hstack((one, own[rows], others[rows])))
+    after = _left(y[rows], np.hstack((one, own[rows], rest[rows])))
     if not 0.0 < after <= before:
-        return Explained(-math.inf, 0.0)
-    return Explained(0.5 * n * math.log(before / after) - 0.5 * others.shape[1] * math.log(n), 1.0 - after / before)
-
-
-def _means(values, stride: int):
-    if stride == 1:
-        return values
-    return values[: len(values) // stride * stride].reshape(-1, stride).mean(axis=1)
+        return NOTHING
+    nats = 0.5 * n * math.log(before / after) - 0.5 * more * math.log(n)
+    share = 1.0 - after / (n - fewer - more) / (before / (n - fewer))
+    return Explained(nats, max(share, 0.0) if nats > 0.0 else 0.0)
 
 
 def _left(y, A) -> float:
@@ -115,6 +117,13 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
     return replace(tables[0], alternatives=readings)
 
 
+def read_settled(data, output=None, inputs=None, time=None, chunk_rows=CHUNK_ROWS, head_rows=HEAD_ROWS, dt=None):
+    """Return (`Table`, `Segments`) as `tables.autoread.read` does, direction included."""
+    table = open_table(data, chunk_rows, head_rows)
+    found = settled(table, output, inputs, time, dt)
+    return found, Segments(table, found)
+
+
 def _shares(by: list[Explained]) -> list[float]:
     """Return how likely each of several columns is the effect, the best explained first."""
     best = by[0].nats
@@ -131,16 +140,14 @@ def _reading(table: OpenTable, found: Table, name: str, inputs, time, dt, by: di
     """Return the table read with one column as its output, and why."""
     one = found if name == found.output else recognised(table, name, inputs, time, dt)
     others = [other for other in found.rivals if other != name][:2]
-    back = " and ".join(f"{100 * max(by[other].share, 0.0):.2g} %" for other in others)
+    back = " and ".join(f"{100 * by[other].share:.2g} %" for other in others)
     why = (
-        f"the past of the others takes {100 * max(by[name].share, 0.0):.2g} % off the error of predicting it, and "
+        f"the past of the others takes {100 * by[name].share:.2g} % off the error of predicting it, and "
         f"{back} off that of {listed([repr(other) for other in others])}"
     )
     return _because(one, name, why, found.given)
 
 
 def _because(table: Table, name: str, why: str, given) -> Table:
-    from ..tables.recognise import worded
-
     columns = tuple(replace(column, why=why) if column.name == name else column for column in table.columns)
     return worded(replace(table, columns=columns, given=given))

@@ -15,7 +15,7 @@ from ..results.frames import as_frame
 from ..results.parameter_trace import ParameterTrace
 from ..results.summary import Summary
 from ..results.verdicts import Diagnosis
-from ..tables.recognise import Table
+from ..tables.recognise import Reading, Table
 from .change_log import LOOKED, Change, changes_of, surest
 from .change_monitor import Watching
 from .diagnose import diagnose
@@ -77,6 +77,16 @@ class Identification:
     origin: str | None = None
     alarms: int = 0
     last: Change | None = None
+
+    @property
+    def alternatives(self) -> tuple[Reading, ...]:
+        """Ways to read the columns that the evidence leaves open, the likelier first; () where it decides."""
+        return self.table.alternatives
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether two readings of the columns are about as likely; this is the answer of the likelier."""
+        return self.table.is_ambiguous
 
     @property
     def estimator(self) -> Any:

@@ -8,6 +8,7 @@ import math
 from ..results.numbers import capital, ordinal
 from ..results.sentences import NO_JUMP, gain_words, pole_words
 from ..results.stable import NEAR, is_integrator, swings
+from ..tables.table_words import taken_words
 from .change_log import surest
 from .change_monitor import FALSE
 
@@ -22,14 +23,19 @@ def words(found) -> str:
 
 def answer(found) -> str:
     """Return the same without the columns."""
-    parts = _plant(found), _changes(found), _trust(found), _beware(found), _choice(found)
-    return " ".join(part for part in (parts if found.summary.is_enough else parts[:1]) if part)
+    parts = _reading(found), _plant(found), _changes(found), _trust(found), _beware(found), _choice(found)
+    return " ".join(part for part in (parts if found.summary.is_enough else parts[:2]) if part)
 
 
 def brief(found) -> str:
     """Return the answer without what to beware of."""
-    parts = _plant(found), _changes(found), _trust(found), _choice(found)
-    return " ".join(part for part in (parts if found.summary.is_enough else parts[:1]) if part)
+    parts = _reading(found), _plant(found), _changes(found), _trust(found), _choice(found)
+    return " ".join(part for part in (parts if found.summary.is_enough else parts[:2]) if part)
+
+
+def _reading(found) -> str:
+    """Say that the columns can be read in another way, too."""
+    return taken_words(found.table) if found.is_ambiguous else ""
 
 
 def _plant(found) -> str:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..tables.autoread import gathered, read
+from ..tables.autoread import gathered
+from .directions import read_settled
 from .identification import Finder
 from .identifier import joined
 
@@ -27,7 +28,8 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     Returns
     -------
     Identification
-        ``print`` it for the answer in words.
+        ``print`` it for the answer in words. Where the columns can be read in two ways, ``is_ambiguous``:
+        ``alternatives`` has both, and the answer is that of the likelier one.
 
     Raises
     ------
@@ -51,7 +53,7 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     >>> found.chosen.name, found.table.output
     ('ARX(2,2,1)', 'temperature')
     """
-    table, stretches = read(data, output, input, time, dt=dt)
+    table, stretches = read_settled(data, output, input, time, dt=dt)
     finder = Finder(table, stretches.table.origin(table.time) if table.time else None)
     forecasts: list[Any] = []
     traces: list[Any] = []

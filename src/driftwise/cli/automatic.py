@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from driftwise.cli.asking import ask
 from driftwise.cli.job import reading
 from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
@@ -45,11 +46,14 @@ class AutomaticJob(RunOptions):
         from driftwise.cli.downsample import PairDownsampler
         from driftwise.report.advice_translation import spoken_verdicts
         from driftwise.results.numbers import SAMPLES
-        from driftwise.tables.autoread import gathered, read
+        from driftwise.analysis.directions import read_settled
+        from driftwise.tables.autoread import gathered
 
         output = self.output[0] if self.output else None
         inputs = None if self.input is None else self.inputs
-        table, segments = read(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
+        table, segments = read_settled(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
+        if table.is_ambiguous and not self.take_best:
+            ask(table, self)
         finder = Finder(table, segments.table.origin(table.time))
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:
@@ -94,6 +98,7 @@ class AutomaticJob(RunOptions):
         return {
             "columns": {"output": table.output, "inputs": list(table.inputs), "time": table.time},
             "dt": table.dt,
+            "alternatives": [reading._asdict() for reading in table.alternatives],
             "words": found.words,
             "model": found.chosen.name,
             "center": found.center.tolist(),

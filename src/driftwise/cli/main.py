@@ -101,7 +101,7 @@ _add_commands()
 
 
 def main() -> None:
-    """Run the command line: exit code 0 when done, 1 for data that cannot be used, 2 for a wrong command."""
+    """Run the command line: exit code 0 when done, 1 for data of no use, 2 for a wrong command, 3 for a question."""
     code = 0
     try:
         code = app(standalone_mode=False) or 0

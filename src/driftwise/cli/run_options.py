@@ -139,6 +139,14 @@ class RunOptions(RecordJob):
             "--raw", metavar="", help="Take codes for a missing value, such as -9999, as they stand: they are values."
         ),
     ] = False
+    take_best: Annotated[
+        bool,
+        typer.Option(
+            "--take-best",
+            metavar="",
+            help="Where the columns can be read in two ways, take the likelier one instead of asking (exit code 3).",
+        ),
+    ] = False
     dt: Annotated[
         float | None,
         typer.Option(metavar="SECONDS", help="Seconds between samples; taken from --time if omitted, else 1."),

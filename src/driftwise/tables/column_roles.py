@@ -125,9 +125,11 @@ def _words(base: str) -> tuple[str, ...]:
 @cache
 def _kinds(word: str) -> frozenset[str]:
     """Return the kinds that have this word; of words that only end or begin it the longest decides."""
-    for one in dict.fromkeys((word, word.rstrip("0123456789"), *([word[:-1]] if len(word) > 3 and word[-1] == "s" else []))):
-        if one in _WHOLE:
-            return _WHOLE[one]
+    if word in _WHOLE:
+        return _WHOLE[word]
+    for one in (word.rstrip("0123456789"), word[:-1] if len(word) > 3 and word[-1] == "s" else ""):
+        if one != word and one in _WHOLE:
+            return _WHOLE[one] - {"time", "calendar"}  # u1 is u, and tag104 no day
     fitting = [end for end in _ENDS if word.endswith(end) and len(word) > len(end)]
     fitting += [begin for begin in _BEGINS if word.startswith(begin) and len(word) > len(begin)]
     begins = [begin for begin in fitting if begin in _BEGINS]

@@ -38,9 +38,13 @@ def derived(columns: dict[str, np.ndarray], rank: dict[str, float]) -> dict[str,
     found: dict[str, str] = {}
     for j, name in enumerate(names):
         for other in names[:j]:
-            if other not in found and (why := _copied(values[name], values[other], other)):
-                found[name] = why
-                break
+            if other in found or not (why := _copied(values[name], values[other], other)):
+                continue
+            if why.endswith("earlier") and rank.get(name, 0.0) == rank.get(other, 0.0):  # what comes first is no copy
+                found[other] = _copied(values[other], values[name], name)
+                continue
+            found[name] = why
+            break
     left = [name for name in names if name not in found]
     if 3 <= len(left) <= MOST:
         found |= _sums({name: values[name] for name in left}, rank)

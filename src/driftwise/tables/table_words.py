@@ -39,6 +39,34 @@ def words_of(table: Any) -> str:
     return " ".join(said)
 
 
+def reading_words(reading: Any) -> str:
+    """Return one way to read a table in a few words."""
+    driven = f"driven by {listed([repr(name) for name in reading.inputs])}" if reading.inputs else "with no input"
+    return f"{reading.output!r} {driven}"
+
+
+def taken_words(table: Any) -> str:
+    """Return which of the readings that are left open was taken."""
+    first, *others = table.alternatives
+    rest = " or ".join(f"{reading_words(one)} ({_likely(one)})" for one in others)
+    return (
+        f"The columns can be read in more than one way, and the likelier is taken: {reading_words(first)} "
+        f"({_likely(first)}), not {rest}."
+    )
+
+
+def asked_words(table: Any, commands: list[str]) -> list[str]:
+    """Return the readings that are left open as lines, each with its evidence and the command that takes it."""
+    lines = ["The columns can be read in more than one way, and nothing decides: nothing was estimated."]
+    for count, (one, command) in enumerate(zip(table.alternatives, commands), 1):
+        lines += [f"{count}. {reading_words(one)}, {_likely(one)}: {one.evidence}.", f"   {command}"]
+    return [*lines, "Or let the likelier be taken: --take-best."]
+
+
+def _likely(reading: Any) -> str:
+    return f"{100 * reading.share:.0f} %"
+
+
 def notes_of(table: Any) -> list[str]:
     """Return what an engineer should know of the table, a sentence each."""
     return [*_sampling_notes(table), *_value_notes(table)]

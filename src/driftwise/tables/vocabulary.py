@@ -47,7 +47,7 @@ WORDS = {
     "saida uitgang wyjscie utsignal",
     "quantity": "temperature temp tmp ~temperatur speed velocity rpm position pos angle acceleration accel level head "
     "concentration composition heatload thermocouple displacement tachometer deflection soc outlet ph co co2 no2 nox o3 "
-    "so2 nh3 ch4 benzene pm10 pm25 discharge runoff streamflow groundwater pressure humidity moisture oxygen turbidity "
+    "so2 nh3 methane benzene pm10 pm25 discharge runoff streamflow groundwater pressure humidity moisture oxygen turbidity "
     "conductivity thickness tension vibration unemployment inflation heart yield "
     "~drehzahl ~geschwindigkeit ~position ~lage winkel ~winkel ~beschleunigung ~fullstand ~pegel ~stand ~vorlauf "
     "~rucklauf ~druck ~feuchte ~abfluss ~ablauf ~dicke ~verbrauch temperatura ~temperatuur niveau vitesse debit pression "

@@ -77,7 +77,7 @@ def main() -> None:
             count["files"] += 1
             count.update(name for name, is_right in found.items() if is_right)
             count["all"] += all(found.get(part, False) for part in ("output", "inputs", "clock"))
-            if options.wrong and truth.knows_output and not all(found.get(p) for p in ("output", "inputs", "clock")):
+            if options.wrong and not all(found.get(p) for p in ("output", "inputs", "clock")):
                 print(i, truth.kind, "|", truth.way, "|", truth.outputs, truth.inputs, truth.clocks, truth.beside, found)
     for knows, count in counts.items():
         parts = ("output", "inputs", "clock", "all", "asked", "refused")

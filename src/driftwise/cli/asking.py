@@ -1,0 +1,41 @@
+"""The question that `driftwise run` asks where the columns of a table can be read in more than one way."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Any, NoReturn
+
+import typer
+
+ASKED = 3  # exit code
+
+# Options of a job that go into a command, and what they are called.
+KEPT = (("time", "--time"), ("dt", "--dt"), ("save", "--save"), ("report", "--report"), ("json", "--json"))
+
+
+def command(reading: Any, job: Any) -> str:
+    """Return the command that takes one reading, ready to be run."""
+    words = ["driftwise", "run", job.file, "--model", "auto", "-o", reading.output]
+    for name in reading.inputs:
+        words += ["-i", name]
+    for field, option in KEPT:
+        value = getattr(job, field)
+        words += [] if value is None else [option, f"{value:g}" if isinstance(value, float) else value]
+    return shlex.join(words)
+
+
+def ask(table: Any, job: Any) -> NoReturn:
+    """Print the readings of a table with their evidence and commands, write them as JSON where asked, and stop."""
+    from driftwise.cli.results import write
+    from driftwise.report.terminal import console
+    from driftwise.tables.table_words import asked_words
+    from driftwise.version import __version__
+
+    commands = [command(reading, job) for reading in table.alternatives]
+    if job.json:
+        found = [one._asdict() | {"command": line} for one, line in zip(table.alternatives, commands)]
+        write({"driftwise": __version__, "alternatives": found}, job.json)
+    out = console(stderr=job.json == "-")
+    for line in asked_words(table, commands):
+        out.print(line, markup=False, highlight=False, soft_wrap=True)
+    raise typer.Exit(ASKED)
