@@ -111,9 +111,7 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
     tables = [_reading(table, found, name, inputs, time, dt, by) for name in order[:2]]
     if shares[0] >= SURE / (1.0 + SURE):
         return tables[0]
-    readings = tuple(
-        Reading(one.output, one.inputs, one[one.output].why, share) for one, share in zip(tables, shares)
-    )
+    readings = tuple(Reading(one.output, one.inputs, one[one.output].why, share) for one, share in zip(tables, shares))
     return replace(tables[0], alternatives=readings)
 
 

@@ -42,11 +42,11 @@ class AutomaticJob(RunOptions):
             raise CommandError(str(error)) from None
 
     def _identify(self) -> None:
+        from driftwise.analysis.directions import read_settled
         from driftwise.analysis.identification import Finder, all_columns
         from driftwise.cli.downsample import PairDownsampler
         from driftwise.report.advice_translation import spoken_verdicts
         from driftwise.results.numbers import SAMPLES
-        from driftwise.analysis.directions import read_settled
         from driftwise.tables.autoread import gathered
 
         output = self.output[0] if self.output else None

@@ -36,11 +36,13 @@ def calendar_of(columns: Mapping[str, Any]) -> dict[str, str]:
     found: dict[str, str] = {}
     for name, values in columns.items():
         word = _word(name)
-        for part, (words, low, high) in PARTS.items():
-            fine = values[np.isfinite(values)]
-            is_whole = fine.size > 0 and bool(np.all(fine == np.round(fine)))
-            if word in words.split() and part not in found and is_whole and low <= fine.min() <= fine.max() <= high:
+        for part, (words, _, _) in PARTS.items():
+            if word in words.split() and part not in found and _fits(part, values):
                 found[part] = name
+    if not found and list(columns)[:3] == ["column1", "column2", "column3"]:  # a logger that writes no header
+        found = dict(zip(("year", "day of year", "hours and minutes"), columns))
+        if not all(_fits(part, columns[name]) for part, name in found.items()):
+            return {}
     if "year" not in found:
         return {}
     if "day of year" in found:
@@ -57,9 +59,17 @@ def calendar_of(columns: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
+def _fits(part: str, values) -> bool:
+    """Whether a column holds whole numbers that such a part of a date may be."""
+    _, low, high = PARTS[part]
+    fine = values[np.isfinite(values)]
+    is_clock = part != "hours and minutes" or bool(np.all(fine % 100 < 60))
+    return bool(fine.size and np.all(fine == np.round(fine)) and low <= fine.min() <= fine.max() <= high and is_clock)
+
+
 def is_part(name: str) -> bool:
-    """Whether a column is called like a part of a date."""
-    return _word(name) in _CALLED
+    """Whether a column is called like a part of a date, or is one of the first of a table without names."""
+    return _word(name) in _CALLED or name in ("column1", "column2", "column3")
 
 
 def _word(name: str) -> str:

@@ -20,7 +20,10 @@ APART = 8.0  # times farther than everything else
 RAIL = 3.0  # the same where all of them read the same value: the end of a scale, a lost wire
 EVENTS = 1e3  # the same for a signal that rests and fires: rain, pulses, alarms
 UNSEEN = 20.0  # times farther than all that was seen, for a drop-out that comes later
-CODES = (-99.0, -200.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, -32768.0, 32767.0, 65535.0, 1e20, -1e20)
+CODES = (
+    -99.0, -99.9, -99.99, -200.0, -999.0, -999.9, -999.99, -9999.0, -9999.9, -99999.0, 999.0, 9999.0, 99999.0,
+    -6999.0, 6999.0, -7999.0, 7999.0, -7777.0, -8888.0, -32768.0, 32767.0, 65535.0, 1e20, -1e20,
+)  # fmt: skip
 
 
 class Belief(NamedTuple):

@@ -119,7 +119,7 @@ def _related(R) -> tuple[float, np.ndarray]:
 
 
 def _computed(weights, rank: list[float]) -> int:
-    """Return which column of a relation is the computed one: of the lowest rank, or the sum of the others, or the last."""
+    """Return which column of a relation is the computed one: of the lowest rank, or the sum of the others, or last."""
     sums = [bool(np.all(np.delete(-weights / weights[k], k) > 0)) for k in range(len(weights))]
     return min(range(len(weights)), key=lambda k: (rank[k], not sums[k], -k))
 

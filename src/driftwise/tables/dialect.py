@@ -24,11 +24,14 @@ DELIMITERS = ("\t", ";", "|", ",", " ")
 SAMPLE_LINES = 200
 HEADER_LINES = 5
 LOGGERS = frozenset({"TOA5", "TOACI1", "TOB1"})  # that write about themselves above the names, as many cells or not
-PROCESSED = frozenset(["", "Avg", "Smp", "Min", "Max", "Tot", "Std", "WVc", "Med"])  # what a logger did, below the units
+PROCESSED = frozenset(
+    ["", "Avg", "Smp", "Min", "Max", "Tot", "Std", "WVc", "Med"]
+)  # what a logger did, below the units
 
 _DOT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|[+-]?inf(inity)?$", re.I)
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eEdD][+-]?\d+)?$")
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+$")  # 1.234 in a table whose decimal mark is a comma
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -120,7 +123,11 @@ def sniff(lines: list[str]) -> Dialect:
         units={name: mark.unit for name, mark in zip(names, marks) if mark and mark.unit}
         | {name: unit.strip("[]() ") for name, unit in zip(names, units) if unit.strip("[]() ")},
         stamps=frozenset(n for n, k in zip(names, kinds) if k["stamp"] > k["number"] + k["comma"] + k["text"])
-        | {name for j, name in enumerate(names) if are_compact([row[j] for row in body])},
+        | {
+            name
+            for j, name in enumerate(names)
+            if are_compact([row[j] for row in rows[start:] if len(row) == width and kind(row[j]) != "missing"])
+        },
         texts=frozenset(n for n, k in zip(names, kinds) if k["text"] > k["number"] + k["comma"] + k["stamp"]),
         marks={name: mark for name, mark in zip(names, marks) if mark},
     )
@@ -200,9 +207,12 @@ def aligned(header: list[str], body: list[list[str]], lines: list[str]) -> list[
     """
     width, named = len(body[0]), len(header)
     columns = [Counter(kind(row[j]) for row in body) for j in range(width)]
+    is_labelled = width == named + 1 and _are_labels(header[0], body, lines)
+    if is_labelled and columns[-1]["text"]:
+        return ["", *header]
     if all(not column["number"] + column["comma"] for column in columns[named:]) or columns[0]["stamp"]:
         return header
-    if width == named + 1 and _are_labels(header[0], body, lines):
+    if is_labelled:
         return ["", *header]
     hint = (
         "Decimal commas in a table cut at commas? Export it with decimal points, or with semicolons between cells"

@@ -183,7 +183,9 @@ def recognise(
     if time is None:
         time = _clock(columns, names, frozenset(stamps), wanted)
     clock = columns[time] if time is not None else None
-    scale = _seconds(clock, names[time].unit) if time is not None and time not in stamps and clock is not None else 1.0
+    scale = (
+        _seconds(clock, _unit_of(names[time])) if time is not None and time not in stamps and clock is not None else 1.0
+    )
     sampling = judge_sampling(scale * clock) if clock is not None else Sampling("none", 1.0)
     _take_stuck(found, clean, names, {time, *stamps})
     barred = {name: _barred(names[name], found[name], clean[name]) for name in clean if name != time}
@@ -194,7 +196,8 @@ def recognise(
     for stamp in stamps:
         barred[stamp] = ("counter", "a second clock")
     free = [name for name in clean if name != time and not barred.get(name)]
-    chosen, rivals = "given", ()
+    chosen = "given"
+    rivals: tuple[str, ...] = ()
     if output is None and not set(free) - set(inputs or ()):
         why = {n: barred[n][1] if barred.get(n) else "the clock" if n == time else "an input" for n in clean}
         why |= {name: found[name].why for name in columns if name not in why}
@@ -224,7 +227,7 @@ def recognise(
         elif role == "spare":
             reason = why.get(name, reason)
         final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0)))
-    timed = time in stamps or (time is not None and (names[time].unit in SECONDS or scale != 1.0))
+    timed = time in stamps or (time is not None and (_unit_of(names[time]) in SECONDS or scale != 1.0))
     known = frozenset(key for key, value in given.items() if value is not None)
     return worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known, rivals))
 
@@ -300,6 +303,8 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             continue
         score = 3.0 if name in stamps else 2.0 if "time" in names[name].kinds else 0.0
         steps = np.diff(values[np.isfinite(values)])
+        if score == 0.0 and "calendar" in names[name].kinds and np.all(steps >= 0) and np.mean(steps > 0) > 0.5:
+            score = 1.5  # hours that go on, not those of the day
         if not steps.size or not np.any(steps > 0) or np.mean(steps < 0) > OUT_OF_STEP:
             continue
         if score == 0.0:  # no word for it: the first column, if it ticks
@@ -314,6 +319,11 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
     return best
 
 
+def _unit_of(name: Name) -> str:
+    """Return the unit of a clock, which may be its whole name: hours."""
+    return name.unit or next((word for word in name.words if len(word) > 1 and word in SECONDS), "")
+
+
 def _seconds(time, unit: str) -> float:
     """Return the factor that makes seconds of a clock of numbers; 1 where its unit is not known."""
     if unit in SECONDS:
@@ -322,7 +332,18 @@ def _seconds(time, unit: str) -> float:
     for digits in (1e9, 1e12, 1e15, 1e18):  # seconds, ms, us, ns since 1970, from 2001 to 2065
         if digits <= middle < 3 * digits:
             return 1e9 / digits
+    if _counts_years(time):
+        return SECONDS["years"]
     return DAY if _counts_days(time) else 1.0
+
+
+def _counts_years(time) -> bool:
+    """Whether a clock counts years in months or quarters, 1990.0833: what statistics packages write of a series."""
+    time = time[np.isfinite(time)]
+    if time.size < 3 or not (1500 <= time.min() and time.max() < 2200):
+        return False
+    step = float(np.median(np.diff(time)))
+    return any(abs(step * parts - 1.0) < 0.02 for parts in (2, 4, 12, 52, 365.25))
 
 
 def _counts_days(time) -> bool:
@@ -338,9 +359,7 @@ def _standing(name: Name) -> float:
     """Return how much a name speaks for a signal of its own, where one of several is computed from the others."""
     order = ("computed", "output", "quantity", "setpoint", "disturbance", "drive", "device", "command")
     kind = next((kind for kind in order if kind in name.kinds), "")
-    if kind in ("", "computed"):
-        return -5.0 * bool(kind)
-    return 10.0 - order.index(kind) + 0.1 * bool(name.unit)
+    return -5.0 * bool(kind) if kind in ("", "computed") else 10.0 - order.index(kind)
 
 
 def _barred(name: Name, column: Column, values):

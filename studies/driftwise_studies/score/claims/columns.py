@@ -1,5 +1,6 @@
-"""Output, inputs and clock of drawn tables, as the program finds them: ``python -m driftwise_studies.score.claims.columns``.
+"""Output, inputs and clock of drawn tables, as the program finds them.
 
+``python -m driftwise_studies.score.claims.columns --seed 1``.
 Plants of order one and two behind one to three inputs (switches, noise of some memory, steps) are drawn, written by
 `tables.write_table` and recognised; what comes out is counted against the truth.
 """
@@ -12,6 +13,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+
 from driftwise.analysis.directions import settled
 from driftwise.engine.errors import InputError
 from driftwise.tables.table import open_table
@@ -71,14 +73,17 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for i in range(options.files):
             rng = np.random.default_rng((options.seed, i))
-            truth = write_table(Path(folder) / f"{i}.csv", *drawn(rng), rng)
+            y, u = drawn(rng)
+            truth = write_table(Path(folder) / f"{i}.csv", y, u, rng)
             found = judged(truth)
             count = counts[truth.knows_output]
             count["files"] += 1
             count.update(name for name, is_right in found.items() if is_right)
             count["all"] += all(found.get(part, False) for part in ("output", "inputs", "clock"))
             if options.wrong and not all(found.get(p) for p in ("output", "inputs", "clock")):
-                print(i, truth.kind, "|", truth.way, "|", truth.outputs, truth.inputs, truth.clocks, truth.beside, found)
+                print(
+                    i, truth.kind, "|", truth.way, "|", truth.outputs, truth.inputs, truth.clocks, truth.beside, found
+                )
     for knows, count in counts.items():
         parts = ("output", "inputs", "clock", "all", "asked", "refused")
         shown = ", ".join(f"{part} {count[part]}" for part in parts)
