@@ -18,7 +18,7 @@ def test_what_is_written_is_what_was_drawn(kind, tmp_path):
     rng = np.random.default_rng(7)
     y, u = drawn(rng)
     truth = write_table(tmp_path / "t.csv", y, u, rng, kind=kind, beside=0)
-    table, segments = read(truth.path, truth.outputs[0], list(truth.inputs))
+    _, segments = read(truth.path, truth.outputs[0], list(truth.inputs))
     parts = list(segments)
     values = np.concatenate([np.column_stack(part[1:]) for part in parts])
     rows = np.isfinite(values).all(axis=1)
