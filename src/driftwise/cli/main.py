@@ -102,7 +102,6 @@ _add_commands()
 
 def main() -> None:
     """Run the command line: exit code 0 when done, 1 for data of no use, 2 for a wrong command, 3 for a question."""
-    """Run the command line: exit code 0 when done, 1 for data of no use, 2 for a wrong command, 3 for a question."""
     code = 0
     try:
         code = app(standalone_mode=False) or 0
