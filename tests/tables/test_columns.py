@@ -204,3 +204,34 @@ def test_decimal_years_and_months_are_a_clock(tmp_path):
     assert table.timed and table.dt == pytest.approx(365.25 * 86400 / 12, rel=0.01)
     rows = [f"{1960 + k // 12}-{k % 12 + 1:02d},{a:.4f},{b:.4f}" for k, (a, b) in enumerate(zip(y, u[:, 0]))]
     assert read(written(tmp_path / "b.csv", "month,level,valve", rows))[0].sampling.kind == "regular"
+
+
+@pytest.mark.parametrize("back, rows", [(300.0, 300), (3600.0, 6)])
+def test_a_clock_that_is_put_back_shifts_no_later_date(back, rows):
+    step = back / rows
+    time = step * np.arange(2000.0)
+    time[1200:] -= back
+    y, u = plant(2000)
+    for chunk in (2000, 170):
+        table, segments = read({"time_s": time, "valve": u[:, 0], "level": y}, chunk_rows=chunk)
+        parts = list(segments)
+        clock, values = (np.concatenate([part[j] for part in parts]) for j in (0, 1))
+        keep = np.r_[:1200, 1200 + rows : 2000]
+        np.testing.assert_allclose(clock, time[keep])
+        np.testing.assert_array_equal(values, y[keep])
+        assert table.sampling.late == rows - 1 and table.sampling.restarts == 0
+
+
+def test_a_clock_that_starts_again_goes_on():
+    y, u = plant(600)
+    table, segments = read({"time_s": np.tile(np.arange(200.0), 3), "valve": u[:, 0], "level": y})
+    time = np.concatenate([part[0] for part in segments])
+    assert table.sampling.restarts == 2 and np.all(np.diff(time) > 0)
+
+
+def test_of_two_columns_of_dates_the_one_that_never_goes_back_is_the_clock():
+    y, u = plant()
+    utc = 1800.0 * np.arange(400)
+    local = utc + 7200.0 - 3600.0 * (utc > 300_000)
+    columns = {"local": local, "utc": utc, "valve": u[:, 0], "level": y}
+    assert recognise(columns, stamps=("local", "utc")).time == "utc"

@@ -313,7 +313,7 @@ def _clock(columns, names: dict[str, Name], stamps: frozenset[str], wanted) -> s
             if not ticks or names[name].kinds:
                 continue
             score = 1.0
-        score += 0.5 * (np.mean(steps > 0) > 0.9)
+        score += 0.5 * (np.mean(steps > 0) > 0.9) + 0.25 * (score >= 3.0 and not np.any(steps < 0))
         if score > best_score:
             best, best_score = name, score
     return best

@@ -20,7 +20,7 @@ class Sampling(NamedTuple):
         "irregular" (steps differ by orders of magnitude: sampled and held on a regular clock)
     dt : step of the clock; 1 without a time column
     gaps, longest : how many steps lost samples, restarts aside, and the longest of all steps
-    duplicates, late, restarts : stamps that repeat the one before, go a little back, and start again
+    duplicates, late, restarts : stamps that repeat the one before, come after later ones, and start again
     low, high : 5 and 95 % quantile of the steps
     """
 
@@ -63,18 +63,40 @@ def judge_sampling(time) -> Sampling:
         kind = "irregular"
         span = forward[ratio <= LONGEST_GAP].sum()
         dt = max(dt, float(f"{span / (DENSEST * forward.size):.3g}"))
-    restarts = int(np.count_nonzero(steps < -LATE * dt) + np.count_nonzero(forward > (LONGEST_GAP + 1) * dt))
+    stamps = time[np.isfinite(time)]
+    again, _ = starts_again(stamps, dt, stamps[0])
+    restarts = int(np.count_nonzero(again) + np.count_nonzero(forward > (LONGEST_GAP + 1) * dt))
+    parts = np.split(stamps, np.flatnonzero(again) + 1)
     return Sampling(
         kind,
         dt,
         int(np.count_nonzero((forward > GAPS.get(kind, np.inf) * dt) & (forward <= (LONGEST_GAP + 1) * dt))),
         float(forward.max()),
         int(np.count_nonzero(steps == 0)),
-        int(np.count_nonzero((steps < 0) & (steps >= -LATE * dt))),
+        sum(int(np.count_nonzero(part < np.maximum.accumulate(part))) for part in parts),
         restarts,
         float(low),
         float(high),
     )
+
+
+def starts_again(stamps, dt: float, start: float):
+    """Return (mask of the steps (T - 1,) at which a clock starts again, the stamp where it last did).
+
+    It does where it goes back by more than half of its way so far, or by more than `LONGEST_GAP` steps. By less, it was
+    put back: what follows is dated right, and rows are late until it has caught up.
+
+    >>> starts_again(np.array([0.0, 10, 20, 30, 0, 10]), 1.0, 0.0)[0].tolist()
+    [False, False, False, True, False]
+    >>> starts_again(np.array([0.0, 10, 20, 30, 20, 30]), 1.0, 0.0)[0].any()
+    np.False_
+    """
+    again = np.zeros(max(len(stamps) - 1, 0), bool)
+    for k in np.flatnonzero(np.diff(stamps) < -LATE * dt):
+        back = stamps[k] - stamps[k + 1]
+        if back > LONGEST_GAP * dt or back > 0.5 * (stamps[k] - start):
+            again[k], start = True, float(stamps[k + 1])
+    return again, start
 
 
 class Regular:
@@ -82,8 +104,8 @@ class Regular:
 
     Regular or uneven stamps: each row is one sample; where samples were lost, rows of NaN are put in, so that time
     moves. After more than `LONGEST_GAP` lost samples, or where the clock starts again, `RESTART_ROWS` rows of NaN
-    stand for the break, and a clock that was set back goes on from there. Rows whose stamp repeats one before, or
-    comes late, are left out, and those before the first stamp. Irregular stamps: the clock ticks every `dt`; a tick
+    stand for the break, and a clock that started again goes on from there. Rows whose stamp repeats one before, or
+    comes late, as those of a clock that was put back do for a while, are left out, and those before the first stamp. Irregular stamps: the clock ticks every `dt`; a tick
     gets the last row before it, of which the columns `held` (inputs) stay while the others are NaN until a fresh row
     comes.
 
@@ -107,6 +129,7 @@ class Regular:
         self.inserted = self.dropped = self.restarts = 0
         self._rows = 0  # rows taken so far
         self._stamp: float | None = None  # the last stamp as it came, holes filled
+        self._start: float | None = None  # the stamp at which the clock last started
         self._shift = 0.0  # what restarts added to the stamps
         self._last = -np.inf  # time of the last row kept
         self._row: tuple[float, np.ndarray, int] | None = None  # irregular: the row that the clock waits for
@@ -158,7 +181,7 @@ class Regular:
         known = np.maximum.accumulate(np.where(np.isfinite(joined), index, 0))
         joined = joined[known] + (index - known) * dt
         steps = np.diff(joined)
-        again = steps < -LATE * dt
+        again, self._start = starts_again(joined, dt, first if self._start is None else self._start)
         self.restarts += int(again.sum())
         shift = self._shift + np.cumsum(np.where(again, (RESTART_ROWS + 1) * dt - steps, 0.0))
         self._stamp, self._shift = float(joined[-1]), float(shift[-1])
