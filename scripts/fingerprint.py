@@ -30,7 +30,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-os.environ |= {"OPENBLAS_NUM_THREADS": "1", "COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb", "TZ": "UTC"}
+os.environ |= {"OPENBLAS_NUM_THREADS": "1", "COLUMNS": "110", "NO_COLOR": "1", "TERM": "dumb", "TZ": "UTC"}
 time.perf_counter = lambda: 0.0  # reports say how long they took
 
 import numpy as np  # noqa: E402

@@ -105,6 +105,8 @@ def main() -> None:
     code = 0
     try:
         code = app(standalone_mode=False) or 0
+        if code == STOPPED:  # by Ctrl-C before a job had begun
+            raise Stopped(STOPPED)
     except InputError as error:
         code = _complain(spoken(str(error)), 2 if isinstance(error, CommandError) else 1)
     except Stopped as asked_to:
@@ -117,6 +119,7 @@ def main() -> None:
     sys.exit(code)
 
 
+STOPPED = 130
 USAGE: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import Any
+
+from driftwise.engine.atomic import replaced
 
 BLOCK = 1 << 24  # bytes of a CSV read at a time
 
@@ -10,19 +13,20 @@ BLOCK = 1 << 24  # bytes of a CSV read at a time
 class Saver:
     """A Parquet or CSV file, open while it is a context, that takes columns of the same names again and again.
 
-    What was saved is readable after every chunk as CSV, and once closed as Parquet.
+    What was there is replaced at the end, by the whole; where the context ends in an error it stays.
     """
 
     def __init__(self, path: str | None):
         self.path = path
         self._writer: Any = None
+        self._open = ExitStack()
 
     def __enter__(self) -> Saver:
+        self._open.__enter__()
         return self
 
-    def __exit__(self, *error) -> None:
-        if self._writer is not None:
-            self._writer.close()
+    def __exit__(self, *error) -> Any:
+        return self._open.__exit__(*error)
 
     def add(self, columns: dict[str, Any]) -> None:
         """Append columns of equal length, by their names."""
@@ -30,15 +34,17 @@ class Saver:
 
         table = pa.table(columns)
         if self._writer is None:
-            if str(self.path).lower().endswith(".csv"):
-                from pyarrow import csv
-
-                self._writer = csv.CSVWriter(self.path, table.schema)
-            else:
-                import pyarrow.parquet as pq
-
-                self._writer = pq.ParquetWriter(self.path, table.schema)
+            beside = self._open.enter_context(replaced(self.path))
+            self._writer = self._open.enter_context(_kind(self.path)(beside, table.schema))
         self._writer.write_table(table)
+
+
+def _kind(path) -> Any:
+    """Return what writes files of this name."""
+    from pyarrow import csv
+    from pyarrow import parquet as pq
+
+    return csv.CSVWriter if str(path).lower().endswith(".csv") else pq.ParquetWriter
 
 
 def smoothed_columns(smoothed) -> dict:
@@ -52,21 +58,14 @@ def smoothed_columns(smoothed) -> dict:
 
 
 def widen(path: str, columns: dict) -> None:
-    """Add columns to a saved table, piece by piece, by way of a file beside it."""
-    import os
-
-    beside, first = f"{path}.part{os.path.splitext(path)[1].lower()}", 0
-    try:
-        with Saver(beside) as saver:
-            for piece in _pieces(path):
-                part = slice(first, first + piece.num_rows)
-                whole = dict(zip(piece.schema.names, piece.columns))
-                saver.add(whole | {name: values[part] for name, values in columns.items()})
-                first = part.stop
-        os.replace(beside, path)
-    finally:
-        if os.path.exists(beside):
-            os.remove(beside)
+    """Add columns to a saved table, piece by piece."""
+    first = 0
+    with Saver(path) as saver:
+        for piece in _pieces(path):
+            part = slice(first, first + piece.num_rows)
+            whole = dict(zip(piece.schema.names, piece.columns))
+            saver.add(whole | {name: values[part] for name, values in columns.items()})
+            first = part.stop
 
 
 def _pieces(path):

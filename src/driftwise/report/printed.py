@@ -74,7 +74,7 @@ def say(text: str, stderr: bool = False) -> None:
     from rich.text import Text
 
     out = console(stderr)
-    if out.is_terminal or "COLUMNS" in os.environ:
+    if out.is_terminal:
         lines = [textwrap.fill(line, out.width, **WHOLE) for line in visible(text).split("\n")]
         text = "\n".join(lines)
     out.print(Text(text), soft_wrap=True)

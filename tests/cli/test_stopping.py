@@ -1,0 +1,77 @@
+"""Asked to stop, a command ends in one line, with the exit code of the signal, and leaves files whole or none."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+
+COMMAND = [sys.executable, "-c", "from driftwise.cli import entry; print('.', flush=True); entry.main()"]
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+
+
+def stop(number, after, *words):
+    """Start a command, ask it to stop so many seconds later; return (exit code, its complaint)."""
+    pipe = subprocess.PIPE
+    process = subprocess.Popen([*COMMAND, *map(str, words)], stdout=pipe, stderr=pipe, text=True)
+    assert process.stdout.readline() == ".\n"
+    time.sleep(after)
+    process.send_signal(number)
+    _, complaint = process.communicate(timeout=60)
+    return process.returncode, complaint
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """A table that takes seconds."""
+    y, u = dw.simulate([-0.8], [1.0], samples=300_000, noise_std=0.1, seed=1)
+    path = tmp_path_factory.mktemp("long") / "table.csv"
+    np.savetxt(path, np.column_stack([y, u, np.arange(len(y)) % 9]), "%.5f", ",", header="y,u,k", comments="")
+    return path
+
+
+@pytest.mark.parametrize("number", CODES)
+@pytest.mark.parametrize("after", [0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45, 0.6, 1.0, 1.6])
+def test_a_run_ends_in_one_line(table, tmp_path, number, after):
+    code, complaint = stop(number, after, "run", table, "-o", "y", "-i", "u", "--chunk", 2000,
+                           "--json", tmp_path / "r.json", "--save", tmp_path / "t.csv")  # fmt: skip
+    left = sorted(path.name for path in tmp_path.iterdir())
+    if code == 0:  # done before, or Ctrl-C while samples came: what was read is told
+        assert complaint == "" and left == ["r.json", "t.csv"]
+        json.loads((tmp_path / "r.json").read_text())
+        return
+    assert (code, complaint) == (CODES[number], "driftwise: stopped\n")
+    assert left in ([], ["t.csv"], ["r.json", "t.csv"])
+    if "t.csv" in left:
+        with open(tmp_path / "t.csv") as file:
+            assert sum(1 for line in file) == 300_001
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_fleet_says_how_to_go_on(table, tmp_path, number):
+    words = "fleet", "run", table, "--by", "k", "-o", "y", "-i", "u", "--out", tmp_path / "out", "--batch", 2000
+    for after in (1.2, 1.8, 2.5, 3.5, 5.0):
+        code, complaint = stop(number, after, *words, "--checkpoint", "1b", *["--resume"] * (after > 1.2))
+        if code == 0:
+            break
+        assert code == CODES[number] and complaint.count("\n") == 1 and "Traceback" not in complaint
+        if (tmp_path / "out" / "fleet.parquet").exists():
+            assert "go on with it (--resume)" in complaint or complaint == "driftwise: stopped\n"
+    done = subprocess.run([*COMMAND, *map(str, words), "--resume"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert not list(tmp_path.rglob(".*.writing"))
+
+
+def test_a_signal_that_nobody_is_to_hear_is_not_heard(table, tmp_path):
+    """As `nohup`, or a shell that puts a command into the background, asks for."""
+    shell = f"trap '' INT; exec {sys.executable} -m driftwise run {table} -o y -i u --json {tmp_path / 'r.json'}"
+    process = subprocess.Popen(["sh", "-c", shell], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=120)
+    assert process.returncode == 0 and (tmp_path / "r.json").exists()
