@@ -1,5 +1,6 @@
 """Tables: what is read, what is counted, what is refused, and that nothing depends on how a file is cut."""
 
+import bz2
 import gzip
 import io
 import math
@@ -8,6 +9,8 @@ import sys
 import threading
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -652,3 +655,20 @@ def test_what_looks_like_minus_and_is_none():
         "number",
         "comma",
     ]
+
+
+@pytest.mark.parametrize("kind", ["gz", "bz2", "parquet"])
+def test_a_table_that_breaks_off_on_the_way_is_told_by_its_name(tmp_path, kind):
+    rng = np.random.default_rng(1)
+    path, values = tmp_path / f"t.csv.{kind}", rng.standard_normal(4000)
+    text = "y\n" + "".join(f"{v}\n" for v in values)
+    if kind == "parquet":
+        pq.write_table(pa.table({"y": values}), path, compression="none")
+        content = bytearray(path.read_bytes())
+        content[4:40] = b"\xff" * 36
+    else:
+        content = {"gz": gzip, "bz2": bz2}[kind].compress(text.encode())[:-30]
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=f"t.csv.{kind}: it cannot be read to its end"):
+        for _ in open_record(str(path), "y"):
+            pass

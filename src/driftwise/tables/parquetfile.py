@@ -24,6 +24,7 @@ class ParquetSource(Source):
         import pyarrow as pa
         import pyarrow.parquet as pq
 
+        self.title = str(path)
         try:
             self._file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)
             kinds = {field.name: field.type for field in self._file.schema_arrow}

@@ -15,7 +15,7 @@ from urllib.parse import unquote
 from driftwise.engine.errors import InputError
 from driftwise.tables.csvfile import CsvSource
 from driftwise.tables.parquetfile import MemorySource, ParquetSource, ScannedSource
-from driftwise.tables.source import Source, is_stream, refuse_missing, title_of
+from driftwise.tables.source import Source, damaged, is_stream, refuse_missing, title_of
 
 PARQUET = (".parquet", ".parq", ".pq")
 TEXT = (".csv", ".tsv", ".txt", ".dat")
@@ -62,10 +62,17 @@ def parts_of(source) -> tuple[list[Part], list[str]]:
 
 def source_of(data) -> Source:
     """Return the reader of a file ("-" for standard input), of a data frame, or of a mapping from name to array."""
-    import pyarrow as pa
-
     if not isinstance(data, str | Path):
         return MemorySource(data)
+    source = _opened(data)
+    source.title = title_of(data)
+    return source
+
+
+def _opened(data) -> Source:
+    """Return the reader of a file; what is wrong with it is told by its name."""
+    import pyarrow as pa
+
     try:
         if str(data) == "-":
             return CsvSource(sys.stdin.buffer)
@@ -83,6 +90,8 @@ def source_of(data) -> Source:
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(str(data)) else f"{title_of(data)}: {text}") from None
+    except OSError as error:
+        raise InputError(f"{title_of(data)}: {damaged(error)}") from None
 
 
 def _is_parquet(path) -> bool:

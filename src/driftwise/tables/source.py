@@ -15,6 +15,7 @@ class Source:
 
     Attributes
     ----------
+    title : what to call the place it comes from
     names, units : its columns, and the unit per name where the table gives one
     decimal, day_first : how cells of text are written: the decimal mark, and whether 1/2/2024 is in February
     rows : how many, None where only reading to the end can tell
@@ -22,6 +23,7 @@ class Source:
     ragged : rows so far with too many or too few cells
     """
 
+    title = "the table"
     names: tuple[str, ...] = ()
     decimal, day_first = ".", True
     rows: int | None = None
@@ -40,7 +42,7 @@ class Source:
     def look(self, rows: int) -> list[tuple[list, Any]]:
         """Return the first batches of all columns, of so many rows or more; `batches` hands them out once more."""
         seen = 0
-        for arrays, ragged in self._read(list(self.names)):
+        for arrays, ragged in self._rest_of(list(self.names)):
             self._ahead.append((arrays, ragged))
             seen += len(ragged)
             if seen >= rows:
@@ -56,7 +58,16 @@ class Source:
         while self._ahead:
             arrays, ragged = self._ahead.pop(0)
             yield [arrays[j] for j in at], ragged
-        yield from self._read(columns)
+        yield from self._rest_of(columns)
+
+    def _rest_of(self, columns: list[str]) -> Iterator[tuple[list, Any]]:
+        """Read on; a file that breaks off on the way is refused by its name."""
+        import pyarrow as pa
+
+        try:
+            yield from self._read(columns)
+        except (OSError, pa.ArrowException) as error:
+            raise InputError(f"{self.title}: {damaged(error)}") from None
 
     def _read(self, columns: list[str]) -> Iterator[tuple[list, Any]]:
         raise NotImplementedError
@@ -65,6 +76,11 @@ class Source:
 def title_of(path) -> str:
     """Return what to call the place a table comes from."""
     return "standard input" if str(path) == "-" else str(path)
+
+
+def damaged(error) -> str:
+    """Return what to say of a table that begins well and breaks off."""
+    return f"it cannot be read to its end ({error}). Was the copy cut short, or is the disk failing?"
 
 
 def is_stream(path) -> bool:
