@@ -2,6 +2,9 @@
 
 import re
 
+import numpy as np
+
+from driftwise.report.axes import single
 from driftwise.report.page import Card, Page, Panel, columns, group, named, stack, table, tag
 
 
@@ -27,3 +30,8 @@ def test_figures_stand_where_the_panel_puts_them():
     text = panel.html(drawn)
     assert text.index("<few2>") < text.index('<div class="many" style="--columns:2">') < text.index("<many0>")
     assert text.endswith('<div class="center"></div><div class="center"><few0></div></section>')
+
+
+def test_numbers_beyond_single_precision_stay_as_they_are():
+    small, large = np.array([1.0, np.nan, -2.5]), np.array([1e39, np.nan])
+    assert single(small).dtype == np.float32 and single(large) is large and single(np.array([3])).dtype.kind == "i"

@@ -142,7 +142,10 @@ def legend(fig, drawn) -> None:
 
 
 def single(values):
-    """Return values in single precision: half the size of the page, far finer than the screen."""
+    """Return values in single precision: half the size of the page, far finer than the screen; if they fit."""
     import numpy as np
 
-    return np.asarray(values, np.float32) if np.asarray(values).dtype.kind == "f" else values
+    found = np.asarray(values)
+    if found.dtype.kind != "f" or np.nanmax(np.abs(found), initial=0.0) > np.finfo(np.float32).max:
+        return values
+    return found.astype(np.float32)
