@@ -422,6 +422,7 @@ def test_words():
         (lambda: dw.detect.VarianceCUSUM().delay(0.5), "does not watch"),
         (lambda: dw.detect.VarianceCUSUM().delay(start="late"), "steady"),
         (lambda: dw.detect.GLR(window=0).resolve(), "window"),
+        (lambda: dw.detect.GLR(window=10**12).resolve(), "window may be 100000 samples"),
         (lambda: dw.detect.GLR(1.5).resolve(), "too often"),
         (lambda: dw.detect.ScoreCUSUM().scan(np.zeros(3), np.zeros(3)), "slopes"),
         (lambda: dw.detect.ScoreCUSUM(jump=[1.0, 2.0]).scan(np.zeros(3), np.zeros((3, 3))), "jump"),

@@ -84,6 +84,8 @@ def test_walk_noise_of_a_random_walk_into_an_integrator():
         (lambda: Augmented(dw.Plant([[1, 2]])), "A must be square"),
         (lambda: Augmented(MOTOR._replace(B=[1, 2])), "do not fit"),
         (lambda: Augmented(MOTOR._replace(states=["a", "a", "b"])), "3 different names"),
+        (lambda: Augmented(MOTOR._replace(states=7)), "3 different names"),
+        (lambda: Augmented(MOTOR._replace(states=[["a"], "b", "c"])), "3 different names"),
         (lambda: Augmented(MOTOR, dw.models.Polynomial([0, 0, 1], 1.0, name="x1")), "different names"),
         (lambda: Augmented(MOTOR, dw.models.Polynomial("current", 1.0)), "one for each state.*, got 'current'"),
         (lambda: Augmented(MOTOR, dw.models.Polynomial([0, 0, 1], "wide")), "prior_std must be stated .* got 'wide'"),

@@ -16,6 +16,8 @@ from .registry import register
 from .settings import delay_words, rate_words, reachable
 from .watch import OWN, SINCE, STATISTIC, WHICH, watch
 
+LONGEST = 100_000  # samples of a window
+
 
 @register("glr", "shifts of the innovations, of any size", "how many samples to look back", is_whole=True)
 class GLR(NamedTuple):
@@ -64,6 +66,10 @@ class GLR(NamedTuple):
         """Return what the kernel sees."""
         if isinstance(self.window, bool) or not isinstance(self.window, int | np.integer) or self.window < 1:
             raise InputError(f"window must be a whole number of samples, at least 1, got {self.window!r}")
+        if self.window > LONGEST:
+            raise InputError(
+                f"window may be {LONGEST} samples, for all are gone through at every sample; got {self.window}"
+            )
         window = int(self.window)
         if self.threshold is not None:
             return Windowed(float(window), float(reachable(self.threshold, 1)[0]))

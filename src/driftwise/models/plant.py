@@ -334,7 +334,7 @@ def _priors(q, size) -> np.ndarray:
 def _names(what, given, size, letter) -> list[str]:
     if given is None:
         return [letter] if size == 1 and letter != "x" else [f"{letter}{i + 1}" for i in range(size)]
-    given = [given] if isinstance(given, str) else list(given)
-    if len(given) != size or len(set(given)) != size or not all(isinstance(name, str) for name in given):
+    given = list(given) if isinstance(given, list | tuple) else [given]
+    if not all(isinstance(name, str) for name in given) or not len(given) == len(set(given)) == size:
         raise InputError(f"{what} must be {size} different names, got {given!r}")
     return given
