@@ -35,13 +35,7 @@ class AutomaticJob(RunOptions):
         super().check()
 
     def estimate(self) -> None:
-        """Identify the table; what cannot be is said with the options."""
-        try:
-            self._identify()
-        except InputError as error:
-            raise CommandError(str(error)) from None
-
-    def _identify(self) -> None:
+        """Identify the table."""
         from driftwise.analysis.directions import read_settled
         from driftwise.analysis.identification import Finder, all_columns
         from driftwise.cli.downsample import PairDownsampler

@@ -112,15 +112,34 @@ def main() -> None:
     except Stopped as asked_to:
         code = _complain("; ".join(filter(None, ["stopped", str(asked_to)])), asked_to.code)
     except OSError as error:  # what no door can know: a disk that fills up, a folder taken away meanwhile
-        where = f"{error.filename}: " if error.filename else ""
-        code = _complain(f"stopped by the system: {where}{error.strerror or error}", 1)
+        code = _stop(error)
     except USAGE as error:
         code = _explain(error)
-    sys.exit(code)
+    sys.exit(_printed(code))
 
 
 STOPPED = 130
 USAGE: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+
+
+def _printed(code: int) -> int:
+    """Return the exit code once all is out that was printed: here, where it can be told that it fails."""
+    try:
+        if sys.stdout is not None:  # a closed one
+            sys.stdout.flush()
+    except OSError as error:
+        sys.stdout = None  # type: ignore[assignment]  # it is not tried again
+        if code == 0:
+            code = _stop(error, "standard output: ")
+    return code
+
+
+def _stop(error: OSError, where: str = "") -> int:
+    """Say what stopped the command; nothing where nobody reads what it prints, as in `driftwise run .. | head`."""
+    if isinstance(error, BrokenPipeError):
+        return 1
+    where = f"{error.filename}: " if error.filename else where
+    return _complain(f"stopped by the system: {where}{error.strerror or error}", 1)
 
 
 def _complain(text: str, code: int) -> int:

@@ -62,7 +62,7 @@ def _kind() -> type:
 def console(stderr: bool = False) -> Any:
     """Return where to print; plain text where that is no terminal."""
     file = sys.stderr if stderr else sys.stdout
-    is_known = file.isatty() or os.environ.get("COLUMNS", "").isdecimal()
+    is_known = (file is not None and file.isatty()) or os.environ.get("COLUMNS", "").isdecimal()
     return _kind()(stderr=stderr, highlight=False, markup=False, emoji=False, width=None if is_known else WIDTH)
 
 
