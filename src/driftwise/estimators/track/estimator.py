@@ -17,6 +17,7 @@ from .motion import unpacked
 from .step import Tracking
 from .trace import TrackTrace
 
+FARTHEST = 1e30  # m: beyond it lies no target, and squares of squares are no numbers any more
 CLASSES = {"aircraft": 250.0, "helicopter": 60.0, "glider": 40.0, "uav": 20.0, "boat": 8.0}  # m/s
 
 
@@ -277,8 +278,11 @@ class TrackEstimator(Portable):
         position = position.reshape(T, C)
         if not np.isfinite(time).all():
             raise InputError(f"time must be finite, got {time[~np.isfinite(time)][0]} at plot {_first(time)}")
-        if np.isinf(position).any() or np.nanmax(np.abs(position), initial=0.0) > validation.LARGEST:
-            raise InputError("position must be finite, or NaN where there is no plot; was a sentinel left in the data?")
+        if np.isinf(position).any() or np.nanmax(np.abs(position), initial=0.0) > FARTHEST:
+            raise InputError(
+                f"position must be finite and within {FARTHEST:g} m, or NaN where there is no plot; was a sentinel left "
+                "in the data?"
+            )
         if covariance is None:
             return time, position, np.full((T, C), np.nan)
         covariance = validation.floats("covariance", covariance)

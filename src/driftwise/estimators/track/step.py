@@ -252,7 +252,10 @@ def learn_tails(task, row, C, parts):
         for j in range(bank.TAILS):
             p += parts[c * bank.TAILS + j]
         for j in range(bank.TAILS):
-            part = parts[c * bank.TAILS + j] / p
+            if p > 0.0:
+                part = parts[c * bank.TAILS + j] / p
+            else:  # no scale makes it: the widest does
+                part = 1.0 if j == bank.TAILS - 1 else 0.0
             far += part if bank.SCALES[j] > 10.0 else 0.0
             row[first + j] += part
         wild = max(wild, far)
