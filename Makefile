@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # What `make test-services` needs, as Debian calls it: compilers and machines for controllers, a MISRA checker.
 SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck
 
-.PHONY: run test test-all test-services services check format bench score worlds judge docs clean
+.PHONY: run test test-all hostile test-services services check format bench score worlds judge docs clean
 
 $(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -30,6 +30,9 @@ test: $(STAMP)  ## the tests, a few minutes
 
 test-all: $(STAMP)  ## the tests, the slow statistics, and what is tried with programs that are installed apart
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+hostile: $(STAMP)  ## two hundred drawn files, fifty signals and faults, with the seed of the last commit
+	$(BIN)/python -m tests.hostile
 
 services:  ## install those programs (Debian, as root)
 	apt-get install -y --no-install-recommends $(SERVICES)

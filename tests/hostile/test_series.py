@@ -1,0 +1,36 @@
+"""Series that no sensor gives, through every estimator: states stay finite, or say LOST; variances are not negative."""
+
+import numpy as np
+import pytest
+
+from hostile.series import ESTIMATORS, SERIES, broken, drawn
+from hostile.soak import KINDS, friendly, soak
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_extreme_series_leave_a_finite_state(name):
+    found = [
+        f"{shape}: {wrong}" for shape in SERIES if (wrong := broken(name, *SERIES[shape](np.random.default_rng(3))))
+    ]
+    assert not found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_drawn_series_leave_a_finite_state(name):
+    rng = np.random.default_rng(4)
+    found = [f"{number}: {wrong}" for number in range(200) if (wrong := broken(name, *drawn(rng)))]
+    assert not found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_million_updates_leave_a_finite_state_and_no_memory(kind):
+    found = soak(kind, 1_000_000)
+    assert found.updates == 1_000_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_updates_one_by_one_leave_no_memory(kind):
+    friendly(kind, 100_000)
