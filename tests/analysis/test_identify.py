@@ -155,7 +155,7 @@ def test_the_command_line_answers_with_the_file_alone(tmp_path, capsys):
     options = ["--save", str(save), "--report", str(report), "--json", str(result)]
     app(["run", str(file), *options], standalone_mode=False)
     said = capsys.readouterr().out
-    assert "driven by 'valve'" in " ".join(said.split()) and "time constant" in said
+    assert "driven by 'valve'" in " ".join(said.split()) and "Time constant" in said
     told = json.loads(result.read_text())
     assert told["columns"]["output"] == "level" and told["changes"][0]["sample"] == pytest.approx(400, abs=4)
     table = pq.read_table(save)

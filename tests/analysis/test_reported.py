@@ -82,15 +82,17 @@ def test_the_deviates_of_a_single_model_are_standard_normal(found):
 
 
 def test_a_mode_that_is_over_before_it_swings_is_a_decay(found):
-    from driftwise.analysis.identification_words import _mode
+    from driftwise.analysis.claims import _mode
     from driftwise.results.stable import is_integrator, swings
 
     fast = 0.66 + 0.06j  # half a swing takes 35 samples, after 8 a twentieth is left
-    assert not swings(fast) and _mode(fast, 0.06, found.table) == "time constant 2.43 samples (a pair of poles)"
+    assert not swings(fast) and _mode(fast, 0.06, found.table).text.startswith(
+        "Time constant 2.43 samples (a pair of poles)"
+    )
     slow = 0.9 + 0.2j
-    assert swings(slow) and "dies out with time constant 12.3 samples" in _mode(slow, 0.001, found.table)
+    assert swings(slow) and "dies out with time constant 12.3 samples" in _mode(slow, 0.001, found.table).text
     assert not is_integrator(0.7173, 0.2) and is_integrator(0.98, 0.02)
-    assert "hardly" not in _mode(0.7 + 0.2j, 0.2, found.table), "uncertain, but it is gone in three samples"
+    assert "hardly" not in _mode(0.7 + 0.2j, 0.2, found.table).text, "uncertain, but it is gone in three samples"
 
 
 def test_the_bar_of_a_modulus_is_the_same_everywhere():
@@ -122,8 +124,8 @@ def test_the_surest_changes_are_kept_in_order_of_time():
 
 def test_the_surest_changes_are_told_and_the_last_is_the_last(found, tmp_path):
     told = dataclasses.replace(found, changes=surest(MANY), alarms=30, last=MANY[-1])
-    assert "At sample 250" in told.answer and "at sample 270 the level rose by 2.5" in told.answer
-    assert "and 28 more changes" in told.answer
+    assert "At sample 250" in told.answer and "At sample 270 the level rose by 2.5" in told.answer
+    assert "There are 28 more changes." in told.answer
     page = Path(told.report(tmp_path / "page.html")).read_text()
     assert "last 290" in page and "the surest 20 of 30" in page and ">30</div>" in page
 

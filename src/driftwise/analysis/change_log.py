@@ -55,12 +55,16 @@ class Change:
         return f"at {instant(self.time, origin)} {self.what}"
 
     @property
+    def subject(self) -> str:
+        """What moved."""
+        return " and ".join(self.moved) or MISFIT
+
+    @property
     def what(self) -> str:
         """What moved, how late it was noticed, and the odds, without the time."""
         known = [f"noticed {self.delay} samples later"] if self.delay > 1 else []
         known += [f"odds {odds_words(self.odds)}"] if self.odds is not None else []
-        what = " and ".join(self.moved) or MISFIT
-        return what + (f" ({', '.join(known)})" if known else "")
+        return self.subject + (f" ({', '.join(known)})" if known else "")
 
 
 def changes_of(trace, inputs=(), events=None) -> list[Change]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..estimators.model_average.trace import AverageTrace
 from ..results import verbs
+from ..results.claims import Claim, told
 from ..results.frames import as_frame
 from ..results.parameter_trace import ParameterTrace
 from ..results.summary import Summary
@@ -18,6 +19,7 @@ from ..results.verdicts import Diagnosis
 from ..tables.recognise import Reading, Table
 from .change_log import LOOKED, Change, changes_of, surest
 from .change_monitor import Watching
+from .claims import TABLE, claims
 from .diagnose import diagnose
 from .forecast_summary import ForecastSummary, Own
 from .identifier import Identifier, Rival
@@ -59,6 +61,8 @@ class Identification:
         Changes that were noticed; the surest of them are ``changes``.
     last : Change
         The last that was noticed; None where there was none.
+    losses : tuple of str
+        What could not be read of the table, a sentence each.
     """
 
     table: Table
@@ -77,6 +81,7 @@ class Identification:
     origin: str | None = None
     alarms: int = 0
     last: Change | None = None
+    losses: tuple[str, ...] = ()
 
     @property
     def alternatives(self) -> tuple[Reading, ...]:
@@ -131,18 +136,29 @@ class Identification:
         return self.quoted is self.own_summary
 
     @cached_property
+    def claims(self) -> tuple[Claim, ...]:
+        """All that is claimed, in the order it is said: the words are the texts of these and nothing else."""
+        return claims(self)
+
+    @cached_property
     def words(self) -> str:
         """The answer in plain words."""
-        from .identification_words import words
-
-        return words(self)
+        return told(claim for claim in self.claims if claim.kind != "table")
 
     @cached_property
     def answer(self) -> str:
         """The same without how the columns were taken."""
-        from .identification_words import answer
+        return told(claim for claim in self.claims if claim.kind not in TABLE)
 
-        return answer(self)
+    @cached_property
+    def table_words(self) -> str:
+        """How the columns were taken."""
+        return told(claim for claim in self.claims if claim.kind in ("column", "clock"))
+
+    @property
+    def notes(self) -> list[str]:
+        """What is odd in the table, a sentence each."""
+        return [claim.text for claim in self.claims if claim.kind == "table"]
 
     def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""
@@ -150,7 +166,7 @@ class Identification:
 
     def report(self, path, title: str | None = None) -> Any:
         """Write one self-contained HTML page that opens without a network."""
-        return verbs.call("report", self, path, title, notes=self.table.notes)
+        return verbs.call("report", self, path, title, notes=self.notes)
 
     def __str__(self):
         return self.words
@@ -239,8 +255,8 @@ class Finder:
         trace.table[:, 0] += center[0]
         return forecast, trace
 
-    def found(self, trace: ParameterTrace, forecast: AverageTrace) -> Identification:
-        """Return the answer; trace and forecast are those of the record, perhaps thinned out."""
+    def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
+        """Return the answer; trace and forecast may be thinned out, ``losses`` is what could not be read."""
         naive = self.identifier.baselines
         own = quoted(self.forecast_summary, self.own_summary, naive).verdicts
         names = {verdict.name for verdict in own}
@@ -250,5 +266,5 @@ class Finder:
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.alarms, self.last,
+            self.identifier.center, self.origin, self.alarms, self.last, tuple(losses),
         )  # fmt: skip

@@ -65,4 +65,4 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     stamps, y, u, outs = columns
     whole = type(traces[0])(finder.estimator, y, u, outs, "std", traces[-1].state, time=stamps)
     whole.begun = traces[0].begun
-    return finder.found(whole, joined(forecasts, stamps))
+    return finder.found(whole, joined(forecasts, stamps), stretches.losses())

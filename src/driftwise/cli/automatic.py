@@ -64,11 +64,11 @@ class AutomaticJob(RunOptions):
                 self.is_stopped = True
         if self.keeper is None:
             raise InputError(f"{self.file}: no row can be read.")
-        found = finder.found(*self.keeper.traces())
+        found = finder.found(*self.keeper.traces(), segments.losses())
         if found.table.time is None and not found.table.timed:
             found.summary.unit = SAMPLES
         self.found = replace(found, diagnosis=spoken_verdicts(found.diagnosis))
-        self.notes = [*found.table.notes, *segments.losses()]
+        self.notes = self.found.notes
 
     def summarise(self) -> None:
         """Say what to beware of."""
@@ -94,6 +94,7 @@ class AutomaticJob(RunOptions):
             "dt": table.dt,
             "alternatives": [reading._asdict() for reading in table.alternatives],
             "words": found.words,
+            "claims": [claim.as_dict() for claim in found.claims],
             "model": found.chosen.name,
             "center": found.center.tolist(),
             "candidates": found.evidence(),

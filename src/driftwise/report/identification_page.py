@@ -53,7 +53,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
             "How well each predicted, with the memory that suited it best; odds are those against the best.",
             (_models(found), plots.weights(line, shares, names, marks)), found.chosen.name,
         ),
-        Panel("columns", "The table", columns.words, (_columns(columns), *map(say, notes)),
+        Panel("columns", "The table", found.table_words, (_columns(columns), *map(say, notes)),
               f"{len(columns.columns)} columns"),
         event_panel(events, line),
     ]  # fmt: skip

@@ -199,15 +199,15 @@ def show_identification(found, *, title: str, taken: float, notes: list[str], st
     """Print the answer of an identification in words, the numbers behind it, the candidates."""
     from rich.text import Text
 
-    from driftwise.analysis.identification_words import brief
+    from driftwise.analysis.claims import TABLE
+    from driftwise.results.claims import told
 
     out, t, s = console(stderr=stderr), found.table, found.summary
     head(out, title, [f"{s.samples} samples", t.step, f"{len(found.rivals)} models compared", f"took {taken:.2f} s"])
-    for text in (brief(found), t.words):
+    warned = [claim for claim in found.claims if claim.kind == "note"]
+    said = [claim for claim in found.claims if claim.kind not in ("note", *TABLE)]
+    for text in filter(None, (told(said), told(warned), found.table_words)):
         out.print(Text(text))
-        out.print()
-    if not found.diagnosis.is_fine and s.is_enough:
-        foot(out, label="beware", beware=[f"{verdict.advice}." for verdict in found.diagnosis.not_fine])
         out.print()
     tables = [_parameters(s), _roots("pole", s.moduli, 1.0), _forecast(found)] if s.is_enough else []
     for shelf in shelves([*tables, _candidates(found)] if found.is_judged else tables, out):

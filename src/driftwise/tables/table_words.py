@@ -1,9 +1,10 @@
-"""What was recognised of a table, in plain sentences."""
+"""What was recognised of a table, as claims in plain sentences."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ..results.claims import Claim, told
 from ..results.numbers import count_of, lasting, listed
 from .sampling import LONGEST_GAP, RESTART_ROWS
 
@@ -12,31 +13,41 @@ SHOWN = 3  # segments that a note lists
 
 def words_of(table: Any) -> str:
     """Return the proposal in one paragraph."""
+    return told(column_claims(table))
+
+
+def column_claims(table: Any) -> list[Claim]:
+    """Return what the columns are taken for."""
     output = table[table.output]
     inputs = [table[name] for name in table.inputs]
-    driven = f"driven by {listed([f'{_called(c)} ({c.why})' for c in inputs])}" if inputs else "with no input"
-    said = [f"The output is {_called(output)} ({output.why}), {driven}."]
+    found = [Claim("column", "output", f"The output is {_called(output)} ({output.why}).", table.output)]
+    driven = "No column drives it."
+    if inputs:
+        driven = f"It is driven by {listed([f'{_called(c)} ({c.why})' for c in inputs])}."
     if any(column.helps for column in inputs):
-        said.append(
-            "Percentages are what its past takes off the error variance of a prediction, beside inputs that help more."
+        driven += (
+            " Percentages are what its past takes off the error variance of a prediction, beside inputs that help more."
         )
+    found.append(Claim("column", "inputs", driven, tuple(table.inputs)))
     if table.sampling.kind == "none":
         still = f"{table.time!r} does not tick" if table.time else "There is no clock"
         apart = lasting(table.dt) if table.timed else "one step"
-        said.append(f"{still}: rows are samples {apart} apart.")
+        clock = f"{still}: rows are samples {apart} apart."
     else:
         step = lasting(table.sampling.dt) if table.timed else f"{table.sampling.dt:.6g} in its own unit"
-        said.append(f"The clock is {table.time!r}, one sample every {step}.")
+        clock = f"The clock is {table.time!r}, one sample every {step}."
+    found.append(Claim("clock", table.time or "", clock, table.dt))
     reasons: dict[str, list[str]] = {}
     for column in table.columns:
         if column.role not in ("time", "output", "input"):
             reasons.setdefault(column.why or column.role, []).append(repr(column.name))
     if reasons:
         shown = [f"{listed(names[:6] + ['others'] * (len(names) > 6))} ({why})" for why, names in reasons.items()]
-        said.append(f"Left out: {'; '.join(shown)}.")
+        names = tuple(c.name for c in table.columns if c.role not in ("time", "output", "input"))
+        found.append(Claim("column", "left out", f"Left out: {'; '.join(shown)}.", names))
     if not {"output", "inputs"} <= table.given:
-        said.append("Name the columns if that is not what you meant.")
-    return " ".join(said)
+        found.append(Claim("column", "advice", "Name the columns if that is not what you meant."))
+    return found
 
 
 def reading_words(reading: Any) -> str:
@@ -69,45 +80,63 @@ def _likely(reading: Any) -> str:
 
 def notes_of(table: Any) -> list[str]:
     """Return what an engineer should know of the table, a sentence each."""
+    return [claim.text for claim in table_claims(table)]
+
+
+def table_claims(table: Any) -> list[Claim]:
+    """Return what is odd in the table."""
     return [*_sampling_notes(table), *_value_notes(table)]
 
 
-def _sampling_notes(table: Any) -> list[str]:
+def _sampling_notes(table: Any) -> list[Claim]:
     s, unit = table.sampling, " s" if table.timed else ""
-    notes = []
+    notes: list[Claim] = []
+
+    def add(text, value=None):
+        notes.append(Claim("table", table.time or "", text, value))
+
     if table.time is not None and table.time_scale == 86_400.0 and not table[table.time].unit:
-        notes.append(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
+        add(f"{table.time!r} is taken for days since 1900, as a spreadsheet counts them.")
     if s.kind == "uneven":
-        notes.append(
+        add(
             f"{table.time!r} steps unevenly, {s.low:.3g} to {s.high:.3g}{unit}: samples are taken as {s.dt:.4g}{unit} "
-            "apart, which blurs time constants by about that spread."
+            "apart, which blurs time constants by about that spread.",
+            s.dt,
         )
     if s.kind == "irregular":
-        notes.append(
+        add(
             f"{table.time!r} steps by {s.low:.3g} to {s.high:.3g}{unit}: rows are sampled every {s.dt:.4g}{unit}. "
-            "Inputs are held between rows, outputs are missing there, and of rows closer than that the last counts."
+            "Inputs are held between rows, outputs are missing there, and of rows closer than that the last counts.",
+            s.dt,
         )
     if s.gaps:
-        notes.append(
+        add(
             f"{count_of(s.gaps, 'gap')} in {table.time!r}, the longest {s.longest:.6g}{unit}: missing samples are "
-            "put in, so that time moves."
+            "put in, so that time moves.",
+            s.gaps,
         )
     if s.restarts:
-        notes.append(
+        add(
             f"{table.time!r} starts again {count_of(s.restarts, 'time')} (it goes back, or is silent for more than "
-            f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break."
+            f"{LONGEST_GAP} samples): {RESTART_ROWS} missing samples stand for each break.",
+            s.restarts,
         )
     if s.duplicates:
-        notes.append(
-            f"{count_of(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts."
+        add(
+            f"{count_of(s.duplicates, 'stamp')} of {table.time!r} repeat the one before; the first row counts.",
+            s.duplicates,
         )
     if s.late:
-        notes.append(f"{count_of(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.")
+        add(f"{count_of(s.late, 'stamp')} of {table.time!r} come late; those rows are left out.", s.late)
     return notes
 
 
-def _value_notes(table: Any) -> list[str]:
-    notes = []
+def _value_notes(table: Any) -> list[Claim]:
+    notes: list[Claim] = []
+
+    def add(column, text, value=None):
+        notes.append(Claim("table", column.name, text, value))
+
     for column in table.columns:
         if column.role not in ("output", "input", "stuck"):
             continue
@@ -121,18 +150,22 @@ def _value_notes(table: Any) -> list[str]:
                 what.append(f"drop-outs to {belief.rail:g}")
             if belief.seen:
                 what.append("single samples far outside that return")
-            notes.append(
+            add(
+                column,
                 f"{count_of(column.doubted, 'value')} of {called} not believed ({listed(what)}) and taken as missing; "
-                f"the rest is between {belief.low:.6g} and {belief.high:.6g}."
+                f"the rest is between {belief.low:.6g} and {belief.high:.6g}.",
+                column.doubted,
             )
         if column.missing > 0.0:
-            notes.append(f"{100 * column.missing:.2g} % of {called} is missing.")
+            add(column, f"{100 * column.missing:.2g} % of {called} is missing.", column.missing)
         if column.role == "stuck":
-            notes.append(f"{called} {column.why}: stuck, and left out.")
+            add(column, f"{called} {column.why}: stuck, and left out.")
         elif column.stuck:
-            notes.append(f"{called} {_stuck(column.stuck, table.rows)}: stuck, and taken as missing there.")
+            where = _stuck(column.stuck, table.rows)
+            add(column, f"{called} {where}: stuck, and taken as missing there.", len(column.stuck))
         if column.resolution and column.role == "output":
-            notes.append(f"{called} is written in steps of {column.resolution:g}: nothing finer can be known of it.")
+            step = column.resolution
+            add(column, f"{called} is written in steps of {step:g}: nothing finer can be known of it.", step)
     return notes
 
 

@@ -1,0 +1,148 @@
+"""What `identify` claims: every sentence of its answer, with the number behind it.
+
+To claim more: a function from an `Identification` to claims, and its name in `CLAIMS`, where it is to be said.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from ..results.claims import Claim
+from ..results.numbers import sentence
+from ..results.sentences import gain_words
+from ..results.stable import is_integrator, swings
+from ..tables.table_words import column_claims, table_claims
+from . import identification_words as say
+from .change_log import surest
+from .change_monitor import FALSE
+
+FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
+SHOWN = 3  # changes that are named, the surest
+TABLE = "column", "clock", "table"  # kinds of claims that are about the table
+
+
+def claims(found) -> tuple[Claim, ...]:
+    """Return all that an `Identification` claims, in the order it is said."""
+    makers = CLAIMS if found.summary.is_enough else (plant_claims, table_part)
+    return tuple(claim for make in makers for claim in make(found))
+
+
+def plant_claims(found) -> Iterator[Claim]:
+    """Claim what the chosen model is: order, modes, gains; or that none can be relied on."""
+    s, output = found.summary, found.table.output
+    if not s.is_enough:
+        yield Claim("plant", output, say.too_few_words(s.observed))
+    elif not found.is_judged:
+        yield Claim("plant", output, f"{s.observed} {say.FIRST_GUESSES}")
+    elif not found.is_useful:
+        yield Claim("plant", output, _useless(found))
+    else:
+        if found.is_alone:
+            name, error = _least(found.naive)
+            together, own = found.forecast_summary.rmse, found.quoted.rmse
+            text = say.alone_words(name, error, together, found.chosen.name, own)
+            yield Claim("forecast", "all models", text, together)
+        yield from _order_and_modes(found)
+        yield from _gains(found)
+
+
+def _useless(found) -> str:
+    output, chosen = found.table.output, found.chosen
+    name, error = _least(found.judged)
+    if error <= chosen.rmse:
+        has_better = error <= min(rival.rmse for rival in found.rivals)
+        return say.no_model_words(output, name, error, "" if has_better else chosen.name, chosen.rmse)
+    name, error = _least(found.naive)
+    return say.no_forecast_words(output, name, error, chosen.name if found.is_alone else "", found.quoted.rmse)
+
+
+def _least(errors: dict[str, float]) -> tuple[str, float]:
+    return min(errors.items(), key=lambda pair: pair[1])
+
+
+def _order_and_modes(found) -> Iterator[Claim]:
+    table = found.table
+    poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST]
+    yield Claim("plant", table.output, say.order_words(len(poles)), len(poles))
+    modes = dict.fromkeys(_mode(p, std, table) for p, std in poles if p.imag >= 0)
+    yield from list(modes)[:MODES]
+
+
+def _mode(p: complex, std: float, table) -> Claim:
+    """Claim a time constant, or what else a pole means in time."""
+    r, dt, output = abs(p), table.dt, table.output
+    if not 0 < r < 1 or (p.real < 0 and not p.imag) or is_integrator(p, std) or swings(p):
+        period = 2 * math.pi * dt / abs(math.atan2(p.imag, p.real)) if swings(p) else None
+        return Claim("pole", output, say.mode_words(p, std, table), period)
+    tau, interval = -dt / math.log(r), None
+    if math.isfinite(std):
+        low, high = (min(max(r + side * 1.96 * std, 1e-9), 1.0) for side in (-1, 1))
+        interval = -dt / math.log(low), -dt / math.log(high) if high < 1 else math.inf
+    text = say.time_constant_words(tau, interval, table, bool(p.imag))
+    return Claim("time constant", output, text, tau, interval)
+
+
+def _gains(found) -> Iterator[Claim]:
+    model, inputs = found.model, found.table.inputs
+    if not inputs or any(abs(p) >= 1 for p, _ in found.summary.poles):
+        return
+    for gain, text, ends, name in zip(model.dc_gain, gain_words(model), model.dc_gain_interval(), inputs):
+        if text:
+            interval = float(ends[0]), float(ends[1])
+            yield Claim("gain", name, say.gain_sentence(text, name), float(gain), interval)
+
+
+def change_claims(found) -> Iterator[Claim]:
+    """Claim what changed, and when; or that nothing did."""
+    if not found.changes:
+        if found.is_useful:
+            yield Claim("change", found.table.output, say.NO_CHANGE)
+        return
+    sure = [change for change in found.changes if change.is_sure]
+    chance = math.ceil(found.summary.samples / FALSE)
+    if not sure and found.alarms <= chance:
+        (best,) = surest(found.changes, 1)
+        text = say.doubtful_words(found.phrase(best), found.alarms, chance)
+        yield Claim("change", "perhaps " + best.subject, text, best.since, odds=1.0)
+        return
+    shown = surest(sure or found.changes, SHOWN)
+    for change in shown:
+        yield Claim("change", change.subject, sentence(found.phrase(change)), change.since, odds=change.odds)
+    if rest := found.alarms - len(shown):
+        yield Claim("change", "others", say.more_changes_words(rest), rest)
+    yield Claim("change", "false alarms", say.allowance_words(chance), chance)
+
+
+def forecast_claims(found) -> Iterator[Claim]:
+    """Claim how much is predicted one step ahead, and how far the bands hold."""
+    f = found.quoted
+    if f.count:
+        yield Claim("forecast", "fit", say.fit_sentence(f.fit, f.rmse, f.spread), f.fit)
+        yield Claim("forecast", "band", say.band_sentence(f.coverage), 100 * f.coverage)
+
+
+def note_claims(found) -> Iterator[Claim]:
+    """Claim what the verdicts warn of."""
+    for verdict in found.diagnosis.not_fine:
+        yield Claim("note", verdict.name, f"Beware: {sentence(verdict.advice)}", verdict.value)
+
+
+def choice_claims(found) -> Iterator[Claim]:
+    """Claim why this model is shown."""
+    chosen, best = found.chosen, found.rivals[0]
+    if found.is_judged:
+        text = say.choice_words(len(found.rivals), chosen.name, best.name)
+        odds = math.exp(max(chosen.evidence - best.evidence, -700.0))
+        yield Claim("model choice", "most likely" if chosen is best else "as good", text, chosen.name, odds=odds)
+
+
+def table_part(found) -> Iterator[Claim]:
+    """Claim what the columns are, and what is odd in them."""
+    yield from column_claims(found.table)
+    yield from table_claims(found.table)
+    yield from (Claim("table", "", text) for text in found.losses)
+
+
+CLAIMS: tuple[Any, ...] = plant_claims, change_claims, forecast_claims, note_claims, choice_claims, table_part

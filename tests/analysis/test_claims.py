@@ -1,0 +1,63 @@
+"""What an identification claims: its words are the texts of its claims, each a number to hold against the truth."""
+
+import json
+
+import numpy as np
+import pytest
+
+import driftwise as dw
+from driftwise.results.claims import KINDS, Claim, told
+
+
+def plant(samples=900, seed=1):
+    """Return heater and temperature of a plant of first order: time constant 4.48 samples, gain 5."""
+    rng = np.random.default_rng(seed)
+    u, y = np.repeat(rng.choice([0.0, 1.0, 2.0], samples // 4), 4), np.zeros(samples)
+    for t in range(1, samples):
+        y[t] = 0.8 * y[t - 1] + 1.0 * u[t - 1] + 0.2 * rng.standard_normal()
+    return u, y + 20
+
+
+@pytest.fixture(scope="module")
+def found():
+    u, y = plant()
+    return dw.identify({"heater_V": u, "temperature [degC]": y})
+
+
+def of(found, kind):
+    return [claim for claim in found.claims if claim.kind == kind]
+
+
+def test_the_words_are_the_texts_of_the_claims_and_nothing_else(found):
+    assert found.words == told(claim for claim in found.claims if claim.kind != "table")
+    assert found.words.startswith(found.answer) and found.words.endswith(found.table_words)
+    assert all(claim.kind in KINDS and claim.text.endswith((".", ")")) for claim in found.claims)
+
+
+def test_a_claim_can_be_held_against_the_truth(found):
+    (gain,), (tau,) = of(found, "gain"), of(found, "time constant")
+    assert gain.subject == "heater_V" and gain.interval[0] < 5.0 < gain.interval[1]
+    assert tau.interval[0] < -1 / np.log(0.8) < tau.interval[1] and tau.interval[0] < tau.value < tau.interval[1]
+    columns = {claim.subject: claim.value for claim in of(found, "column")}
+    assert columns["output"] == "temperature [degC]" and columns["inputs"] == ("heater_V",)
+    assert [claim.value for claim in of(found, "model choice")] == [found.chosen.name]
+    assert [(claim.subject, claim.value) for claim in of(found, "change")] == [("temperature [degC]", None)]
+
+
+def test_the_results_of_the_command_carry_them(tmp_path, capsys):
+    from driftwise.cli.main import app
+
+    u, y = plant()
+    file, result = tmp_path / "plant.csv", tmp_path / "r.json"
+    file.write_text("heater_V,temperature [degC]\n" + "".join(f"{a:g},{b:.5g}\n" for a, b in zip(u, y)))
+    app(["run", str(file), "--json", str(result)], standalone_mode=False)
+    said = " ".join(capsys.readouterr().out.split())
+    claims = json.loads(result.read_text())["claims"]
+    assert {"column", "plant", "gain", "change", "forecast", "model choice"} <= {claim["kind"] for claim in claims}
+    for claim in claims:
+        assert " ".join(claim["text"].split()) in said
+
+
+def test_a_claim_of_no_kind_is_refused():
+    with pytest.raises(ValueError, match="a claim is of column"):
+        Claim("weather", "here", "It rains.")
