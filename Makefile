@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # What `make test-services` needs, as Debian calls it: compilers and machines for controllers, a MISRA checker.
 SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck
 
-.PHONY: run test test-all hostile test-services services check format bench score worlds judge docs clean
+.PHONY: run test test-all hostile test-services services check format bench score worlds judge claims docs clean
 
 $(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -62,6 +62,9 @@ worlds: $(STAMP)  ## the default memory on the three hundred systems that consta
 
 judge: $(STAMP)  ## and on three hundred drawn by the last commit that changed a constant; appended to docs/judged.md
 	$(BIN)/python -m driftwise_studies.score.worlds.judge --judge --processes 0
+
+claims: $(STAMP)  ## what `driftwise run FILE` claims of four hundred drawn files, true or not; JUDGE=--judge writes docs/judged.md
+	$(BIN)/python -m driftwise_studies.score.claims.judge --files 400 --processes 0 $(JUDGE)
 
 docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py

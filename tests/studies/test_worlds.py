@@ -293,15 +293,15 @@ def test_every_file_with_a_constant_is_there():
 def test_a_judgement_is_appended_and_made_once(tmp_path):
     page, lines = tmp_path / "judged.md", [line(1.0, [], [], 0.0)]
     page.write_text("# Judged\n")
-    judged.refuse_twice("a" * 40, 1, 1, page)
-    judged.append("a" * 40, 1, 1, lines, "AutoMemory()", (1.05, 1.13), page)
+    judged.refuse_twice(judged.title("a" * 40, 1, 1), page)
+    judged.append(judged.judgement("a" * 40, 1, 1, lines, "AutoMemory()", (1.05, 1.13)), page)
     first = page.read_text()
-    judged.append("b" * 40, 2, 1, lines, "AutoMemory()", None, page)
+    judged.append(judged.judgement("b" * 40, 2, 1, lines, "AutoMemory()", None), page)
     assert "* met: mean ratio of the eight" in first and "* **missed**: their worst: 1.13 (at most 1.12)" in first
     assert first.startswith("# Judged\n") and page.read_text().startswith(first)
     with pytest.raises(InputError, match="judged already"):
-        judged.refuse_twice("a" * 40, 1, 1, page)
-    judged.refuse_twice("a" * 40, 1, 2, page)
+        judged.refuse_twice(judged.title("a" * 40, 1, 1), page)
+    judged.refuse_twice(judged.title("a" * 40, 1, 2), page)
 
 
 def test_tables_go_between_their_markers(tmp_path):

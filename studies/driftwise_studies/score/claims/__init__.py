@@ -1,1 +1,11 @@
-"""Claims held against the truth: plants that are drawn, written as files, and what the program says of them."""
+"""Plants with known truth, written as files, answered by the front door, and each claim of the answers checked.
+
+| file | is about |
+|---|---|
+| `plant.py`, `drawing.py` | a plant and its troubles as data; drawing them from a seed |
+| `simulation.py`, `files.py` | its record; that as a file, with the headers and clocks that people write |
+| `tables.py`, `table_names.py`, `table_stamps.py`, `columns.py` | tables of loggers and packages; how many of their columns are recognised |
+| `oracle.py` | what somebody could know who is told columns, delays, structure and the times of changes |
+| `checking.py` | one claim against the truth: true, false, vacuous, unchecked |
+| `audit.py`, `judge.py` | all files, one table; `make claims` |
+"""

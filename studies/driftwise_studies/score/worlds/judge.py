@@ -42,7 +42,7 @@ def main(arguments=None) -> None:
     name = AUTO if asked.judge else asked.memory
     commit, seed = judged.seed() if asked.judge else ("", judged.CHOOSING)
     if asked.judge:
-        judged.refuse_twice(commit, asked.systems, asked.records)
+        judged.refuse_twice(judged.title(commit, asked.systems, asked.records))
     began = time.time()
     lines = play(seed, range(asked.systems), asked.records, [name], asked.processes or None)
     tables = by_trouble(lines, name), by_size(lines, name), worst(lines, name, asked.worst)
@@ -55,7 +55,8 @@ def main(arguments=None) -> None:
     if asked.page and not asked.judge:
         judged.write("choosing", "\n".join((said + ".\n", *tables)))
     if asked.judge:
-        print("written:", judged.append(commit, seed, asked.records, lines, name, known), file=sys.stderr)
+        parts = judged.judgement(commit, seed, asked.records, lines, name, known)
+        print("written:", judged.append(parts), file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ tree is refused, and so is a second judgement of the same commit. Rows are only 
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 from driftwise.engine.errors import InputError
@@ -57,8 +58,8 @@ def git(*words: str) -> str:
     return done.stdout.strip()
 
 
-def seed() -> tuple[str, int]:
-    """Return the last commit that changed a constant, and the seed that it gives.
+def seed(files: Sequence[str] = CONSTANTS) -> tuple[str, int]:
+    """Return the last commit that changed one of the files, and the seed that it gives.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def seed() -> tuple[str, int]:
         raise InputError(f"commit first: what is judged must be what is written down. Changed:\n{changed}")
     if git("rev-parse", "--is-shallow-repository") == "true":
         raise InputError("the history is cut short, so that the commit of the last change is not known")
-    commit = git("log", "-1", "--format=%H", "--", *CONSTANTS)
+    commit = git("log", "-1", "--format=%H", "--", *files)
     return commit, int(commit[:8], 16)
 
 
@@ -78,10 +79,10 @@ def title(commit: str, systems: int, records: int) -> str:
     return f"## {commit[:8]}: {systems} systems, {records} records"
 
 
-def refuse_twice(commit: str, systems: int, records: int, page: Path = PAGE) -> None:
-    """Raise where this was judged before."""
-    if page.exists() and title(commit, systems, records) in page.read_text(encoding="utf-8").splitlines():
-        raise InputError(f"{commit[:8]} is judged already, see {page.name}: no number has changed since")
+def refuse_twice(line: str, page: Path = PAGE) -> None:
+    """Raise where what this title says was judged before."""
+    if page.exists() and line in page.read_text(encoding="utf-8").splitlines():
+        raise InputError(f"{line.split()[1][:-1]} is judged already, see {page.name}: no number has changed since")
 
 
 def write(name: str, text: str, page: Path = ROOT / "docs" / "worlds.md") -> None:
@@ -91,13 +92,17 @@ def write(name: str, text: str, page: Path = ROOT / "docs" / "worlds.md") -> Non
     page.write_text(f"{before}{begin}\n{text.rstrip()}\n{end}{rest.split(end)[1]}", encoding="utf-8")
 
 
-def append(commit: str, seed: int, records: int, lines: list[Line], name: str, known, page: Path = PAGE) -> Path:
-    """Add a judgement at the end of the page, and return the page."""
-    told = [f"* {'met' if good else '**missed**'}: {words}" for words, good in verdicts(total(lines, name), known)]
-    parts = (
-        "", title(commit, len(lines), records), "", f"Seed {seed} = 0x{commit[:8]}; `{name}`.", "", *told, "",
-        by_trouble(lines, name), by_size(lines, name).rstrip(),
-    )  # fmt: skip
+def append(parts: Sequence[str], page: Path = PAGE) -> Path:
+    """Add the lines of a judgement at the end of the page, and return the page."""
     with page.open("a", encoding="utf-8") as file:
-        file.write("\n".join(parts) + "\n")
+        file.write("\n".join(["", *parts]) + "\n")
     return page
+
+
+def judgement(commit: str, seed: int, records: int, lines: list[Line], name: str, known) -> list[str]:
+    """Return the lines that say how systems were judged."""
+    told = [f"* {'met' if good else '**missed**'}: {words}" for words, good in verdicts(total(lines, name), known)]
+    return [
+        title(commit, len(lines), records), "", f"Seed {seed} = 0x{commit[:8]}; `{name}`.", "", *told, "",
+        by_trouble(lines, name), by_size(lines, name).rstrip(),
+    ]  # fmt: skip

@@ -1,0 +1,161 @@
+"""All files of a seed through the front door, and what became of their claims."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from driftwise.engine.errors import InputError
+
+from .checking import FALSE, TRUE, VACUOUS, Case, check, is_told, tellable_jumps
+from .drawing import draw
+from .files import write
+from .oracle import ask
+from .simulation import record
+
+ASKED = 3  # exit code of a question
+NARROW = 0.2  # width of the oracle's interval below which a number ought to be claimed
+
+
+@dataclass
+class Line:
+    """What became of one file."""
+
+    number: int
+    about: str
+    troubles: frozenset[str]
+    outcome: str  # answered, asked, refused
+    claims: list[tuple[str, str, str]] = field(default_factory=list)  # kind, verdict, text
+    expected: dict[str, int] = field(default_factory=dict)  # what the oracle knows well
+    found: dict[str, int] = field(default_factory=dict)  # of these, claimed
+    is_named: bool = False
+    has_columns: bool = False
+    why: str = ""
+
+
+def play(seed: int, numbers: Iterable[int], processes: int = 1) -> list[Line]:
+    """Return a line for each file."""
+    if processes == 1:
+        return [one(seed, number) for number in numbers]
+    with ProcessPoolExecutor(processes or None) as pool:
+        return list(pool.map(partial(one, seed), numbers))
+
+
+def one(seed: int, number: int) -> Line:
+    """Draw a plant, write its file, have it answered, check what is claimed."""
+    plant = draw(seed, number)
+    data = record(plant, seed)
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        written = write(plant, data, seed, Path(folder))
+        line = Line(number, plant.about, plant.troubles, "answered", is_named=written.is_named)
+        try:
+            answer = front_door(written.path)
+        except InputError as error:
+            line.outcome, line.why = "refused", str(error)
+            return line
+    if answer is None:
+        line.outcome = "asked"
+        return line
+    case = Case(plant, data, written, ask(plant, data), answer)
+    line.claims = [(claim["kind"], check(case, claim), claim["text"]) for claim in answer["claims"]]
+    columns = answer["columns"]
+    line.has_columns = columns["output"] == written.output and set(columns["inputs"]) == set(written.inputs)
+    recall(case, line)
+    return line
+
+
+def front_door(path: Path) -> dict[str, Any] | None:
+    """Return what `driftwise run FILE --json` writes; None where it asks."""
+    import typer
+
+    from driftwise.cli.main import app
+
+    result = path.with_suffix(".json")
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        try:
+            code = app(["run", str(path), "--json", str(result)], standalone_mode=False)
+        except (SystemExit, typer.Exit) as stop:
+            code = getattr(stop, "exit_code", getattr(stop, "code", None))
+    return None if code == ASKED else json.loads(result.read_text(encoding="utf-8"))
+
+
+def recall(case: Case, line: Line) -> None:
+    """Count what the oracle knows well, and what of it is claimed."""
+    expected, found = Counter[str](), Counter[str]()
+    claims, oracle = case.answer["claims"], case.oracle
+    gains = {claim["subject"] for claim in claims if claim["kind"] == "gain"}
+    for name, value, bar in zip(case.written.inputs, oracle.gains, oracle.gain_bars):
+        if 2 * bar < NARROW * abs(value):
+            expected["gain"] += 1
+            found["gain"] += name in gains
+    if 2 * oracle.time_bars[0] < NARROW * oracle.time_constants[0]:
+        expected["time constant"] += 1
+        found["time constant"] += any(claim["kind"] in ("time constant", "pole") for claim in claims)
+    for k in tellable_jumps(case):
+        what = f"change of {case.plant.jumps[k].what}"
+        expected[what] += 1
+        found[what] += any(is_told(case, k, claim) for claim in claims)
+    line.expected, line.found = dict(expected), dict(found)
+
+
+def table(lines: list[Line]) -> str:
+    """Return claims by kind, and recall, as a table of Markdown."""
+    rows = [
+        "| claims | said | checked | true | vacuous | true share |", "| --- | --- | --- | --- | --- | --- |",
+    ]  # fmt: skip
+    said = Counter(kind for line in lines for kind, _, _ in line.claims)
+    by = Counter((kind, verdict) for line in lines for kind, verdict, _ in line.claims)
+    for kind in [*said, "all"]:
+        kinds = list(said) if kind == "all" else [kind]
+        good, empty, bad = (sum(by[k, verdict] for k in kinds) for verdict in (TRUE, VACUOUS, FALSE))
+        total = good + empty + bad
+        count = sum(said[k] for k in kinds)
+        rows.append(f"| {kind} | {count} | {total} | {good} | {empty} | {_share(good + empty, total)} |")
+    rows += ["", "| what the oracle knows | there | claimed | share |", "| --- | --- | --- | --- |"]
+    expected, found = Counter[str](), Counter[str]()
+    for line in lines:
+        expected.update(line.expected)
+        found.update(line.found)
+    rows += [f"| {what} | {n} | {found[what]} | {_share(found[what], n)} |" for what, n in sorted(expected.items())]
+    rows += ["", "| files | of | share |", "| --- | --- | --- |"]
+    answered = [line for line in lines if line.outcome == "answered"]
+    named = [line for line in answered if line.is_named]
+    for what, count, of in (
+        ("refused", sum(line.outcome == "refused" for line in lines), len(lines)),
+        ("asked", sum(line.outcome == "asked" for line in lines), len(lines)),
+        ("output and inputs right, by names of the vocabulary", sum(line.has_columns for line in named), len(named)),
+        ("no false claim", sum(_is_clean(line) for line in answered), len(answered)),
+    ):
+        rows.append(f"| {what} | {count} of {of} | {_share(count, of)} |")
+    return "\n".join(rows) + "\n"
+
+
+def falsehoods(lines: list[Line], most: int) -> str:
+    """Return the first false claims of each kind, with the file."""
+    shown, rows = Counter[str](), []
+    for line in lines:
+        rows += [f"refused: {line.about}: {line.why}"] if line.outcome == "refused" else []
+        for kind, verdict, text in line.claims:
+            if verdict == FALSE and shown[kind] < most:
+                shown[kind] += 1
+                rows.append(f"{kind}: {text}\n    [{line.about}]")
+    return "\n".join(sorted(rows)) + "\n"
+
+
+def _is_clean(line: Line) -> bool:
+    return all(verdict != FALSE for _, verdict, _ in line.claims)
+
+
+def _share(part: int, of: int) -> str:
+    return f"{part / of:.3f}" if of else ""

@@ -1,0 +1,248 @@
+"""One claim against the truth: true, false, vacuous, or nothing that could be checked.
+
+An interval of 95 % holds the truth where that lies within 1.5 times of it (99.7 %); a number without one, within 20 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .files import Written
+from .oracle import Oracle
+from .plant import Plant
+from .simulation import Record, step
+
+TRUE, FALSE, VACUOUS, UNCHECKED = "true", "false", "vacuous", "unchecked"
+STRETCH, NEAR, WIDE = 1.5, 0.2, 2.0
+TELLABLE = float(np.log(100.0))  # log odds of the oracle beyond which a change is there for everybody
+SLACK = 10  # samples by which a change may be dated wrong, beside the time the plant takes to answer
+
+
+@dataclass(frozen=True)
+class Case:
+    """A file, what is true of it, and what was answered."""
+
+    plant: Plant
+    record: Record
+    written: Written
+    oracle: Oracle
+    answer: dict[str, Any]  # the results of `driftwise run`, as JSON has them
+
+    @property
+    def dt(self) -> float:
+        """Steps of the grid between two samples of the answer."""
+        return self.answer["dt"] / self.written.dt
+
+    @property
+    def tolerance(self) -> float:
+        """Steps of the grid by which a change may be dated wrong."""
+        plant = self.plant
+        return SLACK * max(self.dt, plant.every) + 2 * plant.time_constants[0] + max(plant.delays)
+
+
+def check(case: Case, claim: dict[str, Any]) -> str:
+    """Return what a claim is worth."""
+    rule = RULES.get(claim["kind"])
+    return rule(case, claim) if rule else UNCHECKED
+
+
+def _said(is_true: bool) -> str:
+    return TRUE if is_true else FALSE
+
+
+def column(case: Case, claim) -> str:
+    """Output and inputs as they are; nothing left out that plays a part."""
+    value, written = claim["value"], case.written
+    if claim["subject"] == "output":
+        return _said(value == written.output)
+    if claim["subject"] == "inputs":
+        return _said(set(value) == set(written.inputs))
+    if claim["subject"] == "left out":
+        return _said(not {written.output, *written.inputs} & set(value))
+    return UNCHECKED
+
+
+def clock(case: Case, claim) -> str:
+    """The clock, and the time between its rows; on an irregular one a step between the shortest and the longest."""
+    written, record = case.written, case.record
+    if (claim["subject"] or None) != written.time:
+        return FALSE
+    if case.plant.is_irregular:
+        gaps = np.diff(record.rows) * written.dt
+        return _said(bool(gaps.min() * 0.99 <= claim["value"] <= gaps.max()))
+    steps = claim["value"] / written.dt
+    return _said(abs(steps - round(steps)) < 0.01 and round(steps) in (1, case.plant.every))
+
+
+def table(case: Case, claim) -> str:
+    """What a note says of the sensor, against what the sensor did."""
+    plant, text, value = case.plant, claim["text"], claim["value"]
+    is_output = claim["subject"] == case.written.output
+    if "stuck" in text:
+        return _said(bool(plant.stuck[1]) and is_output)
+    if "in steps of" in text and is_output and plant.levels:
+        return _said(abs(value / step(plant, case.record.unit) - 1) < 0.01)
+    if "is missing" in text and is_output:
+        truth = np.mean(~np.isfinite(case.record.y[case.record.rows]))
+        return _said(abs(value - truth) < 0.05 + 0.2 * truth)
+    if "not believed" in text:
+        return _said(bool(plant.outliers[0]) and is_output)
+    return UNCHECKED
+
+
+def plant(case: Case, claim) -> str:
+    """The order; that no model can be relied on, where the oracle predicts little, too."""
+    if claim["value"] is not None:
+        return _said(claim["value"] == len(case.plant.poles))
+    return _said(case.record.clean_fit < 20)
+
+
+def gain(case: Case, claim) -> str:
+    """The gain at the end; where a nonlinearity bends it, said to bend or with an interval that holds the bend."""
+    if claim["subject"] not in case.written.inputs:
+        return FALSE
+    i = case.written.inputs.index(claim["subject"])
+    oracle = case.oracle
+    low, high = _stretched(claim)
+    truth, (least, most) = oracle.gains[i], oracle.spreads[i]
+    if not low <= truth <= high:
+        return FALSE
+    has_bend = max(abs(least), abs(most)) > 1.5 * min(abs(least), abs(most))
+    if has_bend and not (low <= least and most <= high) and not _warns(case, "nonlinear"):
+        return FALSE
+    return _width(claim, oracle.gain_bars[i])
+
+
+def time_constant(case: Case, claim) -> str:
+    """A time constant that the plant has."""
+    factor = case.written.dt
+    low, high = _stretched(claim)
+    found = [k for k, tau in enumerate(case.oracle.time_constants) if low <= tau * factor <= high]
+    if not found:
+        return FALSE
+    return _width(claim, max(case.oracle.time_bars[k] for k in found) * factor)
+
+
+def pole(case: Case, claim) -> str:
+    """The period of an oscillation that the plant has; any other pole it has not."""
+    if claim["value"] is None:
+        return FALSE
+    value = claim["value"] / case.written.dt
+    return _said(any(abs(value / period - 1) < NEAR for period in case.plant.periods))
+
+
+def delay(case: Case, claim) -> str:
+    """The samples until the first answer, one more or less."""
+    if claim["subject"] not in case.written.inputs:
+        return FALSE
+    truth = case.plant.delays[case.written.inputs.index(claim["subject"])] / case.dt
+    return _said(abs(claim["value"] - truth) <= 1 + 1 / case.dt)
+
+
+def change(case: Case, claim) -> str:
+    """A change that happened then, of that kind; none where none is there for everybody; even odds where it is even."""
+    subject, value = claim["subject"], claim["value"]
+    tellable = tellable_jumps(case)
+    if subject in ("false alarms", "others"):
+        return UNCHECKED
+    if value is None:
+        return _said(not tellable)
+    if claim["odds"] is not None and claim["odds"] <= 1:
+        return _said(not tellable or any(is_told(case, k, claim) for k in tellable))
+    return _said(any(is_told(case, k, claim) for k in range(len(case.plant.jumps))))
+
+
+def tellable_jumps(case: Case) -> list[int]:
+    """Return the jumps that the oracle puts above 100:1."""
+    return [k for k, odds in enumerate(case.oracle.log_odds) if odds > TELLABLE]
+
+
+def is_told(case: Case, k: int, claim) -> bool:
+    """Whether a claim is about a jump: at its time, and of its kind where one is named."""
+    if claim["kind"] != "change" or claim["value"] is None or claim["subject"] in ("false alarms", "others"):
+        return False
+    jump, subject = case.plant.jumps[k], claim["subject"]
+    if abs(claim["value"] * case.dt - jump.at) > case.tolerance:
+        return False
+    if "level" in subject:
+        return jump.what == "level"
+    if "noise" in subject:
+        return jump.what == "noise"
+    if "gain from" in subject:
+        return jump.what == "gain" and case.written.inputs[jump.input] in subject
+    return True
+
+
+def forecast(case: Case, claim) -> str:
+    """No better than who knows all."""
+    if claim["subject"] != "fit" or claim["value"] is None:
+        return UNCHECKED
+    return _said(claim["value"] <= case.record.clean_fit + 5)
+
+
+def model_choice(case: Case, claim) -> str:
+    """The most likely; or odds that are not far below; or errors no larger where only these are meant."""
+    candidates = case.answer["candidates"]
+    at = candidates["model"].index(claim["value"])
+    if claim["subject"] == "most likely":
+        return _said(candidates["log_odds"][at] > -1e-6)
+    if claim["subject"] == "as good":
+        return _said(candidates["log_odds"][at] > -5)
+    return _said(candidates["rmse"][at] <= 1.01 * candidates["rmse"][0])
+
+
+def note(case: Case, claim) -> str:
+    """What can be known of a warning: that it is about a trouble that was drawn."""
+    plant, subject = case.plant, claim["subject"]
+    if subject == "whiteness":
+        fit = case.answer["forecast"]["fit"]
+        return _said(fit is None or fit < case.record.clean_fit - 0.5 or plant.noise == "coloured")
+    for what, troubles in NOTES.items():
+        if what in subject:
+            return _said(bool(plant.troubles & troubles))
+    return UNCHECKED
+
+
+NOTES = {
+    "nonlinear": {"nonlinear", "stuck", "outliers", "gain jump"},
+    "feedback": {"closed loop"},
+    "season": {"season"},
+    "drift": {"drift", "season", "level jump", "gain jump", "nonlinear", "noise jump"},
+    "missing": {"missing", "sparse", "irregular", "outliers", "stuck"},
+}
+
+
+def _stretched(claim) -> tuple[float, float]:
+    """Return the interval that should hold the truth; an end without bound is None in JSON."""
+    value = claim["value"]
+    if claim["interval"] is None:
+        half = NEAR * abs(value)
+        return value - half, value + half
+    low, high = claim["interval"]
+    low = -np.inf if low is None else value - STRETCH * (value - low)
+    high = np.inf if high is None else value + STRETCH * (high - value)
+    return low, high
+
+
+def _width(claim, bar: float) -> str:
+    """Return whether an interval says something: it is no wider than twice the oracle's, or than the number."""
+    if claim["interval"] is None:
+        return TRUE
+    low, high = claim["interval"]
+    if low is None or high is None:
+        return VACUOUS
+    return VACUOUS if high - low > max(WIDE * 2 * bar, 2 * NEAR * abs(claim["value"])) else TRUE
+
+
+def _warns(case: Case, what: str) -> bool:
+    return any(what in claim["subject"] or what in claim["text"] for claim in case.answer["claims"])
+
+
+RULES: dict[str, Callable[[Case, Any], str]] = {
+    "column": column, "clock": clock, "table": table, "plant": plant, "gain": gain, "time constant": time_constant,
+    "pole": pole, "delay": delay, "change": change, "forecast": forecast, "model choice": model_choice, "note": note,
+}  # fmt: skip

@@ -1,0 +1,174 @@
+"""What could be known at best: the Cramér-Rao bound of somebody who is told columns, delays, structure and times.
+
+The parameters are those of the plant, its level, and the sizes of what changed; noise and outliers are known. Nothing
+of the library is used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .plant import Plant
+from .simulation import Record, numerator, response, slope, step
+
+SURE = 1.96
+
+
+@dataclass(frozen=True)
+class Oracle:
+    """Truth at the end of the record, the half-widths of its 95 % intervals, and the odds of each change."""
+
+    gains: tuple[float, ...]
+    spreads: tuple[tuple[float, float], ...]  # of the local gain, where a nonlinearity bends it: 10 and 90 % quantile
+    gain_bars: tuple[float, ...]
+    time_constants: tuple[float, ...]  # in steps of the grid
+    time_bars: tuple[float, ...]
+    log_odds: tuple[float, ...]  # of each jump of the plant
+
+
+def ask(plant: Plant, record: Record) -> Oracle:
+    """Return what the oracle knows of a record."""
+    theta, names = _parameters(plant)
+    sizes = [jump.size for jump in plant.jumps]
+    base = _clean(plant, record, theta, sizes)
+    seen = np.isfinite(record.y) & ~record.outliers & np.isin(np.arange(plant.samples), record.rows)
+    first, length = plant.stuck
+    seen[first : first + length] = False
+    whiten = _whitener(plant, record, seen)
+    slopes = [whiten(_slope(plant, record, theta, sizes, j)) for j in range(len(theta))]
+    slopes += [whiten(column) for column in _of_level(plant)]
+    marks = [_of_jump(plant, record, theta, sizes, k, base) for k in range(len(sizes))]
+    whitened = [None if mark is None else whiten(mark) for mark in marks]
+    psi = np.column_stack([*slopes, *(w for w in whitened if w is not None)])
+    P = np.linalg.pinv(psi.T @ psi, rcond=1e-13, hermitian=True)
+    odds = []
+    for k, jump in enumerate(plant.jumps):
+        if jump.what == "noise":
+            odds.append(_noise_odds(record, seen, jump.at))
+            continue
+        others = np.column_stack([*slopes, *(w for j, w in enumerate(whitened) if w is not None and j != k)])
+        d = whitened[k] * _moved(plant, k, record.unit)
+        rest = d - others @ np.linalg.lstsq(others, d, rcond=None)[0]
+        odds.append(float(0.5 * rest @ rest - 0.5 * np.log(plant.samples)))
+    gains, bars, spreads = [], [], []
+    for i in range(len(plant.gains)):
+        wanted = _gradient(lambda v, i=i: _gain(plant, names, v, i), theta)
+        factor = np.prod([jump.size for jump in plant.jumps if jump.what == "gain" and jump.input == i])
+        local = slope(plant, record.u[:, i]) * plant.gains[i] * factor
+        gains.append(float(plant.gains[i] * factor * _linear(plant, record.u[:, i])))
+        spreads.append(tuple(float(v) for v in np.sort(np.quantile(local, [0.1, 0.9]))))
+        g = np.append(wanted * factor, np.zeros(len(P) - len(theta)))
+        own = [j for j, jump in enumerate(plant.jumps) if jump.what == "gain" and jump.input == i]
+        for j in own:  # its factor is not known, either
+            at = len(slopes) + sum(w is not None for w in whitened[:j])
+            g[at] = plant.gains[i] * factor / plant.jumps[j].size
+        bars.append(SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
+    taus = plant.time_constants
+    n = len(plant.poles)
+    times = []
+    for k in range(len(taus)):
+        g = np.append(_gradient(lambda v, k=k: _taus(v[:n], len(taus))[k], theta), np.zeros(len(P) - len(theta)))
+        times.append(SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
+    return Oracle(tuple(gains), tuple(spreads), tuple(bars), tuple(taus), tuple(times), tuple(odds))
+
+
+def _parameters(plant: Plant) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Return a1 .. and the coefficients of every B that are not zero, and where the latter stand: (input, lag)."""
+    places = [(i, int(lag)) for i in range(len(plant.gains)) for lag in np.flatnonzero(numerator(plant, i))]
+    return np.concatenate([plant.a[1:], [numerator(plant, i)[lag] for i, lag in places]]), places
+
+
+def _built(plant: Plant, theta):
+    n = len(plant.poles)
+    _, places = _parameters(plant)
+    b = [np.zeros_like(numerator(plant, i)) for i in range(len(plant.gains))]
+    for (i, lag), value in zip(places, theta[n:]):
+        b[i][lag] = value
+    return np.append(1.0, theta[:n]), b
+
+
+def _clean(plant: Plant, record: Record, theta, sizes) -> np.ndarray:
+    a, b = _built(plant, theta)
+    return response(plant, record.u, b, a, sizes)
+
+
+def _slope(plant: Plant, record: Record, theta, sizes, j: int) -> np.ndarray:
+    h = np.zeros(len(theta))
+    h[j] = 1e-6 * max(abs(theta[j]), 1e-3)
+    up, down = (_clean(plant, record, theta + side * h, sizes) for side in (1, -1))
+    return (up - down) / (2 * h[j])
+
+
+def _of_level(plant: Plant) -> list[np.ndarray]:
+    """Return what moves the level: a constant, and ramp and season where they are."""
+    t = np.arange(plant.samples)
+    found = [np.ones(plant.samples)]
+    found += [t / plant.samples] if plant.ramp else []
+    if plant.season[1]:
+        found += [np.sin(2 * np.pi * t / plant.season[1]), np.cos(2 * np.pi * t / plant.season[1])]
+    return found
+
+
+def _of_jump(plant: Plant, record: Record, theta, sizes, k: int, base):
+    """Return the slope by the size of a jump: a step, or what a gain does per unit of its factor."""
+    jump = plant.jumps[k]
+    if jump.what == "noise":
+        return None
+    if jump.what == "level":
+        return (np.arange(plant.samples) >= jump.at).astype(float)
+    other = list(sizes)
+    other[k] = 1.0
+    return (base - _clean(plant, record, theta, other)) / (jump.size - 1.0)
+
+
+def _moved(plant: Plant, k: int, unit: float) -> float:
+    """Return the size of a jump in the unit of `_of_jump`."""
+    jump = plant.jumps[k]
+    return jump.size - 1.0 if jump.what == "gain" else unit * jump.size
+
+
+def _whitener(plant: Plant, record: Record, seen):
+    """Return what makes the noise of a series white and of variance one, at the samples that are seen."""
+    colour = {"white": [1.0], "equation": plant.a, "coloured": [1.0, -plant.rho]}[plant.noise]
+    rounding = (step(plant, record.unit) ** 2 / 12) if plant.levels else 0.0
+    sigma = np.sqrt(record.sigma**2 + rounding)
+    return lambda x: (lfilter(colour, [1.0], x) / sigma)[seen]
+
+
+def _noise_odds(record: Record, seen, at: int) -> float:
+    """Return the expected log odds of two variances against one."""
+    s2 = record.sigma[seen] ** 2
+    after = np.flatnonzero(seen) >= at
+    return float(0.5 * (len(s2) * np.log(s2.mean()) - np.log(s2).sum()) - 0.5 * np.log(max(len(after), 1)))
+
+
+def _gain(plant: Plant, places, theta, i: int) -> float:
+    n = len(plant.poles)
+    total = sum(value for (input_, _), value in zip(places, theta[n:]) if input_ == i)
+    return total / (1 + theta[:n].sum())
+
+
+def _linear(plant: Plant, u) -> float:
+    """Return the slope of the straight line that is nearest to the nonlinearity over what the input did."""
+    from .simulation import shaped
+
+    x = u - u.mean()
+    return float(x @ shaped(plant, u) / (x @ x))
+
+
+def _taus(a, many: int) -> np.ndarray:
+    moduli = np.unique(np.round(abs(np.roots(np.append(1.0, a))), 12))
+    found = np.sort(-1 / np.log(np.clip(moduli, 1e-9, 1 - 1e-12)))[::-1]
+    return np.resize(found, many)
+
+
+def _gradient(f, theta) -> np.ndarray:
+    found = np.zeros(len(theta))
+    for j in range(len(theta)):
+        h = np.zeros(len(theta))
+        h[j] = 1e-6 * max(abs(theta[j]), 1e-3)
+        found[j] = (f(theta + h) - f(theta - h)) / (2 * h[j])
+    return found

@@ -1,0 +1,148 @@
+"""Plants with known truth: drawn, simulated, written; who is told everything; one claim held against the truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from driftwise_studies.score.claims import audit, checking
+from driftwise_studies.score.claims.checking import FALSE, TRUE, UNCHECKED, VACUOUS, Case, check
+from driftwise_studies.score.claims.drawing import LONGEST, draw
+from driftwise_studies.score.claims.files import Written, write
+from driftwise_studies.score.claims.oracle import ask
+from driftwise_studies.score.claims.plant import TROUBLES, Jump, Plant
+from driftwise_studies.score.claims.simulation import record
+
+from driftwise.engine.errors import InputError
+
+PLAIN = Plant(
+    0, frozenset(), 1200, 2.0, (0.8 + 0j,), ((1.0,),), (3.0,), (1,), "white", 5.0, 4.0, "equation", 0.8
+)  # fmt: skip
+
+
+def jumping(what: str, size: float) -> Plant:
+    return replace(PLAIN, jumps=(Jump(what, 600, size),), troubles=frozenset({f"{what} jump"}))
+
+
+def regressors(y, u):
+    return np.column_stack([-y[1:-1], u[1:-1, 0], np.ones(len(y) - 2)]), y[2:]
+
+
+def test_every_trouble_is_drawn_and_the_same_seed_is_the_same_plant():
+    plants = [draw(5, number) for number in range(90)]
+    assert set().union(*(plant.troubles for plant in plants)) == set(TROUBLES)
+    assert plants == [draw(5, number) for number in range(90)] and plants[7] != draw(6, 7)
+    assert 20 < max(max(plant.delays) for plant in plants) <= LONGEST
+    assert all(abs(p) < 1 for plant in plants for p in plant.poles)
+
+
+def test_the_record_is_that_of_the_equation():
+    data = record(PLAIN, 1)
+    psi, target = regressors(data.y, data.u)
+    theta = np.linalg.lstsq(psi, target, rcond=None)[0]
+    np.testing.assert_allclose(theta, [-0.8, 3.0 * 0.2, 5.0 * 0.2], atol=0.1)
+    residual = target - psi @ np.array([-0.8, 0.6, 1.0])
+    assert residual.std() == pytest.approx(data.sigma[0], rel=0.06)
+
+
+def test_who_is_told_everything_is_least_squares_where_that_is_best():
+    """An ARX with its own noise: the bound is the covariance of least squares."""
+    data = record(PLAIN, 1)
+    known = ask(PLAIN, data)
+    psi, _ = regressors(data.y, data.u)
+    P = data.sigma[0] ** 2 * np.linalg.inv(psi.T @ psi)
+    slope = np.array([-3.0 / 0.2, 1 / 0.2, 0.0])
+    assert known.gains[0] == pytest.approx(3.0) and known.time_constants[0] == pytest.approx(-1 / np.log(0.8))
+    assert known.gain_bars[0] == pytest.approx(1.96 * np.sqrt(slope @ P @ slope), rel=0.15)
+
+
+@pytest.mark.parametrize(("what", "large", "small"), [("level", 1.0, 1e-3), ("gain", 2.0, 1.001), ("noise", 2, 1.001)])
+def test_odds_of_a_change_grow_with_it(what, large, small):
+    odds = [ask(plant, record(plant, 1)).log_odds[0] for plant in (jumping(what, large), jumping(what, small))]
+    assert odds[0] > checking.TELLABLE > 1 > odds[1]
+
+
+def test_the_odds_of_a_level_are_those_of_its_likelihood():
+    """Equation noise whitened by A: half the squares of what the jump leaves there, beside the other regressors."""
+    plant = jumping("level", 0.5)
+    data = record(plant, 2)
+    y, u = data.y, data.u
+    step = (np.arange(len(y)) >= 600).astype(float)
+    moved = 0.5 * data.unit * (step[2:] - 0.8 * step[1:-1])
+    clean = (data.clean - 5.0 - 0.5 * data.unit * step)[1:-1]
+    others = np.column_stack([clean, u[1:-1, 0], np.ones(len(moved))])
+    rest = moved - others @ np.linalg.lstsq(others, moved, rcond=None)[0]
+    expected = 0.5 * rest @ rest / data.sigma[0] ** 2 - 0.5 * np.log(len(y))
+    assert ask(plant, data).log_odds[0] == pytest.approx(expected, rel=0.03)
+
+
+def case(plant: Plant, **answer) -> Case:
+    data = record(plant, 1)
+    written = Written("plant.csv", "level_m", ("valve [%]",), "time_s", True, plant.dt, ())
+    results = {"dt": plant.dt, "forecast": {"fit": 50.0}, "claims": [], **answer}
+    return Case(plant, data, written, ask(plant, data), results)
+
+
+def claim(kind, subject, value=None, interval=None, odds=None, text="") -> dict:
+    return {"kind": kind, "subject": subject, "value": value, "interval": interval, "odds": odds, "text": text}
+
+
+@pytest.mark.parametrize(
+    ("plant", "said", "verdict"),
+    [
+        (PLAIN, claim("gain", "valve [%]", 3.1, (2.9, 3.3)), TRUE),
+        (PLAIN, claim("gain", "valve [%]", 3.1, (3.08, 3.12)), FALSE),
+        (PLAIN, claim("gain", "valve [%]", 3.1, (-9.0, 15.0)), VACUOUS),
+        (PLAIN, claim("gain", "level_m", 3.0, (2.9, 3.1)), FALSE),
+        (replace(PLAIN, nonlinearity="square"), claim("gain", "valve [%]", 4.2, (3.9, 4.6)), FALSE),
+        (PLAIN, claim("time constant", "level_m", 9.0, (8.5, 9.5)), TRUE),
+        (PLAIN, claim("time constant", "level_m", 4.5, (4.2, 4.7)), FALSE),
+        (PLAIN, claim("delay", "valve [%]", 1), TRUE),
+        (PLAIN, claim("delay", "valve [%]", 9), FALSE),
+        (PLAIN, claim("change", "level_m"), TRUE),
+        (PLAIN, claim("change", "the level rose by 2", 600), FALSE),
+        (jumping("level", 1.0), claim("change", "level_m"), FALSE),
+        (jumping("level", 1.0), claim("change", "the level rose by 2", 605), TRUE),
+        (jumping("level", 1.0), claim("change", "the gain from valve [%] halved", 605), FALSE),
+        (jumping("level", 1.0), claim("change", "the level rose by 2", 900), FALSE),
+        (jumping("gain", 2.0), claim("change", "the gain from valve [%] doubled", 605), TRUE),
+        (PLAIN, claim("column", "output", "level_m"), TRUE),
+        (PLAIN, claim("column", "inputs", ["valve [%]", "status"]), FALSE),
+        (PLAIN, claim("clock", "time_s", 2.0), TRUE),
+        (PLAIN, claim("clock", "time_s", 1.0), FALSE),
+        (PLAIN, claim("note", "excitation", 0.1), UNCHECKED),
+    ],
+)
+def test_a_claim_against_the_truth(plant, said, verdict):
+    assert check(case(plant), said) == verdict
+
+
+def test_the_most_likely_is_the_most_likely_and_as_good_is_as_good():
+    table = {"model": ["ARX(2,2,1)", "ARX(1,1,1)"], "log_odds": [0.0, -300.0], "rmse": [1.0, 1.005]}
+    one = case(PLAIN, candidates=table)
+    assert check(one, claim("model choice", "most likely", "ARX(2,2,1)")) == TRUE
+    assert check(one, claim("model choice", "as good", "ARX(1,1,1)")) == FALSE
+    assert check(one, claim("model choice", "errors", "ARX(1,1,1)")) == TRUE
+
+
+def test_a_file_goes_through_the_front_door_and_its_claims_are_counted(monkeypatch):
+    monkeypatch.setattr(audit, "draw", lambda seed, number: replace(PLAIN, samples=500, gains=(3.0,)))
+    (line,) = audit.play(4, [0])
+    assert line.outcome == "answered" and {"column", "change", "forecast"} <= {kind for kind, _, _ in line.claims}
+    assert line.expected["gain"] == 1
+    assert "| all |" in audit.table([line]) and "| gain |" in audit.table([line])
+
+
+def test_a_file_that_is_refused_is_counted(monkeypatch):
+    def refuse(path):
+        raise InputError("nothing there")
+
+    monkeypatch.setattr(audit, "front_door", refuse)
+    (line,) = audit.play(3, [0])
+    assert line.outcome == "refused" and "nothing there" in audit.falsehoods([line], 1)
+
+
+def test_headers_and_clocks_are_of_every_kind(tmp_path):
+    files = [write(plant, record(plant, 1), 1, tmp_path) for plant in (draw(1, number) for number in range(0, 40))]
+    assert {None, "time_s"} < {file.time for file in files} and {True, False} == {file.is_named for file in files}
+    heads = [file.path.read_text().splitlines()[0] for file in files]
+    assert {mark for head in heads for mark in ",;\t" if mark in head} == set(",;\t")
