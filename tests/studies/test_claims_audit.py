@@ -51,7 +51,7 @@ def test_who_is_told_everything_is_least_squares_where_that_is_best():
     psi, _ = regressors(data.y, data.u)
     P = data.sigma[0] ** 2 * np.linalg.inv(psi.T @ psi)
     slope = np.array([-3.0 / 0.2, 1 / 0.2, 0.0])
-    assert known.gains[0] == pytest.approx(3.0) and known.time_constants[0] == pytest.approx(-1 / np.log(0.8))
+    assert known.gains[0] == pytest.approx(3.0) and known.slowest[0] == pytest.approx(-1 / np.log(0.8))
     assert known.gain_bars[0] == pytest.approx(1.96 * np.sqrt(slope @ P @ slope), rel=0.15)
 
 
@@ -95,6 +95,7 @@ def claim(kind, subject, value=None, interval=None, odds=None, text="") -> dict:
         (PLAIN, claim("gain", "level_m", 3.0, (2.9, 3.1)), FALSE),
         (replace(PLAIN, nonlinearity="square"), claim("gain", "valve [%]", 4.2, (3.9, 4.6)), FALSE),
         (PLAIN, claim("time constant", "level_m", 9.0, (8.5, 9.5)), TRUE),
+        (PLAIN, claim("time constant", "valve [%]", 9.0, (8.5, 9.5)), TRUE),
         (PLAIN, claim("time constant", "level_m", 4.5, (4.2, 4.7)), FALSE),
         (PLAIN, claim("delay", "valve [%]", 1), TRUE),
         (PLAIN, claim("delay", "valve [%]", 9), FALSE),
@@ -116,11 +117,11 @@ def test_a_claim_against_the_truth(plant, said, verdict):
     assert check(case(plant), said) == verdict
 
 
-def test_the_most_likely_is_the_most_likely_and_as_good_is_as_good():
+def test_the_most_likely_is_the_most_likely_and_as_likely_is_as_likely():
     table = {"model": ["ARX(2,2,1)", "ARX(1,1,1)"], "log_odds": [0.0, -300.0], "rmse": [1.0, 1.005]}
     one = case(PLAIN, candidates=table)
     assert check(one, claim("model choice", "most likely", "ARX(2,2,1)")) == TRUE
-    assert check(one, claim("model choice", "as good", "ARX(1,1,1)")) == FALSE
+    assert check(one, claim("model choice", "as likely", "ARX(1,1,1)")) == FALSE
     assert check(one, claim("model choice", "errors", "ARX(1,1,1)")) == TRUE
 
 

@@ -17,8 +17,10 @@ from ..tables.table_words import column_claims, table_claims
 from . import identification_words as say
 from .change_log import surest
 from .change_monitor import FALSE
+from .identifier import CLOSE
+from .step_response import OVERSHOOT, step_responses
 
-FAST, MODES = 0.05, 3  # a pole below that is over within a sample; modes that are named
+FAST = 0.05  # a pole below that is over within a sample
 SHOWN = 3  # changes that are named, the surest
 TABLE = "column", "clock", "table"  # kinds of claims that are about the table
 
@@ -30,7 +32,7 @@ def claims(found) -> tuple[Claim, ...]:
 
 
 def plant_claims(found) -> Iterator[Claim]:
-    """Claim what the chosen model is: order, modes, gains; or that none can be relied on."""
+    """Claim what the chosen model is: how fast it answers, its gains; or that none can be relied on."""
     s, output = found.summary, found.table.output
     if not s.is_enough:
         yield Claim("plant", output, say.too_few_words(s.observed))
@@ -44,7 +46,7 @@ def plant_claims(found) -> Iterator[Claim]:
             together, own = found.forecast_summary.rmse, found.quoted.rmse
             text = say.alone_words(name, error, together, found.chosen.name, own)
             yield Claim("forecast", "all models", text, together)
-        yield from _order_and_modes(found)
+        yield from _dynamics(found)
         yield from _gains(found)
 
 
@@ -52,8 +54,7 @@ def _useless(found) -> str:
     output, chosen = found.table.output, found.chosen
     name, error = _least(found.judged)
     if error <= chosen.rmse:
-        has_better = error <= min(rival.rmse for rival in found.rivals)
-        return say.no_model_words(output, name, error, "" if has_better else chosen.name, chosen.rmse)
+        return say.no_model_words(output, name, error, len(found.rivals), min(rival.rmse for rival in found.rivals))
     name, error = _least(found.naive)
     return say.no_forecast_words(output, name, error, chosen.name if found.is_alone else "", found.quoted.rmse)
 
@@ -62,12 +63,24 @@ def _least(errors: dict[str, float]) -> tuple[str, float]:
     return min(errors.items(), key=lambda pair: pair[1])
 
 
-def _order_and_modes(found) -> Iterator[Claim]:
-    table = found.table
-    poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST]
-    yield Claim("plant", table.output, say.order_words(len(poles)), len(poles))
-    modes = dict.fromkeys(_mode(p, std, table) for p, std in poles if p.imag >= 0)
-    yield from list(modes)[:MODES]
+def _dynamics(found) -> Iterator[Claim]:
+    """Claim how the output answers; of a model without inputs, its slowest mode."""
+    table, model = found.table, found.model
+    if not table.inputs:
+        poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST and p.imag >= 0]
+        yield from (_mode(p, std, table) for p, std in poles[:1])
+        return
+    told = dict(zip(table.inputs, step_responses(model)))
+    for name in (name for name, ends in zip(table.inputs, model.dc_gain_interval()) if _is_known(ends)):
+        answer = told[name]
+        if answer is not None:
+            low, high = (table.dt * end for end in answer.interval)
+            time = table.dt * answer.time
+            text = say.step_words(name, table.lasting(time), f"{table.lasting(low)} to {table.lasting(high)}")
+            yield Claim("time constant", name, text, time, (low, high))
+    if any(answer is not None and answer.overshoot > OVERSHOOT for answer in told.values()):
+        swinging = [(p, std) for p, std in found.summary.moduli if swings(p) and p.imag > 0]
+        yield from (_mode(p, std, table) for p, std in swinging[:1])
 
 
 def _mode(p: complex, std: float, table) -> Claim:
@@ -85,13 +98,24 @@ def _mode(p: complex, std: float, table) -> Claim:
 
 
 def _gains(found) -> Iterator[Claim]:
+    """Claim the gains whose sign is known; of the others, that they are not."""
     model, inputs = found.model, found.table.inputs
     if not inputs or any(abs(p) >= 1 for p, _ in found.summary.poles):
         return
-    for gain, text, ends, name in zip(model.dc_gain, gain_words(model), model.dc_gain_interval(), inputs):
-        if text:
-            interval = float(ends[0]), float(ends[1])
-            yield Claim("gain", name, say.gain_sentence(text, name), float(gain), interval)
+    ends, open_ = model.dc_gain_interval(), []
+    for gain, text, (low, high), name in zip(model.dc_gain, gain_words(model), ends, inputs):
+        if _is_known((low, high)) and text:
+            yield Claim("gain", name, say.gain_sentence(text, name), float(gain), (float(low), float(high)))
+        else:
+            open_.append(name)
+    if open_:
+        yield Claim("gain", ", ".join(open_), say.no_gain_words(open_))
+
+
+def _is_known(ends) -> bool:
+    """Whether an interval is bounded and leaves no doubt of the sign."""
+    low, high = ends
+    return bool(math.isfinite(high - low) and low * high > 0)
 
 
 def change_claims(found) -> Iterator[Claim]:
@@ -132,10 +156,12 @@ def note_claims(found) -> Iterator[Claim]:
 def choice_claims(found) -> Iterator[Claim]:
     """Claim why this model is shown."""
     chosen, best = found.chosen, found.rivals[0]
-    if found.is_judged:
-        text = say.choice_words(len(found.rivals), chosen.name, best.name)
-        odds = math.exp(max(chosen.evidence - best.evidence, -700.0))
-        yield Claim("model choice", "most likely" if chosen is best else "as good", text, chosen.name, odds=odds)
+    if not found.is_judged:
+        return
+    why = "most likely" if chosen is best else "as likely" if chosen.evidence > best.evidence - CLOSE else "errors"
+    odds = math.exp(max(chosen.evidence - best.evidence, -700.0))
+    text = say.choice_words(len(found.rivals), chosen.name, best.name, why)
+    yield Claim("model choice", why, text, chosen.name, odds=odds)
 
 
 def table_part(found) -> Iterator[Claim]:

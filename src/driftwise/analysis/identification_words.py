@@ -5,12 +5,11 @@ from __future__ import annotations
 import cmath
 import math
 
-from ..results.numbers import count_of, sentence
+from ..results.numbers import count_of, listed, sentence
 from ..results.sentences import NO_JUMP, pole_words
 from ..results.stable import NEAR, is_integrator, swings
 from .change_monitor import FALSE
 
-ORDINAL = {1: "first", 2: "second", 3: "third"}
 NO_CHANGE = NO_JUMP
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
@@ -21,13 +20,15 @@ def too_few_words(observed: int) -> str:
     return f"{measured} too few to say anything: record more, some ten samples for each parameter at least."
 
 
-def no_model_words(output: str, name: str, error: float, model: str, own: float) -> str:
-    """Return that the naive forecast ``name`` is no worse than any model, or than the most likely one."""
-    if not model:
-        return f"{output} is best predicted by its {name}: no model of it does better."
+def no_model_words(output: str, name: str, error: float, count: int, best: float) -> str:
+    """Return that none of so many models is better than the naive forecast ``name``."""
+    if error <= best:
+        return (
+            f"None of {count} models predicts {output} better than its {name} ({error:.3g} off, rms): no model is told."
+        )
     return (
-        f"No model of {output} can be relied on: the most likely, {model}, is {own:.3g} off (rms), the {name} "
-        f"{error:.3g}."
+        f"No model of {output} can be relied on: the most likely is further off than its {name} ({error:.3g}, rms), "
+        f"though one of {count} is not ({best:.3g})."
     )
 
 
@@ -47,11 +48,9 @@ def alone_words(name: str, error: float, together: float, model: str, own: float
     )
 
 
-def order_words(n: int) -> str:
-    """Return the order of a model."""
-    return (
-        f"The model is of {ORDINAL.get(n, f'order {n}')}{' order' * (n in ORDINAL)}." if n else "No memory of its own."
-    )
+def step_words(name: str, time: str, interval: str) -> str:
+    """Return when the answer to a step of an input is 63 % done."""
+    return f"63 % of the answer to a step of {name} is done after {time} (95 % interval {interval})."
 
 
 def time_constant_words(tau: float, interval, table, is_pair: bool = False) -> str:
@@ -78,6 +77,11 @@ def mode_words(p: complex, std: float, table) -> str:
 def gain_sentence(gain: str, name: str) -> str:
     """Return the steady-state gain from an input, itself in words."""
     return f"Gain {gain} from {name}."
+
+
+def no_gain_words(names: list[str]) -> str:
+    """Return the inputs whose steady effect may be none."""
+    return f"Whether {listed(names)} {'moves' if len(names) == 1 else 'move'} it in the long run is not known."
 
 
 def more_changes_words(count: int) -> str:
@@ -111,8 +115,12 @@ def band_sentence(coverage: float) -> str:
     return f"{100 * coverage:.0f} % of the samples lie in their 95 % band."
 
 
-def choice_words(count: int, chosen: str, best: str) -> str:
+def choice_words(count: int, chosen: str, best: str, why: str) -> str:
     """Return which model is shown, and why."""
-    if chosen == best:
+    if why == "most likely":
         return f"Of {count} models, {chosen} is the most likely."
-    return f"Of {count} models, {chosen} is the simplest that predicts as well as the best, {best}."
+    if why == "as likely":
+        return f"Of {count} models, {chosen} is the simplest of those about as likely as the best, {best}."
+    return (
+        f"Of {count} models, {chosen} is the simplest whose errors are no larger than those of the most likely, {best}."
+    )

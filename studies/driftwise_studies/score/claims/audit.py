@@ -99,9 +99,11 @@ def recall(case: Case, line: Line) -> None:
         if 2 * bar < NARROW * abs(value):
             expected["gain"] += 1
             found["gain"] += name in gains
-    if 2 * oracle.time_bars[0] < NARROW * oracle.time_constants[0]:
-        expected["time constant"] += 1
-        found["time constant"] += any(claim["kind"] in ("time constant", "pole") for claim in claims)
+    times = {claim["subject"] for claim in claims if claim["kind"] == "time constant"}
+    for name, (value, bar) in zip(case.written.inputs, oracle.times):
+        if 2 * bar < NARROW * abs(value):
+            expected["time constant"] += 1
+            found["time constant"] += name in times
     for k in tellable_jumps(case):
         what = f"change of {case.plant.jumps[k].what}"
         expected[what] += 1

@@ -7,6 +7,7 @@ of the library is used.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.signal import lfilter
@@ -24,8 +25,8 @@ class Oracle:
     gains: tuple[float, ...]
     spreads: tuple[tuple[float, float], ...]  # of the local gain, where a nonlinearity bends it: 10 and 90 % quantile
     gain_bars: tuple[float, ...]
-    time_constants: tuple[float, ...]  # in steps of the grid
-    time_bars: tuple[float, ...]
+    slowest: tuple[float, float]  # the largest time constant, in steps of the grid, and its half-width
+    times: tuple[tuple[float, float], ...]  # the same of 63 % of the answer to a step of each input
     log_odds: tuple[float, ...]  # of each jump of the plant
 
 
@@ -66,13 +67,13 @@ def ask(plant: Plant, record: Record) -> Oracle:
             at = len(slopes) + sum(w is not None for w in whitened[:j])
             g[at] = plant.gains[i] * factor / plant.jumps[j].size
         bars.append(SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
-    taus = plant.time_constants
-    n = len(plant.poles)
-    times = []
-    for k in range(len(taus)):
-        g = np.append(_gradient(lambda v, k=k: _taus(v[:n], len(taus))[k], theta), np.zeros(len(P) - len(theta)))
-        times.append(SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
-    return Oracle(tuple(gains), tuple(spreads), tuple(bars), tuple(taus), tuple(times), tuple(odds))
+    P = P[: len(theta), : len(theta)]
+    slowest, *times = (
+        (read(theta), SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
+        for read in (lambda v: _slowest(plant, v), *(partial(_risen, plant, i=i) for i in range(len(plant.gains))))
+        for g in [_gradient(read, theta)]
+    )
+    return Oracle(tuple(gains), tuple(spreads), tuple(bars), slowest, tuple(times), tuple(odds))
 
 
 def _parameters(plant: Plant) -> tuple[np.ndarray, list[tuple[int, int]]]:
@@ -159,10 +160,17 @@ def _linear(plant: Plant, u) -> float:
     return float(x @ shaped(plant, u) / (x @ x))
 
 
-def _taus(a, many: int) -> np.ndarray:
-    moduli = np.unique(np.round(abs(np.roots(np.append(1.0, a))), 12))
-    found = np.sort(-1 / np.log(np.clip(moduli, 1e-9, 1 - 1e-12)))[::-1]
-    return np.resize(found, many)
+def _slowest(plant: Plant, theta) -> float:
+    return float(-1 / np.log(abs(np.roots(np.append(1.0, theta[: len(plant.poles)]))).max()))
+
+
+def _risen(plant: Plant, theta, i: int) -> float:
+    """Return when the answer to a step of input i is 63 % done, between samples on a straight line."""
+    a, b = _built(plant, theta)
+    x = np.ones(int(plant.delays[i] + 10 * plant.time_constants[0] + 20))
+    y = lfilter(b[i], a, x) / (b[i].sum() / a.sum())
+    at = int(np.argmax(y >= 1 - np.exp(-1)))
+    return at - (y[at] - (1 - np.exp(-1))) / (y[at] - y[at - 1] if at else y[at])
 
 
 def _gradient(f, theta) -> np.ndarray:
