@@ -87,7 +87,7 @@ def main() -> None:
         print(f"{model} | {memory} | {unknowns} | {odds:.1f} | {rmse:.3f}")
     print(", ".join(f"{name}: {rmse:.3f}" for name, rmse in found.naive.items()))
     for change in found.changes:
-        print(f"told {change.delay} samples after {date[change.since]}")
+        print(f"{change.what}: {date[change.interval[0]]} to {date[change.interval[1]]}")
     print("the gain of the river:")
     draw(found, date)
     print("\nThe file as it is, a row a day, most of them without a reading:")

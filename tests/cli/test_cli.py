@@ -208,7 +208,6 @@ def test_warm_compiles_and_says_so(call, monkeypatch):
 
 
 def test_warm_compiles_what_identify_needs(monkeypatch):
-    from driftwise.analysis import change_monitor
     from driftwise.analysis.candidates import candidates
     from driftwise.estimators.common import warm
     from driftwise.estimators.model_average.step import Averaging
@@ -217,11 +216,10 @@ def test_warm_compiles_what_identify_needs(monkeypatch):
     for name in ("driver", "passage"):
         monkeypatch.setattr(compile, name, lambda *kinds: asked.add(kinds) or (lambda *arrays: None))
     monkeypatch.setattr(dw.Joint, "smooth", lambda self, y: None)
-    monkeypatch.setattr(dw.detect.SelfStarting, "scan", lambda self, z: asked.add((type(self.resolve()),)))
     list(warm.warm())
     all_ = [c for inputs in (0, 1, 2) for c in candidates(inputs)]
     needed = [est for c in all_ for est in (c.best, *map(c.estimator, c.memories))]
-    others = {(Averaging,), (type(change_monitor.SOON),), (type(change_monitor.SLOWLY),)}
+    others = {(Averaging,)}
     assert {tuple(map(type, est.policies)) for est in needed} | others <= asked
 
 

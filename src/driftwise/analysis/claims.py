@@ -16,7 +16,6 @@ from ..results.stable import is_integrator, swings
 from ..tables.table_words import column_claims, table_claims
 from . import identification_words as say
 from .change_log import surest
-from .change_monitor import FALSE
 from .identifier import CLOSE
 from .step_response import OVERSHOOT, step_responses
 
@@ -124,19 +123,12 @@ def change_claims(found) -> Iterator[Claim]:
         if found.is_useful:
             yield Claim("change", found.table.output, say.NO_CHANGE)
         return
-    sure = [change for change in found.changes if change.is_sure]
-    chance = math.ceil(found.summary.samples / FALSE)
-    if not sure and found.alarms <= chance:
-        (best,) = surest(found.changes, 1)
-        text = say.doubtful_words(found.phrase(best), found.alarms, chance)
-        yield Claim("change", "perhaps " + best.subject, text, best.since, odds=1.0)
-        return
-    shown = surest(sure or found.changes, SHOWN)
+    shown = surest(found.changes, SHOWN)
     for change in shown:
-        yield Claim("change", change.subject, sentence(found.phrase(change)), change.since, odds=change.odds)
+        text = sentence(found.phrase(change))
+        yield Claim("change", change.moved, text, change.since, change.interval, change.odds)
     if rest := found.alarms - len(shown):
         yield Claim("change", "others", say.more_changes_words(rest), rest)
-    yield Claim("change", "false alarms", say.allowance_words(chance), chance)
 
 
 def forecast_claims(found) -> Iterator[Claim]:

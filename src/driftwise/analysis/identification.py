@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,8 +17,7 @@ from ..results.parameter_trace import ParameterTrace
 from ..results.summary import Summary
 from ..results.verdicts import Diagnosis
 from ..tables.recognise import Reading, Table
-from .change_log import LOOKED, Change, changes_of, surest
-from .change_monitor import Watching
+from .change_log import Change, ChangeLog
 from .claims import TABLE, claims
 from .diagnose import diagnose
 from .forecast_summary import ForecastSummary, Own
@@ -58,9 +57,9 @@ class Identification:
     origin : str
         Time stamp (ISO 8601) of second 0, None where the clock has none.
     alarms : int
-        Changes that were noticed; the surest of them are ``changes``.
+        Changes that were found; the surest of them are ``changes``.
     last : Change
-        The last that was noticed; None where there was none.
+        The last of them; None where there was none.
     losses : tuple of str
         What could not be read of the table, a sentence each.
     """
@@ -162,7 +161,10 @@ class Identification:
 
     def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""
-        return f"{self.table.at(change.time, self.origin)} {change.what}"
+        at = self.table.at
+        when, *ends = (at(time, self.origin) for time in (change.time, *change.times))
+        between = "" if ends == [when, when] else f" ({' to '.join(end.removeprefix('at ') for end in ends)})"
+        return f"{when}{between} {change.what}"
 
     def report(self, path, title: str | None = None) -> Any:
         """Write one self-contained HTML page that opens without a network."""
@@ -215,14 +217,11 @@ class Finder:
         self.summary: Any = None
         self.forecast_summary: Any = None
         self.own_summary: Any = None
-        self.watching = Watching()
-        self.changes: list[Change] = []
-        self.last: Change | None = None
-        self.alarms = 0
+        self.log = ChangeLog(table.inputs)
 
     def add(self, time, y, u) -> tuple[AverageTrace, ParameterTrace]:
         """Take in the next piece; return its forecast and the trace of the chosen model."""
-        u, samples = u if self.table.inputs else None, self.identifier.samples
+        u = u if self.table.inputs else None
         forecast = self.identifier.add(y, u, time)
         is_first = self.summary is None
         if is_first:
@@ -239,20 +238,10 @@ class Finder:
         self.summary.add(trace)
         self.forecast_summary.add(forecast)
         self.own_summary.add(Own(trace))
-        if self.estimator.watches:  # it is watched itself, at the same rate
-            alarms = trace.jumps()
-        else:
-            alarms = self.watching.add(forecast.normal_score, self.identifier.scores, trace.time)
-        begun = 2 * len(trace.names) - samples  # before, a model is only being met
-        alarms = [alarm for alarm in alarms if alarm.sample >= begun]
-        found = changes_of(trace, self.table.inputs, alarms)
-        found = [replace(c, since=c.since + samples, noticed=c.noticed + samples) for c in found]
-        self.alarms += len(found) + max(len(alarms) - LOOKED, 0)
-        self.changes = surest([*self.changes, *found])
-        self.last = found[-1] if found else self.last
         trace.y += center[0]
         trace.u += center[1:]
         trace.table[:, 0] += center[0]
+        self.log.add(trace.y, trace.u, trace.time, self.identifier.structure)
         return forecast, trace
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
@@ -264,7 +253,7 @@ class Finder:
         if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
             rest = [v for v in rest if v.name != "missing"]
         return Identification(
-            self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.changes,
+            self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.alarms, self.last, tuple(losses),
+            self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses),
         )  # fmt: skip

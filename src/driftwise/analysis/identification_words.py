@@ -6,11 +6,10 @@ import cmath
 import math
 
 from ..results.numbers import count_of, listed, sentence
-from ..results.sentences import NO_JUMP, pole_words
+from ..results.sentences import pole_words
 from ..results.stable import NEAR, is_integrator, swings
-from .change_monitor import FALSE
 
-NO_CHANGE = NO_JUMP
+NO_CHANGE = "No jump of level, gain or noise was found."
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
 
@@ -87,19 +86,6 @@ def no_gain_words(names: list[str]) -> str:
 def more_changes_words(count: int) -> str:
     """Return that more changes were noticed than are told."""
     return f"There are {count_of(count, 'more change')}."
-
-
-def allowance_words(chance: int) -> str:
-    """Return how many of the changes may be false alarms."""
-    return f"One false alarm in {FALSE} samples is allowed, here up to {chance}."
-
-
-def doubtful_words(phrase: str, alarms: int, chance: int) -> str:
-    """Return that no more was noticed than what the promised rate of false alarms lets through."""
-    allowed = f"no more than the false alarms allowed in so many samples ({chance}): nothing need have changed"
-    if alarms == 1:
-        return f"Perhaps, {phrase}; but that is {allowed}."
-    return f"{alarms} changes were noticed, {allowed}. The surest: {phrase}."
 
 
 def fit_sentence(fit: float, rmse: float, spread: float) -> str:

@@ -13,11 +13,10 @@ from ..estimators.model_average.estimator import ModelAverage
 from ..estimators.model_average.step import NAIVE
 from ..estimators.model_average.trace import AverageTrace
 from ..memory.exponential_forgetting import ExponentialForgetting
-from .candidates import Candidate, candidates
+from .candidates import LEVEL, Candidate, candidates
 
 PILOT = 200  # samples that set the units, or half of a record that is shorter
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
-SIMPLE, STEADY = 2, 200.0  # past outputs and inputs of the models that never forget, at most; memory of their noise
 BASELINES = "last value", "mean"  # so far: what a model has to beat
 CLOSE = 3.0  # log odds below which the simpler model is taken
 
@@ -56,16 +55,12 @@ class Identifier:
         self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
         self._average: Any = None
         self._state: Any = None
-        self._simple_state: Any = None
         self.samples = 0
         self.rivals: list[Rival] = []
         self.naive: dict[str, float] = {}
 
     def add(self, y, u=None, time=None) -> AverageTrace:
-        """Take in the next piece, y (T,) and u (T, k), and return its forecast.
-
-        ``scores`` are then the normal scores of the simple models that never forget, (T,).
-        """
+        """Take in the next piece, y (T,) and u (T, k), and return its forecast."""
         y, u = validation.record(y, u, self.inputs)
         is_first = self._average is None
         if is_first:
@@ -76,8 +71,6 @@ class Identifier:
             parts.append(self._scan(y[:edge], u[:edge]))
             self._narrow()
         parts.append(self._scan(y[edge:], u[edge:]))
-        steady = self._simple.scan(y, u if self.inputs else None, state=self._simple_state)
-        self._simple_state, self.scores = steady.state, steady.normal_score
         if is_first:
             self._judge(y, u)
         return joined(parts, time)
@@ -91,9 +84,6 @@ class Identifier:
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         self._average = self._averaging(members, names)
         self._state = self._average.start()
-        simple = [c for c in self.candidates if c.is_linear and c.reach <= SIMPLE]
-        self._simple = ModelAverage([c.estimator() for c in simple], memory=STEADY).scaled_to(*self.pilot)
-        self._simple_state = self._simple.start()
 
     def _averaging(self, members, names) -> ModelAverage:
         settle = max(30, 2 * max(c.unknowns for c in self.candidates))
@@ -146,6 +136,14 @@ class Identifier:
         best = self.rivals[0]
         close = [r for r in self.rivals if r.evidence > best.evidence - CLOSE or r.rmse <= best.rmse]
         return min(close, key=lambda r: (r.unknowns, -r.evidence))
+
+    @property
+    def structure(self) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
+        """Orders (na, nb, nk) of the most likely regression: only an offset where a level is chosen."""
+        if self.chosen.candidate.kind == LEVEL:
+            return 0, (), ()
+        orders = next(rival.candidate.orders for rival in self.rivals if rival.candidate.is_linear)
+        return orders["na"], orders.get("nb", ()), orders.get("nk", ())
 
     @property
     def center(self) -> np.ndarray:

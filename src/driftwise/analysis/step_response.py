@@ -51,7 +51,7 @@ def _answers(a, b, length: int) -> np.ndarray:
         at = int(np.argmax(y >= DONE))
         if y[at] >= DONE:
             before = y[at - 1] if at else 0.0
-            found[i] = at - 1 + (DONE - before) / (y[at] - before), y.max() - 1
+            found[i] = max(at - 1 + (DONE - before) / (y[at] - before), 0.0), y.max() - 1
     return found
 
 

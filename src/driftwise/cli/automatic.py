@@ -108,7 +108,7 @@ class AutomaticJob(RunOptions):
             },
             "quoted": "own_forecast" if found.is_alone else "forecast",
             "changes": [
-                {"sample": c.since, "time": c.time, "noticed": c.noticed, "odds": c.odds, "words": found.phrase(c)}
+                {"sample": c.since, "time": c.time, "interval": c.interval, "odds": c.odds, "words": found.phrase(c)}
                 for c in found.changes
             ],
             "alarms": found.alarms,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from driftwise.analysis.change_log import MISFIT
 from driftwise.analysis.forecast_summary import Own
 from driftwise.report import plots
 from driftwise.report.axes import Timeline
@@ -13,7 +12,7 @@ from driftwise.report.page import Card, Page, Panel, group, say, stack, table, t
 from driftwise.report.panels import event_panel, grade, held_card, verdict_panel, zoom_words
 from driftwise.report.run_page import facts, input_figures, parameter_figures, plant_cards
 from driftwise.report.terminal import SO_FAR
-from driftwise.results.numbers import fixed, number
+from driftwise.results.numbers import fixed, number, odds_words
 
 
 def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
@@ -88,7 +87,7 @@ def by_structure(forecast):
 
 def _cards(found, line) -> list[str]:
     f, last = found.quoted, found.last
-    what = f"last {line.words(last.time)[0]}: {' and '.join(last.moved) or MISFIT}" if last else "nothing jumped"
+    what = f"last {line.words(last.time)[0]}: {last.moved}" if last else "nothing jumped"
     naive = f"last value: {number(found.naive['last value'], 3)} rms"
     held = grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85)
     return [
@@ -100,9 +99,9 @@ def _cards(found, line) -> list[str]:
 
 def _changes(found, line) -> str:
     when = line.words(*(c.time for c in found.changes))
-    rows = [[t, " and ".join(c.moved) or MISFIT, f"{c.delay}"] for c, t in zip(found.changes, when)]
+    rows = [[t, c.moved, odds_words(c.odds)] for c, t in zip(found.changes, when)]
     what = f"what changed: the surest {len(rows)} of {found.alarms}" if found.alarms > len(rows) else "what changed"
-    return table([line.label, what, "samples until noticed"], rows, text=(0, 1))
+    return table([line.label, what, "odds"], rows, text=(0, 1))
 
 
 def _models(found) -> str:

@@ -1,0 +1,74 @@
+"""Jumps in hindsight: found where they are, with odds; none where there is none, or only drift, season, outliers."""
+
+import numpy as np
+import pytest
+
+from driftwise.analysis.change_log import ChangeLog
+from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, jumps
+
+
+def plant(seed=0, samples=900, gain=1.0, level=0.0, noise=1.0, colour=0.0, at=400):
+    """Return y, u of a plant of first order of which gain, level or noise is another from ``at`` on."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], samples // 10), 10)
+    x, v, e = np.zeros(samples), np.zeros(samples), 0.1 * rng.standard_normal(samples)
+    for t in range(1, samples):
+        x[t] = 0.8 * x[t - 1] + 0.2 * (gain if t >= at else 1.0) * u[t - 1]
+        v[t] = colour * v[t - 1] + (noise if t >= at else 1.0) * e[t]
+    return 5 + x + v + level * (np.arange(samples) >= at), u[:, None]
+
+
+def found(y, u):
+    return jumps(y, u, 4, (4,), (0,))
+
+
+@pytest.mark.parametrize(
+    ("what", "kind", "before", "after"),
+    [({"gain": 2.0}, GAIN, 1.0, 2.0), ({"level": 0.8}, LEVEL, 0.0, 0.8), ({"noise": 3.0}, NOISE, 0.1, 0.3)],
+)
+def test_what_jumps_is_found_once_named_and_dated(what, kind, before, after):
+    for seed in range(3):
+        (jump,) = found(*plant(seed, **what))
+        assert jump.kind == kind and abs(jump.at - 400) < 20
+        assert jump.interval[0] - 3 <= 400 <= jump.interval[1] + 3
+        assert jump.before == pytest.approx(before, abs=0.2) and jump.after == pytest.approx(after, rel=0.3)
+
+
+def test_nothing_is_told_of_plants_that_stay():
+    told = [found(*plant(seed, colour=colour)) for seed in range(10) for colour in (0.0, 0.9)]
+    assert sum(map(len, told)) <= 1
+
+
+def test_drift_season_and_outliers_are_no_jumps():
+    t, rng = np.arange(900), np.random.default_rng(3)
+    y, u = plant()
+    assert not found(y + 2 * t / 900, u) and not found(y + np.sin(2 * np.pi * t / 150), u)
+    hit = rng.random(900) < 0.02
+    assert not found(y + hit * rng.choice([-3.0, 3.0], 900), u)
+
+
+def test_steps_of_the_input_are_no_jumps_and_rests_no_noise():
+    _, u = plant()
+    u[:300], u[300:] = 0.0, 1.0
+    x = np.zeros(900)
+    for t in range(1, 900):
+        x[t] = 0.8 * x[t - 1] + 0.2 * u[t - 1, 0]
+    assert not found(x + 0.02 * np.random.default_rng(1).standard_normal(900), u)
+    assert not found(np.round(x, 2), u)
+
+
+def test_too_little_to_judge_by_is_no_jump():
+    y, u = plant()
+    assert found(y[:40], u[:40]) == [] and found(np.where(np.arange(900) % 5, np.nan, y), u) == []
+    assert jumps(np.zeros(3), np.zeros((3, 1)), 4, (4,), (0,)) == []
+
+
+def test_pieces_tell_each_jump_once():
+    y, u = plant(gain=2.0, at=500)
+    whole, pieces = ChangeLog(["valve"]), ChangeLog(["valve"])
+    whole.add(y, u, np.arange(900.0), (2, (2,), (1,)))
+    for part in (slice(0, 520), slice(520, 900)):
+        pieces.add(y[part], u[part], np.arange(900.0)[part], (2, (2,), (1,)))
+    (one,), (other,) = whole.changes, pieces.changes
+    assert abs(one.since - 500) < 10 and abs(other.since - 500) < 10
+    assert "the gain from valve doubled" in one.what and pieces.count == 1
