@@ -61,3 +61,36 @@ def test_the_results_of_the_command_carry_them(tmp_path, capsys):
 def test_a_claim_of_no_kind_is_refused():
     with pytest.raises(ValueError, match="a claim is of column"):
         Claim("weather", "here", "It rains.")
+
+
+def test_gains_are_those_since_the_last_jump_without_outliers():
+    """A level that jumps, and samples far away: the whole record would give another gain, and a wider interval."""
+    rng = np.random.default_rng(3)
+    u, y = plant()
+    y[450:] += 30.0
+    y += np.where(rng.random(len(y)) < 0.01, 20.0, 0.0)
+    found = dw.identify({"heater_V": u, "temperature [degC]": y})
+    (gain,) = of(found, "gain")
+    assert gain.interval[0] < 5.0 < gain.interval[1] and gain.interval[1] - gain.interval[0] < 1.0
+    assert any(abs(claim.value - 450) < 5 for claim in of(found, "change"))
+
+
+def test_a_gain_that_is_not_known_is_not_told():
+    rng = np.random.default_rng(1)
+    u, y = plant()
+    found = dw.identify({"heater_V": u, "valve_V": rng.standard_normal(len(u)), "temperature [degC]": y},
+                        output="temperature [degC]", input=["heater_V", "valve_V"])  # fmt: skip
+    told = {claim.subject: claim for claim in of(found, "gain")}
+    assert told["valve_V"].value is None and "not known" in told["valve_V"].text
+    assert told["heater_V"].value == pytest.approx(5.0, abs=0.5)
+
+
+def test_the_most_likely_and_the_simplest_are_not_confused(found):
+    """At log odds far below the best nothing predicts as well: its errors are no larger, and that is said."""
+    import dataclasses
+
+    best = found.chosen._replace(evidence=0.0)
+    other = next(rival for rival in found.rivals if rival is not found.chosen)._replace(evidence=-500.0)
+    said = dataclasses.replace(found, rivals=[best, other], chosen=other).claims
+    (choice,) = [claim for claim in said if claim.kind == "model choice"]
+    assert choice.subject == "errors" and "as well as" not in choice.text and choice.odds < 1e-100

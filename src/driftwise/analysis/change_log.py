@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..results.numbers import odds_words
-from .segmentation import GAIN, LEAST, LEVEL, Jump, jumps
+from .segmentation import GAIN, LEAST, LEVEL, NOISE, Jump, jumps
 
 MOST = 20  # changes that are kept, the surest
 BEFORE = 1000  # samples of the piece before that are looked at again
@@ -38,7 +38,8 @@ class ChangeLog:
         self.inputs, self.changes, self.count = inputs, [], 0
         self.last: Change | None = None
         self._tail: tuple | None = None
-        self._samples = 0
+        self.samples = 0
+        self.moved = 0  # the first sample after the last jump of level or gain; 0 where there was none
 
     def add(self, y, u, time, structure: tuple) -> None:
         """Take in the next piece: y (T,), u (T, k), its times, and (na, nb, nk) of the regression."""
@@ -46,12 +47,12 @@ class ChangeLog:
         if self._tail is not None:
             before = len(self._tail[0])
             y, u, time = (np.concatenate(pair) for pair in zip(self._tail, (y, u, time)))
-        first = self._samples - before
+        first = self.samples - before
         known = -math.inf if self.last is None else self.last.interval[1] + 2 * LEAST
         for jump in jumps(y, u, *structure):
             if jump.interval[0] + first > known:
                 self._tell(jump, first, time)
-        self._samples += len(y) - before
+        self.samples += len(y) - before
         self._tail = y[-BEFORE:], u[-BEFORE:], time[-BEFORE:]
 
     def _tell(self, jump: Jump, first: int, time) -> None:
@@ -61,6 +62,7 @@ class ChangeLog:
             math.exp(min(jump.log_odds, 700.0)), moved(jump, self.inputs),
         )  # fmt: skip
         self.count += 1
+        self.moved = self.moved if jump.kind == NOISE else self.last.since
         self.changes = surest([*self.changes, self.last])
 
 

@@ -64,7 +64,7 @@ def _least(errors: dict[str, float]) -> tuple[str, float]:
 
 def _dynamics(found) -> Iterator[Claim]:
     """Claim how the output answers; of a model without inputs, its slowest mode."""
-    table, model = found.table, found.model
+    table, model = found.table, found.settled or found.model
     if not table.inputs:
         poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST and p.imag >= 0]
         yield from (_mode(p, std, table) for p, std in poles[:1])
@@ -72,14 +72,14 @@ def _dynamics(found) -> Iterator[Claim]:
     told = dict(zip(table.inputs, step_responses(model)))
     for name in (name for name, ends in zip(table.inputs, model.dc_gain_interval()) if _is_known(ends)):
         answer = told[name]
-        if answer is not None:
+        if answer is not None and _is_known(answer.interval):
             low, high = (table.dt * end for end in answer.interval)
             time = table.dt * answer.time
             text = say.step_words(name, table.lasting(time), f"{table.lasting(low)} to {table.lasting(high)}")
             yield Claim("time constant", name, text, time, (low, high))
     if any(answer is not None and answer.overshoot > OVERSHOOT for answer in told.values()):
-        swinging = [(p, std) for p, std in found.summary.moduli if swings(p) and p.imag > 0]
-        yield from (_mode(p, std, table) for p, std in swinging[:1])
+        swinging = [p for p in model.poles if swings(p) and p.imag > 0]
+        yield from (_mode(p, 0.0, table) for p in swinging[:1])
 
 
 def _mode(p: complex, std: float, table) -> Claim:
@@ -97,9 +97,9 @@ def _mode(p: complex, std: float, table) -> Claim:
 
 
 def _gains(found) -> Iterator[Claim]:
-    """Claim the gains whose sign is known; of the others, that they are not."""
-    model, inputs = found.model, found.table.inputs
-    if not inputs or any(abs(p) >= 1 for p, _ in found.summary.poles):
+    """Claim the gains that are known to within half of them; of the others, that they are not."""
+    model, inputs = found.settled or found.model, found.table.inputs
+    if not inputs or not model.is_stable:
         return
     ends, open_ = model.dc_gain_interval(), []
     for gain, text, (low, high), name in zip(model.dc_gain, gain_words(model), ends, inputs):
@@ -112,9 +112,9 @@ def _gains(found) -> Iterator[Claim]:
 
 
 def _is_known(ends) -> bool:
-    """Whether an interval is bounded and leaves no doubt of the sign."""
+    """Whether an interval is bounded, and no more than half of the number either side of it."""
     low, high = ends
-    return bool(math.isfinite(high - low) and low * high > 0)
+    return bool(math.isfinite(high - low) and high - low <= abs(high + low) / 2)
 
 
 def change_claims(found) -> Iterator[Claim]:

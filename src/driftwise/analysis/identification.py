@@ -22,6 +22,9 @@ from .claims import TABLE, claims
 from .diagnose import diagnose
 from .forecast_summary import ForecastSummary, Own
 from .identifier import Identifier, Rival
+from .segmentation import outliers
+
+EACH = 10  # samples for each unknown, at least, of which constant parameters are learnt
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,9 @@ class Identification:
         The last of them; None where there was none.
     losses : tuple of str
         What could not be read of the table, a sentence each.
+    settled : Model
+        The chosen model with constant parameters, of the samples since the last jump and without outliers: what is
+        claimed of gains and of the answer to a step; None where its parameters drift.
     """
 
     table: Table
@@ -81,6 +87,7 @@ class Identification:
     alarms: int = 0
     last: Change | None = None
     losses: tuple[str, ...] = ()
+    settled: Any = None
 
     @property
     def alternatives(self) -> tuple[Reading, ...]:
@@ -242,7 +249,23 @@ class Finder:
         trace.u += center[1:]
         trace.table[:, 0] += center[0]
         self.log.add(trace.y, trace.u, trace.time, self.identifier.structure)
+        self._piece = trace.y, trace.u
         return forecast, trace
+
+    def settled(self) -> Any:
+        """Return the chosen model with constant parameters, of the samples since the last jump and without outliers.
+
+        None where its parameters drift, or too few samples are left; of a long file, the last piece is looked at.
+        """
+        y, u = self._piece
+        chosen, cut = self.identifier.chosen, max(self.log.moved - self.log.samples + len(y), 0)
+        y = np.where(outliers(y, u, *self.identifier.structure), math.nan, y)[cut:] - self.identifier.center[0]
+        drifts = not self.log.moved and chosen.memory not in chosen.candidate.memories[:1]
+        if drifts or np.isfinite(y).sum() < EACH * chosen.unknowns:
+            return None
+        est = self.identifier.steady
+        u = u[cut:] - self.identifier.center[1:] if self.table.inputs else None
+        return est.model_of(est.scan(y, u, keep="innovations").state)
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, ``losses`` is what could not be read."""
@@ -255,5 +278,5 @@ class Finder:
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses),
+            self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses), self.settled(),
         )  # fmt: skip

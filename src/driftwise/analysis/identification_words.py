@@ -79,8 +79,8 @@ def gain_sentence(gain: str, name: str) -> str:
 
 
 def no_gain_words(names: list[str]) -> str:
-    """Return the inputs whose steady effect may be none."""
-    return f"Whether {listed(names)} {'moves' if len(names) == 1 else 'move'} it in the long run is not known."
+    """Return the inputs whose steady effect is hardly known, if there is any."""
+    return f"How much {listed(names)} {'moves' if len(names) == 1 else 'move'} it in the long run is not known."
 
 
 def more_changes_words(count: int) -> str:

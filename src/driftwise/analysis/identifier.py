@@ -153,9 +153,16 @@ class Identifier:
     @property
     def estimator(self) -> Any:
         """The estimator of the chosen model, in units of the data about their ``center``."""
+        return self._scaled(self.chosen.candidate.best)
+
+    @property
+    def steady(self) -> Any:
+        """The same with the plainest memory of the candidate: constant parameters."""
+        return self._scaled(self.chosen.candidate.estimator(self.chosen.candidate.memories[0]))
+
+    def _scaled(self, estimator) -> Any:
         y, u = self.pilot
-        y, u = y - self.center[0], u if u is None else u - self.center[1:]
-        return self.chosen.candidate.best.scaled_to(y, u)
+        return estimator.scaled_to(y - self.center[0], u if u is None else u - self.center[1:])
 
 
 def memory_words(memory) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 SURE = math.log(100.0)  # log odds from which a jump is told
 LOCAL = 50  # samples either side by which the size of the noise is known
-HUBER = 2.5  # deviations beyond which a sample counts less
+HUBER, FAR = 2.5, 5.0  # deviations beyond which a sample counts less, beyond which it is an outlier
 LEAST, EACH = 30, 3  # samples of a piece at least, and for each coefficient
 LAGS, SHARE = 200, 8  # lags of the correlation of residuals at most, and as a share of the piece
 PIECES = 20  # jumps that are told at most
@@ -38,6 +38,7 @@ class Rows(NamedTuple):
     na: int
     parts: list[slice]  # columns of each input
     floor: float  # what rounding leaves of the noise, at least
+    is_far: np.ndarray  # from what was expected
 
 
 def jumps(y, u, na: int, nb=(), nk=()) -> list[Jump]:
@@ -66,6 +67,17 @@ def jumps(y, u, na: int, nb=(), nk=()) -> list[Jump]:
     return sorted(found)
 
 
+def outliers(y, u, na: int, nb=(), nk=()) -> np.ndarray:
+    """Return which samples stand out of the same regression, (T,); of several in a row the first: the others follow."""
+    y = np.asarray(y, float)
+    found = np.zeros(len(y), bool)
+    if len(y) > max([na, *(n + k for n, k in zip(nb, nk))]):
+        rows = _regression(y, np.asarray(u, float), na, tuple(nb), tuple(nk))
+        found[rows.sample[rows.is_far]] = True
+        found[1:] &= ~found[:-1].copy()
+    return found
+
+
 def _regression(y, u, na, nb, nk) -> Rows:
     """Return the rows, each weighted by Huber's rule beside the noise about it."""
     T = len(y)
@@ -80,11 +92,12 @@ def _regression(y, u, na, nb, nk) -> Rows:
     X = np.column_stack([*lags, sample / max(T, 1), np.ones(len(sample))])
     whole = np.isfinite(X).all(axis=1) & np.isfinite(target)
     X, target, sample = X[whole], target[whole], sample[whole]
-    w = np.ones(len(target))
+    w, is_far = np.ones(len(target)), np.zeros(len(target), bool)
     for _ in range(2 if len(target) else 0):
         r = target - X @ _solve(X * w[:, None], target * w)
-        w = np.sqrt(np.minimum(1.0, HUBER * _local(r) / np.maximum(abs(r), 1e-300)))
-    return Rows(sample, X * w[:, None], target * w, na, parts, _rounding(target))
+        size = _local(r)
+        w, is_far = np.sqrt(np.minimum(1.0, HUBER * size / np.maximum(abs(r), 1e-300))), abs(r) > FAR * size
+    return Rows(sample, X * w[:, None], target * w, na, parts, _rounding(target), is_far)
 
 
 def _rounding(y) -> float:
