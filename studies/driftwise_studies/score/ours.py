@@ -15,6 +15,9 @@ from driftwise.tables.recognise import recognise
 from ..papers.recordings import Series
 
 
+FALSE, SAME = 1000, 30  # samples in which one false alarm is allowed; within which alarms are about one change
+
+
 class Ours(NamedTuple):
     """The forecast of one record, one step ahead, in units of the data, and the changes that were told."""
 
@@ -43,8 +46,16 @@ def ours(y, u, time=None) -> Ours:
     forecast, _ = finder.add(np.arange(len(y), dtype=float), y, u)
     z = forecast.normal_score
     inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
-    told = np.array([change.noticed for change in finder.changes], int)
-    return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told)
+    return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told(z))
+
+
+def told(z) -> np.ndarray:
+    """Return where the forecast stops to fit, as it is noticed, once each; what `identify` dates is hindsight."""
+    found: list[int] = []
+    for k in dw.detect.SelfStarting(FALSE).scan(z).samples.tolist():
+        if k > (found[-1] if found else -SAME) + SAME:
+            found.append(k)
+    return np.array(found, int)
 
 
 def tracked(east: Series, north: Series, speed: float) -> list[Ours]:
