@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -165,6 +166,16 @@ class Identification:
     def notes(self) -> list[str]:
         """What is odd in the table, a sentence each."""
         return [claim.text for claim in self.claims if claim.kind == "table"]
+
+    def validate(self) -> Any:
+        """Hold the chosen model against what an engineer asks before it is used: a `Validation`, to be printed."""
+        from .validation import validate
+
+        trace = copy(self.trace)
+        trace.begun = self.estimator.start() if trace.begun is None else trace.begun
+        trace.y, trace.u, trace.table = trace.y - self.center[0], trace.u - self.center[1:], trace.table.copy()
+        trace.table[:, 0] -= self.center[0]
+        return validate(trace, self.table.inputs, self.summary.unit)
 
     def phrase(self, change: Change) -> str:
         """Return a change as a phrase, with its time on the clock of the table."""

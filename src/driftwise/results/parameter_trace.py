@@ -199,6 +199,41 @@ class ParameterTrace(Trace):
         """
         return verbs.call("diagnose", self)
 
+    def validate(self, inputs=None):
+        """Hold the model against what an engineer asks of it before it is used: a `Validation`, to be printed.
+
+        Innovations: their autocorrelation; of each input a delay that explains the record better, what they owe to it
+        (a missing lag), whether it follows the output (feedback); squares that explain them (a plant that is not
+        linear). Each is named with its remedy, at a level of 1 %. Then the model of the first two thirds, held, 1, 5
+        and 25 samples ahead and from the inputs alone, on these and on the last third; step and frequency response
+        with bands; poles with time constant, damping and Hz.
+
+        Parameters
+        ----------
+        inputs : sequence of str, optional
+            What to call the inputs.
+
+        Notes
+        -----
+        Recursive innovations of the right model are white and owe nothing to past inputs, so no degree of freedom is
+        taken off (Ljung 1999, ch. 16 is about residuals of a fit). A correlation below 0.05 is no matter, however long
+        the record. ``docs/validation.md`` has what is told falsely and what is seen, on drawn plants.
+
+        Bad at: inputs that move a few times only (nothing is told by them), odd nonlinearities such as a saturation
+        either side, several faults at once, and coloured noise under an ARX, which may look like each of them.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> u = np.random.default_rng(1).standard_normal(800)
+        >>> y, u = dw.simulate([-0.8], [1.0], u=u, samples=800, noise_std=0.5, seed=2)
+        >>> y = np.concatenate([np.zeros(4), y[:-4]])  # the sensor is late
+        >>> found = dw.ARX(1, 1, 1).scaled_to(y, u).scan(y, u).validate()
+        >>> print(found.verdicts.find("delay").advice)
+        wrong delay: u acts after 5 samples, and the model says 1 (odds beyond a million to one): take nk = 5
+        """
+        return verbs.call("validate", self, inputs)
+
     def what_changed(self, event, samples: int = 100):
         """Return which parameter no longer fits after a jump: a `ScoreTest` of the samples since it began.
 

@@ -238,3 +238,80 @@ def gain_words(model) -> list[str]:
         else:
             found.append(f"{low:.3g} to {high:.3g} (95 %)" if math.isfinite(low) else "")
     return found
+
+
+# --- validation ----------------------------------------------------------------------------------------------
+
+
+def colour_words(p_value: float, others: list[str], remedy: str) -> str:
+    """Return that the innovations are not white, which ``others``, verdicts that ask for something, may explain."""
+    if others:
+        why = "what else is wrong may explain it: see to that first"
+    else:
+        why = f"try {remedy}"
+    return f"the innovations are not white ({chance(p_value)}): {why}"
+
+
+def delay_words(name: str, said: int, better: int, odds: float, is_fine: bool) -> str:
+    """Return whether the delay of an input is that of the model; ``odds`` are log odds of the better one."""
+    if is_fine:
+        return f"no delay of {name} explains the record clearly better than nk = {said}"
+    sure = odds_words(math.exp(min(odds, 50.0)))
+    return (
+        f"wrong delay: {name} acts after {better} samples, and the model says {said} (odds {sure}): take nk = {better}"
+    )
+
+
+def loop_words(name: str) -> str:
+    """Return why innovations may go with an input at once."""
+    return f"the innovations go with {name} at once: the feedback explains it"
+
+
+def missing_lag_words(name: str, at: int, is_fine: bool, nk: int, nb: int, is_late: bool) -> str:
+    """Return whether the innovations owe anything to an input, the most at lag ``at``, and what to do."""
+    if is_fine:
+        return f"the innovations owe nothing to {name}"
+    said = f"the innovations go with {name} {at} samples before" if at else f"the innovations go with {name} at once"
+    if is_late:
+        return f"{said}: the wrong delay explains it"
+    if not nb:
+        return f"{said}: a missing lag"
+    if at < nk:
+        return f"{said}, earlier than the model's delay: take nk = {at}"
+    if at >= nk + nb:
+        return f"{said}, a lag that the model does not have: take nb = {at - nk + 1}, or a higher order"
+    return f"{said}, a lag that the model has: a higher order, or a gain that changes"
+
+
+def feedback_words(name: str, at: int, is_past: bool, is_fine: bool) -> str:
+    """Return whether an input follows what was new in the output, the most ``at`` samples later; or the same sample."""
+    if is_fine:
+        return f"{name} owes nothing to what was new in the output: no feedback"
+    if not is_past:
+        return (
+            f"feedback: {name} follows the output within the sample (or it acts at once: then take nk = 0); keep "
+            "nk >= 1, a noise model that fits, and move the set point"
+        )
+    when = f"after {at} sample{'s' * (at > 1)}" if at else "within the sample"
+    return (
+        f"feedback: {name} follows the output, most of all {when}; a model without delay is the controller's: keep "
+        "nk >= 1, a noise model that fits, and move the set point"
+    )
+
+
+def computed_words(name: str) -> str:
+    """Return that an input is computed from the output."""
+    return (
+        f"feedback: {name} is computed from the output, digit by digit: the controller is in the record, and the plant "
+        "only where the set point moves; keep nk >= 1, and move the set point"
+    )
+
+
+def squares_words(is_fine: bool, share: float) -> str:
+    """Return whether squares explain what a linear model leaves; ``share`` of the variance of the innovations."""
+    if is_fine:
+        return "no square explains what the linear model leaves"
+    return (
+        f"not linear: squares of inputs and output explain {100 * share:.2g} % of what the linear model leaves: it "
+        "holds near one working point; take the square of the input as an input more, or a model for each range"
+    )

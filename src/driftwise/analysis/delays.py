@@ -1,0 +1,109 @@
+"""After how many samples an input acts: difference equations of every delay compared, by one table of products."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+ROWS = 20_000  # of a record that are looked at, at most
+LEAST = 4  # rows for each unknown, below which nothing is compared
+RIDGE = 1e-10  # of a regressor's own square: what makes two that are the same solvable
+
+
+def lagged(x, lags) -> np.ndarray:
+    """Return x(t - k) for each of ``lags``, (T, len(lags)); NaN before the record and, for leads, after it."""
+    found = np.full((len(x), len(lags)), np.nan)
+    for j, k in enumerate(lags):
+        if abs(k) < len(x):
+            found[max(k, 0) : len(x) + min(k, 0), j] = x[max(-k, 0) : len(x) - max(k, 0)]
+    return found
+
+
+class DelayScan:
+    """Sums of squares that y = -a y.. + b u.. + offset leaves for any delay of any input, ``most`` samples at most.
+
+    Parameters
+    ----------
+    y : (T,), u : (T, k)
+        NaN where missing; the first rows of a long record are taken.
+    na, nb : int, (k,)
+        Past outputs, and coefficients of each input.
+    most : int
+        The longest delay.
+
+    Notes
+    -----
+    Least squares by the normal equations of all lags at once: a delay more costs the solution of a small system. Bad at
+    noise that is far from an equation error (filter both by the noise model first), and at inputs that hardly move.
+    """
+
+    def __init__(self, y, u, na: int, nb, most: int):
+        self.na, self.nb, self.most = na, tuple(nb), most
+        self.deep = most + max(self.nb)
+        y, u = y[:ROWS], u[:ROWS]
+        columns = [lagged(y, range(1, na + 1)), *(lagged(x, range(self.deep)) for x in u.T), y[:, None]]
+        X = np.hstack(columns)
+        X = X[np.isfinite(X).all(axis=1)]
+        self.rows = len(X)
+        if self.rows:
+            X = X - X.mean(axis=0)
+        size = np.sqrt(np.einsum("ij,ij->j", X, X))
+        X = X / np.where(size > 0, size, 1.0)
+        self.scale = float(size[-1]) ** 2
+        self.products = X.T @ X
+
+    @property
+    def unknowns(self) -> int:
+        """How many coefficients there are, the offset among them."""
+        return self.na + sum(self.nb) + 1
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether there are rows enough to compare by."""
+        return self.rows >= LEAST * self.unknowns and self.scale > 0
+
+    def left(self, nk) -> float:
+        """Return the share of the squares of y that delays ``nk`` (k,) leave."""
+        at = list(range(self.na))
+        for i, (size, delay) in enumerate(zip(self.nb, nk)):
+            first = self.na + i * self.deep + delay
+            at += range(first, first + size)
+        G, b = self.products[np.ix_(at, at)], self.products[at, -1]
+        G = G + RIDGE * np.eye(len(at))
+        return max(float(self.products[-1, -1] - b @ np.linalg.solve(G, b)), 1e-14)
+
+    def best(self, nk, least) -> tuple[int, ...]:
+        """Return the delays, ``least`` (k,) or more, that leave least: one input after the other, twice over."""
+        found = list(nk)
+        for _ in range(2 if len(found) > 1 else 1):
+            for i in range(len(found)):
+                tried = [(self.left([*found[:i], d, *found[i + 1 :]]), d) for d in range(least[i], self.most + 1)]
+                found[i] = min(tried)[1]
+        return tuple(found)
+
+    def odds(self, nk, other) -> float:
+        """Return the log odds of delays ``other`` against ``nk``: of two with as many coefficients."""
+        return 0.5 * self.rows * math.log(self.left(nk) / self.left(other))
+
+
+def longest_delay(y) -> int:
+    """Return how far to look for a delay, in samples: a quarter of the settling time of y, and forty samples at least.
+
+    The settling time is four times the time in which the autocorrelation of y falls to 1/e; never more than a twelfth
+    of the record.
+    """
+    known = y[np.isfinite(y)]
+    T = len(known)
+    if T < 2 or not known.std() > 0:
+        return 0
+    z = known - known.mean()
+    size = 1 << (2 * T - 1).bit_length()
+    f = np.fft.rfft(z, size)
+    r = np.fft.irfft(f * f.conj(), size)[: T // 3 + 1]
+    below = np.flatnonzero(r < r[0] / math.e)
+    tau = int(below[0]) if len(below) else T // 3
+    return min(max(tau, LONGEST), T // 12)
+
+
+LONGEST = 40  # samples, looked at in any case
