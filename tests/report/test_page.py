@@ -12,7 +12,8 @@ import driftwise as dw
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="no Chromium on the PATH: THE PAGES WERE NOT LOOKED AT")
 LONG, JUMP, SPIKE = 100_000, 60_000, 31_415
 OPEN = ["output", "input0", *(f"parameter{j}" for j in range(4)), "innovations"]
-FOLDED = ["acf", "poles", "excitation"]
+VALIDATION = ("crossed0", "crossed1", "step0", "bode0gain", "bode0phase", "nyquist0")
+FOLDED = [*VALIDATION, "acf", "poles", "excitation"]
 
 FIGURES = """
 Object.fromEntries([...Bokeh.index].filter(view => view.frame).map(view => {

@@ -216,8 +216,17 @@ class EstimateJob(RunOptions):
 
         smoothed = None if self.smoothed is None else self.keeper.thinned(self.smoothed)
         title = f"{self.short_title}: {self.record.output}"
-        more = dict(smoothed=smoothed, orders=self.evidence, study=self.study)
+        more = dict(smoothed=smoothed, orders=self.evidence, study=self.study, validation=self._validation())
         write(self.trace, path, self.summary, title, labels(self), self.keeper.events, **more)
+
+    def _validation(self) -> Any:
+        """Return the `Validation` of the run, where its rows were held; None where they are too many."""
+        from driftwise.analysis.validation import can_be_validated, validate
+
+        if not self.early.is_whole:
+            return None
+        trace = self.estimator.scan(*self.early.record())
+        return validate(trace, self.inputs, self.summary.unit) if can_be_validated(trace) else None
 
     def content(self) -> dict[str, Any]:
         from driftwise.cli.results import content

@@ -13,10 +13,11 @@ from driftwise.cli.demo import DemoJob, SimulateJob
 from driftwise.cli.demo_fleet import FleetSimulateJob
 from driftwise.cli.export import ExportJob
 from driftwise.cli.fleet import FleetRunJob, FleetShowJob
-from driftwise.cli.job import add_command
+from driftwise.cli.job import Job, add_command
 from driftwise.cli.progress import bar
 from driftwise.cli.run import RunJob
 from driftwise.cli.track import TrackJob
+from driftwise.cli.validate import ValidateJob
 from driftwise.engine.errors import CommandError, InputError, Stopped
 from driftwise.report.advice_translation import spoken
 from driftwise.report.printed import say
@@ -75,7 +76,10 @@ def warm() -> None:
 
 def _add_commands() -> None:
     """Add the jobs, and the commands that other distributions bring, under the entry points ``driftwise.commands``."""
-    jobs = dict(run=RunJob, compare=CompareJob, track=TrackJob, export=ExportJob, simulate=SimulateJob, demo=DemoJob)
+    jobs: dict[str, type[Job]] = dict(
+        run=RunJob, validate=ValidateJob, compare=CompareJob, track=TrackJob, export=ExportJob, simulate=SimulateJob,
+        demo=DemoJob,
+    )  # fmt: skip
     for name, job in jobs.items():
         add_command(app, name, job)
     for name, job in dict(run=FleetRunJob, show=FleetShowJob, simulate=FleetSimulateJob).items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from driftwise.analysis.forecast_summary import Own
+from driftwise.analysis.validation import can_be_validated
 from driftwise.report import plots
 from driftwise.report.axes import Timeline
 from driftwise.report.marks import Mark
@@ -12,6 +13,7 @@ from driftwise.report.page import Card, Page, Panel, group, say, stack, table, t
 from driftwise.report.panels import event_panel, grade, held_card, verdict_panel, zoom_words
 from driftwise.report.run_page import facts, input_figures, parameter_figures, plant_cards
 from driftwise.report.terminal import SO_FAR
+from driftwise.report.validation_page import validation_panel
 from driftwise.results.numbers import fixed, number, odds_words
 
 
@@ -54,6 +56,7 @@ def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
         ),
         Panel("columns", "The table", found.table_words, (_columns(columns), *map(say, notes)),
               f"{len(columns.columns)} columns"),
+        validation_panel(trace, found.validate() if can_be_validated(trace) and found.summary.is_enough else None),
         event_panel(events, line),
     ]  # fmt: skip
     title, size = title or columns.output, facts(trace, found.summary, columns.step)

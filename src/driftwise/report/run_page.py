@@ -25,6 +25,7 @@ from driftwise.report.panels import (
     verdict_panel,
     zoom_words,
 )
+from driftwise.report.validation_page import validation_panel
 from driftwise.results.numbers import SAMPLES, chance, count_of, grouped, interval, lasting, number, plus_minus
 from driftwise.results.sentences import nis_words, predictable_words
 from driftwise.results.stable import is_integrator, swings
@@ -35,8 +36,9 @@ UNUSED = int(Status.REJECTED | Status.OUTLIER)
 
 
 def write(
-    trace, path, summary=None, title=None, labels=None, events=None, *, smoothed=None, orders=None, study=None
-) -> Path:
+    trace, path, summary=None, title=None, labels=None, events=None, *, smoothed=None, orders=None, study=None,
+    validation=None,
+) -> Path:  # fmt: skip
     """Write the page of a run and return its path.
 
     Parameters
@@ -51,6 +53,7 @@ def write(
     smoothed : what `Joint.smooth` or `ARX.smooth` returned for the same samples, drawn over what the filter said
     orders : `OrderEvidence` of the record, shown as a table and bars
     study : a `Study` of the record; made from the trace if omitted
+    validation : a `Validation` of the run; made from the trace if omitted and nothing was left out of it
     """
     if smoothed is not None and len(smoothed) != len(trace):
         raise InputError(f"smoothed has {len(smoothed)} samples and the trace {len(trace)}: smooth the same record")
@@ -76,6 +79,7 @@ def write(
         order_panel(orders),
         _whiteness(summary),
         knowledge_panel(summary, study),
+        validation_panel(trace, validation, labels),
         event_panel(events, line),
     ]
     title = title or "Recursive estimation of state and parameters"
