@@ -13,7 +13,7 @@ from ..results.claims import Claim
 from ..results.numbers import sentence
 from ..results.sentences import gain_words
 from ..results.stable import is_integrator, swings
-from ..tables.table_words import column_claims, table_claims
+from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
 from .identifier import CLOSE
@@ -26,8 +26,14 @@ TABLE = "column", "clock", "table"  # kinds of claims that are about the table
 
 def claims(found) -> tuple[Claim, ...]:
     """Return all that an `Identification` claims, in the order it is said."""
-    makers = CLAIMS if found.summary.is_enough else (plant_claims, table_part)
+    makers = CLAIMS if found.summary.is_enough else (reading_claims, plant_claims, table_part)
     return tuple(claim for make in makers for claim in make(found))
+
+
+def reading_claims(found) -> Iterator[Claim]:
+    """Claim that the columns can be read in another way, where they can."""
+    if found.is_ambiguous:
+        yield Claim("reading", found.table.output, taken_words(found.table))
 
 
 def plant_claims(found) -> Iterator[Claim]:
@@ -163,4 +169,6 @@ def table_part(found) -> Iterator[Claim]:
     yield from (Claim("table", "", text) for text in found.losses)
 
 
-CLAIMS: tuple[Any, ...] = plant_claims, change_claims, forecast_claims, note_claims, choice_claims, table_part
+CLAIMS: tuple[Any, ...] = (
+    reading_claims, plant_claims, change_claims, forecast_claims, note_claims, choice_claims, table_part,
+)  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Any
 KINDS = {  # what an answer speaks of, and what `value` is
     "column": "the part of columns: their names",
     "clock": "the time between samples: seconds, or the unit of the clock",
+    "reading": "another way to read the columns: the output that was taken",
     "table": "what is odd in the table: a number that says how much",
     "plant": "the model as a whole: its order; None where nothing can be said",
     "gain": "steady state of the output for one unit of an input",

@@ -105,9 +105,9 @@ class Regular:
     Regular or uneven stamps: each row is one sample; where samples were lost, rows of NaN are put in, so that time
     moves. After more than `LONGEST_GAP` lost samples, or where the clock starts again, `RESTART_ROWS` rows of NaN
     stand for the break, and a clock that started again goes on from there. Rows whose stamp repeats one before, or
-    comes late, as those of a clock that was put back do for a while, are left out, and those before the first stamp. Irregular stamps: the clock ticks every `dt`; a tick
-    gets the last row before it, of which the columns `held` (inputs) stay while the others are NaN until a fresh row
-    comes.
+    comes late, as those of a clock that was put back do for a while, are left out, and those before the first stamp.
+    Irregular stamps: the clock ticks every `dt`; a tick gets the last row before it, of which the columns `held`
+    (inputs) stay while the others are NaN until a fresh row comes.
 
     Parameters
     ----------

@@ -14,7 +14,6 @@ from driftwise.tables.recognise import recognise
 
 from ..papers.recordings import Series
 
-
 FALSE, SAME = 1000, 30  # samples in which one false alarm is allowed; within which alarms are about one change
 
 

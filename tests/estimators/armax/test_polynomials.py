@@ -273,7 +273,7 @@ def test_pseudolinear_regression_by_either_residual_is_the_textbook(residual):
 
 
 def test_residuals_are_told_apart_and_go_with_plr():
-    y, u = dw.simulate([-0.8], [1.0], d=[0.5], samples=300, noise_std=0.5, seed=4)
+    y, _ = dw.simulate([-0.8], [1.0], d=[0.5], samples=300, noise_std=0.5, seed=4)
     before, after = (dw.ARMA(1, 1, method="plr", residual=r).scan(y) for r in ("a priori", "a posteriori"))
     assert abs(before.parameters - after.parameters)[50:].max() > 1e-3
     with pytest.raises(dw.InputError, match='goes with method="plr"'):

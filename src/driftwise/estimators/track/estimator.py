@@ -280,8 +280,8 @@ class TrackEstimator(Portable):
             raise InputError(f"time must be finite, got {time[~np.isfinite(time)][0]} at plot {_first(time)}")
         if np.isinf(position).any() or np.nanmax(np.abs(position), initial=0.0) > FARTHEST:
             raise InputError(
-                f"position must be finite and within {FARTHEST:g} m, or NaN where there is no plot; was a sentinel left "
-                "in the data?"
+                f"position must be finite and within {FARTHEST:g} m, or NaN where there is no plot; was a sentinel "
+                "left in the data?"
             )
         if covariance is None:
             return time, position, np.full((T, C), np.nan)
