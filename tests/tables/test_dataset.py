@@ -249,7 +249,7 @@ def test_a_file_damaged_further_on_says_so(tmp_path):
     data, at = bytearray(path.read_bytes()), pq.read_metadata(path).row_group(3).column(1).data_page_offset
     data[at : at + 200] = b"\xff" * 200
     path.write_bytes(data)
-    with pytest.raises(InputError, match=r"a\.parquet cannot be read to its end"):
+    with pytest.raises(InputError, match=r"a\.parquet: it cannot be read to its end"):
         list(open_dataset(path, **ROLES).batches(10))
 
 
