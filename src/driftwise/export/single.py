@@ -19,6 +19,7 @@ VALUES = {
     1e100: 1e18,  # beyond it a product of two would
     1e-300: 1e-36,  # a variance that is as good as none, but is not none; a pivot whose inverse would overflow
     -1e300: -1e37,  # a log probability below all others
+    2.2250738585072014e-308: LEAST,  # the smallest with all its digits
     1.7976931348623157e308: MOST,  # and the largest
     6755399441055744.0: 12582912.0,  # numbers beside it have no digits after the point
     708.0: 87.0,  # up to it an exponential is an ordinary number

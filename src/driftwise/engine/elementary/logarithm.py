@@ -2,11 +2,13 @@
 
 import math
 
-from ..dispatch import kernel
-from .pairs import LN2_HIGH, LN2_LOW, ROOT_HALF
+from ..dispatch import kernel, rare
+from .pairs import LN2_HIGH, LN2_LOW, about_one
 
-MOST = 1.7976931348623157e308
+LEAST, MOST = 2.2250738585072014e-308, 1.7976931348623157e308  # of ordinary numbers
+LIFT, LIFTED = 54, 2.0**54  # by so much those below them are
 TINY = 2.0**-54  # log(1 + x) is x below
+NEAR = 0.29  # and log(1 + x) is that of a number between the roots
 
 L1, L2, L3 = 6.666666666666735130e-01, 3.999999999940941908e-01, 2.857142874366239149e-01
 L4, L5, L6 = 2.222219843214978396e-01, 1.818357216161805012e-01, 1.531383769920937332e-01
@@ -30,23 +32,36 @@ def log_about_one(f, k, low):
 @kernel
 def log(x):
     """Return the natural logarithm of x: -inf of 0, nan of less. The error is below 1 of the last place."""
+    if not (x >= LEAST and x <= MOST):
+        return far_log(x)
+    m, k = about_one(x)
+    return log_about_one(m - 1.0, k, k * LN2_LOW)
+
+
+@rare
+def far_log(x):
+    """Return the same of any number that is not ordinary: of less than all exponents, of none, of inf and nan."""
     if not (x > 0.0 and x <= MOST):
         return math.inf if x > MOST else (-math.inf if x == 0.0 else math.nan)
-    m, e = math.frexp(x)
-    is_low = m < ROOT_HALF
-    k = e - 1 if is_low else e
-    return log_about_one((m + m if is_low else m) - 1.0, k, k * LN2_LOW)
+    m, k = about_one(x * LIFTED)
+    k -= LIFT
+    return log_about_one(m - 1.0, k, k * LN2_LOW)
 
 
 @kernel
 def log1p(x):
     """Return log(1 + x): -inf of -1, nan of less. The error is below 1 of the last place, also where x is small."""
+    if abs(x) < NEAR and abs(x) > TINY:  # 1 + x is between the roots: nothing is lost, and no exponent is there
+        return log_about_one(x, 0, 0.0)
+    return far_log1p(x)
+
+
+@rare
+def far_log1p(x):
+    """Return the same of any number."""
     if not (x > -1.0 and x <= MOST and abs(x) > TINY):
         return x if abs(x) <= TINY or x > MOST else (-math.inf if x == -1.0 else math.nan)
     u = 1.0 + x
-    m, e = math.frexp(u)
-    is_low = m < ROOT_HALF
-    f = (m + m if is_low else m) - 1.0
-    k = e - 1 if is_low else e
+    m, k = about_one(u)
     lost = (1.0 - (u - x) if u > 2.0 else x - (u - 1.0)) / u  # of x, when 1 was added
-    return log_about_one(x if k == 0 else f, k, 0.0 if k == 0 else k * LN2_LOW + lost)
+    return log_about_one(x if k == 0 else m - 1.0, k, 0.0 if k == 0 else k * LN2_LOW + lost)

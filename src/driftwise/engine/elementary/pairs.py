@@ -26,6 +26,18 @@ E13, E14 = 1 / 6227020800, 1 / 87178291200
 
 
 @kernel
+def about_one(x):
+    """Return m and k: x = m 2^k, m from the root of 1/2 to that of 2; x is an ordinary positive number.
+
+    In C it is a few operations with the bits of x (`translate/formats.py`): of a branch, half of all numbers go
+    either way, and a processor that cannot foresee it waits as long as for all the rest.
+    """
+    m, e = math.frexp(x)
+    is_low = m < ROOT_HALF
+    return m + m if is_low else m, e - 1 if is_low else e
+
+
+@kernel
 def add(a, b):
     """Return a + b, and what is missing from it (Knuth)."""
     total = a + b

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .. import elementary, simd, views
+from ..elementary.pairs import about_one
 from .bodies import has_effects
 from .refusal import Refusal, refused
 from .tree import (
@@ -72,7 +73,7 @@ MATH: dict[Any, tuple[str, Type, tuple[Type, ...]]] = {
     math.sqrt: ("sqrt", FLOAT, (FLOAT,)), math.isfinite: ("isfinite", BOOL, (FLOAT,)),
     math.isnan: ("isnan", BOOL, (FLOAT,)), math.copysign: ("copysign", FLOAT, (FLOAT, FLOAT)),
     math.ldexp: ("ldexp", FLOAT, (FLOAT, INT)), math.frexp: ("frexp", Several((FLOAT, INT)), (FLOAT,)),
-    math.floor: ("floor", INT, (FLOAT,)),
+    math.floor: ("floor", INT, (FLOAT,)), about_one: ("about_one", Several((FLOAT, INT)), (FLOAT,)),
 }  # fmt: skip
 ON_LANES = {"sqrt", "isfinite", "isnan", "copysign", "ldexp", "frexp"}
 WIDE: dict[Type, Type] = {FLOAT: LANES, INT: LANES, BOOL: MASK}  # of lanes, whole numbers are floats too
@@ -568,7 +569,7 @@ class Expressions:
             return self.extreme("max" if known is builtins.max else "min", args, node)
         if known in BUILTINS:
             return self.plain(known, args[0], node)
-        if known in MATH:
+        if known in MATH and not (known is about_one and widen(args[0].type) == LANES):  # as it stands, of lanes
             return self.mathematics(known, args, node)
         if getattr(known, "__module__", "") == "math":  # of a user's own kernel: nearly the same
             if self.is_own or not hasattr(elementary, known.__name__):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 from typing import NamedTuple
+
+from ..elementary.pairs import ROOT_HALF
 
 
 class Format(NamedTuple):
@@ -24,9 +27,16 @@ class Format(NamedTuple):
             "REST": f"{sign - 1:#x}{self.word}", "SIGN": f"{sign:#x}{self.word}",
             "LIFTED_LEAST": self.bias + 1 + self.digits, "ENDING": self.number.lower(),
             "LIFTED": 2.0 ** (self.digits + 2), "HALF": f"{self.bias - 1 << self.digits:#x}{self.word}",
+            "ONE_WORD": f"{self.bias << self.digits:#x}{self.word}",
+            "ROOT_HALF": f"{self.bits(ROOT_HALF):#x}{self.word}",
             "NOT_EXPONENT": f"{sign | (1 << self.digits) - 1:#x}{self.word}",
         }  # fmt: skip
         return {name: self._filled(text, known) for name, text in TEXTS.items()}
+
+    def bits(self, number: float) -> int:
+        """Return the word of a number."""
+        size, kind = ("Q", "d") if self.digits > 32 else ("I", "f")
+        return struct.unpack(size, struct.pack(kind, number))[0]
 
     def _filled(self, text: str, known: dict) -> str:
         """Return a text with the numbers of this format in it."""
@@ -105,6 +115,16 @@ static DW_INLINE PAIR dw_frexp(F x)
         return dw_odd_frexp(x);
     found.i0 = dw_bits((word & $NOT_EXPONENT;) | $HALF;);
     found.i1 = exponent - $LEAST;;
+    return found;
+}""",
+    "dw_about_one": """\
+static DW_INLINE PAIR dw_about_one(F x)
+{
+    PAIR found;
+    const U word = dw_word(x);
+    const U above = word + ($ONE_WORD; - $ROOT_HALF;);
+    found.i0 = dw_bits(word + $ONE_WORD; - (above >> $DIGITS; << $DIGITS;));
+    found.i1 = (I)(above >> $DIGITS;) - $BIAS;;
     return found;
 }""",
 }

@@ -20,7 +20,7 @@ typedef int B;"""
 NEEDS: dict[str, tuple[str, ...]] = {
     "DW_NAN": ("dw_bits",), "DW_INF": ("dw_bits",), "dw_bits": ("DW_INLINE",), "dw_ldexp": ("dw_bits", "DW_APART"),
     "dw_frexp": ("dw_bits", "DW_APART"), "dw_abs": ("dw_bits",), "dw_copysign": ("dw_bits",),
-    "dw_power": ("DW_INLINE",), "dw_column": ("V2", "S1", "dw_at"),
+    "dw_about_one": ("dw_bits",), "dw_power": ("DW_INLINE",), "dw_column": ("V2", "S1", "dw_at"),
     "dw_strided": ("V1", "S1", "DW_INLINE"),
     "dw_at": ("DW_INLINE",), "dw_sqrt": ("DW_INLINE",), "dw_max": ("DW_INLINE",), "dw_min": ("DW_INLINE",),
     "dw_maxi": ("DW_INLINE",), "dw_mini": ("DW_INLINE",), "dw_div": ("DW_INLINE",), "dw_mod": ("DW_INLINE",),
@@ -32,7 +32,8 @@ OPERATIONS: dict[str, Any] = {
     "min": {FLOAT: "dw_min", INT: "dw_mini", LANES: "dw_minl"},
     "abs": {FLOAT: "dw_abs", INT: "dw_absi", LANES: "dw_absl"}, "//": {FLOAT: "dw_divf", INT: "dw_div"},
     "%": {FLOAT: "dw_modf", INT: "dw_mod"}, "sqrt": "dw_sqrt", "isfinite": "dw_finite", "isnan": "dw_isnan",
-    "copysign": "dw_copysign", "ldexp": "dw_ldexp", "frexp": "dw_frexp", "power": "dw_power", "strided": "dw_strided",
+    "copysign": "dw_copysign", "ldexp": "dw_ldexp", "frexp": "dw_frexp",
+    "about_one": "dw_about_one", "power": "dw_power", "strided": "dw_strided",
     "floor": "dw_floor",
     "select": "dw_select", "spread": "dw_spread", "mask": "dw_mask", "trunc": "dw_trunc", "agree": "dw_agree",
     "interleave": "dw_interleave", "own": "dw_own", "finite": "dw_clean", "gather": "dw_gather",
@@ -40,7 +41,9 @@ OPERATIONS: dict[str, Any] = {
 }  # fmt: skip
 
 COMPARISONS = {"<": "dw_lt", "<=": "dw_le", ">": "dw_gt", ">=": "dw_ge", "==": "dw_eq", "!=": "dw_ne"}  # of lanes
-AFTER_TYPES = {"dw_frexp": Several((FLOAT, INT)), "dw_frexpl": Several((LANES, LANES))}
+AFTER_TYPES = {
+    **dict.fromkeys(("dw_frexp", "dw_about_one"), Several((FLOAT, INT))), "dw_frexpl": Several((LANES, LANES)),
+}  # fmt: skip
 
 _VIEW = {"V1": ("F", "n"), "V2": ("F", "n, m"), "V3": ("F", "n, m, k"), "V1i": ("I", "n"), "V2i": ("I", "n, m"),
          "S1": ("F", "n, s")}  # fmt: skip

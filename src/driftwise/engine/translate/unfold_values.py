@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..elementary.pairs import ROOT_HALF, about_one
 from .refusal import Refusal
 from .st_statements import Set, Test
 from .st_values import (
@@ -23,6 +24,7 @@ from .st_values import (
     Table,
     add,
     known,
+    literal,
     times,
 )  # fmt: skip
 from .tree import Column, Constant, Cut, Extent, Fold, Load, Look, Make, Name, Operation, Part
@@ -409,6 +411,18 @@ class Values:
         a = a if a.is_plain else self.kept(a)
         e = self.kept(Number(INT, f"{self.names.helper('exponent')}(x := {a.within()})"))
         return Number(FLOAT, f"{self.names.helper('ldexp')}(x := {a.within()}, e := -{e.text})"), e
+
+    def op_about_one(self, a: Number, node, into) -> tuple[Number, Number]:
+        """The same, the fraction between the roots of 1/2 and of 2."""
+        if a.is_known:
+            return known(about_one(a.value))
+        fraction, exponent = self.op_frexp(a, node, into)
+        m, k = self.spare(FLOAT), self.spare(INT)
+        self.set(m, fraction)
+        self.set(k, exponent)
+        low = [Set(m.text, f"{m.text} + {m.text}", m.text), Set(k.text, f"{k.text} - 1", k.text)]
+        self.block.append(Test(f"{m.text} < {literal(FLOAT, ROOT_HALF)}", low))
+        return m, k
 
     def op_floor(self, a: Number, node, into) -> Number:
         """The largest integer below."""
