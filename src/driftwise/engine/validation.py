@@ -10,7 +10,8 @@ import numpy as np
 from .errors import InputError
 
 LARGEST = 1e100  # typical size of data
-INFINITE, ONE, NONE = math.inf, (1, 1, 1), (1, 1, 0)
+INFINITE, ONE, EMPTY = math.inf, (1, 1, 1), np.empty
+NO_INPUT = np.empty((1, 1, 0))  # of one sample: nothing to write to
 NUMBER = (float, int)  # what a stream hands over
 HOLDS = ("zoh", "foh")  # what an input does between its samples: held, or a straight line
 
@@ -219,13 +220,13 @@ def sample(y, u, inputs: int, outputs: int | None = None):
     """Return y (1, 1, p) and u (1, 1, k) of one sample; one output, a number, where ``outputs`` is None."""
     if outputs is None and inputs < 2 and isinstance(y, NUMBER) and abs(y) != INFINITE:  # a stream has a short way in
         if inputs and isinstance(u, NUMBER) and abs(u) != INFINITE:
-            ys, us = np.empty(ONE), np.empty(ONE)
+            ys, us = EMPTY(ONE), EMPTY(ONE)
             ys[0, 0, 0], us[0, 0, 0] = y, u
             return ys, us
         if not inputs and u is None:
-            ys = np.empty(ONE)
+            ys = EMPTY(ONE)
             ys[0, 0, 0] = y
-            return ys, np.empty(NONE)
+            return ys, NO_INPUT
     try:
         ys, us = one(y, outputs or 1), one(() if u is None else u, inputs)
     except (TypeError, ValueError):

@@ -14,6 +14,7 @@ from ..engine.dispatch import flatten
 from ..engine.errors import InputError
 from ..engine.layout import Layout
 from ..engine.portable import Portable
+from ..engine.validation import sample
 from ..models.canonical import power_of_two
 from ..results import verbs
 from ..results.parameter_trace import ParameterTrace
@@ -24,6 +25,7 @@ from .common.columns import SAMPLE
 from .common.times import instants
 
 NUMBERS = np.dtype(np.float64)
+ARRAY, EMPTY, NEW = np.ndarray, np.empty, tuple.__new__  # what a stream makes at every sample
 
 
 class Step(NamedTuple):
@@ -126,6 +128,16 @@ class Estimator(Answers, Portable):
         """How many of these a sample on its own is shown."""
         return self.columns["status"].stop
 
+    @cached_property
+    def _step_sizes(self) -> tuple[int, int | None, tuple[int, int, int], int]:
+        """How many inputs and outputs a sample on its own has, the shape of what it is shown, the scratch it takes."""
+        return self.model.inputs, self.outputs, (1, 1, self.step_columns), self.scratch_size
+
+    @cached_property
+    def _row_shape(self) -> tuple[int, int]:
+        """The shape of the numbers of one state."""
+        return 1, self.width
+
     def _sample_sizes(self) -> tuple[int, ...]:
         """Return the sizes that ``sample_layout`` is given."""
         return (self.outputs or 1,)
@@ -152,16 +164,17 @@ class Estimator(Answers, Portable):
         time : instant in seconds, of an estimator that goes by it; dt after the sample before if omitted
         """
         rows = self._rows(state)
-        ys, us = validation.sample(y, u, self.model.inputs, self.outputs)
+        inputs, outputs, shape, room = self._step_sizes
+        ys, us = sample(y, u, inputs, outputs)
         if time is not None:
             us = np.concatenate([us, self._instants([time], 1, state)[None, :, None]], axis=2)
-        outs = np.empty((1, 1, self.step_columns))
-        self.drive(rows, ys, us, outs, self.spec, np.empty(self.scratch_size))
-        if self.outputs is None:
-            prediction, innovation, variance, status = outs.tolist()[0][0][:4]
-            return np.ndarray((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
-        of_each = outs[0, 0, : 4 * self.outputs].reshape(4, self.outputs)
-        return np.ndarray((), self.dtype, rows), Step(of_each[0], of_each[1], of_each[2], of_each[3].astype(int))
+        outs = EMPTY(shape)
+        self.drive(rows, ys, us, outs, self.spec, EMPTY(room))
+        if outputs is None:
+            prediction, innovation, variance, status = outs.tolist()[0][0]
+            return ARRAY((), self.dtype, rows), NEW(Step, (prediction, innovation, variance, int(status)))
+        of_each = outs[0, 0, : 4 * outputs].reshape(4, outputs)
+        return ARRAY((), self.dtype, rows), Step(of_each[0], of_each[1], of_each[2], of_each[3].astype(int))
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
         """Run over a record and return its trace; ``trace.state`` continues where it ended.
@@ -310,9 +323,9 @@ class Estimator(Answers, Portable):
 
     def _rows(self, state, is_one=True):
         """Return a copy of the states as rows of numbers."""
-        if is_one and type(state) is np.ndarray and state.dtype is self.dtype and state.shape == ():
+        if is_one and type(state) is ARRAY and state.dtype is self.dtype and not state.ndim:
             base = state.base  # of a state that `update` returned: numbers already, and a copy of a view takes longer
-            if type(base) is np.ndarray and base.shape == (1, self.width) and base.dtype is NUMBERS:
+            if type(base) is ARRAY and base.shape == self._row_shape and base.dtype is NUMBERS:
                 return base.copy()
         state = np.asarray(state)
         if state.dtype != self.dtype:
