@@ -150,8 +150,9 @@ def choose_structure(
 def _with_prior(nu, inputs, noise, P0, options) -> JointMIMO:
     """Return the estimator of a structure under the prior that all of them share."""
     est = JointMIMO(nu, inputs, noise=noise, **options)
-    units = est.model.units(est.y_scale, est.u_scale)[est.model.kernel]
-    return JointMIMO(nu, inputs, noise=noise, P0=P0 * units, **options)
+    units = P0 * est.model.units(est.y_scale, est.u_scale)
+    names = [*est.state_names, *est.names]
+    return JointMIMO(nu, inputs, noise=noise, P0=dict(zip(names, units.tolist())), **options)
 
 
 def _noise_levels(nu, inputs, y, u, P0, options) -> np.ndarray:

@@ -55,6 +55,11 @@ class Canonical:
         """The way back (every block is reversed, so it is the same index)."""
         return self.salut
 
+    @property
+    def state_names(self) -> list[str]:
+        """Names of the states, the measured one, Salut's x_n, first."""
+        return [f"x{self.n - i}" for i in range(self.n)]
+
     @cached_property
     def names(self) -> list[str]:
         """Names of the parameters: a1..an, b1..bn of each input (b1.2 is the second input's), c1..cn, b0."""

@@ -56,8 +56,8 @@ def test_several_outputs_give_the_conditional_gaussian():
     y, V = (L @ e.ravel()).reshape(T, 2), L @ np.diag(np.tile(noise**2, T)) @ L.T
     y[1:][rng.random((T - 1, 2)) < 0.25] = np.nan
     y[40:60, 0] = y[50:70, 1] = np.nan
-    theta = np.array([-1.5, 0.7, 0.2, -0.1, 0.1, -0.8])
-    known = dict(theta0=theta, P0=np.full(6, 1e-18), variance=noise**2, at_rest=True)
+    theta = {"a1.11": -1.5, "a2.11": 0.7, "a1.12": 0.2, "a2.12": -0.1, "a1.21": 0.1, "a1.22": -0.8}
+    known = dict(theta0=theta, P0=1e-18, variance=noise**2, at_rest=True)
     trace, flat = dw.ARXMIMO(2, 0, na=[[2, 2], [1, 1]], nb=0, **known).scan(y), y.ravel()
     for t in range(T):
         seen = np.flatnonzero(np.isfinite(flat[: 2 * t]))

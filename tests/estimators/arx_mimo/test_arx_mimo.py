@@ -311,10 +311,11 @@ BAD = {
     "has no regressor": lambda: dw.ARXMIMO(2, 1, [[0, 0], [1, 1]], [[0], [1]]),
     "na must be a whole number, 2 of them": lambda: dw.ARXMIMO(2, 1, [[1, 1]]),
     "nk must be a whole number of at least 0": lambda: dw.ARXMIMO(2, 1, nk=-1),
-    "P0 links parameters": lambda: dw.ARXMIMO(2, 0, 1, P0=np.eye(4) + 0.1),
+    "P0 links parameters": lambda: dw.ARXMIMO(2, 0, 1, P0={"a1.11": {"a1.11": 1.0, "a1.22": 0.1}}),
     "one column per output": lambda: dw.ARXMIMO(2).scan(np.zeros((5, 3))),
     "variance must be positive": lambda: dw.ARXMIMO(2, variance=(1.0, 0.0)),
-    "theta0 must be a finite vector of 4": lambda: dw.ARXMIMO(2, 0, 1, theta0=[1.0]),
+    "theta0 must be a finite vector of 4": lambda: dw.ARXMIMO(2, 0, 1, theta0={"a1.11": np.inf}),
+    "theta0 of several outputs is given by name": lambda: dw.ARXMIMO(2, 0, 1, theta0=[0.0] * 4),
     "memory must be": lambda: dw.ARXMIMO(2, memory=3),
 }
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.signal
+from oracle.by_name import by_name
 
 import driftwise as dw
 from driftwise.detect.watch import OWN
@@ -87,7 +88,8 @@ def test_coupled_is_split_where_nothing_links_the_outputs(nu):
     y, u = dw.models.simulate_mimo(nu, theta, samples=300, inputs=1, direct=True, noise_std=0.1, seed=1)
     d, R = tuple(0.3 * rng.standard_normal(v) for v in nu), 0.01 * np.arange(1.0, len(nu) + 1)
     for noise in (dw.models.EquationError(R), dw.models.NoisePolynomial(d, R)):
-        options = dict(noise=noise, P0=rng.uniform(0.5, 2.0, form.N), memory=dw.RandomWalk(1e-6))
+        P0 = by_name(dw.JointMIMO(nu, 1, True), rng.uniform(0.5, 2.0, form.N))
+        options = dict(noise=noise, P0=P0, memory=dw.RandomWalk(1e-6))
         one, two = dw.JointMIMO(nu, 1, True, **options), dw.JointMIMO(nu, 1, True, split=False, **options)
         assert one.is_split and not two.is_split
         a, b = one.scan(y, u), two.scan(y, u)
@@ -98,7 +100,7 @@ def test_coupled_is_split_where_nothing_links_the_outputs(nu):
         assert one.loglik(a.state) == pytest.approx(two.loglik(b.state), rel=1e-13)
     given = dw.models.NoiseCovariance(np.diag(np.arange(1.0, form.n + 1)), np.zeros((form.n, len(nu))), np.diag(R))
     assert dw.JointMIMO(nu, noise=given).is_split
-    assert not dw.JointMIMO((1, 1), P0=np.eye(6) + 0.1).is_split
+    assert not dw.JointMIMO((1, 1), P0={"x1.1": {"x1.1": 1.0, "a1.22": 0.1}}).is_split
 
 
 def test_each_output_learns_its_own_scale():
@@ -205,10 +207,11 @@ REFUSED = {
     "negative eigenvalue": lambda: dw.JointMIMO(
         (1, 1), noise=dw.models.NoiseCovariance(np.eye(2), 2 * np.eye(2), np.eye(2))
     ),
-    "links the outputs": lambda: dw.JointMIMO((1, 1), P0=np.eye(6) + 0.1, split=True),
+    "links the outputs": lambda: dw.JointMIMO((1, 1), P0={"x1.1": {"x1.1": 1.0, "a1.22": 0.1}}, split=True),
     "y_scale must be": lambda: dw.JointMIMO((2, 1), y_scale=(1.0, 2.0, 3.0)),
     "y_scale must be positive": lambda: dw.JointMIMO((2, 1), y_scale=(1.0, -2.0)),
-    "s0 must be": lambda: dw.JointMIMO((2, 1), s0=np.zeros(3)),
+    "s0 of several outputs is given by name": lambda: dw.JointMIMO((2, 1), s0=np.zeros(12)),
+    "s0 must be a finite vector": lambda: dw.JointMIMO((2, 1), s0={"a1.11": np.nan}),
     "memory must be": lambda: dw.JointMIMO((2, 1), memory=0.98),
     "gate must be": lambda: dw.JointMIMO((2, 1), gate=3.0),
     "one column per output": lambda: dw.JointMIMO((2, 1)).scan(np.zeros((5, 3))),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from oracle import dense_mimo
+from oracle.by_name import by_name
 
 import driftwise as dw
 
@@ -56,9 +57,10 @@ def by_lag(est, q):
 def test_follows_the_oracle(structure, lost_y, lost_u, kind):
     rng, plant, y, u, s0, q = problem(structure, 5, lost_y, lost_u)
     matrices, noise, P0 = kind(rng, plant)
-    plain = dw.JointMIMO(*structure, s0=s0, P0=P0)
+    plain = dw.JointMIMO(*structure)
     assert plain.model.N == plant.size
-    est = dw.JointMIMO(*structure, noise=noise, memory=dw.RandomWalk(by_lag(plain, q)), s0=s0, P0=P0, floor=0.0)
+    prior = dict(s0=by_name(plain, s0), P0=by_name(plain, P0))
+    est = dw.JointMIMO(*structure, noise=noise, memory=dw.RandomWalk(by_lag(plain, q)), floor=0.0, **prior)
     assert est.is_split == (kind is separate)
     expected = dense_mimo.run(plant, matrices, s0, P0, y, u, q, est.is_split)
     trace = est.scan(y, u if plant.inputs else None, keep="covariance")

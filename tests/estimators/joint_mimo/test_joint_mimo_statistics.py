@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from oracle.by_name import by_name
 
 import driftwise as dw
 
@@ -18,7 +19,7 @@ def nees(noise, assumed, missing=0.0, split=None, only=slice(None)):
     est = dw.JointMIMO((2, 1), 1)
     P0 = np.concatenate([np.full(3, 0.1), np.full(9, WIDTH)]) ** 2
     s0 = np.concatenate([np.zeros(3), CENTRE])[est.model.salut]  # (the way back is the same)
-    est = dw.JointMIMO((2, 1), 1, noise=assumed, s0=s0, P0=P0, split=split)
+    est = dw.JointMIMO((2, 1), 1, noise=assumed, s0=by_name(est, s0), P0=by_name(est, P0), split=split)
     found = []
     for seed in range(RECORDS):
         rng = np.random.default_rng(10**5 + seed)

@@ -292,8 +292,8 @@ def test_units_do_not_matter_and_notes_warn():
     )
     assert listed.structures == [(2, 1), (1, 1)]
     est = dw.JointMIMO((2, 1), 1, noise=dw.models.EquationError((0.01, 0.09))).scaled_to(y, u)
-    units = est.model.units(est.y_scale, est.u_scale)[est.model.kernel]
-    known = dw.JointMIMO(**{**est.options, "P0": 10 * units})
+    units = est.model.units(est.y_scale, est.u_scale)
+    known = dw.JointMIMO(**{**est.options, "P0": dict(zip([*est.state_names, *est.names], 10 * units))})
     assert listed.log_evidence[0] == pytest.approx(known.loglik(known.scan(y, u).state), rel=1e-12)
 
 

@@ -121,8 +121,8 @@ class Recursive(Posterior):
         return LeastSquares(R)
 
     def _set_prior(self, theta0, P0):
-        order = np.arange(self.model.N)
-        self._s0, P = mean_of("theta0", theta0, order), covariance_of(P0, order, self._theta_units())
+        order, names = np.arange(self.model.N), self.model.names
+        self._s0, P = mean_of("theta0", theta0, order, names), covariance_of(P0, order, self._theta_units(), names)
         (self._U0, self._D0), self.prior_covariance = factors_of(P), P
 
     def _theta_units(self) -> np.ndarray:

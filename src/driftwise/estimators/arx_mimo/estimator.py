@@ -19,6 +19,7 @@ from ..arx.speeds import read as read_speeds
 from ..base import Estimator
 from ..common.columns import RECURSIVE_SAMPLE
 from ..common.posterior import directions
+from ..common.priors import WIDTH, in_order
 from ..common.settings import arguments
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import SEVERAL, Channel, Several, scratch_size
@@ -32,6 +33,11 @@ class Part(NamedTuple):
     n: int = 0
     coloured: bool = False
     constants: int = 0
+
+    @property
+    def names(self) -> list[str]:
+        """Its numbers: their prior has been put in order."""
+        return [str(i) for i in range(self.N)]
 
 
 class OneOfSeveral(Recursive):
@@ -70,8 +76,9 @@ class ARXMIMO(Estimator):
         Variance of each e_i; learnt if omitted (Student-t bands).
     scale : InverseGamma, optional
         Prior of each variance.
-    theta0, P0 : (N,), and scalar, (N,) or (N, N), optional
-        Prior mean and covariance in the order of ``names``, the latter without links between equations.
+    theta0, P0 : dictionary, and scalar or dictionary, optional
+        Prior mean and covariance by name, such as ``{"a1.11": -0.8}`` and ``{"a1.11": 0.01}``, the latter without links
+        between equations (a matrix as a dictionary of dictionaries). What is not named is as by default.
     y_scale, u_scale : float or (p,), float or (k,)
         Typical size of the data, for the default prior; `scaled_to` sets them.
 
@@ -157,6 +164,8 @@ class ARXMIMO(Estimator):
         p, N, at = form.outputs, form.N, form.theta_at
         units = form.units(self.y_scale, self.u_scale)
         theta0, P0 = options["theta0"], options["P0"]
+        theta0 = in_order("theta0", theta0, form.names, np.zeros(N), several=p > 1)
+        P0 = in_order("P0", P0, form.names, WIDTH * units, several=p > 1)
         theta0 = None if theta0 is None else validation.vector("theta0", theta0, N)
         P0 = None if P0 is None else validation.covariance("P0", P0, N)
         own = np.equal.outer(*2 * [np.repeat(np.arange(p), form.sizes)])

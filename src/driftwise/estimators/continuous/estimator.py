@@ -152,9 +152,10 @@ class ContinuousJoint(FadingPosterior):
 
     def _set_prior(self, s0, P0):
         n, order = self.model.n, self.model.salut
-        self._s0 = mean_of("s0", s0, order)
+        names = [*self.model.state_names, *self.model.names]
+        self._s0 = mean_of("s0", s0, order, names)
         x = self.y_scale**2 * self.observer ** (2.0 * np.arange(n))
-        self.prior_covariance = covariance_of(P0, order, np.concatenate([x, self._theta_units()]))
+        self.prior_covariance = covariance_of(P0, order, np.concatenate([x, self._theta_units()]), names)
         self._U0, self._D0 = factors_of(self.prior_covariance)
 
     def _theta_units(self):

@@ -21,7 +21,7 @@ from ...models.scale import InverseGamma, resolve_scale
 from ..algebraic_start.start import AlgebraicStart, prepare
 from ..common.fading import FadingPosterior
 from ..common.memories import forgets_state, memory_of_joint, prior_of_parameters, watch_of_joint
-from ..common.priors import WIDTH, covariance_of, factors_of
+from ..common.priors import WIDTH, covariance_of, factors_of, in_order, users
 from ..common.settings import arguments, floor_of
 from . import step as _step  # noqa: F401  (registers the step)
 from .row import JOINT, Form, scratch_size
@@ -59,8 +59,8 @@ class Joint(FadingPosterior):
     scale : InverseGamma, optional
         All variances relative to an unknown sigma^2 with this inverse-gamma prior.
     s0, P0 : (N,), and scalar, (N,) or (N, N), optional
-        Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0.., b_n]. The default is wide, in the
-        units of `y_scale` and `u_scale`.
+        Prior mean and covariance in Salut's order [x_1..x_n ; a_0.., b_0.., b_n], or by name, as ``{"a1": -0.8}``. The
+        default is wide, in the units of `y_scale` and `u_scale`.
     y_scale, u_scale : float, (k,)
         Typical size of the data, for the default prior; `scaled_to` sets them.
     dt : float
@@ -184,12 +184,13 @@ class Joint(FadingPosterior):
         N, n, back = self.model.N, self.model.n, self.model.salut
         c = slice(n * (self.model.blocks - 1), n * self.model.blocks) if self.model.coloured else slice(0)
         mean = np.zeros(N)
+        names = [*self.model.state_names, *self.model.names]
         if s0 is not None:
-            mean = validation.vector("s0", s0, N)
+            mean = validation.vector("s0", in_order("s0", s0, users(back, names), mean), N)
         elif self.model.coloured and noise.d is not None:
             mean[c] = noises.coefficients(noise.d, n)
         self._s0 = mean[back]
-        P = covariance_of(P0, back, np.concatenate([np.full(n, self.y_scale**2), units]))
+        P = covariance_of(P0, back, np.concatenate([np.full(n, self.y_scale**2), units]), names)
         if P0 is None and self.model.coloured and not is_relative:
             P[c, c] = noise.std**2 * np.eye(n)
         self._U0, self._D0 = factors_of(P)

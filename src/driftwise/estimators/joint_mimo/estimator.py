@@ -64,8 +64,10 @@ class JointMIMO(Estimator):
         Treat outliers of each output as missing.
     scale : InverseGamma, optional
         All variances relative to an unknown sigma^2 with this inverse-gamma prior (split: one for each output).
-    s0, P0 : (N,), and scalar, (N,) or (N, N), optional
-        Prior mean and covariance in Salut's order (`Structure`). The default is wide, in the units of the scales.
+    s0, P0 : dictionary, and scalar or dictionary, optional
+        Prior mean and covariance by name (``state_names`` and ``names``), such as ``{"a1.11": -0.8}`` and
+        ``{"a1.11": 0.01}`` (a matrix as a dictionary of dictionaries). What is not named is as by default: wide, in the
+        units of the scales. Of one output also (N,), and (N,) or (N, N), in Salut's order (`Structure`).
     y_scale, u_scale : float or (p,), float or (k,)
         Typical size of the data, for the default prior; `scaled_to` sets them.
     dt : float
@@ -206,8 +208,9 @@ class JointMIMO(Estimator):
         return found, fades, learns
 
     def _set_prior(self, s0, P0):
-        order = self.model.salut
-        self._s0, self.prior_covariance = mean_of("s0", s0, order), covariance_of(P0, order, self._units)
+        order, names = self.model.salut, [*self.model.state_names, *self.model.names]
+        self._s0 = mean_of("s0", s0, order, names, several=self.model.outputs > 1)
+        self.prior_covariance = covariance_of(P0, order, self._units, names, several=self.model.outputs > 1)
 
     def _resolve_split(self, split, Q, S, R) -> bool:
         form = self.model
