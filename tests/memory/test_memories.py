@@ -86,7 +86,7 @@ def test_golden_gains(name, memory):
 
 def test_forgetting_begins_before_anything_was_seen():
     """A weight of zero: nothing to divide by, and nothing to forget."""
-    kernel, U, D = ExponentialForgettingKernel(0.9, np.inf, 1e3, np.ones(1)), np.zeros(0), np.ones(1)
+    kernel, U, D = ExponentialForgettingKernel(0.9, 50.0, 1e3, np.ones(1)), np.zeros(0), np.ones(1)
     view = SimpleNamespace(weight=np.float64(0.0), surprise=np.nan, U=U, D=D)
     with np.errstate(all="raise"):
         assert time_update(kernel, np.zeros(2), 1.0, view) == (1.0, 0) and D[0] == 1.0

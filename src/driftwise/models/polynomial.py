@@ -138,10 +138,10 @@ class PolynomialModel(WithPoles):
         method = [m for f in found for m in f.method]
         at = order(values)
         J = np.concatenate(slopes) if found else np.zeros((0, len(self.values)))
-        joint, first = spread(J, self.covariance), 0  # what two polynomials share is known to first order
+        joint, begun = spread(J, self.covariance), 0  # what two polynomials share is known to first order
         for f in found:
-            own = slice(first, first + len(f.joint))
-            joint[own, own], first = f.joint, first + len(f.joint)
+            own = slice(begun, begun + len(f.joint))
+            joint[own, own], begun = f.joint, begun + len(f.joint)
         both = np.stack([2 * at, 2 * at + 1], axis=1).ravel()
         notes = [n for f in found for n in f.notes]
         return Roots(values[at], covariance[at], [method[i] for i in at], notes, joint[np.ix_(both, both)], J[both])

@@ -56,6 +56,10 @@ class Trace:
     def __repr__(self):
         return f"Trace({len(self)} samples of {self.estimator!r}, keep={self.keep!r})"
 
+    def summary(self) -> Any:
+        """Return what the run amounts to."""
+        raise NotImplementedError
+
     def _repr_html_(self):
         return self.summary()._repr_html_()
 

@@ -81,9 +81,8 @@ class Past:
 def run(form, theta, z, u) -> np.ndarray:
     """Return the outputs (K, h) of K parameter vectors (K, N) from K pasts (K, ..), without noise."""
     k, is_rational = int(form.inputs), isinstance(form, Polynomials)
-    sizes = [int(form.na), k, int(form.deep), *((int(form.nc), int(form.nd)) if is_rational else (0, 0))]
-    nf = form.nf if is_rational else np.zeros(k)
-    sizes = np.array([*sizes, *form.nb, *form.nk, *nf], np.int64)
+    nc, nd, nf = (form.nc, form.nd, form.nf) if is_rational else (0, 0, np.zeros(k))
+    sizes = np.array([form.na, k, form.deep, nc, nd, *form.nb, *form.nk, *nf], np.int64)
     out = np.empty((len(theta), len(u)))
     go = compile.function(run_on, 2, 2, 2, 1, 2, "index")
     go(np.ascontiguousarray(theta), np.array(z, order="C"), u, np.array([form.offset]), out, sizes)
