@@ -56,14 +56,16 @@ def run(name):
     wrong = dict(variance=s.told, scale=dw.models.InverseGamma(-1.5, 1e-20)) if s.told != s.sigma2 else {}
     r = follow(s, **wrong)
     errors, knowing = (r.theta - s.theta)[:, 50:], (kalman(s) - s.theta)[:, 50:]
-    r.ratio, r.covered = rms(errors) / rms(knowing), np.mean(abs(errors) < 1.96 * r.std[:, 50:])
+    r.ratio, inside = rms(errors) / rms(knowing), abs(errors) < 1.96 * r.std[:, 50:]
+    r.covered, r.unsure = inside.mean(), inside.mean(axis=(1, 2)).std() / np.sqrt(SEEDS)
     r.nis, r.jumps = r.nis[:, 50:].mean(), s.jumps
     return r
 
 
-# errors over those of the filter that knows Q and sigma^2 (d: that has the best constant Q), coverage of 95 % bars
+# errors over those of the filter that knows Q and sigma^2 (d: that has the best constant Q), coverage of 95 % bars: the
+# mean over records, within three standard errors of it (99.7 %); that of a is short, its parameters drift fast
 BOUNDS = {
-    "a": (1.08, 0.0, 1.0), "b": (1.20, 0.88, 0.97), "c": (1.20, 0.93, 0.97), "d": (1.05, 0.95, 1.0),
+    "a": (1.08, 0.875, 0.885), "b": (1.20, 0.88, 0.97), "c": (1.20, 0.93, 0.97), "d": (1.05, 0.95, 1.0),
     "e": (1.20, 0.95, 1.0), "f10": (1.20, 0.92, 0.98), "f01": (1.20, 0.92, 0.98), "g": (1.18, 0.91, 0.98),
 }  # fmt: skip
 
@@ -72,7 +74,7 @@ BOUNDS = {
 def test_errors_and_bars(name):
     most, low, high = BOUNDS[name]
     r = run(name)
-    assert r.ratio <= most and low <= r.covered <= high
+    assert r.ratio <= most and low - 3 * r.unsure <= r.covered <= high + 3 * r.unsure
     assert name == "d" or 0.95 <= r.nis <= 1.10
 
 
@@ -106,8 +108,17 @@ def test_louder_noise_is_told_as_such():
     r = follow(SimpleNamespace(y=y, psi=psi, u=s.u, phi=s.phi))
     assert np.mean((r.NOISE.sum(axis=1) == 1) & ~r.JUMP.any(axis=1)) >= 0.95
     assert np.mean(r.NOISE[:, 300:330].any(axis=1)) >= 0.9 and not r.NOISE[:, :300].any()
-    error = r.theta - s.theta
-    assert rms(error[:, 300:320]) <= 0.1 and rms(error[:, 320:]) <= 0.04  # three times that of all 300 before
+    error, loud = r.theta - s.theta, np.where(np.arange(600) < 300, 1.0, 9.0)[:, None, None]
+    weighted = np.einsum("sti,stj->stij", psi, psi) / loud  # least squares that are told the noise, all in one
+    P = np.linalg.inv(np.cumsum(weighted, axis=1)[:, 300:] + 1e-5 * np.eye(4))
+    knows = (
+        np.einsum("stij,stj->sti", P, np.cumsum(psi * y[..., None] / loud[..., 0], axis=1)[:, 300:]) - s.theta[:, 300:]
+    )
+    assert rms(error[:, :300][:, -20:]) <= 1.05 * rms(knows[:, :20])  # as good, until it happens
+    assert (
+        1.0 <= rms(error[:, 300:320]) / rms(knows[:, :20]) <= 6.6
+        and 1.0 <= rms(error[:, 320:]) / rms(knows[:, 20:]) <= 3.6
+    )
     assert abs(np.median(r.sigma2) / (9 * SIGMA2) - 1) <= 0.15
 
 
