@@ -137,15 +137,8 @@ def _split(rows: Rows, a: int, b: int) -> tuple[int, Jump] | None:
     kind, which = (NOISE, 0) if k == 0 else (LEVEL, 0) if k == 1 else (GAIN, k - 2)
     before, after = _sizes(rows, X, y, r, theta, at, kind, which)
     sample = rows.sample[a:b]
-    jump = Jump(
-        int(sample[at]),
-        (int(sample[low]), int(sample[high])),
-        odds - math.log(len(candidates)),
-        kind,
-        which,
-        before,
-        after,
-    )
+    low, first, high = (int(sample[place]) for place in (low, at, high))
+    jump = Jump(first, (low, high), odds - math.log(len(candidates)), kind, which, before, after)
     return a + at, jump
 
 

@@ -12,7 +12,6 @@ from .whiteness import Nis, Whiteness
 # --- jumps ---------------------------------------------------------------------------------------------------
 
 SOMETHING = "parameters jumped"  # of a jump that names none
-NO_JUMP = "Nothing jumped."
 NOTHING = "Nothing jumped, drifts or differs by more than chance explains."  # in a fleet
 AFTER_JUMPS = "right after jumps they never are"  # innovations: white
 BETWEEN_JUMPS = "between them the parameters stay"

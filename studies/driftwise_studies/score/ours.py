@@ -17,9 +17,6 @@ from ..papers.recordings import Series
 FALSE, SAME = 1000, 30  # samples in which one false alarm is allowed; within which alarms are about one change
 
 
-FALSE, SAME = 1000, 30  # samples in which one false alarm is allowed; within which alarms are about one change
-
-
 class Ours(NamedTuple):
     """The forecast of one record, one step ahead, in units of the data, and the changes that were told."""
 

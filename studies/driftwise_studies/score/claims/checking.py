@@ -171,13 +171,10 @@ def is_told(case: Case, k: int, claim) -> bool:
     jump, subject = case.plant.jumps[k], claim["subject"]
     if abs(claim["value"] * case.dt - jump.at) > case.tolerance:
         return False
-    if "level" in subject:
-        return jump.what == "level"
-    if "noise" in subject:
-        return jump.what == "noise"
-    if "gain from" in subject:
-        return jump.what == "gain" and case.written.inputs[jump.input] in subject
-    return True
+    named = {word for word in ("level", "noise", "gain") if f"the {word} " in subject}
+    if jump.what == "gain" and "gain" in named:
+        return f"from {case.written.inputs[jump.input]} " in subject
+    return not named or jump.what in named
 
 
 def forecast(case: Case, claim) -> str:
