@@ -1,11 +1,12 @@
 """Does `identify` find the right structure? Random models of each family, by seed: the table of docs/identify.md.
 
-    python scripts/identify_families.py [draws [first seed]]
+    python scripts/identify_families.py [draws [first seed [longest delay]]]
 
 A draw is a plant of order 1 to 3, its input (random binary or coloured), a signal-to-noise ratio of 1 to 100 and 500 to
 5000 samples. "as good": the right structure, or one whose error on 3000 samples to come is at most 2 % above that of
 the right structure estimated from the same record. "error": mean square over the variance of the noise, there. An
-ARMAX(n,n,n,1) is right as Joint(n), too.
+ARMAX(n,n,n,1) is right as Joint(n), too. With a longest delay the input acts up to so many samples later, and y has a
+level of its own.
 """
 
 from __future__ import annotations
@@ -70,12 +71,13 @@ def polynomial(rng, n: int, largest: float) -> np.ndarray:
     return np.real(np.poly(roots))
 
 
-def draw(family: str, rng) -> Draw:
+def draw(family: str, rng, longest: int = 0) -> Draw:
     """Return a random plant of a family, and its record."""
     n, samples = int(rng.integers(1, 4)), int(np.exp(rng.uniform(np.log(500), np.log(5000))))
     size = samples + TO_COME
     A, C = polynomial(rng, n, 0.95), polynomial(rng, n, 0.9)
     nk = int(rng.integers(1, 3)) if family == "ARX" else 1
+    nk = int(rng.integers(1, longest + 1)) if longest else nk
     B = np.concatenate([np.zeros(nk), rng.standard_normal(n)])
     binary, coloured = rng.choice([-1.0, 1.0], size), lfilter([1], [1, -rng.uniform(0, 0.9)], rng.standard_normal(size))
     u, e = binary if rng.random() < 0.5 else coloured, rng.standard_normal(size)
@@ -83,26 +85,33 @@ def draw(family: str, rng) -> Draw:
     x, v = lfilter(B, A, u), lfilter(*noise, e)
     std = 1.0 if family == "AR" else float(x.std() / v.std() / np.sqrt(10 ** rng.uniform(0, 2)))
     orders: dict[str, Any] = {
-        "AR": dict(na=n), "ARX": dict(na=n, nb=(n,), nk=(nk,)), "ARMAX": dict(na=n, nb=(n,), nc=n, nk=(1,)),
-        "OE": dict(nb=(n,), nf=(n,), nk=(1,)),
+        "AR": dict(na=n), "ARX": dict(na=n, nb=(n,), nk=(nk,)), "ARMAX": dict(na=n, nb=(n,), nc=n, nk=(nk,)),
+        "OE": dict(nb=(n,), nf=(n,), nk=(nk,)),
     }[family]  # fmt: skip
     y = v if family == "AR" else x + std * v
+    y = y + rng.uniform(-20, 20) * y.std() if longest else y
     return Draw(y, None if family == "AR" else u, samples, std, Candidate(family, orders, int(family != "AR"), 1.0))
 
 
-def outcome(seed: int) -> Outcome:
+def outcome(seed: int, longest: int = 0) -> Outcome:
     """Return what `identify` makes of the draw of a seed."""
     family = FAMILIES[seed % len(FAMILIES)]
-    d = draw(family, np.random.default_rng(seed))
+    d = draw(family, np.random.default_rng(seed), longest)
     T = d.samples
 
     def part(a, b=None):
         return d.y[a:b], None if d.u is None else d.u[a:b]
 
+    level = d.y[:T].mean() if longest else 0.0
+
+    def about(a, b=None):
+        y, u = part(a, b)
+        return y - level, u
+
     def loss(candidate: Candidate) -> float:
-        est = candidate.estimator().scaled_to(*part(0, T))
-        state = est.scan(*part(0, T), keep="innovations").state
-        e = est.scan(*part(T), state=state, keep="innovations").innovation
+        est = candidate.estimator().scaled_to(*about(0, T))
+        state = est.scan(*about(0, T), keep="innovations").state
+        e = est.scan(*about(T), state=state, keep="innovations").innovation
         return float(np.mean(e**2) / d.noise_std**2)
 
     identifier = Identifier(0 if d.u is None else 1)
@@ -128,9 +137,9 @@ def row(name: str, some: list[Outcome]) -> str:
     return f"| {name} | {' | '.join(cells)} |"
 
 
-def main(draws: int = 500, first: int = 0) -> None:
+def main(draws: int = 500, first: int = 0, longest: int = 0) -> None:
     with ProcessPoolExecutor(2) as pool:
-        found = list(pool.map(outcome, range(first, first + draws), chunksize=5))
+        found = list(pool.map(outcome, range(first, first + draws), [longest] * draws, chunksize=5))
     print("| family | draws | right | as good | error | of the right one | in 95 % band, % | within 92-97 % |")
     print("|---|---|---|---|---|---|---|---|")
     for family in FAMILIES:

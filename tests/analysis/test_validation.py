@@ -178,6 +178,22 @@ def test_delays_of_several_inputs_are_found_together():
     assert DelayScan(y, u, 1, (1, 1), longest_delay(y)).best((1, 1), (0, 0)) == (6, 17)
 
 
+@pytest.mark.parametrize("delay", [12, 37])
+def test_identify_finds_a_long_delay(delay):
+    y, u = record(14, delay=delay - 1)
+    chosen = dw.identify({"heater": u, "temperature": y}).chosen
+    assert chosen.candidate.orders["nk"] == (delay,)
+
+
+def test_identify_gives_several_inputs_delays_of_their_own():
+    rng = np.random.default_rng(15)
+    u, y = rng.standard_normal((1500, 2)), np.zeros(1500)
+    for t in range(20, 1500):
+        y[t] = 0.8 * y[t - 1] + u[t - 6, 0] + 0.7 * u[t - 17, 1] + 0.5 * rng.standard_normal()
+    chosen = dw.identify({"heater": u[:, 0], "valve": u[:, 1], "temperature": y}).chosen
+    assert chosen.candidate.orders["nk"] == (6, 17) and chosen.name.endswith("6/17)")
+
+
 def test_the_answer_prints_and_several_outputs_are_refused():
     y, u = record(12)
     text = str(validated(dw.ARX(2, 2), y, u))

@@ -36,6 +36,7 @@ ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
 NONE = [1, 2, 3, 5, 8]  # na with none
 COLOURED = [1, 2, 3]  # orders of ARMAX, OE and Joint
+DELAYED = [(1, 1, 0), (2, 2, 0), (3, 3, 0), (4, 4, 0), (4, 8, 3)]  # na, nb, and how much before a delay that was found
 
 
 class Candidate(NamedTuple):
@@ -51,8 +52,7 @@ class Candidate(NamedTuple):
         """What to call it: ARX(2,2,1)."""
         if self.kind == LEVEL:
             return LEVEL
-        numbers = (v[0] if isinstance(v, tuple) else v for v in self.orders.values())
-        return f"{self.kind}({','.join(map(str, numbers))})"
+        return f"{self.kind}({','.join(map(_written, self.orders.values()))})"
 
     @property
     def is_linear(self) -> bool:
@@ -97,8 +97,19 @@ class Candidate(NamedTuple):
         return len(self.estimator().names)
 
 
-def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
-    """Return the structures that compete for a record with so many inputs, those with fewer parameters first."""
+def _written(orders) -> str:
+    """Return a number, or those of several inputs where they differ: 2/1."""
+    if not isinstance(orders, tuple):
+        return str(orders)
+    return str(orders[0]) if len(set(orders)) == 1 else "/".join(map(str, orders))
+
+
+def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = ()) -> list[Candidate]:
+    """Return the structures that compete for a record with so many inputs, those with fewer parameters first.
+
+    ``delays`` (k,) are those that the record shows, where the usual ones do not hold them: models with them compete
+    as well.
+    """
     k, found = inputs, []
 
     def add(kind, **orders):
@@ -112,8 +123,13 @@ def candidates(inputs: int, dt: float = 1.0) -> list[Candidate]:
             add("ARMA", na=n, nc=n)
     for na, nb, nk in (ONE if k == 1 else SEVERAL) if k else []:
         add("ARX", na=na, nb=(nb,) * k, nk=(nk,) * k)
+    if delays:
+        for na, nb, before in DELAYED:
+            add("ARX", na=na, nb=(nb,) * k, nk=tuple(max(d - before, 0) for d in delays))
+    for late in dict.fromkeys([(1,) * k, delays or (1,) * k]) if k else []:
+        for n in COLOURED:
+            add("ARMAX", na=n, nb=(n,) * k, nc=n, nk=late)
+            add("OE", nb=(n,) * k, nf=(n,) * k, nk=late)
     for n in COLOURED if k else []:
-        add("ARMAX", na=n, nb=(n,) * k, nc=n, nk=(1,) * k)
-        add("OE", nb=(n,) * k, nf=(n,) * k, nk=(1,) * k)
         add(JOINT, order=n)
     return sorted(found, key=lambda c: c.unknowns)

@@ -8,6 +8,10 @@ import numpy as np
 
 ROWS = 20_000  # of a record that are looked at, at most
 LEAST = 4  # rows for each unknown, below which nothing is compared
+SURE = math.log(100.0)  # odds, in logarithms
+USUAL = 2  # samples: delays that candidates have anyway
+ORDER = 4  # past outputs, and coefficients of each input, by which delays are looked for
+LONGEST = 40  # samples, looked at in any case
 RIDGE = 1e-10  # of a regressor's own square: what makes two that are the same solvable
 
 
@@ -63,12 +67,12 @@ class DelayScan:
         """Whether there are rows enough to compare by."""
         return self.rows >= LEAST * self.unknowns and self.scale > 0
 
-    def left(self, nk) -> float:
-        """Return the share of the squares of y that delays ``nk`` (k,) leave."""
+    def left(self, nk, skipped: dict[int, int] | None = None) -> float:
+        """Return the share of the squares of y that delays ``nk`` (k,) leave; without the first lags of some inputs."""
         at = list(range(self.na))
         for i, (size, delay) in enumerate(zip(self.nb, nk)):
             first = self.na + i * self.deep + delay
-            at += range(first, first + size)
+            at += range(first + (skipped or {}).get(i, 0), first + size)
         G, b = self.products[np.ix_(at, at)], self.products[at, -1]
         G = G + RIDGE * np.eye(len(at))
         return max(float(self.products[-1, -1] - b @ np.linalg.solve(G, b)), 1e-14)
@@ -90,7 +94,7 @@ class DelayScan:
 def longest_delay(y) -> int:
     """Return how far to look for a delay, in samples: a quarter of the settling time of y, and forty samples at least.
 
-    The settling time is four times the time in which the autocorrelation of y falls to 1/e; never more than a twelfth
+    The settling time is four times the time in which the autocorrelation of y falls to 1/e; never more than a sixth
     of the record.
     """
     known = y[np.isfinite(y)]
@@ -103,7 +107,35 @@ def longest_delay(y) -> int:
     r = np.fft.irfft(f * f.conj(), size)[: T // 3 + 1]
     below = np.flatnonzero(r < r[0] / math.e)
     tau = int(below[0]) if len(below) else T // 3
-    return min(max(tau, LONGEST), T // 12)
+    return min(max(tau, LONGEST), T // 6)
 
 
-LONGEST = 40  # samples, looked at in any case
+def shown_delays(y, u) -> tuple[int, ...]:
+    """Return after how many samples each input acts, where the usual candidates do not hold it; nothing else.
+
+    Asked are the delays of an equation of fourth order up to `longest_delay`; they must beat the best of those within
+    ``USUAL`` at odds of 100:1, times the delays tried. Then each begins as late as costs next to nothing. Bad at inputs
+    that follow each other.
+    """
+    k, most = u.shape[1], longest_delay(y)
+    if not k or most <= USUAL:
+        return ()
+    scan = DelayScan(y, u, ORDER, (ORDER,) * k, most)
+    if not scan.is_enough:
+        return ()
+    best = scan.best((1,) * k, (0,) * k)
+    near = min((scan.left((d,) * k), (d,) * k) for d in range(USUAL + 1))[1]
+    if scan.odds(near, best) <= SURE + math.log(most):
+        return ()
+    found = tuple(first_lag(scan, best, i) for i in range(k))
+    return () if max(found) <= USUAL and len(set(found)) == 1 else found
+
+
+def first_lag(scan: DelayScan, nk: tuple[int, ...], i: int) -> int:
+    """Return the first lag of an input that counts: those before it can go, at odds of less than ``SURE``."""
+    whole = scan.left(nk)
+    for skipped in range(scan.nb[i] - 1, 0, -1):
+        left = scan.left(nk, {i: skipped})
+        if 0.5 * scan.rows * math.log(left / whole) < SURE:
+            return nk[i] + skipped
+    return nk[i]

@@ -14,6 +14,7 @@ from ..estimators.model_average.step import NAIVE
 from ..estimators.model_average.trace import AverageTrace
 from ..memory.exponential_forgetting import ExponentialForgetting
 from .candidates import LEVEL, Candidate, candidates
+from .delays import shown_delays
 
 PILOT = 200  # samples that set the units, or half of a record that is shorter
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
@@ -51,8 +52,8 @@ class Identifier:
 
     def __init__(self, inputs: int = 0, dt: float = 1.0):
         self.inputs, self.dt = validation.count("inputs", inputs), validation.positive("dt", dt)
-        self.candidates = candidates(self.inputs, self.dt)
-        self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
+        self.candidates: list[Candidate] = []
+        self._members: list[tuple[Candidate, Any]] = []
         self._average: Any = None
         self._state: Any = None
         self.samples = 0
@@ -80,6 +81,9 @@ class Identifier:
             raise InputError("y holds no number: nothing can be identified. Is it the right column?")
         pilot = slice(min(PILOT, max(len(y) // 2, 1)))
         self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
+        half = slice(max(len(y) // 2, 1))  # what follows is forecast by who has not seen it
+        self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]))
+        self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
         members = [c.estimator(memory) for c, memory in self._members]
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
         self._average = self._averaging(members, names)

@@ -42,8 +42,9 @@ def identify(data, output: str | None = None, input=None, time: str | None = Non
     the fewest parameters among the most likely is taken (prequential evidence, Dawid 1984) and followed with
     `AutoMemory`, which tells drift, jumps and outliers. The forecast is made from all candidates (`ModelAverage`).
 
-    Bad at: several outputs (one is taken), nonlinear plants, long delays (above 8 samples), inputs that follow the
-    output in closed loop without excitation of their own.
+    Bad at: several outputs (one is taken), nonlinear plants, delays beyond a quarter of the settling time and forty
+    samples, inputs that follow the output in closed loop without excitation of their own: ``found.validate()`` names
+    what it sees of these.
 
     Examples
     --------

@@ -17,11 +17,10 @@ from ..results.sentences import (
     squares_words,
 )  # fmt: skip
 from ..results.verdicts import Verdict
-from .delays import DelayScan, longest_delay
+from .delays import SURE, DelayScan, longest_delay
 from .forecast_verdicts import LEVEL, whiteness_verdict
 from .residual_tests import LAGS, Correlated, feedback, is_computed, missing_lags, squares
 
-DELAY_ODDS = math.log(100.0)  # of another delay, times the delays that were tried
 GAIN = 0.005  # of the squared residuals: what another delay takes off at least
 
 
@@ -72,7 +71,7 @@ def judge_residuals(r: Residuals, level: float = LEVEL) -> Tested:
 def _delays(r: Residuals, in_loop: tuple[bool, ...]) -> list[Verdict]:
     """Return a verdict on the delay of each input; that both go together at once in a loop is no delay."""
     (na, nb, nk), most = r.orders, longest_delay(r.y)
-    limits, found = (-math.inf, DELAY_ODDS + math.log(max(most, 1))), []
+    limits, found = (-math.inf, SURE + math.log(max(most, 1))), []
     scan = DelayScan(*r.filtered, na, nb, max(most, *nk)) if most > 1 else None
     if scan is None or not scan.is_enough:
         return [Verdict("delay", math.nan, limits, True, "too few samples to tell the delay") for _ in r.names]
