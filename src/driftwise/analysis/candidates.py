@@ -34,6 +34,11 @@ FAINT = 0.5e-4  # beside 1e4, the prior variance of a state relative to sigma^2:
 ONE = [(1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1), (2, 2, 2), (2, 2, 3), (3, 3, 0), (3, 3, 1), (4, 4, 0), (4, 4, 1),
        (4, 4, 2), (2, 6, 0), (8, 8, 0)]  # na, nb, nk with one input  # fmt: skip
 SEVERAL = [(1, 1, 0), (2, 2, 0), (2, 2, 1), (3, 3, 0), (4, 4, 0), (6, 3, 0)]  # with several
+LONG = [(8, 4, 0), (8, 8, 0)]  # and where the record has rows enough for them
+ROWS, WIDEST = (
+    20,
+    64,
+)  # measured outputs for each unknown that these take; the most unknowns, which bounds what they cost
 NONE = [1, 2, 3, 5, 8]  # na with none
 COLOURED = [1, 2, 3]  # orders of ARMAX, OE and Joint
 DELAYED = [(1, 1, 0), (2, 2, 0), (3, 3, 0), (4, 4, 0), (4, 8, 3)]  # na, nb, and how much before a delay that was found
@@ -104,11 +109,11 @@ def _written(orders) -> str:
     return str(orders[0]) if len(set(orders)) == 1 else "/".join(map(str, orders))
 
 
-def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = ()) -> list[Candidate]:
+def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = (), samples: int = 0) -> list[Candidate]:
     """Return the structures that compete for a record with so many inputs, those with fewer parameters first.
 
     ``delays`` (k,) are those that the record shows, where the usual ones do not hold them: models with them compete
-    as well.
+    as well. ``samples`` are the measured outputs to learn from: the longest equations of several inputs need many.
     """
     k, found = inputs, []
 
@@ -121,7 +126,8 @@ def candidates(inputs: int, dt: float = 1.0, delays: tuple[int, ...] = ()) -> li
             add("AR", na=na)
         for n in COLOURED:
             add("ARMA", na=n, nc=n)
-    for na, nb, nk in (ONE if k == 1 else SEVERAL) if k else []:
+    long = [orders for orders in LONG if k > 1 and orders[0] + k * orders[1] + 1 <= min(samples / ROWS, WIDEST)]
+    for na, nb, nk in (ONE if k == 1 else SEVERAL + long) if k else []:
         add("ARX", na=na, nb=(nb,) * k, nk=(nk,) * k)
     if delays:
         for na, nb, before in DELAYED:

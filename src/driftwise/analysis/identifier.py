@@ -82,7 +82,8 @@ class Identifier:
         pilot = slice(min(PILOT, max(len(y) // 2, 1)))
         self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
         half = slice(max(len(y) // 2, 1))  # what follows is forecast by who has not seen it
-        self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]))
+        measured = int(np.isfinite(y).sum())
+        self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]), measured)
         self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
         members = [c.estimator(memory) for c, memory in self._members]
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
