@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from driftwise_studies.papers.abid.systems import arx, system
+from driftwise_studies.score import worlds
+from driftwise_studies.score.worlds.simulation import records
 
 import driftwise as dw
 from driftwise.engine import ud
@@ -206,3 +208,15 @@ def test_local_level_whose_variances_nobody_told():
             1, memory=dw.AutoMemory(), variance=variance, scale=dw.models.InverseGamma(0.0, 1e-20), at_rest=True
         )
         assert rms((est.scan(y, np.ones((20_000, 1))).parameters[:, 0] - x)[10_000:]) <= 1.05 * best
+
+
+def test_a_missing_output_among_the_regressors_does_not_look_like_drift():
+    """A quarter of the outputs missing, constants: what is wrong then is no sign of drift, nor of little noise."""
+    plant = worlds.draw(0, 69)
+    r = records(plant, range(3))
+    errors = []
+    for memory in (dw.Constant(), dw.AutoMemory()):
+        est = dw.ARX(plant.na, plant.nb, memory=memory)
+        error = np.array([est.scan(y, u).parameters for y, u in zip(r.y, r.u)]) - r.theta
+        errors.append(rms((error / plant.deviations)[:, 50:]))
+    assert plant.missing[0] > 0.2 and errors[1] <= 1.6 * errors[0]

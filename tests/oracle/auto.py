@@ -78,7 +78,7 @@ class Suspicion:
         x, z = row / np.sqrt(variance), np.clip(z, -3, 3)
         self.score, self.known = 15 / 16 * self.score + x * z, 15 / 16 * self.known + x**2
         self.energy = 15 / 16 * self.energy + z**2 - 1
-        return np.any(self.score**2 > 3 * self.known) or self.energy > 9 or self.energy < -7
+        return np.any(self.score**2 > 3 * self.known) or self.energy > 10 or self.energy < -7.5
 
     def calm(self):
         self.score, self.energy = np.zeros_like(self.score), 0.0
@@ -231,8 +231,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
 
         # the trials
         for s in np.flatnonzero(seen):
-            rho, what = float(np.sum(corrected.w[s] * taken.rho[s])), None
-            views[s] = None
+            rho, what, views[s] = float(np.sum(corrected.w[s] * taken.rho[s])), None, None
             if not rest[s] and units.count[s] > 4 * n:
                 surprise = eps[s] ** 2 / out.S[s, k]
                 suspected = sums[s].see(row[s], eps[s] / np.sqrt(out.S[s, k]), out.S[s, k] / shown[s])
@@ -265,6 +264,11 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                     trials[s] = None
                     sums[s].calm()
                     out.odds[s, k] *= what is not None
+            elif trial is not None:  # at rest what was probable stays so
+                rho *= 1 - trial.shown.sum()
+                out.odds[s, k] = trial.odds
+                if trial.shown.any():
+                    views[s] = blend(new.at([s]), trial, over[s])
             if what is None and rho > 0.5:
                 out.events.append((int(s), k, "outlier"))
             if what is None and not rest[s]:

@@ -89,6 +89,9 @@ def adapt_auto(memory, state, e, R, view):
     head[VERDICT] = NOTHING
     if is_on:
         rho = try_out(memory, parts, e, R, evidence, rho, outliers, view)
+    elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so
+        rho *= 1.0 - trial.shown[0] - trial.shown[1] - trial.shown[2]
+        unfold(trial.copies, trial.dense, N)
     else:
         show_none(trial)
     head[RHO], head[IS_ISOLATED] = rho, 1.0 if head[CLEAN] >= ISOLATED else 0.0
@@ -96,7 +99,7 @@ def adapt_auto(memory, state, e, R, view):
     if not is_unexcited and head[VERDICT] == NOTHING:
         count_outlier(head, rho)
     own.head[FREEDOM_NOW], own.head[SIGMA2_NOW] = merge(memory, own, theta, U, D)
-    if is_on and head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
+    if head[VERDICT] == NOTHING and trial.shown[0] + trial.shown[1] + trial.shown[2] > 0.0:
         blend(memory, parts, view)
     return T
 

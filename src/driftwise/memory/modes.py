@@ -57,6 +57,15 @@ def own_sigma2(memory, own):
 
 
 @kernel
+def own_noise(memory, s2, R, shown):
+    """Return the variance of the noise relative to the sigma^2 of a mode; R is relative to that which is shown.
+
+    Beyond ``memory.R`` R is what regressors are wrong by: so much in y, whatever a mode thinks of its noise.
+    """
+    return memory.R + (R - memory.R) * (shown / s2)
+
+
+@kernel
 def begin_modes(memory, bank, theta, U, D):
     """Let every mode begin as the estimator does; the weights are equal."""
     M = count_of(bank, D.size)
@@ -116,7 +125,7 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
     s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]
     is_ready = memory.learns == 0.0 or own[FREEDOM] >= 1.0
     if memory.learns > 0.0:
-        nu = max(own[FREEDOM], 1.0)
+        nu, R = max(own[FREEDOM], 1.0), own_noise(memory, s2, R, view.s2)
     project(U, view.psi, f)
     p = predicted_variance(f, D, 0.0)
     T = p + R
@@ -141,8 +150,10 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
     for i in range(D.size):
         one.theta[i] += b[i] * (gain * error)
     if memory.learns > 0.0 and not is_unexcited:
-        own[FREEDOM] = FADE * own[FREEDOM] + 1.0 - rho
-        own[CHI2] = FADE * own[CHI2] + (1.0 - rho) * error * error * k
+        part = 1.0 - (R - memory.R) * k  # d log V/d log sigma^2: what regressors are wrong by says nothing of sigma^2
+        part *= part * (1.0 - rho)
+        own[FREEDOM] = FADE * own[FREEDOM] + part
+        own[CHI2] = FADE * own[CHI2] + part * error * error * k
     return log_p, rho, T, s2
 
 

@@ -42,7 +42,7 @@ from .row import (
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
-DOUBTED, SURE = 0.2, 0.9  # probability of an outlier from which it is no regressor to rely on, and none at all
+DOUBTED, SURE = 0.05, 0.9  # probability of an outlier from which it is no regressor to rely on, and none at all
 GLITCH = 0.3  # of the squared error: variance of a doubted one, which may be right; weighed so it biases no parameter
 RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
 
