@@ -36,6 +36,13 @@ def test_what_is_shown_has_the_shape_of_y_whatever_the_data(est, shape):
     assert np.shape(steps.innovation) == np.shape(steps.status) == (2, *y.shape)
 
 
+@pytest.mark.parametrize("est", RUNNING, ids=lambda est: type(est).__name__)
+def test_a_sample_is_shown_by_four_numbers_however_many_columns_there_are(est):
+    _, step = est.update(est.start(), 1.0)
+    assert len(step) == 4 and np.shape(step) == (4,)
+    assert step.status == est.update_batch(est.start(1), [1.0])[1].status[0]
+
+
 def test_an_estimator_of_regular_samples_takes_no_instants():
     est = dw.AR(1)
     with pytest.raises(dw.InputError, match="AR counts samples, dt apart, and goes by no instants"):

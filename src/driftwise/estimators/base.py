@@ -171,7 +171,7 @@ class Estimator(Answers, Portable):
         outs = EMPTY(shape)
         self.drive(rows, ys, us, outs, self.spec, EMPTY(room))
         if outputs is None:
-            prediction, innovation, variance, status = outs.tolist()[0][0]
+            prediction, innovation, variance, status = outs.tolist()[0][0][:4]
             return ARRAY((), self.dtype, rows), NEW(Step, (prediction, innovation, variance, int(status)))
         of_each = outs[0, 0, : 4 * outputs].reshape(4, outputs)
         return ARRAY((), self.dtype, rows), Step(of_each[0], of_each[1], of_each[2], of_each[3].astype(int))
