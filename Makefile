@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # What `make test-services` needs, as Debian calls it: compilers and machines for controllers, a MISRA checker.
 SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck
 
-.PHONY: run test test-all hostile test-services services check format bench score worlds judge claims docs clean
+.PHONY: run test test-all hostile test-services services check format mutants bench score worlds judge claims docs clean
 
 $(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -50,6 +50,9 @@ check: $(STAMP)  ## format, lint, types, import floors; every loop translates
 format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+mutants: $(STAMP)  ## change one line of the package at a time: does the test notice that says so?
+	$(BIN)/python scripts/mutants.py
 
 bench: $(STAMP)  ## speed and memory, as ratios in one run; writes bench.json, docs/benchmarks.md and its figure
 	$(BIN)/python -m bench --docs docs

@@ -9,6 +9,7 @@ types it is called with.
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 import warnings
@@ -103,6 +104,8 @@ def ask_all() -> None:
         fingerprint.take(name)  # what it makes of loops that do nothing is of no interest
     for est in (*test_laws.ESTIMATORS.values(), *test_laws.OBSERVERS.values()):
         ask(est)
+        with contextlib.suppress(dw.InputError, AttributeError):
+            est.predict(est.start(), np.zeros((2, est.model.inputs)) if est.model.inputs else None, horizon=2)
     for form in FORMS.values():
         for chosen in options():
             try:

@@ -104,6 +104,13 @@ def test_a_plant_is_matrices(matrices):
         dw.Plant()
 
 
+@pytest.mark.parametrize("memory", [dw.ExponentialForgetting, dw.memory.DirectionalForgetting])
+def test_one_weight_for_each_parameter_is_answered_with_what_does_it(memory, record):
+    with pytest.raises(dw.InputError, match=r"one weight for all parameters, got \[0.99, 0.95\].*RandomWalk\(\[q"):
+        dw.ARX(1, 1, memory=memory([0.99, 0.95]))
+    dw.ARX(1, 1, memory=dw.RandomWalk([1e-4, 1e-6])).scan(*record)
+
+
 def test_a_plant_stays_a_named_tuple():
     plant = dw.Plant([[0, 1], [0, -2]], [0, 3], [1, 0], states=("angle", "speed"))
     assert pickle.loads(pickle.dumps(plant)) == plant and plant._replace(states=None).states is None

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..engine import validation
 from ..engine.dispatch import PerParameter
+from ..engine.errors import InputError
 from .constant import on_alarm_constant
 from .registry import on_alarm, register, resolve, time_update
 from .wind_up import MEMORIES, shrink
@@ -40,6 +41,11 @@ class ExponentialForgettingKernel(NamedTuple):
 
 def weight_and_horizon(lam) -> tuple[float, float]:
     """Return a weight per sample, and over how many samples `shrink` calls something typical."""
+    if np.ndim(lam) > 0:
+        raise InputError(
+            f"lam is one weight for all parameters, got {lam!r}: a single sum over the past fades. Where each is to "
+            "have a pace of its own say how fast it drifts, RandomWalk([q, ..]), or let AutoMemory() find out"
+        )
     lam = validation.share("lam", lam, "a weight per sample")
     return lam, MEMORIES / (1 - lam) if lam < 1 else np.inf
 
