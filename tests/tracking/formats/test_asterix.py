@@ -7,6 +7,7 @@ import os
 import struct
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ import asterix_oracle as oracle
 
 from driftwise.engine.errors import InputError
 from driftwise.tracking.formats import asterix_records as structure
+from driftwise.tracking.formats import asterix_time
 from driftwise.tracking.formats.asterix import decode, placed, read_asterix
 from driftwise.tracking.formats.asterix_reports import MEANING
 from driftwise.tracking.frames import east_north
@@ -200,6 +202,21 @@ def test_midnight_and_the_day():
     wild = [80000, 80004, 20000, 80008, 3000, 80012, 80016]  # two wild clocks do not move the day
     found = read_asterix(file_of(*[polar(t) for t in wild])).time
     assert found.tolist() == [80000, 80004, 80008, 80012, 80016, 86400 + 3000, 86400 + 20000]
+
+
+def test_one_wild_time_does_not_move_the_day():
+    """Half a day back, but for seconds: what comes after it is of the same day all the same."""
+    day = 86400.0
+    told = [*(86000.0 + np.arange(10)), 86004.0 - 43190.0, *(86030.0 + np.arange(5)), *np.arange(-370.0, -360.0)]
+    rows = [
+        SimpleNamespace(category=48, sensor="one", captured=np.nan, body=SimpleNamespace(time=time % day))
+        for time in told
+    ]
+    found = asterix_time.times(rows, 0.0)
+    expected = np.array(told)
+    expected[16:] += day  # after midnight
+    expected[10] = found[10]
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_category_1_takes_its_time_from_category_2():
