@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from datetime import datetime, timedelta
+from pathlib import Path
+from subprocess import run
 
 import numpy as np
 import pyarrow as pa
@@ -235,3 +238,19 @@ def test_of_two_columns_of_dates_the_one_that_never_goes_back_is_the_clock():
     local = utc + 7200.0 - 3600.0 * (utc > 300_000)
     columns = {"local": local, "utc": utc, "valve": u[:, 0], "level": y}
     assert recognise(columns, stamps=("local", "utc")).time == "utc"
+
+
+def test_a_day_above_twelve_far_down_tells_days_from_months(tmp_path):
+    y, u = plant(900)
+    moments = [datetime(2011, 4, 12, 17) + timedelta(minutes=2 * k) for k in range(900)]
+    rows = [f"{m:%m/%d/%y %H:%M},{a:.4f},{b:.4f}" for m, a, b in zip(moments, y, u[:, 0])]
+    table = read(written(tmp_path / "a.csv", "time,level,valve", rows))[0]
+    assert (table.time, table.dt, table.rows) == ("time", 120.0, 900)
+    rows = [f"{m:%m/%d/%Y %I:%M %p},{a:.4f},{b:.4f}" for m, a, b in zip(moments, y, u[:, 0])][:200]
+    segments = read(written(tmp_path / "b.csv", "time,level,valve", rows))[1]
+    assert segments.table.origin("time") == "2011-04-12T17:00:00"
+
+
+def test_the_page_lists_the_vocabulary():
+    root = Path(__file__).resolve().parents[2]
+    run([sys.executable, root / "scripts/vocabulary.py", "--check"], check=True)

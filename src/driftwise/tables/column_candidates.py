@@ -29,17 +29,20 @@ def propose_output(free: list[str], names: dict[str, Name], taken, switches=()) 
     best = max(scores.values())
     leading = [name for name in free if scores[name] == best]
     is_caused = bool(taken) or any(name.score <= -2 for name in names.values())
+    electric = [name for name in free if "voltage" in names[name].kinds]
     if best > 0:
         one = leading[0]
-        alike = all(names[name].stem == names[one].stem for name in leading)
-        rivals = () if len(leading) == 1 or alike or is_caused else tuple(leading)
-        return one, "a set point is named after it" if one in aimed else because(names[one], "output"), rivals
-    electric = [name for name in free if "voltage" in names[name].kinds]
+        rivals: list[str] = []
+        if not is_caused and not all(names[name].stem == names[one].stem for name in leading):
+            rivals = [*leading, *(name for name in free if scores[name] == 0)]  # of which one may be the effect as well
+        elif not is_caused and electric and all(names[name].unit in ("°C", "°F", "K") for name in leading):
+            rivals = [*leading, *electric]  # a cell: its voltage follows the current, and so does its temperature
+        return one, "a set point is named after it" if one in aimed else because(names[one], "output"), tuple(rivals)
     if best < 0 and electric and len(electric) < len(free):  # a current and its voltage
         return electric[-1], "the voltage beside a current", ()
-    rivals = tuple(leading) if len(leading) > 1 else ()
-    why = "the last column of numbers that could be one" if rivals else "the only one that names no cause"
-    return leading[-1], why, rivals
+    if len(leading) == 1:
+        return leading[0], "the only one that names no cause", ()
+    return leading[-1], "the last column of numbers that could be one", tuple(leading)
 
 
 def _has_setpoint(name: str, names: dict[str, Name]) -> bool:

@@ -116,7 +116,9 @@ def sniff(lines: list[str]) -> Dialect:
     return Dialect(
         delimiter=delimiter,
         decimal="," if total["comma"] > 0 and not _has_dots(body) else ".",
-        day_first=_day_first(body),
+        day_first=_day_first(
+            [*body, *(split(line, delimiter) for line in [*lines[:: 1 + len(lines) // SAMPLE_LINES], lines[-1]])]
+        ),
         names=tuple(names),
         skip=skip,
         has_header=header is not None,
@@ -321,9 +323,13 @@ def _has_dots(body: list[list[str]]) -> bool:
 
 
 def _day_first(body: list[list[str]]) -> bool:
-    """Whether dates with slashes begin with the day: what exceeds 12, or else changes more often, is the day."""
-    dates = [match.groups() for row in body for cell in row if (match := SLASHED.match(cell))]
+    """Whether dates with slashes begin with the day: what exceeds 12, or else changes more often, is the day.
+
+    Where neither does, those with am and pm are American and begin with the month.
+    """
+    cells = [cell for row in body for cell in row if SLASHED.match(cell)]
+    dates = [match.groups() for cell in cells if (match := SLASHED.match(cell))]
     first, second = ({int(date[j]) for date in dates} for j in (0, 1))
     if max(first | {0}) > 12 or max(second | {0}) > 12:
         return max(first) > 12
-    return len(first) >= len(second)
+    return len(first) > len(second) or (len(first) == len(second) and not any(c[-1] in "mM" for c in cells))
