@@ -62,7 +62,7 @@ class SimulateJob(Job):
     )
     missing: Annotated[float, typer.Option(min=0, max=1, help="Fraction of the outputs to lose.")] = 0.0
     dt: Annotated[float, typer.Option(min=0, help="Seconds between samples.")] = 1.0
-    seed: Annotated[int, typer.Option(help="The same seed gives the same table.")] = 0
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same table.")] = 0
 
     def run(self) -> None:
         """Write t, u, y as CSV and say on standard error what the plant is."""

@@ -132,7 +132,7 @@ class FleetSimulateJob(Job):
     folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder to write Parquet files into.")]
     series: Annotated[int, typer.Option(min=1, help="Number of pumps.")] = 1000
     samples: Annotated[int, typer.Option(min=50, help="Samples of each.")] = 500
-    seed: Annotated[int, typer.Option(help="The same seed gives the same files.")] = 0
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same files.")] = 0
 
     def run(self) -> None:
         """Write the fleet, and say what is wrong with which pumps and what to type next."""

@@ -11,7 +11,8 @@ from typing import Any, get_type_hints
 
 from driftwise.cli.progress import bar
 from driftwise.cli.targets import refuse_targets
-from driftwise.engine.errors import InputError, Stopped
+from driftwise.engine import bounds
+from driftwise.engine.errors import CommandError, InputError, Stopped
 
 LOOK = 1000  # rows by which a clock is known
 
@@ -21,6 +22,9 @@ def add_command(app, name: str, job: type) -> None:
     hints = get_type_hints(job, include_extras=True)
 
     def call(**options):
+        for name, value in options.items():
+            if isinstance(value, int) and value > bounds.most(name):
+                raise CommandError(f"--{name} is at most {bounds.most(name)}, got {value}{bounds.why(name)}.")
         try:
             job(**options).run()
         except KeyboardInterrupt:

@@ -18,7 +18,7 @@ from driftwise.cli.progress import bar
 from driftwise.cli.run import RunJob
 from driftwise.cli.track import TrackJob
 from driftwise.cli.validate import ValidateJob
-from driftwise.engine.errors import CommandError, InputError, Stopped
+from driftwise.engine.errors import CommandError, InputError, Stopped, brief
 from driftwise.report.advice_translation import spoken
 from driftwise.report.printed import say
 
@@ -117,6 +117,8 @@ def main() -> None:
         code = _complain("; ".join(filter(None, ["stopped", str(asked_to)])), asked_to.code)
     except OSError as error:  # what no door can know: a disk that fills up, a folder taken away meanwhile
         code = _stop(error)
+    except MemoryError:
+        code = _complain("there is not enough memory for this: fewer samples, lower orders, a smaller --chunk?", 1)
     except USAGE as error:
         code = _explain(error)
     sys.exit(_printed(code))
@@ -157,7 +159,7 @@ def _explain(error: Any) -> int:
         error.show()
     else:
         about = getattr(error.ctx, "command_path", "driftwise") if getattr(error, "ctx", None) else "driftwise"
-        _complain(f"{error.format_message().rstrip('.')}. What there is: {about} --help", error.exit_code)
+        _complain(f"{brief(error.format_message().rstrip('.'))}. What there is: {about} --help", error.exit_code)
     return error.exit_code
 
 

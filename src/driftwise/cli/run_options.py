@@ -12,6 +12,8 @@ from driftwise import estimators as families
 from driftwise.cli import specs
 from driftwise.cli.job import RecordJob
 from driftwise.cli.options import Chunk, From, Inputs, Json, TableFile, To, time_option
+from driftwise.engine import validation
+from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
 
 AUTO = "1-5"  # what --order auto compares unless told otherwise
@@ -24,10 +26,11 @@ def _order(text: str) -> int | str:
     """Return the order as a number, or "auto"."""
     if text == "auto":
         return text
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is neither a whole number nor auto.") from None
+    text = str(text)  # typer hands over the default, too
+    number = whole(text.removeprefix("-"))
+    if number is None:
+        raise typer.BadParameter(f"{text!r} is neither a whole number nor auto.")
+    return -number if text.startswith("-") else number
 
 
 @dataclass
@@ -188,12 +191,13 @@ class RunOptions(RecordJob):
         """Samples that the smoother looks ahead; None: to the end."""
         if self.smooth in (None, "all"):
             return None
-        if not str(self.smooth).isdecimal() or int(str(self.smooth)) < 1:
+        lag = whole(str(self.smooth))
+        if not lag:
             raise InputError(
                 f"--smooth must be all (the whole record) or a number of samples to look ahead, at least 1, "
                 f"got {self.smooth!r}."
             )
-        return int(str(self.smooth))
+        return validation.count("lag", lag)
 
     @property
     def memory_word(self) -> str:
@@ -257,9 +261,9 @@ def orders(text: str) -> list[int]:
     found: set[int] = set()
     for part in text.split(","):
         low, dash, high = (piece.strip() for piece in part.partition("-"))
-        if not low.isdecimal() or (dash and not high.isdecimal()):
+        first, last = whole(low), whole(high or low)
+        if first is None or last is None or (dash and not high):
             raise InputError(f"--orders takes a range or a list of orders, for example 1-5 or 1,2,4; got {text!r}.")
-        first, last = int(low), int(high or low)
         if last < first:
             raise InputError(f"--orders {part.strip()} counts downwards; was {last}-{first} meant?")
         if first < 1 or last > LARGEST:

@@ -8,6 +8,8 @@ from typing import Any
 from driftwise import estimators as families
 from driftwise import memory as memories
 from driftwise import models
+from driftwise.engine import validation
+from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
 
 # the numbers of each model, in order; those in PER_INPUT may differ by input: 2/1 is 2 for the first, 1 for the second
@@ -21,7 +23,6 @@ MODELS = {
     "regression": (),
 }
 PER_INPUT = ("nb", "nf", "nk")
-LARGEST = 1000  # a covariance has the square of it
 
 
 def refusal(error: InputError, **given: Any) -> CommandError:
@@ -61,16 +62,17 @@ def model(text: str, inputs: int) -> tuple[str, dict[str, Any]]:
 
 def _order(name: str, part: str, inputs: int, text: str) -> Any:
     values = part.split("/")
-    if not all(v.strip().isdecimal() for v in values) or (len(values) > 1 and name not in PER_INPUT):
+    numbers = [whole(value) for value in values]
+    if None in numbers or (len(values) > 1 and name not in PER_INPUT):
         raise InputError(f"--model {text}: {name} = {part!r} must be a whole number"
                          + (", or one for each input as in 2/1." if name in PER_INPUT else "."))  # fmt: skip
-    if max(map(int, values)) > LARGEST:
-        raise InputError(f"--model {text}: {name} is at most {LARGEST}; is the record sampled too fast?")
+    for number in numbers:
+        validation.count(name, number)
     if name not in PER_INPUT:
-        return int(part)
+        return numbers[0]
     if len(values) not in (1, inputs):
         raise InputError(f"--model {text}: {name} lists {len(values)} numbers for {inputs} input(s).")
-    return tuple(int(v) for v in values * (inputs if len(values) == 1 else 1))
+    return tuple(numbers * (inputs if len(values) == 1 else 1))
 
 
 def policy(text: str, jumps: str | None) -> Any:
@@ -186,10 +188,10 @@ def _estimator(text: str, inputs: tuple[str, ...], dt: float) -> Any:
         except InputError as error:
             raise InputError(f"SPEC {text}: {error}") from None
     order, _, noise = numbers.partition(",")
-    if not order.strip().isdecimal() or (noise or "equation-error") not in NOISES:
+    if whole(order) is None or (noise or "equation-error") not in NOISES:
         raise InputError(
             f"SPEC {text}: the joint filter is written joint:N or joint:N,NOISE, for example joint:2,unknown; NOISE is "
             f"one of {', '.join(NOISES)}."
         )
     how = getattr(models, NOISES[noise or "equation-error"])()
-    return families.Joint(int(order), len(inputs), noise=how, memory=policy(kept or "constant", None), dt=dt)
+    return families.Joint(whole(order), len(inputs), noise=how, memory=policy(kept or "constant", None), dt=dt)

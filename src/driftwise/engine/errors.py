@@ -1,8 +1,25 @@
 """The error a user meets at the door."""
 
+import re
+
+QUOTED = re.compile(r"""(?<!\w)(?:'[^'\n]{81,}'|"[^"\n]{81,}")(?!\w)""")
+WORD = re.compile(r"\S{301,}")
+CELL, LINE = 80, 1000  # characters that are repeated of what came with the data, and of a line as a whole
+
+
+def brief(text: str) -> str:
+    """Return a text that repeats no more of what it quotes than is needed to know it again."""
+    text = QUOTED.sub(lambda found: f"{found[0][: CELL - 20]} .. {found[0][-17:]}", text)
+    text = WORD.sub(lambda found: f"{found[0][:200]} .. {found[0][-60:]}", text)
+    lines = text.split("\n")
+    return "\n".join(line if len(line) <= LINE else f"{line[: LINE - 400]} .. {line[-390:]}" for line in lines)
+
 
 class InputError(ValueError):
     """Data or a setting handed over by the user cannot be used; the message says which, why and the likely cause."""
+
+    def __init__(self, text: object = ""):
+        super().__init__(brief(str(text)))
 
 
 class CommandError(InputError):

@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from .errors import InputError
+from . import bounds
+from .errors import InputError, brief
 
 LARGEST = 1e100  # typical size of data
 INFINITE, ONE, EMPTY = math.inf, (1, 1, 1), np.empty
@@ -17,9 +18,11 @@ HOLDS = ("zoh", "foh")  # what an input does between its samples: held, or a str
 
 
 def count(name, value, least=0) -> int:
-    """Return a whole number of at least ``least``."""
+    """Return a whole number of at least ``least``, and at most what `bounds` says of this name."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
+    if value > bounds.most(name):
+        raise InputError(f"{name} is at most {bounds.most(name)}, got {value!r}{bounds.why(name)}")
     return int(value)
 
 
@@ -78,8 +81,7 @@ def floats(name, value) -> np.ndarray:
             raise TypeError
         return found.astype(float)
     except (TypeError, ValueError):
-        came = repr(value)
-        raise InputError(f"{name} must hold numbers, got {came[:80]}{' ..' if len(came) > 80 else ''}") from None
+        raise InputError(f"{name} must hold numbers, got {brief(repr(value))}") from None
 
 
 def seconds(name, value) -> np.ndarray:
@@ -110,6 +112,16 @@ def each(name, value, size) -> np.ndarray:
         came = f"{value.tolist()}" if fits else f"shape {value.shape}"
         raise InputError(f"{name} must be a finite number, or {size} of them, got {came}")
     return np.full(size, value) if value.size == 1 else value.copy()
+
+
+def unknowns(size: int) -> int:
+    """Return how many unknowns a model has."""
+    if size > bounds.UNKNOWNS:
+        raise InputError(
+            f"the model has {size} unknowns, and at most {bounds.UNKNOWNS} are taken: what is known of them is a "
+            "matrix of their square. Take lower orders, or fewer inputs"
+        )
+    return size
 
 
 def covariance(name, value, size) -> np.ndarray:
@@ -300,7 +312,7 @@ def degree(name, value) -> int:
             f"{name} is the degree of an unknown polynomial, at least -1: -1 none, 0 a constant, 1 a ramp; "
             f"got {value!r}"
         )
-    return int(value)
+    return count(name, value) if value >= 0 else -1
 
 
 def frequencies(value) -> list[float]:
@@ -309,6 +321,7 @@ def frequencies(value) -> list[float]:
     if found.ndim > 1 or not np.all(np.isfinite(found) & (found > 0)):
         what = ": a frequency of 0 is a constant, a polynomial of degree 0" if np.any(found == 0) else ""
         raise InputError(f"frequencies must be positive and finite, in rad/s, got {value!r}{what}")
+    count("frequencies", len(found))
     if len(np.unique(found)) < len(found):
         raise InputError(f"frequencies must be different, or their sinusoids cannot be told apart: {value!r}")
     return found.tolist()

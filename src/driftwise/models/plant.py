@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy  # scipy.linalg loads where it is used, which is not in `engine.validation`
 
-from ..engine.errors import InputError
-from ..engine.validation import HOLDS
+from ..engine.errors import InputError, brief
+from ..engine.validation import HOLDS, count
 
 VISIBLE = 1e-9  # smallest singular value of the balanced [A - lambda I; H], relative, at which a mode counts as seen
 
@@ -47,8 +47,8 @@ class Plant(_Matrices):
             if callable(matrix) or isinstance(matrix, str | bytes):
                 kind = "a function" if callable(matrix) else "text"
                 raise InputError(
-                    f"{name} must be a matrix of numbers, got {kind}, {str(matrix)[:60]!r}. A plant that changes with "
-                    "its state or with time has no such matrices: take those about the point where it works"
+                    f"{name} must be a matrix of numbers, got {kind}, {brief(repr(str(matrix)))}. A plant that changes "
+                    "with its state or with time has no such matrices: take those about the point where it works"
                 )
         return super().__new__(cls, A, B, C, D, states, inputs, outputs)
 
@@ -295,6 +295,7 @@ def _shape(q):
         g = q.degree
         if isinstance(g, bool) or not isinstance(g, int | np.integer) or g < 0:
             raise InputError(f"degree of a polynomial disturbance must be a whole number of at least 0, got {g!r}")
+        count("degree", g)
         return np.eye(g + 1, k=1), _walk(q, np.eye(g + 1)[g]), ["", *("_" + "d" * i for i in range(1, g + 1))]
     if isinstance(q, Sinusoid):
         if not _is_number(q.w) or q.w <= 0:

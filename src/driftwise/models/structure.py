@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.bounds import UNKNOWNS
 from ..engine.errors import InputError
 
 
@@ -38,15 +39,12 @@ def indices(structure, inputs: int) -> tuple[int, ...]:
     if not nu:
         raise InputError("structure is empty: it lists the order nu_i of each output, such as (2, 1)")
     size = sum(nu) * (len(nu) + inputs + 1) + len(nu) * inputs
-    if size > LARGEST:
+    if size > UNKNOWNS:
         raise InputError(
-            f"structure {nu} with {inputs} input(s) has about {size} unknowns; the limit is {LARGEST}. "
+            f"structure {nu} with {inputs} input(s) has about {size} unknowns; the limit is {UNKNOWNS}. "
             "Indices are orders, not lengths of records: were data given instead?"
         )
     return nu
-
-
-LARGEST = 2000  # unknowns: a state of that size is 16 MB, a sample some milliseconds
 
 
 @dataclass(frozen=True)

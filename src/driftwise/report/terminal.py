@@ -6,6 +6,7 @@ import functools
 from math import inf
 from typing import Any
 
+from driftwise.engine.errors import brief
 from driftwise.report.printed import console, say
 from driftwise.report.roots import own_zeros
 from driftwise.results.numbers import SAMPLES, bound, chance, fixed, near_one, number, percent, plus_minus, probable
@@ -29,7 +30,7 @@ def head(out, title: str, *lines) -> None:
     out.print()
     out.print(Text(title, style="bold"))
     for words in lines:
-        out.print(Text(" \u00b7 ".join(filter(None, words)), style="dim"))
+        out.print(Text(brief(" \u00b7 ".join(filter(None, words))), style="dim"))
     out.print()
 
 
@@ -38,7 +39,7 @@ def foot(out, *, beware=(), label: str = "note") -> None:
     from rich.text import Text
 
     for text in beware:
-        out.print(Text(f"{label}: ", style="yellow") + Text(text))
+        out.print(Text(f"{label}: ", style="yellow") + Text(brief(text)))
 
 
 def table(*columns: tuple[str, str]) -> Any:

@@ -42,7 +42,9 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
             found = tomllib.load(file)
     except OSError as error:
         raise CommandError(f"--plant {path}: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except RecursionError:
+        raise CommandError(f"--plant {path} is nested too deep; a file begins like this:\n{EXAMPLE}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, ValueError) as error:
         raise CommandError(f"--plant {path} is not a TOML file: {error}. A file begins like this:\n{EXAMPLE}") from None
     try:
         _known(found, SECTIONS, "section")

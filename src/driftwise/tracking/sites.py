@@ -172,7 +172,7 @@ def _file(path):
             table = tomllib.loads(path.read_text(encoding="utf-8"))
         else:
             raise InputError(f"sites: {path} is neither .csv, .json nor .toml; {HOW}")
-    except (ValueError, OSError, csv.Error) as error:
+    except (ValueError, OSError, RecursionError, csv.Error) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"sites: {path} cannot be read: {error}") from None

@@ -25,8 +25,9 @@ def mean_of(name: str, given, order, names, several: bool = False) -> np.ndarray
 
 def covariance_of(P0, order, units, names, several: bool = False) -> np.ndarray:
     """Return a prior covariance; where none is given a wide one, ``units`` being its squared units."""
+    N = validation.unknowns(len(order))
     P0 = in_order("P0", P0, users(order, names), WIDTH * users(order, units), several)
-    return WIDTH * np.diag(units) if P0 is None else validation.covariance("P0", P0, len(order))[np.ix_(order, order)]
+    return WIDTH * np.diag(units) if P0 is None else validation.covariance("P0", P0, N)[np.ix_(order, order)]
 
 
 def users(order, values) -> np.ndarray:
