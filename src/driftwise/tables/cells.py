@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.dates import are_compact, iso
+from driftwise.tables.dates import are_compact, counted, iso
 from driftwise.tables.dialect import MINUS, MISSING
 
 LARGEST = 1e100  # whose square is a number yet
@@ -107,12 +107,13 @@ def trimmed(column):
     return pc.if_else(missing, pa.scalar(None, pa.string()), cells)
 
 
-def seconds(column, decimal: str = ".", day_first: bool = True):
+def seconds(column, decimal: str = ".", day_first: bool = True, are_dates: bool = False):
     """Return (values, bad, is_stamp): time in its own unit, or int64 nanoseconds since 1970 for time stamps.
 
     A missing stamp is the smallest int64 (what NumPy calls NaT); one that nanoseconds cannot count, before 1678 or
     after 2261 (9999-12-31 stands for none in many a data base), is bad. Text is read as ISO 8601 or a date with dots
-    or slashes; `day_first` says whether 1/2/2024 is in February.
+    or slashes; `day_first` says whether 1/2/2024 is in February. Numbers that count time on a calendar are stamps, too
+    (`dates.counted`); ``are_dates``: other rows were.
     """
     import numpy as np
     import pyarrow as pa
@@ -127,12 +128,12 @@ def seconds(column, decimal: str = ".", day_first: bool = True):
         values = column.cast(pa.duration("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
         return values.to_numpy(zero_copy_only=False) / 1e9, np.zeros(len(column), bool), False
     if not is_text(kind):
-        return (*numbers(column), False)
+        return _dated(*numbers(column), are_dates)
     if are_compact(trimmed(column.slice(0, LOOK)).drop_null().to_pylist()):
         return (*_stamps(column, day_first), True)
     values, bad = numbers(column, decimal)
     if np.isfinite(values).any() or not bad.any():
-        return values, bad, False
+        return _dated(values, bad, are_dates)
     return (*_stamps(column, day_first), True)
 
 
@@ -188,6 +189,18 @@ def _nanoseconds(stamps):
     return np.where(within, np.where(within, values, 0) * factor, NAT)
 
 
+def _dated(values, bad, are_dates: bool):
+    """Return what `seconds` does of numbers: stamps, where they are dates."""
+    import numpy as np
+
+    found = counted(values, are_dates)
+    if found is None:
+        return values, bad, False
+    is_number = np.isfinite(found)
+    microseconds = np.rint(np.where(is_number, found, 0) * 1e6).astype(np.int64)
+    return np.where(is_number, 1000 * microseconds, NAT), bad, True
+
+
 def converted(column, kind: str, decimal: str = ".", day_first: bool = True):
     """Return (values, bad) of a column of that kind, as `kind_of` says it; of time stamps int64 nanoseconds."""
     import numpy as np
@@ -219,10 +232,12 @@ def kind_of(column, decimal: str = ".", day_first: bool = True) -> str:
     if is_text(column.type) and len(column) and not switched(column)[1].any():
         return "switch"
     try:
-        values, bad, is_stamp = seconds(column, decimal, day_first)
-        if is_stamp:
+        stamps, bad, is_stamp = seconds(column, decimal, day_first)
+        values, not_numbers = numbers(column, decimal)
+        is_count = is_stamp and bool(np.isfinite(values).any()) and counted(values) is not None
+        if is_stamp and not (is_count and (np.diff(stamps[stamps != NAT]) < 0).any()):  # what falls is no clock
             return "stamp" if 2 * bad.sum() < len(column) else "text"
-        values, bad = numbers(column, decimal)
+        bad = not_numbers
     except InputError:
         return "text"
     return "number" if bad.sum() <= np.isfinite(values).sum() else "text"
@@ -241,7 +256,7 @@ def instants(column, decimal: str = ".", day_first: bool = True, are_stamps: boo
         values = column.cast(pa.int64()).cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
         found, bad, is_stamp = values / PER_SECOND[kind.unit], np.zeros(len(column), bool), True
     else:
-        found, bad, is_stamp = seconds(column, decimal, day_first)
+        found, bad, is_stamp = seconds(column, decimal, day_first, bool(are_stamps))
         if is_stamp:
             found = np.where(found == NAT, np.nan, found / 1e9)
     if are_stamps is not None and is_stamp != are_stamps:

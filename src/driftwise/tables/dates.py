@@ -12,6 +12,8 @@ MONTHS = (
 )  # fmt: skip
 NAMED = "|".join(MONTHS)
 TIME = r"[T :]+\d\d?:\d\d(:\d\d([.,]\d+)?)?\s*([AaPp]\.?[Mm]\.?)?\s*(Z|UTC|GMT|[+-]\d\d:?(\d\d)?)?"
+CENTURY = 978_307_200, 4_102_444_800  # seconds since 1970 of 2001 and of 2100
+DAYS, EPOCH = (20_000, 80_000), 25_569  # of a spreadsheet: from 1954 to 2119, and 1970
 COMPACT = r"(1[89]|20)\d\d(0[1-9]|1[0-2])(0[1-9]|[12]\d|3[01])"  # 20180131
 
 # What a cell looks like that is a date, alone or before a time of day.
@@ -44,6 +46,34 @@ def are_compact(cells: list[str]) -> bool:
         and all(map(_DIGITS.match, cells))
         and (sorted(cells) == cells or sorted(cells, reverse=True) == cells or len(cells[0]) > 8)
     )
+
+
+def counted(values, is_known: bool = False):
+    """Return seconds since 1970 of numbers that count time on a calendar; None where they may be numbers of any kind.
+
+    Milli-, micro- or nanoseconds since 1970 of this century, whole; days of a spreadsheet with times of day, which are
+    whole seconds and no short decimals. ``is_known``: that they are dates was seen in other rows.
+
+    >>> counted([1.7e12, 1.700000001e12]), counted([45000.041667, 45000.083333]), counted([45000.5, 45001.0])
+    (array([1.7e+09, 1.7e+09]), array([1.6842e+09, 1.6842e+09]), None)
+    """
+    import numpy as np
+
+    values = np.asarray(values, float)
+    seen = values[np.isfinite(values)]
+    if not seen.size:
+        return None
+    low, high = seen.min(), seen.max()
+    for unit in (1e3, 1e6, 1e9):
+        if CENTURY[0] * unit <= low and high < CENTURY[1] * unit and (seen % 1 == 0).all():
+            return values / unit
+    if not (DAYS[0] <= low and high < DAYS[1]):
+        return None
+    rest = np.abs(np.rint(seen * 86400) - seen * 86400)
+    is_short = np.abs(np.rint(seen * 1e3) - seen * 1e3) < 1e-6
+    if (rest < 0.06).all() and (is_known or np.mean(is_short) < 0.5):
+        return np.rint((values - EPOCH) * 86400)
+    return None
 
 
 def iso(cells, day_first: bool):
