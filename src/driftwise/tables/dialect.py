@@ -174,7 +174,20 @@ def _is_words(row: list[str]) -> bool:
     return "text" in kinds and not kinds & {"comma", "stamp", "number"}
 
 
-def _is_header(row: list[str], numeric: list[int]) -> bool:
+def _counts_columns(row: list[str], body: list[list[str]]) -> bool:
+    """Whether a row of numbers is a header: the columns counted from 0 or 1, over rows of which none goes on so.
+
+    It is what is written of a table of numbers that never had names.
+    """
+    counted = [[str(k + start) for k in range(len(row))] for start in (0, 1)]
+    if len(row) < 3 or [cell.strip() for cell in row] not in counted:
+        return False
+    return any("." in cell or "," in cell or "e" in cell.lower() for line in body for cell in line)
+
+
+def _is_header(row: list[str], numeric: list[int], body: list[list[str]]) -> bool:
+    if _counts_columns(row, body):
+        return True
     if numeric:
         return any(kind(row[j]) == "text" for j in numeric)
     return _is_words(row)
@@ -185,7 +198,7 @@ def _header(rows, first, width, numeric):
 
     A header may have several lines: titles, names of groups over names, and a last one of units.
     """
-    if not _is_header(rows[first], numeric):
+    if not _is_header(rows[first], numeric, rows[first + 1 :]):
         start = first
         while start and first - start < HEADER_LINES and _is_words(rows[start - 1]):
             start -= 1
