@@ -54,8 +54,9 @@ def counted(values, is_known: bool = False):
     Milli-, micro- or nanoseconds since 1970 of this century, whole; days of a spreadsheet with times of day, which are
     whole seconds and no short decimals. ``is_known``: that they are dates was seen in other rows.
 
-    >>> counted([1.7e12, 1.700000001e12]), counted([45000.041667, 45000.083333]), counted([45000.5, 45001.0])
-    (array([1.7e+09, 1.7e+09]), array([1.6842e+09, 1.6842e+09]), None)
+    >>> [None if found is None else found.tolist()
+    ...  for found in (counted([1.7e12, 1.700000001e12]), counted([45000.041667, 45000.083333]), counted([45000.5]))]
+    [[1700000000.0, 1700000001.0], [1678842000.0, 1678845600.0], None]
     """
     import numpy as np
 
