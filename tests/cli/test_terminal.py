@@ -57,6 +57,7 @@ def test_nothing_of_other_commands_either(hostile, call, tmp_path):
     columns = ["-o", f"y{NAME}", "-i", f"u{NAME}"]
     for words in (
         ["compare", hostile, *columns, "arx:1,1", "last"],
+        ["validate", hostile, *columns, "--model", "arx:1,1"],
         ["fleet", "run", hostile, "--by", f"k{NAME}", *columns, "--out", tmp_path / f"out{NAME.replace('/', '')}"],
         ["fleet", "show", tmp_path / f"out{NAME.replace('/', '')}"],
         ["track", hostile],

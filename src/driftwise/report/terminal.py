@@ -245,20 +245,22 @@ def _candidates(found):
 
 def show_validation(found, *, title: str, facts: list[str], notes: list[str], out) -> None:
     """Print the tests of a validation, its fits on fresh data, its poles in time."""
+    from rich.text import Text
+
     from driftwise.analysis.validation import FIT_HEAD, fit_rows, mode_head, mode_rows
 
     head(out, title, facts)
     shown = table(("test", "left"), ("value", "right"), ("fine", "left"), ("", "left"))
     shown.columns[3].no_wrap = False
     for v in found.verdicts:
-        shown.add_row(v.name, v.shown, v.limits, v.advice, style=None if v.is_fine else "bold")
+        shown.add_row(*map(Text, (v.name, v.shown, v.limits, v.advice)), style=None if v.is_fine else "bold")
     out.print(shown)
     out.print()
     tables = []
     for names, rows in ((FIT_HEAD, fit_rows(found)), (mode_head(found), mode_rows(found))):
         one = table(*((name, "right" if k else "left") for k, name in enumerate(names)))
         for cells in rows:
-            one.add_row(*cells)
+            one.add_row(*map(Text, cells))
         tables += [one] if rows else []
     for shelf in shelves(tables, out):
         out.print(shelf)
