@@ -225,7 +225,8 @@ class EstimateJob(RunOptions):
 
         if not self.early.is_whole:
             return None
-        trace = self.estimator.scan(*self.early.record())
+        y, u = self.early.record()
+        trace = self.estimator.scan(y, u if self.inputs else None)
         return validate(trace, self.inputs, self.summary.unit) if can_be_validated(trace) else None
 
     def content(self) -> dict[str, Any]:
