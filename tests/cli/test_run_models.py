@@ -213,3 +213,12 @@ def test_records_too_short_say_so(call, record, tmp_path):
     assert code == 0
     assert "2 measured outputs are too few to say how well it predicts" in " ".join(out.split())
     assert "nan" not in out and ">nan<" not in (tmp_path / "r.html").read_text()
+
+
+def test_a_run_without_a_model_says_which_it_had(call, record, tmp_path):
+    plain, _ = run(call, record, tmp_path)
+    named, _ = run(call, record, tmp_path, "--model", "arx:2,1/1,1/0")
+    assert [any("no model was named" in note for note in found["notes"]) for found in (plain, named)] == [False, False]
+    result = tmp_path / "n.json"
+    assert call("run", record[0], "-o", "y", "-i", "u", "-i", "v", "--json", result)[0] == 0
+    assert any("joint filter of order 2" in note for note in json.loads(result.read_text())["notes"])

@@ -7,6 +7,7 @@ from shlex import quote
 from driftwise.detect.registry import by_word
 from driftwise.engine.errors import InputError
 from driftwise.results.numbers import number
+from driftwise.results.sentences import unnamed_model_words
 
 STOPPED = "stopped early; the results are those of the rows read so far."
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
@@ -76,6 +77,7 @@ def notes(job) -> list[str]:
     """Return a sentence for each thing to beware of in what a run brought."""
     record, summary, offsets = job.record, job.summary, job.offsets
     said = [STOPPED] if job.is_stopped else []
+    said += [] if job.changed else [unnamed_model_words(job.order)]
     said += clock_notes(record)
     if record.source.ragged:
         said.append(

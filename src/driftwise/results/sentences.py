@@ -314,3 +314,11 @@ def squares_words(is_fine: bool, share: float) -> str:
         f"not linear: squares of inputs and output explain {100 * share:.2g} % of what the linear model leaves: it "
         "holds near one working point; take the square of the input as an input more, or a model for each range"
     )
+
+
+def unnamed_model_words(order: int) -> str:
+    """Return which model a run had where none was named, and how to have it found."""
+    return (
+        f"no model was named: this is the joint filter of order {order} with constant parameters; --model auto finds "
+        "model, delays and changes."
+    )
