@@ -213,3 +213,15 @@ def test_one_outlier_does_not_hide_the_feedback():
     y, u = controlled(0.8, 2, 0.3)
     y[700] += 1000
     assert "feedback" in named(validated(dw.ARX(1, 1, 1), y, u))
+
+
+@pytest.mark.parametrize("est", [dw.AR(2, offset=True), dw.ARMA(2, 1), dw.Joint(2)])
+def test_a_model_without_inputs_is_validated_and_reported(est, tmp_path):
+    from scipy.signal import lfilter
+
+    y = lfilter([1], [1, *A], np.random.default_rng(16).standard_normal(1200))
+    trace = est.scaled_to(y).scan(y)
+    found = trace.validate()
+    assert [verdict.name for verdict in found.verdicts] == ["autocorrelation", "nonlinearity"] and found.is_fine
+    assert "Poles in time" in trace.report(tmp_path / "page.html").read_text()
+    assert "Poles in time" in found.report(tmp_path / "own.html").read_text()

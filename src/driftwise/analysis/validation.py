@@ -171,7 +171,7 @@ def filtered_by(held: HeldModel, ys, us, y, u):
     """Return y and u divided by the noise model, NaN where they are missing; as they are where it does not die out."""
     from scipy.signal import lfilter
 
-    if not held.is_decaying:
+    if not held.is_decaying or not u.shape[1]:
         return y, u
     by = held.noise_filter
     fy, fu = lfilter(held.D, by, ys), lfilter(held.D, by, us, axis=0)
