@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from driftwise.analysis.change_log import ChangeLog
-from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, jumps
+from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, jumps, visible
 
 
 def plant(seed=0, samples=900, gain=1.0, level=0.0, noise=1.0, colour=0.0, at=400):
@@ -32,6 +32,17 @@ def test_what_jumps_is_found_once_named_and_dated(what, kind, before, after):
         assert jump.kind == kind and abs(jump.at - 400) < 20
         assert jump.interval[0] - 3 <= 400 <= jump.interval[1] + 3
         assert jump.before == pytest.approx(before, abs=0.2) and jump.after == pytest.approx(after, rel=0.3)
+
+
+def test_jumps_that_are_said_to_be_visible_are_told_and_a_fifth_of_them_are_not():
+    for seed in range(3):
+        seen = visible(*plant(seed), 4, (4,), (0,))
+        for size, is_told in ((1.5, True), (0.2, False)):
+            level = found(*plant(seed, level=size * seen.level))
+            gain = found(*plant(seed, gain=1 + size * seen.gains[0]))
+            noise = found(*plant(seed, noise=1 + size * (seen.noise - 1)))
+            assert sum(map(bool, (level, gain, noise))) == 3 if is_told else not level and not gain
+    assert visible(*(part[:40] for part in plant()), 4, (4,), (0,)) is None
 
 
 def test_nothing_is_told_of_plants_that_stay():

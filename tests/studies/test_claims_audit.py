@@ -86,6 +86,9 @@ def claim(kind, subject, value=None, interval=None, odds=None, text="") -> dict:
     return {"kind": kind, "subject": subject, "value": value, "interval": interval, "odds": odds, "text": text}
 
 
+NONE = {"level": 0.5, "gain": {"valve [%]": 0.3}, "noise": 2.0}
+
+
 @pytest.mark.parametrize(
     ("plant", "said", "verdict"),
     [
@@ -99,9 +102,11 @@ def claim(kind, subject, value=None, interval=None, odds=None, text="") -> dict:
         (PLAIN, claim("time constant", "level_m", 4.5, (4.2, 4.7)), FALSE),
         (PLAIN, claim("delay", "valve [%]", 1), TRUE),
         (PLAIN, claim("delay", "valve [%]", 9), FALSE),
-        (PLAIN, claim("change", "level_m"), TRUE),
+        (PLAIN, claim("change", "none", NONE), TRUE),
+        (PLAIN, claim("change", "unknown"), UNCHECKED),
         (PLAIN, claim("change", "the level rose by 2", 600), FALSE),
-        (jumping("level", 1.0), claim("change", "level_m"), FALSE),
+        (jumping("level", 1.0), claim("change", "none", NONE), FALSE),
+        (jumping("noise", 1.5), claim("change", "none", NONE), TRUE),
         (jumping("level", 1.0), claim("change", "the level rose by 2", 605), TRUE),
         (jumping("level", 1.0), claim("change", "the gain from valve [%] halved", 605), FALSE),
         (jumping("level", 1.0), claim("change", "the level rose by 2", 900), FALSE),

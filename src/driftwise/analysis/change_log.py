@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..results.numbers import odds_words
-from .segmentation import GAIN, LEAST, LEVEL, NOISE, Jump, jumps
+from .segmentation import GAIN, LEAST, LEVEL, NOISE, Jump, Visible, jumps, visible
 
 MOST = 20  # changes that are kept, the surest
 BEFORE = 1000  # samples of the piece before that are looked at again
@@ -37,6 +37,7 @@ class ChangeLog:
     def __init__(self, inputs=()):
         self.inputs, self.changes, self.count = inputs, [], 0
         self.last: Change | None = None
+        self.visible: Visible | None = None  # the smallest jumps that would have been told of the last piece
         self._tail: tuple | None = None
         self.samples = 0
         self.moved = 0  # the first sample after the last jump of level or gain; 0 where there was none
@@ -53,6 +54,7 @@ class ChangeLog:
             if jump.interval[0] + first > known:
                 self._tell(jump, first, time)
         self.samples += len(y) - before
+        self.visible = visible(y, u, *structure)
         self._tail = y[-BEFORE:], u[-BEFORE:], time[-BEFORE:]
 
     def _tell(self, jump: Jump, first: int, time) -> None:

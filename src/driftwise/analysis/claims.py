@@ -127,7 +127,7 @@ def change_claims(found) -> Iterator[Claim]:
     """Claim what changed, and when; or that nothing did."""
     if not found.changes:
         if found.is_useful:
-            yield Claim("change", found.table.output, say.NO_CHANGE)
+            yield _no_change(found.visible, found.table)
         return
     shown = surest(found.changes, SHOWN)
     for change in shown:
@@ -135,6 +135,15 @@ def change_claims(found) -> Iterator[Claim]:
         yield Claim("change", change.moved, text, change.since, change.interval, change.odds)
     if rest := found.alarms - len(shown):
         yield Claim("change", "others", say.more_changes_words(rest), rest)
+
+
+def _no_change(visible, table) -> Claim:
+    """Claim that nothing jumped by more than what would have been seen."""
+    if visible is None:
+        return Claim("change", "unknown", say.CHANGES_UNKNOWN)
+    seen = {name: share for name, share in zip(table.inputs, visible.gains) if share < 1}
+    value = {"level": visible.level, "noise": visible.noise, "gain": seen}
+    return Claim("change", "none", say.no_change_words(visible.level, seen, visible.noise), value)
 
 
 def forecast_claims(found) -> Iterator[Claim]:

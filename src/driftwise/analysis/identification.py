@@ -23,7 +23,7 @@ from .claims import TABLE, claims
 from .diagnose import diagnose
 from .forecast_summary import ForecastSummary, Own
 from .identifier import Identifier, Rival
-from .segmentation import outliers
+from .segmentation import Visible, outliers
 
 EACH = 10  # samples for each unknown, at least, of which constant parameters are learnt
 
@@ -69,6 +69,8 @@ class Identification:
     settled : Model
         The chosen model with constant parameters, of the samples since the last jump and without outliers: what is
         claimed of gains and of the answer to a step; None where its parameters drift.
+    visible : Visible
+        The smallest jumps of level, gains and noise that would have been told; None where none would.
     """
 
     table: Table
@@ -89,6 +91,7 @@ class Identification:
     last: Change | None = None
     losses: tuple[str, ...] = ()
     settled: Any = None
+    visible: Visible | None = None
 
     @property
     def alternatives(self) -> tuple[Reading, ...]:
@@ -289,5 +292,6 @@ class Finder:
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
-            self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses), self.settled(),
+            self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses),
+            self.settled(), self.log.visible,
         )  # fmt: skip

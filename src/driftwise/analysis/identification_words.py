@@ -9,7 +9,7 @@ from ..results.numbers import count_of, listed, sentence
 from ..results.sentences import pole_words
 from ..results.stable import NEAR, is_integrator, swings
 
-NO_CHANGE = "No jump of level, gain or noise was found."
+CHANGES_UNKNOWN = "Whether anything jumped cannot be said: too few samples follow each other."
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
 
@@ -81,6 +81,14 @@ def gain_sentence(gain: str, name: str) -> str:
 def no_gain_words(names: list[str]) -> str:
     """Return the inputs whose steady effect is hardly known, if there is any."""
     return f"How much {listed(names)} {'moves' if len(names) == 1 else 'move'} it in the long run is not known."
+
+
+def no_change_words(level: float, gains: dict[str, float], noise: float) -> str:
+    """Return that no jump was found, and how large one would have been."""
+    found = [f"of the level by {level:.2g}"]
+    found += [f"of the gain from {name} by {100 * share:.2g} %" for name, share in gains.items()]
+    found += [f"of the noise by a factor of {noise:.2g}"] if math.isfinite(noise) else []
+    return f"No jump was found; one {listed(found).replace(' and ', ' or ')}, outside of its edges, would have been."
 
 
 def more_changes_words(count: int) -> str:

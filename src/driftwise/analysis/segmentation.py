@@ -12,6 +12,7 @@ LOCAL = 50  # samples either side by which the size of the noise is known
 HUBER, FAR = 2.5, 5.0  # deviations beyond which a sample counts less, beyond which it is an outlier
 LEAST, EACH = 30, 3  # samples of a piece at least, and for each coefficient
 LAGS, SHARE = 200, 8  # lags of the correlation of residuals at most, and as a share of the piece
+EDGE, BESIDE = 6, 3.0  # part of a record that is its edge; log odds that chance may take
 PIECES = 20  # jumps that are told at most
 FLOOR = 1e-3  # of the deviation of y, below which noise is none
 LEVEL, GAIN, NOISE = "level", "gain", "noise"
@@ -27,6 +28,14 @@ class Jump(NamedTuple):
     input: int  # of a gain
     before: float
     after: float
+
+
+class Visible(NamedTuple):
+    """The smallest jumps that would have been told outside of the edges of a record."""
+
+    level: float
+    gains: tuple[float, ...]  # as shares of the gain of each input
+    noise: float  # as a factor
 
 
 class Rows(NamedTuple):
@@ -65,6 +74,43 @@ def jumps(y, u, na: int, nb=(), nk=()) -> list[Jump]:
             found.append(best[1])
             pieces += [(a, best[0]), (best[0], b)]
     return sorted(found)
+
+
+def visible(y, u, na: int, nb=(), nk=()) -> Visible | None:
+    """Return the smallest jumps that `jumps` would have told, as what it found of the residuals has it.
+
+    None where too few samples follow each other for any.
+    """
+    y = np.asarray(y, float)
+    if len(y) <= max([na, *(n + k for n, k in zip(nb, nk))]):
+        return None
+    rows = _regression(y, np.asarray(u, float), na, tuple(nb), tuple(nk))
+    X, n = rows.X, len(rows.y)
+    if n // EDGE < max(LEAST, EACH * X.shape[1]):
+        return None
+    theta = _solve(X, rows.y)
+    r, wide = rows.y - X @ theta, np.linalg.pinv(X.T @ X, hermitian=True)
+    need = SURE + 0.5 * math.log(n) + math.log(2 + len(rows.parts)) + BESIDE
+    ways = _directions(rows, X, theta)
+    spread = (_long_run(g * r) / max(float(np.mean(g * g)), 1e-300) + rows.floor**2 for g in ways)
+    level, *gains = (math.sqrt(2 * need * s2 / _free(X, wide, g)) for g, s2 in zip(ways, spread))
+    settle = float(abs(1 + theta[:na].sum()))
+    colour = max(_long_run(r**2 / max(float(np.mean(r**2)), 1e-300) - 1) / 2, 1.0)
+    share, factors = 1 / EDGE, np.linspace(1.05, 10.0, 200)
+    gain = 0.5 * n * (np.log(1 - share + share * factors**2) - share * np.log(factors**2))
+    enough = np.flatnonzero(gain / colour > need)
+    noise = float(factors[enough[0]]) if len(enough) else math.inf
+    return Visible(level / settle if settle else math.inf, tuple(gains), noise)
+
+
+def _free(X, wide, g) -> float:
+    """Return what is left of a jump along ``g`` beside the regression, at the worse of both edges."""
+    n = len(g)
+    found = []
+    for place in (n // EDGE, n - n // EDGE):
+        late = g * (np.arange(n) >= place)
+        found.append(float(late @ late - (late @ X) @ wide @ (X.T @ late)))
+    return max(min(found), 1e-300)
 
 
 def outliers(y, u, na: int, nb=(), nk=()) -> np.ndarray:

@@ -147,15 +147,15 @@ def delay(case: Case, claim) -> str:
 
 
 def change(case: Case, claim) -> str:
-    """A change that happened then, of that kind; none where none is there for everybody; even odds where it is even."""
+    """A change that happened then, of that kind; none where none is there that is said to be visible."""
     subject, value = claim["subject"], claim["value"]
     tellable = tellable_jumps(case)
-    if subject in ("false alarms", "others"):
+    if subject == "others":
         return UNCHECKED
     if value is None:
-        return _said(not tellable)
-    if claim["odds"] is not None and claim["odds"] <= 1:
-        return _said(not tellable or any(is_told(case, k, claim) for k in tellable))
+        return UNCHECKED
+    if isinstance(value, dict):
+        return _said(not any(_is_larger(case, k, value) for k in tellable))
     return _said(any(is_told(case, k, claim) for k in range(len(case.plant.jumps))))
 
 
@@ -164,9 +164,19 @@ def tellable_jumps(case: Case) -> list[int]:
     return [k for k, odds in enumerate(case.oracle.log_odds) if odds > TELLABLE]
 
 
+def _is_larger(case: Case, k: int, visible) -> bool:
+    """Whether a jump is larger than one that is said to be visible."""
+    jump = case.plant.jumps[k]
+    if jump.what == "level":
+        return abs(jump.size) * case.record.unit > (visible["level"] or np.inf)
+    if jump.what == "noise":
+        return max(jump.size, 1 / jump.size) > (visible["noise"] or np.inf)
+    return abs(jump.size - 1) > visible["gain"].get(case.written.inputs[jump.input], np.inf)
+
+
 def is_told(case: Case, k: int, claim) -> bool:
     """Whether a claim is about a jump: at its time, and of its kind where one is named."""
-    if claim["kind"] != "change" or claim["value"] is None or claim["subject"] in ("false alarms", "others"):
+    if claim["kind"] != "change" or not isinstance(claim["value"], int) or claim["subject"] == "others":
         return False
     jump, subject = case.plant.jumps[k], claim["subject"]
     if abs(claim["value"] * case.dt - jump.at) > case.tolerance:
