@@ -83,3 +83,10 @@ def test_pieces_tell_each_jump_once():
     (one,), (other,) = whole.changes, pieces.changes
     assert abs(one.since - 500) < 15 and abs(other.since - 500) < 15
     assert "the gain from valve doubled" in one.what and pieces.count == 1
+
+
+def test_a_record_of_any_length_is_looked_at():
+    """One of exactly two margins had no place left to cut, and `identify` ended in a traceback."""
+    y, u = plant()
+    for samples in range(50, 110):
+        assert len(jumps(y[:samples], u[:samples], 2, (2,), (1,))) <= 1

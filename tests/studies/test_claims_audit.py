@@ -7,10 +7,10 @@ import pytest
 from driftwise_studies.score.claims import audit, checking
 from driftwise_studies.score.claims.checking import FALSE, TRUE, UNCHECKED, VACUOUS, Case, check
 from driftwise_studies.score.claims.drawing import LONGEST, draw
-from driftwise_studies.score.claims.files import Written, write
 from driftwise_studies.score.claims.oracle import ask
 from driftwise_studies.score.claims.plant import TROUBLES, Jump, Plant
 from driftwise_studies.score.claims.simulation import record
+from driftwise_studies.score.claims.tables import Written
 
 from driftwise.engine.errors import InputError
 
@@ -77,7 +77,8 @@ def test_the_odds_of_a_level_are_those_of_its_likelihood():
 
 def case(plant: Plant, **answer) -> Case:
     data = record(plant, 1)
-    written = Written("plant.csv", "level_m", ("valve [%]",), "time_s", True, plant.dt, ())
+    affine = {"level_m": (0.0, 1.0), "valve [%]": (50.0, 1.0)}
+    written = Written("plant.csv", "plain", "seconds", "en", ("level_m",), ("valve [%]",), ("time_s",), 2.0, {}, affine)
     results = {"dt": plant.dt, "forecast": {"fit": 50.0}, "claims": [], **answer}
     return Case(plant, data, written, ask(plant, data), results)
 
@@ -145,10 +146,3 @@ def test_a_file_that_is_refused_is_counted(monkeypatch):
     monkeypatch.setattr(audit, "front_door", refuse)
     (line,) = audit.play(3, [0])
     assert line.outcome == "refused" and "nothing there" in audit.falsehoods([line], 1)
-
-
-def test_headers_and_clocks_are_of_every_kind(tmp_path):
-    files = [write(plant, record(plant, 1), 1, tmp_path) for plant in (draw(1, number) for number in range(0, 40))]
-    assert {None, "time_s"} < {file.time for file in files} and {True, False} == {file.is_named for file in files}
-    heads = [file.path.read_text().splitlines()[0] for file in files]
-    assert {mark for head in heads for mark in ",;\t" if mark in head} == set(",;\t")

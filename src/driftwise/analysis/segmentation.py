@@ -171,7 +171,7 @@ def _split(rows: Rows, a: int, b: int) -> tuple[int, Jump] | None:
     X, y = rows.X[a:b], rows.y[a:b]
     n, N = X.shape
     margin = max(LEAST, EACH * N)
-    if n < 2 * margin:
+    if n <= 2 * margin:
         return None
     theta = _solve(X, y)
     r = y - X @ theta

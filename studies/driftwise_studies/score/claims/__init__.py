@@ -3,7 +3,7 @@
 | file | is about |
 |---|---|
 | `plant.py`, `drawing.py` | a plant and its troubles as data; drawing them from a seed |
-| `simulation.py`, `files.py` | its record; that as a file, with the headers and clocks that people write |
+| `simulation.py` | its record |
 | `tables.py`, `table_names.py`, `table_stamps.py` | tables as loggers and packages write them |
 | `columns.py` | how many of their columns are recognised |
 | `oracle.py` | what somebody could know who is told columns, delays, structure and the times of changes |

@@ -15,15 +15,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from driftwise.engine.errors import InputError
 
 from .checking import FALSE, TRUE, VACUOUS, Case, check, is_told, tellable_jumps
 from .drawing import draw
-from .files import write
 from .oracle import ask
-from .simulation import record
+from .plant import Plant
+from .simulation import MEAN_GAP, Record, record
+from .tables import Written, write_table
 
 ASKED = 3  # exit code of a question
+USUAL = 60.0  # seconds between the rows of an irregular clock, usually
 NARROW = 0.2  # width of the oracle's interval below which a number ought to be claimed
 
 
@@ -58,7 +62,7 @@ def one(seed: int, number: int) -> Line:
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         written = write(plant, data, seed, Path(folder))
-        line = Line(number, plant.about, plant.troubles, "answered", is_named=written.is_named)
+        line = Line(number, plant.about, plant.troubles, "answered", is_named=written.knows_output)
         try:
             answer = front_door(written.path)
         except InputError as error:
@@ -70,9 +74,18 @@ def one(seed: int, number: int) -> Line:
     case = Case(plant, data, written, ask(plant, data), answer)
     line.claims = [(claim["kind"], check(case, claim), claim["text"]) for claim in answer["claims"]]
     columns = answer["columns"]
-    line.has_columns = columns["output"] == written.output and set(columns["inputs"]) == set(written.inputs)
+    line.has_columns = columns["output"] == written.outputs[0] and set(columns["inputs"]) == set(written.inputs)
     recall(case, line)
     return line
+
+
+def write(plant: Plant, data: Record, seed: int, folder: Path) -> Written:
+    """Write the record of a plant as a table of some kind."""
+    rng, rows = np.random.default_rng([seed, plant.number, 24]), data.rows
+    clock: dict[str, Any] = {"dt": plant.dt} if plant.number % 2 else {}  # else one that suits the kind of table
+    if plant.is_irregular:
+        clock = {"dt": USUAL, "time": rows * USUAL / MEAN_GAP}
+    return write_table(folder / f"plant{plant.number}.csv", data.y[rows], data.u[rows], rng, **clock)
 
 
 def front_door(path: Path) -> dict[str, Any] | None:

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from .files import Written
 from .oracle import Oracle
 from .plant import Plant
-from .simulation import Record, step
+from .simulation import MEAN_GAP, Record, step
+from .tables import Written
 
 TRUE, FALSE, VACUOUS, UNCHECKED = "true", "false", "vacuous", "unchecked"
 STRETCH, NEAR, WIDE = 1.5, 0.2, 2.0
@@ -33,9 +33,28 @@ class Case:
     answer: dict[str, Any]  # the results of `driftwise run`, as JSON has them
 
     @property
+    def grid(self) -> float:
+        """Seconds between the instants of the grid, as the clock of the file has them."""
+        return self.written.dt / (MEAN_GAP if self.plant.is_irregular else 1.0)
+
+    @property
     def dt(self) -> float:
         """Steps of the grid between two samples of the answer."""
-        return self.answer["dt"] / self.written.dt
+        return self.answer["dt"] / self.grid
+
+    @property
+    def output(self) -> str:
+        """The column of the output."""
+        return self.written.outputs[0]
+
+    @property
+    def y_scale(self) -> float:
+        """What one unit of the output is in the file."""
+        return abs(self.written.affine[self.output][1])
+
+    def gain_scale(self, i: int) -> float:
+        """What one unit of a gain is in the file."""
+        return self.written.affine[self.output][1] / self.written.affine[self.written.inputs[i]][1]
 
     @property
     def tolerance(self) -> float:
@@ -58,34 +77,36 @@ def column(case: Case, claim) -> str:
     """Output and inputs as they are; nothing left out that plays a part."""
     value, written = claim["value"], case.written
     if claim["subject"] == "output":
-        return _said(value == written.output)
+        return _said(value == written.outputs[0])
     if claim["subject"] == "inputs":
         return _said(set(value) == set(written.inputs))
     if claim["subject"] == "left out":
-        return _said(not {written.output, *written.inputs} & set(value))
+        return _said(not {written.outputs[0], *written.inputs} & set(value))
     return UNCHECKED
 
 
 def clock(case: Case, claim) -> str:
     """The clock, and the time between its rows; on an irregular one a step between the shortest and the longest."""
     written, record = case.written, case.record
-    if (claim["subject"] or None) != written.time:
+    if bool(claim["subject"]) != bool(written.clocks):
+        return FALSE
+    if claim["subject"] and not set(claim["subject"].split(" and ")) & set(written.clocks):
         return FALSE
     if case.plant.is_irregular:
-        gaps = np.diff(record.rows) * written.dt
+        gaps = np.diff(record.rows) * case.grid
         return _said(bool(gaps.min() * 0.99 <= claim["value"] <= gaps.max()))
-    steps = claim["value"] / written.dt
-    return _said(abs(steps - round(steps)) < 0.01 and round(steps) in (1, case.plant.every))
+    steps = claim["value"] / case.grid
+    return _said(abs(steps - round(steps)) < 0.05 and round(steps) in (1, case.plant.every))
 
 
 def table(case: Case, claim) -> str:
     """What a note says of the sensor, against what the sensor did."""
     plant, text, value = case.plant, claim["text"], claim["value"]
-    is_output = claim["subject"] == case.written.output
+    is_output = claim["subject"] == case.output
     if "stuck" in text:
         return _said(bool(plant.stuck[1]) and is_output)
     if "in steps of" in text and is_output and plant.levels:
-        return _said(abs(value / step(plant, case.record.unit) - 1) < 0.01)
+        return _said(abs(value / (step(plant, case.record.unit) * case.y_scale) - 1) < 0.01)
     if "is missing" in text and is_output:
         truth = np.mean(~np.isfinite(case.record.y[case.record.rows]))
         return _said(abs(value - truth) < 0.05 + 0.2 * truth)
@@ -108,18 +129,19 @@ def gain(case: Case, claim) -> str:
     i = case.written.inputs.index(claim["subject"])
     oracle = case.oracle
     low, high = _stretched(claim)
-    truth, (least, most) = oracle.gains[i], oracle.spreads[i]
+    scale = case.gain_scale(i)
+    truth, (least, most) = scale * oracle.gains[i], sorted(scale * end for end in oracle.spreads[i])
     if not low <= truth <= high:
         return FALSE
     has_bend = max(abs(least), abs(most)) > 1.5 * min(abs(least), abs(most))
     if has_bend and not (low <= least and most <= high) and not _warns(case, "nonlinear"):
         return FALSE
-    return _width(claim, oracle.gain_bars[i])
+    return _width(claim, abs(scale) * oracle.gain_bars[i])
 
 
 def time_constant(case: Case, claim) -> str:
     """When the answer to a step is 63 % done, half a sample more or less; without an input, a mode that there is."""
-    factor, written = case.written.dt, case.written
+    factor, written = case.grid, case.written
     low, high = _stretched(claim)
     slack = 0.5 * case.answer["dt"]
     if claim["subject"] in written.inputs:
@@ -134,7 +156,7 @@ def pole(case: Case, claim) -> str:
     """The period of an oscillation that the plant has; any other pole it has not."""
     if claim["value"] is None:
         return FALSE
-    value = claim["value"] / case.written.dt
+    value = claim["value"] / case.grid
     return _said(any(abs(value / period - 1) < NEAR for period in case.plant.periods))
 
 
@@ -168,7 +190,7 @@ def _is_larger(case: Case, k: int, visible) -> bool:
     """Whether a jump is larger than one that is said to be visible."""
     jump = case.plant.jumps[k]
     if jump.what == "level":
-        return abs(jump.size) * case.record.unit > (visible["level"] or np.inf)
+        return abs(jump.size) * case.record.unit * case.y_scale > (visible["level"] or np.inf)
     if jump.what == "noise":
         return max(jump.size, 1 / jump.size) > (visible["noise"] or np.inf)
     return abs(jump.size - 1) > visible["gain"].get(case.written.inputs[jump.input], np.inf)
