@@ -76,6 +76,18 @@ def test_gains_are_those_since_the_last_jump_without_outliers():
     assert any(abs(claim.value - 450) < 5 for claim in of(found, "change"))
 
 
+def test_a_gain_that_jumps_about_an_input_far_from_zero_is_called_a_gain():
+    """From zero it would be a level as well: what jumps is the slope about where the input is."""
+    rng = np.random.default_rng(2)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 225), 4)
+    y = np.zeros(len(u))
+    for t in range(1, len(u)):
+        y[t] = 0.8 * y[t - 1] + (1.0 if t < 450 else 2.0) * u[t - 1] + 0.2 * rng.standard_normal()
+    found = dw.identify({"heater_V": u + 200.0, "temperature [degC]": y + 20})
+    (change,) = of(found, "change")
+    assert change.subject.startswith("the gain from heater_V rose") and abs(change.value - 450) < 10
+
+
 def test_a_gain_that_is_not_known_is_not_told():
     rng = np.random.default_rng(1)
     u, y = plant()

@@ -262,7 +262,7 @@ class Finder:
         trace.y += center[0]
         trace.u += center[1:]
         trace.table[:, 0] += center[0]
-        self.log.add(trace.y, trace.u, trace.time, self.identifier.structure)
+        self.log.add(trace.y, trace.u - center[1:], trace.time, self.identifier.structure)
         self._piece = trace.y, trace.u
         return forecast, trace
 

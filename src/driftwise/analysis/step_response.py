@@ -34,14 +34,15 @@ def step_responses(model) -> list[StepResponse | None]:
     if not slowest < 1:
         return [None] * form.inputs
     length = int(min(10 + SETTLED / -math.log(max(slowest, 1e-3)) + form.n, LONGEST))
-    found = np.array([_answers(*form.polynomials(theta), length) for theta in draws])  # (1 + draws, k, 2)
+    found = np.array([_answers(form.polynomials(theta), length) for theta in draws])  # (1 + draws, k, 2)
     return [_summary(found[:, i]) for i in range(form.inputs)]
 
 
-def _answers(a, b, length: int) -> np.ndarray:
+def _answers(polynomials, length: int) -> np.ndarray:
     """Return time and overshoot of the response to each input, NaN where it does not settle."""
     from scipy.signal import lfilter
 
+    a, b = polynomials
     found = np.full((len(b), 2), np.nan)
     if np.any(abs(np.roots(a)) >= 1):
         return found

@@ -6,8 +6,10 @@ of the library is used.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -47,11 +49,11 @@ def ask(plant: Plant, record: Record) -> Oracle:
     P = np.linalg.pinv(psi.T @ psi, rcond=1e-13, hermitian=True)
     odds = []
     for k, jump in enumerate(plant.jumps):
-        if jump.what == "noise":
+        if (direction := whitened[k]) is None:
             odds.append(_noise_odds(record, seen, jump.at))
             continue
         others = np.column_stack([*slopes, *(w for j, w in enumerate(whitened) if w is not None and j != k)])
-        d = whitened[k] * _moved(plant, k, record.unit)
+        d = direction * _moved(plant, k, record.unit)
         rest = d - others @ np.linalg.lstsq(others, d, rcond=None)[0]
         odds.append(float(0.5 * rest @ rest - 0.5 * np.log(plant.samples)))
     gains, bars, spreads = [], [], []
@@ -60,7 +62,8 @@ def ask(plant: Plant, record: Record) -> Oracle:
         factor = np.prod([jump.size for jump in plant.jumps if jump.what == "gain" and jump.input == i])
         local = slope(plant, record.u[:, i]) * plant.gains[i] * factor
         gains.append(float(plant.gains[i] * factor * _linear(plant, record.u[:, i])))
-        spreads.append(tuple(float(v) for v in np.sort(np.quantile(local, [0.1, 0.9]))))
+        low, high = np.sort(np.quantile(local, [0.1, 0.9])).tolist()
+        spreads.append((low, high))
         g = np.append(wanted * factor, np.zeros(len(P) - len(theta)))
         own = [j for j, jump in enumerate(plant.jumps) if jump.what == "gain" and jump.input == i]
         for j in own:  # its factor is not known, either
@@ -68,11 +71,13 @@ def ask(plant: Plant, record: Record) -> Oracle:
             g[at] = plant.gains[i] * factor / plant.jumps[j].size
         bars.append(SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
     P = P[: len(theta), : len(theta)]
-    slowest, *times = (
-        (read(theta), SURE * float(np.sqrt(max(g @ P @ g, 0.0))))
-        for read in (lambda v: _slowest(plant, v), *(partial(_risen, plant, i=i) for i in range(len(plant.gains))))
-        for g in [_gradient(read, theta)]
-    )
+
+    def known(read: Callable[[Any], float]) -> tuple[float, float]:
+        g = _gradient(read, theta)
+        return read(theta), SURE * float(np.sqrt(max(g @ P @ g, 0.0)))
+
+    slowest = known(partial(_slowest, plant))
+    times = [known(partial(_risen, plant, i=i)) for i in range(len(plant.gains))]
     return Oracle(tuple(gains), tuple(spreads), tuple(bars), slowest, tuple(times), tuple(odds))
 
 
