@@ -61,7 +61,7 @@ def model(text: str, inputs: int) -> tuple[str, dict[str, Any]]:
 
 
 def _order(name: str, part: str, inputs: int, text: str) -> Any:
-    values = part.split("/")
+    values = [value.strip() for value in part.split("/")]
     numbers = [whole(value) for value in values]
     if None in numbers or (len(values) > 1 and name not in PER_INPUT):
         raise InputError(f"--model {text}: {name} = {part!r} must be a whole number"
