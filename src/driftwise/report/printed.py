@@ -21,6 +21,7 @@ UNSEEN = re.compile(
     "\U000e0000-\U000e007f\ud800-\udfff]"  # tags; halves of characters, of which no encoding knows
 )
 WHOLE: Any = dict(break_long_words=False, break_on_hyphens=False)
+ENDLESS = re.compile(r"\S{400,}")
 WIDTH = 110  # where there is no terminal, and COLUMNS does not say
 
 
@@ -69,11 +70,11 @@ def console(stderr: bool = False) -> Any:
 def say(text: str, stderr: bool = False) -> None:
     """Print sentences: in lines as long as the terminal is wide, in one each where there is none.
 
-    Words stay whole, so that a path can be copied.
+    Words stay whole, so that a path can be copied; of one of hundreds of characters, which is none, its ends are shown.
     """
     from rich.text import Text
 
-    out = console(stderr)
+    out, text = console(stderr), ENDLESS.sub(lambda word: f"{word[0][:100]}\u2026{word[0][-20:]}", text)
     if out.is_terminal:
         lines = [textwrap.fill(line, out.width, **WHOLE) for line in visible(text).split("\n")]
         text = "\n".join(lines)
