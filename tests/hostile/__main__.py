@@ -8,40 +8,46 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+from collections import Counter
 
 import numpy as np
+
+from . import day
+
+KINDS = {
+    "files": (day.files, 200, "drawn files and options"),
+    "troubles": (day.happenings, 40, "signals, streams and calls that fail"),
+    "disks": (day.disks, 6, "disks that are full"),
+    "caches": (day.caches, 4, "damaged caches"),
+}
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.hostile", description=__doc__)
     parser.add_argument("--seed", type=lambda text: int(text, 16), help="hexadecimal; of the last commit if omitted")
-    parser.add_argument("--files", type=int, default=200, help="drawn files and options")
-    parser.add_argument("--troubles", type=int, default=50, help="signals, disks, calls that fail")
-    parser.add_argument("--only", help="one of them, whose words are printed: file:7, trouble:3")
+    for kind, (_, count, about) in KINDS.items():
+        parser.add_argument(f"--{kind}", type=int, default=count, help=f"how many {about}; {count} if omitted")
+    parser.add_argument("--only", help="one of them, whose words are printed: files:7, troubles:3")
     asked = parser.parse_args()
     seed = asked.seed if asked.seed is not None else _of_commit()
     print(f"seed {seed:x}")
-    from . import day
-
-    kinds = {"file": (day.files, range(asked.files)), "trouble": (day.troubles, range(asked.troubles))}
+    numbers = {kind: range(getattr(asked, kind)) for kind in KINDS}
     if asked.only:
         kind, _, number = asked.only.partition(":")
-        kinds = {kind: (kinds[kind][0], range(int(number), int(number) + 1))}
-    found = tried = 0
-    codes: dict[int, int] = {}
-    for take, numbers in kinds.values():
-        for kind, number, case, wrong, outcome in take(seed, numbers):
-            tried, codes[outcome.code] = tried + 1, codes.get(outcome.code, 0) + 1
+        numbers = {kind: range(int(number), int(number) + 1)}
+    day.load()
+    tried = broken = 0
+    codes: Counter[int] = Counter()
+    for kind, which in numbers.items():
+        for number, case, wrong, outcome in KINDS[kind][0](seed, which):
+            tried, broken, codes[outcome.code] = tried + 1, broken + bool(wrong), codes[outcome.code] + 1
             if wrong or asked.only:
-                found += bool(wrong)
-                print(f"\n{kind} {number}: {case.told}\n  driftwise {' '.join(map(repr, case.args))[:400]}")
+                print(f"\n{kind}:{number} {case.told}\n  driftwise {' '.join(map(repr, case.args))[:400]}")
                 print("".join(f"  ! {line[:400]}\n" for line in wrong), end="", flush=True)
             if asked.only:
-                print(
-                    outcome.out, outcome.err, f"exit code {outcome.code}, {outcome.cpu:.2f} s, {outcome.peak >> 20} MB"
-                )
-    print(f"{found} of {tried} broke a promise; exit codes {dict(sorted(codes.items()))}")
-    return int(found > 0)
+                print(outcome.out, outcome.err, f"exit code {outcome.code}, {outcome.cpu:.2f} s of CPU", sep="\n")
+    print(f"{broken} of {tried} broke a promise; exit codes {dict(sorted(codes.items()))}")
+    return int(broken > 0)
 
 
 def _of_commit() -> int:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 import numpy as np
 
-from .cases import drawn, try_case
-from .troubles import drawn as happens
+from . import tables, troubles
+from .cases import Case, drawn, try_case
 
 
 def load() -> None:
@@ -25,16 +28,40 @@ def load() -> None:
 
 
 def files(seed: int, numbers: Iterable[int]) -> Iterator:
-    """Yield (kind, number, case, what is wrong, outcome) of drawn cases; a number draws the same one always."""
-    load()
+    """Yield (number, case, what is wrong, outcome) of drawn files; a number draws the same one always."""
     for number in numbers:
         case = drawn(np.random.default_rng([seed, number]))
-        yield "file", number, case, *try_case(case)
+        yield number, case, *try_case(case)
 
 
-def troubles(seed: int, numbers: Iterable[int]) -> Iterator:
+def happenings(seed: int, numbers: Iterable[int]) -> Iterator:
     """Yield the same of commands that work, and something happens to them."""
-    load()
     for number in numbers:
-        case = happens(np.random.default_rng([seed, 1 << 20, number]))
-        yield "trouble", number, case, *try_case(case)
+        case = troubles.drawn(np.random.default_rng([seed, 1, number]))
+        yield number, case, *try_case(case)
+
+
+def disks(seed: int, numbers: Iterable[int]) -> Iterator:
+    """Yield the same of commands that write to a disk that is small; of none where this user may not make one."""
+    for number in numbers:
+        rng = np.random.default_rng([seed, 2, number])
+        case, size = troubles.a_command(rng, 100), int(rng.choice([30_000, 100_000, 300_000]))
+        with troubles.small_disk(size) as disk:
+            case.folder, case.told = disk, f"{case.told}: a disk of {size} bytes"
+            if disk is not None:
+                yield number, case, *try_case(case)
+
+
+def caches(seed: int, numbers: Iterable[int]) -> Iterator:
+    """Yield the same of commands whose compiled loops are damaged: they say what they said before."""
+    rng, said = np.random.default_rng([seed, 3]), ""
+    data = tables.plain(rng, 40).to_bytes()
+    with tempfile.TemporaryDirectory() as cache:
+        for number in numbers:
+            case = Case({"t.csv": data}, ["run", "t.csv", "-o", "y", "-i", "u", "--json", "-"])
+            case.told = f"cache: {troubles.spoil(Path(cache), rng)}"
+            case.codes, case.seconds = {0}, 120.0  # compiled again
+            case.options = {"prepare": lambda: os.environ.update(DRIFTWISE_CACHE=cache)}
+            wrong, outcome = try_case(case)
+            said = said or outcome.out
+            yield number, case, wrong + ["another answer"] * (outcome.out != said), outcome

@@ -38,7 +38,7 @@ def broken(name: str, data: bytes) -> str:
     try:
         DECODERS[name].take(data)
     except InputError as error:
-        if len(str(error)) > WORDS:
+        if len(str(error)) > WORDS + len(data):  # it may repeat what it refuses
             return f"a refusal of more than {WORDS} characters"
     except (Exception, Slow):
         lines = traceback.format_exc().strip().splitlines()

@@ -69,14 +69,14 @@ ESTIMATORS = {
     "ARX constant": lambda: dw.ARX(2, 2, memory=dw.Constant()),
     "ARX exponential": lambda: dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.9)),
     "ARX restart": lambda: dw.ARX(2, 2, memory=dw.RestartOnChange(dw.detect.PageHinkley())),
-    "ARX run lengths": lambda: dw.ARX(2, 2, memory=dw.BayesianChangePoint()),
+    "ARX run lengths": lambda: dw.ARX(2, 2, memory=dw.memory.BayesianChangePoint(0.5, 1000)),
     "ARMAX": lambda: dw.ARMAX(1, 1, 1),
     "OE": lambda: dw.OE(1, 1),
     "BJ": lambda: dw.BJ(1, 1, 1, 1),
     "Joint": lambda: dw.Joint(2, inputs=1),
     "Joint auto": lambda: dw.Joint(1, inputs=1, memory=dw.AutoMemory()),
-    "Joint output error": lambda: dw.Joint(2, inputs=1, noise=dw.OutputError()),
-    "Joint unknown": lambda: dw.Joint(2, inputs=1, noise=dw.UnknownPolynomial()),
+    "Joint output error": lambda: dw.Joint(2, inputs=1, noise=dw.models.OutputError()),
+    "Joint unknown": lambda: dw.Joint(2, inputs=1, noise=dw.models.UnknownPolynomial()),
     "Track": lambda: dw.TrackEstimator("aircraft"),
 }
 

@@ -48,7 +48,7 @@ def trouble(function):
 @trouble
 def a_signal(case, rng):
     number = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL][int(rng.integers(3))]
-    fresh = bool(rng.random() < 0.3)
+    fresh = bool(rng.random() < 0.3) and number != signal.SIGINT  # which Python itself may hear, while it starts
     case.options = {"ended_by": number, "after": float(rng.uniform(0, 3.0 if fresh else 1.2)), "is_fresh": fresh}
     case.codes = ENDED
     return f"{number.name} after {case.options['after']:.2f} s"
