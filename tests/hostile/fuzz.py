@@ -81,7 +81,7 @@ def by_coverage(name: str, inputs: int, seed: int) -> None:
     """Let Atheris choose the inputs; it ends the process."""
     import atheris  # type: ignore[import-not-found]
 
-    reached = CORPUS.parent / ".reached" / name
+    reached = Path("out", "fuzz", name)  # which git ignores
     reached.mkdir(parents=True, exist_ok=True)
     for data in DECODERS[name].seeds():
         (reached / hashlib.sha256(data).hexdigest()[:12]).write_bytes(data)

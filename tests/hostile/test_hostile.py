@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).parents[2]
-PART = ["--files", "6", "--troubles", "4", "--disks", "1", "--caches", "0"]
+PART = ["--files", "5", "--troubles", "3", "--disks", "1", "--caches", "0"]
 MORE = ["--files", "150", "--troubles", "60", "--disks", "12", "--caches", "5"]
 
 

@@ -17,7 +17,7 @@ from .outputs import is_whole
 CODES = {0, 1, 2, 3}  # documented: done, data of no use, a wrong command, a question
 SECONDS = 5.0  # of CPU that an answer about a small file may take
 COMPILED = 30.0  # the same, where loops had to be compiled for it first
-PATIENCE = 30.0  # s of the clock, on a machine that others use as well
+PATIENCE = 120.0  # s of the clock: machines are shared
 MEMORY = 512 << 20  # bytes
 SILENT = "refused without a word"
 WORDS = 12_000  # characters that may be said of one table
