@@ -672,3 +672,10 @@ def test_a_table_that_breaks_off_on_the_way_is_told_by_its_name(tmp_path, kind):
     with pytest.raises(InputError, match=f"t.csv.{kind}: it cannot be read to its end"):
         for _ in open_record(str(path), "y"):
             pass
+
+
+def test_what_unpacks_to_one_endless_line_is_told_by_its_name(tmp_path):
+    path = put(tmp_path, gzip.compress(b"t,y\n1,2\n" + b"\n" * (70 << 20), 1), "t.csv.gz")
+    with pytest.raises(InputError, match=r"t\.csv\.gz: a line is longer"):
+        for _ in open_record(path, "y"):
+            pass

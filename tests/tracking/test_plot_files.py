@@ -12,7 +12,7 @@ import pytest
 
 from driftwise.engine.errors import InputError
 from driftwise.tracking.frames import geographic
-from driftwise.tracking.read import read_plots, recognise_plots
+from driftwise.tracking.read import read_plots, recognise_plots, unpacked
 
 DATA = Path(os.environ.get("DRIFTWISE_DATA", "")) / "tracking"
 recorded = pytest.mark.skipif(not DATA.is_dir(), reason="DRIFTWISE_DATA names no folder with tracking recordings")
@@ -281,3 +281,9 @@ def test_what_cannot_be_read_is_said_at_the_door(tmp_path, text, words):
         read_plots(tmp_path / "nowhere.csv")
     with pytest.raises(InputError, match="no file matches"):
         read_plots(str(tmp_path / "nowhere*.csv"))
+
+
+def test_a_file_that_grows_a_thousandfold_is_no_log():
+    data = gzip.compress(b"time,lat,lon\n" + b'"\n' * (40 << 20), 1)
+    with pytest.raises(InputError, match="unpacks to more than 64 MB; 100 times its size"):
+        unpacked(data, "bomb.csv.gz")

@@ -68,6 +68,8 @@ class Source:
             yield from self._read(columns)
         except (OSError, pa.ArrowException) as error:
             raise InputError(f"{self.title}: {damaged(error)}") from None
+        except InputError as error:
+            raise InputError(f"{self.title}: {error}") from None
 
     def _read(self, columns: list[str]) -> Iterator[tuple[list, Any]]:
         raise NotImplementedError
