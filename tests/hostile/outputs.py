@@ -12,7 +12,7 @@ def is_whole(path: Path) -> bool:
     if not path.is_file():
         return False
     try:
-        return KINDS.get(path.suffix, _page)(path)
+        return KINDS.get(path.suffix, _page_or_json)(path)
     except (ValueError, OSError):
         return False
 
@@ -41,6 +41,10 @@ def _json(path: Path) -> bool:
 
     json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
     return True
+
+
+def _page_or_json(path: Path) -> bool:
+    return (_json if path.read_bytes().startswith(b"{") else _page)(path)
 
 
 def _csv(path: Path) -> bool:

@@ -90,7 +90,7 @@ def a_full_disk(case, rng):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
-    case.options = {"prepare": prepare}
+    case.options, case.codes = {"prepare": prepare}, CODES | {120}  # what it says goes there, too
     return f"a disk that is full after {size} bytes"
 
 
