@@ -64,7 +64,8 @@ class AutomaticJob(RunOptions):
                 self.is_stopped = True
         if self.keeper is None:
             raise InputError(f"{self.file}: no row can be read.")
-        found = finder.found(*self.keeper.traces(), segments.losses())
+        trace, forecast = self.keeper.traces()
+        found = finder.found(trace, forecast, segments.losses())
         if found.table.time is None and not found.table.timed:
             found.summary.unit = SAMPLES
         self.found = replace(found, diagnosis=spoken_verdicts(found.diagnosis))

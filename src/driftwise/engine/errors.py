@@ -4,7 +4,7 @@ import re
 
 QUOTED = re.compile(r"""(?<!\w)(?:'[^'\n]{81,}'|"[^"\n]{81,}")(?!\w)""")
 WORD = re.compile(r"\S{301,}")
-CELL, LINE = 80, 1000  # characters that are repeated of what came with the data, and of a line as a whole
+CELL, LINE = 80, 2500  # characters that are repeated of what came with the data, and of a line as a whole
 
 
 def brief(text: str) -> str:

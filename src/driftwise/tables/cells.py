@@ -128,7 +128,8 @@ def seconds(column, decimal: str = ".", day_first: bool = True, are_dates: bool 
         values = column.cast(pa.duration("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
         return values.to_numpy(zero_copy_only=False) / 1e9, np.zeros(len(column), bool), False
     if not is_text(kind):
-        return _dated(*numbers(column), are_dates)
+        values, bad = numbers(column)
+        return _dated(values, bad, are_dates)
     if are_compact(trimmed(column.slice(0, LOOK)).drop_null().to_pylist()):
         return (*_stamps(column, day_first), True)
     values, bad = numbers(column, decimal)
