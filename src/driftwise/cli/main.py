@@ -131,7 +131,7 @@ USAGE: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ =
 def _printed(code: int) -> int:
     """Return the exit code once all is out that was printed: here, where it can be told that it fails."""
     try:
-        if sys.stdout is not None:  # a closed one
+        if sys.stdout is not None and not sys.stdout.closed:
             sys.stdout.flush()
     except OSError as error:
         sys.stdout = None  # type: ignore[assignment]  # it is not tried again

@@ -12,7 +12,6 @@ from driftwise import estimators as families
 from driftwise.cli import specs
 from driftwise.cli.job import RecordJob
 from driftwise.cli.options import Chunk, From, Inputs, Json, TableFile, To, time_option
-from driftwise.engine import validation
 from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
 
@@ -189,6 +188,8 @@ class RunOptions(RecordJob):
     @property
     def lag(self) -> int | None:
         """Samples that the smoother looks ahead; None: to the end."""
+        from driftwise.engine import validation
+
         if self.smooth in (None, "all"):
             return None
         lag = whole(str(self.smooth))

@@ -8,7 +8,6 @@ from typing import Any
 from driftwise import estimators as families
 from driftwise import memory as memories
 from driftwise import models
-from driftwise.engine import validation
 from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
 
@@ -61,6 +60,8 @@ def model(text: str, inputs: int) -> tuple[str, dict[str, Any]]:
 
 
 def _order(name: str, part: str, inputs: int, text: str) -> Any:
+    from driftwise.engine import validation
+
     values = [value.strip() for value in part.split("/")]
     numbers = [whole(value) for value in values]
     if None in numbers or (len(values) > 1 and name not in PER_INPUT):

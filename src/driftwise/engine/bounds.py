@@ -25,6 +25,7 @@ WHY = {
     "order": "an order is how many past samples matter; is the record sampled too fast?",
     "degree": "what needs more is no polynomial: a walk, or a frequency",
     "inputs": "was the record itself given?",
+    "samples": "take a shorter one",
 }
 DIGITS = 18  # that a whole number is written with
 
