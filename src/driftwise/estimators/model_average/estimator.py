@@ -135,7 +135,7 @@ class ModelAverage(Estimator):
         )  # fmt: skip
         fields = [(f"member{i}", m.dtype) for i, m in enumerate(self.members)]
         self.dtype = np.dtype([*fields, ("own", AVERAGE.dtype(M))])
-        self.spec, self.scratch_size = flatten([self.task]), 0
+        self.scratch_size = 0
 
     def __repr__(self):
         return f"ModelAverage({len(self.members)} members, {self.inputs} inputs)"
@@ -162,6 +162,11 @@ class ModelAverage(Estimator):
     def step_columns(self) -> int:
         """A sample on its own is shown all of them."""
         return self.n_columns
+
+    @cached_property
+    def spec(self) -> np.ndarray:
+        """The numbers of what makes one forecast; each member is given its own."""
+        return flatten([self.task])
 
     def _sample_sizes(self) -> tuple[int, ...]:
         return (len(self.members),)
