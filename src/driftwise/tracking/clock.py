@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..engine.errors import InputError
-from ..tables.cells import NAT, of_day, seconds
+from ..tables.cells import NAT, numbers, of_day, seconds
 from ..tables.clock import DAY, TimeOfDay
 from ..tables.column_roles import SECONDS
 from .columns import Column, meaning
@@ -24,10 +24,22 @@ def times(array, column: Column, decimal=".", day_first=True):
     except InputError as error:
         raise InputError(f"time column {column.name!r}: {error}") from None
     if is_stamp:
+        if found := _counted(array, column, decimal):
+            return found
         missing = values == NAT
         out = np.where(missing, np.nan, values / 1e9)
         return out, "time stamp", bad | (missing & array.is_valid().to_numpy(zero_copy_only=False))
     return *_scaled(values, column), bad
+
+
+def _counted(array, column, decimal):
+    """Return (s, unit, bad) of numbers that count from 1970, with their unit; None of other dates."""
+    try:
+        values, bad = numbers(array, decimal)
+    except InputError:  # dates by their type
+        return None
+    values, unit = _scaled(values, column)
+    return (values, unit, bad) if unit in DATED else None
 
 
 def _scaled(values, column):
