@@ -1,7 +1,7 @@
 """Every constant of `AutoMemory`, with its reason.
 
 NVRs and jumps are in units of the noise: a parameter off by its unit R/ms moves y as much as the noise does.
-Those chosen by trial were chosen on the drawn systems of `driftwise_studies.score.worlds` with the choosing seed.
+Those chosen by trial were chosen on the drawn systems of the scoreboard, with the seed that is kept for choosing.
 """
 
 from ..engine.elementary import log
