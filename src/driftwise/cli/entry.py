@@ -1,5 +1,6 @@
 """Where `driftwise` begins: asked to stop, by Ctrl-C or SIGTERM, it ends in one line from the first moment on."""
 
+import atexit
 import os
 import signal
 
@@ -8,6 +9,7 @@ CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 
 def main() -> None:
     """Run the command line."""
+    atexit.register(_answer, signal.SIG_IGN)  # last of all: an interpreter that is torn down would die without a word
     _answer(_leave)
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped
