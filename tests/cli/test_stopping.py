@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.cli import saving
 
 COMMAND = [sys.executable, "-c", "from driftwise.cli import entry; print('.', flush=True); entry.main()"]
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
@@ -75,3 +76,56 @@ def test_a_signal_that_nobody_is_to_hear_is_not_heard(table, tmp_path):
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=120)
     assert process.returncode == 0 and (tmp_path / "r.json").exists()
+
+
+@pytest.mark.parametrize("words", [["run", "-o", "y", "-i", "u"], ["run"]])
+def test_stopped_before_a_row_was_saved_it_leaves_nothing(tmp_path, call, monkeypatch, words):
+    def interrupted(path):
+        raise KeyboardInterrupt
+
+    y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+    np.savetxt(tmp_path / "table.csv", np.column_stack([y, u]), "%.5f", ",", header="y,u", comments="")
+    monkeypatch.setattr(saving, "_kind", interrupted)
+    results = ["--json", tmp_path / "r.json", "--save", tmp_path / "t.csv"]
+    code, _, complaint = call(words[0], tmp_path / "table.csv", *words[1:], *results)
+    assert (code, complaint) == (130, "driftwise: stopped\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+
+
+def test_a_command_that_is_done_is_not_ended_by_a_late_signal():
+    """While the interpreter is torn down, which takes milliseconds."""
+    code = """
+import os, sys
+from driftwise.cli import entry
+
+class Late:
+    def __del__(self, say=os.write, kill=os.kill, me=os.getpid()):
+        say(1, b"late\\n")
+        kill(me, 2)
+        kill(me, 15)
+
+entry.late = Late()
+sys.argv = ["driftwise", "--version"]
+entry.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "") and done.stdout.endswith("late\n")
+
+
+def test_stopped_while_a_module_is_imported_that_makes_another_error_of_it():
+    """As C extensions do that ask for one another's functions."""
+    code = """
+import os
+from driftwise.cli import entry, main
+
+def run():
+    try:
+        os.kill(os.getpid(), 15)
+    except BaseException:
+        raise AttributeError("partially initialized module") from None
+
+main.main = run
+entry.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (143, "driftwise: stopped\n")

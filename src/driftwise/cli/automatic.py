@@ -59,7 +59,7 @@ class AutomaticJob(RunOptions):
                         saver.add(all_columns(forecast, trace))
                     advance()
             except KeyboardInterrupt:
-                if self.keeper is None:
+                if self.keeper is None or not saver.has_begun:
                     raise
                 self.is_stopped = True
         if self.keeper is None:

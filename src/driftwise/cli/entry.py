@@ -3,8 +3,10 @@
 import atexit
 import os
 import signal
+import sys
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+STOPPED = b"driftwise: stopped\n"
 
 
 def main() -> None:
@@ -14,14 +16,22 @@ def main() -> None:
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped
 
+    asked = []
+
     def stop(number, frame):
         """Let what is being written be finished or taken away; asked once more, leave."""
         _answer(_leave)
+        asked.append(number)
         raise KeyboardInterrupt if number == signal.SIGINT else Stopped(CODES[number])
 
     _answer(stop)
     try:
         run()
+    except Exception:  # a module that was being imported makes an error of its own of what was raised in it
+        if not asked:
+            raise
+        os.write(2, STOPPED)
+        sys.exit(CODES[asked[0]])
     finally:
         _answer(_leave)
 
@@ -35,7 +45,7 @@ def _answer(how) -> None:
 
 def _leave(number, frame) -> None:
     """End at once: nothing has been begun, or nothing is left to do."""
-    os.write(2, b"driftwise: stopped\n")
+    os.write(2, STOPPED)
     os._exit(CODES[number])
 
 

@@ -91,7 +91,7 @@ class EstimateJob(RunOptions):
                     if self.save:
                         saver.add(self.keeper.columns(trace))
             except KeyboardInterrupt:
-                if state is None:
+                if state is None or not saver.has_begun:
                     raise
                 self.is_stopped = True
         self.summary.origin = self.record.clock.origin if self.record.time else None

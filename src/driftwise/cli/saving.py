@@ -20,9 +20,14 @@ class Saver:
         self.path = path
         self._writer: Any = None
         self._open = ExitStack()
+        self._rows = 0
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether rows were taken, or none are to be saved: who is asked to stop before leaves nothing."""
+        return not self.path or self._rows > 0
 
     def __enter__(self) -> Saver:
-        self._open.__enter__()
         return self
 
     def __exit__(self, *error) -> Any:
@@ -34,9 +39,12 @@ class Saver:
 
         table = pa.table(columns)
         if self._writer is None:
-            beside = self._open.enter_context(replaced(self.path))
-            self._writer = self._open.enter_context(_kind(self.path)(beside, table.schema))
+            with ExitStack() as opened:  # interrupted here, it has not begun
+                beside = opened.enter_context(replaced(self.path))
+                writer = opened.enter_context(_kind(self.path)(beside, table.schema))
+                self._open, self._writer = opened.pop_all(), writer
         self._writer.write_table(table)
+        self._rows += table.num_rows
 
 
 def _kind(path) -> Any:
