@@ -22,13 +22,15 @@ from driftwise.estimators.track.bank import TRACK, TRACK_SAMPLE
 from driftwise.estimators.window_observer.fir import FIR
 from driftwise.estimators.window_observer.growing import GROWING
 from driftwise.estimators.window_observer.queue import QUEUE
-from driftwise.memory.auto import AUTO
+from driftwise.memory.auto_state import AUTO
 from driftwise.memory.autocovariance_ls import DESIGN
 from driftwise.memory.auxiliary_filter import FILTER
 from driftwise.memory.bank import BANK
 from driftwise.memory.bayesian_change_point import CHANGE_POINT, HYPOTHESIS
 from driftwise.memory.likelihood_drift import LEARNER
 from driftwise.memory.modes import MODE
+from driftwise.memory.suspicion import SUSPICION
+from driftwise.memory.trial_state import TRIAL
 from driftwise.memory.unknown_drift import DRIFT_STATE
 from driftwise.memory.window import WINDOW
 
@@ -58,6 +60,8 @@ MEMORIES = {
     "`MultipleModel`, `IMM`, their own": BANK,
     "each mode of a bank": MODE,
     "`AutoMemory`, its own": AUTO,
+    "`suspicion` of `AutoMemory`": SUSPICION,
+    "`trial` of `AutoMemory`": TRIAL,
     "`Window`": WINDOW,
     "`BayesianChangePoint`": CHANGE_POINT,
     "each hypothesis": HYPOTHESIS,
