@@ -50,6 +50,11 @@ class Frequencies(NamedTuple):
     covariance: np.ndarray  # (F, 2, 2) of real and imaginary part
 
 
+def _deviation(direction: np.ndarray, P: np.ndarray) -> float:
+    """Return the deviation of direction' x, x of covariance P; infinite where no accuracy is claimed."""
+    return math.sqrt(max(direction @ P @ direction, 0.0)) if np.isfinite(P).all() else math.inf
+
+
 def modes(model, dt: float) -> list[Mode]:
     """Return the poles of a model in time, first order; the lower one of a pair, and what only delays, left out."""
     found = []
@@ -61,11 +66,10 @@ def modes(model, dt: float) -> list[Mode]:
             continue
         s = complex(np.log(complex(p))) / dt
         turn = np.array([[p.real, p.imag], [-p.imag, p.real]]) / (r * r * dt)  # ds of dp, as real and imaginary part
-        S, w = turn @ P @ turn.T, abs(s)
+        w = abs(s)
         radial = np.array([p.real, p.imag]) / r
-        modulus_std = math.sqrt(max(radial @ P @ radial, 0.0))
         tau = -1 / s.real if s.real < 0 else math.inf
-        tau_std = math.sqrt(max(S[0, 0], 0.0)) / s.real**2 if s.real else math.inf
+        tau_std = _deviation(turn[0], P) / s.real**2 if s.real else math.inf
         along = np.array([s.real, s.imag]) / w if w else np.zeros(2)
         damping = -s.real / w if w else math.nan
         slope = np.array([-1 / w + s.real**2 / w**3, s.real * s.imag / w**3]) if w else np.zeros(2)
@@ -73,9 +77,9 @@ def modes(model, dt: float) -> list[Mode]:
         hertz = w / (2 * math.pi)
         found.append(
             Mode(
-                p, r, modulus_std, tau, tau_std,
-                damping if is_pair else math.nan, math.sqrt(max(slope @ S @ slope, 0.0)) if is_pair else math.nan,
-                hertz, math.sqrt(max(along @ S @ along, 0.0)) / (2 * math.pi),
+                p, r, _deviation(radial, P), tau, tau_std,
+                damping if is_pair else math.nan, _deviation(slope @ turn, P) if is_pair else math.nan,
+                hertz, _deviation(along @ turn, P) / (2 * math.pi),
             )
         )  # fmt: skip
     return found
