@@ -17,6 +17,9 @@ WRITTEN = json.loads((SAVED / "states-4.json").read_text())
 TRACES = "UntilJump", "Auto", "JointMIMO", "WindowObserver"
 # The states were written when logarithms came from the C library: the engine's own differ in the last digit, in these.
 LOGARITHMS = "Auto", "Interacting", "ModelAverage", "RunLengths", "Bank", "ARXMIMO"
+# AutoMemory weighs explanations otherwise since: what it had learnt is there, and the next prediction is the same;
+# those that follow differ by less than a hundredth of the noise, whose deviation is a tenth.
+REWRITTEN = {"Auto": 1e-3, "ModelAverage": 1e-3}
 
 
 def digest(array) -> str:
@@ -29,7 +32,9 @@ def test_a_saved_state_goes_on_as_it_would_have(name, tmp_path):
     (tmp_path / "state.json").write_text(json.dumps(was["saved"]))
     est, state = dw.load_state(tmp_path / "state.json")
     trace = est.scan(was["y"], was["u"], state=state)
-    np.testing.assert_allclose(np.ravel(trace.innovation), was["innovation"], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(np.ravel(trace.innovation)[0], was["innovation"][0], rtol=1e-9, atol=1e-12)
+    atol = REWRITTEN.get(name, 1e-12)
+    np.testing.assert_allclose(np.ravel(trace.innovation), was["innovation"], rtol=1e-9, atol=atol)
     row = digest(np.atleast_1d(trace.state))
     assert name in LOGARITHMS or (digest(np.ravel(trace.innovation)), row) == (
         digest(np.array(was["innovation"])),

@@ -60,6 +60,9 @@ def read(path, estimator=None) -> Kept:
     for schema in range(header["schema"], SCHEMA):
         header = UPGRADES[schema](header)
     estimators = [_estimator(found, estimator, path) for found in header["estimators"]]
+    states = numbers["state"]
+    if all(upgrade.fields(est) == header["fields"] != _fields(est) for est in estimators):
+        states, header = upgrade.rows(estimators[0], states), header | {"fields": _fields(estimators[0])}
     if any(_fields(est) != header["fields"] for est in estimators):
         raise InputError(
             f"the states in {path} are laid out otherwise than those of {estimators[0]!r}: "
@@ -68,7 +71,7 @@ def read(path, estimator=None) -> Kept:
     keys = [READ[kind](text) for text, kind in zip(words["key"], words["kind"])]
     found = numbers | loose
     arrays = {name: found[name] for name in header["arrays"]}
-    return Kept(estimators, keys, numbers["state"], numbers["group"], arrays, header["facts"])
+    return Kept(estimators, keys, states, numbers["group"], arrays, header["facts"])
 
 
 def _with_facts(header: dict) -> dict:

@@ -18,6 +18,7 @@ from ..models.disturbance import Disturbance
 from ..models.noise import EquationError, NoiseCovariance, NoisePolynomial, OutputError, UnknownPolynomial
 from ..models.plant import Plant, Polynomial, Sinusoid
 from ..models.scale import InverseGamma
+from . import upgrade
 from .upgrade import SCHEMA, upgraded
 
 KINDS: dict[str, Any] = {
@@ -153,6 +154,7 @@ def load_state(path):
             data = json.load(f)
         est = rebuild(json.dumps({k: data[k] for k in ("schema", "estimator", "options") if k in data}))
         rows = np.array([[float.fromhex(v) for v in row] for row in data["rows"]])
+        rows = upgrade.rows(est, rows)
         if rows.size and 8 * rows.shape[1] != est.dtype.itemsize:
             raise InputError(
                 f"its states have {rows.shape[1]} numbers, those of {est!r} have {est.dtype.itemsize // 8}: they "

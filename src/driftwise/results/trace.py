@@ -213,6 +213,7 @@ class Trace:
         InputError
             Where the file is no such file, was altered, or is of another version.
         """
+        from . import upgrade
         from .snapshot import rebuild
 
         path = Path(path)
@@ -221,7 +222,8 @@ class Trace:
             est, keep, table = rebuild(str(f["header"])), str(f["keep"]), f["outs"]
             if not issubclass(est.trace_kind, cls):
                 raise InputError(f"it holds the trace of {est!r}, which is no {cls.__name__}: use Trace.load")
+            table = upgrade.table(est, table, est.table_width(keep))
             if table.shape != (len(f["y"]), est.table_width(keep)) or len(f["u"]) != len(table):
                 raise InputError(f"its table has the shape {table.shape}, which a trace of {est!r} has not")
-            state = check_states(f["state"].view(est.dtype).reshape(()), est.unknown_parts)
+            state = check_states(upgrade.rows(est, f["state"].ravel()).view(est.dtype).reshape(()), est.unknown_parts)
             return est.trace_kind(est, f["y"], f["u"], table, keep, state, f["extra"][0], f["time"])

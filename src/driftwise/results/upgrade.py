@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..engine.errors import InputError
 
@@ -52,3 +55,107 @@ def renamed(value: Any) -> Any:
 def parts(fields: list) -> list:
     """Return [name, size] of the parts of a state of schema 4, those of no size left out, under today's names."""
     return [[PARTS.get(name, name), size] for name, size in fields if size]
+
+
+# --- rows of AutoMemory, which kept two more banks before its trials were what they are ------------------------------
+
+
+class Piece(NamedTuple):
+    """Neighbouring numbers of a row: how many there were, how many there are, and of what `AutoMemory` they are."""
+
+    before: int
+    now: int
+    memory: Any = None
+
+
+def rows(estimator, found: np.ndarray) -> np.ndarray:
+    """Return rows of states, (.., numbers), as this version lays them out; any that are not of the former, as they are.
+
+    What `AutoMemory` had learnt goes on: its filters, speeds, outliers. A trial that ran is begun again if need be.
+    """
+    pieces = list(_pieces(estimator))
+    if not found.ndim or found.shape[-1] != sum(p.before for p in pieces):
+        return found
+    parts, at = [], 0
+    for piece in pieces:
+        part = found[..., at : at + piece.before]
+        parts.append(part if piece.memory is None else _auto(part, piece))
+        at += piece.before
+    return np.concatenate(parts, axis=-1)
+
+
+def table(estimator, found: np.ndarray, width: int) -> np.ndarray:
+    """Return the table of a trace with a column for each of today's filters: those of trials had no weight."""
+    from ..memory.auto import AutoMemoryKernel
+    from ..memory.trial_state import COPIES
+
+    if not any(isinstance(policy, AutoMemoryKernel) for policy in getattr(estimator, "policies", ())):
+        return found
+    if found.ndim != 2 or found.shape[1] != width - 3 * COPIES:
+        return found
+    return np.insert(found, [estimator.columns["mixture"].stop - 3 * COPIES] * 3 * COPIES, 0.0, axis=1)
+
+
+def fields(estimator) -> list:
+    """Return [name, size] of the parts of a state as they were, those of no size left out."""
+    found: dict[str, int] = {}
+    for name, sizes in _parts(estimator):
+        found[name] = sum(piece.before for piece in sizes)
+    return [[name, size] for name, size in found.items() if size]
+
+
+def _pieces(estimator) -> Iterator[Piece]:
+    for _, pieces in _parts(estimator):
+        yield from pieces
+
+
+def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
+    """Yield each part of a row, and the pieces it is made of."""
+    from ..memory.auto import AutoMemoryKernel
+
+    members = {f"member{i}": one for i, one in enumerate(getattr(estimator, "members", ()))}
+    for name in estimator.dtype.names:
+        size = estimator.dtype[name].itemsize // 8
+        if name in members:
+            yield name, list(_pieces(members[name]))
+            continue
+        kept = []
+        if name == "memory_state":
+            policies = [policy for one in getattr(estimator, "parts", [estimator]) for policy in one.policies]
+            kept = [policy for policy in policies if isinstance(policy, AutoMemoryKernel)]
+        pieces = [_piece(memory) for memory in kept]
+        yield name, pieces if sum(p.now for p in pieces) == size else [Piece(size, size)]
+
+
+def _piece(memory) -> Piece:
+    """Return how long the part of an `AutoMemory` was and is."""
+    from ..memory.auto_state import HEAD, MODES
+    from ..memory.bank import bank_size
+    from ..memory.likelihood_drift import learner_size
+    from ..memory.modes import size_of
+    from ..memory.unknown_drift import drift_state_size
+
+    N = memory.cap.size
+    own = HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
+    return Piece(drift_state_size(N, own), memory.state_size(N), memory)
+
+
+def _auto(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one `AutoMemory` keeps; it kept on, age, jumped, louder, verdict, rho, clean, and three banks."""
+    from ..memory.auto_constants import ISOLATED
+    from ..memory.auto_state import CLEAN, HEAD, IS_ISOLATED, MODES, RHO
+    from ..memory.bank import bank_size
+    from ..memory.likelihood_drift import learner_size
+    from ..memory.unknown_drift import drift_state_size
+
+    N = piece.memory.cap.size
+    begin, learner = drift_state_size(N), learner_size(N, N)
+    filters = begin + HEAD + bank_size(N, MODES)
+    now = np.zeros((*was.shape[:-1], piece.now))
+    now[..., :filters] = was[..., :filters]
+    now[..., -learner:] = was[..., -learner:]
+    head = now[..., begin : begin + HEAD]
+    rho, clean = head[..., 5].copy(), head[..., 6].copy()
+    head[...] = 0.0
+    head[..., RHO], head[..., CLEAN], head[..., IS_ISOLATED] = rho, clean, clean >= ISOLATED
+    return now
