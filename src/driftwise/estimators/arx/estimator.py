@@ -180,7 +180,7 @@ class Recursive(Posterior):
         >>> phi, slope = rng.standard_normal((800, 2)), np.cumsum(0.05 * rng.standard_normal(800))
         >>> est = dw.Regression(["slope", "other"], memory=dw.AutoMemory())
         >>> est.drift_of(est.scan(phi[:, 0] * slope + 2 * phi[:, 1] + 0.5 * rng.standard_normal(800), phi).state)
-        slope forgets in about 10, other in about 43 samples (96 % likely)
+        slope forgets in about 10, other in about 44 samples (99 % likely)
         """
         self._rows(state)  # one state, and of this estimator
         return read_speeds(self, state, self.names)
