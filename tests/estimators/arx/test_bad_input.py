@@ -60,7 +60,7 @@ OPTIONS = [
     (dict(scale=dw.models.InverseGamma(1.0, np.inf)), "finite numbers"),
     (dict(missing=["hold"]), "missing must be one of predict, hold, skip, got"),
     (dict(y_scale=1e200), "y_scale must lie between 1e-100 and 1e.100, got 1e.200. Is the unit right"),
-    (dict(theta0=np.array([1j, 0.0])), "theta0 must hold numbers"),
+    (dict(theta0=np.array([1j, 0.0])), "theta0 (must hold numbers|of several outputs is given by name)"),
 ]  # fmt: skip
 
 
