@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-WORD = re.compile(r"[A-Za-z_][A-Za-z_0-9]*\b(?! :=)")  # a name that is read or written, not that of a parameter in a call
+WORD = re.compile(r"[A-Za-z_][A-Za-z_0-9]*\b(?! :=)")  # what is read or written; not a parameter named in a call
 WIDTH = 110
 
 
