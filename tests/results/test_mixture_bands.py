@@ -35,18 +35,27 @@ def mixture_of(trace):
 
 
 def test_a_trace_tells_the_mixture_behind_its_band():
-    """Mean zero, the variance it publishes; by drawing from it, as many in the band as it says; Student's t."""
+    """Mean zero, the variance it publishes; by drawing from it, as many in the band as it says; Student's t.
+
+    While a trial shows what may have happened, the mean that is published is slower to believe in it than the
+    probabilities are, so that the mixture is off it; and what is published drifts by the bank's Q, not by the trial's.
+    """
     s = system("d", 1)
     trace = dw.ARX(2, 2, memory=dw.AutoMemory(), at_rest=True).scan(s.y[0], s.u[0])
     w, m, v = mixture_of(trace)
+    is_calm = w[:, 3:].sum(axis=1) == 0
+    assert 580 < np.count_nonzero(is_calm) < 600
     np.testing.assert_allclose(w.sum(axis=1), 1, rtol=1e-12)
-    np.testing.assert_allclose((w * m).sum(axis=1), 0, atol=1e-9)
-    np.testing.assert_allclose((w * (v + m**2)).sum(axis=1)[10:], trace.variance[10:], rtol=1e-9)
+    np.testing.assert_allclose((w * m).sum(axis=1)[is_calm], 0, atol=1e-9)
+    variance = (w * (v + m**2)).sum(axis=1)
+    is_calm[:10] = False
+    np.testing.assert_allclose(variance[is_calm], trace.variance[is_calm], rtol=1e-9)
+    np.testing.assert_allclose(variance[10:], trace.variance[10:], rtol=1e-3)
     k = np.arange(20, 200)  # one for each sample, which fade, less four parameters; less what looks like outliers
     assert np.all(trace.dof[:4] == 1) and np.all(abs(trace.dof[k] - (200 - 203 * 0.995**k)) < 1.5)
     rng = np.random.default_rng(0)
-    for k in (50, 205, 599):
-        pick = rng.choice(3, 200_000, p=w[k] / w[k].sum())
+    for k in (50, 203, 599):
+        pick = rng.choice(6, 200_000, p=w[k] / w[k].sum())
         drawn = m[k, pick] + np.sqrt(v[k, pick]) * rng.standard_t(trace.dof[k], 200_000)
         assert np.mean(abs(drawn) < trace.band(0.9)[k]) == pytest.approx(0.9, abs=0.003)
 
@@ -59,7 +68,9 @@ def test_bands_cover_what_comes(memory):
     for y, psi in zip(s.y, s.psi):
         trace = dw.Regression(4, memory=memory, at_rest=True).scan(y, psi)
         w, m, v = mixture_of(trace)
-        np.testing.assert_allclose((w * (v + m**2)).sum(axis=1)[10:], trace.variance[10:], rtol=1e-9)
+        is_calm = w[:, 3:].sum(axis=1) == 0  # no trial shows anything
+        is_calm[:10] = False
+        np.testing.assert_allclose((w * (v + m**2)).sum(axis=1)[is_calm], trace.variance[is_calm], rtol=1e-9)
         inside.append(abs(trace.innovation[50:]) < trace.band(0.95)[50:])
     assert 0.93 <= np.mean(inside) <= 0.97
 
@@ -94,11 +105,12 @@ def kinds(trace):
 
 
 def test_a_jump_is_told_with_its_parameter_and_odds(plant):
+    """At odds of 100:1, which take a jump of four deviations a dozen samples: fast drift explains much of it, too."""
     (event,) = [e for e in kinds(plant(b1=1.4)) if e.kind == "JUMP"]
-    assert 300 <= event.sample <= 310 and 299 <= event.since <= 302
-    assert event.parameter == "b1" and event.direction == 1 and event.odds > 5
+    assert 300 <= event.sample <= 315 and 299 <= event.since <= 302
+    assert event.parameter == "b1" and event.direction == 1 and event.odds > 100
     assert re.fullmatch(
-        r"b1 jumped from (0\.99|1)\S* to 1\.[34]\S*, it began about \d samples ago \(odds \d+:1\)", event.text
+        r"b1 jumped from (0\.99|1)\S* to 1\.[34]\S*, it began about \d+ samples ago \(odds \d+:1\)", event.text
     )
     assert not [e for e in kinds(plant(b1=1.4)) if e.kind == "NOISE"]
 
