@@ -11,6 +11,12 @@ import pytest
 from driftwise.cli import main as cli
 
 
+def pytest_runtest_setup(item):
+    """Print as to no terminal: the workers of a parallel run say that they are one of 80 columns."""
+    for name in ("COLUMNS", "LINES"):
+        os.environ.pop(name, None)
+
+
 def pytest_collection_modifyitems(items):
     """Run the examples of the documentation late: what they compile, other tests have compiled by then."""
     items.sort(key=lambda item: "test_q" if item.path.name == "test_docs.py" else item.path.name)

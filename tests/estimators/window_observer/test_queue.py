@@ -1,7 +1,5 @@
 """The window over samples at any instants: a queue of segments joined by orthogonal transformations."""
 
-import time
-
 import mpmath
 import numpy as np
 import pytest
@@ -381,25 +379,6 @@ def test_clock_of_large_numbers():
     y, u = np.sin(t), np.ones(40)
     near, far = est.scan(y, u, time=t), est.scan(y, u, time=1.7e9 + t)
     assert np.allclose(near.estimates[10:], far.estimates[10:], rtol=1e-4, atol=1e-4)
-
-
-def test_cost_hardly_depends_on_the_window():
-    rng, cost = np.random.default_rng(0), []
-    t = np.cumsum(rng.exponential(1e-3, 8000))
-    y, u = rng.standard_normal(8000), 24 * np.sin(t)
-    for window in (0.5, 2.0):
-        est = dw.WindowObserver(
-            MOTOR, window, noise_std=SIGMA, disturbances=(CONSTANT, COSINE), hold="foh", dt=1e-3, irregular=True
-        )
-        _ = est.drive
-        best = np.inf
-        for _ in range(3):
-            start = time.process_time()
-            est.scan(y, u, time=t)
-            best = min(best, time.process_time() - start)
-        cost.append(best / 8000)
-    assert max(cost) < 40e-6
-    assert cost[1] < 2 * cost[0], "four times the samples"
 
 
 def test_uncompiled_equals_compiled():
