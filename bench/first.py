@@ -56,8 +56,19 @@ def main(
     own = {"DRIFTWISE_CACHE": str(cache)}
     shutil.rmtree(cache, ignore_errors=True)
     _spent([python, "-c", "import numpy, pyarrow, scipy.special, rich"], folder, {})  # from the disk, once
-    measured("first run of the flight, a compiler at install", [driftwise, "run", flight], 4.0, **own)
-    measured("run of the flight, warm", [driftwise, "run", flight], 1.5, 3, **own)
+    measured(
+        "first run of the flight, a compiler at install",
+        [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"],
+        4.0,
+        **own,
+    )
+    measured(
+        "run of the flight, warm",
+        [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"],
+        1.5,
+        3,
+        **own,
+    )
     measured("import and first ARX.scan", [python, "-c", SCAN], 0.5, 3, **own)
     if not pumps.exists():
         _spent([driftwise, "fleet", "simulate", pumps, "--series", "1000", "--samples", "500"], folder, own)
@@ -70,7 +81,11 @@ def main(
         stock.rename(aside)
     try:
         for name, line, most in (
-            ("first run of the flight", [driftwise, "run", flight], 6.0),
+            (
+                "first run of the flight",
+                [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"],
+                6.0,
+            ),
             ("fleet run", fleet, 6.0),
         ):
             for path in (cache, folder / "results"):
