@@ -15,7 +15,6 @@ import warnings
 from pathlib import Path
 
 from driftwise.engine.compilers import Compiler, compilers
-from driftwise.report.printed import say
 
 HERE = "a C compiler (gcc or clang) here would have compiled loops ahead; now that happens at their first use"
 
@@ -24,7 +23,7 @@ def main(folder: str, extent: str = "front") -> int:
     """Compile into ``folder`` the loops that are needed first, or all; say what was done."""
     compiler = next((c for c in compilers() if not c.is_quick and _works(c)), None)
     if compiler is None:
-        say(f"driftwise: {HERE}")
+        _told(HERE)
         return 0
     os.environ |= {"DRIFTWISE_CC": shlex.join(compiler.command), "DRIFTWISE_CACHE": folder, "DRIFTWISE_ENGINE": "c"}
     from driftwise.estimators.common.warm import front, warm
@@ -34,14 +33,20 @@ def main(folder: str, extent: str = "front") -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # what does not compile here may do so where it is used
         for name in front() if extent == "front" else (*warm(), *fleets()):
-            say(f"driftwise: compiled {name}")
+            _told(f"compiled {name}")
     made = list(Path(folder).glob("*.so"))
     size = sum(path.stat().st_size for path in made) / 1e6
-    say(
-        f"driftwise: {len(made)} objects by {compiler.name}, {size:.1f} MB, in {time.perf_counter() - start[0]:.1f} s "
+    _told(
+        f"{len(made)} objects by {compiler.name}, {size:.1f} MB, in {time.perf_counter() - start[0]:.1f} s "
         f"({_seconds() - start[1]:.1f} s of CPU)"
     )
     return 0
+
+
+def _told(text: str) -> None:
+    """Tell the log of the build, whose environment has no library for terminals; no data come this way."""
+    sys.stdout.write(f"driftwise: {text}\n")
+    sys.stdout.flush()
 
 
 def _works(compiler: Compiler) -> bool:
