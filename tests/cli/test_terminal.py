@@ -83,10 +83,10 @@ def test_json_says_the_same():
 
 
 def test_there_is_one_way_to_the_terminal():
-    """Nothing in the package prints but by `report.printed`."""
+    """Nothing in the package prints but by `report.printed`; a build's log and a board's see no data."""
     found = []
     for path in PACKAGE.rglob("*.py"):
-        if path.relative_to(PACKAGE).as_posix() in ("report/printed.py", "export/board.py"):
+        if path.relative_to(PACKAGE).as_posix() in ("report/printed.py", "export/board.py", "cli/stock.py"):
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             name = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
