@@ -154,8 +154,8 @@ def named(est, inputs) -> tuple[str, ...]:
     k = est.model.inputs
     if inputs is not None:
         return tuple(map(str, inputs))
-    labels = getattr(est.model, "labels", ())
-    return tuple(labels) if len(labels) == k and k else ("u",) * k if k == 1 else tuple(f"u{i + 1}" for i in range(k))
+    labels = est.model.labels
+    return labels if len(labels) == k and k else ("u",) * k if k == 1 else tuple(f"u{i + 1}" for i in range(k))
 
 
 def equation_orders(est) -> tuple[int, tuple[int, ...], tuple[int, ...]]:

@@ -21,6 +21,7 @@ class Canonical:
     direct: bool = False
     coloured: bool = False
     has_offset: bool = False
+    labels = ()  # no names replace those of b
 
     @cached_property
     def blocks(self) -> int:

@@ -54,7 +54,7 @@ def _kind() -> type:
         """A console on which all text is `visible`."""
 
         def render(self, renderable, options=None):
-            for part in super().render(renderable, options):
+            for part in list(super().render(renderable, options)):
                 yield part if part.control else Segment(visible(part.text), part.style)
 
     return Terminal
