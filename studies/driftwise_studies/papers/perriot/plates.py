@@ -17,7 +17,6 @@ OURS = "this package's study, docs/adaptive-gain.md"
 PAPER = dict(up=(0.15, 15.0), down=(0.07, 20.0))
 DESIGNED = dict(up=(0.3119 / 2, 11.2), down=(0.1369 / 2, 9.0), N0=(46.0, 95.0))
 MATCHED = 0.2**2 / SEGMENT  # jump squared times jump rate
-LOWEST = 20.0  # plates are never judged on fewer records than this
 
 
 class AtTheJumps:
