@@ -179,3 +179,28 @@ def test_long_records_are_taken_in_stretches():
 def test_bad_input_has_a_clear_answer(call, says):
     with pytest.raises(dw.InputError, match=says):
         call()
+
+
+@pytest.mark.parametrize("y_unit, u_unit", [(1, 0), (0, 1), (1, 1), (-1, 0), (0, -1), (-1, -1)])
+@pytest.mark.parametrize("direct", [False, True])
+def test_it_does_not_depend_on_units_however_large(y_unit, u_unit, direct):
+    """1e199, whose square is no number: all is that of the plain record, but for the units of b."""
+    y_unit, u_unit = 2.0 ** (660 * y_unit), 2.0 ** (660 * u_unit)
+    y, u = plant(WHITE[:, 0], noise_std=0.1)
+    plain = dw.analysis.identifiability(y, u, order=2, direct=direct)
+    found = dw.analysis.identifiability(y * y_unit, u * u_unit, order=2, direct=direct)
+    assert (found.rank, found.worst) == (plain.rank, plain.worst)
+    theta_units = np.array([1.0, 1.0] + [y_unit / u_unit] * (len(plain.names) - 2))
+    for one, other in zip(found.directions, plain.directions, strict=True):
+        assert one.eigenvalue == other.eigenvalue
+        change = other.vector * theta_units
+        np.testing.assert_array_equal(one.vector, change / change[np.flatnonzero(other.vector == 1.0)[0]])
+    np.testing.assert_array_equal(found.gramian[:2, :2], plain.gramian[:2, :2])
+
+
+def test_regressors_are_told_apart_in_any_unit():
+    X = np.random.default_rng(3).standard_normal((200, 2))
+    regression = dw.Regression(["p", "q"])
+    plain = dw.analysis.identifiable.taught(regression, X[:, 0], X)
+    large = dw.analysis.identifiable.taught(regression, X[:, 0], X * 2.0**700)
+    assert (large.rank, large.worst, large.words) == (plain.rank, plain.worst, plain.words)

@@ -135,6 +135,9 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
                 "samples are missing, and filtering by 1/C does not get over a gap: leave d out, or cut out a complete "
                 "stretch"
             )
+    y_unit, u_units = _units(y[:, None]), _units(u)
+    y, u = y / y_unit, u / u_units
+    units = np.concatenate([np.ones(n), np.repeat([*y_unit, *u_units], n), u_units[: form.direct_terms]])
     R, G, used = np.zeros((0, N)), np.zeros((N, N)), 0
     for X, target, _ in regression_rows(form, y, u, d):
         X = X[~np.isnan(np.column_stack([X, target])).any(axis=1)]
@@ -149,12 +152,13 @@ def identifiability(y, u=None, *, order: int, direct: bool = False, d=None) -> I
     rank = int(np.sum(singular > ZERO * singular[0])) if len(singular) else 0
 
     Rr = _without_state(R, n, alive)
-    directions = _directions(Rr, length[n:], form.names)
+    directions = _directions(Rr, length[n:], form.names, units[n:])
     back = form.salut
-    found = Identifiability(
-        form.names, rank, N, G[np.ix_(back, back)], (Rr.T @ Rr)[np.ix_(back[n:] - n, back[n:] - n)],
-        directions, used, len(y) - used, "",
-    )  # fmt: skip
+    G, I_r = (
+        _of_units(G, units)[np.ix_(back, back)],
+        _of_units(Rr.T @ Rr, units[n:])[np.ix_(back[n:] - n, back[n:] - n)],
+    )
+    found = Identifiability(form.names, rank, N, G, I_r, directions, used, len(y) - used, "")
     return replace(found, words=_words(found, form, y, u))
 
 
@@ -176,12 +180,26 @@ def _taught_apart(form, X) -> Identifiability | None:
     whole = X[np.isfinite(X).all(axis=1)]
     if len(whole) < form.N:
         return None
+    units = _units(whole)
+    whole = whole / units
     R, length = triangle(None, whole), np.sqrt((whole * whole).sum(axis=0))
-    directions = _directions(R, length, form.names)
+    directions = _directions(R, length, form.names, units)
     rank = sum(d.eigenvalue > ZERO**2 for d in directions)
-    G = whole.T @ whole
+    G = _of_units(whole.T @ whole, units)
     found = Identifiability(form.names, rank, form.N, G, G, directions, len(whole), len(X) - len(whole), "")
     return replace(found, words=_words(found))
+
+
+def _units(columns) -> np.ndarray:
+    """Return powers of two about as large as the columns: what is divided by them has squares that are numbers."""
+    largest = np.abs(np.where(np.isnan(columns), 0.0, columns)).max(axis=0, initial=0.0)
+    return np.ldexp(1.0, np.frexp(largest)[1] - 1)
+
+
+def _of_units(G, units) -> np.ndarray:
+    """Return products of columns that were divided by these units; infinite where no number is large enough."""
+    with np.errstate(over="ignore", under="ignore"):
+        return G * units * units[:, None]
 
 
 def _record(y, u, order, direct):
@@ -209,7 +227,7 @@ def _without_state(R, n, alive):
     return triangle(None, R[:, order])[len(x) :, len(x) :]
 
 
-def _directions(R, length, names):
+def _directions(R, length, names, units):
     """Eigenvectors of R'R with a unit diagonal, smallest eigenvalue first."""
     m = len(names)
     own = np.sqrt((R * R).sum(axis=0))
@@ -228,7 +246,7 @@ def _directions(R, length, names):
     unit = np.where(live, own, 1.0)  # vectors are in units of each parameter's own information: as large as they show
     out = []
     for value, v in zip(values, vectors):
-        change = v / unit
+        change = v / (unit * units)
         change /= change[np.argmax(abs(v) > (1 - 1e-6) * abs(v).max())]  # the first of equals, whatever the rounding
         out.append(Direction(float(value), change, _combination(change, v, names)))
     return out
