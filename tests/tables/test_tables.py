@@ -5,6 +5,7 @@ import gzip
 import io
 import math
 import os
+import subprocess
 import sys
 import threading
 
@@ -17,7 +18,7 @@ from hypothesis import strategies as st
 
 from driftwise.engine.errors import InputError
 from driftwise.tables import checks, csvfile
-from driftwise.tables.cells import NAT, seconds
+from driftwise.tables.cells import NAT, plain, seconds
 from driftwise.tables.dialect import kind, sniff
 from driftwise.tables.parquetfile import MemorySource
 from driftwise.tables.parts import parts_of
@@ -679,3 +680,29 @@ def test_what_unpacks_to_one_endless_line_is_told_by_its_name(tmp_path):
     with pytest.raises(InputError, match=r"t\.csv\.gz: a line is longer"):
         for _ in open_record(path, "y"):
             pass
+
+
+def test_a_table_of_numbers_is_read_without_pandas(tmp_path):
+    """Which pyarrow loads on its own, where it is installed: half a second, and a Ctrl-C meanwhile is lost."""
+    path = put(tmp_path, "t,y\n0,1.5\n1,\n3,4\n")
+    program = (
+        "import sys\nfrom driftwise.tables.table import open_record\n"
+        f"chunks = list(open_record({path!r}, 'y', time='t'))\n"
+        "print(chunks[0].columns['y'].tolist(), 'pandas' in sys.modules)"
+    )
+    out = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[1.5, nan, 4.0] False"
+
+
+@pytest.mark.parametrize("kind", [pa.float64(), pa.int64(), pa.bool_()])
+@pytest.mark.parametrize("cut", [slice(0, 9), slice(3, 8), slice(2, 2)])
+@pytest.mark.parametrize("is_chunked", [False, True])
+def test_plain_is_what_to_numpy_is(kind, cut, is_chunked):
+    column = pa.array([0, 1, 1, 0, 1, 1, 0, 0, 1]).cast(kind)[cut.start : cut.stop]
+    column = pa.chunked_array([column, column]) if is_chunked else column
+    found = plain(column)
+    np.testing.assert_array_equal(found, column.to_numpy(zero_copy_only=False), strict=True)
+
+
+def test_plain_has_nan_where_a_number_is_missing():
+    np.testing.assert_array_equal(plain(pa.array([None, 1.0, None, 2.0])[1:]), [1.0, NaN, 2.0], strict=True)

@@ -45,13 +45,32 @@ def numbers(column, decimal: str = "."):
     ):
         column = column.cast(pa.uint8()) if pa.types.is_boolean(kind) else column
         column = column.cast(pa.float64(), safe=False)
-        values, bad = column.to_numpy(zero_copy_only=False), None
+        values, bad = plain(column), None
     else:
         raise InputError(f"a column of type {kind} cannot be used as numbers")
     infinite = np.abs(values) > LARGEST
     if infinite.any():
         values = np.where(infinite, np.nan, values)
     return values, infinite if bad is None else bad | infinite
+
+
+def plain(column):
+    """Return a column of numbers, or of truths without a missing one, as an array: float64 has NaN where missing.
+
+    The buffer itself, not `to_numpy`: that loads pandas where it is installed, half a second, and a Ctrl-C meanwhile
+    is lost there.
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    column = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
+    if pa.types.is_boolean(column.type):
+        return plain(column.cast(pa.uint8())).view(bool)
+    kind = np.dtype(str(column.type).replace("double", "float64"))
+    if not len(column):
+        return np.zeros(0, kind)
+    found = np.frombuffer(column.buffers()[1], kind, len(column), column.offset * kind.itemsize)
+    return np.where(plain(column.is_valid()), found, np.nan) if column.null_count else found
 
 
 def is_text(kind) -> bool:
@@ -72,8 +91,8 @@ def switched(column):
     import pyarrow.compute as pc
 
     cells = pc.utf8_lower(trimmed(column))
-    on, off = (pc.is_in(cells, value_set=pa.array(sorted(words))).to_numpy(False) for words in (ON, OFF))
-    bad = pc.is_valid(cells).to_numpy(False) & ~on & ~off
+    on, off = (plain(pc.is_in(cells, value_set=pa.array(sorted(words)))) for words in (ON, OFF))
+    bad = plain(pc.is_valid(cells)) & ~on & ~off
     return np.where(on, 1.0, np.where(off, 0.0, np.nan)), bad
 
 
@@ -94,7 +113,7 @@ def _parse(column, decimal):
     good = pc.fill_null(pc.match_substring_regex(cells, _NUMBER), False)
     bad = pc.and_(pc.is_valid(cells), pc.invert(good))
     values = pc.if_else(good, cells, pa.scalar(None, cells.type)).cast(pa.float64())
-    return values.to_numpy(zero_copy_only=False), bad.to_numpy(zero_copy_only=False)
+    return plain(values), plain(bad)
 
 
 def trimmed(column):
@@ -123,10 +142,10 @@ def seconds(column, decimal: str = ".", day_first: bool = True, are_dates: bool 
         column, kind = column.dictionary_decode(), kind.value_type
     if pa.types.is_date(kind) or pa.types.is_timestamp(kind):
         stamps = _nanoseconds(column if pa.types.is_timestamp(kind) else column.cast(pa.timestamp("s")))
-        return stamps, column.is_valid().to_numpy(zero_copy_only=False) & (stamps == NAT), True
+        return stamps, plain(column.is_valid()) & (stamps == NAT), True
     if pa.types.is_duration(kind):
         values = column.cast(pa.duration("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
-        return values.to_numpy(zero_copy_only=False) / 1e9, np.zeros(len(column), bool), False
+        return plain(values) / 1e9, np.zeros(len(column), bool), False
     if not is_text(kind):
         values, bad = numbers(column)
         return _dated(values, bad, are_dates)
@@ -155,7 +174,7 @@ def _stamps(column, day_first):
             continue
     else:
         stamps = _one_by_one(cells)
-    bad = pc.is_valid(cells).to_numpy(zero_copy_only=False) & (stamps == NAT)
+    bad = plain(pc.is_valid(cells)) & (stamps == NAT)
     return stamps, bad
 
 
@@ -184,7 +203,7 @@ def _nanoseconds(stamps):
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    values = pc.fill_null(stamps.cast(pa.int64()), NAT).to_numpy(zero_copy_only=False)
+    values = plain(pc.fill_null(stamps.cast(pa.int64()), NAT))
     factor = int(1e9 / PER_SECOND[stamps.type.unit])
     within = np.abs(values.astype(float)) < -NAT / factor * (1.0 - 1e-15)
     return np.where(within, np.where(within, values, 0) * factor, NAT)
@@ -254,7 +273,7 @@ def instants(column, decimal: str = ".", day_first: bool = True, are_stamps: boo
 
     kind = column.type
     if pa.types.is_timestamp(kind):  # in their own unit: nanoseconds end in the year 2262
-        values = column.cast(pa.int64()).cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+        values = plain(column.cast(pa.int64()).cast(pa.float64(), safe=False))
         found, bad, is_stamp = values / PER_SECOND[kind.unit], np.zeros(len(column), bool), True
     else:
         found, bad, is_stamp = seconds(column, decimal, day_first, bool(are_stamps))
@@ -274,7 +293,7 @@ def of_day(column):
 
     if pa.types.is_time(column.type):
         values = column.cast(pa.time64("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
-        return values.to_numpy(zero_copy_only=False) / 1e9, len(column) - column.null_count
+        return plain(values) / 1e9, len(column) - column.null_count
     if not is_text(column.type):
         return np.full(len(column), np.nan), 0
     cells = pc.utf8_trim_whitespace(column.cast(pa.string()))
@@ -284,5 +303,5 @@ def of_day(column):
     total = np.zeros(len(column))
     for part, unit in ((r"^(\d+):.*$", 3600.0), (r"^\d+:(\d+):.*$", 60.0), (r"^\d+:\d+:([\d.]+)$", 1.0)):
         number = pc.replace_substring_regex(cells, part, r"\1").cast(pa.float64())
-        total += unit * number.to_numpy(zero_copy_only=False)
+        total += unit * plain(number)
     return total, int(pc.sum(good).as_py() or 0)
