@@ -42,15 +42,18 @@ def test_a_run_ends_in_one_line(table, tmp_path, number, after):
     code, complaint = stop(number, after, "run", table, "-o", "y", "-i", "u", "--chunk", 2000,
                            "--json", tmp_path / "r.json", "--save", tmp_path / "t.csv")  # fmt: skip
     left = sorted(path.name for path in tmp_path.iterdir())
-    if code == 0:  # done before, or Ctrl-C while samples came: what was read is told
-        assert complaint == "" and left == ["r.json", "t.csv"]
-        json.loads((tmp_path / "r.json").read_text())
-        return
-    assert (code, complaint) == (CODES[number], "driftwise: stopped\n")
-    assert left in ([], ["t.csv"], ["r.json", "t.csv"])
+    rows, is_stopped = 300_000, False
+    if "r.json" in left:  # done before, or Ctrl-C while samples came: what was read is told
+        told = json.loads((tmp_path / "r.json").read_text())
+        rows, is_stopped = told["summary"]["samples"], "stopped early" in " ".join(told["notes"])
     if "t.csv" in left:
         with open(tmp_path / "t.csv") as file:
-            assert sum(1 for line in file) == 300_001
+            assert sum(1 for line in file) == rows + 1
+    if code == 0:
+        assert complaint == "" and left == ["r.json", "t.csv"] and rows == 300_000 and not is_stopped
+    else:
+        assert (code, complaint) == (CODES[number], "driftwise: stopped\n")
+        assert left in ([], ["t.csv"], ["r.json", "t.csv"])
 
 
 @pytest.mark.parametrize("number", CODES)
@@ -110,6 +113,44 @@ entry.main()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "") and done.stdout.endswith("late\n")
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_stopped_where_a_library_loses_it(number):
+    """As C extensions do whose functions cannot fail: what was asked for holds, whatever they went on with."""
+    code = f"""
+import os, sys
+from driftwise.cli import entry, main
+
+def run():
+    try:
+        os.kill(os.getpid(), {int(number)})
+    except BaseException:
+        pass
+    sys.exit(0)
+
+main.main = run
+entry.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (CODES[number], "driftwise: stopped\n")
+
+
+@pytest.mark.parametrize("words", [["-o", "y", "-i", "u"], ["--model", "auto", "-o", "y", "-i", "u"]])
+def test_stopped_while_samples_come_it_tells_what_it_has_read(tmp_path, call, monkeypatch, words):
+    from driftwise.cli.downsample import TraceDownsampler
+
+    def interrupted(self, *more, taken=TraceDownsampler.keep):
+        taken(self, *more)
+        if self.samples >= 400:
+            raise KeyboardInterrupt
+
+    y, u = dw.simulate([-0.8], [1.0], samples=900, noise_std=0.1, seed=1)
+    np.savetxt(tmp_path / "table.csv", np.column_stack([y, u]), "%.5f", ",", header="y,u", comments="")
+    monkeypatch.setattr(TraceDownsampler, "keep", interrupted)
+    code, said, complaint = call("run", tmp_path / "table.csv", *words, "--chunk", 200, "--json", tmp_path / "r.json")
+    assert (code, complaint) == (130, "driftwise: stopped\n")
+    assert "stopped early" in said and "stopped early" in json.loads((tmp_path / "r.json").read_text())["notes"][0]
 
 
 def test_stopped_while_a_module_is_imported_that_makes_another_error_of_it():

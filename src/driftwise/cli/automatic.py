@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from driftwise.cli.asking import ask
-from driftwise.cli.job import reading
+from driftwise.cli.job import reading, undivided
 from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
@@ -16,7 +16,6 @@ class AutomaticJob(RunOptions):
     """Finds out everything but the columns that were named."""
 
     writes = (("samples", "save"), ("report", "report"), ("results", "json"))
-    is_stopped = False
     found: Any = None  # the `Identification`
     keeper: Any = None
     notes: Any = ()
@@ -52,11 +51,12 @@ class AutomaticJob(RunOptions):
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:
                 for piece in gathered(segments, self.chunk):
-                    forecast, trace = finder.add(*piece)
-                    self.keeper = self.keeper or PairDownsampler(finder.estimator)
-                    self.keeper.join(trace, forecast)
-                    if self.save:
-                        saver.add(all_columns(forecast, trace))
+                    with undivided():
+                        forecast, trace = finder.add(*piece)
+                        self.keeper = self.keeper or PairDownsampler(finder.estimator)
+                        self.keeper.join(trace, forecast)
+                        if self.save:
+                            saver.add(all_columns(forecast, trace))
                     advance()
             except KeyboardInterrupt:
                 if self.keeper is None or not saver.has_begun:

@@ -27,8 +27,8 @@ def main() -> None:
     _answer(stop)
     try:
         run()
-    except Exception:  # a module that was being imported makes an error of its own of what was raised in it
-        if not asked:
+    except BaseException as ended:  # a library may make an error of its own of what was raised in it, or lose it
+        if not asked or (isinstance(ended, SystemExit) and ended.code):
             raise
         os.write(2, STOPPED)
         sys.exit(CODES[asked[0]])

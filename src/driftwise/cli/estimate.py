@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from driftwise.cli.job import undivided
 from driftwise.cli.run_options import AUTO, RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.cli.specs import refusal
@@ -19,7 +20,6 @@ class EstimateJob(RunOptions):
 
     writes = (("trace", "save"), ("report", "report"), ("results", "json"))
     is_chosen = False  # whether the order was chosen by its evidence
-    is_stopped = False
     smoothing_note = ""
     made: Any = None  # the estimator that was asked for, not yet in units of the data
     estimator: Any = None
@@ -82,14 +82,11 @@ class EstimateJob(RunOptions):
                         self._begin(chunk)
                     y, u = self.offsets.taken_from(chunk)
                     trace = self.estimator.scan(y, u, state=state, time=self.time_of(chunk, self.estimator.dt))
-                    state = trace.state
-                    self._flag(trace, chunk)
-                    for taker in (self.summary, self.keeper, self.early):
-                        taker.add(trace)
-                    if self.evidence is not None and not self.is_chosen:
-                        self.evidence.add(y, u)
-                    if self.save:
-                        saver.add(self.keeper.columns(trace))
+                    with undivided():
+                        self._take(trace, chunk, y, u)
+                        if self.save:
+                            saver.add(self.keeper.columns(trace))
+                        state = trace.state
             except KeyboardInterrupt:
                 if state is None or not saver.has_begun:
                     raise
@@ -155,6 +152,14 @@ class EstimateJob(RunOptions):
                 f"{record.source.rows or seen} rows may be too few for so many: was a smaller one meant?",
                 stderr=True,
             )
+
+    def _take(self, trace, chunk, y, u) -> None:
+        """Count and keep what a chunk brought."""
+        self._flag(trace, chunk)
+        for taker in (self.summary, self.keeper, self.early):
+            taker.add(trace)
+        if self.evidence is not None and not self.is_chosen:
+            self.evidence.add(y, u)
 
     def _flag(self, trace, chunk) -> None:
         """Flag the samples of which a cell was bad."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter
@@ -51,6 +52,7 @@ class Job:
     json: str | None = None
     writes: Any = (("report", "report"), ("results", "json"))  # what is written, and the option that names its place
     took: float = 0.0  # s that it took to estimate
+    is_stopped = False  # by Ctrl-C while samples came: what was read until then is told
 
     @property
     def title(self) -> str:
@@ -70,6 +72,8 @@ class Job:
         self.took = perf_counter() - begun
         self.summarise()
         self.tell()
+        if self.is_stopped:
+            raise Stopped(130)
 
     def check(self) -> None:
         refuse_targets(self)
@@ -187,6 +191,25 @@ class RecordJob(Job):
         if self.record.time:
             return chunk.columns[self.record.time]
         return (chunk.first_row + np.arange(chunk.rows)) * dt
+
+
+@contextmanager
+def undivided():
+    """Hear a first Ctrl-C at the end: what is counted, kept and saved of a chunk goes together."""
+    heard: list[tuple] = []
+
+    def hear(*signalled):
+        if heard and callable(old):
+            old(*signalled)
+        heard.append(signalled)
+
+    old = signal.signal(signal.SIGINT, hear)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, old)
+    if heard and callable(old):
+        old(*heard[0])
 
 
 @contextmanager
