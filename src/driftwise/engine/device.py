@@ -42,8 +42,8 @@ def _make_grid(kinds, sizes, shapes):
             while t < starts[i + 1]:
                 advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, order[t])
                 t += 1
-                if count >= 0.0 or not is_sound(outs, order[t - 1], outputs):
-                    count, clock = settle(row, spec, outs, order[t - 1], outputs, count, clock)
+                if not is_sound(outs[order[t - 1]], outputs) or count >= 0.0:
+                    count, clock = settle(row, spec, outs[order[t - 1]], outputs, count, clock)
                     t -= 1 if count >= 0.0 else 0
             for j in range(width):
                 rows[j, r] = row[j]

@@ -38,8 +38,8 @@ def make_driver(kinds, fingerprint):
             while t < y.shape[0]:
                 advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
                 t += 1
-                if count >= 0.0 or not is_sound(out, t - 1, y.shape[1]):
-                    count, clock = settle(rows[i], spec, out, t - 1, y.shape[1], count, clock)
+                if not is_sound(out[t - 1], y.shape[1]) or count >= 0.0:
+                    count, clock = settle(rows[i], spec, out[t - 1], y.shape[1], count, clock)
                     t -= 1 if count >= 0.0 else 0
         return version
 
@@ -72,8 +72,8 @@ def make_crew(kinds, sizes, shapes, fingerprint):
                     fetch(outs, ahead)
                 advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
                 j += 1
-                if count >= 0.0 or not is_sound(outs, t, outputs):
-                    count, clock = settle(rows[members[i]], spec, outs, t, outputs, count, clock)
+                if not is_sound(outs[t], outputs) or count >= 0.0:
+                    count, clock = settle(rows[members[i]], spec, outs[t], outputs, count, clock)
                     j -= 1 if count >= 0.0 else 0
         return version
 
@@ -95,8 +95,8 @@ def make_recorder(kinds, fingerprint):
             advance(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, t)
             remember(form, scale, state, scratch, history[t, row.size :])
             t += 1
-            if count >= 0.0 or not is_sound(out, t - 1, y.shape[1]):
-                count, clock = settle(row, spec, out, t - 1, y.shape[1], count, clock)
+            if not is_sound(out[t - 1], y.shape[1]) or count >= 0.0:
+                count, clock = settle(row, spec, out[t - 1], y.shape[1], count, clock)
                 t -= 1 if count >= 0.0 else 0
         for i in range(row.size):
             history[y.shape[0], i] = row[i]

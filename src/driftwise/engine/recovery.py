@@ -35,23 +35,24 @@ def tail(fresh: np.ndarray, unknown: tuple[str, ...]) -> np.ndarray:
 
 
 @kernel
-def is_sound(out, t, outputs):
+def is_sound(out, outputs):
     """Say whether prediction and variance of the sample just taken are numbers."""
     seen = 0.0
     for i in range(outputs):
-        seen += abs(out[t, i]) + abs(out[t, 2 * outputs + i])
+        seen += abs(out[i]) + abs(out[2 * outputs + i])
     return seen <= LARGEST
 
 
 @rare
-def settle(row, spec, out, t, outputs, count, clock):
-    """Return the next count and clock of a loop; where the count is not negative, sample t is to be taken again.
+def settle(row, spec, out, outputs, count, clock):
+    """Return the next count and clock of a loop; where the count is not negative, its last sample is to be taken again.
 
-    It has just been taken, for the first time where the count was negative.
+    It has just been taken, for the first time where the count was negative. What is told of it, ``out``, is a row:
+    handed to a function that stays apart, a row is two registers, and a table has to be in memory.
     """
     if count < 0.0:
         return begin_afresh(row, spec)
-    go_on(row, spec, out, t, outputs, count, clock)
+    go_on(row, spec, out, outputs, count, clock)
     return -1.0, 0.0
 
 
@@ -74,7 +75,7 @@ def begin_afresh(row, spec):
 
 
 @rare
-def go_on(row, spec, out, t, outputs, count, clock):
+def go_on(row, spec, out, outputs, count, clock):
     """Let count and clock go on where they were, and flag the sample that was taken again."""
     at = int(spec[spec.size - 1])
     row[SAMPLES] = count
@@ -82,4 +83,4 @@ def go_on(row, spec, out, t, outputs, count, clock):
         row[at] = clock
     for i in range(outputs):
         status = 3 * outputs + i
-        out[t, status] = int(out[t, status]) | LOST
+        out[status] = int(out[status]) | LOST

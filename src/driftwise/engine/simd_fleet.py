@@ -119,8 +119,8 @@ def make_lanes(kinds, sizes, shapes, fingerprint):
                             t = order[j] if order.size else j
                             advance(form, noise, memory, gate, scale, detector, state, scratch, ys, us, outs, t)
                             j += 1
-                            if again >= 0.0 or not is_sound(outs, t, outputs):
-                                again, clock = settle(rows[row[l]], spec, outs, t, outputs, again, clock)
+                            if not is_sound(outs[t], outputs) or again >= 0.0:
+                                again, clock = settle(rows[row[l]], spec, outs[t], outputs, again, clock)
                                 j -= 1 if again >= 0.0 else 0
                 done += stretch
             i += count
