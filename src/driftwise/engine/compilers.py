@@ -22,6 +22,8 @@ _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize", *_VIEWS)
 # Loops are of a few turns: eight at a time, or a call of memmove for a shift, take up to twice as long.
 _SHORT = ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize", *_SHORT)
+# Nor is it worth an address of its own for each array they go along: these do not stay in registers from loop to loop.
+_ONE_BY_ONE = ("-mllvm", "-disable-lsr")
 _NATIVE = ("-march=native", "-fno-trapping-math", "-Wno-psabi")  # nobody looks at the flags of exceptions
 # clang's way to say of all loops what DW_UNROLL says to gcc; with -O3 as well, lanes of Joint take a tenth longer.
 _WRITTEN_OUT = ("-mllvm", "-unroll-threshold=1000")
@@ -89,6 +91,8 @@ class Compiler(NamedTuple):
         flags = [*_COMMON, *(_CLANG if self.name == "clang" else _GCC)]
         if native:
             flags += [*_NATIVE, *(_WRITTEN_OUT if self.name == "clang" else ("-O3",))]
+        elif self.name == "clang":
+            flags += _ONE_BY_ONE
         shared = _SHARED.get(sys.platform, ("-shared", "-fPIC", "-nostdlib", "-s"))
         return [*self.command, *flags, *shared, str(source), "-o", str(target)]
 
