@@ -49,6 +49,15 @@ def test_a_forecast_worse_than_the_last_value_is_not_the_one_that_is_quoted(foun
     assert found.quoted is found.forecast_summary and "worse than" not in found.words
 
 
+def test_a_forecast_clearly_worse_than_that_of_the_named_model_is_not_the_one_that_is_quoted(found):
+    """The words name a model; their forecast is no worse than what it has shown."""
+    worse, hardly = summary(found.trace, 1.05), summary(found.trace, 1.01)
+    told = dataclasses.replace(found, forecast_summary=worse)
+    assert worse.rmse < min(found.naive.values()) and told.quoted is told.own_summary
+    assert f"{told.own_summary.fit:.1f} % of the movement" in told.words and "worse than" not in told.words
+    assert not dataclasses.replace(found, forecast_summary=hardly).is_alone
+
+
 def test_where_no_forecast_beats_the_last_value_no_model_is_offered(found):
     worse = summary(found.trace, 10.0)
     told = dataclasses.replace(found, forecast_summary=worse, own_summary=summary(found.trace, 9.0))

@@ -46,9 +46,9 @@ def plant_claims(found) -> Iterator[Claim]:
     elif not found.is_useful:
         yield Claim("plant", output, _useless(found))
     else:
-        if found.is_alone:
-            name, error = _least(found.naive)
-            together, own = found.forecast_summary.rmse, found.quoted.rmse
+        name, error = _least(found.naive)
+        together, own = found.forecast_summary.rmse, found.quoted.rmse
+        if found.is_alone and together > error:
             text = say.alone_words(name, error, together, found.chosen.name, own)
             yield Claim("forecast", "all models", text, together)
         yield from _dynamics(found)

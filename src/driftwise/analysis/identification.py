@@ -25,6 +25,7 @@ from .forecast_summary import ForecastSummary, Own
 from .identifier import Identifier, Rival
 from .segmentation import Visible, outliers
 
+CLEARLY = 0.98  # of the error of all models together: so much less, and the chosen one's own forecast is quoted
 EACH = 10  # samples for each unknown, at least, of which constant parameters are learnt
 
 
@@ -137,7 +138,7 @@ class Identification:
 
     @property
     def quoted(self) -> ForecastSummary:
-        """The forecast that the words are about: of all models, or of the chosen one where only that is any good."""
+        """The forecast that the words are about: of all models, or of the chosen one where that is clearly better."""
         return quoted(self.forecast_summary, self.own_summary, self.naive)
 
     @property
@@ -211,8 +212,12 @@ class Identification:
 
 
 def quoted(forecast: ForecastSummary, own: ForecastSummary, naive: dict[str, float]) -> ForecastSummary:
-    """Return the forecast; where it is worse than last value or mean, and the chosen model's own is better, that."""
-    return own if forecast.rmse > min(naive.values()) and own.rmse < forecast.rmse else forecast
+    """Return the forecast; where the chosen model's own is clearly better, that.
+
+    Better is enough where the forecast is worse than last value or mean.
+    """
+    is_bad = forecast.rmse > min(naive.values())
+    return own if own.rmse < forecast.rmse * (1.0 if is_bad else CLEARLY) else forecast
 
 
 def all_columns(forecast: AverageTrace, trace: ParameterTrace) -> dict[str, np.ndarray]:

@@ -13,6 +13,7 @@ from ..estimators.model_average.estimator import ModelAverage
 from ..estimators.model_average.step import NAIVE
 from ..estimators.model_average.trace import AverageTrace
 from ..memory.exponential_forgetting import ExponentialForgetting
+from ..memory.restart_on_change import RestartOnChange
 from .candidates import LEVEL, Candidate, candidates
 from .delays import shown_delays
 
@@ -39,9 +40,8 @@ class Rival(NamedTuple):
 class Identifier:
     """Candidates that compete on a record that comes piece by piece.
 
-    ``add`` a piece and get its forecast, made from the samples before each by those whose regressors are data: they
-    learn fastest, and together they forecast coloured noise as well. The model is chosen from the first piece
-    (``chosen``), so that a record in one piece is judged as a whole; there those of coloured noise compete, too.
+    ``add`` a piece and get its forecast, made by all of them from the samples before each. The model is chosen from the
+    first piece (``chosen``), so that a record in one piece is judged as a whole.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Identifier:
             self._narrow()
         parts.append(self._scan(y[edge:], u[edge:]))
         if is_first:
-            self._judge(y, u)
+            self._judge()
         return joined(parts, time)
 
     def _begin(self, y, u):
@@ -84,15 +84,12 @@ class Identifier:
         half = slice(max(len(y) // 2, 1))  # what follows is forecast by who has not seen it
         measured = int(np.isfinite(y).sum())
         self.candidates = candidates(self.inputs, self.dt, shown_delays(y[half], u[half]), measured)
-        self._members = [(c, memory) for c in self.candidates if c.is_linear for memory in c.memories]
+        self._members = [(c, memory) for c in self.candidates for memory in c.memories]
         members = [c.estimator(memory) for c, memory in self._members]
         names = [f"{c.name}, {memory_words(m)}" for c, m in self._members]
-        self._average = self._averaging(members, names)
-        self._state = self._average.start()
-
-    def _averaging(self, members, names) -> ModelAverage:
         settle = max(30, 2 * max(c.unknowns for c in self.candidates))
-        return ModelAverage(members, names=names, settle=settle).scaled_to(*self.pilot)
+        self._average = ModelAverage(members, names=names, settle=settle).scaled_to(*self.pilot)
+        self._state = self._average.start()
 
     def _scan(self, y, u) -> AverageTrace:
         trace = self._average.scan(y, u if self.inputs else None, state=self._state)
@@ -100,39 +97,37 @@ class Identifier:
         return trace
 
     def _narrow(self):
-        """Go on with the best structures only, each with all its memories."""
+        """Go on with the best structures only, a regression among them, each with all its memories."""
         evidence = self._average.evidence(self._state)
         order = sorted(range(len(self._members)), key=lambda i: -evidence[i])
         best = list(dict.fromkeys(self._members[i][0].name for i in order))[:KEEP]
+        best.append(next(self._members[i][0].name for i in order if self._members[i][0].is_linear))
         keep = [i for i, (c, _) in enumerate(self._members) if c.name in best]
         self._average, self._state = self._average.narrowed(self._state, keep)
         self._members = [self._members[i] for i in keep]
 
-    def _judge(self, y, u):
-        """Rank the candidates by the evidence of all samples so far; those of coloured noise have not run yet."""
-        others = [c for c in self.candidates if not c.is_linear]
-        average = self._averaging([c.estimator() for c in others], [c.name for c in others])
-        last = average.scan(y, u if self.inputs else None).state
-        entrants = [*self._members, *((c, c.memories[0]) for c in others)]
-        runs = [(self._average, self._state), (average, last)]
-        evidence = np.concatenate([a.evidence(s)[: len(a.members)] for a, s in runs])
-        squares = np.concatenate([a.squares(s)[: len(a.members)] for a, s in runs])
-        count = float(last["own"]["seen"]) - average.task.settle
-        count = count if count > 0 else math.nan  # too short a record to compare models by
-        naive = dict(zip(NAIVE, np.sqrt(average.squares(last)[len(others) :] / count).tolist()))
-        self.naive = {name: naive[name] for name in BASELINES}
+    def _judge(self):
+        """Rank the candidates by the evidence of all samples so far."""
+        M, average = len(self._members), self._average
+        evidence, squares = average.evidence(self._state)[:M], average.squares(self._state)[:M]
+        self.naive, count = self.baselines, self._judged
         found: dict[str, Rival] = {}
-        for (c, memory), log, square in zip(entrants, evidence, squares):
+        for (c, memory), log, square in zip(self._members, evidence, squares):
             rival = Rival(c, memory, float(log - evidence.max()), math.sqrt(square / count), c.unknowns)
             found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: r.evidence)
         self.rivals = sorted(found.values(), key=lambda r: -r.evidence)
 
     @property
+    def _judged(self) -> float:
+        """How many samples count; NaN where they are too few to compare models by."""
+        count = float(self._state["own"]["seen"]) - self._average.task.settle
+        return count if count > 0 else math.nan
+
+    @property
     def baselines(self) -> dict[str, float]:
         """Errors of last value and mean in all samples so far, as ``naive`` has them of the first piece."""
-        count = float(self._state["own"]["seen"]) - self._average.task.settle
         squares = self._average.squares(self._state)[-len(NAIVE) :]
-        found = dict(zip(NAIVE, np.sqrt(squares / (count if count > 0 else math.nan)).tolist()))
+        found = dict(zip(NAIVE, np.sqrt(squares / self._judged).tolist()))
         return {name: found[name] for name in BASELINES}
 
     @property
@@ -172,6 +167,8 @@ class Identifier:
 
 def memory_words(memory) -> str:
     """Return how fast a memory of the candidates forgets."""
+    if isinstance(memory, RestartOnChange):
+        return "until it jumps"
     return f"forgetting {memory.lam:g}" if isinstance(memory, ExponentialForgetting) else "constant"
 
 

@@ -57,21 +57,24 @@ def parts(fields: list) -> list:
     return [[PARTS.get(name, name), size] for name, size in fields if size]
 
 
-# --- rows of AutoMemory, which kept two more banks before its trials were what they are ------------------------------
+# --- rows of AutoMemory, which kept two more banks before its trials were what they are, and of an average, whose mean
+# was by likelihood alone ----------------------------------------------------------------------------------------------
 
 
 class Piece(NamedTuple):
-    """Neighbouring numbers of a row: how many there were, how many there are, and of what `AutoMemory` they are."""
+    """Neighbouring numbers of a row: how many there were, how many there are, what makes them, and of what they are."""
 
     before: int
     now: int
-    memory: Any = None
+    again: Any = None  # function of the numbers and of this
+    owner: Any = None
 
 
 def rows(estimator, found: np.ndarray) -> np.ndarray:
     """Return rows of states, (.., numbers), as this version lays them out; any that are not of the former, as they are.
 
-    What `AutoMemory` had learnt goes on: its filters, speeds, outliers. A trial that ran is begun again if need be.
+    What `AutoMemory` had learnt goes on: its filters, speeds, outliers. A trial that ran is begun again if need be. An
+    average goes on from its weights by likelihood.
     """
     pieces = list(_pieces(estimator))
     if not found.ndim or found.shape[-1] != sum(p.before for p in pieces):
@@ -79,7 +82,7 @@ def rows(estimator, found: np.ndarray) -> np.ndarray:
     parts, at = [], 0
     for piece in pieces:
         part = found[..., at : at + piece.before]
-        parts.append(part if piece.memory is None else _auto(part, piece))
+        parts.append(part if piece.again is None else piece.again(part, piece))
         at += piece.before
     return np.concatenate(parts, axis=-1)
 
@@ -119,6 +122,9 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
         if name in members:
             yield name, list(_pieces(members[name]))
             continue
+        if members and name == "own":
+            yield name, [_average(estimator, size)]
+            continue
         kept = []
         if name == "memory_state":
             policies = [policy for one in getattr(estimator, "parts", [estimator]) for policy in one.policies]
@@ -137,7 +143,23 @@ def _piece(memory) -> Piece:
 
     N = memory.cap.size
     own = HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    return Piece(drift_state_size(N, own), memory.state_size(N), memory)
+    return Piece(drift_state_size(N, own), memory.state_size(N), _auto, memory)
+
+
+def _average(estimator, size: int) -> Piece:
+    """Return how long what an average keeps of its own was and is."""
+    start = estimator.start()["own"]
+    before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
+    return Piece(before, size, _blended, start)
+
+
+def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what an average keeps, with weights by squared errors: those by likelihood, for a beginning."""
+    now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
+    now[..., : piece.before] = was
+    found = now.view(piece.owner.dtype)[..., 0]
+    found["brief"] = found["lasting"] = found["logs"]
+    return now
 
 
 def _auto(was: np.ndarray, piece: Piece) -> np.ndarray:
@@ -148,7 +170,7 @@ def _auto(was: np.ndarray, piece: Piece) -> np.ndarray:
     from ..memory.likelihood_drift import learner_size
     from ..memory.unknown_drift import drift_state_size
 
-    N = piece.memory.cap.size
+    N = piece.owner.cap.size
     begin, learner = drift_state_size(N), learner_size(N, N)
     filters = begin + HEAD + bank_size(N, MODES)
     now = np.zeros((*was.shape[:-1], piece.now))

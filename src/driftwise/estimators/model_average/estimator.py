@@ -28,10 +28,10 @@ class Members(NamedTuple):
 class ModelAverage(Estimator):
     """The forecast of several estimators on the same samples: one density from all, honest about its tails.
 
-    Each member predicts; the forecast is their mean, weighted by likelihood that fades (dynamic model averaging). The
-    noise variance of each follows its recent errors, and the shape of the density is learnt: mostly normal, heavy
-    tails where the record has them. Last value, straight line and mean are always members, so that the forecast is
-    not much worse than any of these.
+    Each member predicts; the forecast is their mean, weighted by likelihood that fades (dynamic model averaging) and by
+    squared errors, whichever was better. The noise variance of each follows its recent errors, and the shape of the
+    density is learnt: mostly normal, heavy tails where the record has them. Last value, straight line and mean are
+    always members, so that the forecast is not much worse than any of these.
 
     Parameters
     ----------
@@ -42,8 +42,9 @@ class ModelAverage(Estimator):
     forgetting : float
         phi: evidence of k samples ago counts phi^k. 0.99 is a memory of a hundred samples.
     learning_rate : float
-        eta: what the evidence of one sample counts, 1 if members are models to be believed. Where all of them are wrong
-        in the same way, errors come in rows, and a row of ten says no more than one sample would: 0.1 then.
+        eta: what the evidence and the error of one sample count, 1 if members are models to be believed. Where all of
+        them are wrong in the same way, errors come in rows, and a row of ten says no more than one sample would: 0.1
+        then.
     memory : float
         Samples by which the noise variance of each member is known.
     tails : float
@@ -62,7 +63,7 @@ class ModelAverage(Estimator):
     Notes
     -----
     Source: Raftery, Karny and Ettler (2010); Occam's window: Madigan and Raftery (1994);
-    learning rate: Grunwald (2012). Cost is that of the members
+    learning rate: Grunwald (2012); which mean is trusted: Wintenberger (2017). Cost is that of the members
     and some 50 ns for each.
 
     Bad at: long rests in a record of rare, violent excitation: evidence fades meanwhile, and the first sample after
@@ -194,9 +195,9 @@ class ModelAverage(Estimator):
             means[..., i], variances[..., i] = said[..., PREDICTION], said[..., VARIANCE]
             at += width
         for s in range(S):
-            numbers = np.concatenate([rows[s, at:], np.empty(M)])
+            numbers = np.concatenate([rows[s, at:], np.empty(_step.scratch_size(M))])
             self._go(ys[s], means[s], variances[s], outs[s], numbers, spec)
-            rows[s, at:] = numbers[:-M]
+            rows[s, at:] = numbers[: rows.shape[1] - at]
         outs[..., PREDICTION] += self.center[0]
 
     @cached_property
@@ -238,7 +239,8 @@ class ModelAverage(Estimator):
         own, chosen = state["own"], [*keep, *range(M, M + len(NAIVE))]
         for name, shape in ((field.name, field.shape) for field in AVERAGE.fields):
             after["own"][name] = own[name][chosen] if shape == ("all",) else own[name]
-        after["own"]["logs"] -= np.log(np.exp(after["own"]["logs"]).sum())
+        for name in ("logs", "brief", "lasting"):
+            after["own"][name] -= np.log(np.exp(after["own"][name]).sum())
         return fewer, after
 
 

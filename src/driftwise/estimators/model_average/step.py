@@ -1,6 +1,7 @@
 """One sample of a model average: the members' predictions become one density; then y says who was right.
 
-    prediction   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
+    density at   m = sum w_i mu_i                                  (Raftery, Karny and Ettler 2010)
+    prediction   sum v_k m_k, m_1 = m                              m_2, m_3 by squared errors: `blend`
     base         s = sum w_i (c_i S_i + (mu_i - m)^2)              c_i: running mean of e_i^2/S_i, the noise now
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
@@ -19,13 +20,16 @@ from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import erfc, exp, log, log1p, square
 from ...engine.layout import Field, Layout, each, numbers
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
+from .blend import BLENDS, ETA, HASTE, regret_of, trust, weigh_by_squares
 
 NAIVE = ("last value", "straight line", "mean")
 FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
-PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, BASE, LEVEL, FLOOR, TOLD = range(11)  # of a trace's row
+PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(
+    12
+)  # of a trace's row
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
@@ -67,8 +71,18 @@ AVERAGE = Layout(
         squares="its squared errors",
         ratio="c: mean of e^2/S",
         behind="samples behind c",
+        brief="log weight by squared errors, remembered as long as likelihood is",
+        lasting="log weight by squared errors, remembered five times as long",
+    ),
+    Field("spread", ("BLENDS - 1",), "mean squared error of the means by squared errors"),
+    *each(
+        "BLENDS",
+        regret="of the mean, to each of the three that it is made of, in y_scale^2",
+        regret_squares="the squares of what it is the sum of",
+        regret_most="the largest of them lately",
     ),
     given=("members",),
+    BLENDS=BLENDS,
     SCALES=SCALES,
     all=f"members + {len(NAIVE)}",
 )
@@ -82,6 +96,7 @@ AVERAGE_SAMPLE = Layout(
         log_score="log density given to y",
         lower="share of the density below y",
         upper="and above",
+        offset="where the density is, less the prediction",
         base="s: variance of the mixture, before its tails",
         level="long-run mean of e^2",
         floor="least variance",
@@ -98,7 +113,7 @@ def fresh(task: Averaging) -> np.ndarray:
     """Return the state before the first sample: equal weights, a density near the normal one."""
     state = np.zeros((), AVERAGE.dtype(int(task.members)))
     state["last"] = state["before"] = state["step"] = np.nan
-    state["long"], state["ratio"] = task.unit, 1.0
+    state["long"], state["ratio"], state["spread"] = task.unit, 1.0, task.unit
     fill_tails(state["tails"])
     return state
 
@@ -155,13 +170,13 @@ def has_something_to_say(i, mu, S, ratio):
 
 
 @kernel
-def speak(task, row, mu, S, w, logs, ratio, floor):
-    """Fill w, the weights of those who speak; return mean and base of the density."""
-    M, best = w.size, -math.inf
+def heard(task, mu, S, w, logs, ratio):
+    """Fill w, the weights of those who speak; return the mean of what they say."""
+    M, best = mu.size, -math.inf
     for i in range(M):
         if has_something_to_say(i, mu, S, ratio):
             best = max(best, logs[i])
-    total, mean, base = 0.0, 0.0, 0.0
+    total, mean = 0.0, 0.0
     for i in range(M):
         is_heard = has_something_to_say(i, mu, S, ratio) and logs[i] - best > log(task.window)
         w[i] = exp(logs[i] - best) if is_heard else 0.0
@@ -170,10 +185,28 @@ def speak(task, row, mu, S, w, logs, ratio, floor):
         w[i] /= total
         if w[i] > 0.0:
             mean += w[i] * mu[i]
-    for i in range(M):
+    return mean
+
+
+@kernel
+def base_of(mu, S, w, ratio, mean, floor):
+    """Return the base of the density, by those who speak."""
+    base = 0.0
+    for i in range(mu.size):
         if w[i] > 0.0:
             base += w[i] * (max(ratio[i] * S[i], floor) + square(mu[i] - mean))
-    return mean, max(base, floor)
+    return max(base, floor)
+
+
+@kernel
+def blended(v, means, first, second, third, w):
+    """Fill w, the weight of each member in the prediction; return the prediction."""
+    mean = 0.0
+    for k in range(BLENDS):
+        mean += v[k] * means[k]
+    for i in range(w.size):
+        w[i] = v[0] * first[i] + v[1] * second[i] + v[2] * third[i]
+    return mean
 
 
 @kernel
@@ -238,9 +271,9 @@ def note(row, y):
 
 
 @kernel
-def tell(row, q, y, mean, base, floor, out):
+def tell(row, q, y, prediction, mean, base, floor, out):
     """Write the density, and where y lies in it."""
-    weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
+    weight, variance, p, lower, upper, e = 0.0, square(mean - prediction), 0.0, 0.0, 0.0, y - mean
     for j in range(SCALES):
         weight += q[j]
     for j in range(SCALES):
@@ -250,8 +283,9 @@ def tell(row, q, y, mean, base, floor, out):
         p += share * normal(e, v)
         lower += share * 0.5 * erfc(-e / math.sqrt(2.0 * v))
         upper += share * 0.5 * erfc(e / math.sqrt(2.0 * v))
-    out[PREDICTION], out[INNOVATION], out[VARIANCE], out[SCORE] = mean, e, variance, log(max(p, 1e-300))
-    out[LOWER], out[UPPER], out[BASE], out[LEVEL], out[FLOOR] = lower, upper, base, row[LONG], floor
+    out[PREDICTION], out[INNOVATION], out[VARIANCE] = prediction, y - prediction, variance
+    out[SCORE], out[LOWER], out[UPPER], out[OFFSET] = log(max(p, 1e-300)), lower, upper, mean - prediction
+    out[BASE], out[LEVEL], out[FLOOR] = base, row[LONG], floor
 
 
 @pass_over.on(Averaging)
@@ -261,20 +295,41 @@ def pass_over_averaging(task, rows, q, kept, out, state):
     ``q`` and ``kept`` have columns for the naive members, which are filled here.
     """
     M = q.shape[1]
-    row, tails, logs, evidence, squares, ratio, behind = open_average(state, M - len(NAIVE))
-    scores = state[state.size - M :]
+    row, tails, logs, evidence, squares, ratio, behind, brief, lasting, spread, regret, regrets, most = open_average(
+        state, M - len(NAIVE)
+    )
+    scratch = state[state.size - scratch_size(M) :]
+    scores, one, two, three = scratch[:M], scratch[M : 2 * M], scratch[2 * M : 3 * M], scratch[3 * M : 4 * M]
+    means, v = scratch[4 * M : 4 * M + BLENDS], scratch[4 * M + BLENDS :]
     for t in range(rows.shape[0]):
         y, mu, S, w = rows[t, 0], q[t], kept[t], out[t, TOLD + SCALES :]
         for i in range(len(NAIVE)):
             mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
         floor = floor_of(task, row)
-        mean, base = speak(task, row, mu, S, w, logs, ratio, floor)
+        means[0] = heard(task, mu, S, one, logs, ratio)
+        means[1] = heard(task, mu, S, two, brief, ratio)
+        means[2] = heard(task, mu, S, three, lasting, ratio)
+        trust(regret, regrets, most, v)
+        mean, prediction = means[0], blended(v, means, one, two, three, w)
+        base = base_of(mu, S, one, ratio, mean, floor)
         is_absurd = abs(y) > ABSURD * math.sqrt(task.unit)
-        tell(row, tails, math.nan if is_absurd else y, mean, base, floor, out[t])
+        tell(row, tails, math.nan if is_absurd else y, prediction, mean, base, floor, out[t])
         out[t, STATUS] = BAD_VALUE if is_absurd else 0.0 if math.isfinite(y) else MISSING_OUTPUT
         if out[t, STATUS] != 0.0:
             out[t, SCORE] = math.nan
             continue
+        regret_of(y - prediction, prediction, means, task.unit, regret, regrets, most)
+        for k in range(BLENDS - 1):
+            weigh_by_squares(
+                k, 1.0 - HASTE[k] * (1.0 - task.forgetting), ETA[k] * task.rate, task.share, y, mu, scores,
+                brief if k == 0 else lasting, means[k + 1], spread, row[SEEN], floor,
+            )  # fmt: skip
         judge(task, row, y, mu, S, logs, evidence, squares, ratio, behind, scores, floor)
         learn_tails(task, row, tails, y - mean, base, floor)
         note(row, y)
+
+
+@kernel
+def scratch_size(M):
+    """Return how many numbers behind a state one sample needs, of so many forecasts."""
+    return 4 * M + 2 * BLENDS

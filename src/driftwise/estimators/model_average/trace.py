@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...engine.status import Status
-from ...results.bands import half_width, normal_score
+from ...results.bands import half_width, normal_score, share_within
 from ...results.trace import Trace
 from . import step
 
@@ -16,7 +16,9 @@ class AverageTrace(Trace):
     """Columns of one run of a `ModelAverage`, time first.
 
     ``prediction``, ``innovation``, ``variance`` (of the prediction error) and the density belong to y(t) given the
-    samples before it; ``weights`` are those it was made with. ``state`` continues where the trace ends.
+    samples before it; ``weights`` are those of the prediction. The density is that by likelihood; where the prediction
+    is not its centre, because another mean has smaller squared errors, the band about it is wider. ``state`` continues
+    where the trace ends.
     """
 
     def __repr__(self):
@@ -64,9 +66,14 @@ class AverageTrace(Trace):
         return self.table[:, self.estimator.columns["shares"]], np.sqrt(np.maximum(scales, least))
 
     def band(self, level: float = 0.95) -> np.ndarray:
-        """Half-width of the prediction interval at each sample, a quantile of the density, (T,)."""
-        weight, scale = self.tails()
-        return half_width(level, weight, np.zeros_like(scale), scale, np.full(len(self), math.inf))
+        """Half-width of the prediction interval at each sample: about it lies that share of the density, (T,)."""
+        return half_width(level, *self._mixture())
+
+    def _mixture(self, use=slice(None)):
+        """Return the density about the prediction as `half_width` takes it, at the samples ``use``."""
+        weight, scale = (part[use] for part in self.tails())
+        offset = np.broadcast_to(self.table[use, step.OFFSET][:, None], scale.shape)
+        return weight, offset, scale, np.full(len(scale), math.inf)
 
     # --- in numbers ----------------------------------------------------------------------------------------
 
@@ -82,10 +89,10 @@ class AverageTrace(Trace):
         return float(np.nanmean(z2))
 
     def coverage(self, level: float = 0.95, first: int = 0) -> float:
-        """Return the share of outputs within their band, from sample ``first`` on."""
-        used = self.is_used[first:]
-        outside = np.minimum(self.table[first:, step.LOWER], self.table[first:, step.UPPER])[used] < 0.5 * (1 - level)
-        return float(1 - outside.mean()) if used.any() else math.nan
+        """Return the share of outputs within their band (`band`), from sample ``first`` on."""
+        used = np.flatnonzero(self.is_used[first:]) + first
+        held = share_within(np.abs(self.innovation[used]), *self._mixture(used)) <= level
+        return float(held.mean()) if used.size else math.nan
 
     def _shown(self) -> list[str]:
         return ["prediction", "innovation", "variance", "status", "log_score", "normal_score"]

@@ -1,0 +1,72 @@
+"""The mean of a model average: three ways to weigh the members, and how far each of these is trusted.
+
+    weights      log w_i <- phi log w_i - eta (y - mu_i)^2/s       s: mean squared error of the mean that w makes
+    regret       r_k = 2 (y - m)(m_k - m),  R_k <- psi R_k + r_k,  Q_k <- psi Q_k + r_k^2
+    trust        v_k ~ eta_k exp(eta_k R_k - eta_k^2 Q_k),  eta_k = min(1/(2 max |r_k|), sqrt(log K/Q_k))
+
+Likelihood is right for a density, and wrong for a mean where noise has tails: who is sharp between outliers wins, and
+is far off after each. By squared errors it is the other way round. So the mean is made of all three, as Bernstein's
+online aggregation has it (Wintenberger 2017, eq. 5): it is hardly worse than the best combination of them, whatever y.
+"""
+
+import math
+
+from ...engine.dispatch import kernel
+from ...engine.elementary import exp, log, square
+
+BLENDS = 3  # by likelihood, and by squared errors: remembered as long as likelihood is, and five times as long
+LOG_BLENDS = math.log(BLENDS)
+HASTE = (1.0, 0.2)  # of forgetting, beside that of likelihood
+ETA = (0.2, 0.3)  # what a squared error counts
+SPREAD = 200.0  # samples of the mean squared errors
+PSI = 0.998  # of the regret
+MOST = 1e4  # that one squared error counts, in s
+NO_RATE = -700.0  # logarithm of the rate where nothing was ever to regret
+
+
+@kernel
+def trust(regret, squares, most, v):
+    """Fill v, the shares of the three means."""
+    top, total = -math.inf, 0.0
+    for k in range(BLENDS):
+        v[k] = NO_RATE
+        if most[k] > 0.0:
+            rate = min(0.5 / most[k], math.sqrt(LOG_BLENDS / squares[k]))
+            v[k] = rate * regret[k] - square(rate) * squares[k] + log(rate)
+        top = max(top, v[k])
+    for k in range(BLENDS):
+        v[k] = exp(v[k] - top)
+        total += v[k]
+    for k in range(BLENDS):
+        v[k] /= total
+
+
+@kernel
+def weigh_by_squares(k, phi, rate, share, y, mu, w, logs, mean, spread, seen, floor):
+    """Let the weights of one way follow the squared errors; who said nothing counts as all do on average."""
+    M, usual, present, best, s = logs.size, 0.0, 0.0, -math.inf, max(spread[k], floor)
+    for i in range(M):
+        if math.isfinite(mu[i]):
+            w[i] = -rate * min(square(y - mu[i]) / s, MOST)
+            usual += exp(logs[i]) * w[i]
+            present += exp(logs[i])
+    for i in range(M):
+        logs[i] += w[i] if math.isfinite(mu[i]) else usual / present
+        best = max(best, logs[i])
+    total = 0.0
+    for i in range(M):
+        logs[i] = phi * (logs[i] - best)
+        total += exp(logs[i])
+    for i in range(M):
+        logs[i] = log((1.0 - share) * exp(logs[i]) / total + share / M)
+    spread[k] += (square(y - mean) - spread[k]) / (min(seen, SPREAD) + 1.0)
+
+
+@kernel
+def regret_of(e, mean, means, unit, regret, squares, most):
+    """Learn from an error e of the mean what would have been better."""
+    for k in range(BLENDS):
+        r = 2.0 * (e / unit) * (means[k] - mean)
+        regret[k] = PSI * regret[k] + r
+        squares[k] = PSI * squares[k] + r * r
+        most[k] = max(PSI * most[k], abs(r))
