@@ -83,6 +83,28 @@ def case(plant: Plant, **answer) -> Case:
     return Case(plant, data, written, ask(plant, data), results)
 
 
+DOUBTED = "12 values of 'valve [%]' not believed ({} for a missing value) and taken as missing."
+
+
+def test_a_code_that_stands_for_lost_cells_is_doubted_rightly():
+    """The table lost cells of its own and wrote -999 for them: that is what the note says, and no false alarm."""
+    one = case(PLAIN)
+    one = replace(one, written=replace(one.written, code="-999", lost={"valve [%]": 12, "level_m": 0}))
+    said = [claim("table", "valve [%]", 12, text=DOUBTED.format(code)) for code in ("-999", "-99.99")]
+    assert [check(one, it) for it in said] == [TRUE, FALSE]
+    assert check(one, claim("table", "level_m", 12, text=DOUBTED.format("-999"))) == FALSE
+    far = "3 values of 'level_m' not believed (single samples far outside that return) and taken as missing."
+    assert check(one, claim("table", "level_m", 3, text=far)) == FALSE
+    hit = replace(one, plant=replace(PLAIN, outliers=(0.01, 5.0)))
+    assert check(hit, claim("table", "level_m", 3, text=far)) == TRUE
+
+
+def test_a_gain_that_is_said_to_be_unknown_is_not_claimed():
+    line = audit.Line(0, "", frozenset(), "answered")
+    audit.recall(case(PLAIN, claims=[claim("gain", "valve [%]", None)]), line)
+    assert line.expected["gain"] == 1 and line.found["gain"] == 0
+
+
 def claim(kind, subject, value=None, interval=None, odds=None, text="") -> dict:
     return {"kind": kind, "subject": subject, "value": value, "interval": interval, "odds": odds, "text": text}
 

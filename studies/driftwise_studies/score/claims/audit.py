@@ -107,7 +107,7 @@ def recall(case: Case, line: Line) -> None:
     """Count what the oracle knows well, and what of it is claimed."""
     expected, found = Counter[str](), Counter[str]()
     claims, oracle = case.answer["claims"], case.oracle
-    gains = {claim["subject"] for claim in claims if claim["kind"] == "gain"}
+    gains = {claim["subject"] for claim in claims if claim["kind"] == "gain" and claim["value"] is not None}
     for name, value, bar in zip(case.written.inputs, oracle.gains, oracle.gain_bars):
         if 2 * bar < NARROW * abs(value):
             expected["gain"] += 1

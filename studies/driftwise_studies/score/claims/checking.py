@@ -111,8 +111,17 @@ def table(case: Case, claim) -> str:
         truth = np.mean(~np.isfinite(case.record.y[case.record.rows]))
         return _said(abs(value - truth) < 0.05 + 0.2 * truth)
     if "not believed" in text:
-        return _said(bool(plant.outliers[0]) and is_output)
+        return _said(_doubts(case, claim["subject"], text))
     return UNCHECKED
+
+
+def _doubts(case: Case, name: str, text: str) -> bool:
+    """Whether values are doubted for what is true of them: a code that stands for lost cells, or drawn outliers."""
+    written, is_code = case.written, "for a missing value" in text
+    if is_code and not (f"({written.code} for a missing value" in text and written.lost.get(name, 0)):
+        return False
+    is_far = "drop-outs" in text or "far outside" in text
+    return not is_far or (bool(case.plant.outliers[0]) and name == case.output)
 
 
 def plant(case: Case, claim) -> str:

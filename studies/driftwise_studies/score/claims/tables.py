@@ -87,6 +87,8 @@ class Written:
     affine : name -> (a, b): what is written is a + b times the signal that was handed over
     beside : name -> what it is, of columns that play no part; those called "copy" or "other unit" hold the output
     knows_output, knows_inputs : whether names or units say so to a reader of the field
+    code : what stands for a lost cell, "" where nothing does
+    lost : name -> how many cells of outputs and inputs are lost
     """
 
     path: Path
@@ -102,6 +104,8 @@ class Written:
     beside: dict[str, str] = field(default_factory=dict)
     knows_output: bool = True
     knows_inputs: bool = True
+    code: str = ""
+    lost: dict[str, int] = field(default_factory=dict)
 
 
 def write_table(
@@ -202,6 +206,8 @@ def write_table(
         {called[name]: what for name, _, what in added},
         is_knowable,
         is_knowable,
+        made.missing,
+        {called[name]: int(np.isnan(column).sum()) for name, column in columns},
     )
 
 
