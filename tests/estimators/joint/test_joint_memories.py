@@ -141,3 +141,20 @@ def test_a_correction_by_the_memory_is_that_of_the_filter():
         for which in ("x", "x_std", "parameters", "parameters_std", "prediction", "variance"):
             found, sought = getattr(mixed, which), getattr(plain, which)
             np.testing.assert_allclose(found, sought, rtol=1e-6, atol=1e-9, err_msg=which)
+
+
+# --- outliers ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", [300, 350, 400])
+def test_an_output_that_is_certainly_wrong_is_as_good_as_missing(at):
+    """Neither the state nor its bars know of an outlier of thirty deviations: they are those of a gap."""
+    y, u = record(500)
+    est = dw.Joint(2, inputs=1, memory=m.AutoMemory("outliers"))
+    gap, glitch = y.copy(), y.copy()
+    gap[at], glitch[at] = np.nan, y[at] + 30 * SIGMA
+    missing, wrong = est.scan(gap, u), est.scan(glitch, u)
+    after = slice(at + 1, at + 6)
+    assert wrong.status[at] & dw.Status.OUTLIER
+    assert np.abs((wrong.x - missing.x)[after] / missing.x_std[after]).max() < 0.2
+    np.testing.assert_allclose(wrong.x_std[after], missing.x_std[after], rtol=0.1)

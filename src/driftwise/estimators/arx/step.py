@@ -12,7 +12,7 @@ from ...engine.status import BAD_VALUE, EXACT, FILLED, LOST, MISSING_INPUT, MISS
 from ...engine.ud import entry, predicted_variance, project, variance, variances
 from ...memory.registry import Alarm, begin, count, found_jump, mixture, on_alarm, outlier_probability, time_update
 from ...models.scale import freedom, sigma2
-from ..joint.step import hold_input, predict_input
+from ..joint.step import DOUBTED, SURE, hold_input, predict_input
 from .gaps import is_clear, pass_gap, spread
 from .methods import correct_by, view_of
 from .row import (
@@ -42,7 +42,6 @@ from .row import (
 )
 
 TINY = 1e-300  # marks a predicted number that nothing is known about
-DOUBTED, SURE = 0.05, 0.9  # probability of an outlier from which it is no regressor to rely on, and none at all
 GLITCH = 0.3  # of the squared error: variance of a doubted one, which may be right; weighed so it biases no parameter
 RANGE = 100.0  # variance of an output that is lost: ten times the largest one, squared
 

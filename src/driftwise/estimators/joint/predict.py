@@ -158,15 +158,29 @@ def propagate_sensor(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_h
 @propagate.on(Unknown)
 def propagate_unknown(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
     propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
-    if is_measured and state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
-        first, free = scratch.n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
-        for i in range(first, first + scratch.n):
-            widen(state.U, state.D, i, min(free, noise.most), scratch.c)
 
 
 @propagate.on(Coloured)
 def propagate_coloured(noise, state, scratch, z, yhat, R, T, s2, is_measured, is_held, direct, doubt):
     propagate_dense(noise, state, scratch, z, yhat, R, T, s2, is_measured, doubt)
+
+
+@choice
+def release(noise, state, scratch, s2):
+    """Let the noise polynomial be unknown from the sample on that has shown the size of sigma^2."""
+
+
+@release.on(White, Sensor, Coloured)
+def release_white(noise, state, scratch, s2):
+    pass
+
+
+@release.on(Unknown)
+def release_unknown(noise, state, scratch, s2):
+    if state.head[OBSERVED] == noise.settle:  # sigma^2 has been learnt: d may be, relative to it
+        first, free = scratch.n * (scratch.inputs + 2), held_back(noise, state.head[OBSERVED] - 1.0, s2)
+        for i in range(first, first + scratch.n):
+            widen(state.U, state.D, i, min(free, noise.most), scratch.c)
 
 
 @kernel

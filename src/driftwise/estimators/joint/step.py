@@ -24,7 +24,7 @@ from ..common.given_state import (
     separate,
     sigma2_of_few,
 )
-from .predict import propagate
+from .predict import propagate, release
 from .row import (
     CHI2,
     HUGE,
@@ -44,6 +44,7 @@ from .row import (
     project,
 )  # fmt: skip
 
+DOUBTED, SURE = 0.05, 0.9  # probability of an outlier from which y is not relied on as it is, and not at all
 LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 
 
@@ -365,10 +366,17 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
     write(form, noise, scale, out, t, state, scratch, yhat, e, s2 * T, status)
 
     # predict
-    doubt = 0.0
-    if form.learns > 0.0 and white == white and outlier_probability(memory, state.memory_state) > 0.5:
-        z, doubt = z - 0.5 * e, 0.25 * e * e  # the plant's or the sensor's, as likely one as the other
-    propagate(noise, state, scratch, z, yhat, Rn, T, s2, is_measured, status & MISSING_INPUT != 0, R - Rn, doubt)
+    rho = outlier_probability(memory, state.memory_state) if form.learns > 0.0 and white == white else 0.0
+    doubt, spread, is_known = 0.0, T, is_measured and not rho > SURE
+    if rho > SURE:  # as good as missing: what y would have been is what is predicted, now
+        yhat = predict_output(s, state.held, scratch.direct, scratch.offset)
+        project(U, D.size, state.held, scratch.direct, scratch.offset, scratch.f)
+        spread = predicted_variance(scratch.f, D, R)
+    elif rho > DOUBTED:  # mean and variance of what it may be, itself or what was predicted
+        z, doubt = z - rho * e, rho * (1.0 - rho) * e * e
+    propagate(noise, state, scratch, z, yhat, Rn, spread, s2, is_known, status & MISSING_INPUT != 0, R - Rn, doubt)
+    if white == white:
+        release(noise, state, scratch, s2)
     if white == white and head[OBSERVED] > form.settle:
         slopes = slope_of(form, scratch.room, math.sqrt(s2 * T))
         alarm += watch(detector, state.detector_state, white, scratch.room.b[:slopes])
