@@ -1,5 +1,6 @@
 """A headless Chromium, driven through the DevTools protocol with what Bokeh already brings (tornado)."""
 
+import base64
 import json
 import shutil
 import subprocess
@@ -75,6 +76,35 @@ class Browser:
         self.said.clear()
         self.call("Page.navigate", url=path.as_uri())
         self.wait("window.Bokeh && Bokeh.documents.length && Bokeh.documents.every(d => d.is_idle)")
+
+    def visit(self, address):
+        """Open an address and wait until it is loaded."""
+        self.call("Page.navigate", url="about:blank")
+        self.said.clear()
+        self.call("Page.navigate", url=address)
+        self.wait("document.readyState == 'complete' && location.href != 'about:blank'")
+
+    def screen(self, width, height, *, dark=False, mobile=False):
+        """Be a screen of that size and theme."""
+        scale = 2 if mobile else 1
+        self.call(
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=mobile
+        )
+        theme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.call("Emulation.setEmulatedMedia", features=[theme])
+
+    def picture(self, path, whole=False):
+        """Write what the screen shows, or the whole page, as PNG."""
+        shown = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+        path.write_bytes(base64.b64decode(shown["data"]))
+
+    def press(self, key, shift=False):
+        """Press a key of the keyboard and let go."""
+        code = {"Tab": 9, "Enter": 13, "ArrowDown": 40, "ArrowUp": 38, "Home": 36, "End": 35}[key]
+        about = {"key": key, "code": key, "windowsVirtualKeyCode": code, "modifiers": 8 * shift}
+        text = {"text": "\r"} if key == "Enter" else {}
+        self.call("Input.dispatchKeyEvent", type="keyDown", **about, **text)
+        self.call("Input.dispatchKeyEvent", type="keyUp", **about)
 
     def mouse(self, kind, x, y, **more):
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)

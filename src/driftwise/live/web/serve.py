@@ -1,0 +1,100 @@
+"""`serve`: the application at an address of this machine, inside a loop that runs already."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+
+from driftwise.engine.errors import InputError
+
+from .access import check_binding
+
+CONNECTIONS = 512  # at a time
+GRACE = 3  # s that open requests have at the end
+
+
+class Site:
+    """A running web server; ``address`` is what to type into a browser.
+
+    Parameters
+    ----------
+    app : what `application` returned
+    host, port : where to listen; port 0 takes a free one
+    token_hash : that of the token `app` asks for; beyond this machine there must be one
+    certificate, private_key : files for TLS, both or neither
+    """
+
+    def __init__(
+        self,
+        app: Starlette,
+        host: str = "127.0.0.1",
+        port: int = 8765,
+        token_hash: str | None = None,
+        certificate: Path | None = None,
+        private_key: Path | None = None,
+    ):
+        check_binding(host, token_hash)
+        if (certificate is None) != (private_key is None):
+            raise InputError("TLS needs a certificate and its private key: give both files or neither.")
+        self.host, self.port, self.is_tls = host, port, certificate is not None
+        config = uvicorn.Config(
+            app,
+            host=host,
+            port=port,
+            ssl_certfile=certificate,
+            ssl_keyfile=private_key,
+            log_level=logging.WARNING,
+            access_log=False,
+            server_header=False,
+            proxy_headers=False,
+            limit_concurrency=CONNECTIONS,
+            timeout_keep_alive=15,
+            timeout_graceful_shutdown=GRACE,
+            h11_max_incomplete_event_size=64 << 10,
+            ws="none",
+            http="h11",
+        )
+        self._app, self._server = app, _Server(config)
+        self._task: asyncio.Task[None] | None = None
+
+    @property
+    def address(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{'https' if self.is_tls else 'http'}://{host}:{self.port}"
+
+    async def start(self) -> None:
+        """Listen; `InputError` where the port is taken."""
+        self._task = asyncio.create_task(_quietly(self._server))
+        while not self._server.started:
+            if self._task.done():
+                raise InputError(f"nothing can listen at {self.host}:{self.port}; is something else there?")
+            await asyncio.sleep(0.01)
+        self.port = self._server.servers[0].sockets[0].getsockname()[1]
+
+    async def stop(self) -> None:
+        """Close open pages and end."""
+        self._app.state.hub.close()
+        self._server.should_exit = True
+        if self._task is not None:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._task, 2 * GRACE)
+
+
+class _Server(uvicorn.Server):
+    """Signals are the service's own to take."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+async def _quietly(server: uvicorn.Server) -> None:
+    """Serve until told to end; a port that is taken ends no process."""
+    with contextlib.suppress(SystemExit):
+        await server.serve()
