@@ -55,6 +55,11 @@ class Browser:
                 return message["result"]
             self.said.append(message)
 
+    def until(self, method):
+        """Read what the browser says until it says `method`."""
+        while not self.said or self.said[-1].get("method") != method:
+            self.said.append(json.loads(self.loop.run_sync(self.socket.read_message, timeout=30)))
+
     def run(self, script):
         """Return the value of an expression, waited for if it is a promise."""
         found = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)

@@ -201,3 +201,42 @@ def test_a_token_opens_the_door(browser, site):
     assert browser.run("document.cookie") == "", "scripts cannot read it"
     agree(browser, site.board)
     assert [e for e in browser.errors if "401" not in str(e)] == []
+
+
+def longest_tasks(browser, act, seconds):
+    """Return the processor time (ms) of the five longest tasks of the main thread while `act` is done each second.
+
+    Processor time and not that on the wall: a machine that is busy with other tests stretches every task.
+    """
+    browser.call("Tracing.start", traceConfig={"includedCategories": ["toplevel", "__metadata"]})
+    for k in range(seconds):
+        act(k)
+        browser.wait("new Promise(done => setTimeout(() => done(true), 1000))")
+    before = len(browser.said)
+    browser.call("Tracing.end")
+    browser.until("Tracing.tracingComplete")
+    told = [m["params"]["value"] for m in browser.said[before:] if m.get("method") == "Tracing.dataCollected"]
+    events = [event for part in told for event in part]
+    mains = {(e["pid"], e["tid"]) for e in events if e.get("args", {}).get("name") == "CrRendererMain"}
+    tasks = [e["tdur"] / 1e3 for e in events if e.get("ph") == "X" and "tdur" in e and (e["pid"], e["tid"]) in mains]
+    return sorted(tasks)[-5:]
+
+
+def test_a_thousand_series_keep_the_page_quick(browser):
+    board = Simulated([f"hall {k % 9}/pump {k}" for k in range(1000)])
+    for _ in range(30):
+        board.tick(census_too=False)
+    site = Running(board, tick=1.0)
+    try:
+        browser.visit(site.address)
+        browser.wait(f"{LIVE} && document.querySelectorAll('.row').length > 5")
+        count = "Number(document.querySelector('#counts').textContent.match(/, (.+) samples/)[1].replace(/\\D/g, ''))"
+        before = browser.run(count)
+        tasks = longest_tasks(browser, lambda k: browser.run(f"scrollTo(0, {k % 5 * 700}); true"), 60)
+        assert len(tasks) == 5 and tasks[-1] < 50.0, tasks
+        assert browser.run(count) > before + 20_000, "samples came meanwhile"
+        assert 5 < browser.run("document.querySelectorAll('.row').length") < 60, "only rows in sight are elements"
+        assert browser.errors == []
+        print(f"\n1000 series at 1 Hz, 60 s: longest tasks of the main thread {[round(t, 1) for t in tasks]} ms")
+    finally:
+        site.stop()
