@@ -73,6 +73,7 @@ docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py
 	$(BIN)/python -m pytest tests/test_docs.py
 
+SERVICES += prometheus chromium  # what a live service is looked at with
 SERVICES += gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user mingw-w64 wine clang strace  # ARM, Windows, macOS
 
 clean:

@@ -77,3 +77,13 @@ def test_paths_are_bounded_and_cover_the_whole_time():
     assert 8 <= len(told["time"]) <= 20 and told["time"][0] == 1.7e9 + 1.0
     assert told["time"] == sorted(told["time"]) and told["time"][-1] > board.time - 30
     assert [len(p["value"]) for p in told["parameters"]] == 2 * [len(told["time"])]
+
+
+def test_parameters_of_many_series_are_noted_in_turn():
+    board = Simulated([str(k) for k in range(50)], at=1.7e9)
+    hub, noted = Hub(board, 4), []
+    view, board.view = board.view, lambda key: noted.append(key) or view(key)
+    for _ in range(5):
+        board.tick()
+        hub.look()
+    assert sorted(noted) == sorted(board.keys), "ten at a look, nobody twice before all were"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 from typing import Any
 
 from driftwise.live.board import SeriesView
@@ -22,6 +23,7 @@ class Paths:
     def __init__(self, points: int = POINTS, series: int = SERIES):
         self.points, self.series = points, series
         self._paths: dict[str, _Path] = {}
+        self._looks = 0
 
     def take(self, view: SeriesView) -> None:
         """Note the parameters of `view`, if it is time."""
@@ -33,7 +35,16 @@ class Paths:
             return
         if path is None or path.names != names:
             path = self._paths[view.key] = _Path(names)
+        self._looks += 1
+        path.taken = self._looks
         path.take(view, self.points)
+
+    def due(self, keys: list[str], most: int) -> list[str]:
+        """Return the keys among `keys` whose parameters were noted longest ago, those never noted first."""
+        known = self._paths
+        if len(known) >= self.series:
+            keys = [key for key in keys if key in known]
+        return heapq.nsmallest(most, keys, key=lambda key: known[key].taken if key in known else 0)
 
     def told(self, key: str) -> dict[str, Any]:
         """Return times, and values and deviations by parameter."""
@@ -51,6 +62,7 @@ class _Path:
     def __init__(self, names: list[str]):
         self.names, self.rows = names, []  # type: list[str], list[tuple[float, list, list]]
         self.least = 0.0  # s between two points
+        self.taken = 0  # the look that noted it last
 
     def take(self, view: SeriesView, points: int) -> None:
         time = float(view.time or 0.0)

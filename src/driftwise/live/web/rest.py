@@ -107,10 +107,9 @@ class Api:
             raise HTTPException(415, f"send one of {', '.join(KINDS)}")
         body = await body_of(request, self.limits)
         try:
-            samples = self.decode(body, kind)
+            receipt = await self.board.put(self.decode(body, kind))
         except InputError as error:
             raise HTTPException(400, str(error)) from None
-        receipt = await self.board.put(samples)
         told = {"taken": receipt.taken, "refused": receipt.refused, "reason": receipt.reason}
         return _json(told, 400 if receipt.refused and not receipt.taken else 200)
 

@@ -10,13 +10,14 @@ from typing import Any
 
 from sse_starlette import ServerSentEvent
 
-from driftwise.live.board import Board
+from driftwise.live.board import Board, SeriesView
 
 from .encode import LAST, dumps, full, row
 from .paths import Paths
 
 PACE = 0.25  # s between two messages
 BEAT = 10.0  # s after which silence is broken
+WHOLE = 10  # series whose parameters are asked for at one look
 BACKLOG = 40  # messages a page may be behind; then it begins anew
 
 
@@ -51,6 +52,17 @@ class Hub:
         if keys:
             self._tell(keys)
 
+    def _views(self, keys: list[str]) -> list[SeriesView]:
+        """Return series as they are now; a series alone is told with its forecast, which takes longer."""
+        if len(keys) > WHOLE:
+            changed = set(keys)
+            return [view for view in self.board.series() if view.key in changed]
+        views = []
+        for key in keys:
+            with contextlib.suppress(KeyError):
+                views.append(self.board.view(key))
+        return views
+
     def close(self) -> None:
         """End every stream."""
         self._is_closed = True
@@ -67,12 +79,10 @@ class Hub:
         queue.put_nowait((text, keys))
 
     def _tell(self, keys: list[str]) -> None:
-        rows = []
-        for key in keys:
+        rows = [row(view) for view in self._views(keys)]
+        for key in self.paths.due(keys, WHOLE):
             with contextlib.suppress(KeyError):  # gone to disk meanwhile
-                view = self.board.view(key)
-                self.paths.take(view)
-                rows.append(row(view))
+                self.paths.take(self.board.view(key))
         text = dumps({"now": time.time(), "rows": rows}).decode()
         for queue in self._queues:
             self._put(queue, text, set(keys))
