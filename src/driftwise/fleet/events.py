@@ -48,24 +48,30 @@ class FleetEvents:
     """Finds the events of a fleet's samples, stretch by stretch: the same whatever the stretches.
 
     A jump is an event; a run of samples with the same trouble is one, told when it has lasted (`RUNS`). Of one series
-    at most 1000 are told. ``table`` (S, 5) is all it remembers: the length of the run of each trouble, and events told.
+    at most 1000 are told, or ``most`` (None: all). ``table`` (S, 5) is all it remembers: the length of the run of each
+    trouble, and events told.
     """
 
-    def __init__(self, fleet):
+    def __init__(self, fleet, most: int | None = MOST):
         self.fleet, self.estimator = fleet, fleet.estimators[0]
+        self.most = float("inf") if most is None else most
         self.table = np.zeros((0, len(RUNS) + 1))
 
     @property
     def reported(self) -> int:
         """How many were told."""
-        return int(np.minimum(self.table[:, -1], MOST).sum())
+        return int(np.minimum(self.table[:, -1], self.most).sum())
+
+    def grow(self) -> None:
+        """Make room for the series that the fleet has now."""
+        if len(self.table) < len(self.fleet):
+            more = np.zeros((len(self.fleet) - len(self.table), self.table.shape[1]))
+            self.table = np.concatenate([self.table, more])
 
     def take(self, taken, outs, sample) -> tuple[np.ndarray, Seen]:
         """Return rows of the fleet and events of samples taken, whose numbers in their series are ``sample``."""
         at = taken.at
-        if len(self.table) < len(self.fleet):
-            more = np.zeros((len(self.fleet) - len(self.table), self.table.shape[1]))
-            self.table = np.concatenate([self.table, more])
+        self.grow()
         p = self.fleet.crew.outputs
         status = outs[:, 3 * p].astype(np.int64)
         for i in range(1, p):
@@ -100,6 +106,10 @@ class FleetEvents:
         carried[rows] = length[np.append(start[1:], len(on)) - 1]
         return np.flatnonzero(on & (length == least))
 
+    def runs(self, row) -> list[tuple[str, float, int]]:
+        """Return kind, length and the length that is told of each run under way in a row of the ``table``."""
+        return [(kind, float(length), least) for (kind, (_, least)), length in zip(RUNS.items(), row)]
+
     def _first(self, at) -> np.ndarray:
         """Say which of these events, of the rows ``at`` in ascending order, are told; count them."""
         reported = self.table[:, -1]
@@ -107,7 +117,7 @@ class FleetEvents:
         counts = np.diff(np.append(start, len(at)))
         rank = np.arange(len(at)) - np.repeat(start, counts) + reported[at]
         reported[at[start]] += counts
-        return rank < MOST
+        return rank < self.most
 
     def _described(self, which, kind, taken, outs, sample) -> Seen:
         """Return what is known of the events of these kinds."""

@@ -283,11 +283,15 @@ class Intake:
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return all it remembers between two batches, the tally left out: arrays of numbers."""
-        waiting = np.flatnonzero(self.columns["stage"] == WAITING)
-        slots, counts = (self.columns[name][waiting].astype(np.int64) for name in ("slot", "number"))
-        held = self._buffer.read(waiting, slots, counts)
+        held = self.held(np.arange(len(self.columns)))
         kept = {f"held_{name}": column for name, column in held._asdict().items()}
         return {"columns": self.columns.table.copy(), "keyless": np.array([self.keyless]), **kept}
+
+    def held(self, at) -> Samples:
+        """Return the samples held back of these rows of the fleet, in this order."""
+        waiting = at[self.columns["stage"][at] == WAITING]
+        slots, counts = (self.columns[name][waiting].astype(np.int64) for name in ("slot", "number"))
+        return self._buffer.read(waiting, slots, counts)
 
     def restore(self, found: dict[str, np.ndarray]) -> None:
         """Go on from a `snapshot`, with the fleet as it was then."""

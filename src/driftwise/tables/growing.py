@@ -19,14 +19,22 @@ class Growing:
     ----------
     path : file, or "-" for standard input
     pause : s between two looks at a file
+    begin : byte of the file to begin with
     """
 
-    def __init__(self, path: str, pause: float = 0.1):
+    def __init__(self, path: str, pause: float = 0.1, begin: int = 0):
         self.path, self.pause = path, pause
         self.has_ended = False  # a pipe was closed: nothing more will come
         self._partial = b""
         self._begins = False  # the next line is the first of another file
         self._file = sys.stdin.buffer.raw if path == "-" else open(path, "rb", buffering=0)  # type: ignore
+        if begin:
+            self._file.seek(begin)
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Which file is read (its inode), and the bytes of it that were handed out."""
+        return os.fstat(self._file.fileno()).st_ino, self._file.tell() - len(self._partial)
 
     def read(self) -> tuple[bytes, bool]:
         """Return complete lines, b"" where none came within the pause, and whether they begin another file."""
