@@ -14,6 +14,7 @@ from driftwise.cli.demo_fleet import FleetSimulateJob
 from driftwise.cli.export import ExportJob
 from driftwise.cli.fleet import FleetRunJob, FleetShowJob
 from driftwise.cli.job import Job, add_command
+from driftwise.cli.live import LiveJob
 from driftwise.cli.progress import bar
 from driftwise.cli.run import RunJob
 from driftwise.cli.track import TrackJob
@@ -78,7 +79,7 @@ def _add_commands() -> None:
     """Add the jobs, and the commands that other distributions bring, under the entry points ``driftwise.commands``."""
     jobs: dict[str, type[Job]] = dict(
         run=RunJob, validate=ValidateJob, compare=CompareJob, track=TrackJob, export=ExportJob, simulate=SimulateJob,
-        demo=DemoJob,
+        demo=DemoJob, live=LiveJob,
     )  # fmt: skip
     for name, job in jobs.items():
         add_command(app, name, job)

@@ -1,0 +1,173 @@
+"""`driftwise live`: from the sensor bus to the alarm, for months."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from driftwise.cli import specs
+from driftwise.cli.job import Job
+from driftwise.cli.options import Inputs
+from driftwise.engine.errors import CommandError, InputError
+
+CONFIG = "driftwise-live.toml"
+
+
+@dataclass
+class LiveJob(Job):
+    """Estimate series as they come, keep their states through everything, and tell what happens to them.
+
+    WHAT is a configuration (live.toml), - for lines on standard input, an address with topics
+    (mqtt://host/plant/+/flow), init to write a commented example, or status to ask a store how it is.
+
+    Example: driftwise live live.toml --check
+    """
+
+    what: Annotated[str, typer.Argument(metavar="WHAT", help="FILE.toml, -, mqtt://HOST/TOPIC, init or status.")]
+    path: Annotated[
+        str | None, typer.Argument(metavar="[PATH]", help="init: the file to write. status: the file to ask about.")
+    ] = None
+    only_check: Annotated[
+        bool, typer.Option("--check", metavar="", help="Check the configuration, say what will happen, and stop.")
+    ] = False
+    model: Annotated[
+        str | None, typer.Option(metavar="KIND:ORDERS", help="As for run; auto: the first samples choose it.")
+    ] = None
+    memory: Annotated[str | None, typer.Option(metavar="KIND:NUMBER", help="As for run; auto if omitted.")] = None
+    output: Annotated[str | None, typer.Option("--output", "-o", metavar="FIELD", help="Field of the output.")] = None
+    input: Inputs = None
+    store: Annotated[str | None, typer.Option(metavar="DIR", help="Folder of states and history.")] = None
+    log: Annotated[str, typer.Option(metavar="text|json", help="How events are printed.")] = "text"
+
+    def run(self) -> None:
+        """Write an example, ask a store, check, or run."""
+        if self.what == "init":
+            self._init(Path(self.path or CONFIG))
+        elif self.what == "status":
+            self._status()
+        else:
+            config = self.config()
+            self._plan(config) if self.only_check else self._run(config)
+
+    # --- what is asked for ---------------------------------------------------------------------------------
+
+    def config(self) -> Any:
+        """Return the configuration of file, environment and flags."""
+        from driftwise.live.config import load
+
+        if self.log not in ("text", "json"):
+            raise CommandError(f"--log is text or json, got {self.log!r}.")
+        found = self._short() if self.what == "-" or self.what.startswith(("mqtt://", "mqtts://")) else load(self.what)
+        flags = dict(model=self.model, memory=self.memory, output=self.output,
+                     inputs=tuple(self.input) if self.input else None)  # fmt: skip
+        model = replace(found.model, **{name: value for name, value in flags.items() if value is not None})
+        store = found.store if self.store is None else replace(found.store, path=self.store)
+        found = replace(found, model=model, store=store)
+        for one in (found.model, *found.series):
+            if one.model != "auto":
+                estimator_of(one)
+        if not found.sources:
+            raise CommandError(f"{self.what} names no [[source]]: no sample can ever come.")
+        return found
+
+    def _short(self) -> Any:
+        """Return the configuration of one line: standard input, or a topic."""
+        from driftwise.live.config import Config, StoreConfig
+        from driftwise.live.outputs.log import LogOutput
+        from driftwise.live.sources.files import StdinSource
+        from driftwise.live.sources.mqtt import MqttSource
+
+        shown = (LogOutput(format=self.log),)
+        if self.what == "-":
+            return Config((StdinSource(),), store=StoreConfig(), outputs=shown)
+        scheme, _, rest = self.what.partition("://")
+        host, _, topic = rest.partition("/")
+        source = MqttSource(f"{scheme}://{host}", (topic or "#",))
+        return Config((source,), store=StoreConfig(), outputs=shown)
+
+    def _plan(self, config: Any) -> None:
+        """Say what will happen."""
+        from driftwise.report.printed import say
+
+        for source in config.sources:
+            say(source.plan())
+        say(f"{config.model.model} with {config.model.memory} memory on every series")
+        for one in config.series:
+            say(f"{one.model} with {one.memory} memory on series {one.keys}")
+        say(
+            f"states and history in {config.store.url or config.store.path}, on the disk every {config.store.fsync:g} s"
+        )
+        for output in config.outputs:
+            say(output.plan())
+
+    # --- at work -------------------------------------------------------------------------------------------
+
+    def _run(self, config: Any) -> None:
+        """Run until asked to end; asked to reload (SIGHUP), read the configuration again and go on."""
+        while config is not None:
+            config = asyncio.run(self._once(config))
+
+    async def _once(self, config: Any) -> Any:
+        """Run a configuration; return the next one, None at the end."""
+        from driftwise.live.service import Service
+
+        service, again = Service(config, estimator_of), list[Any]()
+
+        def reload() -> None:
+            try:
+                again.append(self.config())
+                service.stop()
+            except InputError as error:
+                sys.stderr.write(f"the configuration stays as it is: {error}\n")
+
+        loop = asyncio.get_running_loop()
+        with suppress(NotImplementedError):  # Windows
+            for number in (signal.SIGTERM, signal.SIGINT):
+                loop.add_signal_handler(number, service.stop)
+            loop.add_signal_handler(signal.SIGHUP, reload)
+        await service.run()
+        return again[-1] if again else None
+
+    # --- beside it -----------------------------------------------------------------------------------------
+
+    def _init(self, path: Path) -> None:
+        """Write a commented example."""
+        from importlib.resources import files
+
+        from driftwise.report.printed import say
+
+        if path.exists():
+            raise CommandError(f"{path} is there already; another name: driftwise live init NAME.toml")
+        path.write_text(files("driftwise.live").joinpath("example.toml").read_text("utf-8"), "utf-8")
+        say(f"{path} written; look at it, then: driftwise live {path} --check")
+
+    def _status(self) -> None:
+        """Say what a store holds; the service may run."""
+        from driftwise.live.config import StoreConfig, load
+        from driftwise.live.store.sqlite import counted
+        from driftwise.report.printed import say
+
+        store = load(self.path).store if self.path else StoreConfig(path=self.store or StoreConfig().path)
+        for words in counted(store.path):
+            say(words)
+
+
+def estimator_of(config: Any) -> Any:
+    """Return the estimator of a `ModelConfig`, as `fleet run` has it: with an offset besides."""
+    dt = config.dt or 1.0
+    try:
+        if config.model.partition(":")[0] == "joint":
+            text = config.model if config.memory == "auto" else f"{config.model}@{config.memory}"
+            return specs.estimators([text], config.inputs, dt)[text]
+        memory = "constant" if config.jumps and config.memory == "auto" else config.memory
+        more = {} if config.model == "regression" else {"offset": True}
+        return specs.recursive(config.model, config.inputs, memory=specs.policy(memory, config.jumps), dt=dt, **more)
+    except InputError as error:
+        raise CommandError(f"model = {config.model!r}, memory = {config.memory!r}: {error}") from None

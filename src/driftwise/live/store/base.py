@@ -1,0 +1,106 @@
+"""What a store keeps, and what it is handed in one commit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+from ..board import EventView
+
+
+class Group(NamedTuple):
+    """A model with its series: its words, how its rows are laid out, and the settings its series have."""
+
+    number: int
+    words: str
+    fields: str
+    options: dict[str, Any]  # dt, first, stuck
+    settings: list[Any]  # JSON of each; in a change, (number, JSON) of those that are new
+
+
+class Member(NamedTuple):
+    """A series: numbers count them as they come; ``group`` is None until its model is chosen, ``code`` its row."""
+
+    number: int
+    key: str
+    group: int | None
+    code: int
+
+
+class RowBytes(NamedTuple):
+    """A series as it is: its row of numbers, what is held back of it, and what waits to be joined (JSON)."""
+
+    number: int
+    row: bytes
+    held: bytes
+
+
+@dataclass
+class Change:
+    """What one commit writes: all of it, or nothing."""
+
+    groups: list[Group] = field(default_factory=list)  # with the settings that are new
+    members: list[Member] = field(default_factory=list)  # new, or in a group now
+    rows: list[RowBytes] = field(default_factory=list)
+    waiting: list[tuple[int, str]] = field(default_factory=list)
+    samples: list[tuple[int, bytes]] = field(default_factory=list)  # more, of series whose model is not chosen
+    chosen: list[int] = field(default_factory=list)  # series whose samples are not needed any more
+    events: list[EventView] = field(default_factory=list)
+    history: bytes = b""
+    places: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass
+class Found:
+    """What was kept."""
+
+    groups: list[Group]
+    members: list[Member]
+    rows: dict[int, RowBytes]
+    waiting: dict[int, str]
+    samples: dict[int, bytes]
+    places: dict[str, Any]
+    last_event: int
+    open_events: list[EventView]  # the last of each series, and those that nobody acknowledged
+
+
+class Store(Protocol):
+    """Keeps states, events and places; what `commit` has returned from survives a process that is killed."""
+
+    def load(self) -> Found:
+        """Return what was kept."""
+
+    def commit(self, change: Change) -> int:
+        """Write a change; return the number of its history, 0 for none. `StoreFull` where nothing could be written."""
+
+    def sync(self) -> None:
+        """Return when all commits are on the disk."""
+
+    def events(self, since: int, key: str | None) -> list[EventView]:
+        """Return events above a number, oldest first."""
+
+    def acknowledge(self, number: int) -> EventView:
+        """Note that an event was seen; `KeyError` where there is none."""
+
+    def recent(self) -> list[tuple[int, bytes]]:
+        """Return history that is not in Parquet yet, with numbers that count up."""
+
+    def forget(self, upto: int) -> None:
+        """Forget history up to a number: it is in Parquet."""
+
+    def close(self) -> None:
+        """End."""
+
+
+class StoreFull(Exception):
+    """Nothing could be written, for now: the disk is full, or the database is gone."""
+
+
+EVENT = "number", "key", "time", "kind", "sentence", "odds", "acknowledged"
+
+
+def event_of(row: Sequence[Any]) -> EventView:
+    """Return an event as a table has it."""
+    number, key, time, kind, sentence, odds, acknowledged = row
+    return EventView(number, key, time, kind, sentence, odds, bool(acknowledged))

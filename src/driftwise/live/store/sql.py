@@ -1,0 +1,157 @@
+"""The tables, and all that SQLite and PostgreSQL say alike."""
+
+from __future__ import annotations
+
+import json
+from contextlib import AbstractContextManager
+from typing import Any
+
+from ..board import EventView
+from .base import EVENT, Change, Found, Group, Member, RowBytes, event_of
+
+VERSION = 1
+TABLES = """
+CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS groups (
+    number INTEGER PRIMARY KEY, words TEXT NOT NULL, fields TEXT NOT NULL, options TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS settings (
+    grp INTEGER NOT NULL, number INTEGER NOT NULL, json TEXT NOT NULL, PRIMARY KEY (grp, number));
+CREATE TABLE IF NOT EXISTS series (number INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, grp INTEGER, code INTEGER);
+CREATE TABLE IF NOT EXISTS states (number INTEGER PRIMARY KEY, numbers {blob} NOT NULL, held {blob} NOT NULL);
+CREATE TABLE IF NOT EXISTS waiting (number INTEGER PRIMARY KEY, json TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS samples (id {serial}, number INTEGER NOT NULL, numbers {blob} NOT NULL);
+CREATE TABLE IF NOT EXISTS events (
+    number INTEGER PRIMARY KEY, key TEXT NOT NULL, time DOUBLE PRECISION NOT NULL, kind TEXT NOT NULL,
+    sentence TEXT NOT NULL, odds DOUBLE PRECISION, acknowledged INTEGER NOT NULL);
+CREATE INDEX IF NOT EXISTS events_of ON events (key, number);
+CREATE TABLE IF NOT EXISTS recent (id {serial}, numbers {blob} NOT NULL);
+CREATE TABLE IF NOT EXISTS places (name TEXT PRIMARY KEY, json TEXT NOT NULL)
+"""
+PUT = {
+    "facts": ("name", "value"),
+    "groups": ("number", "words", "fields", "options"),
+    "settings": ("grp", "number", "json"),
+    "series": ("number", "key", "grp", "code"),
+    "states": ("number", "numbers", "held"),
+    "waiting": ("number", "json"),
+    "events": EVENT,
+    "places": ("name", "json"),
+}
+KEYS = {"settings": ("grp", "number"), "facts": ("name",), "places": ("name",)}  # of the others: number
+
+
+class SqlStore:
+    """A store in a database; what differs between databases are six small functions."""
+
+    mark = "?"  # stands for a value
+
+    def transaction(self) -> AbstractContextManager[None]:
+        """Make all that is written inside one step; an error of the database becomes `StoreFull`."""
+        raise NotImplementedError
+
+    def execute(self, text: str, values: tuple = ()) -> Any:
+        """Say something; return what can be fetched from."""
+        raise NotImplementedError
+
+    def execute_many(self, text: str, rows: list[tuple]) -> None:
+        """Say the same of many rows."""
+        raise NotImplementedError
+
+    def _put(self, table: str, rows: list[tuple]) -> None:
+        """Write rows in place of those with their keys."""
+        if not rows:
+            return
+        names, keys = PUT[table], KEYS.get(table, ("number",))
+        marks = ", ".join([self.mark] * len(names))
+        said = ", ".join(f"{name} = excluded.{name}" for name in names if name not in keys)
+        self.execute_many(
+            f"INSERT INTO {table} ({', '.join(names)}) VALUES ({marks}) "
+            f"ON CONFLICT ({', '.join(keys)}) DO UPDATE SET {said}",
+            rows,
+        )
+
+    def commit(self, change: Change) -> int:
+        number = 0
+        with self.transaction():
+            self._put("groups", [(g.number, g.words, g.fields, json.dumps(g.options)) for g in change.groups])
+            self._put("settings", [(g.number, number, text) for g in change.groups for number, text in g.settings])
+            self._put("series", [tuple(member) for member in change.members])
+            self._put("states", [tuple(row) for row in change.rows])
+            self._put("waiting", change.waiting)
+            if change.samples:
+                self.execute_many(
+                    f"INSERT INTO samples (number, numbers) VALUES ({self.mark}, {self.mark})", change.samples
+                )
+            if change.chosen:
+                self.execute_many(f"DELETE FROM samples WHERE number = {self.mark}", [(n,) for n in change.chosen])
+            self._put("events", [_row(event) for event in change.events])
+            if change.history:
+                told = self.execute(
+                    f"INSERT INTO recent (numbers) VALUES ({self.mark}) RETURNING id", (change.history,)
+                )
+                number = told.fetchone()[0]
+            self._put("places", [(name, json.dumps(place)) for name, place in change.places.items()])
+        return number
+
+    def load(self) -> Found:
+        settings: dict[int, list[str]] = {}
+        for group, _, text in self.execute("SELECT grp, number, json FROM settings ORDER BY grp, number").fetchall():
+            settings.setdefault(group, []).append(text)
+        groups = [
+            Group(number, words, fields, json.loads(options), settings.get(number, []))
+            for number, words, fields, options in self.execute(
+                "SELECT number, words, fields, options FROM groups ORDER BY number"
+            ).fetchall()
+        ]
+        members = self.execute("SELECT number, key, grp, code FROM series ORDER BY number").fetchall()
+        rows = self.execute("SELECT number, numbers, held FROM states ORDER BY number").fetchall()
+        samples: dict[int, bytes] = {}
+        for number, numbers in self.execute("SELECT number, numbers FROM samples ORDER BY id").fetchall():
+            samples[number] = samples.get(number, b"") + bytes(numbers)
+        last = self.execute("SELECT MAX(number) FROM events").fetchone()[0]
+        names = ", ".join(EVENT)
+        opened = self.execute(
+            f"SELECT {names} FROM events WHERE acknowledged = 0 OR number IN "
+            "(SELECT MAX(number) FROM events GROUP BY key) ORDER BY number"
+        ).fetchall()
+        return Found(
+            groups,
+            [Member(*row) for row in members],
+            {row[0]: RowBytes(row[0], bytes(row[1]), bytes(row[2])) for row in rows},
+            dict(self.execute("SELECT number, json FROM waiting").fetchall()),
+            samples,
+            {name: json.loads(text) for name, text in self.execute("SELECT name, json FROM places").fetchall()},
+            last or 0,
+            [event_of(row) for row in opened],
+        )
+
+    def events(self, since: int, key: str | None) -> list[EventView]:
+        names, values = ", ".join(EVENT), (since,) if key is None else (since, key)
+        only = "" if key is None else f" AND key = {self.mark}"
+        found = self.execute(
+            f"SELECT {names} FROM events WHERE number > {self.mark}{only} ORDER BY number", values
+        ).fetchall()
+        return [event_of(row) for row in found]
+
+    def acknowledge(self, number: int) -> EventView:
+        with self.transaction():
+            self.execute(f"UPDATE events SET acknowledged = 1 WHERE number = {self.mark}", (number,))
+        row = self.execute(f"SELECT {', '.join(EVENT)} FROM events WHERE number = {self.mark}", (number,)).fetchone()
+        if row is None:
+            raise KeyError(number)
+        return event_of(row)
+
+    def recent(self) -> list[tuple[int, bytes]]:
+        found = self.execute("SELECT id, numbers FROM recent ORDER BY id").fetchall()
+        return [(number, bytes(numbers)) for number, numbers in found]
+
+    def forget(self, upto: int) -> None:
+        with self.transaction():
+            self.execute(f"DELETE FROM recent WHERE id <= {self.mark}", (upto,))
+
+
+def _row(event: EventView) -> tuple:
+    """Return an event as the table has it."""
+    return (
+        event.number, event.key, event.time, event.kind, event.sentence, event.odds, int(event.acknowledged),
+    )  # fmt: skip

@@ -1,0 +1,112 @@
+"""States in one file: SQLite, with a log that is written ahead (WAL)."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from ...engine.errors import InputError
+from .base import StoreFull
+from .sql import TABLES, VERSION, SqlStore
+
+NAME = "live.sqlite"
+
+
+class SqliteStore(SqlStore):
+    """A folder with ``live.sqlite``. One process at a time.
+
+    A commit survives a process that is killed; one that is not older than the last `sync` may not survive the machine
+    (``is_safe``: every commit does, and takes as long as the disk).
+    """
+
+    def __init__(self, folder: str | Path, is_safe: bool = False):
+        try:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            self.path = Path(folder) / NAME
+            self._lock = _alone(Path(folder))
+            self.base = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False, timeout=1.0)
+            self.base.execute("PRAGMA journal_mode = WAL")
+            self.base.execute(f"PRAGMA synchronous = {'FULL' if is_safe else 'NORMAL'}")
+            found = self.base.execute("PRAGMA user_version").fetchone()[0]
+            if found > VERSION:
+                raise InputError(f"{self.path} was written by a later version ({found}, this one knows {VERSION})")
+            self.base.executescript(
+                "BEGIN;" + TABLES.format(blob="BLOB", serial="INTEGER PRIMARY KEY AUTOINCREMENT") + ";COMMIT"
+            )
+            self.base.execute(f"PRAGMA user_version = {VERSION}")
+        except sqlite3.OperationalError as error:
+            why = "another process has it" if "locked" in str(error) else str(error)
+            raise InputError(f"the store in {folder} cannot be opened: {why}") from None
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{folder}/{NAME} is no store: {error}") from None
+        except OSError as error:
+            raise InputError(f"the store in {folder} cannot be made: {error.strerror or error}") from None
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        try:
+            self.base.execute("BEGIN")
+            yield
+            self.base.execute("COMMIT")
+        except sqlite3.OperationalError as error:
+            with suppress(sqlite3.Error):
+                self.base.execute("ROLLBACK")
+            raise StoreFull(str(error)) from None
+        except BaseException:
+            with suppress(sqlite3.Error):
+                self.base.execute("ROLLBACK")
+            raise
+
+    def execute(self, text: str, values: tuple = ()) -> Any:
+        return self.base.execute(text, values)
+
+    def execute_many(self, text: str, rows: list[tuple]) -> None:
+        self.base.executemany(text, rows)
+
+    def sync(self) -> None:
+        """Return when the log is on the disk; it may be called in a thread."""
+        with suppress(FileNotFoundError):
+            number = os.open(f"{self.path}-wal", os.O_RDWR)
+            try:
+                os.fsync(number)
+            finally:
+                os.close(number)
+
+    def close(self) -> None:
+        self.base.close()
+        os.close(self._lock)
+
+
+def _alone(folder: Path) -> int:
+    """Return the lock of a folder, a file that is open; systems without such locks trust their users."""
+    number = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT, 0o600)
+    with suppress(ImportError):
+        import fcntl
+
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(number)
+            raise InputError(f"another service runs on the store in {folder}") from None
+    return number
+
+
+def counted(folder: str | Path) -> list[str]:
+    """Return what a store holds in words, also while a service writes to it."""
+    path = Path(folder) / NAME
+    if not path.exists():
+        raise InputError(f"there is no store in {folder}: no {NAME}. Has a service run there?")
+    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=2.0)) as base:
+        try:
+            series, unchosen = base.execute("SELECT COUNT(*), SUM(grp IS NULL) FROM series").fetchone()
+            events, unseen = base.execute("SELECT COUNT(*), SUM(acknowledged = 0) FROM events").fetchone()
+            last = base.execute("SELECT key, kind, sentence FROM events ORDER BY number DESC LIMIT 1").fetchone()
+        except sqlite3.OperationalError as error:
+            raise InputError(f"{path} cannot be read: {error}") from None
+    found = [f"{series} series" + (f", of {unchosen} the model is not chosen yet" if unchosen else "")]
+    found.append(f"{events} events, {unseen or 0} of them not acknowledged")
+    return found + ([f"the last: {last[0]}: {last[1]}: {last[2]}"] if last else [])

@@ -1,0 +1,70 @@
+"""`driftwise live` as it is typed."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+from live_plant import configuration, opened, outputs
+
+
+def driftwise(*words, text=None, folder=None):
+    return subprocess.run(
+        [sys.executable, "-m", "driftwise", "live", *map(str, words)], input=text, text=True, capture_output=True,
+        cwd=folder, timeout=120,
+    )  # fmt: skip
+
+
+def test_a_pipe_is_estimated_and_its_events_are_told(tmp_path):
+    y = outputs(1, 300)[0]
+    y[200:] += 40.0
+    text = "".join(json.dumps({"key": "pump", "time": 1e9 + t, "value": v}) + "\n" for t, v in enumerate(y.tolist()))
+    found = driftwise("-", "--model", "ar:2", "--store", tmp_path / "s", "--log", "json", text=text + "nonsense\n")
+    assert found.returncode == 0, found.stderr
+    told = [json.loads(line) for line in found.stdout.splitlines()]
+    assert any(event["kind"] == "jump" and 1e9 + 200 <= event["time"] < 1e9 + 210 for event in told)
+    core = opened(tmp_path / "s")
+    assert core.picture.columns["count"][0] == 300
+    core.store.close()
+    words = driftwise("status", "--store", tmp_path / "s")
+    assert words.stdout.startswith("1 series\n")
+    assert f"{len(told)} events" in words.stdout
+
+
+def test_a_model_is_chosen_by_the_first_samples(tmp_path):
+    rng = np.random.default_rng(4)
+    u = rng.standard_normal(400)
+    y = np.zeros(400)
+    for t in range(1, 400):
+        y[t] = 0.7 * y[t - 1] + 2.0 * u[t - 1] + 0.1 * rng.standard_normal()
+    text = "".join(json.dumps({"time": t, "value": y[t], "speed": u[t]}) + "\n" for t in range(400))
+    found = driftwise("-", "-i", "speed", "--store", tmp_path, text=text)
+    assert found.returncode == 0, found.stderr
+    core = opened(tmp_path, 'inputs = ["speed"]')
+    assert len(core.by_number[0].samples) == 400  # not enough yet: all of them are kept
+    core.store.close()
+    more = "".join(json.dumps({"time": t, "value": 0.0, "speed": 0.0}) + "\n" for t in range(400, 700))
+    assert driftwise("-", "-i", "speed", "--store", tmp_path, text=more).returncode == 0
+    core = opened(tmp_path, 'inputs = ["speed"]')
+    words = json.loads(core.group_words[0])[0]
+    assert words.startswith("ARX(") and "chosen by the first 500 samples" in words
+    assert core.groups[0].tally["samples"][0] == 700
+
+
+def test_init_check_and_complaints(tmp_path):
+    assert driftwise("init", folder=tmp_path).returncode == 0
+    assert driftwise("init", folder=tmp_path).returncode == 2
+    told = driftwise("driftwise-live.toml", "--check", folder=tmp_path)
+    assert told.returncode == 0, told.stderr
+    assert "follow samples.jsonl, which is not there yet" in told.stdout
+    (tmp_path / "bad.toml").write_text("[model]\nmodel = 'arx:2'\ninputs = ['u']\n")
+    bad = driftwise("bad.toml", folder=tmp_path)
+    assert bad.returncode == 2 and "arx:na,nb,nk" in bad.stderr
+
+
+def test_a_store_has_one_service(tmp_path):
+    core = opened(tmp_path / "store")
+    path = configuration(tmp_path, f'[[source]]\nkind = "file"\npath = "{tmp_path}/x"\n')
+    found = driftwise(path)
+    assert found.returncode == 1 and "another service" in found.stderr
+    core.store.close()
