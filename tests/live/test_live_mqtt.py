@@ -1,0 +1,67 @@
+"""MQTT by a real broker: nothing is lost, nothing counts twice, whatever is killed."""
+
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+import pytest
+from broker import Broker, messages, publisher
+from live_plant import configuration, found, opened, outputs, states
+
+pytestmark = pytest.mark.service
+SERIES, SAMPLES, SIZE = 200, 600, 10
+
+
+@pytest.mark.parametrize(("kills", "restarts"), [(0, 0), (20, 3)])
+def test_states_are_those_of_a_fleet(tmp_path, kills, restarts):
+    y, drawn = outputs(SERIES, SAMPLES), random.Random(11)
+    broker = Broker(tmp_path / "broker")
+    config = configuration(
+        tmp_path,
+        f'[[source]]\nkind = "mqtt"\nurl = "mqtt://127.0.0.1:{broker.port}"\ntopics = ["plant/+"]\nkey = "{{1}}"\n'
+        'client = "tested"\n',
+    )
+    process = started(config)
+    broker.wait(broker.subscribed)
+    client = publisher(broker.port)
+    stages = max(kills, 1)
+    step = SAMPLES // stages
+    for stage in range(stages):
+        for topic, payload in messages(y, stage * step, (stage + 1) * step, SIZE):
+            client.publish(topic, payload, qos=1)
+        if kills:
+            time.sleep(drawn.uniform(0.0, 1.5))
+            os.kill(process.pid, signal.SIGKILL)
+            process.wait()
+            if stage in (3, 9, 16)[:restarts]:
+                broker.restart()
+            process = started(config)
+    broker.wait(lambda: kept(tmp_path) == SERIES * SAMPLES, 120)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(60) == 0
+    client.disconnect()
+    client.loop_stop()
+    broker.stop()
+    core = opened(tmp_path / "store")
+    assert found(core) == states(y)
+    assert sum(len(rows) for _, rows in core.history.recent) == SERIES * SAMPLES
+
+
+def started(config):
+    return subprocess.Popen([sys.executable, "-m", "driftwise", "live", str(config)])
+
+
+def kept(folder):
+    """Return how many samples are in the store."""
+    path = folder / "store" / "live.sqlite"
+    if not path.exists():
+        return 0
+    with sqlite3.connect(path) as base:
+        try:
+            return (base.execute("SELECT SUM(LENGTH(numbers)) FROM recent").fetchone()[0] or 0) // 48
+        except sqlite3.OperationalError:
+            return 0
