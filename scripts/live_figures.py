@@ -5,8 +5,11 @@ import tempfile
 from pathlib import Path
 from urllib.parse import quote
 
+from PIL import Image
+
 HOME = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(HOME / "tests")]
+
 
 from browser import Browser  # noqa: E402
 from live.simulated_board import Simulated  # noqa: E402
@@ -41,7 +44,10 @@ def main(folder: Path) -> None:
                     browser.visit(site.address + "/" + place)
                     browser.wait("document.querySelector('#link').dataset.link == 'live'")
                     browser.wait("new Promise(done => setTimeout(() => done(true), 3500))")
-                    browser.picture(folder / f"live-{view}-{name}.png", whole=view == "series")
+                    picture = folder / f"live-{view}-{name}.png"
+                    browser.picture(picture, whole=view == "series")
+                    with Image.open(picture) as full:
+                        full.convert("RGB").quantize(96).save(picture, optimize=True)
                     print(view, name, browser.errors or "", browser.run("document.documentElement.scrollWidth"))
             finally:
                 browser.close()

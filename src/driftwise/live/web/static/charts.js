@@ -7,6 +7,7 @@ export function colours() {
   return { ink: of("ink"), quiet: of("quiet"), grid: of("line"), line: of("blue"), band: of("band"), alarm: of("alarm") };
 }
 
+const STEPS = [0.001, 0.01, 0.1, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1800, 3600, 7200, 14400, 43200, 86400, 604800, 2592000, 31536000];
 const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
 const round = (value) => (value == null ? "" : String(Number(value.toPrecision(5))).replace("-", "−"));
 
@@ -74,7 +75,7 @@ export class Chart {
       padding: [8, 10, 0, 0],
       cursor: { sync: { key: "driftwise" }, drag: { x: false, y: false }, points: { show: false } },
       scales: { x: { time: true, range: () => this.between }, y: { range: () => this.#range() } },
-      axes: [{ ...axis, space: 64, size: 32, values: (_, times, __, ___, step) => instants(times, step) }, { ...axis, size: 62, values: (_, ticks) => ticks.map(round) }],
+      axes: [{ ...axis, space: 64, size: 32, incrs: STEPS, values: (_, times, __, ___, step) => instants(times, step) }, { ...axis, size: 62, values: (_, ticks) => ticks.map(round) }],
       series: [{}, ...this.lines.map(({ label, kind }) => ({ label, spanGaps: false, ...looks[kind] }))],
       bands,
       hooks: { draw: [(plot) => this.#mark(plot)] },
