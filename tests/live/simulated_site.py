@@ -27,7 +27,7 @@ class Running:
 
     async def _run(self):
         self.loop, self.over = asyncio.get_running_loop(), asyncio.Event()
-        app = self.app = application(self.board, lambda body, kind: [], self.access, Limits(rate=1000, burst=2000))
+        app = self.app = application(self.board, self.access, Limits(rate=1000, burst=2000))
         site = Site(app, port=self.port, **self.site)
         await site.start()
         self.port, self.address = site.port, site.address

@@ -25,12 +25,13 @@ class LiveJob(Job):
     """Estimate series as they come, keep their states through everything, and tell what happens to them.
 
     WHAT is a configuration (live.toml), - for lines on standard input, an address with topics
-    (mqtt://host/plant/+/flow), init to write a commented example, or status to ask a store how it is.
+    (mqtt://host/plant/+/flow), init to write a commented example, status to ask a store how it is, or token for a
+    token that lets others than this machine look at the page.
 
     Example: driftwise live live.toml --check
     """
 
-    what: Annotated[str, typer.Argument(metavar="WHAT", help="FILE.toml, -, mqtt://HOST/TOPIC, init or status.")]
+    what: Annotated[str, typer.Argument(metavar="WHAT", help="FILE.toml, -, mqtt://HOST/TOPIC, init, status or token.")]
     path: Annotated[
         str | None, typer.Argument(metavar="[PATH]", help="init: the file to write. status: the file to ask about.")
     ] = None
@@ -52,6 +53,8 @@ class LiveJob(Job):
             self._init(Path(self.path or CONFIG))
         elif self.what == "status":
             self._status()
+        elif self.what == "token":
+            self._token()
         else:
             config = self.config()
             self._plan(config) if self.only_check else self._run(config)
@@ -79,14 +82,14 @@ class LiveJob(Job):
 
     def _short(self) -> Any:
         """Return the configuration of one line: standard input, or a topic."""
-        from driftwise.live.config import Config, StoreConfig
+        from driftwise.live.config import Config, StoreConfig, WebConfig
         from driftwise.live.outputs.log import LogOutput
         from driftwise.live.sources.files import StdinSource
         from driftwise.live.sources.mqtt import MqttSource
 
         shown = (LogOutput(format=self.log),)
         if self.what == "-":
-            return Config((StdinSource(),), store=StoreConfig(), outputs=shown)
+            return Config((StdinSource(),), store=StoreConfig(), outputs=shown, web=WebConfig(enabled=False))
         scheme, _, rest = self.what.partition("://")
         host, _, topic = rest.partition("/")
         source = MqttSource(f"{scheme}://{host}", (topic or "#",))
@@ -106,6 +109,9 @@ class LiveJob(Job):
         )
         for output in config.outputs:
             say(output.plan())
+        if config.web.enabled:
+            access = "with a token" if config.web.token_hash else "for this machine alone"
+            say(f"page and API at {config.web.host}, port {config.web.port}, {access}")
 
     # --- at work -------------------------------------------------------------------------------------------
 
@@ -118,7 +124,7 @@ class LiveJob(Job):
         """Run a configuration; return the next one, None at the end."""
         from driftwise.live.service import Service
 
-        service, again = Service(config, estimator_of), list[Any]()
+        service, again = Service(config, estimator_of, self._site(config)), list[Any]()
 
         def reload() -> None:
             try:
@@ -135,6 +141,21 @@ class LiveJob(Job):
         await service.run()
         return again[-1] if again else None
 
+    def _site(self, config: Any) -> Any:
+        """Return what makes the page of a board and says where it is; None where none is wanted."""
+        if not config.web.enabled:
+            return None
+        try:
+            from driftwise.live.web.serve import site_of
+        except ModuleNotFoundError as error:
+            words = f'the page needs {error.name}: pip install "driftwise[live]", or enabled = false in [web].'
+            raise CommandError(words) from None
+
+        def say(address: str) -> None:
+            sys.stderr.write(f"the page is at {address}\n")
+
+        return lambda board: site_of(board, config.web, say)
+
     # --- beside it -----------------------------------------------------------------------------------------
 
     def _init(self, path: Path) -> None:
@@ -147,6 +168,15 @@ class LiveJob(Job):
             raise CommandError(f"{path} is there already; another name: driftwise live init NAME.toml")
         path.write_text(files("driftwise.live").joinpath("example.toml").read_text("utf-8"), "utf-8")
         say(f"{path} written; look at it, then: driftwise live {path} --check")
+
+    def _token(self) -> None:
+        """Print a new token, and the line of the configuration that knows it again."""
+        from driftwise.live.web.access import hashed, new_token
+        from driftwise.report.printed import say
+
+        token = new_token()
+        say(f"token, for browsers and programs; it is written nowhere else: {token}")
+        print(f'[web]\ntoken_hash = "{hashed(token)}"')
 
     def _status(self) -> None:
         """Say what a store holds; the service may run."""

@@ -12,7 +12,6 @@ pytest.importorskip("httpx")
 from live.simulated_board import Simulated
 from starlette.testclient import TestClient
 
-from driftwise.engine.errors import InputError
 from driftwise.live.board import Row, Sample
 from driftwise.live.web.access import Access, hashed
 from driftwise.live.web.app import application
@@ -21,17 +20,6 @@ from driftwise.live.web.limits import Limits
 
 KEYS = ["pump 1", "hall/a", "x/history", "<b>&\"'", "größe\u2028"]
 HOME = "http://127.0.0.1:8765"
-
-
-def decode(body, kind):
-    """Read lines `key value`: a stand-in that shows which kind was told."""
-    try:
-        return [
-            Sample(kind + ":" + key, {"value": float(value)})
-            for key, value in map(str.split, body.decode().splitlines())
-        ]
-    except ValueError:
-        raise InputError("line 1: not a sample") from None
 
 
 @pytest.fixture
@@ -44,7 +32,7 @@ def board():
 
 @pytest.fixture
 def ask(board):
-    with TestClient(application(board, decode, limits=Limits(body=1000)), base_url=HOME) as client:
+    with TestClient(application(board, limits=Limits(body=1000)), base_url=HOME) as client:
         yield client
 
 
@@ -97,28 +85,39 @@ def test_events_are_told_in_order_and_acknowledged(board, ask):
     assert ask.get("/api/events?since=nan").status_code == 400
 
 
+INFLUX = {"content-type": "text/plain; charset=utf-8"}
+
+
 def test_samples_are_handed_on(board, ask):
-    assert ask.post("/samples", content="a 1\nb 2").json() == {"taken": 2, "refused": 0, "reason": ""}
-    assert ask.post("/samples", content="c 3", headers={"content-type": "text/plain; charset=utf-8"}).is_success
-    assert board.posted == [
-        Sample("json:a", {"value": 1.0}),
-        Sample("json:b", {"value": 2.0}),
-        Sample("influx:c", {"value": 3.0}),
-    ]
+    lines = '{"key": "a", "time": 5, "value": 1}\n{"key": "b", "flow": [2, null], "speed": [3, 4], "time": [6, 7.5]}'
+    assert ask.post("/samples", content=lines).json() == {"taken": 3, "refused": 0, "reason": ""}
+    assert ask.post("/samples", content="pump,hall=1 flow=3.5 2000000000", headers=INFLUX).json()["taken"] == 1
+    one, two, three, four = board.posted
+    assert one == Sample("a", {"value": 1.0}, 5.0) and two == Sample("b", {"flow": 2.0, "speed": 3.0}, 6.0)
+    assert (three.key, three.time, three.values["speed"]) == ("b", 7.5, 4.0) and math.isnan(three.values["flow"])
+    assert four == Sample("pump/1", {"flow": 3.5}, 2.0)
+
+
+def test_lines_that_cannot_be_used_are_counted(board, ask):
+    told = ask.post("/samples", content='{"key": "a", "value": 1}\nnonsense\n{"value": 2}\n{"key": "c", "value": 3}')
+    assert told.status_code == 200 and (told.json()["taken"], told.json()["refused"]) == (2, 2)
+    assert "nonsense" in told.json()["reason"] and [one.key for one in board.posted] == ["a", "c"]
+    assert board.posted[0].time is None, "the moment of receipt"
 
 
 def test_bodies_that_are_refused(board, ask):
+    line = '{"key": "a", "value": 1}\n'
     assert ask.post("/samples", content="nonsense").status_code == 400
-    assert ask.post("/samples", content="a 1", headers={"content-type": "image/png"}).status_code == 415
-    assert ask.post("/samples", content="a 1", headers={"content-encoding": "gzip"}).status_code == 415
-    assert ask.post("/samples", content="a 1\n" * 300).status_code == 413
-    assert ask.post("/samples", content=(b"a 1\n" for _ in range(300))).status_code == 413, "of unknown length"
+    assert ask.post("/samples", content=line, headers={"content-type": "image/png"}).status_code == 415
+    assert ask.post("/samples", content=line, headers={"content-encoding": "gzip"}).status_code == 415
+    assert ask.post("/samples", content=line * 100).status_code == 413
+    assert ask.post("/samples", content=(line.encode() for _ in range(100))).status_code == 413, "of unknown length"
     assert board.posted == []
 
 
 def test_pages_of_others_may_not_post(board, ask):
     elsewhere = {"origin": "http://evil.example", "sec-fetch-site": "cross-site"}
-    assert ask.post("/samples", content="a 1", headers=elsewhere).status_code == 403
+    assert ask.post("/samples", content="{}", headers=elsewhere).status_code == 403
     assert ask.get("/api/series", headers={"host": "evil.example"}).status_code == 421, "a name that was rebound"
     assert board.posted == []
 
@@ -157,10 +156,10 @@ def test_the_document_lists_what_is_routed(ask):
 
 def test_with_a_token_nothing_is_told_without_it(board):
     access = Access(hashed("secret"))
-    with TestClient(application(board, decode, access), base_url="https://plant.example") as ask:
+    with TestClient(application(board, access), base_url="https://plant.example") as ask:
         for path in ("/api/series", "/api/series/pump%201", "/api/events", "/metrics", "/stream", "/api/service"):
             assert ask.get(path).status_code == 401
-        assert ask.post("/samples", content="a 1").status_code == 401
+        assert ask.post("/samples", content="{}").status_code == 401
         for path in ("/", "/static/app.js", "/health", "/ready", "/api", "/openapi.json"):
             assert ask.get(path).status_code == 200
         assert ask.get("/api/series", headers={"authorization": "Bearer wrong"}).status_code == 401
@@ -174,12 +173,12 @@ def test_with_a_token_nothing_is_told_without_it(board):
 
 def test_wrong_tokens_are_counted(board):
     limits = Limits(trials=3)
-    with TestClient(application(board, decode, Access(hashed("secret")), limits), base_url=HOME) as ask:
+    with TestClient(application(board, Access(hashed("secret")), limits), base_url=HOME) as ask:
         tried = [ask.get("/metrics", headers={"authorization": f"Bearer {k}"}).status_code for k in range(5)]
         assert tried == [401, 401, 401, 429, 429]
         assert ask.get("/metrics", headers={"authorization": "Bearer secret"}).status_code == 429, "not a trial more"
 
 
 def test_requests_are_counted(board):
-    with TestClient(application(board, decode, limits=Limits(rate=0.001, burst=3)), base_url=HOME) as ask:
+    with TestClient(application(board, limits=Limits(rate=0.001, burst=3)), base_url=HOME) as ask:
         assert [ask.get("/health").status_code for _ in range(5)] == [200, 200, 200, 429, 429]

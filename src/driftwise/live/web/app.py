@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from driftwise.live.board import Board, Sample
+from driftwise.live.board import Board
 
 from . import encode, pages
 from .access import Access
@@ -22,23 +22,17 @@ from .rest import Api
 from .routes import openapi, routes
 
 
-def application(
-    board: Board,
-    decode: Callable[[bytes, str], list[Sample]],
-    access: Access | None = None,
-    limits: Limits | None = None,
-) -> Starlette:
+def application(board: Board, access: Access | None = None, limits: Limits | None = None) -> Starlette:
     """Return the application that shows `board` to people and programs.
 
     Parameters
     ----------
     board : the running service
-    decode : bytes of a body and its kind ("json", "influx") to samples
     access : who may ask; everybody on this machine if omitted
     limits : how much may be asked for
     """
     access, limits = access or Access(), limits or Limits()
-    api, files, table = Api(board, decode, access, limits), pages.read(), encode.dumps(openapi())
+    api, files, table = Api(board, access, limits), pages.read(), encode.dumps(openapi())
 
     async def page(request: Request) -> Response:
         return pages.answer(request, files, "index.html")

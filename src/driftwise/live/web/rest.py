@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 from math import isfinite
 from typing import Any
 from urllib.parse import unquote
@@ -14,12 +13,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from driftwise.engine.errors import InputError
-from driftwise.live.board import Board, Sample
+from driftwise.live.board import Board, Receipt
 
 from . import encode, metrics
 from .access import COOKIE, SESSION, Access
 from .guard import Guard
 from .limits import Limits, body_of
+from .samples import samples_of
 from .stream import Hub
 
 KINDS = {  # of bodies with samples, by media type
@@ -39,17 +39,11 @@ class Api:
     Parameters
     ----------
     board : the running service
-    decode : bytes of a body and its kind ("json", "influx") to samples; `InputError` for what cannot be read
+    access, limits : who may ask, and how much
     """
 
-    def __init__(
-        self,
-        board: Board,
-        decode: Callable[[bytes, str], list[Sample]],
-        access: Access,
-        limits: Limits,
-    ):
-        self.board, self.decode, self.access, self.limits = board, decode, access, limits
+    def __init__(self, board: Board, access: Access, limits: Limits):
+        self.board, self.access, self.limits = board, access, limits
         self.hub = Hub(board, limits.streams)
 
     async def series(self, request: Request) -> Response:
@@ -107,11 +101,13 @@ class Api:
             raise HTTPException(415, f"send one of {', '.join(KINDS)}")
         body = await body_of(request, self.limits)
         try:
-            receipt = await self.board.put(self.decode(body, kind))
+            samples, reasons = samples_of(body, kind)
+            receipt = await self.board.put(samples) if samples else Receipt(0, 0)
         except InputError as error:
             raise HTTPException(400, str(error)) from None
-        told = {"taken": receipt.taken, "refused": receipt.refused, "reason": receipt.reason}
-        return _json(told, 400 if receipt.refused and not receipt.taken else 200)
+        reason = receipt.reason or (reasons[0] if reasons else "")
+        told = {"taken": receipt.taken, "refused": receipt.refused + len(reasons), "reason": reason}
+        return _json(told, 400 if told["refused"] and not receipt.taken else 200)
 
     async def stream(self, request: Request) -> Response:
         if self.hub.is_full:

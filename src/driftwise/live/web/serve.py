@@ -5,15 +5,18 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import uvicorn
 from starlette.applications import Starlette
 
 from driftwise.engine.errors import InputError
+from driftwise.live.board import Board
+from driftwise.live.config import WebConfig
 
-from .access import check_binding
+from .access import Access, check_binding
+from .app import application
 
 CONNECTIONS = 512  # at a time
 GRACE = 3  # s that open requests have at the end
@@ -28,6 +31,7 @@ class Site:
     host, port : where to listen; port 0 takes a free one
     token_hash : that of the token `app` asks for; beyond this machine there must be one
     certificate, private_key : files for TLS, both or neither
+    say : told the address once it listens
     """
 
     def __init__(
@@ -38,11 +42,12 @@ class Site:
         token_hash: str | None = None,
         certificate: Path | None = None,
         private_key: Path | None = None,
+        say: Callable[[str], object] | None = None,
     ):
         check_binding(host, token_hash)
         if (certificate is None) != (private_key is None):
             raise InputError("TLS needs a certificate and its private key: give both files or neither.")
-        self.host, self.port, self.is_tls = host, port, certificate is not None
+        self.host, self.port, self.is_tls, self.say = host, port, certificate is not None, say
         config = uvicorn.Config(
             app,
             host=host,
@@ -76,6 +81,8 @@ class Site:
                 raise InputError(f"nothing can listen at {self.host}:{self.port}; is something else there?")
             await asyncio.sleep(0.01)
         self.port = self._server.servers[0].sockets[0].getsockname()[1]
+        if self.say is not None:
+            self.say(self.address)
 
     async def stop(self) -> None:
         """Close open pages and end."""
@@ -84,6 +91,13 @@ class Site:
         if self._task is not None:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._task, 2 * GRACE)
+
+
+def site_of(board: Board, config: WebConfig, say: Callable[[str], object] | None = None) -> Site:
+    """Return the site of a board, as the settings want it; it says its address once it listens."""
+    token_hash = config.token_hash or None
+    files = {"certificate": Path(config.tls_cert), "private_key": Path(config.tls_key)} if config.tls_cert else {}
+    return Site(application(board, Access(token_hash)), config.host, config.port, token_hash, say=say, **files)
 
 
 class _Server(uvicorn.Server):
