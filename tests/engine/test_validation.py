@@ -13,6 +13,15 @@ REFUSED = {
     "order 1.5": (lambda: dw.Joint(1.5), "order"),
     "order True": (lambda: dw.Joint(True), "order"),
     "negative inputs": (lambda: dw.Joint(1, inputs=-1), "inputs"),
+    "dt beyond data": (lambda: dw.Joint(1, dt=1e308), "dt must lie between 1e-100 and 1e+100"),
+    "d beyond data": (
+        lambda: dw.Joint(2, noise=dw.models.NoisePolynomial([1e300, 1.0], 1.0)),
+        "d must not be beyond 1e+100",
+    ),
+    "jump beyond data": (
+        lambda: dw.ARX(1, 1, memory=dw.RestartOnChange(response=dw.memory.CovarianceInflation(1e300))),
+        "step must not be beyond 1e+100",
+    ),
     "dt 0": (lambda: dw.Joint(1, dt=0.0), "dt must be a positive"),
     "P0 negative": (lambda: dw.Joint(1, P0=-1.0), "sign"),
     "P0 indefinite": (lambda: dw.Joint(1, P0=np.array([[1.0, 2.0], [2.0, 1.0]])), "negative eigenvalue"),

@@ -144,7 +144,7 @@ def advise_window(
     smallest window within the tolerance: 1.24 s
     """
     augmented = Augmented(plant, disturbances)
-    dt, sigma = validation.positive("dt", dt), validation.sizes("noise_std", noise_std, augmented.outputs)
+    dt, sigma = validation.size("dt", dt), validation.sizes("noise_std", noise_std, augmented.outputs)
     samples = _samples(windows, dt)
     limits = validation.tolerance(tolerance, augmented.n, augmented.m)
     try:

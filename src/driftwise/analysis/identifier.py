@@ -51,7 +51,7 @@ class Identifier:
     """
 
     def __init__(self, inputs: int = 0, dt: float = 1.0):
-        self.inputs, self.dt = validation.count("inputs", inputs), validation.positive("dt", dt)
+        self.inputs, self.dt = validation.count("inputs", inputs), validation.size("dt", dt)
         self.candidates: list[Candidate] = []
         self._members: list[tuple[Candidate, Any]] = []
         self._average: Any = None

@@ -128,7 +128,7 @@ def find_frequency(
     """
     augmented = Augmented(plant, disturbances)
     y, u = _record(augmented, y, u)
-    dt = validation.positive("dt", dt)
+    dt = validation.size("dt", dt)
     sigma = validation.sizes("noise_std", noise_std, augmented.outputs)
     low, high = _band(band, dt)
     if not (isinstance(risk, float) and 0 < risk < 1):

@@ -73,6 +73,13 @@ def _sizes(name, numbers, value):
     return numbers
 
 
+def within(name, numbers, value):
+    """Return numbers none of which is larger than data may be."""
+    if np.any(abs(numbers) > LARGEST):
+        raise InputError(f"{name} must not be beyond {LARGEST:g}, as data are not; got {value!r}")
+    return numbers
+
+
 def floats(name, value) -> np.ndarray:
     """Return an array of real numbers."""
     try:

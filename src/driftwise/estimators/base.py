@@ -102,7 +102,7 @@ class Estimator(Answers, Portable):
 
     def _set_units(self, dt, y_scale, u_scale=1.0) -> None:
         """Check and set the seconds between samples, and the typical size of each output and input."""
-        self.dt, p = validation.positive("dt", dt), self.outputs
+        self.dt, p = validation.size("dt", dt), self.outputs
         self.y_scale = validation.size("y_scale", y_scale) if p is None else validation.sizes("y_scale", y_scale, p)
         self.u_scale = validation.sizes("u_scale", u_scale, self.model.inputs)
 

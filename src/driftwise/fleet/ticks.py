@@ -15,7 +15,7 @@ class Ticks:
 
     def __init__(self, columns, tally, dt: float | None, longest: int = LONGEST):
         self.columns, self.tally = columns, tally
-        self.dt = None if dt is None else validation.positive("dt", dt)
+        self.dt = None if dt is None else validation.size("dt", dt)
         self.longest = validation.count("longest", longest)
 
     def in_order(self, samples: Samples) -> Samples:

@@ -108,7 +108,7 @@ def jump_size(name, value, size) -> np.ndarray:
     step = validation.each(name, value, size)
     if np.any(step < 0) or not np.any(step > 0):
         raise InputError(f"{name} is the size of jump to expect: positive, or zero for some; got {value!r}")
-    return step
+    return validation.within(name, step, value)
 
 
 def variances(name, value, size) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from ..engine import ud
 from ..engine.dispatch import Vector, choice
 from ..engine.errors import InputError
+from ..engine.validation import within
 
 
 class EquationError(NamedTuple):
@@ -140,7 +141,7 @@ def coefficients(d, n) -> np.ndarray:
         values = np.full(0, np.nan)
     if values.shape != (n,) or not np.all(np.isfinite(values)):
         raise InputError(f"d must list the {n} finite coefficients d_0 .. d_{n - 1}, got {d!r}")
-    return values
+    return within("d", values, d)
 
 
 def _unknown(noise, R, n):

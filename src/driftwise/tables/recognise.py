@@ -10,7 +10,7 @@ import numpy as np
 
 from driftwise.engine.errors import InputError
 
-from ..engine.validation import positive
+from ..engine.validation import size
 from ..results.numbers import instant, lasting
 from .cleaning import Belief, judged
 from .column_candidates import propose_inputs, propose_output
@@ -240,7 +240,7 @@ def on_clock(table: Table, dt: float) -> Table:
     >>> on_clock(recognise({"y": np.sin(np.arange(50.0))}), 0.1).step
     'every 0.1 s'
     """
-    dt = positive("dt", dt)
+    dt = size("dt", dt)
     if table.timed and abs(table.dt - dt) > 0.01 * dt:
         raise InputError(f"dt is {dt:g} s, but {table.time!r} steps by {table.dt:g} s. Leave dt out, or that column.")
     if table.timed:

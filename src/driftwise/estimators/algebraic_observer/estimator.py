@@ -103,7 +103,7 @@ class AlgebraicObserver(Observer):
         epsilon: float | None = None,
     ):
         self.options = arguments(locals())
-        self.dt, self.irregular = validation.positive("dt", dt), False
+        self.dt, self.irregular = validation.size("dt", dt), False
         self.degree, self.frequencies = validation.degree("degree", degree), validation.frequencies(frequencies)
         self.noise_std = None if noise_std is None else validation.size("noise_std", noise_std)
         self.known = found = known(plant, into, self.degree, self.frequencies)

@@ -57,7 +57,7 @@ class Identification:
         Its covariance is that of the continuous parameters through the exact Jacobian. The covariance is singular where
         sampling makes more parameters than there were (``zeros`` below order - 1, or "foh").
         """
-        dt, n, k = validation.positive("dt", dt), self.model.form.n, self.model.form.inputs
+        dt, n, k = validation.size("dt", dt), self.model.form.n, self.model.form.inputs
         form = Canonical(n, k, self.hold == "foh" and k > 0)
         J = discrete.slopes(form, self.model.values, dt, self.hold)
         J = np.where(abs(J).max(axis=0) > 0, J, 0.0)
@@ -216,5 +216,5 @@ def _record(y, u, dt, time, hold):
     hold = validation.hold(hold, k)
     if (dt is None) == (time is None):
         raise InputError("give either dt (seconds between samples) or time (their instants), exactly one of them")
-    t = validation.positive("dt", dt) * np.arange(len(y)) if time is None else instants(time, (len(y),))
+    t = validation.size("dt", dt) * np.arange(len(y)) if time is None else instants(time, (len(y),))
     return t, y, u, hold

@@ -123,7 +123,7 @@ class WindowObserver(Observer):
         self.hold = validation.hold(hold, system.inputs)
         if dt is None:
             raise InputError("dt must be given: the seconds between samples (the typical ones where irregular=True)")
-        self.dt, self.irregular = validation.positive("dt", dt), validation.yes("irregular", irregular)
+        self.dt, self.irregular = validation.size("dt", dt), validation.yes("irregular", irregular)
         self.window = _window(window)
         self.is_growing = math.isinf(self.window)
         self.length = 0 if self.is_growing else round(self.window / self.dt)  # samples in a window
