@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import driftwise as dw
 from driftwise import memory as m
@@ -158,3 +159,24 @@ def test_an_output_that_is_certainly_wrong_is_as_good_as_missing(at):
     assert wrong.status[at] & dw.Status.OUTLIER
     assert np.abs((wrong.x - missing.x)[after] / missing.x_std[after]).max() < 0.2
     np.testing.assert_allclose(wrong.x_std[after], missing.x_std[after], rtol=0.1)
+
+
+# --- a plant that follows its own past -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "memory", [m.AutoMemory(), m.MultipleModel(), m.IMM()], ids=lambda memory: type(memory).__name__
+)
+def test_an_output_error_is_known_soon_when_nobody_tells_its_size(memory):
+    """A prior as wide as the data is no noise: multiplied by itself it would hold sigma^2 up for ever."""
+    found, noise = [], []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        u = rng.standard_normal(60)
+        y = lfilter([0.0, 1.0, 0.5], [1.0, -1.2, 0.5], u) + 0.1 * rng.standard_normal(60)
+        est = dw.Joint(2, inputs=1, noise=dw.models.OutputError(), memory=memory).scaled_to(y, u)
+        trace = est.scan(y, u)
+        found.append(np.abs(trace.parameters[-1] - [-1.2, 0.5, 1.0, 0.5]).max())
+        noise.append(trace.summary().noise_std)
+    assert np.quantile(found, 0.9) < 0.06
+    assert 0.07 < min(noise) and max(noise) < 0.15

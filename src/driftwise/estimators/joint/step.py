@@ -48,6 +48,24 @@ DOUBTED, SURE = 0.05, 0.9  # probability of an outlier from which y is not relie
 LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 
 
+# --- what drifts, the parameters of a regression or those of a plant with a memory of its own -------------------------
+
+
+@choice
+def state_is_given(noise):
+    """Say whether outputs and inputs give the state, once the parameters are known: with no memory of older ones."""
+
+
+@state_is_given.on(White, Coloured, Unknown)
+def state_is_given_white(noise):
+    return True
+
+
+@state_is_given.on(Sensor)
+def state_is_given_sensor(noise):
+    return False
+
+
 @kernel
 def take_inputs(state, inputs, u, t):
     """Take the inputs of sample t into ``state.held``, a missing one as predicted; return a status."""
@@ -97,6 +115,18 @@ def known_so_far(form, scale, state):
     if form.fades == 0.0:
         return sigma2(scale, head[OBSERVED], head[CHI2])
     return sigma2_of_few(scale, state.counts[COUNT], head[CHI2])
+
+
+@kernel
+def shown_so_far(form, noise, scale, state, s2):
+    """Return sigma^2 for what is quadratic in it, the spread of products of unknowns: the least that data have shown.
+
+    Where the state follows its own past, the data's own variance in its place would make them noisier than any noise,
+    teach nothing of it, and so stay.
+    """
+    if form.fades == 0.0 or state_is_given(noise):
+        return s2
+    return sigma2(scale, state.counts[COUNT], state.head[CHI2])
 
 
 @kernel
@@ -218,24 +248,6 @@ def draw_back(noise, state, scratch, first):
             s[i] += entry(U, i, c) * along
 
 
-# --- what drifts, the parameters of a regression or those of a plant with a memory of its own -------------------------
-
-
-@choice
-def state_is_given(noise):
-    """Say whether outputs and inputs give the state, once the parameters are known: with no memory of older ones."""
-
-
-@state_is_given.on(White, Coloured, Unknown)
-def state_is_given_white(noise):
-    return True
-
-
-@state_is_given.on(Sensor)
-def state_is_given_sensor(noise):
-    return False
-
-
 # --- the step ---------------------------------------------------------------------------------------------
 
 
@@ -309,6 +321,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
 
     # project
     s2 = known_so_far(form, scale, state)
+    shown = shown_so_far(form, noise, scale, state, s2)
     R = noise.R
     if R > 0.0:
         rounding = square(form.floor * head[PEAK]) / s2
@@ -350,9 +363,12 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
             head[OBSERVED] += 1.0
             head[LOGDET] += log(T)
             if form.fades > 0.0:
+                chi2 = head[CHI2] + e * e / T
                 state.counts[COUNT], head[CHI2], state.counts[WEIGHT] = count(
                     memory, state.memory_state, state.counts[COUNT], head[CHI2], state.counts[WEIGHT], e * e / T
                 )
+                if state.counts[COUNT] < 1.0 and not state_is_given(noise):
+                    head[CHI2] = min(chi2, head[CHI2])
                 state.counts[SCORE] -= 0.5 * (log(2.0 * math.pi * s2 * T) + white * white)
                 alarm = found_jump(memory, state.memory_state, state.detector_state)
                 if alarm != 0.0 and not state_is_given(noise):
@@ -374,7 +390,7 @@ def step(form, noise, memory, gate, scale, detector, state, scratch, y, u, out, 
         spread = predicted_variance(scratch.f, D, R)
     elif rho > DOUBTED:  # mean and variance of what it may be, itself or what was predicted
         z, doubt = z - rho * e, rho * (1.0 - rho) * e * e
-    propagate(noise, state, scratch, z, yhat, Rn, spread, s2, is_known, status & MISSING_INPUT != 0, R - Rn, doubt)
+    propagate(noise, state, scratch, z, yhat, Rn, spread, shown, is_known, status & MISSING_INPUT != 0, R - Rn, doubt)
     if white == white:
         release(noise, state, scratch, s2)
     if white == white and head[OBSERVED] > form.settle:
