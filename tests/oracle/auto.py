@@ -95,12 +95,14 @@ class Trial:
         one.w = np.ones((1, 1))
         self.copies, self.before = [one.at([0]) for _ in range(3)], one.s2[0, 0]
         _, free, level = self.copies
-        free.P = free.P + np.diag(min(max(16.0, surprise), 400.0) * inverse)
+        wide = max(16.0, min(surprise, 4e6) / n)
+        free.P = free.P + np.diag(wide * inverse)
         if free.nu[0, 0] > 4:
             free.nu[:], free.chi2[:] = 4.0, 4 * self.before
         level.nu[:] = 1.0 if is_surprise else 2.0
         level.chi2[:] = level.nu * self.before * (3 if is_surprise else 1)
-        self.found, self.beside, self.alone, self.which = np.zeros(3), 0.0, 0.0, 0
+        self.found = np.array([0.0, np.clip(0.5 * np.log(256 / wide), -1, 0), 0.0])
+        self.beside, self.alone, self.which = 0.0, 0.0, 0
         self.F, self.score, self.known = np.eye(n), np.zeros(n), np.zeros(n)
         self.shown = self.moved = np.zeros(3)
         self.learnt = learnt

@@ -109,11 +109,11 @@ def forecast(b, psi, learnt, heavy=True):
     return mean, np.sum(b.w * (c * St * b.s2 + (yhat - mean[:, None]) ** 2), axis=1)
 
 
-def update(b, psi, y, learnt=True, pi=0.0, kappa=400.0, farthest=10.0, discount=0.995, floor=1e-6, rest=False):
+def update(b, psi, y, learnt=True, pi=0.0, kappa=400.0, discount=0.995, floor=1e-6, rest=False):
     """Correct every mode with one sample; until all of them know a sigma^2, the weights stay."""
     yhat, Pp, St = project(b, psi)
     e, s2 = y[:, None] - yhat, b.s2
-    St2 = St + np.maximum(kappa - 1, e**2 / (farthest * s2) - 1)
+    St2 = St + np.maximum(kappa - 1, e**2 / s2 - 1)
     ready, nu = b.nu >= 1, np.maximum(b.nu, 1.0)
     with np.errstate(divide="ignore"):
         l1 = np.log1p(-pi) + log_density(e, St * s2, nu, learnt)

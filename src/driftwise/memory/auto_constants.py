@@ -30,7 +30,10 @@ SHY, SHY_OF_OUTLIERS = 1 / 8, 5e-4  # of the odds of a jump in the mean shown; o
 UNSEEN = -4.0  # log odds of which FAINT is out of reach
 SLIGHT = 2.0  # log evidence below which no single parameter is thought of
 FAINT = 0.05  # what is less probable is not shown: bars are there for 95 %
-WIDE, WIDEST = 16.0, 400.0  # variance of a jump, in units: four deviations; or the surprise itself, if that is larger
+WIDE, WIDEST = 16.0, 4e6  # variance of a jump, in units: four deviations; or if that is larger the surprise itself,
+# shared among the parameters: who is allowed more than outliers are would have them all
+FAR, RAREST = 256.0, -1.0  # jumps beyond that variance become rarer (Cauchy's tail), by so many logs at most: wrong
+# numbers do not, and the next sample decides
 LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so many times, hardly known (one sample)
 PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two samples
 FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it

@@ -16,7 +16,6 @@ WEIGHT, FREEDOM, CHI2, OWN = range(4)  # a mode's own numbers, and how many
 FADE = 0.995  # per sample, of what each sigma^2 rests on
 FAINTEST = 1e-6  # least weight of a mode
 WIDER = 400.0  # how many times the noise variance that of outliers is
-FARTHEST = 10.0  # in squares of its own deviation: farther off no outlier lies
 WIDE = 1e3  # psi' P psi in units of R: more digits than these are not given away by subtracting from P
 
 
@@ -116,10 +115,10 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
 
     ``outliers`` is their share of the samples, 0 where there are none.
     An error that is an outlier with probability rho is taken in with the gain (1 - rho) K + rho K2, K2 that of a noise
-    WIDER times as large, or more where the error is too far off even for that: however wrong one number is, it says no
-    more against the model than a few deviations do. P is that of the two outcomes together (moment matching): a
-    rank-one change along P psi. It is left in ``P`` (packed) for the modes to be mixed; a mode that ``is_apart`` has
-    it in U and D.
+    WIDER times as large, or of the error's own square where that is larger: sizes of outliers beyond all have the same
+    chance a decade, so that however wrong one number is, it is no sign of something else. P is that of the two
+    outcomes together (moment matching): a rank-one change along P psi. It is left in ``P`` (packed) for the modes to
+    be mixed; a mode that ``is_apart`` has it in U and D.
     """
     D, U, own, f, b = one.D, one.U, one.own, view.f, view.b
     s2, nu, weight = own_sigma2(memory, own), math.inf, own[WEIGHT]
@@ -129,7 +128,7 @@ def take(memory, one, P, error, R, view, outliers, is_unexcited, is_apart):
     project(U, view.psi, f)
     p = predicted_variance(f, D, 0.0)
     T = p + R
-    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / (FARTHEST * s2) - R))
+    k, k2 = 1.0 / T, 1.0 / (T + max((WIDER - 1.0) * R, error * error / s2 - R))
     z, V, rho = error * error * k / s2, s2 * (T / memory.R) / (weight * weight), 0.0
     if is_ready and outliers > 0.0:
         log_p, rho = outlier(nu, z, V, k / k2, outliers)

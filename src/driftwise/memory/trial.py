@@ -11,6 +11,7 @@ from ..engine.elementary import log
 from ..engine.ud import factor_within
 from .auto_constants import (
     DEAD,
+    FAR,
     FREED_FREEDOM,
     FRESH,
     HOPELESS,
@@ -19,6 +20,7 @@ from .auto_constants import (
     OLD,
     OLDEST,
     PLAIN_FREEDOM,
+    RAREST,
     RATE,
     SURPRISE,
     WIDE,
@@ -101,8 +103,10 @@ def begin_trial(memory, trial, bank, unit, M, surprise, b):
     level[CHI2] = level[FREEDOM] * head[BEFORE] * (LOUD if is_surprise else 1.0)
     if freed.own[FREEDOM] > FREED_FREEDOM:
         freed.own[FREEDOM], freed.own[CHI2] = FREED_FREEDOM, FREED_FREEDOM * head[BEFORE]
+    spread = max(WIDE, min(surprise, WIDEST) / N)
+    trial.found[FREED] = max(min(0.5 * log(FAR / spread), 0.0), RAREST)
     for i in range(N):
-        widen_within(freed.U, freed.D, i, min(max(WIDE, surprise), WIDEST) * unit[i], memory.cap[i], b)
+        widen_within(freed.U, freed.D, i, spread * unit[i], memory.cap[i], b)
         trial.score[i] = trial.known[i] = 0.0
     for i in range(N * N):
         trial.F[i] = 1.0 if i % (N + 1) == 0 else 0.0

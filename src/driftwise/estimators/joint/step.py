@@ -44,7 +44,7 @@ from .row import (
     project,
 )  # fmt: skip
 
-DOUBTED, SURE = 0.05, 0.9  # probability of an outlier from which y is not relied on as it is, and not at all
+DOUBTED, SURE = 0.05, 0.92  # probability of an outlier from which y is not relied on as it is, and not at all
 LIMIT = 1e8  # a variance so many times that of all data seen says that the state is lost
 
 
