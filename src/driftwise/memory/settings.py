@@ -25,7 +25,8 @@ class Setting(NamedTuple):
     """Where a memory works: squared units and prior variances of the parameters, the scale, the noise, the prior.
 
     ``R`` is the variance of the noise, relative to sigma^2 where that is learnt; the first ``moving`` regressors are
-    data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters.
+    data, not a constant; ``prior`` is mean, U and D; ``first`` unknowns, a state, stand before the parameters. Through
+    it each parameter acts so many samples later than the first (``lags``; empty: all act at once).
     """
 
     units: np.ndarray
@@ -35,6 +36,7 @@ class Setting(NamedTuple):
     moving: int = 0
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] = (np.zeros(0),) * 3
     first: int = 0
+    lags: np.ndarray = np.zeros(0)
 
     @property
     def N(self) -> int:

@@ -138,7 +138,11 @@ def argue(memory, trial, e, R, clean, theta, evidence, outliers, view, unit):
     half = N * (N + 1) // 2
     error, rho, T = copy_sees(memory, trial, SAME, e, R, theta, outliers, view)
     weigh_alone(trial, error, rho, T, view, unit, own_sigma2(memory, mode(trial.copies, SAME, N).own))
-    noise = memory.R if clean <= N else R  # if they jumped, what looked like an outlier was right
+    is_right = memory.has_state == 0.0 and clean <= N  # if they jumped, so was what looked like an outlier
+    noise = memory.R if is_right else R
+    for i in range(N):
+        if memory.lags[i] > head[AGE]:  # this one may be the old one still, or not
+            noise += WIDE * unit[i] * view.psi[i] * view.psi[i]
     _, freed_rho, _ = copy_sees(memory, trial, FREED, e, noise, theta, outliers, view)
     level_rho, level = 0.0, mode(trial.copies, LEVEL, N).own
     if memory.learns > 0.0:

@@ -180,3 +180,31 @@ def test_an_output_error_is_known_soon_when_nobody_tells_its_size(memory):
         noise.append(trace.summary().noise_std)
     assert np.quantile(found, 0.9) < 0.06
     assert 0.07 < min(noise) and max(noise) < 0.15
+
+
+# --- jumps ---------------------------------------------------------------------------------------------------------
+
+
+def jumping(seed, samples=420, at=300):
+    """A plant in Salut's form whose b1 and b2 jump by seven deviations: b2 takes a sample longer to show than b1."""
+    rng = np.random.default_rng(seed)
+    u, v = rng.standard_normal(samples), 0.2 * rng.standard_normal(samples)
+    theta, x, y = np.array([-1.0, 0.3, 1.0, 0.5]), np.zeros(2), np.empty(samples)
+    step = 1.4 * rng.choice([-1.0, 1.0], 2)
+    for t in range(samples):
+        if t == at:
+            theta = theta + np.concatenate([np.zeros(2), step])
+        y[t] = x[0] + v[t]
+        x = np.append(x[1:], 0.0) - theta[:2] * y[t] + theta[2:] * u[t]
+    return y, u, theta
+
+
+def test_after_a_jump_the_samples_that_are_half_old_teach_nothing_wrong():
+    """What the state still owes to the old parameters is not held against the new ones, for hundreds of samples."""
+    wrong = []
+    for seed in range(20):
+        y, u, theta = jumping(seed)
+        trace = dw.Joint(2, inputs=1, memory=m.AutoMemory()).scan(y, u)
+        assert len(trace.jumps()) >= 1
+        wrong.append(np.abs(trace.parameters[-1] - theta).max())
+    assert np.median(wrong) < 0.03 and max(wrong) < 0.15

@@ -140,7 +140,7 @@ class Joint(FadingPosterior):
         detector, settle, slopes = watch_of_joint(memory, N, units)
         setting = Setting(
             units, np.diag(self.prior_covariance)[n:], self.scale, kernel_noise.R, N - n - int(model.has_offset),
-            prior_of_parameters(self._s0, self._U0, self._D0, n), n,
+            prior_of_parameters(self._s0, self._U0, self._D0, n), n, self._lags(),
         )  # fmt: skip
         memory, fades, learns = memory_of_joint(memory, setting)
         if learns and self.form == "array" and len(kappa) == N:
@@ -206,6 +206,12 @@ class Joint(FadingPosterior):
         c = np.ones(n * self.model.coloured)
         offset = np.full(int(self.model.has_offset), self.y_scale**2)
         return np.concatenate([np.ones(n), np.repeat(gain, n), c, gain[: self.model.direct_terms], offset])
+
+    def _lags(self):
+        """Return how many samples later than the first each parameter acts on y: one for each place of the state."""
+        at_once = self.model.direct_terms + int(self.model.has_offset)
+        lags = np.tile(np.arange(self.model.n) + float(at_once > 0), self.model.blocks + 1)
+        return np.concatenate([lags, np.zeros(at_once)])
 
     # --- looking ahead ------------------------------------------------------------------------------------------
 
