@@ -257,3 +257,26 @@ def test_inputs_of_different_dynamics_are_forecast_by_a_long_equation():
         y += lfilter([0, 1, 0.7], A, x)
     found = dw.identify({"heater": u[:, 0], "valve": u[:, 1], "temperature": y})
     assert found.forecast_summary.rmse < 0.13  # 0.18 without: 0.1 is noise
+
+
+def test_a_plant_at_rest_at_first_sets_no_units_of_rounding():
+    """An input that has not moved yet differs from its mean by rounding: parameters in that unit are wild."""
+    rng = np.random.default_rng(3)
+    u = np.where(np.arange(1500) < 320, 0.01, np.repeat(rng.choice([0.01, 1.0, -2.0], 150), 10))
+    y, _ = dw.simulate([-0.9], [0.1], u=u, noise_std=0.002, seed=2)
+    identifier = Identifier(1)
+    trace = identifier.add(y, u[:, None])
+    assert max(rival.rmse for rival in identifier.rivals) < 3 * y.std()
+    judged = trace.innovation[int(identifier._average.task.settle) :]
+    assert np.sqrt(np.mean(judged**2)) < 1.1 * min(r.rmse for r in identifier.rivals)
+
+
+def test_a_member_that_ran_away_is_named_and_forecasts_no_more(monkeypatch):
+    monkeypatch.setattr("driftwise.analysis.identifier.AWAY", 0.05)
+    y, u = dw.simulate([-0.9], [0.1], samples=600, noise_std=0.002, seed=2)
+    identifier = Identifier(1)
+    identifier.add(y, u)
+    away = {rival.name for rival in identifier.rivals if rival.ran_away}
+    assert away and not identifier.chosen.ran_away
+    assert away.isdisjoint(name.rsplit(",", 1)[0] for name in identifier._average.names)
+    assert np.isfinite(identifier.add(y[:50], u[:50]).prediction).all()

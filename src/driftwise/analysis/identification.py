@@ -199,11 +199,13 @@ class Identification:
         return f"Identification({self.chosen.name} of {self.table.output!r}, {len(self.changes)} changes)"
 
     def evidence(self) -> dict[str, list]:
-        """Return a table by column: model, memory, unknowns, log_odds against the best, rmse one step ahead."""
+        """Return a table by column: model, memory, unknowns, log_odds against the best, rmse one step ahead, and
+        whether it ran away: its errors are ten times those of the mean, and it forecasts no more."""
         r = self.rivals
         return {
             "model": [x.name for x in r], "memory": [repr(x.memory) for x in r], "unknowns": [x.unknowns for x in r],
             "log_odds": [x.evidence for x in r], "rmse": [x.rmse for x in r],
+            "ran_away": [x.ran_away for x in r],
         }  # fmt: skip
 
     def to_frame(self, backend: str = "pandas") -> Any:

@@ -17,9 +17,10 @@ from ..memory.restart_on_change import RestartOnChange
 from .candidates import LEVEL, Candidate, candidates
 from .delays import shown_delays
 
-PILOT = 200  # samples that set the units, or half of a record that is shorter
+PILOT, MOVED = 200, 10  # samples that set the units, and how many of each column differ from its first; at most half
 NARROW, KEEP = 16_384, 4  # samples after which so many structures go on
 BASELINES = "last value", "mean"  # so far: what a model has to beat
+AWAY = 10.0  # times the error of the mean: a member has run away
 CLOSE = 3.0  # log odds below which the simpler model is taken
 
 
@@ -31,6 +32,7 @@ class Rival(NamedTuple):
     evidence: float  # log density of all outputs, below that of the best
     rmse: float
     unknowns: int
+    ran_away: bool = False  # its errors were ten times those of the mean of y: it forecasts no more
 
     @property
     def name(self) -> str:
@@ -79,7 +81,7 @@ class Identifier:
     def _begin(self, y, u):
         if not np.isfinite(y).any():
             raise InputError("y holds no number: nothing can be identified. Is it the right column?")
-        pilot = slice(min(PILOT, max(len(y) // 2, 1)))
+        pilot = slice(pilot_length(y, u))
         self.pilot = y[pilot].copy(), u[pilot].copy() if self.inputs else None
         half = slice(max(len(y) // 2, 1))  # what follows is forecast by who has not seen it
         measured = int(np.isfinite(y).sum())
@@ -103,19 +105,27 @@ class Identifier:
         best = list(dict.fromkeys(self._members[i][0].name for i in order))[:KEEP]
         best.append(next(self._members[i][0].name for i in order if self._members[i][0].is_linear))
         keep = [i for i, (c, _) in enumerate(self._members) if c.name in best]
+        self._go_on(keep)
+
+    def _go_on(self, keep):
+        """Go on with some of the members."""
         self._average, self._state = self._average.narrowed(self._state, keep)
         self._members = [self._members[i] for i in keep]
 
     def _judge(self):
-        """Rank the candidates by the evidence of all samples so far."""
+        """Rank the candidates by the evidence of all samples so far; go on without members that have run away."""
         M, average = len(self._members), self._average
         evidence, squares = average.evidence(self._state)[:M], average.squares(self._state)[:M]
         self.naive, count = self.baselines, self._judged
         found: dict[str, Rival] = {}
         for (c, memory), log, square in zip(self._members, evidence, squares):
-            rival = Rival(c, memory, float(log - evidence.max()), math.sqrt(square / count), c.unknowns)
-            found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: r.evidence)
-        self.rivals = sorted(found.values(), key=lambda r: -r.evidence)
+            rmse = math.sqrt(square / count)
+            rival = Rival(c, memory, float(log - evidence.max()), rmse, c.unknowns, rmse > AWAY * self.naive["mean"])
+            found[c.name] = max(found.get(c.name, rival), rival, key=lambda r: (not r.ran_away, r.evidence))
+        self.rivals = sorted(found.values(), key=lambda r: (r.ran_away, -r.evidence))
+        keep = [i for i, square in enumerate(squares) if not math.sqrt(square / count) > AWAY * self.naive["mean"]]
+        if 0 < len(keep) < M:
+            self._go_on(keep)
 
     @property
     def _judged(self) -> float:
@@ -134,7 +144,8 @@ class Identifier:
     def chosen(self) -> Rival:
         """The candidate with the fewest parameters of those as likely as the best, or with errors no larger."""
         best = self.rivals[0]
-        close = [r for r in self.rivals if r.evidence > best.evidence - CLOSE or r.rmse <= best.rmse]
+        able = [r for r in self.rivals if not r.ran_away] or self.rivals
+        close = [r for r in able if r.evidence > best.evidence - CLOSE or r.rmse <= best.rmse]
         return min(close, key=lambda r: (r.unknowns, -r.evidence))
 
     @property
@@ -163,6 +174,18 @@ class Identifier:
     def _scaled(self, estimator) -> Any:
         y, u = self.pilot
         return estimator.scaled_to(y - self.center[0], u if u is None else u - self.center[1:])
+
+
+def pilot_length(y, u) -> int:
+    """Return how many samples set the units: the first ones, and more until each column that moves has moved."""
+    half = max(len(y) // 2, 1)
+    found = min(PILOT, half)
+    for column in (y[:half], *u[:half].T):
+        known = np.flatnonzero(np.isfinite(column))
+        moved = known[column[known] != column[known[0]]] if known.size else known
+        if moved.size:
+            found = max(found, int(moved[min(MOVED, moved.size) - 1]) + 1)
+    return found
 
 
 def memory_words(memory) -> str:

@@ -90,7 +90,7 @@ def oracle(task, y, means, variances, samples):
     """Yield (prediction, its variance) of each forecast: the formulas of the modules, over arrays, without tricks."""
     M = means.shape[1] + 3
     logs, ratio, behind = np.zeros((3, M)), np.ones(M), np.zeros(M)
-    memory, rate, spread = (1 - (1 - task.forgetting) * np.array([1, 1, 0.2])), [1, 0.2, 0.3], np.full(3, task.unit)
+    memory, rate, spread = np.array([task.forgetting, task.forgetting, 1.0]), [1, 0.2, 0.3], np.full(3, task.unit)
     regrets = [np.zeros(3)]
     kappa, rho = 4.0 ** np.arange(-2, 6), np.array([0.25, 1.0, 4.0, 16.0])
     prior = np.r_[np.where(kappa == 1, 2.0, 0.5 * np.minimum(kappa, 1 / kappa)), np.full(4, 0.04)]
@@ -105,16 +105,19 @@ def oracle(task, y, means, variances, samples):
             smallest = min(smallest, abs(past[-1] - past[-2]))
         floor = max(smallest**2 / 12 if math.isfinite(smallest) else 0.0, 1e-12 * task.unit)
         speaks = ratio * S <= 100 * max(ratio[-1], 1) * S[-1]
-        w = np.where(speaks, np.exp(logs - logs[:, speaks].max(axis=1, keepdims=True)), 0)
+        claim = ratio * S
+        sure = speaks & (claim <= 16 * np.maximum(claim, floor)[speaks].min())
+        w = np.zeros((3, M))
+        for k, at in enumerate((speaks, sure, sure)):
+            w[k, at] = np.exp(logs[k, at] - logs[k, at].max())
         w[w <= task.window] = 0
         w /= w.sum(axis=1, keepdims=True)
         three = w @ mu
-        faded = np.array(regrets) * 0.998 ** np.arange(len(regrets))[::-1, None]
-        square, most = (faded * regrets).sum(axis=0), abs(faded).max(axis=0)
+        square, most = np.square(regrets).sum(axis=0), np.abs(regrets).max(axis=0)
         v = np.ones(3)
         if most.any():
             eta = np.minimum(0.5 / most, np.sqrt(math.log(3) / square))
-            v = eta * np.exp(eta * faded.sum(axis=0) - eta**2 * square)
+            v = eta * np.exp(eta * np.sum(regrets, axis=0) - eta**2 * square)
         prediction, mean = v @ three / v.sum(), three[0]
         base = max(w[0] @ (np.maximum(ratio * S, floor) + (mu - mean) ** 2), floor)
         scale = np.maximum(np.r_[kappa * base, rho * long], floor)

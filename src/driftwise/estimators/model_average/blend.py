@@ -1,7 +1,7 @@
 """The mean of a model average: three ways to weigh the members, and how far each of these is trusted.
 
     weights      log w_i <- phi log w_i - eta (y - mu_i)^2/s       s: mean squared error of the mean that w makes
-    regret       r_k = 2 (y - m)(m_k - m),  R_k <- psi R_k + r_k,  Q_k <- psi Q_k + r_k^2
+    regret       r_k = 2 (y - m)(m_k - m),  R_k = sum r_k,  Q_k = sum r_k^2
     trust        v_k ~ eta_k exp(eta_k R_k - eta_k^2 Q_k),  eta_k = min(1/(2 max |r_k|), sqrt(log K/Q_k))
 
 Likelihood is right for a density, and wrong for a mean where noise has tails: who is sharp between outliers wins, and
@@ -14,12 +14,11 @@ import math
 from ...engine.dispatch import kernel
 from ...engine.elementary import exp, log, square
 
-BLENDS = 3  # by likelihood, and by squared errors: remembered as long as likelihood is, and five times as long
+BLENDS = 3  # by likelihood, and by squared errors: remembered as long as likelihood is, and for ever
 LOG_BLENDS = math.log(BLENDS)
-HASTE = (1.0, 0.2)  # of forgetting, beside that of likelihood
+HASTE = (1.0, 0.0)  # of forgetting, beside that of likelihood
 ETA = (0.2, 0.3)  # what a squared error counts
 SPREAD = 200.0  # samples of the mean squared errors
-PSI = 0.998  # of the regret
 MOST = 1e4  # that one squared error counts, in s
 NO_RATE = -700.0  # logarithm of the rate where nothing was ever to regret
 
@@ -67,6 +66,6 @@ def regret_of(e, mean, means, unit, regret, squares, most):
     """Learn from an error e of the mean what would have been better."""
     for k in range(BLENDS):
         r = 2.0 * (e / unit) * (means[k] - mean)
-        regret[k] = PSI * regret[k] + r
-        squares[k] = PSI * squares[k] + r * r
-        most[k] = max(PSI * most[k], abs(r))
+        regret[k] += r
+        squares[k] += r * r
+        most[k] = max(most[k], abs(r))

@@ -251,4 +251,7 @@ def level(column) -> float:
     levels, the median is one of them.
     """
     known = column[np.isfinite(column)]
-    return float(np.mean(known.clip(*np.quantile(known, (0.01, 0.99))))) if known.size else 0.0
+    if not known.size:
+        return 0.0
+    known = known.clip(*np.quantile(known, (0.01, 0.99)))
+    return float(known[0] if np.ptp(known) == 0 else np.mean(known))  # of what is constant the mean is rounded

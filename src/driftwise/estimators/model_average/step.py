@@ -6,6 +6,9 @@
     density      y ~ sum q_j N(m, v_j), v_j = kappa_j s, and rho_j times the long-run mean of e^2: tails are learnt
     weights      log w_i <- phi log w_i + eta log p_i(y)           Student-t: one outlier does not decide
 
+By squared errors, nobody is heard who claims a variance sixteen times the least: after a gap, or where nothing has
+moved for long, members that forget fast know that they know little, and have won their weight on easier samples.
+
 No variance falls below what the resolution of y, its smallest step so far, allows: step^2/12. Members whose weight is
 below a hundredth of the best do not speak (Occam's window, Madigan and Raftery 1994), nor does one that claims to know
 nothing: a hundred times the variance of y about its mean, or of its scale.
@@ -27,11 +30,11 @@ FAST = tuple(4.0**k for k in range(-2, 6))  # scales of the tails, in s
 SLOW = (0.25, 1.0, 4.0, 16.0)  # in the long-run mean of e^2: what may come after a quiet time
 SCALES = len(FAST) + len(SLOW)
 SEEN, LAST, BEFORE, STEP, MEAN, LONG, LONG_COUNT = range(7)  # of the head of a state
-PREDICTION, INNOVATION, VARIANCE, STATUS, SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(
-    12
-)  # of a trace's row
+PREDICTION, INNOVATION, VARIANCE, STATUS = range(4)  # of a trace's row
+SCORE, LOWER, UPPER, OFFSET, BASE, LEVEL, FLOOR, TOLD = range(4, 12)
 FREEDOM, WILD = 6.0, 25.0  # degrees of freedom by which members are judged; most that one e^2/S counts
 VAGUE = 100.0  # times the variance of y about its mean: a member that claims more says nothing
+UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squared errors, who claims more is not heard
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
@@ -72,14 +75,14 @@ AVERAGE = Layout(
         ratio="c: mean of e^2/S",
         behind="samples behind c",
         brief="log weight by squared errors, remembered as long as likelihood is",
-        lasting="log weight by squared errors, remembered five times as long",
+        lasting="log weight by squared errors, remembered for ever",
     ),
     Field("spread", ("BLENDS - 1",), "mean squared error of the means by squared errors"),
     *each(
         "BLENDS",
         regret="of the mean, to each of the three that it is made of, in y_scale^2",
         regret_squares="the squares of what it is the sum of",
-        regret_most="the largest of them lately",
+        regret_most="the largest of them",
     ),
     given=("members",),
     BLENDS=BLENDS,
@@ -170,15 +173,16 @@ def has_something_to_say(i, mu, S, ratio):
 
 
 @kernel
-def heard(task, mu, S, w, logs, ratio):
-    """Fill w, the weights of those who speak; return the mean of what they say."""
+def heard(task, mu, S, w, logs, ratio, most):
+    """Fill w, the weights of those who speak, and claim no variance above ``most``; return the mean they make."""
     M, best = mu.size, -math.inf
     for i in range(M):
-        if has_something_to_say(i, mu, S, ratio):
+        if has_something_to_say(i, mu, S, ratio) and ratio[i] * S[i] <= most:
             best = max(best, logs[i])
     total, mean = 0.0, 0.0
     for i in range(M):
-        is_heard = has_something_to_say(i, mu, S, ratio) and logs[i] - best > log(task.window)
+        is_heard = has_something_to_say(i, mu, S, ratio) and ratio[i] * S[i] <= most
+        is_heard = is_heard and logs[i] - best > log(task.window)
         w[i] = exp(logs[i] - best) if is_heard else 0.0
         total += w[i]
     for i in range(M):
@@ -186,6 +190,16 @@ def heard(task, mu, S, w, logs, ratio):
         if w[i] > 0.0:
             mean += w[i] * mu[i]
     return mean
+
+
+@kernel
+def least_claim(mu, S, ratio, floor):
+    """Return the least variance that anyone who speaks claims."""
+    least = math.inf
+    for i in range(mu.size):
+        if has_something_to_say(i, mu, S, ratio):
+            least = min(least, max(ratio[i] * S[i], floor))
+    return least
 
 
 @kernel
@@ -306,9 +320,10 @@ def pass_over_averaging(task, rows, q, kept, out, state):
         for i in range(len(NAIVE)):
             mu[M - len(NAIVE) + i], S[M - len(NAIVE) + i] = naive(row, i), task.unit
         floor = floor_of(task, row)
-        means[0] = heard(task, mu, S, one, logs, ratio)
-        means[1] = heard(task, mu, S, two, brief, ratio)
-        means[2] = heard(task, mu, S, three, lasting, ratio)
+        most_claimed = UNSURE / task.rate * least_claim(mu, S, ratio, floor)
+        means[0] = heard(task, mu, S, one, logs, ratio, math.inf)
+        means[1] = heard(task, mu, S, two, brief, ratio, most_claimed)
+        means[2] = heard(task, mu, S, three, lasting, ratio, most_claimed)
         trust(regret, regrets, most, v)
         mean, prediction = means[0], blended(v, means, one, two, three, w)
         base = base_of(mu, S, one, ratio, mean, floor)
