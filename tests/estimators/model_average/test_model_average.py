@@ -87,7 +87,7 @@ def test_compiled_equals_plain(average, record):
 
 
 def oracle(task, y, means, variances, samples):
-    """Yield (prediction, its variance) of each forecast: the formulas of the modules, over arrays, without tricks."""
+    """Yield (prediction, variance of the density) of each forecast: the formulas of the modules, over arrays, without tricks."""
     M = means.shape[1] + 3
     logs, ratio, behind = np.zeros((3, M)), np.ones(M), np.zeros(M)
     memory, rate, spread = np.array([task.forgetting, task.forgetting, 1.0]), [1, 0.2, 0.3], np.full(3, task.unit)
@@ -121,7 +121,7 @@ def oracle(task, y, means, variances, samples):
         prediction, mean = v @ three / v.sum(), three[0]
         base = max(w[0] @ (np.maximum(ratio * S, floor) + (mu - mean) ** 2), floor)
         scale = np.maximum(np.r_[kappa * base, rho * long], floor)
-        yield prediction, q @ scale / q.sum() + (mean - prediction) ** 2
+        yield prediction, q @ scale / q.sum()
         regrets.append(2 * (y[t] - prediction) * (three - prediction) / task.unit)
         z2 = (y[t] - mu) ** 2 / np.maximum(ratio * S, floor)
         scores = [-0.5 * np.log(np.maximum(ratio * S, floor)) - 3.5 * np.log1p(z2 / 6)]

@@ -287,7 +287,7 @@ def note(row, y):
 @kernel
 def tell(row, q, y, prediction, mean, base, floor, out):
     """Write the density, and where y lies in it."""
-    weight, variance, p, lower, upper, e = 0.0, square(mean - prediction), 0.0, 0.0, 0.0, y - mean
+    weight, variance, p, lower, upper, e = 0.0, 0.0, 0.0, 0.0, 0.0, y - mean
     for j in range(SCALES):
         weight += q[j]
     for j in range(SCALES):

@@ -17,8 +17,8 @@ class AverageTrace(Trace):
 
     ``prediction``, ``innovation``, ``variance`` (of the prediction error) and the density belong to y(t) given the
     samples before it; ``weights`` are those of the prediction. The density is that by likelihood; where the prediction
-    is not its centre, because another mean has smaller squared errors, the band about it is wider. ``state`` continues
-    where the trace ends.
+    is not its centre, because another mean has smaller squared errors, the band about it is wider; ``variance`` is that
+    of the density, as the errors of that mean are no larger. ``state`` continues where the trace ends.
     """
 
     def __repr__(self):
