@@ -84,7 +84,9 @@ def regressed(target, columns) -> np.ndarray:
 def prewhitened(x) -> np.ndarray:
     """Return what is new in a series: less what its own last samples told (Box and Jenkins 1970, sec. 11.2)."""
     left = regressed(x, lagged(x, range(1, min(PAST, len(x) // 20) + 1)))
-    size = float(np.nanstd(x)) if np.isfinite(x).any() else 0.0
+    if not np.isfinite(left).any():  # no sample has a past of which nothing is missing
+        return left
+    size = float(np.nanstd(x))
     return left if np.nanstd(left) > 1e-4 * size else np.full(len(x), np.nan)
 
 

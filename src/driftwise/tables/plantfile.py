@@ -8,6 +8,8 @@ from typing import Any
 from driftwise import detect, models
 from driftwise.engine.errors import CommandError, InputError
 
+from .source import bounded
+
 EXAMPLE = """\
 [plant]                          # x' = A x + B u + disturbances, y = C x + D u, in seconds
 states = ["position", "speed"]
@@ -39,9 +41,11 @@ def read(path: str, outputs: list[str], inputs: list[str]) -> tuple[Any, list[in
     """Return the options of a `WindowObserver`, and the numbers of the disturbances whose walk is to be tuned."""
     try:
         with open(path, "rb") as file:
-            found = tomllib.load(file)
+            found = tomllib.loads(bounded(file, f"--plant {path}").decode())
     except OSError as error:
         raise CommandError(f"--plant {path}: {error.strerror or error}") from None
+    except InputError as error:
+        raise CommandError(str(error)) from None
     except RecursionError:
         raise CommandError(f"--plant {path} is nested too deep; a file begins like this:\n{EXAMPLE}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, ValueError) as error:

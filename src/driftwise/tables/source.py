@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from driftwise.engine.errors import InputError
+
+DEVICE = 1 << 26  # bytes of a file of settings, and of what may be a device without end
 
 
 class Source:
@@ -102,6 +105,16 @@ def refuse_missing(path) -> None:
         raise InputError(f"{path} is a folder; give one file in it.")
     if not os.access(path, os.R_OK):
         raise InputError(f"{path} may not be read: check the permissions of the file.")
+
+
+def bounded(file, title: str, most: int = DEVICE) -> bytes:
+    """Return all that is in a binary file, of which there may be so much; of a device, which may never end, less."""
+    if stat.S_ISCHR(os.fstat(file.fileno()).st_mode):
+        most = min(most, DEVICE)
+    data = file.read(most + 1)
+    if len(data) > most:
+        raise InputError(f"{title} holds more than {most >> 20} MB, as nothing of its kind does; is it the right file?")
+    return data
 
 
 def _similar_file(path: Path) -> str:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..engine.errors import InputError
-from ..tables.source import refuse_missing
+from ..tables.source import bounded, refuse_missing
 from ..tables.source import title_of as named
 from .columns import Column
 from .merge import joined
@@ -138,7 +138,8 @@ def read_bytes(path):
         data = sys.stdin.buffer.read()
     else:
         refuse_missing(path)
-        data = Path(path).read_bytes()
+        with open(path, "rb") as file:
+            data = bounded(file, title, LARGEST)
     faults: list[Fault] = []
     if data[:2] == b"\x1f\x8b":
         data, faults = unpacked(data, title)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from ..engine.errors import InputError
+from ..tables.source import bounded
 
 HOW = (
     'a site is given as sites={"25/201": Site(46.2, 15.1, 800)} or "25/201=46.2,15.1,800" '
@@ -159,6 +160,11 @@ def site_table(source) -> dict[str, Site | None]:
     return out
 
 
+def _text(path) -> str:
+    with open(path, "rb") as file:
+        return bounded(file, f"sites: {path}").decode()
+
+
 def _file(path):
     kind = path.suffix.lower()
     if not path.is_file():
@@ -167,9 +173,9 @@ def _file(path):
         if kind == ".csv":
             return _rows(path)
         if kind == ".json":
-            table = json.loads(path.read_text(encoding="utf-8"))
+            table = json.loads(_text(path))
         elif kind == ".toml":
-            table = tomllib.loads(path.read_text(encoding="utf-8"))
+            table = tomllib.loads(_text(path))
         else:
             raise InputError(f"sites: {path} is neither .csv, .json nor .toml; {HOW}")
     except (ValueError, OSError, RecursionError, csv.Error) as error:
