@@ -72,9 +72,14 @@ def say(text: str, stderr: bool = False) -> None:
 
     Words stay whole, so that a path can be copied; of one of hundreds of characters, which is none, its ends are shown.
     """
-    from rich.text import Text
+    text = ENDLESS.sub(lambda word: f"{word[0][:100]}\u2026{word[0][-20:]}", text)
+    try:
+        from rich.text import Text
 
-    out, text = console(stderr), ENDLESS.sub(lambda word: f"{word[0][:100]}\u2026{word[0][-20:]}", text)
+        out = console(stderr)
+    except OSError:  # no file can be opened, not even that of a module
+        print(visible(text), file=sys.stderr if stderr else sys.stdout)
+        return
     if out.is_terminal:
         lines = [textwrap.fill(line, out.width, **WHOLE) for line in visible(text).split("\n")]
         text = "\n".join(lines)
