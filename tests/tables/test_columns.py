@@ -82,6 +82,13 @@ def test_copies_scaled_shifted_and_summed():
     assert not derived({"a": a, "b": a + 0.01 * b, "c": c}, {})
 
 
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e200])
+def test_copies_of_any_size(size):
+    a, b = np.round(1000 * rng.normal(size=(2, 300)))
+    assert not derived({"a": size * a, "b": b}, {})
+    assert derived({"a": a, "b": size * a}, {}) == {"b": "'a' in another unit"}
+
+
 def test_of_a_column_and_what_it_was_a_row_before_the_first_is_the_signal():
     a = rng.normal(size=300)
     assert list(derived({"previous": np.concatenate((a[:1], a[:-1])), "now": a}, {})) == ["previous"]

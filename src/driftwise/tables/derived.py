@@ -68,12 +68,16 @@ def _copied(x, y, other: str) -> str:
         if not np.ptp(a) or not np.ptp(b) or (shift and np.unique(b).size < 5):
             continue
         da, db = a - a.mean(), b - b.mean()
+        high, wide = float(np.max(np.abs(da))), float(np.max(np.abs(db)))
+        if not (high > 0.0 and wide > 0.0):
+            continue
+        da, db = da / high, db / wide  # squares of tiny numbers are zero
         slope = float(da @ db) / float(db @ db)
         if float(np.sum((da - slope * db) ** 2)) > EXACT * float(da @ da):
             continue
         if shift:
             return f"{other!r} {abs(shift)} row{'s' * (abs(shift) > 1)} {'later' if shift > 0 else 'earlier'}"
-        same = abs(slope - 1.0) < 1e-3 and abs(a.mean() - b.mean()) < 1e-3 * np.ptp(a)
+        same = abs(slope * high - wide) < 1e-3 * wide and abs(a.mean() - b.mean()) < 1e-3 * np.ptp(a)
         return f"the same as {other!r}" if same else f"{other!r} in another unit"
     return ""
 
