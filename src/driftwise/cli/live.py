@@ -45,6 +45,8 @@ class LiveJob(Job):
     output: Annotated[str | None, typer.Option("--output", "-o", metavar="FIELD", help="Field of the output.")] = None
     input: Inputs = None
     store: Annotated[str | None, typer.Option(metavar="DIR", help="Folder of states and history.")] = None
+    port: Annotated[int | None, typer.Option(metavar="PORT", min=0, help="Where the page is served.")] = None
+    web: Annotated[bool, typer.Option("--web/--no-web", help="Serve page and API, or do not.")] = True
     log: Annotated[str, typer.Option(metavar="text|json", help="How events are printed.")] = "text"
 
     def run(self) -> None:
@@ -71,13 +73,15 @@ class LiveJob(Job):
         flags = dict(model=self.model, memory=self.memory, output=self.output,
                      inputs=tuple(self.input) if self.input else None)  # fmt: skip
         model = replace(found.model, **{name: value for name, value in flags.items() if value is not None})
+        web = replace(found.web, **({} if self.port is None else {"port": self.port}))
+        web = web if self.web else replace(web, enabled=False)
         store = found.store if self.store is None else replace(found.store, path=self.store)
-        found = replace(found, model=model, store=store)
+        found = replace(found, model=model, web=web, store=store)
         for one in (found.model, *found.series):
             if one.model != "auto":
                 estimator_of(one)
-        if not found.sources:
-            raise CommandError(f"{self.what} names no [[source]]: no sample can ever come.")
+        if not found.sources and not found.web.enabled:
+            raise CommandError(f"{self.what} names no [[source]], and nothing is served: no sample can ever come.")
         return found
 
     def _short(self) -> Any:
@@ -148,7 +152,7 @@ class LiveJob(Job):
         try:
             from driftwise.live.web.serve import site_of
         except ModuleNotFoundError as error:
-            words = f'the page needs {error.name}: pip install "driftwise[live]", or enabled = false in [web].'
+            words = f'the page needs {error.name}: pip install "driftwise[live]", or --no-web.'
             raise CommandError(words) from None
 
         def say(address: str) -> None:
