@@ -32,6 +32,7 @@ def test_states_are_those_of_a_fleet(tmp_path, kills, restarts):
     step = SAMPLES // stages
     for stage in range(stages):
         for topic, payload in messages(y, stage * step, (stage + 1) * step, SIZE):
+            broker.wait(client.is_connected)  # what is published into a reconnection overtakes what waits for it
             client.publish(topic, payload, qos=1)
         if kills:
             time.sleep(drawn.uniform(0.0, 1.5))
