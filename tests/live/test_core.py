@@ -1,10 +1,13 @@
 """The core of the service: the bits of a fleet, whatever is lost between two commits."""
 
+from dataclasses import replace
+
 import numpy as np
 from live_plant import found, lines, opened, outputs, states
 
 from driftwise.live.sources.base import Parcel
 from driftwise.live.sources.lines import Lines
+from driftwise.live.store.base import StoreFull
 
 NOW = 2e9
 
@@ -64,3 +67,58 @@ def test_events_keep_their_numbers(tmp_path):
     assert seen.acknowledged
     assert again.store.events(0, events[0].key)[0].acknowledged
     assert again.last_event == len(events)
+
+
+class Full:
+    """A store whose disk is full for a while."""
+
+    def __init__(self, store):
+        self.store, self.is_full = store, False
+
+    def commit(self, change):
+        if self.is_full:
+            raise StoreFull("database or disk is full")
+        return self.store.commit(change)
+
+    def __getattr__(self, name):
+        return getattr(self.store, name)
+
+
+def test_a_full_disk_costs_nothing_that_is_not_killed(tmp_path):
+    y = outputs(4, 200)
+    core = opened(tmp_path)
+    core.store = Full(core.store)
+    for at in range(0, 200, 10):
+        core.store.is_full = 60 <= at < 150
+        core.take([parcel(y, at, at + 10)], NOW)
+        try:
+            core.commit()
+        except StoreFull:
+            assert core.store.is_full
+    core.store.close()
+    again = opened(tmp_path)
+    assert found(again) == states(y)
+    assert sum(len(rows) for _, rows in again.history.recent) == 800
+
+
+def test_bad_input_is_counted_and_hurts_nobody(tmp_path):
+    y = outputs(2, 100)
+    core = opened(tmp_path)
+    for at in range(0, 100, 10):
+        text = lines(y, at, at + 10)
+        bad = 'x\n{"key": "s0", "value": "u"}\n{"key": "s0", "time": 1e12, "value": 1}\n{"key": "s1", "value": [[]]}\n'
+        chunks, refused = Lines("json").read((bad + text).encode())
+        core.take([Parcel(chunks, None, None, refused)], NOW)
+    core.commit()
+    assert found(core) == states(y)
+    assert core.counters["refused"] == 40
+    assert core.counters["future"] == 10
+
+
+def test_keys_are_bounded(tmp_path):
+    core = opened(tmp_path)
+    core.config = replace(core.config, store=replace(core.config.store, most=5))
+    chunks, _ = Lines("json").read(b"".join(b'{"key": "k%d", "value": 1}\n' % i for i in range(9)))
+    core.take([Parcel(chunks)], NOW)
+    assert len(core.by_number) == 5
+    assert core.counters["keys_refused"] == 4

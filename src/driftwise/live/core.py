@@ -104,8 +104,8 @@ class Core:
             if time != time:
                 times[i] = now
             elif time > ahead > DATES:
-                self.counters["future"] += 1
-                self.refuse(f"a stamp of {chunk.key} is more than a day ahead of the clock here")
+                self._ahead(chunk, ahead)
+                self._chunk(chunk, now)
                 return
         found = self.series.get(chunk.key)
         try:
@@ -116,6 +116,15 @@ class Core:
                 self._rows(series, one)
         except InputError as error:
             self.refuse(str(error))
+
+    def _ahead(self, chunk: Chunk, last: float) -> None:
+        """Leave out, and count, the samples of a chunk that are ahead of an instant."""
+        good = [i for i, time in enumerate(chunk.time) if not time > last]
+        for _ in range(len(chunk.time) - len(good)):
+            self.counters["future"] += 1
+            self.refuse(f"a stamp of {chunk.key} is more than a day ahead of the clock here")
+        for values in (chunk.time, *chunk.fields.values()):
+            values[:] = [values[i] for i in good]
 
     def _new(self, key: str) -> Series:
         """Return a series that comes for the first time."""
