@@ -25,6 +25,11 @@ GROUPS = (
         ("fleets", "fleet_files", "calls"),
     ),
     Group(
+        "The service",
+        "`driftwise live` from a message to what is on disk: decoding, joining, estimating, committing.",
+        ("live",),
+    ),
+    Group(
         "The same job done by others",
         "Same model, same data; answers are compared before clocks are. The opponent `bench/joint.c` is the same U D "
         "recursion with run-time sizes; `bench/lanes.c` knows the order and takes one series or eight at a time. The "

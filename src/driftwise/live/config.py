@@ -7,6 +7,7 @@ import os
 import tomllib
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -135,7 +136,13 @@ class Config:
         for one in self.series:
             if fnmatchcase(key, one.keys):
                 return one
-        return SeriesConfig(**vars(self.model))
+        return _plain(self.model)
+
+
+@cache
+def _plain(model: ModelConfig) -> SeriesConfig:
+    """Return what [model] says of any series."""
+    return SeriesConfig(**vars(model))
 
 
 SINGLE: dict[str, type] = {"model": ModelConfig, "web": WebConfig, "store": StoreConfig}

@@ -331,7 +331,7 @@ class Core:
         inputs = {group.number: tuple(json.loads(group.words)[2]) for group in found.groups}
         for member in found.members:
             config = self.config.of(member.key)
-            if member.group is not None:  # a series keeps the model it has
+            if member.group is not None and config.inputs != inputs[member.group]:  # a series keeps the model it has
                 config = replace(config, inputs=inputs[member.group])
             series = Series(member.number, member.key, config, member.group, member.code)
             self.series[member.key] = series
