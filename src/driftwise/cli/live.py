@@ -25,13 +25,13 @@ class LiveJob(Job):
     """Estimate series as they come, keep their states through everything, and tell what happens to them.
 
     WHAT is a configuration (live.toml), - for lines on standard input, an address with topics
-    (mqtt://host/plant/+/flow), init to write a commented example, status to ask a store how it is, or token for a
-    token that lets others than this machine look at the page.
+    (mqtt://host/plant/+/flow), demo to see it at work on simulated pumps, init to write a commented example, status to
+    ask a store how it is, or token for a token that lets others than this machine look at the page.
 
     Example: driftwise live live.toml --check
     """
 
-    what: Annotated[str, typer.Argument(metavar="WHAT", help="FILE.toml, -, mqtt://HOST/TOPIC, init, status or token.")]
+    what: Annotated[str, typer.Argument(metavar="WHAT", help="FILE.toml, -, mqtt://.., demo, init, status or token.")]
     path: Annotated[
         str | None, typer.Argument(metavar="[PATH]", help="init: the file to write. status: the file to ask about.")
     ] = None
@@ -55,6 +55,8 @@ class LiveJob(Job):
             self._init(Path(self.path or CONFIG))
         elif self.what == "status":
             self._status()
+        elif self.what == "demo":
+            self._demo()
         elif self.what == "token":
             self._token()
         else:
@@ -124,11 +126,11 @@ class LiveJob(Job):
         while config is not None:
             config = asyncio.run(self._once(config))
 
-    async def _once(self, config: Any) -> Any:
+    async def _once(self, config: Any, site: Any = None) -> Any:
         """Run a configuration; return the next one, None at the end."""
         from driftwise.live.service import Service
 
-        service, again = Service(config, estimator_of, self._site(config)), list[Any]()
+        service, again = Service(config, estimator_of, site or self._site(config)), list[Any]()
 
         def reload() -> None:
             try:
@@ -161,6 +163,24 @@ class LiveJob(Job):
         return lambda board: site_of(board, config.web, say)
 
     # --- beside it -----------------------------------------------------------------------------------------
+
+    def _demo(self) -> None:
+        """Run a plant of pumps, the service and its page; forget all of it at the end."""
+        from tempfile import TemporaryDirectory
+
+        from driftwise.live import demo
+        from driftwise.live.config import WebConfig
+        from driftwise.report.printed import say
+
+        wanted = WebConfig().port if self.port is None else self.port
+        web = WebConfig(port=demo.free_port(wanted))
+        with TemporaryDirectory(prefix="driftwise-demo-") as folder, demo.broker() as port:
+            config = demo.configuration(port, Path(folder), web)
+            site = self._site(config)
+            way = f"through {demo.BROKER} at port {port}" if port else f"handed over ({demo.BROKER} is not installed)"
+            say(f"{demo.PUMPS} pumps, ten samples a second of each, {way}; Ctrl-C ends it.")
+            say(f"The bearing of pump {demo.FAILING:02d} fails after a minute.")
+            asyncio.run(self._once(config, lambda board: demo.Fed(site(board), board, port)))
 
     def _init(self, path: Path) -> None:
         """Write a commented example."""
