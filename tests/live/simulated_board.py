@@ -62,7 +62,7 @@ class Simulated:
             level = A * level + B * float(self.u[at])
             half = 1.96 * NOISE * (1 + h) ** 0.5
             ahead.append((level, level - half, level + half))
-        status = ("warming up" if old.count < 20 else "well") if old.acknowledged else old.last_event.kind
+        status = "warming up" if old.count < 20 else "well"
         self.views[key] = dataclasses.replace(
             old,
             count=old.count + 1,

@@ -89,6 +89,7 @@ def test_one_series_its_events_and_acknowledging(browser, site):
     site.do(site.board.tick)
     view = site.board.view(key)
     browser.wait(f"document.querySelector('#cards').textContent.includes('{view.count}')")
+    assert view.status == "well" and browser.run("document.querySelector('#series-state').textContent") == "Jumped"
     for k, parameter in enumerate(view.parameters):
         name, estimate, _ = browser.run(
             f"[...document.querySelectorAll('#numbers tr')[{k}].children].map(c => c.textContent)"
@@ -101,6 +102,7 @@ def test_one_series_its_events_and_acknowledging(browser, site):
     browser.run("document.querySelector('#events button').click()")
     browser.wait("document.querySelectorAll('#events button').length == 0")
     assert site.board.told[seen.number - 1].acknowledged
+    browser.wait("document.querySelector('#series-state').textContent == 'Well'")
     assert browser.errors == []
 
 

@@ -1,7 +1,7 @@
 // All series: only the rows in sight are elements; they follow their series when the order changes.
 import { acknowledge, ask } from "./feed.js";
 import { draw } from "./spark.js";
-import { STATES, count, element, mark, number, plusMinus, told, write } from "./words.js";
+import { STATES, count, element, mark, matter, number, plusMinus, told, write } from "./words.js";
 
 const AROUND = 4; // rows beyond the edges of the window that are ready
 const HOLD = 2; // s between two orders, so that nothing dances
@@ -58,11 +58,12 @@ export class List {
     const all = [...this.feed.series.values()], counts = { all: all.length, look: 0 };
     for (const one of all) {
       one.place ??= all.length;
-      counts[one.status] = (counts[one.status] ?? 0) + 1;
+      const status = matter(one);
+      counts[status] = (counts[status] ?? 0) + 1;
       if (one.score > 0) counts.look += 1;
     }
     const part = find("find").value.trim().toLowerCase();
-    const fits = { all: () => true, look: (one) => one.score > 0 }[this.wanted] ?? ((one) => one.status === this.wanted);
+    const fits = { all: () => true, look: (one) => one.score > 0 }[this.wanted] ?? ((one) => matter(one) === this.wanted);
     this.order = all.filter((one) => fits(one) && (!part || one.key.toLowerCase().includes(part))).sort(ORDERS[find("sort").value]);
     this.ordered = performance.now();
     this.#chips(counts);
@@ -150,7 +151,7 @@ export class List {
   }
 
   #fill(row, one) {
-    mark(row.state, one.status);
+    mark(row.state, matter(one));
     write(row.link, one.name || one.key);
     write(row.output, number(one.output) + (one.unit ? ` ${one.unit}` : ""));
     write(row.predicted, one.low == null ? number(one.prediction) : plusMinus(one.prediction, (one.high - one.low) / 2));

@@ -2,10 +2,10 @@
 import { Chart } from "./charts.js";
 import { acknowledge, ask } from "./feed.js";
 import { Past } from "./past.js";
-import { clock, count, element, mark, number, plusMinus, told, write } from "./words.js";
+import { clock, count, element, mark, matter, number, plusMinus, told, write } from "./words.js";
 
 const SPANS = { "5 min": 300, "1 h": 3600, "1 day": 86400, All: Infinity };
-const FRESH = 30; // s until the past is asked for again, where samples came faster than they are sent
+const FRESH = 10; // s until the past is asked for again, where samples came faster than they are sent
 
 const find = (id) => document.getElementById(id);
 
@@ -84,7 +84,7 @@ export class Series {
     const view = this.view;
     if (this.key === null || view === null) return;
     const past = this.past, start = Math.max((view.time ?? 0) - this.span, past.begins), between = [start, past.ends(view.ahead)];
-    mark(find("series-state"), view.status);
+    mark(find("series-state"), matter(view));
     write(find("series-title"), view.name || view.key);
     this.#words(view);
     this.#cards(view);
@@ -121,6 +121,7 @@ export class Series {
     }
     cards.forEach(([, value, note], k) => {
       write(box.children[k].querySelector("span"), value);
+      box.children[k].classList.toggle("long", value.length > 16);
       write(box.children[k].querySelector("small"), note);
     });
   }

@@ -14,6 +14,11 @@ export const STATES = {
   well: { name: "Well", kind: "good", help: "as predicted" },
 };
 
+// What is the matter with a series: an event that nobody has acknowledged, though the estimates are well again.
+export function matter({ status, acknowledged, event }) {
+  return status === "well" && !acknowledged && event ? event.kind : status;
+}
+
 export function mark(node, status) {
   node.dataset.kind = STATES[status]?.kind ?? "warn";
   write(node, STATES[status]?.name ?? status);
