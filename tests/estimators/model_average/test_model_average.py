@@ -87,7 +87,7 @@ def test_compiled_equals_plain(average, record):
 
 
 def oracle(task, y, means, variances, samples):
-    """Yield (prediction, variance of the density) of each forecast: the formulas of the modules, over arrays, without tricks."""
+    """Yield (prediction, variance of the density) of each forecast: the modules' formulas, over arrays."""
     M = means.shape[1] + 3
     logs, ratio, behind = np.zeros((3, M)), np.ones(M), np.zeros(M)
     memory, rate, spread = np.array([task.forgetting, task.forgetting, 1.0]), [1, 0.2, 0.3], np.full(3, task.unit)
