@@ -367,7 +367,7 @@ def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
 
     monkeypatch.setattr(tables, "open_record", lambda *args: Interrupted(whole(*args)))
     code, out, _ = call("run", plant, "-o", "y", "-i", "u", "--chunk", 200)
-    assert code == 0
+    assert code == 130
     assert "600 samples" in out
     assert "stopped early" in out
 
