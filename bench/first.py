@@ -56,7 +56,7 @@ def main(
     own = {"DRIFTWISE_CACHE": str(cache)}
     shutil.rmtree(cache, ignore_errors=True)
     _spent([python, "-c", "import numpy, pyarrow, scipy.special, rich"], folder, {})  # from the disk, once
-    run = [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg", "--model", "auto"]
+    run = [driftwise, "run", flight, "-o", "track_deg", "-i", "roll_deg"]
     measured("first run of the flight, a compiler at install", run, 4.0, **own)
     measured("run of the flight, warm", run, 1.5, 3, **own)
     measured("import and first ARX.scan", [python, "-c", SCAN], 0.5, 3, **own)

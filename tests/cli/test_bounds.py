@@ -28,7 +28,7 @@ def table(tmp_path):
         (f"--orders=1-{'9' * 5000}", "--orders must lie between 1 and 30"),
         ("--model=arx:10000,2,1", "na is at most 1000"),
         (f"--model=arx:2,2,{'9' * 5000}", "nk is at most 1000"),
-        ("--model=armax:1000,1000,1000,1", "3000 unknowns, and at most 2000"),
+        ("--model=armax:1000,1000,1000,1", "3001 unknowns, and at most 2000"),
         ("--jumps=glr:10000,9999999999999", "window may be"),
         ("--chunk=99999999999", "--chunk is at most 100000000"),
         (f"--smooth={'9' * 5000}", "lag is at most"),

@@ -31,7 +31,7 @@ def plant(tmp_path):
 
 
 def test_run_finds_the_plant(call, plant):
-    code, out, err = call("run", plant, "--output", "y", "--input", "u", "--time", "t")
+    code, out, err = call("run", plant, "--output", "y", "--input", "u", "--time", "t", "-n", 2)
     assert (code, err) == (0, "")
     for word in ("a1", "−1.5", "b2", "one-step fit", "NIS", "white", "missing outputs", "dt 0.5 s"):
         assert word in out
@@ -42,7 +42,7 @@ def test_results_do_not_depend_on_the_chunks(call, plant, tmp_path):
     found = []
     for chunk in (64, 333, 65_536):
         path = tmp_path / f"{chunk}.json"
-        assert call("run", plant, "-o", "y", "-i", "u", "--center", "none", "--chunk", chunk, "--json", path)[0] == 0
+        assert call("run", plant, "-o", "y", "-i", "u", "--offset", "none", "--chunk", chunk, "--json", path)[0] == 0
         found.append(json.loads(path.read_text())["summary"])
     exact = ("samples", "observed", "missing_outputs", "parameters", "poles", "loglik")
     for other in found[:2]:
@@ -52,7 +52,7 @@ def test_results_do_not_depend_on_the_chunks(call, plant, tmp_path):
 
 def test_the_record_read_by_hand_gives_the_same_numbers(call, plant, tmp_path):
     path = tmp_path / "r.json"
-    call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--center", "none", "--json", path)
+    call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--offset", "none", "--json", path)
     summary = json.loads(path.read_text())["summary"]
     table = np.genfromtxt(plant, delimiter=",", skip_header=1)
     y, u = table[:, 2], table[:, 1]
@@ -66,7 +66,7 @@ def test_save_writes_every_sample_in_the_units_of_the_file(call, plant, tmp_path
     import pyarrow.parquet
 
     path = str(tmp_path / f"trace.{ending}")
-    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--chunk", 400, "--save", path)
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "-n", 2, "--chunk", 400, "--save", path)
     assert code == 0
     assert path in out
     read = pyarrow.csv.read_csv if ending == "csv" else pyarrow.parquet.read_table
@@ -87,7 +87,8 @@ def test_bad_rows_are_counted_flagged_and_passed_over(call, plant, tmp_path):
     lines[100], lines[200], lines[300] = "49.5,1,broken", "99.5,1", "149.5,1,inf"
     path, result, saved = tmp_path / "bad.csv", tmp_path / "r.json", tmp_path / "s.csv"
     path.write_text("\n".join(lines))
-    code, out, _ = call("run", path, "-o", "y", "-i", "u", "-t", "t", "--json", result, "--save", saved, "--chunk", 150)
+    words = ["-o", "y", "-i", "u", "-t", "t", "-n", 2, "--chunk", 150]
+    code, out, _ = call("run", path, *words, "--json", result, "--save", saved)
     assert code == 0
     assert "2 cells are not finite numbers" in out
     assert "row 100, column 'y'" in out
@@ -104,7 +105,7 @@ def test_duplicate_and_decreasing_stamps_are_told(call, plant):
     lines = open(plant).read().split("\n")
     lines[50], lines[60] = lines[50].replace("24.5", "24.0", 1), lines[60].replace("29.5", "9.5", 1)
     open(plant, "w").write("\n".join(lines))
-    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t")
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "-n", 2)
     assert code == 0
     flat = " ".join(out.split())
     assert "time goes backwards 1 times in 't', first at row 60" in flat
@@ -122,7 +123,7 @@ def test_duplicate_and_decreasing_stamps_are_told(call, plant):
         (["-o", "y", "--gate", "-1"], "--gate must be a positive number"),
         (["-o", "y", "--order", "0"], "order must be"),
         (["-o", "y", "--direct"], "there is no --input"),
-        (["-o", "y", "--dt", "0"], "dt must be"),
+        (["-o", "y", "-n", "2", "--dt", "0"], "dt must be"),
         (["-o", "y", "--save", "x.xlsx"], ".parquet or .csv"),
         (["-o", "y", "--report", "nowhere/x.html"], "there is no folder nowhere"),
         (["-o", "y", "--order", "800"], "order is at most 200"),
@@ -148,7 +149,7 @@ def test_files_that_cannot_be_used(call, tmp_path, plant):
     ):
         path = tmp_path / name
         path.write_text(content)
-        code, _, err = call("run", path, "-o", "y")
+        code, _, err = call("run", path, "-o", "y", "-n", 2)
         assert code == 1
         assert words in err
         assert str(path) in err
@@ -163,7 +164,7 @@ def test_files_that_cannot_be_used(call, tmp_path, plant):
 
 def test_usage_errors_have_exit_code_two(call, plant):
     assert call("run")[0] == 2
-    assert call("run", plant, "--order", "3")[0] == 2
+    assert call("run", plant, "--order", "3", "--memory", "walk")[0] == 2
     assert call("walk", plant)[0] == 2
     assert call("run", plant, "-o", "y", "--order", "two")[0] == 2
 
@@ -259,7 +260,7 @@ def test_simulate_into_run_through_a_pipe():
     )
     assert b"2000 samples of a = -1.5, 0.7; b = 1, 0.5" in table.stderr
     run = subprocess.run(
-        [*command, "run", "-", "--output", "y", "--input", "u", "--json", "-"],
+        [*command, "run", "-", "--output", "y", "--input", "u", "-n", "2", "--offset", "mean", "--json", "-"],
         input=table.stdout,
         capture_output=True,
         check=True,
@@ -299,7 +300,7 @@ def test_offsets_are_subtracted_and_given_back(call, tmp_path):
     y, u = dw.simulate(A, B, samples=2000, noise_std=0.1, seed=1)
     path, result, saved = tmp_path / "p.csv", tmp_path / "r.json", tmp_path / "s.csv"
     np.savetxt(path, np.column_stack([u + 7, y + 100]), delimiter=";", header="u;y", comments="")
-    call("run", path, "-o", "y", "-i", "u", "--json", result, "--save", saved)
+    call("run", path, "-o", "y", "-i", "u", "--offset", "mean", "--json", result, "--save", saved)
     data = json.loads(result.read_text())
     assert data["offsets"] == pytest.approx({"y": np.mean(y) + 100, "u": np.mean(u) + 7})
     values = [p["value"] for p in data["summary"]["parameters"]]
@@ -366,7 +367,7 @@ def test_interrupting_gives_the_results_so_far(call, plant, monkeypatch):
                 yield chunk
 
     monkeypatch.setattr(tables, "open_record", lambda *args: Interrupted(whole(*args)))
-    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "--chunk", 200)
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-n", 2, "--chunk", 200)
     assert code == 130
     assert "600 samples" in out
     assert "stopped early" in out
@@ -401,19 +402,19 @@ def test_an_error_code_in_a_column_is_named(tmp_path, call):
     u[122] = -1e8
     file = tmp_path / "wild.csv"
     np.savetxt(file, np.c_[y, u], delimiter=",", header="y,u", comments="")
-    code, out, _ = call("run", file, "-o", "y", "-i", "u")
+    code, out, _ = call("run", file, "-o", "y", "-i", "u", "-n", 2)
     assert code == 0
     assert "'u' is -1e+08 in row 123" in " ".join(out.split())
 
 
 def test_run_notes_the_verdicts_that_are_not_fine(call, plant, tmp_path):
     path = tmp_path / "r.json"
-    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--center", "none", "--json", path)
+    code, out, _ = call("run", plant, "-o", "y", "-i", "u", "-t", "t", "--offset", "none", "--json", path)
     assert code == 0 and "(fine: " not in out
     assert json.loads(path.read_text())["verdicts"]["NIS"]["is_fine"]
     lines = (tmp_path / "plant.csv").read_text().splitlines()
     late = [f"{t},{u},{float(y) + 3 if y else y}" for t, u, y in (line.split(",") for line in lines[750:])]
     (tmp_path / "jump.csv").write_text("\n".join([*lines[:750], *late]) + "\n")
-    code, out, _ = call("run", tmp_path / "jump.csv", "-o", "y", "-i", "u", "-t", "t", "--center", "none")
+    code, out, _ = call("run", tmp_path / "jump.csv", "-o", "y", "-i", "u", "-t", "t", "--offset", "none")
     assert code == 0
     assert "drift or jump > 1 million (fine: 0 to 100): the parameters " in " ".join(out.split())

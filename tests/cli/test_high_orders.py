@@ -21,12 +21,12 @@ def test_many_unknowns_are_told_before_the_work_and_too_many_refused(call, recor
     code, _, err = call(*run, "arx:3,3,1")
     assert code == 0
     assert err == (
-        "driftwise: --model arx:3,3,1 has 6 unknowns, which takes long, and 100 rows may be too few for so many: "
+        "driftwise: --model arx:3,3,1 has 7 unknowns, which takes long, and 100 rows may be too few for so many: "
         "was a smaller one meant?\n"
     )
     assert call(*run, "arx:2,2,1")[2] == ""
     code, out, err = call(*run, "arx:60,60,1")
-    assert (code, out) == (1, "") and "100 measured outputs are too few for 120 unknowns (--model arx:60,60,1" in err
+    assert (code, out) == (1, "") and "100 measured outputs are too few for 121 unknowns (--model arx:60,60,1" in err
 
 
 def test_odds_that_would_take_minutes_are_not_asked_for(record, monkeypatch):

@@ -25,7 +25,7 @@ def record(tmp_path_factory):
 def run(call, record, tmp_path, *options):
     result = tmp_path / "r.json"
     code, out, err = call(
-        "run", record[0], "-o", "y", "-i", "u", "-i", "v", "--center", "none", "--json", result, *options
+        "run", record[0], "-o", "y", "-i", "u", "-i", "v", "--offset", "none", "--json", result, *options
     )
     assert code == 0, err
     return json.loads(result.read_text()), out
@@ -130,7 +130,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         "parameters:10000,0.15",
         "--memory",
         "gain-reset:10",
-        "--center",
+        "--offset",
         "none",
     )
     code, out, err = call("run", path, "-o", "y", "-i", "u", *options, "--report", page, "--json", result)
@@ -165,7 +165,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
             ["--model", "armax:2,1,1", "--smooth", "all"],
             "--smooth is for ar, arx, regression, whose regressors are data",
         ),
-        (["--model", "arx:400,400"], "AutoMemory of 1200 parameters keeps 8.8e+08 numbers"),
+        (["--model", "arx:400,400"], "AutoMemory of 1201 parameters keeps 8.8e+08 numbers"),
         (["--model", "arx:2,1", "--memory", "auto:drift"], "expect must be one of both, outliers, jumps"),
         (
             ["--model", "arx:2,1", "--memory", "imm:3"],
@@ -191,7 +191,7 @@ def test_a_jump_is_named_dated_and_drawn_against_its_threshold(call, tmp_path):
         (["--model", "arx:2,1", "--jumps", "glr:1000,1.5"], "SIZE is how many samples to look back, a whole number"),
         (["--model", "arx:2,1", "--jumps", "noise:1e30"], "such a threshold never alarms"),
         (["--memory", "exponential:1.5"], "lam is a weight per sample"),
-        (["-o", "v"], "--output was given 2 times (y, v), and one output is estimated at a time"),
+        (["-o", "v"], "--output was given 2 times (y, v), and one output is identified at a time"),
     ],
 )
 def test_wrong_models_are_one_line(call, record, options, words):
@@ -207,18 +207,59 @@ def test_records_too_short_say_so(call, record, tmp_path):
         "run", record[0], "-o", "y", "-i", "u", "-i", "v", "--model", "arx:400,400", "--memory", "constant"
     )
     assert (code, out) == (1, "")
-    assert "measured outputs are too few for 1200 unknowns (--model arx:400,400" in err
+    assert "measured outputs are too few for 1201 unknowns (--model arx:400,400" in err
     (tmp_path / "three.csv").write_text("y\n1\n2\n1.5\n")
     code, out, _ = call("run", tmp_path / "three.csv", "-o", "y", "--model", "ar:1", "--report", tmp_path / "r.html")
     assert code == 0
-    assert "2 measured outputs are too few to say how well it predicts" in " ".join(out.split())
+    assert "2 measured outputs are too few for 2 unknowns" in " ".join(out.split())
     assert "nan" not in out and ">nan<" not in (tmp_path / "r.html").read_text()
 
 
-def test_a_run_without_a_model_says_which_it_had(call, record, tmp_path):
-    plain, _ = run(call, record, tmp_path)
-    named, _ = run(call, record, tmp_path, "--model", "arx:2,1/1,1/0")
-    assert [any("no model was named" in note for note in found["notes"]) for found in (plain, named)] == [False, False]
-    result = tmp_path / "n.json"
-    assert call("run", record[0], "-o", "y", "-i", "u", "-i", "v", "--json", result)[0] == 0
-    assert any("joint filter of order 2" in note for note in json.loads(result.read_text())["notes"])
+def test_columns_that_nobody_named_are_recognised_for_a_model_that_was(call, tmp_path):
+    """By the same means as where nothing is named, clock included; a level that jumps is one jump of the offset."""
+    rng, T, result = np.random.default_rng(3), 3000, tmp_path / "r.json"
+    u = 5.0 + np.repeat(rng.standard_normal(T // 10), 10)
+    e, y = 0.1 * rng.standard_normal(T) + np.where(np.arange(T) < T // 2, 4.0, 5.5), np.zeros(T)
+    for t in range(1, T):
+        y[t] = 0.8 * y[t - 1] + 0.5 * u[t - 1] + e[t]
+    rows = "".join(f"{0.5 * k:g},{a:.5f},{b:.5f}\n" for k, (a, b) in enumerate(zip(u, y)))
+    (tmp_path / "t.csv").write_text("seconds,valve,temperature\n" + rows)
+    for options in ([], ["-o", "temperature"], ["-o", "temperature", "-i", "valve", "-t", "seconds"]):
+        code, _, err = call("run", tmp_path / "t.csv", "--model", "arx:1,1", *options, "--json", result)
+        assert (code, err) == (0, "")
+        found = json.loads(result.read_text())
+        assert found["columns"] == {"output": "temperature", "inputs": ["valve"], "time": "seconds"}
+        late = [jump["sample"] for jump in found["jumps"] if jump["sample"] > 100]
+        assert found["estimator"]["dt"] == 0.5 and len(late) == 1 and abs(late[0] - T // 2) < 10
+        a1, b1, _ = found["summary"]["parameters"]
+        assert abs(a1["value"] + 0.8) < 4 * a1["std"] and abs(b1["value"] - 0.5) < 4 * b1["std"]
+        assert ("The output is 'temperature'" in found["words"]) == (options[-2:] != ["-t", "seconds"])
+
+
+def test_a_model_of_columns_that_leave_it_open_is_asked_about(call, tmp_path):
+    a, b = np.random.default_rng(3).normal(size=(2, 400)).cumsum(axis=1)
+    np.savetxt(tmp_path / "t.csv", np.column_stack([a, b]), "%.5f", ",", header="ch1,ch2", comments="")
+    code, out, _ = call("run", tmp_path / "t.csv", "--model", "ar:1", "--direct")
+    assert code == 2  # which the model does not have, whatever the columns
+    code, out, _ = call("run", tmp_path / "t.csv", "--model", "ar:1", "--memory", "constant", "--offset", "none")
+    assert code == 3 and "-o ch1 --model ar:1 --memory constant --offset none\n" in out
+    code, out, _ = call("run", tmp_path / "t.csv", "--model", "ar:1", "--take-best")
+    assert code == 0 and "the likelier is taken" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--model", "arx:2,1/1,1/0"], "The model is ARX 2,1/1,1/0 with an offset: --model names it"),
+        (["--order", 1, "--offset", "none"], "The model is the joint filter of order 1 without an offset: --order nam"),
+        (["--order", "auto", "--orders", "1-2"], "with an offset: the most probable of the orders 1-2."),
+        (["--memory", "restart", "--offset", "mean"],
+         "order 2 about the means: neither --model nor --order was named beside --memory, --offset"),
+    ],
+)  # fmt: skip
+def test_a_run_says_which_model_it_had_and_why(call, record, tmp_path, options, said):
+    result, page = tmp_path / "n.json", tmp_path / "n.html"
+    files = ["--json", result, "--report", page]
+    code, out, _ = call("run", record[0], "-o", "y", "-i", "u", "-i", "v", *options, *files)
+    assert code == 0 and said in " ".join(out.split())
+    assert said in json.loads(result.read_text())["words"] and said in page.read_text()

@@ -49,7 +49,7 @@ def flat(text):
 def test_smoothed_columns_are_those_of_the_library(call, record, tmp_path, ending, smooth):
     path, y, u = record
     plain, wide, result = tmp_path / f"p.{ending}", tmp_path / f"w.{ending}", tmp_path / "r.json"
-    options = (path, "-o", "y", "-i", "u", "--center", "none", "--memory", "restart", "--chunk", 300)
+    options = (path, "-o", "y", "-i", "u", "--offset", "none", "--memory", "restart", "--chunk", 300)
     assert call("run", *options, "--save", plain)[0] == 0
     assert call("run", *options, "--save", wide, "--smooth", smooth, "--json", result)[0] == 0
     read = pyarrow.csv.read_csv if ending == "csv" else pyarrow.parquet.read_table
@@ -87,7 +87,7 @@ def test_jumps_are_told_with_their_time(call, record, tmp_path):
 def test_orders_are_those_of_the_library(call, record, tmp_path):
     path, y, u = record
     result, page = tmp_path / "r.json", tmp_path / "r.html"
-    options = ("run", path, "-o", "y", "-i", "u", "--center", "none", "--memory", "restart", "--chunk", 200)
+    options = ("run", path, "-o", "y", "-i", "u", "--offset", "none", "--memory", "restart", "--chunk", 200)
     code, out, _ = call(*options, "--orders", "1-3", "-n", 3, "--json", result, "--report", page)
     assert code == 0
     data = json.loads(result.read_text())["orders"]
@@ -120,7 +120,8 @@ def test_an_unknown_noise_says_whether_to_trust_a(call, tmp_path):
     y, u = dw.simulate(A, B, d=[-0.8, 0.3], samples=2000, noise_std=0.5, seed=1)
     result, page = tmp_path / "r.json", tmp_path / "r.html"
     path = table(tmp_path / "p.csv", y, u)
-    code, out, _ = call("run", path, "-o", "y", "-i", "u", "--noise", "unknown", "--json", result, "--report", page)
+    files = ["--offset", "mean", "--json", result, "--report", page]
+    code, out, _ = call("run", path, "-o", "y", "-i", "u", "--noise", "unknown", *files)
     assert code == 0
     data = json.loads(result.read_text())
     values = {p["name"]: p["value"] for p in data["summary"]["parameters"]}
@@ -159,7 +160,7 @@ def test_what_the_record_cannot_teach_is_said_once(call, tmp_path):
     data = json.loads(result.read_text())["identifiability"]
     assert not data["is_identifiable"]
     assert data["rank"] == 2
-    _, out, _ = call("run", path, "-o", "y", "-i", "u", "-n", 2, "--center", "none")
+    _, out, _ = call("run", path, "-o", "y", "-i", "u", "-n", 2, "--offset", "none")
     assert "along b1 - b2. The input is constant: move it." in flat(out)
 
 
@@ -175,7 +176,7 @@ def test_a_gain_beside_an_integrator_has_an_interval_or_no_bound(call, tmp_path)
     else:
         assert "Steady-state gain" not in words
     path, result = table(tmp_path / "p.csv", y, u), tmp_path / "r.json"
-    call("run", path, "-o", "y", "-i", "u", "-n", 1, "--center", "none", "--json", result)
+    call("run", path, "-o", "y", "-i", "u", "-n", 1, "--offset", "none", "--json", result)
     gain = json.loads(result.read_text())["summary"]["dc_gain"][0]
     assert gain["std"] is None
     assert gain["interval"] == [low if np.isfinite(low) else None, high if np.isfinite(high) else None]
@@ -237,7 +238,7 @@ def test_order_auto_says_what_it_needs(call, record, tmp_path):
     y, u = jumping(samples=24)
     code, _, err = call("run", table(tmp_path / "short.csv", y, u), "-o", "y", "-i", "u", "--order", "auto")
     assert code == 1
-    assert "24 measured outputs are too few to choose among orders 1-5: order 5 has 15 unknowns" in err
+    assert "24 measured outputs are too few to choose among orders 1-5: order 5 has 16 unknowns" in err
     assert call("run", record[0], "-o", "y", "--order", "automatic")[0] == 2
 
 

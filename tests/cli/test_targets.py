@@ -58,7 +58,7 @@ def test_a_disk_that_fills_up_during_the_work_is_a_sentence(call, tmp_path, monk
         raise OSError(28, "No space left on device", plan.save)
 
     monkeypatch.setattr(EstimateJob, "estimate", full)
-    code, out, complaint = call("run", tmp_path / "table.csv", "-o", "y", "--save", "x.csv")
+    code, out, complaint = call("run", tmp_path / "table.csv", "-o", "y", "-n", "2", "--save", "x.csv")
     assert (code, out) == (1, "")
     assert complaint == "driftwise: stopped by the system: x.csv: No space left on device\n"
 

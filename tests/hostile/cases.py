@@ -134,7 +134,7 @@ VALUES = [
     "window:1e12", "window:-3", "drift:inf", "parameters:0", "level:1e300", "glr:10,1e9",
 ]  # fmt: skip
 OPTIONS = [
-    "--order", "--orders", "--noise", "--model", "--memory", "--jumps", "--smooth", "--gate", "--center", "--dt",
+    "--order", "--orders", "--noise", "--model", "--memory", "--jumps", "--smooth", "--gate", "--offset", "--dt",
     "--from", "--to", "--save", "--report", "--json", "--plant", "--input", "--output", "--time", "--chunk",
 ]  # fmt: skip
 

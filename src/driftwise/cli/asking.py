@@ -9,18 +9,19 @@ import typer
 
 ASKED = 3  # exit code
 
-# Options of a job that go into a command, and what they are called.
-KEPT = (("time", "--time"), ("dt", "--dt"), ("save", "--save"), ("report", "--report"), ("json", "--json"))
+# options of a job that go into a command, beside those of a model
+KEPT = ("time", "dt", "save", "report", "json")
 
 
 def command(reading: Any, job: Any) -> str:
     """Return the command that takes one reading, ready to be run."""
-    words = ["driftwise", "run", job.file, "--model", "auto", "-o", reading.output]
+    words = ["driftwise", "run", job.file, "-o", reading.output]
     for name in reading.inputs:
         words += ["-i", name]
-    for field, option in KEPT:
-        value = getattr(job, field)
-        words += [] if value is None else [option, f"{value:g}" if isinstance(value, float) else value]
+    for option in (*job.changed, *(f"--{field}" for field in KEPT)):
+        value = getattr(job, option.removeprefix("--"))
+        if value is not None:
+            words += [option] if value is True else [option, f"{value:g}" if isinstance(value, float) else str(value)]
     return shlex.join(words)
 
 

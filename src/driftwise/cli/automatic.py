@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 from driftwise.cli.asking import ask
-from driftwise.cli.job import reading, undivided
+from driftwise.cli.job import BETWEEN, reading, undivided
 from driftwise.cli.run_options import RunOptions
 from driftwise.cli.saving import Saver
 from driftwise.engine.errors import CommandError, InputError
@@ -23,13 +24,12 @@ class AutomaticJob(RunOptions):
     def check(self) -> None:
         """Refuse what names a model, before the table is read."""
         wrong = [name for name in self.changed if name != "--model"]
-        wrong += [name for name, value in (("--from", self.start), ("--to", self.stop)) if value is not None]
         if wrong:
-            raise CommandError(f"{', '.join(wrong)}: the model is found out here; name one with --model and --output.")
+            raise CommandError(f"{', '.join(wrong)}: the model is found out here; name one with --model.")
         if len(self.outputs) > 1:
             raise CommandError(
-                f"--output was given {len(self.outputs)} times ({', '.join(self.outputs)}): one is identified at a "
-                "time."
+                f"--output was given {len(self.outputs)} times ({', '.join(self.outputs)}), and one output is "
+                "identified at a time: run once for each, the other perhaps as an --input."
             )
         super().check()
 
@@ -50,7 +50,7 @@ class AutomaticJob(RunOptions):
         finder = Finder(table, segments.table.origin(table.time))
         with Saver(self.save) as saver, reading(segments.table.source, "identifying") as advance:
             try:
-                for piece in gathered(segments, self.chunk):
+                for piece in gathered(self._within(table, segments), self.chunk):
                     with undivided():
                         forecast, trace = finder.add(*piece)
                         self.keeper = self.keeper or PairDownsampler(finder.estimator)
@@ -63,13 +63,31 @@ class AutomaticJob(RunOptions):
                     raise
                 self.is_stopped = True
         if self.keeper is None:
-            raise InputError(f"{self.file}: no row can be read.")
+            raise InputError(f"{self.file}: no row {'can be read' if self.is_whole else BETWEEN}.")
         trace, forecast = self.keeper.traces()
         found = finder.found(trace, forecast, segments.losses())
         if found.table.time is None and not found.table.timed:
             found.summary.unit = SAMPLES
         self.found = replace(found, diagnosis=spoken_verdicts(found.diagnosis))
         self.notes = self.found.notes
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether neither --from nor --to was given."""
+        return self.start is None and self.stop is None
+
+    def _within(self, table, segments):
+        """Yield the segments between --from and --to."""
+        if self.is_whole:
+            yield from segments
+            return
+        at, scale = segments.table.moment, table.time_scale
+        first = -math.inf if self.start is None else scale * at(table.time, "--from", self.start)
+        last = math.inf if self.stop is None else scale * at(table.time, "--to", self.stop, is_end=True)
+        for time, y, u in segments:
+            inside = (time >= first) & (time <= last)
+            if inside.any():
+                yield time[inside], y[inside], u[inside]
 
     def summarise(self) -> None:
         """Say what to beware of."""

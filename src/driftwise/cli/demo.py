@@ -15,7 +15,7 @@ from driftwise.cli.specs import floats
 from driftwise.engine.errors import InputError
 from driftwise.report.printed import say
 
-OPTIONS = "--output track_deg --input roll_deg --time time_s --model auto"
+OPTIONS = "--output track_deg --input roll_deg --time time_s"
 
 
 @dataclass

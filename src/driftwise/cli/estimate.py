@@ -1,14 +1,14 @@
-"""`driftwise run` with an output named: read, compare orders, estimate, smooth, chunk by chunk in constant memory."""
+"""`driftwise run` with a model named: read, compare orders, estimate, smooth, chunk by chunk in constant memory."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
 
+from driftwise.cli import specs
 from driftwise.cli.job import undivided
-from driftwise.cli.run_options import AUTO, RunOptions
+from driftwise.cli.run_options import AUTO, USUAL, RunOptions
 from driftwise.cli.saving import Saver
-from driftwise.cli.specs import refusal
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.tables.source import is_stream, title_of
 
@@ -21,6 +21,7 @@ class EstimateJob(RunOptions):
     writes = (("trace", "save"), ("report", "report"), ("results", "json"))
     is_chosen = False  # whether the order was chosen by its evidence
     smoothing_note = ""
+    table: Any = None  # the `Table`, where columns were recognised
     made: Any = None  # the estimator that was asked for, not yet in units of the data
     estimator: Any = None
     summary: Any = None
@@ -32,6 +33,7 @@ class EstimateJob(RunOptions):
     smoothed: Any = None
     trace: Any = None  # thinned out
     notes: Any = ()
+    words = ""  # which columns, which model, and why
 
     def check(self) -> None:
         """Refuse wrong options, in the words of the options, before the table is read."""
@@ -40,10 +42,13 @@ class EstimateJob(RunOptions):
         except InputError as error:
             order = self.order if "--order" in self.changed else None
             given = dict(model=self.model, order=order, memory=self.memory, jumps=self.jumps, dt=self.dt)
-            raise refusal(error, **given) from None
+            raise specs.refusal(error, **given) from None
 
     def _check(self) -> None:
-        self.need_output()
+        if self.order is None:
+            self.changed, self.order = self.changed, USUAL  # what was given stays what it was
+        if is_stream(self.file):  # which is read only once
+            self.need_output()
         if len(self.outputs) > 1:
             raise CommandError(
                 f"--output was given {len(self.outputs)} times ({', '.join(self.outputs)}), and one output is "
@@ -54,6 +59,17 @@ class EstimateJob(RunOptions):
         if self.model is not None:
             self.check_model()
         self.lag  # noqa: B018  (it raises)
+        if not self.is_open:
+            self._check_estimator()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether columns are to be recognised: the output, or the inputs of a model that has some."""
+        takes = self.model is not None and not self.model.startswith(specs.ALONE)
+        return not is_stream(self.file) and (not self.output or (self.input is None and takes))
+
+    def _check_estimator(self) -> None:
+        """Make what was asked for, once its inputs are known."""
         if self.order == "auto" and is_stream(self.file):
             raise InputError(
                 f"--order auto reads the table twice, and {title_of(self.file)} can be read only once: put it into a "
@@ -71,6 +87,8 @@ class EstimateJob(RunOptions):
 
     def estimate(self) -> None:
         """Run the estimator over the table, then do what needs the rows themselves."""
+        if self.is_open:
+            self._recognise()
         if self.order == "auto":
             self._choose()
         self.open(self.outputs[0])
@@ -93,6 +111,22 @@ class EstimateJob(RunOptions):
                 self.is_stopped = True
         self.summary.origin = self.record.clock.origin if self.record.time else None
         self._look_again()
+
+    def _recognise(self) -> None:
+        """Name the columns that were not named."""
+        from driftwise.analysis.directions import read_settled
+        from driftwise.cli.asking import ask
+
+        output, inputs = self.output[0] if self.output else None, None if self.input is None else self.inputs
+        if self.model is not None and self.model.startswith(specs.ALONE):
+            inputs = ()
+        table, _ = read_settled(self.file, output, inputs, self.time, self.chunk, dt=self.dt)
+        if table.is_ambiguous and not self.take_best:
+            ask(table, self)
+        self.table, self.output, self.input = table, [table.output], list(table.inputs)
+        if self.dt is None:
+            self.time = table.time
+        self.check()
 
     def _choose(self) -> None:
         """Take the order that the evidence of the whole table speaks for."""
@@ -211,8 +245,9 @@ class EstimateJob(RunOptions):
 
     def summarise(self) -> None:
         """Say what to beware of."""
-        from driftwise.cli.notes import notes, verdicts
+        from driftwise.cli.notes import model_words, notes, verdicts
 
+        self.words = model_words(self)
         self.notes = notes(self) + verdicts(self.trace.diagnosis)
 
     def draw(self, path: str) -> None:
@@ -221,7 +256,9 @@ class EstimateJob(RunOptions):
 
         smoothed = None if self.smoothed is None else self.keeper.thinned(self.smoothed)
         title = f"{self.short_title}: {self.record.output}"
-        more = dict(smoothed=smoothed, orders=self.evidence, study=self.study, validation=self._validation())
+        more = dict(
+            smoothed=smoothed, orders=self.evidence, study=self.study, validation=self._validation(), words=self.words
+        )
         write(self.trace, path, self.summary, title, labels(self), self.keeper.events, **more)
 
     def _validation(self) -> Any:

@@ -15,6 +15,7 @@ from driftwise.cli.targets import refuse_targets
 from driftwise.engine import bounds
 from driftwise.engine.errors import CommandError, InputError, Stopped
 
+BETWEEN = "lies between --from and --to"
 LOOK = 1000  # rows by which a clock is known
 
 
@@ -161,9 +162,7 @@ class RecordJob(Job):
         if not seen:
             clock = self.record.clock
             why = f"its stamps run from {clock.origin} to {clock.end}." if clock.origin else None
-            raise InputError(
-                f"{self.record.path}: no row lies between --from and --to; {why or 'what are the units of the time?'}"
-            )
+            raise InputError(f"{self.record.path}: no row {BETWEEN}; {why or 'what are the units of the time?'}")
 
     def _window(self, chunk) -> Any:
         """Return the rows of a chunk between --from and --to."""

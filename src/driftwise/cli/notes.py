@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from shlex import quote
 
+from driftwise.cli.run_options import AUTO
 from driftwise.detect.registry import by_word
 from driftwise.engine.errors import InputError
 from driftwise.results.numbers import number
-from driftwise.results.sentences import unnamed_model_words
+from driftwise.results.sentences import named_model_words
+from driftwise.tables.table_words import taken_words
 
 STOPPED = "stopped early; the results are those of the rows read so far."
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
@@ -62,6 +64,22 @@ def described(job) -> list[str]:
     ]
 
 
+def model_words(job) -> str:
+    """Return which columns were taken, where nobody named them, which model, and why."""
+    found = job.table
+    taken = [] if found is None else [taken_words(found)] if found.is_ambiguous else [found.words]
+    name = job.model.upper().replace(":", " ") if job.model else f"the joint filter of order {job.order}"
+    if job.model:
+        why = "--model names it, and no other was tried (--model auto compares)"
+    elif job.is_chosen:
+        why = f"the most probable of the orders {job.orders or AUTO}"
+    elif "--order" in job.changed:
+        why = "--order names it, and no other was tried (--order auto compares)"
+    else:
+        why = f"neither --model nor --order was named beside {', '.join(job.changed)} (--model auto compares)"
+    return " ".join([*taken, named_model_words(name, job.offset, why)])
+
+
 def labels(job) -> dict:
     """Return names with units for the axes."""
     record = job.record
@@ -77,7 +95,7 @@ def notes(job) -> list[str]:
     """Return a sentence for each thing to beware of in what a run brought."""
     record, summary, offsets = job.record, job.summary, job.offsets
     said = [STOPPED] if job.is_stopped else []
-    said += [] if job.changed else [unnamed_model_words(job.order)]
+    said += [] if job.table is None else job.table.notes
     said += clock_notes(record)
     if record.source.ragged:
         said.append(
@@ -98,7 +116,10 @@ def notes(job) -> list[str]:
         said.append(f"input {name!r} stayed at {value:g} in the first chunk: its effect cannot be learned there.")
     if offsets.values:
         values = ", ".join(f"{name} {number(value)}" for name, value in offsets.values.items())
-        said.append(f"{job.center}s of the first chunk were subtracted: {values} (--center none keeps the data).")
+        why = "the offset counts from them" if job.is_estimated else "--offset estimated estimates what is left"
+        said.append(
+            f"{job.center}s of the first chunk were subtracted: {values} ({why}; --offset none keeps the data)."
+        )
     said += record.clock.notes()
     if job.smoothing_note:
         said.append(job.smoothing_note)
@@ -107,10 +128,10 @@ def notes(job) -> list[str]:
     if job.evidence is not None and job.gate:
         said.append("orders were compared without the gate, which would reject other samples for each.")
     said += [f"{text}." for text in summary.notes]
-    if offsets.values and not summary.whiteness.is_white and not summary.jumps:
+    if offsets.values and not job.is_estimated and not summary.whiteness.is_white and not summary.jumps:
         said.append(
-            "the innovations are not white: a mean is not always an operating point, so try --center none (or median) "
-            "before a higher order."
+            f"the innovations are not white: a {job.center} is not always an operating point, so try "
+            "--offset estimated before a higher order."
         )
     return said
 

@@ -22,6 +22,7 @@ def content(job) -> dict:
             "dt": estimator.dt, "names": list(estimator.names),
         },
         "offsets": job.offsets.values,
+        "words": job.words,
         "time": {
             "origin": record.clock.origin, "duplicates": record.clock.duplicates,
             "decreases": record.clock.decreases, "gaps": record.clock.gaps, "missing": record.clock.missing,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.estimate import EstimateJob
 from driftwise.cli.observe import ObserveJob
@@ -13,10 +15,12 @@ class RunJob(RunOptions):
 
     Reads FILE chunk by chunk (any length, constant memory), estimates state and parameters at every sample,
     and prints what the plant is and how far it can be trusted. Empty cells are missing samples, not errors.
-    With FILE alone all is found out: the columns, the model, what changed.
+    What is not named is found out: columns, clock, model, what changed. A constant offset is estimated with the rest
+    unless --offset says otherwise.
 
     Examples: driftwise run plant.csv --report report.html;
-    driftwise run plant.csv --output temperature --input heater --order 2;
+    driftwise run plant.csv --output temperature --input heater;
+    driftwise run plant.csv --model arx:2,2,1;
     driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000;
     driftwise run motor.csv -o angle -i voltage -t t --plant motor.toml --report report.html
     """
@@ -25,8 +29,8 @@ class RunJob(RunOptions):
         """Run the job that the options ask for."""
         if self.plant is not None:
             kind: type[RunOptions] = ObserveJob
-        elif self.model == "auto" or not (self.output or self.changed):
+        elif self.model == "auto" or not self.changed:
             kind = AutomaticJob
         else:
             kind = EstimateJob
-        kind(**vars(self)).run()
+        kind(**{field.name: getattr(self, field.name) for field in fields(self)}).run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Annotated, Any
 
 import typer
@@ -16,16 +17,16 @@ from driftwise.engine.bounds import whole
 from driftwise.engine.errors import CommandError, InputError
 
 AUTO = "1-5"  # what --order auto compares unless told otherwise
-LARGEST = 30
+USUAL, LARGEST = 2, 30
+OFFSETS = ("estimated", "mean", "median", "none")
 SMOOTHED = ("ar", "arx", "regression")  # recursive models that look back
-OF_MODELS = ("order", "orders", "noise", "model", "memory", "jumps", "smooth", "gate", "direct", "center", "raw")
+OF_MODELS = ("order", "orders", "noise", "model", "memory", "jumps", "smooth", "gate", "direct", "offset", "raw")
 
 
-def _order(text: str) -> int | str:
-    """Return the order as a number, or "auto"."""
-    if text == "auto":
+def _order(text: str | None) -> int | str | None:
+    """Return the order as a number, or "auto"; typer hands over the default, too."""
+    if text is None or text == "auto":
         return text
-    text = str(text)  # typer hands over the default, too
     number = whole(text.removeprefix("-"))
     if number is None:
         raise typer.BadParameter(f"{text!r} is neither a whole number nor auto.")
@@ -43,7 +44,7 @@ class RunOptions(RecordJob):
             "--output",
             "-o",
             metavar="COLUMN",
-            help="Column of the measured output. Left out, everything is found out: columns, model, changes.",
+            help="Column of the measured output. What is not named is found out: columns, clock, model, changes.",
         ),
     ] = None
     input: Inputs = None
@@ -63,9 +64,10 @@ class RunOptions(RecordJob):
             "-n",
             parser=_order,
             metavar="N|auto",
-            help="Order of the model: how many past outputs matter; auto takes the most probable of --orders.",
+            help="The joint filter of this order: how many past outputs matter; auto takes the most probable of "
+            "--orders. 2 where options are named that only it has.",
         ),
-    ] = 2
+    ] = None
     orders: Annotated[
         str | None,
         typer.Option(metavar="1-5|1,2,4", help="Compare these orders by their evidence; prints a table."),
@@ -82,7 +84,7 @@ class RunOptions(RecordJob):
         str | None,
         typer.Option(
             metavar="KIND:ORDERS",
-            help="auto: found out, as where no --output is given. Recursive identification instead of the joint "
+            help="auto: found out, as where no option of a model is given. Recursive identification instead of the joint "
             "filter: arx:na,nb,nk, armax:na,nb,nc,nk, oe:nb,nf,nk, "
             "bj:nb,nc,nd,nf,nk, ar:na, arma:na,nc or regression. Orders that differ by input: arx:2,2/1,1/0.",
         ),
@@ -128,13 +130,14 @@ class RunOptions(RecordJob):
     direct: Annotated[
         bool, typer.Option("--direct", metavar="", help="The input acts on the output at once (term b0).")
     ] = False
-    center: Annotated[
+    offset: Annotated[
         str,
         typer.Option(
-            metavar="mean|median|none",
-            help="Subtract the mean or the median of the first chunk from each column, or none.",
+            metavar="estimated|mean|median|none",
+            help="From where output and inputs count: a constant is estimated with the parameters, the mean or the "
+            "median of the first chunk is subtracted instead, or none: they are deviations already.",
         ),
-    ] = "mean"
+    ] = "estimated"
     raw: Annotated[
         bool,
         typer.Option(
@@ -166,17 +169,27 @@ class RunOptions(RecordJob):
     def outputs(self) -> list[str]:
         return self.output or []
 
-    @property
+    @cached_property
     def changed(self) -> list[str]:
         """The options of models that were given."""
         usual = {field.name: field.default for field in fields(self)}
         return [f"--{name}" for name in OF_MODELS if getattr(self, name) != usual[name]]
 
+    @property
+    def is_estimated(self) -> bool:
+        """Whether a constant is one of the parameters."""
+        return self.offset == "estimated"
+
+    @property
+    def center(self) -> str:
+        """What of the first chunk is subtracted: mean, median or none; an estimated constant counts from the mean."""
+        return "mean" if self.is_estimated else self.offset
+
     def need_output(self) -> None:
         """Refuse what is said of a model without an output."""
         if not self.output:
             about = ", ".join(self.changed) or "--plant"
-            raise CommandError(f"{about}: of which column? Say --output, or leave all options out.")
+            raise CommandError(f"{about}: of which column? Say --output.")
 
     @property
     def candidates(self) -> list[int]:
@@ -218,13 +231,13 @@ class RunOptions(RecordJob):
                 f"--memory {self.memory_word} lists one number for each parameter, and every order has another number "
                 "of them: give one number for all while orders are compared."
             )
-        model = dict(noise=lambda order: _noise(noise, order), memory=self.policy, dt=dt)
+        model = dict(noise=lambda order: _noise(noise, order), memory=self.policy, dt=dt, offset=self.is_estimated)
         return analysis.OrderEvidence(self.candidates, len(self.inputs), self.direct, **model)
 
     def make_estimator(self, dt: float) -> Any:
         """Return the estimator; its prior is not yet in units of the data."""
-        if self.center not in ("mean", "median", "none"):
-            raise InputError(f"--center must be mean, median or none, got {self.center!r}.")
+        if self.offset not in OFFSETS:
+            raise InputError(f"--offset must be estimated, mean, median or none, got {self.offset!r}.")
         if self.direct and not self.inputs:
             raise InputError("--direct says that an input acts at once, but there is no --input; which column is it?")
         gate = None
@@ -233,10 +246,14 @@ class RunOptions(RecordJob):
                 raise InputError(f"--gate must be a positive number of standard deviations, got {self.gate:g}.")
             gate = detect.InnovationGate(sigmas=self.gate)
         if self.model is not None:
-            return specs.recursive(self.model, self.inputs, memory=self.policy, gate=gate, dt=dt)
+            return specs.recursive(
+                self.model, self.inputs, memory=self.policy, gate=gate, dt=dt, offset=self.is_estimated
+            )
         if not isinstance(self.order, int):
             raise InputError(f"--order must be a whole number or auto, got {self.order!r}.")
-        model = dict(noise=_noise(self.noise, self.order), memory=self.policy, gate=gate, dt=dt)
+        model = dict(
+            noise=_noise(self.noise, self.order), memory=self.policy, gate=gate, dt=dt, offset=self.is_estimated
+        )
         return families.Joint(self.order, len(self.inputs), self.direct, **model)
 
     def check_model(self) -> None:

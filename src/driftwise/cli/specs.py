@@ -22,6 +22,7 @@ MODELS = {
     "regression": (),
 }
 PER_INPUT = ("nb", "nf", "nk")
+ALONE = ("ar:", "arma:")  # models without an input
 
 
 def refusal(error: InputError, **given: Any) -> CommandError:

@@ -13,8 +13,8 @@ WORDS = {
 }  # fmt: skip
 # advice that no option follows
 PHRASES = {
-    "estimate it (offset=True)": "try another --center",
-    "take another operating point off y and u": "try another --center",
+    "estimate it (offset=True)": "estimate it: --offset estimated",
+    "take another operating point off y and u": "try another --offset",
     " Is the variance known? Then say variance=...": "",
     "Name them: columns={'latitude': ..., 'longitude': ...}": "Call them so in the header of the table",
     "Give columns={'east': ..., 'north': ...} for metres": "Call them east and north in the header, if they are metres",

@@ -37,7 +37,7 @@ UNUSED = int(Status.REJECTED | Status.OUTLIER)
 
 def write(
     trace, path, summary=None, title=None, labels=None, events=None, *, smoothed=None, orders=None, study=None,
-    validation=None,
+    validation=None, words="",
 ) -> Path:  # fmt: skip
     """Write the page of a run and return its path.
 
@@ -54,6 +54,7 @@ def write(
     orders : `OrderEvidence` of the record, shown as a table and bars
     study : a `Study` of the record; made from the trace if omitted
     validation : a `Validation` of the run; made from the trace if omitted and nothing was left out of it
+    words : said before what the summary says
     """
     if smoothed is not None and len(smoothed) != len(trace):
         raise InputError(f"smoothed has {len(smoothed)} samples and the trace {len(trace)}: smooth the same record")
@@ -83,7 +84,9 @@ def write(
         event_panel(events, line),
     ]
     title = title or "Recursive estimation of state and parameters"
-    return Page(title, panels, summary.words, facts(trace, summary), _cards(trace, summary, line)).write(path)
+    return Page(
+        title, panels, f"{words} {summary.words}".strip(), facts(trace, summary), _cards(trace, summary, line)
+    ).write(path)
 
 
 def named_axes(trace, summary, events, usual, labels):

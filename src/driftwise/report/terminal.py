@@ -146,7 +146,7 @@ def show_run(run, *, title: str, facts: list[str], notes: list[str], out=None) -
     foot(out, label="record", beware=[run.study.words] if run.study.is_poor else [])
     foot(out, label="noise", beware=filter(None, [run.study.trust]))
     out.print()
-    out.print(Text(summary.words))
+    out.print(Text(f"{run.words} {summary.words}"))
     if run.keeper.jumps:
         foot(out, label="jumps noticed at", beware=[_times(run.keeper.jumps, summary.unit)])
     if run.smoothed is not None and not run.estimator.model.n:

@@ -316,9 +316,7 @@ def squares_words(is_fine: bool, share: float) -> str:
     )
 
 
-def unnamed_model_words(order: int) -> str:
-    """Return which model a run had where none was named, and how to have it found."""
-    return (
-        f"no model was named: this is the joint filter of order {order} with constant parameters; --model auto finds "
-        "model, delays and changes."
-    )
+def named_model_words(name: str, offset: str, why: str) -> str:
+    """Return which model a run had, what of an offset, and why this one."""
+    kept = {"estimated": "with an offset", "none": "without an offset"}.get(offset, f"about the {offset}s")
+    return f"The model is {name} {kept}: {why}."

@@ -72,6 +72,28 @@ class Chunk(NamedTuple):
         return Chunk(columns, bad_cells, first, int(inside.sum()), int(sum(c.sum() for c in bad_cells.values())))
 
 
+def moment(clock: Clock, name: str | None, source: Source, option: str, said: float | str, is_end: bool) -> float:
+    """Return the time that an option says: a number as it is, a date since the first stamp, written as the file's.
+
+    ``is_end``: a date without a time of day is the end of its day.
+    """
+    import pyarrow as pa
+
+    try:
+        return float(said)
+    except ValueError:
+        values, bad, is_stamp = seconds(pa.array([said]), source.decimal, source.day_first)
+    if bad[0] or not is_stamp:
+        raise CommandError(f"{option} takes a number, or a date such as 2024-03-30 or 2024-03-30T12:00; got {said!r}.")
+    if name is None:
+        raise CommandError(f"{option} {said} is a date; which column holds the time stamps (--time)?")
+    if clock.origin is None:
+        raise CommandError(
+            f"{option} {said} is a date, and column {name!r} holds numbers: give a number in their unit."
+        )
+    return float(clock.stamps(values)[0]) + (DAY - 1e-9) * (is_end and ":" not in str(said))
+
+
 @dataclass
 class Record:
     """The chosen columns of a table; iterate once to get its chunks.
@@ -106,27 +128,8 @@ class Record:
         return [self.output, *self.inputs, *([self.time] if self.time else [])]
 
     def moment(self, option: str, said: float | str, is_end: bool = False) -> float:
-        """Return the time that an option says: a number as it is, a date since the first stamp, written as the file's.
-
-        ``is_end``: a date without a time of day is the end of its day.
-        """
-        import pyarrow as pa
-
-        try:
-            return float(said)
-        except ValueError:
-            values, bad, is_stamp = seconds(pa.array([said]), self.source.decimal, self.source.day_first)
-        if bad[0] or not is_stamp:
-            raise CommandError(
-                f"{option} takes a number, or a date such as 2024-03-30 or 2024-03-30T12:00; got {said!r}."
-            )
-        if self.time is None:
-            raise CommandError(f"{option} {said} is a date; which column holds the time stamps (--time)?")
-        if self.clock.origin is None:
-            raise CommandError(
-                f"{option} {said} is a date, and column {self.time!r} holds numbers: give a number in their unit."
-            )
-        return float(self.clock.stamps(values)[0]) + (DAY - 1e-9) * (is_end and ":" not in str(said))
+        """Return the time that an option says, as `moment` does."""
+        return moment(self.clock, self.time, self.source, option, said, is_end)
 
     def __iter__(self) -> Iterator[Chunk]:
         chunks = self._chunks()
@@ -283,6 +286,10 @@ class OpenTable:
         self.head = {name: np.concatenate([part[name] for part in parts])[:head_rows] if kind != "text" else None
                      for name, kind in self.kinds.items()}  # fmt: skip
         self.bad = {}
+
+    def moment(self, name: str | None, option: str, said: float | str, is_end: bool = False) -> float:
+        """Return the time of a column that an option says, as `moment` does."""
+        return moment(self._clocks.get(name or "", Clock()), name, self.source, option, said, is_end)
 
     def origin(self, name: str | None) -> str | None:
         """Return the first time stamp of a column, None for one of numbers."""
