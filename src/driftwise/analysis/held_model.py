@@ -10,6 +10,7 @@ import numpy as np
 from ..engine.errors import InputError
 from ..models.canonical import Canonical
 from ..models.equation import Equation
+from ..models.filtering import linear_filter
 from ..models.noise import NoisePolynomial, OutputError, UnknownPolynomial
 
 HUGE = 1e100  # an error beyond is that of a model that ran away
@@ -59,11 +60,9 @@ class HeldModel(NamedTuple):
 
     def equation_error(self, y, u) -> np.ndarray:
         """Return w = A y - sum B/F u - offset, (T,); y and u (T, k) without gaps."""
-        from scipy.signal import lfilter
-
-        w = lfilter(self.A, [1.0], y) - self.offset
+        w = linear_filter(self.A, [1.0], y) - self.offset
         for b, f, x in zip(self.B, self.F, u.T):
-            w = w - lfilter(b, f, x)
+            w = w - linear_filter(b, f, x)
         return w
 
     def errors(self, y, u, steps: tuple[float, ...]) -> dict[float, np.ndarray]:
@@ -72,16 +71,14 @@ class HeldModel(NamedTuple):
         h is the impulse response of C/(A D), e the error one step ahead (Box and Jenkins 1970, sec. 5.1); from the
         inputs alone it is all of them: 1/A times the error of the equation.
         """
-        from scipy.signal import lfilter
-
         w = self.equation_error(y, u)
-        e = lfilter(self.D, self.C, w)
+        e = linear_filter(self.D, self.C, w)
         most = int(max((k for k in steps if math.isfinite(k)), default=1))
-        h = lfilter(self.C, np.convolve(self.A, self.D), np.eye(1, most)[0])
+        h = linear_filter(self.C, np.convolve(self.A, self.D), np.eye(1, most)[0])
         found = {}
         for k in steps:
             with np.errstate(over="ignore", invalid="ignore"):
-                found[k] = lfilter([1.0], self.A, w) if math.isinf(k) else lfilter(h[: int(k)], [1.0], e)
+                found[k] = linear_filter([1.0], self.A, w) if math.isinf(k) else linear_filter(h[: int(k)], [1.0], e)
         return found
 
 

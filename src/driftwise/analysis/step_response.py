@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..models.filtering import linear_filter
+
 DRAWS = 200  # of the parameters, from their posterior
 LONGEST = 4000  # samples until which a response is followed
 SETTLED = 8.0  # time constants of the slowest mode after which it is over
@@ -40,15 +42,13 @@ def step_responses(model) -> list[StepResponse | None]:
 
 def _answers(polynomials, length: int) -> np.ndarray:
     """Return time and overshoot of the response to each input, NaN where it does not settle."""
-    from scipy.signal import lfilter
-
     a, b = polynomials
     found = np.full((len(b), 2), np.nan)
     if np.any(abs(np.roots(a)) >= 1):
         return found
     for i, row in enumerate(b):
         gain = row.sum() / a.sum()
-        y = lfilter(row, a, np.ones(length)) / gain if gain else np.zeros(length)
+        y = linear_filter(row, a, np.ones(length)) / gain if gain else np.zeros(length)
         at = int(np.argmax(y >= DONE))
         if y[at] >= DONE:
             before = y[at - 1] if at else 0.0

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..models.curves import Curve, Frequencies, Mode, frequency_response, modes, step_response
+from ..models.filtering import linear_filter
 from ..results import verbs
 from ..results.numbers import SECONDS, complex_number, fixed, number, plus_minus
 from ..results.verdicts import Diagnosis
@@ -169,12 +170,10 @@ def equation_orders(est) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
 
 def filtered_by(held: HeldModel, ys, us, y, u):
     """Return y and u divided by the noise model, NaN where they are missing; as they are where it does not die out."""
-    from scipy.signal import lfilter
-
     if not held.is_decaying or not u.shape[1]:
         return y, u
     by = held.noise_filter
-    fy, fu = lfilter(held.D, by, ys), lfilter(held.D, by, us, axis=0)
+    fy, fu = linear_filter(held.D, by, ys), linear_filter(held.D, by, us)
     return np.where(np.isfinite(y), fy, np.nan), np.where(np.isfinite(u), fu, np.nan)
 
 

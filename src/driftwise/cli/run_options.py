@@ -84,8 +84,8 @@ class RunOptions(RecordJob):
         str | None,
         typer.Option(
             metavar="KIND:ORDERS",
-            help="auto: found out, as where no option of a model is given. Recursive identification instead of the joint "
-            "filter: arx:na,nb,nk, armax:na,nb,nc,nk, oe:nb,nf,nk, "
+            help="auto: found out, as where no option of a model is given. Recursive identification instead of the "
+            "joint filter: arx:na,nb,nk, armax:na,nb,nc,nk, oe:nb,nf,nk, "
             "bj:nb,nc,nd,nf,nk, ar:na, arma:na,nc or regression. Orders that differ by input: arx:2,2/1,1/0.",
         ),
     ] = None

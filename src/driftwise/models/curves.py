@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .filtering import linear_filter
+
 DRAWN = 400  # of the posterior, for the band of a step response
 SETTLED, MOST = 5.0, 400  # time constants that a step response lasts; samples at most
 FREQUENCIES = 160
@@ -87,8 +89,6 @@ def modes(model, dt: float) -> list[Mode]:
 
 def step_response(model, input: int, dt: float) -> Curve:
     """Return what the output does after a step of one in an input; the band is made of draws from the posterior."""
-    from scipy.signal import lfilter
-
     one, at = (model.channel(input), 0) if hasattr(model, "channel") else (model, input)
     sizes = np.abs(model.poles[np.isfinite(model.poles)])
     slow = min(float(sizes.max(initial=0.0)), SLOW)
@@ -99,7 +99,7 @@ def step_response(model, input: int, dt: float) -> Curve:
     def of(theta):
         a, b = one.form.polynomials(theta)
         with np.errstate(over="ignore", invalid="ignore"):
-            return lfilter(b[at], a, u)
+            return linear_filter(b[at], a, u)
 
     value = of(one.values)
     drawn = np.array([of(theta) for theta in one.samples[:DRAWN]])
