@@ -85,7 +85,7 @@ def test_a_gain_that_jumps_about_an_input_far_from_zero_is_called_a_gain():
         y[t] = 0.8 * y[t - 1] + (1.0 if t < 450 else 2.0) * u[t - 1] + 0.2 * rng.standard_normal()
     found = dw.identify({"heater_V": u + 200.0, "temperature [degC]": y + 20})
     (change,) = of(found, "change")
-    assert change.subject.startswith("the gain from heater_V rose") and abs(change.value - 450) < 10
+    assert change.subject.startswith("the gain from heater_V doubled") and abs(change.value - 450) < 10
 
 
 def test_a_gain_that_is_not_known_is_not_told():

@@ -62,7 +62,9 @@ def test_where_no_forecast_beats_the_last_value_no_model_is_offered(found):
     worse = summary(found.trace, 10.0)
     told = dataclasses.replace(found, forecast_summary=worse, own_summary=summary(found.trace, 9.0))
     assert not told.is_useful and told.answer.startswith("No forecast of level can be relied on")
-    assert f"{told.own_summary.rmse:.3g} off" in told.answer and "Gain" not in told.answer
+    assert f"{told.own_summary.rmse:.3g} off" in told.answer
+    blind = dataclasses.replace(told, effects=told.effects._replace(error=1.0))
+    assert "Gain" in told.answer and "Gain" not in blind.answer  # of the response in hindsight, where that is any good
 
 
 def test_the_page_and_the_terminal_show_the_numbers_of_the_words(found, tmp_path, capsys):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from driftwise.analysis.change_log import ChangeLog
-from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, jumps, visible
+from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, hindsight
 
 
 def plant(seed=0, samples=900, gain=1.0, level=0.0, noise=1.0, colour=0.0, at=400):
@@ -19,7 +19,8 @@ def plant(seed=0, samples=900, gain=1.0, level=0.0, noise=1.0, colour=0.0, at=40
 
 
 def found(y, u):
-    return jumps(y, u, 4, (4,), (0,))
+    seen = hindsight(y, u)
+    return seen.jumps() if seen else []
 
 
 @pytest.mark.parametrize(
@@ -36,13 +37,13 @@ def test_what_jumps_is_found_once_named_and_dated(what, kind, before, after):
 
 def test_jumps_that_are_said_to_be_visible_are_told_and_a_fifth_of_them_are_not():
     for seed in range(3):
-        seen = visible(*plant(seed), 4, (4,), (0,))
+        seen = hindsight(*plant(seed)).visible()
         for size, is_told in ((1.5, True), (0.2, False)):
             level = found(*plant(seed, level=size * seen.level))
             gain = found(*plant(seed, gain=1 + size * seen.gains[0]))
             noise = found(*plant(seed, noise=1 + size * (seen.noise - 1)))
             assert sum(map(bool, (level, gain, noise))) == 3 if is_told else not level and not gain
-    assert visible(*(part[:40] for part in plant()), 4, (4,), (0,)) is None
+    assert hindsight(*(part[:40] for part in plant())) is None
 
 
 def test_nothing_is_told_of_plants_that_stay():
@@ -71,15 +72,15 @@ def test_steps_of_the_input_are_no_jumps_and_rests_no_noise():
 def test_too_little_to_judge_by_is_no_jump():
     y, u = plant()
     assert found(y[:40], u[:40]) == [] and found(np.where(np.arange(900) % 5, np.nan, y), u) == []
-    assert jumps(np.zeros(3), np.zeros((3, 1)), 4, (4,), (0,)) == []
+    assert hindsight(np.zeros(3), np.zeros((3, 1))) is None
 
 
 def test_pieces_tell_each_jump_once():
     y, u = plant(gain=2.0, at=500)
     whole, pieces = ChangeLog(["valve"]), ChangeLog(["valve"])
-    whole.add(y, u, np.arange(900.0), (2, (2,), (1,)))
+    whole.add(y, u, np.arange(900.0))
     for part in (slice(0, 520), slice(520, 900)):
-        pieces.add(y[part], u[part], np.arange(900.0)[part], (2, (2,), (1,)))
+        pieces.add(y[part], u[part], np.arange(900.0)[part])
     (one,), (other,) = whole.changes, pieces.changes
     assert abs(one.since - 500) < 15 and abs(other.since - 500) < 15
     assert "the gain from valve doubled" in one.what and pieces.count == 1
@@ -89,4 +90,4 @@ def test_a_record_of_any_length_is_looked_at():
     """One of exactly two margins had no place left to cut, and `identify` ended in a traceback."""
     y, u = plant()
     for samples in range(50, 110):
-        assert len(jumps(y[:samples], u[:samples], 2, (2,), (1,))) <= 1
+        assert len(found(y[:samples], u[:samples])) <= 1

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..results.numbers import odds_words
-from .segmentation import GAIN, LEAST, LEVEL, NOISE, Jump, Visible, jumps, visible
+from .noise_jumps import LEAST
+from .segmentation import GAIN, LEVEL, Hindsight, Jump, Visible, hindsight
 
 MOST = 20  # changes that are kept, the surest
 BEFORE = 1000  # samples of the piece before that are looked at again
@@ -37,24 +38,27 @@ class ChangeLog:
     def __init__(self, inputs=()):
         self.inputs, self.changes, self.count = inputs, [], 0
         self.last: Change | None = None
-        self.visible: Visible | None = None  # the smallest jumps that would have been told of the last piece
+        self.hindsight: Hindsight | None = None  # of the last piece
+        self.visible: Visible | None = None  # the smallest jumps that would have been told of it
+        self.waits = np.zeros(0)
         self._tail: tuple | None = None
         self.samples = 0
-        self.moved = 0  # the first sample after the last jump of level or gain; 0 where there was none
 
-    def add(self, y, u, time, structure: tuple) -> None:
-        """Take in the next piece: y (T,), u (T, k), its times, and (na, nb, nk) of the regression."""
+    def add(self, y, u, time) -> None:
+        """Take in the next piece: y (T,), u (T, k), and its times."""
         before = 0
         if self._tail is not None:
             before = len(self._tail[0])
             y, u, time = (np.concatenate(pair) for pair in zip(self._tail, (y, u, time)))
         first = self.samples - before
-        known = -math.inf if self.last is None else self.last.interval[1] + 2 * LEAST
-        for jump in jumps(y, u, *structure):
-            if jump.interval[0] + first > known:
+        known = -math.inf if self.last is None else self.last.since + 2 * LEAST
+        self.hindsight = hindsight(y, u)
+        for jump in self.hindsight.jumps() if self.hindsight else []:
+            if jump.at + first > known:
                 self._tell(jump, first, time)
         self.samples += len(y) - before
-        self.visible = visible(y, u, *structure)
+        self.waits = waits(y, u)
+        self.visible = self.hindsight.visible() if self.hindsight else None
         self._tail = y[-BEFORE:], u[-BEFORE:], time[-BEFORE:]
 
     def _tell(self, jump: Jump, first: int, time) -> None:
@@ -64,8 +68,15 @@ class ChangeLog:
             math.exp(min(jump.log_odds, 700.0)), moved(jump, self.inputs),
         )  # fmt: skip
         self.count += 1
-        self.moved = self.moved if jump.kind == NOISE else self.last.since
         self.changes = surest([*self.changes, self.last])
+
+
+def waits(y, u) -> np.ndarray:
+    """Return the mean time between measured outputs, for each input; infinite for one that moves at most of them."""
+    measured = np.isfinite(y)
+    gap = len(y) / max(int(measured.sum()), 1)
+    moves = np.count_nonzero(np.diff(u, axis=0) != 0, axis=0)
+    return np.where(moves > 0.5 * measured.sum(), np.inf, gap)
 
 
 def surest(changes, most: int = MOST) -> list[Change]:

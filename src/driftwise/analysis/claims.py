@@ -11,13 +11,12 @@ from typing import Any
 
 from ..results.claims import Claim
 from ..results.numbers import sentence
-from ..results.sentences import gain_words
 from ..results.stable import is_integrator, swings
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
 from .change_log import surest
 from .identifier import CLOSE
-from .step_response import OVERSHOOT, step_responses
+from .step_response import OVERSHOOT
 
 FAST = 0.05  # a pole below that is over within a sample
 SHOWN = 3  # changes that are named, the surest
@@ -45,14 +44,15 @@ def plant_claims(found) -> Iterator[Claim]:
         yield Claim("plant", output, f"{s.observed} {say.FIRST_GUESSES}")
     elif not found.is_useful:
         yield Claim("plant", output, _useless(found))
+        if found.effects.error < min(found.judged.values()):  # fitted to all that was measured, it says more
+            yield from _effects(found)
     else:
         name, error = _least(found.naive)
         together, own = found.forecast_summary.rmse, found.quoted.rmse
         if found.is_alone and together > error:
             text = say.alone_words(name, error, together, found.chosen.name, own)
             yield Claim("forecast", "all models", text, together)
-        yield from _dynamics(found)
-        yield from _gains(found)
+        yield from _effects(found)
 
 
 def _useless(found) -> str:
@@ -68,24 +68,32 @@ def _least(errors: dict[str, float]) -> tuple[str, float]:
     return min(errors.items(), key=lambda pair: pair[1])
 
 
+def _effects(found) -> Iterator[Claim]:
+    """Claim what the inputs do: how fast, and how much."""
+    yield from _dynamics(found)
+    yield from _gains(found)
+
+
 def _dynamics(found) -> Iterator[Claim]:
     """Claim how the output answers; of a model without inputs, its slowest mode."""
-    table, model = found.table, found.settled or found.model
+    table, effects = found.table, found.effects
     if not table.inputs:
         poles = [(p, std) for p, std in found.summary.moduli if abs(p) > FAST and p.imag >= 0]
         yield from (_mode(p, std, table) for p, std in poles[:1])
         return
-    told = dict(zip(table.inputs, step_responses(model)))
-    for name in (name for name, ends in zip(table.inputs, model.dc_gain_interval()) if _is_known(ends)):
-        answer = told[name]
-        if answer is not None and _is_known(answer.interval):
+    for name, effect in zip(table.inputs, effects.of):
+        answer = effect.step
+        if _is_known(effect.interval) and answer is not None and _is_known(answer.interval):
             low, high = (table.dt * end for end in answer.interval)
             time = table.dt * answer.time
             text = say.step_words(name, table.lasting(time), f"{table.lasting(low)} to {table.lasting(high)}")
             yield Claim("time constant", name, text, time, (low, high))
-    if any(answer is not None and answer.overshoot > OVERSHOOT for answer in told.values()):
-        swinging = [p for p in model.poles if swings(p) and p.imag > 0]
-        yield from (_mode(p, 0.0, table) for p in swinging[:1])
+    swing = effects.swing
+    is_seen = any(effect.step is not None and effect.step.overshoot > OVERSHOOT for effect in effects.of)
+    if is_seen and swing is not None and _is_known(swing.interval):
+        ends = tuple(table.dt * end for end in swing.interval)
+        text = say.swing_words(table.lasting(table.dt * swing.period), table.lasting(table.dt * swing.time))
+        yield Claim("pole", table.output, text, table.dt * swing.period, ends)
 
 
 def _mode(p: complex, std: float, table) -> Claim:
@@ -104,13 +112,11 @@ def _mode(p: complex, std: float, table) -> Claim:
 
 def _gains(found) -> Iterator[Claim]:
     """Claim the gains that are known to within half of them; of the others, that they are not."""
-    model, inputs = found.settled or found.model, found.table.inputs
-    if not inputs or not model.is_stable:
-        return
-    ends, open_ = model.dc_gain_interval(), []
-    for gain, text, (low, high), name in zip(model.dc_gain, gain_words(model), ends, inputs):
-        if _is_known((low, high)) and text:
-            yield Claim("gain", name, say.gain_sentence(text, name), float(gain), (float(low), float(high)))
+    open_ = []
+    for name, effect in zip(found.table.inputs, found.effects.of):
+        if _is_known(effect.interval):
+            text = say.gain_sentence(effect.gain, effect.std, effect.interval, name, effect.bend, effect.is_open)
+            yield Claim("gain", name, text, effect.gain, effect.interval)
         else:
             open_.append(name)
     if open_:

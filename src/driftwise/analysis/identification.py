@@ -21,12 +21,13 @@ from ..tables.recognise import Reading, Table
 from .change_log import Change, ChangeLog
 from .claims import TABLE, claims
 from .diagnose import diagnose
+from .effects import Effects, of_model, of_response
 from .forecast_summary import ForecastSummary, Own
 from .identifier import Identifier, Rival
-from .segmentation import Visible, outliers
+from .segmentation import Visible
 
 CLEARLY = 0.98  # of the error of all models together: so much less, and the chosen one's own forecast is quoted
-EACH = 10  # samples for each unknown, at least, of which constant parameters are learnt
+WORSE = 1.1  # times the error of the chosen model: a response that is further off does not explain the record
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,9 @@ class Identification:
         The last of them; None where there was none.
     losses : tuple of str
         What could not be read of the table, a sentence each.
-    settled : Model
-        The chosen model with constant parameters, of the samples since the last jump and without outliers: what is
-        claimed of gains and of the answer to a step; None where its parameters drift.
+    effects : Effects
+        What the inputs do, at the end: gains, and answers to a step, by a response that is fitted in hindsight; by the
+        chosen model at the end of the run where that explains the record better.
     visible : Visible
         The smallest jumps of level, gains and noise that would have been told; None where none would.
     """
@@ -91,7 +92,7 @@ class Identification:
     alarms: int = 0
     last: Change | None = None
     losses: tuple[str, ...] = ()
-    settled: Any = None
+    effects: Effects | None = None
     visible: Visible | None = None
 
     @property
@@ -269,24 +270,22 @@ class Finder:
         trace.y += center[0]
         trace.u += center[1:]
         trace.table[:, 0] += center[0]
-        self.log.add(trace.y, trace.u - center[1:], trace.time, self.identifier.structure)
-        self._piece = trace.y, trace.u
+        self.log.add(trace.y, trace.u, trace.time)
         return forecast, trace
 
-    def settled(self) -> Any:
-        """Return the chosen model with constant parameters, of the samples since the last jump and without outliers.
+    def effects(self) -> Effects:
+        """Return what the inputs do: by the response in hindsight, or by the chosen model where that is much closer.
 
-        None where its parameters drift, or too few samples are left; of a long file, the last piece is looked at.
+        Between irregular rows nobody knows when an input moved.
         """
-        y, u = self._piece
-        chosen, cut = self.identifier.chosen, max(self.log.moved - self.log.samples + len(y), 0)
-        y = np.where(outliers(y, u, *self.identifier.structure), math.nan, y)[cut:] - self.identifier.center[0]
-        drifts = not self.log.moved and chosen.memory not in chosen.candidate.memories[:1]
-        if drifts or np.isfinite(y).sum() < EACH * chosen.unknowns:
-            return None
-        est = self.identifier.steady
-        u = u[cut:] - self.identifier.center[1:] if self.table.inputs else None
-        return est.model_of(est.scan(y, u, keep="innovations").state)
+        if self.log.hindsight is not None:
+            found = of_response(self.log.hindsight)
+            if self.table.sampling.kind == "irregular":
+                found = found.held(self.log.waits)
+            useless = self.identifier.chosen.rmse >= min(self.identifier.naive.values())
+            if useless or not found.error > WORSE * self.identifier.chosen.rmse:
+                return found
+        return of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs))
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, ``losses`` is what could not be read."""
@@ -300,5 +299,5 @@ class Finder:
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
             self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses),
-            self.settled(), self.log.visible,
+            self.effects(), self.log.visible,
         )  # fmt: skip

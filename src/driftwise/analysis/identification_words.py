@@ -62,6 +62,11 @@ def time_constant_words(tau: float, interval, table, is_pair: bool = False) -> s
     return f"{said}, 95 % interval {end}."
 
 
+def swing_words(period: str, time: str) -> str:
+    """Return how an answer swings, and how long."""
+    return f"Oscillation of period {period} that dies out with time constant {time}."
+
+
 def mode_words(p: complex, std: float, table) -> str:
     """Return what a pole that does more than decay means in time."""
     r, dt = abs(p), table.dt
@@ -73,9 +78,14 @@ def mode_words(p: complex, std: float, table) -> str:
     return f"Oscillation of period {period} {dies}."
 
 
-def gain_sentence(gain: str, name: str) -> str:
-    """Return the steady-state gain from an input, itself in words."""
-    return f"Gain {gain} from {name}."
+def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_open: bool = False) -> str:
+    """Return the steady-state gain from an input; where it bends, that it does and by how much."""
+    low, high = interval
+    said = f"{gain:.3g} ± {std:.2g}" if math.isfinite(std) else f"{low:.3g} to {high:.3g} (95 %)"
+    if bend is None:
+        return f"Gain {said} from {name}{'; whether it is nonlinear cannot be told' * is_open}."
+    least, most = sorted(bend, key=abs)
+    return f"Gain {said} from {name} on average: it is nonlinear, {least:.3g} to {most:.3g} over what {name} did."
 
 
 def no_gain_words(names: list[str]) -> str:

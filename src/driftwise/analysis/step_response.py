@@ -31,13 +31,18 @@ def step_responses(model) -> list[StepResponse | None]:
     off is the response itself. Bad at: plants that first go the wrong way, of which the first crossing is told.
     """
     whole = getattr(model, "common", model)
-    form, draws = whole.form, [whole.values, *whole.samples[:DRAWS]]
-    slowest = max((abs(p) for p in model.poles), default=0.0)
+    return answers([whole.form.polynomials(theta) for theta in (whole.values, *whole.samples[:DRAWS])])
+
+
+def answers(drawn) -> list[StepResponse | None]:
+    """Return the same of polynomials (A, B of each input), the likeliest first, then draws of them."""
+    a, b = drawn[0]
+    slowest = max((float(abs(p)) for p in np.roots(a)), default=0.0)
     if not slowest < 1:
-        return [None] * form.inputs
-    length = int(min(10 + SETTLED / -math.log(max(slowest, 1e-3)) + form.n, LONGEST))
-    found = np.array([_answers(form.polynomials(theta), length) for theta in draws])  # (1 + draws, k, 2)
-    return [_summary(found[:, i]) for i in range(form.inputs)]
+        return [None] * len(b)
+    length = int(min(10 + SETTLED / -math.log(max(slowest, 1e-3)) + max(map(len, [a, *b])), LONGEST))
+    found = np.array([_answers(one, length) for one in drawn])  # (1 + draws, k, 2)
+    return [_summary(found[:, i]) for i in range(len(b))]
 
 
 def _answers(polynomials, length: int) -> np.ndarray:

@@ -1,0 +1,136 @@
+"""Where a response might change, and the odds that it does: by the scores of what is left of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .noise_jumps import LEAST
+from .response import Response
+from .response_record import long_run, long_run_of
+
+PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
+LEVEL, GAIN = "level", "gain"
+
+
+class Place(NamedTuple):
+    """Where a change would be, as a sample, in which interval, and its log odds."""
+
+    at: int
+    interval: tuple[int, int]
+    log_odds: float
+
+
+def effects(now: Response, kind: str, i: int, places, turn: float = 0.0) -> np.ndarray:
+    """Return what a change at each of some samples does to y per unit, whitened, (places, rows).
+
+    A gain turns about some point: ``turn`` is what the level moves with it.
+    """
+    t = np.arange(len(now.record.y))
+    after = t >= np.asarray(places)[:, None]
+    if kind == LEVEL:
+        return now.whitened(after.astype(float))
+    return now.whitened(lfilter([1.0], now.denominator, (now.driven(i, now.moved(i)) + turn) * after, axis=-1))
+
+
+def scanned(now: Response, kind: str, i: int, places, r, turn: float = 0.0):
+    """Return what a change at each place takes off half the squares of ``r``, (places,), its size, and what is free."""
+    Q = now.basis
+    d = effects(now, kind, i, places, turn) * now.weight
+    d -= (d @ Q) @ Q.T
+    free = np.einsum("ij,ij->i", d, d)
+    score = d @ r
+    size = np.where(free > 1e-9 * len(r), score / np.maximum(free, 1e-300), 0.0)
+    return 0.5 * score * size, size, d
+
+
+def place(now: Response, kind: str, i: int, r, hint: int = -1, turn: float = 0.0) -> Place | None:
+    """Return the likeliest place of a change and the odds that there is one.
+
+    ``r`` (rows,) is what it has to explain; every sample near the ``hint`` is looked at, for a change whose onset says
+    all leaves nothing to be seen between the places of a coarse look.
+    """
+    rows, n = now.rows, len(now.rows)
+    if n < 2 * LEAST + 1:
+        return None
+    low, high = int(rows[LEAST]), int(rows[n - LEAST])
+    others = np.array([*now.levels, *(since for _, since in now.gains)])
+    r = r * now.weight
+    r = r - now.basis @ (now.basis.T @ r)
+    grid = rows[np.linspace(LEAST, n - LEAST, min(PLACES, n - 2 * LEAST + 1)).astype(int)]
+    if hint >= 0:
+        about = int(np.searchsorted(rows, hint))
+        grid = np.concatenate([grid, rows[max(about - NEAR // 4, LEAST) : min(about + NEAR // 4, n - LEAST)]])
+    grid = apart(np.unique(grid), others)
+    if not len(grid):
+        return None
+    taken, _, _ = scanned(now, kind, i, grid, r, turn)
+    best = int(np.argmax(taken))
+    a, b = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    fine = rows[(rows >= a) & (rows <= b)]
+    fine = apart(fine[:: max(len(fine) // NEAR, 1)], others)
+    finer, sizes, d = scanned(now, kind, i, fine, r, turn)
+    at = int(np.argmax(finer))
+    if not finer[at] > 0:
+        return None
+    rest = d[at] * (r - d[at] * sizes[at])
+    calm = max(long_run(rest) / max(float(np.mean(d[at] ** 2)), 1e-300), 1.0)
+    calm /= 1.0 - float(np.max(d[at] ** 2) / np.sum(d[at] ** 2)) + 1e-9  # one sample alone is none of a change
+    gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm
+    where = np.concatenate([grid[grid < a], fine, grid[grid > b]])
+    width = np.gradient(np.searchsorted(rows, where).astype(float)) if len(where) > 1 else np.ones(1)
+    weight = width * np.exp(gain - gain.max())
+    share = np.cumsum(weight) / weight.sum()
+    ends = [int(where[min(int(np.searchsorted(share, q)), len(where) - 1)]) for q in (0.025, 0.975)]
+    odds = float(gain.max()) + math.log(weight.sum() / (n - 2 * LEAST + 1)) - 0.5 * math.log(n)
+    odds -= math.log(2 + len(now.b))
+    return Place(min(max(int(fine[at]), low), high), (ends[0], ends[1]), odds)
+
+
+def apart(places, others) -> np.ndarray:
+    """Return the places that are not beside another change: what is left there is what its date is wrong by."""
+    return places[np.all(abs(places[:, None] - others) >= LEAST, axis=1)]
+
+
+def located(now: Response, part: str, j: int) -> Place | None:
+    """Return where a change of a response is, beside all else of it, and its odds."""
+    kind, i = (LEVEL, 0) if part == "levels" else (GAIN, now.gains[j][0])
+    less = now.without(part, j)
+    less.cache["weight"] = now.weight
+    if kind == LEVEL:
+        return place(less, kind, i, less.left, now.levels[j])
+    size, shift = (float(now.more[now.placed()[one].start + j]) for one in ("gains", "shifts"))
+    return place(less, kind, i, less.left, now.gains[j][1], shift / size if size else 0.0)
+
+
+def worth(now: Response, part: str, many: int) -> float:
+    """Return the log odds of the last ``many`` numbers of a part beside all others, by the scores' own covariance."""
+    last = len(now.a) + now.b.size + now.placed()[part].stop
+    own = np.arange(last - many, last)
+    J = (now.whitened(now.slopes()[:-1]) * now.weight).T
+    size = np.sqrt(np.einsum("ij,ij->j", J, J))
+    J = J / np.where(size > 0, size, 1.0)
+    Q = np.linalg.qr(np.delete(J, own, axis=1))[0]
+    d = J[:, own] - Q @ (Q.T @ J[:, own])
+    U, value, _ = np.linalg.svd(d, full_matrices=False)
+    U = U[:, value > 1e-2]
+    if not U.shape[1]:
+        return -math.inf
+    r = now.left * now.weight
+    r = r - Q @ (Q.T @ r)
+    z = U.T @ (r + d @ (size[own] * now.theta[own]))
+    spread = long_run_of(U * (r - U @ (U.T @ r))[:, None] * math.sqrt(len(r)))
+    return 0.5 * float(z @ np.linalg.solve(spread, z)) - 0.5 * U.shape[1] * math.log(len(r)) - math.log(2 + len(now.b))
+
+
+def colourless(now: Response) -> Response:
+    """Return a response whose noise is white, of the size of what is left."""
+    if not len(now.f):
+        return now
+    bare = replace(now, f=np.zeros(0), sigma=np.ones(len(now.used)), cache={"slopes": now.slopes()})
+    size = max(1.4826 * float(np.median(abs(bare.left))), now.record.floor, 1e-300)
+    return replace(bare, sigma=np.full(len(now.used), size), cache={"slopes": now.slopes()})

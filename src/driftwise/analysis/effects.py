@@ -1,0 +1,187 @@
+"""What the inputs of a plant do in the end: gains, how they bend, when a step is answered; how far that is known."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..results.stable import swings
+from .response import Response
+from .segmentation import Hindsight
+from .step_response import DRAWS, StepResponse, answers, step_responses
+
+SEED = 0  # of the draws of parameters
+BENT, CLEAR = 1.2, 1.5  # of the largest slope over the least: below is straight, above matters
+INNER, PLACES = (0.05, 0.95), 6  # quantiles of an input between which its slopes are told, at so many places
+
+
+class Effect(NamedTuple):
+    """The steady gain of an input with its deviation and 95 % interval; its slopes, least and most, where it bends."""
+
+    gain: float
+    std: float
+    interval: tuple[float, float]
+    bend: tuple[float, float] | None
+    step: StepResponse | None
+    is_open: bool = False  # whether it may bend as far as is known
+
+    def held(self, wait: float) -> Effect:
+        """Return the same where its input may have moved so many samples before it was seen to."""
+        if not math.isfinite(wait):
+            return self._replace(interval=(-math.inf, math.inf), step=None)
+        if self.step is None:
+            return self
+        low, high = self.step.interval
+        return self._replace(step=self.step._replace(time=self.step.time + wait / 2, interval=(low, high + wait)))
+
+
+class Swing(NamedTuple):
+    """A mode that swings: its period and time constant in samples, and the 95 % interval of the period."""
+
+    period: float
+    time: float
+    interval: tuple[float, float]
+
+
+class Effects(NamedTuple):
+    """The effect of each input, how answers swing, and the error one step ahead of what this comes from."""
+
+    of: tuple[Effect, ...]
+    swing: Swing | None = None
+    error: float = math.inf
+    is_hindsight: bool = False
+
+    def held(self, waits) -> Effects:
+        """Return the same of inputs that are known at some rows only and held between them.
+
+        ``waits`` (k,): samples for which each stood still on average, infinite where it moved at most rows: then it
+        moved between them, too, and what it did is not known. Else it moved up to a row earlier than it was seen to.
+        """
+        return self._replace(of=tuple(effect.held(wait) for effect, wait in zip(self.of, waits)))
+
+
+def of_model(model, inputs: int) -> Effects:
+    """Return the effects that a model says."""
+    if not inputs:
+        return Effects(())
+    ends, steps = model.dc_gain_interval(), step_responses(model)
+    if not model.is_stable:
+        ends = [(-math.inf, math.inf)] * inputs
+    found = [
+        Effect(float(gain), float(std), (float(low), float(high)), None, step)
+        for gain, std, (low, high), step in zip(model.dc_gain, model.dc_gain_std, ends, steps)
+    ]
+    whole = getattr(model, "common", model)
+    drawn = [whole.form.polynomials(theta)[0] for theta in (whole.values, *whole.samples[:DRAWS])]
+    return Effects(tuple(found), swing([np.roots(a) for a in drawn]))
+
+
+def of_response(found: Hindsight) -> Effects:
+    """Return the effects of a response that was fitted in hindsight, as they are at its end."""
+    now, k = found.response, len(found.response.b)
+    error = float(np.sqrt(np.mean(now.sigma[now.rows] ** 2))) * found.y_scale
+    if not k:
+        return Effects((), None, error, True)
+    P = now.covariance()
+    if not np.isfinite(P).all():
+        return Effects((Effect(math.nan, math.inf, (-math.inf, math.inf), None, None),) * k, None, error, True)
+    value, vector = np.linalg.eigh(P)
+    root = vector * np.sqrt(np.maximum(value, 0.0))
+    draws = now.theta + np.random.default_rng(SEED).standard_normal((DRAWS, len(P))) @ root.T
+    drawn = [(now.denominator, numerators(now)), *(parts(now, theta) for theta in draws)]
+    steps = answers(drawn)
+    gains = []
+    for i in range(k):
+        scale = found.y_scale / found.u_scale[i]
+        slope = gain_slope(now, i)
+        std = float(math.sqrt(max(float(slope @ P @ slope), 0.0)) * scale)
+        gain = float(gain_of(now, i) * scale)
+        gains.append(
+            Effect(gain, std, (gain - 1.96 * std, gain + 1.96 * std), bend(now, i, gain), steps[i], may_bend(now, i))
+        )
+    return Effects(tuple(gains), swing([np.roots(a) for a, _ in drawn]), error, True)
+
+
+def swing(drawn) -> Swing | None:
+    """Return the slowest pair of poles (the first drawn are the likeliest) that nearly all draws have."""
+    pairs = [
+        max((p for p in poles if swings(p) and p.imag > 0 and abs(p) < 1), key=abs, default=None) for poles in drawn
+    ]
+    periods = [2 * math.pi / float(np.angle(p)) for p in pairs if p is not None]
+    if pairs[0] is None or len(periods) < 0.975 * len(pairs):
+        return None
+    low, high = np.quantile(periods, [0.025, 0.975])
+    return Swing(periods[0], -1 / math.log(abs(pairs[0])), (float(min(low, periods[0])), float(max(high, periods[0]))))
+
+
+def numerators(now: Response) -> list[np.ndarray]:
+    """Return B of each input with its delay, all of one length."""
+    long = max(now.nk) + now.b.shape[1]
+    return [np.pad(now.numerator(i), (0, long - now.nk[i] - now.b.shape[1])) for i in range(len(now.b))]
+
+
+def parts(now: Response, theta) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return A and B with other parameters."""
+    other = now.at(theta)
+    return other.denominator, numerators(other)
+
+
+def gain_of(now: Response, i: int) -> float:
+    """Return the steady gain of an input at the end, in units of the response."""
+    return float(now.b[i].sum() / now.denominator.sum() * now.factor(i)[-1])
+
+
+def gain_slope(now: Response, i: int) -> np.ndarray:
+    """Return its derivative by each parameter."""
+    theta, found = now.theta, np.zeros(len(now.theta))
+    for j in range(len(theta)):
+        h = np.zeros(len(theta))
+        h[j] = 1e-6 * max(abs(theta[j]), 1e-3)
+        found[j] = (gain_of(now.at(theta + h), i) - gain_of(now.at(theta - h), i)) / (2 * h[j])
+    return found
+
+
+def may_bend(now: Response, i: int) -> bool:
+    """Say whether an input that is not bent might be, by ``CLEAR`` or more, as far as the record tells."""
+    if i in now.bent or not len(now.record.shapes[i]):
+        return False
+    other = now.with_bend(i).refined(2)
+    shapes, at = now.record.shapes[i], other.placed()["bends"]
+    own = slice(len(now.a) + now.b.size + at.stop - len(shapes), len(now.a) + now.b.size + at.stop)
+    P = other.covariance()[own, own]
+    if not np.isfinite(P).all():
+        return True
+    value, vector = np.linalg.eigh(P)
+    draws = (
+        np.random.default_rng(SEED).standard_normal((DRAWS // 4, len(shapes)))
+        @ (vector * np.sqrt(np.maximum(value, 0.0))).T
+    )
+    own_draws = other.theta[own] + draws
+    spreads = [ratio(slopes(now, i, now.record.u[:, i] + c @ shapes)) for c in own_draws]
+    return float(np.quantile(spreads, 0.5)) > CLEAR
+
+
+def slopes(now: Response, i: int, w) -> list[float]:
+    """Return the slopes of a bent input between places from end to end of what it mostly did."""
+    x = now.record.u[:, i]
+    order = np.argsort(x, kind="stable")
+    at = np.unique(np.quantile(x, np.linspace(*INNER, PLACES), method="nearest"))
+    value = w[order][np.searchsorted(x[order], at)]
+    return [float(one) for one in np.diff(value) / np.diff(at)]
+
+
+def ratio(found: list[float]) -> float:
+    """Return the largest of some slopes over the least; infinite where they differ in sign."""
+    if not found:
+        return 1.0
+    return max(found) / min(found) if min(found) > 0 else math.inf
+
+
+def bend(now: Response, i: int, gain: float) -> tuple[float, float] | None:
+    """Return the slopes of a gain that bends, at the ends of what its input mostly did; None where it hardly does."""
+    if i not in now.bent:
+        return None
+    found = slopes(now, i, now.moved(i))
+    return (gain * min(found), gain * max(found)) if ratio(found) > BENT else None

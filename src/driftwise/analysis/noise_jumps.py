@@ -1,0 +1,88 @@
+"""Where the noise of a response jumps: binary segmentation of what is left of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from .response import Response
+from .response_record import HUBER, local_size, long_run
+
+LEAST = 30  # samples of a piece at least
+SURE = math.log(100.0)  # log odds from which a jump is told
+PIECES = 20  # jumps that are told at most
+
+
+class NoiseJump(NamedTuple):
+    """The first sample after it, where that lies in 95 of 100 cases, log odds, deviations before and after."""
+
+    at: int
+    interval: tuple[int, int]
+    log_odds: float
+    before: float
+    after: float
+
+
+def noises(now: Response) -> list[NoiseJump]:
+    """Return the jumps of the noise that is left."""
+    r, rows = now.left * now.sigma[now.rows], now.rows
+    found: list[NoiseJump] = []
+    pieces = [(0, len(r))]
+    while pieces and len(found) < PIECES:
+        a, b = pieces.pop()
+        if b - a <= 2 * LEAST:
+            continue
+        odds, at, (low, high) = _noise(r[a:b], LEAST, now.record.floor)
+        odds -= math.log(2 + len(now.b))
+        if odds > SURE:
+            sizes = float(np.std(r[a : a + at])), float(np.std(r[a + at : b]))
+            found.append(NoiseJump(int(rows[a + at]), (int(rows[a + low]), int(rows[a + high])), odds, *sizes))
+            pieces += [(a, a + at), (a + at, b)]
+    return sorted(found)
+
+
+def noisy(now: Response) -> Response:
+    """Return a response whose noise has the size of its surroundings between jumps of it."""
+    T = len(now.used)
+    shape = np.ones(T)
+    jumps = noises(now)
+    if not jumps and np.ptp(now.sigma) < 1e-12:
+        return now
+    ends = [0, *(jump.at for jump in jumps), T]
+    r = now.left * now.sigma[now.rows]
+    for a, b in pairwise(ends):
+        inside = abs(r[(now.rows >= a) & (now.rows < b)])
+        most = HUBER * 1.4826 * float(np.median(inside))
+        shape[a:b] = max(float(np.sqrt(np.mean(np.minimum(inside, most) ** 2))), 1e-300)
+    return replace(now, sigma=np.maximum(shape, now.record.floor), cache={"slopes": now.slopes()}).settled(1)
+
+
+def _noise(r, margin: int, floor: float) -> tuple[float, int, tuple[int, int]]:
+    """Return log odds, place and interval of another variance; what stands out of its surroundings is cut off."""
+    limit = HUBER * local_size(r)
+    r = np.clip(r, -limit, limit)
+    n, k = len(r), np.arange(1, len(r))
+    total = np.cumsum(r**2)
+    first, second = total[:-1] / k, (total[-1] - total[:-1]) / (n - k)
+    low = floor**2 + 1e-300
+    gain = 0.5 * (n * math.log(total[-1] / n + low) - k * np.log(first + low) - (n - k) * np.log(second + low))
+    gain = np.concatenate([[0.0], gain])
+    place = margin + int(np.argmax(gain[margin : n - margin]))
+    z = np.concatenate([part**2 / (np.mean(part**2) + low) for part in (r[:place], r[place:])]) - 1
+    return _odds(gain / max(long_run(z) / 2, 1.0), margin)
+
+
+def _odds(gain, margin: int) -> tuple[float, int, tuple[int, int]]:
+    """Return log odds of a jump somewhere, the likeliest place, and 95 % of the places."""
+    n = len(gain)
+    inside = gain[margin : n - margin]
+    best = float(inside.max())
+    weight = np.exp(inside - best)
+    share = np.cumsum(weight) / weight.sum()
+    low, high = (margin + int(np.searchsorted(share, q)) for q in (0.025, 0.975))
+    odds = best + math.log(weight.sum() / len(inside)) - 0.5 * math.log(n)
+    return odds, margin + int(np.argmax(inside)), (low, min(high, n - margin - 1))

@@ -1,0 +1,327 @@
+"""What inputs do to an output, in hindsight: one response beside coloured noise, of all that was measured.
+
+y = sum B_i/A (factor_i(t) w_i) + level(t) + e/F, with w_i = u_i + bends. Gaps need no care: a response is driven by
+inputs, and only samples that were measured are compared with it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, local_size
+
+STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
+INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
+EDGE = 0.9998  # of a pole, at most
+
+
+@dataclass(frozen=True)
+class Response:
+    """A fitted response: what it is made of, and its numbers.
+
+    Attributes
+    ----------
+    a, b : (n,), (k, m) coefficients of A and B, the latter from lag ``nk`` on
+    bent : inputs whose bends are estimated
+    gains : (input, first sample) of each gain that changed
+    ramps : inputs whose gain moves along a straight line
+    levels : the first sample of each step of the level
+    columns : (m, T) what else moves the level: a constant, a trend, a season
+    more : numbers of bends, gains, shifts (what the level moved with a gain, which turns about
+        an unknown point), ramps, start (the plant at the first sample), columns, levels
+    f : (p,) of the noise; sigma : (T,) its deviation
+    used : (T,) samples that are measured and no outliers
+    """
+
+    record: Record
+    a: np.ndarray
+    b: np.ndarray
+    nk: tuple[int, ...]
+    columns: np.ndarray
+    more: np.ndarray
+    f: np.ndarray
+    sigma: np.ndarray
+    used: np.ndarray
+    bent: tuple[int, ...] = ()
+    gains: tuple[tuple[int, int], ...] = ()
+    levels: tuple[int, ...] = ()
+    ramps: tuple[int, ...] = ()
+    cache: dict = field(default_factory=dict, compare=False, repr=False)
+
+    # --- numbers -----------------------------------------------------------------------------------------------
+
+    @property
+    def theta(self) -> np.ndarray:
+        """All parameters of the mean, in one row."""
+        return np.concatenate([self.a, self.b.ravel(), self.more])
+
+    def at(self, theta) -> Response:
+        """Return the same with other parameters."""
+        n, m = len(self.a), self.b.size
+        return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache={})
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether what the inputs did dies out."""
+        return not len(self.a) or bool(np.all(abs(np.roots(np.append(1.0, self.a))) < EDGE))
+
+    @property
+    def parts(self) -> tuple:
+        """What changes, bends or swings in it."""
+        return self.bent, self.gains, self.levels, self.ramps, len(self.columns)
+
+    def placed(self) -> dict[str, slice]:
+        """Return where the parts of ``more`` are."""
+        bends = sum(len(self.record.shapes[i]) for i in self.bent)
+        many = [bends, len(self.gains), len(self.gains), len(self.ramps), len(self.a)]
+        ends = np.cumsum([0, *many, len(self.columns), len(self.levels)])
+        return dict(
+            zip(("bends", "gains", "shifts", "ramps", "start", "columns", "levels"), map(slice, ends[:-1], ends[1:]))
+        )
+
+    def factor(self, i: int) -> np.ndarray:
+        """Return what the gain of an input is multiplied by, (T,)."""
+        T, at = len(self.record.y), self.placed()
+        found, t = np.ones(T), np.arange(T)
+        for (which, since), value in zip(self.gains, self.more[at["gains"]]):
+            if which == i:
+                found += value * (t >= since)
+        for which, value in zip(self.ramps, self.more[at["ramps"]]):
+            if which == i:
+                found += value * (t / T - 1)  # one at the end
+        return found
+
+    def bend(self, i: int) -> np.ndarray:
+        """Return the coefficients of the shapes of an input."""
+        values, first = self.more[self.placed()["bends"]], 0
+        for j in self.bent:
+            size = len(self.record.shapes[j])
+            if j == i:
+                return values[first : first + size]
+            first += size
+        return np.zeros(0)
+
+    # --- the mean and its slopes -------------------------------------------------------------------------------
+
+    def driven(self, i: int, x) -> np.ndarray:
+        """Return B_i of a signal, its delay included, before A."""
+        return lfilter(self.numerator(i), [1.0], x)
+
+    def numerator(self, i: int) -> np.ndarray:
+        """Return B of an input with its delay."""
+        return np.concatenate([np.zeros(self.nk[i]), self.b[i]])
+
+    @property
+    def denominator(self) -> np.ndarray:
+        """1, a1, .."""
+        return np.append(1.0, self.a)
+
+    def moved(self, i: int) -> np.ndarray:
+        """Return an input with its bends."""
+        u = self.record.u[:, i]
+        return u + self.bend(i) @ self.record.shapes[i] if i in self.bent else u
+
+    def slopes(self) -> np.ndarray:
+        """Return the mean's derivative by each parameter, (P, T), the mean itself in the last row."""
+        if "slopes" in self.cache:
+            return self.cache["slopes"]
+        T, k, A = len(self.record.y), len(self.b), self.denominator
+        t = np.arange(T)
+        w = [self.moved(i) for i in range(k)]
+        factors = [self.factor(i) for i in range(k)]
+        m = [self.driven(i, w[i]) for i in range(k)]
+        before = [sum((factors[i] * m[i] for i in range(k)), np.zeros(T))]
+        before += [factors[i] * delayed(w[i], self.nk[i] + j) for i in range(k) for j in range(self.b.shape[1])]
+        before += [factors[i] * self.driven(i, shape) for i in self.bent for shape in self.record.shapes[i]]
+        before += [m[i] * (t >= since) for i, since in self.gains]
+        before += [(t >= since).astype(float) for _, since in self.gains]
+        before += [m[i] * (t / T - 1) for i in self.ramps]
+        before += [np.eye(1, T, j)[0] for j in range(len(self.a))]
+        after = lfilter([1.0], A, np.array(before), axis=-1)
+        at, first = self.placed(), 1 + self.b.size
+        inner = sum(self.more[at[part]] @ after[first + at[part].start : first + at[part].stop] for part in INNER)
+        by_a = np.array([-delayed(lfilter([1.0], A, after[0] + inner), j) for j in range(1, len(self.a) + 1)])
+        by_a, level = by_a.reshape(-1, T), self.beside
+        mean = after[0] + inner + self.more[at["columns"].start :] @ level
+        self.cache["slopes"] = np.vstack([by_a, after[1:], level, mean])
+        return self.cache["slopes"]
+
+    @property
+    def beside(self) -> np.ndarray:
+        """What moves the level by itself, (m, T): columns and steps."""
+        t = np.arange(len(self.record.y))
+        return np.vstack([self.columns, *((t >= since).astype(float) for since in self.levels)])
+
+    @property
+    def mean(self) -> np.ndarray:
+        """What y is without noise, (T,)."""
+        return self.slopes()[-1]
+
+    # --- as a regression with white noise -----------------------------------------------------------------------
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The samples that count: used, as are those before by which the noise is whitened."""
+        if "rows" not in self.cache:
+            clear = self.used.copy()
+            clear[: max(self.nk, default=0) + self.b.shape[1] - 1] = False  # driven by inputs before the record
+            for j in range(1, len(self.f) + 1):
+                clear[j:] &= self.used[:-j]
+                clear[:j] = False
+            self.cache["rows"] = np.flatnonzero(clear)
+        return self.cache["rows"]
+
+    def whitened(self, x) -> np.ndarray:
+        """Return signals (.., T) at the rows that count, in deviations of white noise."""
+        return lfilter(np.append(1.0, self.f), [1.0], x, axis=-1)[..., self.rows] / self.sigma[self.rows]
+
+    @property
+    def left(self) -> np.ndarray:
+        """What the mean leaves of y there."""
+        if "left" not in self.cache:
+            y = np.where(self.used, self.record.y, 0.0)
+            self.cache["left"] = self.whitened(np.where(self.used, y - self.mean, 0.0))
+        return self.cache["left"]
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Huber's, as roots."""
+        if "weight" not in self.cache:
+            self.cache["weight"] = np.sqrt(np.minimum(1.0, HUBER / np.maximum(abs(self.left), 1e-300)))
+        return self.cache["weight"]
+
+    @property
+    def basis(self) -> np.ndarray:
+        """An orthonormal basis of what the parameters can do there, (rows, P)."""
+        if "basis" not in self.cache:
+            J = (self.whitened(self.slopes()[:-1]) * self.weight).T
+            size = np.sqrt(np.einsum("ij,ij->j", J, J))
+            Q, R = np.linalg.qr(J / np.where(size > 0, size, 1.0))
+            self.cache["basis"] = Q[:, abs(np.diag(R)) > 1e-7]
+        return self.cache["basis"]
+
+    def loss(self) -> float:
+        """Return Huber's loss of what is left."""
+        r = np.minimum(abs(self.left), 1e6)
+        return float(np.sum(np.where(r < HUBER, 0.5 * r * r, HUBER * r - 0.5 * HUBER**2)))
+
+    # --- fitting ------------------------------------------------------------------------------------------------
+
+    def refined(self, steps: int = STEPS) -> Response:
+        """Return the parameters that fit best nearby (Gauss and Newton), under the same noise."""
+        now, loss = self, self.loss()
+        for _ in range(steps):
+            w = now.weight
+            J = (now.whitened(now.slopes()[:-1]) * w).T
+            size = np.sqrt(np.einsum("ij,ij->j", J, J))
+            size = np.where(size > 0, size, 1.0)
+            way = np.linalg.lstsq(J / size, now.left * w, rcond=1e-7)[0] / size
+            for part in SHRINK:
+                tried = now.at(now.theta + part * way)
+                if tried.is_stable and (new := tried.loss()) < loss:
+                    break
+            else:
+                return now
+            now, gained, loss = tried, loss - new, new
+            if gained < 1e-4 * loss + 1e-9:
+                break
+        return now
+
+    def coloured(self) -> Response:
+        """Return the same with the noise that is left: outliers aside, its colour, its deviation."""
+        T, measured = len(self.record.y), np.isfinite(self.record.y)
+        left = np.where(self.used, np.where(measured, self.record.y, 0.0) - self.mean, np.nan)
+        f = autoregression(left, COLOUR)
+        now = replace(self, f=f, sigma=np.ones(T), cache={"slopes": self.slopes()})
+        shape = self.sigma / math.exp(float(np.mean(np.log(self.sigma))))
+        s = now.left / shape[now.rows]
+        s2 = float(np.mean(np.minimum(s**2, (HUBER * 1.4826 * np.median(abs(s))) ** 2)))
+        sigma = max(1.03 * math.sqrt(s2), 1e-300)
+        return replace(now, sigma=np.maximum(sigma * shape, self.record.floor), cache={"slopes": self.slopes()})
+
+    def without_outliers(self) -> Response:
+        """Return the same without samples that stand far out of their surroundings."""
+        r = self.left
+        far = np.zeros(len(self.used), bool)
+        far[self.rows] = abs(r) > FAR * local_size(r)
+        far[1:] &= ~far[:-1].copy()  # of several in a row the first: the others follow
+        return replace(self, used=self.used & ~far, cache={"slopes": self.slopes()}) if far.any() else self
+
+    def settled(self, times: int = 3) -> Response:
+        """Return parameters, noise and outliers that fit each other."""
+        now = self
+        for _ in range(times):
+            now = now.refined().coloured()
+        return now.refined()
+
+    # --- more or fewer parameters --------------------------------------------------------------------------------
+
+    def widened(self, part: str, value, **parts) -> Response:
+        """Return the same with more numbers, ``value`` (m,), at the end of a part of ``more``."""
+        at = self.placed()[part].stop
+        return replace(self, more=np.insert(self.more, at, value), cache={}, **parts)
+
+    def with_level(self, since: int, size: float = 0.0) -> Response:
+        """Return the same with a step of the level, not fitted yet."""
+        return self.widened("levels", size, levels=(*self.levels, since))
+
+    def with_gain(self, i: int, since: int, size: float = 0.0) -> Response:
+        """Return the same with a step of a gain."""
+        at = self.placed()
+        more = np.insert(self.more, [at["gains"].stop, at["shifts"].stop], [size, 0.0])
+        return replace(self, more=more, gains=(*self.gains, (i, since)), cache={})
+
+    def with_ramp(self, i: int) -> Response:
+        """Return the same with a gain that moves along a straight line."""
+        return self.widened("ramps", 0.0, ramps=(*self.ramps, i))
+
+    def with_bend(self, i: int) -> Response:
+        """Return the same with an input that bends."""
+        return self.widened("bends", np.zeros(len(self.record.shapes[i])), bent=(*self.bent, i))
+
+    def with_columns(self, columns) -> Response:
+        """Return the same with other signals beside."""
+        return self.widened("columns", np.zeros(len(columns)), columns=np.vstack([self.columns, columns]))
+
+    def without(self, part: str, j: int) -> Response:
+        """Return the same without a step of the level or of a gain, the j-th."""
+        left: dict[str, Any] = {part: tuple(one for k, one in enumerate(getattr(self, part)) if k != j)}
+        at = self.placed()
+        gone = [at[part].start + j, *([at["shifts"].start + j] if part == "gains" else [])]
+        return replace(self, more=np.delete(self.more, gone), cache={}, **left)
+
+    # --- what is known -------------------------------------------------------------------------------------------
+
+    @property
+    def criterion(self) -> float:
+        """Schwarz's: less is better, of responses of one record."""
+        n = max(int(self.used.sum()), 1)
+        s = self.sigma[self.rows]
+        misfit = 2 * self.loss() / max(len(self.rows), 1)
+        return n * (2 * float(np.mean(np.log(s))) + misfit) + (len(self.theta) + len(self.f)) * math.log(n)
+
+    def covariance(self) -> np.ndarray:
+        """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""
+        w = self.weight
+        J = (self.whitened(self.slopes()[:-1]) * w).T
+        size = np.sqrt(np.einsum("ij,ij->j", J, J))
+        size = np.where(size > 0, size, 1.0)
+        Q, R = np.linalg.qr(J / size)
+        if np.any(abs(np.diag(R)) < 1e-9):
+            return np.full((len(size), len(size)), np.inf)
+        inverse = np.linalg.solve(R, np.eye(len(R))) / size[:, None]
+        r = self.left * w
+        scores = Q * r[:, None]
+        many = min(len(r) // SHARE, int(4 * (len(r) / 100) ** (2 / 9)) * 3)
+        S = scores.T @ scores
+        for j in range(1, many + 1):
+            cross = scores[j:].T @ scores[:-j]
+            S += (1 - j / (many + 1)) * (cross + cross.T)
+        value, vector = np.linalg.eigh(S)
+        free = len(r) / max(len(r) - len(size) - len(self.f), 1)
+        return inverse @ (vector * (free * np.maximum(value, np.mean(r**2)))) @ vector.T @ inverse.T

@@ -1,0 +1,198 @@
+"""Which response: its order and delays, found by linear least squares at poles that are tried, then refined."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .delays import DelayScan, lagged, longest_delay
+from .response import Response
+from .response_record import HUBER, Record
+
+ORDERS = (1, 2, 3)
+TIMES = (0.7, 2.0, 5.0, 12.0, 30.0, 80.0)  # samples, of real poles that are tried
+SWINGS = ((3.0, 8.0), (8.0, 16.0), (8.0, 36.0), (20.0, 40.0), (20.0, 84.0))  # time constant and period of pairs
+LATEST = 100  # samples of delay that are looked at, at most
+MORE = 6.0  # by which the criterion of a higher order must be smaller
+ENOUGH = 6  # measured outputs for each parameter
+
+
+def plainest(record: Record) -> Response:
+    """Return what comes before any response: a level with a trend, and white noise."""
+    T, k = record.u.shape
+    columns = np.array([np.ones(T), np.arange(T) / T - 0.5])
+    used = np.isfinite(record.y)
+    return Response(
+        record, np.zeros(0), np.zeros((k, 0)), (0,) * k, columns, np.zeros(2), np.zeros(0), np.ones(T), used
+    )  # fmt: skip
+
+
+def respond(plain: Response, orders=ORDERS) -> Response | None:
+    """Return the response that Schwarz's criterion prefers; None where too few outputs were measured for any.
+
+    What moves the level, which inputs bend and whose gains change is taken from ``plain``.
+    """
+    many, k = int(plain.used.sum()), len(plain.b)
+    if many < ENOUGH * (4 + 2 * k):
+        return None
+    if not k:
+        return cleaned(plain.settled())
+    best = last = None
+    for n in orders:
+        m = max(2, n)
+        if many < ENOUGH * (n + k * m + len(plain.more)):
+            break
+        last = fitted(plain, last, n, m)
+        if best is None or last.criterion < best.criterion - MORE:
+            best = last
+    return None if best is None else cleaned(best)
+
+
+def begin(record: Record) -> Response | None:
+    """Return the response of a record, none of whose parts change, without outliers."""
+    plain = plainest(record)
+    if plain.used.sum() < ENOUGH * (4 + 2 * len(plain.b)):
+        return None
+    first = begun(plain, starts(None, 1), 1, 2) if len(plain.b) else plain.settled(1)
+    bare = replace(first, f=np.zeros(0), sigma=np.ones(len(first.sigma)), cache={})
+    return respond(replace(plain, used=bare.without_outliers().used, cache={}))
+
+
+def cleaned(found: Response) -> Response:
+    """Return the same without outliers, fitted again."""
+    less = found.without_outliers()
+    return found if less is found else less.coloured().settled(2)
+
+
+def fitted(plain: Response, last: Response | None, n: int, m: int) -> Response:
+    """Return a response of order n: begun under white noise, under that of a lower order, and as a difference equation.
+
+    Each is begun at the poles that leave least; the likeliest is taken.
+    """
+    found = [begun(start, starts(last, n), n, m) for start in (plain, last) if start is not None]
+    if (start := equation(plain, n, m)) is not None:
+        found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
+    return min(found, key=lambda one: one.criterion)
+
+
+def begun(start: Response, poles, n: int, m: int) -> Response:
+    """Return the response of order n that follows from the noise of another one and from poles to try."""
+    nk = start.nk
+    tried = [tried_at(start, some, nk, m) for some in poles]
+    _, a, nk = min(tried, key=lambda one: one[0])
+    best: Response | None = None
+    for _ in range(2):
+        now = linear(start, a, nk, m).refined(3).coloured().settled(2)
+        if best is None or now.criterion < best.criterion:
+            best = now
+        late = delays(now, now.a, now.nk, m)
+        if late == nk:
+            break
+        a, nk, start = now.a, late, now
+    assert best is not None
+    return best
+
+
+def equation(plain: Response, n: int, m: int) -> Response | None:
+    """Return a start at the poles of the likeliest difference equation, as if its errors were white."""
+    y, x = levelled(plain), moving(plain)
+    scan = DelayScan(y, x, n, (m,) * x.shape[1], max(min(longest_delay(y), LATEST), 1))
+    if not scan.is_enough:
+        return None
+    nk = scan.best((0,) * x.shape[1], (0,) * x.shape[1])
+    X = np.hstack(
+        [lagged(y, range(1, n + 1)), *(lagged(v, range(d, d + m)) for v, d in zip(x.T, nk)), np.ones((len(y), 1))]
+    )
+    use = np.isfinite(X).all(axis=1) & np.isfinite(y)
+    a = -np.linalg.lstsq(X[use], y[use], rcond=None)[0][:n]
+    if not np.all(abs(np.roots(np.append(1.0, a))) < 0.999):
+        return None
+    return replace(plain, f=a, nk=nk, cache={})
+
+
+def levelled(now: Response) -> np.ndarray:
+    """Return the outputs that count, less what moves their level by itself; NaN for the others."""
+    y, level = np.where(now.used, now.record.y, np.nan), now.beside
+    value = now.more[now.placed()["columns"].start :]
+    if not len(now.a):
+        seen = np.isfinite(y)
+        value = np.linalg.lstsq(level[:, seen].T, y[seen], rcond=None)[0]
+    return y - value @ level
+
+
+def moving(now: Response) -> np.ndarray:
+    """Return the inputs with their bends and factors, (T, k)."""
+    return np.array([now.factor(i) * now.moved(i) for i in range(len(now.b))]).T
+
+
+def starts(last: Response | None, n: int) -> list[np.ndarray]:
+    """Return sets of n poles: those of a response of lower order and others beside them, and pairs."""
+    single = [np.array([math.exp(-1 / tau)]) for tau in TIMES]
+    pairs = [np.exp(np.array([-1 / tau + 2j * np.pi / p, -1 / tau - 2j * np.pi / p])) for tau, p in SWINGS]
+    if n == 1 or last is None:
+        return single
+    old = np.roots(last.denominator)
+    found = [np.concatenate([old, p]) for p in single[:-1]]
+    if n == 2:
+        return found + pairs
+    slowest = old[np.argsort(-abs(old))]
+    real = slowest[abs(slowest.imag) < 1e-9][:1].real
+    return found + [np.concatenate([real if len(real) else np.array([0.8]), p]) for p in pairs]
+
+
+def tried_at(start: Response, poles, nk, m: int) -> tuple[float, np.ndarray, tuple[int, ...]]:
+    """Return what the best response with such poles leaves, its A, and delays."""
+    a = np.real(np.poly(poles))[1:]
+    if not len(start.a):
+        nk = delays(start, a, nk, m)
+    found = linear(start, a, nk, m)
+    return found.loss(), a, nk
+
+
+def linear(start: Response, a, nk, m: int) -> Response:
+    """Return the response with A and delays as given, all else by least squares under the noise of ``start``.
+
+    Bends, and gains that change, stay as they were.
+    """
+    record, k, at = start.record, len(start.b), start.placed()
+    more = np.insert(np.delete(start.more, at["start"]), at["start"].start, np.zeros(len(a)))
+    found = replace(start, a=np.asarray(a), b=np.ones((k, m)), nk=tuple(nk), more=more, cache={})
+    size, at = found.b.size, found.placed()
+    free = np.concatenate([np.arange(size), size + np.arange(at["start"].start, len(more))])
+    X = found.whitened(found.slopes()[len(a) + free]).T
+    y = found.whitened(np.where(found.used, np.where(np.isfinite(record.y), record.y, 0.0), 0.0))
+    w: np.ndarray = np.ones(len(y))
+    value = np.zeros(len(free))
+    for _ in range(2):
+        value = np.linalg.lstsq(X * w[:, None], y * w, rcond=1e-8)[0]
+        r = y - X @ value
+        w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(abs(r))) / np.maximum(abs(r), 1e-300)))
+    theta = found.theta
+    theta[len(a) + free] = value
+    return found.at(theta)
+
+
+def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
+    """Return the delays that leave least with such poles, under the noise of ``now``, one input after the other."""
+    y = levelled(now)
+    most = min(longest_delay(y), LATEST)
+    if most < 1:
+        return tuple(nk)
+    white = np.append(1.0, now.f)
+    x = lfilter(white, np.append(1.0, a), moving(now), axis=0)
+    if len(now.f):
+        y = sum(f * shifted[:, 0] for f, shifted in zip(white, (lagged(y, [j]) for j in range(len(white)))))
+    scan = DelayScan(y, x, 0, (m,) * x.shape[1], most)
+    return scan.best(tuple(min(d, most) for d in nk), (0,) * len(nk)) if scan.is_enough else tuple(nk)
+
+
+def stripped(now: Response) -> Response:
+    """Return a response without its dynamics and its noise, with all that changes in it: to be begun anew."""
+    T, k = now.record.u.shape
+    return replace(
+        now, a=np.zeros(0), b=np.zeros((k, 0)), nk=(0,) * k, more=np.delete(now.more, now.placed()["start"]),
+        f=np.zeros(0), sigma=np.ones(T), cache={},
+    )  # fmt: skip

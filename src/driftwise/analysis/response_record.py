@@ -1,0 +1,121 @@
+"""A record as a response is fitted to it, and the sizes, colours and long-run variances of what is left of one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .delays import lagged
+from .held_model import filled
+
+HUBER, FAR = 2.5, 5.0  # deviations beyond which a sample counts less, beyond which it is an outlier
+LOCAL = 50  # samples either side by which the size of the noise is known
+COLOUR = 8  # past values of the noise by which it is whitened, at most
+HALF = 0.5  # of the samples, which whitening by past values must leave
+FLOOR = 1e-4  # of the deviation of y, below which noise is none
+LAGS, SHARE = 200, 8  # lags of the correlation of scores at most, and as a share of them
+
+
+@dataclass(frozen=True)
+class Record:
+    """y (T,), NaN where missing, u (T, k) without gaps, both about zero; what bends are made of, for each input."""
+
+    y: np.ndarray
+    u: np.ndarray
+    shapes: tuple[np.ndarray, ...]  # of each input (m, T), without a straight part
+    floor: float  # what rounding leaves of the noise, at least
+
+
+def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
+    """Return y (T,) and u (T, k) about their medians in units of their deviations; the deviations; the middles of u."""
+    y = np.asarray(y, float)
+    u = np.column_stack([filled(x) for x in u.T]) if u.shape[1] else np.zeros((len(y), 0))
+    seen = y[np.isfinite(y)]
+    y_scale, u_scale = float(seen.std()) or 1.0, np.where(u.std(axis=0) > 0, u.std(axis=0), 1.0)
+    middle = u.mean(axis=0)
+    v = (u - middle) / u_scale
+    record = Record((y - np.median(seen)) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale)
+    return record, y_scale, u_scale, middle
+
+
+def shapes(x) -> np.ndarray:
+    """Return squares and cubes of a signal of deviation one, (m, T), without a straight part; fewer of few values."""
+    found, straight = [], np.linalg.qr(np.column_stack([np.ones(len(x)), x]))[0]
+    for f in (x * abs(x), x * x, x**3):
+        f = f - straight @ (straight.T @ f)
+        size = float(np.sqrt(np.mean(f * f)))
+        if size > 1e-3:
+            found.append(f / size)
+            straight = np.column_stack([straight, f / (size * math.sqrt(len(x)))])
+    return np.array(found).reshape(-1, len(x))
+
+
+def rounding(y) -> float:
+    """Return the deviation of the rounding of y, and no less than what nobody would call noise."""
+    steps = np.diff(np.unique(y))
+    step = float(steps.min()) if len(steps) else 0.0
+    if not step > 1e-9 * float(steps.sum() if len(steps) else 0.0) or np.any(abs(steps / step % 1 - 0.5) < 0.45):
+        step = 0.0  # not all of them are multiples of the smallest
+    return max(step / math.sqrt(12), FLOOR * float(np.std(y)) if len(y) else 0.0)
+
+
+def delayed(x, lag: int) -> np.ndarray:
+    """Return x(t - lag), zero before the record."""
+    found = np.zeros(len(x))
+    found[lag:] = x[: len(x) - lag]
+    return found
+
+
+def local_size(r) -> np.ndarray:
+    """Return the standard deviation about each sample, by the median of what is near."""
+    edges = np.arange(0, len(r), LOCAL)
+    middles = [float(np.median(abs(r[max(k - LOCAL // 2, 0) : k + 3 * LOCAL // 2]))) for k in edges]
+    size = 1.4826 * np.interp(np.arange(len(r)), edges + LOCAL / 2, middles)
+    return np.maximum(size, 1e-12 * (abs(r).max(initial=0.0) + 1e-300))
+
+
+def autoregression(v, most: int) -> np.ndarray:
+    """Return f of v(t) = -f1 v(t-1) .. + e, as many as Schwarz's criterion asks for; v is NaN where not known."""
+    most = min(most, max(len(v) // 30, 0))
+    known = int(np.isfinite(v).sum())
+    X = lagged(v, range(1, most + 1))
+    for p in range(most, 0, -1):
+        use = np.isfinite(X[:, :p]).all(axis=1) & np.isfinite(v)
+        if use.sum() > HALF * known:
+            break
+    else:
+        return np.zeros(0)
+    X, y = X[use, :p], v[use]
+    best, found = math.log(float(np.mean(y**2)) + 1e-300) * len(y), np.zeros(0)
+    for q in range(1, p + 1):
+        f = np.linalg.lstsq(X[:, :q], y, rcond=None)[0]
+        value = math.log(float(np.mean((y - X[:, :q] @ f) ** 2)) + 1e-300) * len(y) + q * math.log(len(y))
+        if value < best:
+            best, found = value, -f
+    return found
+
+
+def long_run(s) -> float:
+    """Return the long-run variance of a series, not below its variance (Newey and West, 1987)."""
+    n = len(s)
+    s = s - s.mean()
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(s, size)
+    lags = min(n // SHARE, LAGS)
+    found = np.fft.irfft(spectrum * spectrum.conj(), size)[: lags + 1] / n
+    weights = 1 - np.arange(1, lags + 1) / (lags + 1)
+    return float(max(found[0] + 2 * weights @ found[1:], found[0], 1e-300))
+
+
+def long_run_of(s) -> np.ndarray:
+    """Return the long-run covariance of series (n, m), no direction of it below one."""
+    n = len(s)
+    lags = min(n // SHARE, LAGS // 4)
+    S = s.T @ s / n
+    for j in range(1, lags + 1):
+        cross = s[j:].T @ s[:-j] / n
+        S += (1 - j / (lags + 1)) * (cross + cross.T)
+    value, vector = np.linalg.eigh(S)
+    return (vector * np.maximum(value, 1.0)) @ vector.T
