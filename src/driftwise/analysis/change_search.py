@@ -71,8 +71,10 @@ def alternatives(now: Response):
             found = place(look, kind, i, look.left)
             if found is None or found.log_odds < HOPE - SURE or any(abs(found.at - at) < LEAST for at in seen):
                 continue
-            seen.append(found.at)
-            yield tried(now, kind, i, found.at)
+            result = tried(look, kind, i, found.at)
+            if result is not None and result[0] > SURE:
+                seen.append(found.at)
+                yield result
     if (step := abrupt(now)) is not None:
         at, size = step
         used = now.used.copy()

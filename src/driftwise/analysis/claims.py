@@ -83,7 +83,7 @@ def _dynamics(found) -> Iterator[Claim]:
         return
     for name, effect in zip(table.inputs, effects.of):
         answer = effect.step
-        if _is_known(effect.interval) and answer is not None and _is_known(answer.interval):
+        if _is_known(effect.interval) and answer is not None and _is_known(answer.interval) and answer.time > 0:
             low, high = (table.dt * end for end in answer.interval)
             time = table.dt * answer.time
             text = say.step_words(name, table.lasting(time), f"{table.lasting(low)} to {table.lasting(high)}")

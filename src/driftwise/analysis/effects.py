@@ -14,6 +14,7 @@ from .step_response import DRAWS, StepResponse, answers, step_responses
 
 SEED = 0  # of the draws of parameters
 BENT, CLEAR = 1.2, 1.5  # of the largest slope over the least: below is straight, above matters
+HUGE = 1e9  # of slopes that differ in sign
 INNER, PLACES = (0.05, 0.95), 6  # quantiles of an input between which its slopes are told, at so many places
 
 
@@ -173,10 +174,10 @@ def slopes(now: Response, i: int, w) -> list[float]:
 
 
 def ratio(found: list[float]) -> float:
-    """Return the largest of some slopes over the least; infinite where they differ in sign."""
+    """Return the largest of some slopes over the least; `HUGE` where they differ in sign."""
     if not found:
         return 1.0
-    return max(found) / min(found) if min(found) > 0 else math.inf
+    return max(found) / min(found) if min(found) > 1e-9 * max(found) else HUGE
 
 
 def bend(now: Response, i: int, gain: float) -> tuple[float, float] | None:

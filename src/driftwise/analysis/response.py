@@ -240,8 +240,11 @@ class Response:
         now = replace(self, f=f, sigma=np.ones(T), cache={"slopes": self.slopes()})
         shape = self.sigma / math.exp(float(np.mean(np.log(self.sigma))))
         s = now.left / shape[now.rows]
-        s2 = float(np.mean(np.minimum(s**2, (HUBER * 1.4826 * np.median(abs(s))) ** 2)))
-        sigma = max(1.03 * math.sqrt(s2), 1e-300)
+        sigma = max(1.4826 * float(np.median(abs(s))), 1e-300)
+        for _ in range(5):  # the deviation that makes Huber's loss least: the criterion does not feel its error
+            sigma = max(
+                float(np.sqrt(np.mean(s**2 * np.minimum(1.0, HUBER * sigma / np.maximum(abs(s), 1e-300))))), 1e-300
+            )
         return replace(now, sigma=np.maximum(sigma * shape, self.record.floor), cache={"slopes": self.slopes()})
 
     def without_outliers(self) -> Response:

@@ -1,0 +1,72 @@
+"""A response in hindsight: gains of plants that are known, where difference equations have no rows, or other noise."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from driftwise.analysis.effects import of_response
+from driftwise.analysis.segmentation import GAIN, LEVEL, hindsight
+
+T, A = 1500, np.array([1.0, -1.5, 0.56])  # poles at 0.8 and 0.7
+
+
+def inputs(seed=0, k=1):
+    rng = np.random.default_rng(seed)
+    return np.column_stack([np.repeat(rng.choice([-1.5, -0.5, 0.5, 1.0, 1.5], T // 12), 12) for _ in range(k)])
+
+
+def clean(u, gains=(3.0,), delays=(7,), shape=lambda x: x, factor=None):
+    """Return what inputs do: a delay each, and one denominator."""
+    f = np.ones(T) if factor is None else factor
+    x = sum(g * A.sum() * f * np.concatenate([np.zeros(d), shape(v)[: T - d]]) for g, d, v in zip(gains, delays, u.T))
+    return lfilter([1.0], A, x)
+
+
+def noise(seed=1, colour=(1.0,), size=0.3):
+    return size * lfilter([1.0], colour, np.random.default_rng(seed).standard_normal(T))
+
+
+def effect(y, u, i=0):
+    return of_response(hindsight(y, u)).of[i]
+
+
+@pytest.mark.parametrize("colour", [(1.0,), (1.0, -0.9), tuple(A)])
+def test_a_gain_and_its_time_are_known_whatever_the_colour_of_the_noise(colour):
+    """Three plants' noises, eight records each: the truth lies within 1.5 times the 95 % interval in nearly all."""
+    held, done = 0, np.argmax(lfilter([A.sum()], A, np.ones(200)) >= 1 - np.exp(-1)) + 7
+    for seed in range(8):
+        u = inputs(seed)
+        found = effect(20 + clean(u) + noise(100 + seed, colour, 0.3 if len(colour) < 3 else 0.05), u)
+        is_timed = found.step is None or abs(found.step.time - done) < 1.0  # None: not told
+        held += is_timed and abs(found.gain - 3.0) < 1.5 * 1.96 * found.std
+        assert found.std < 0.5 and found.bend is None
+    assert held >= 7
+
+
+def test_one_output_in_eight_is_enough():
+    u = inputs(3, 2)
+    y = np.where(np.arange(T) % 8 == 0, clean(u, (3.0, -2.0), (7, 2)) + noise(4), np.nan)
+    found = of_response(hindsight(y, u)).of
+    for one, gain in zip(found, (3.0, -2.0)):
+        assert abs(one.gain - gain) < 1.5 * 1.96 * one.std and one.std < 0.2
+
+
+def test_a_gain_that_bends_is_told_with_its_slopes_and_steps_are_no_jumps():
+    u = inputs(5)
+    seen = hindsight(clean(u, shape=lambda x: x + 0.35 * x * abs(x)) + noise(6), u)
+    (one,) = of_response(seen).of
+    assert seen.jumps() == [] and one.bend is not None and 3.0 < one.bend[0] < 4.2 < one.bend[1] < 6.5
+
+
+def test_a_level_that_steps_at_the_sensor_is_found_beside_noise_of_the_plant():
+    """In a difference equation it is a spike, which an outlier filter takes away, and a shelf."""
+    u, after = inputs(7), np.arange(T) >= 700
+    (jump,) = hindsight(clean(u) + noise(8, tuple(A), 0.05) + 2.0 * after, u).jumps()
+    assert jump.kind == LEVEL and abs(jump.at - 700) <= 2 and jump.after == pytest.approx(2.0, abs=0.4)
+
+
+def test_a_season_is_no_jump_and_hides_no_gain():
+    u, t = inputs(9), np.arange(T)
+    y = clean(u, factor=np.where(t < 900, 1.0, 0.6)) + noise(10) + 1.5 * np.sin(2 * np.pi * t / 140)
+    (jump,) = hindsight(y, u).jumps()
+    assert jump.kind == GAIN and abs(jump.at - 900) < 15 and jump.after == pytest.approx(1.8, abs=0.15)
