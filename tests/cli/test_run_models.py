@@ -234,6 +234,10 @@ def test_columns_that_nobody_named_are_recognised_for_a_model_that_was(call, tmp
         a1, b1, _ = found["summary"]["parameters"]
         assert abs(a1["value"] + 0.8) < 4 * a1["std"] and abs(b1["value"] - 0.5) < 4 * b1["std"]
         assert ("The output is 'temperature'" in found["words"]) == (options[-2:] != ["-t", "seconds"])
+    assert late == [T // 2 + 3] and abs(a1["value"] + 0.8) < a1["std"]
+    assert call("run", tmp_path / "t.csv", "--model", "arx:1,1", "--offset", "mean", "--json", result)[0] == 0
+    found = json.loads(result.read_text())  # means belong to no regime
+    assert len(found["jumps"]) == 9 and found["summary"]["parameters"][1]["value"] < 0
 
 
 def test_a_model_of_columns_that_leave_it_open_is_asked_about(call, tmp_path):

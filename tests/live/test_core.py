@@ -1,5 +1,6 @@
 """The core of the service: the bits of a fleet, whatever is lost between two commits."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from live_plant import found, lines, opened, outputs, states
 from driftwise.live.sources.base import Parcel
 from driftwise.live.sources.lines import Lines
 from driftwise.live.store.base import StoreFull
+from driftwise.live.store.sqlite import SqliteStore
 
 NOW = 2e9
 
@@ -122,3 +124,12 @@ def test_keys_are_bounded(tmp_path):
     core.take([Parcel(chunks)], NOW)
     assert len(core.by_number) == 5
     assert core.counters["keys_refused"] == 4
+
+
+def test_a_store_that_was_closed_is_free_at_once(tmp_path):
+    """Also where a process that is just being started holds a copy of every open file."""
+    first = SqliteStore(tmp_path)
+    copy = os.dup(first._lock)
+    first.close()
+    SqliteStore(tmp_path).close()
+    os.close(copy)

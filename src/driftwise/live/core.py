@@ -222,7 +222,7 @@ class Core:
     def tell(self, number: int, time: float, kind: str, text: str, odds: float | None = None) -> EventView:
         """Put down that something happened to a series."""
         self.last_event += 1
-        event = EventView(self.last_event, self.by_number[number].key, time, kind, text, odds)
+        event = EventView(self.last_event, self.by_number[number].key, time, kind, text.removeprefix(f"{kind}: "), odds)
         self._change.events.append(event)
         self.picture.happened(number, event)
         return event
@@ -235,8 +235,8 @@ class Core:
         options: dict[str, Any] = {"dt": config.dt, "first": config.first, "stuck": config.stuck}
         name = json.dumps([words, options, config.inputs])
         if name not in self.group_words:
-            self.group_words.append(name)
             self.groups.append(Rows(make(), **options))
+            self.group_words.append(name)
             self._members.append([])
             self._kept.append(0)
         series.group = self.group_words.index(name)

@@ -78,6 +78,10 @@ class SqliteStore(SqlStore):
 
     def close(self) -> None:
         self.base.close()
+        with suppress(ImportError):
+            import fcntl
+
+            fcntl.flock(self._lock, fcntl.LOCK_UN)  # a process that is just being started may still hold a copy
         os.close(self._lock)
 
 
