@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
+from ..models.filtering import linear_filter
 from .noise_jumps import LEAST
 from .response import Response
 from .response_record import long_run, long_run_of
@@ -34,7 +34,8 @@ def effects(now: Response, kind: str, i: int, places, turn: float = 0.0) -> np.n
     after = t >= np.asarray(places)[:, None]
     if kind == LEVEL:
         return now.whitened(after.astype(float))
-    return now.whitened(lfilter([1.0], now.denominator, (now.driven(i, now.moved(i)) + turn) * after, axis=-1))
+    moved = (now.driven(i, now.moved(i)) + turn) * after
+    return now.whitened(linear_filter([1.0], now.denominator, moved.T).T)
 
 
 def scanned(now: Response, kind: str, i: int, places, r, turn: float = 0.0):

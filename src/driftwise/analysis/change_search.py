@@ -77,9 +77,7 @@ def alternatives(now: Response):
                 yield result
     if (step := abrupt(now)) is not None:
         at, size = step
-        used = now.used.copy()
-        used[max(at - 1, 0) : at + REACH] |= np.isfinite(now.record.y[max(at - 1, 0) : at + REACH])
-        yield tried(replace(now, used=used, cache={"slopes": now.slopes()}), LEVEL, 0, at, size)
+        yield tried(now, LEVEL, 0, at, size)
     for i in range(len(now.b)):
         if i not in now.bent and len(now.record.shapes[i]):
             yield weighed(now.with_bend(i), "bends", len(now.record.shapes[i]))
@@ -93,6 +91,7 @@ def alternatives(now: Response):
 def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
     """Return the log odds of a change, once all else is fitted with it, and that response."""
     found: Place | None = None
+    now = now.with_all_near(at)
     for _ in range(2):
         other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
         part, j = ("levels", len(now.levels)) if kind == LEVEL else ("gains", len(now.gains))
@@ -102,6 +101,9 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
         if found.at == at:
             break
         at, size = found.at, float(other.more[other.placed()[part].stop - 1])
+    if found and (less := other.without_outliers()) is not other:  # what stands out beside the change is none of it
+        other = less.settled(1)
+        found = located(other, part, j)
     return (found.log_odds, other) if found else None
 
 
@@ -114,7 +116,7 @@ def weighed(other: Response, part: str, many: int):
 
 
 def abrupt(now: Response) -> tuple[int, float] | None:
-    """Return where the level of what is left steps most, and by how much; its onset may have been called an outlier."""
+    """Return where the level of what is left steps most, and by how much."""
     seen = np.flatnonzero(np.isfinite(now.record.y))
     seen = seen[seen >= now.rows[0]] if len(now.rows) else seen[:0]
     if len(seen) < 2 * LEAST + REACH:

@@ -73,17 +73,30 @@ class DelayScan:
         for i, (size, delay) in enumerate(zip(self.nb, nk)):
             first = self.na + i * self.deep + delay
             at += range(first + (skipped or {}).get(i, 0), first + size)
-        G, b = self.products[np.ix_(at, at)], self.products[at, -1]
-        G = G + RIDGE * np.eye(len(at))
-        return max(float(self.products[-1, -1] - b @ np.linalg.solve(G, b)), 1e-14)
+        return float(self._left(np.array([at]))[0])
+
+    def _left(self, at) -> np.ndarray:
+        """Return the shares that regressors at (D, m) leave, (D,)."""
+        G, b = self.products[at[:, :, None], at[:, None, :]], self.products[at, -1]
+        taken = np.einsum("ij,ij->i", b, np.linalg.solve(G + RIDGE * np.eye(at.shape[1]), b[:, :, None])[:, :, 0])
+        return np.maximum(self.products[-1, -1] - taken, 1e-14)
+
+    def _scanned(self, nk, i: int, least: int) -> int:
+        """Return the delay of one input that leaves least, ``least`` or more."""
+        before = self.na + sum(self.nb[:i])
+        at = np.concatenate([np.arange(self.na), *(self.na + j * self.deep + d + np.arange(m)
+                                                   for j, (m, d) in enumerate(zip(self.nb, nk)))])  # fmt: skip
+        tried = np.arange(least, self.most + 1)
+        every = np.tile(at, (len(tried), 1))
+        every[:, before : before + self.nb[i]] += tried[:, None] - nk[i]
+        return int(tried[np.argmin(self._left(every))])
 
     def best(self, nk, least) -> tuple[int, ...]:
         """Return the delays, ``least`` (k,) or more, that leave least: one input after the other, twice over."""
         found = list(nk)
         for _ in range(2 if len(found) > 1 else 1):
             for i in range(len(found)):
-                tried = [(self.left([*found[:i], d, *found[i + 1 :]]), d) for d in range(least[i], self.most + 1)]
-                found[i] = min(tried)[1]
+                found[i] = self._scanned(found, i, least[i])
         return tuple(found)
 
     def odds(self, nk, other) -> float:

@@ -11,13 +11,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
+from ..models.filtering import linear_filter
 from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, local_size
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
 INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
 EDGE = 0.9998  # of a pole, at most
+ONSET = 5  # samples about the date of a change that may have been called outliers for it
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class Response:
 
     def driven(self, i: int, x) -> np.ndarray:
         """Return B_i of a signal, its delay included, before A."""
-        return lfilter(self.numerator(i), [1.0], x)
+        return linear_filter(self.numerator(i), [1.0], x)
 
     def numerator(self, i: int) -> np.ndarray:
         """Return B of an input with its delay."""
@@ -142,11 +143,11 @@ class Response:
         before += [(t >= since).astype(float) for _, since in self.gains]
         before += [m[i] * (t / T - 1) for i in self.ramps]
         before += [np.eye(1, T, j)[0] for j in range(len(self.a))]
-        after = lfilter([1.0], A, np.array(before), axis=-1)
+        after = linear_filter([1.0], A, np.array(before).T).T
         at, first = self.placed(), 1 + self.b.size
         inner = sum(self.more[at[part]] @ after[first + at[part].start : first + at[part].stop] for part in INNER)
-        by_a = np.array([-delayed(lfilter([1.0], A, after[0] + inner), j) for j in range(1, len(self.a) + 1)])
-        by_a, level = by_a.reshape(-1, T), self.beside
+        again, level = linear_filter([1.0], A, after[0] + inner), self.beside
+        by_a = np.array([-delayed(again, j) for j in range(1, len(self.a) + 1)]).reshape(-1, T)
         mean = after[0] + inner + self.more[at["columns"].start :] @ level
         self.cache["slopes"] = np.vstack([by_a, after[1:], level, mean])
         return self.cache["slopes"]
@@ -160,7 +161,17 @@ class Response:
     @property
     def mean(self) -> np.ndarray:
         """What y is without noise, (T,)."""
-        return self.slopes()[-1]
+        if "slopes" in self.cache:
+            return self.cache["slopes"][-1]
+        if "mean" not in self.cache:
+            T, at = len(self.record.y), self.placed()
+            x = sum((self.factor(i) * self.driven(i, self.moved(i)) for i in range(len(self.b))), np.zeros(T))
+            for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
+                x[since:] += shift
+            x[: len(self.a)] += self.more[at["start"]]
+            self.cache["mean"] = linear_filter([1.0], self.denominator, x)
+            self.cache["mean"] += self.more[at["columns"].start :] @ self.beside
+        return self.cache["mean"]
 
     # --- as a regression with white noise -----------------------------------------------------------------------
 
@@ -178,7 +189,7 @@ class Response:
 
     def whitened(self, x) -> np.ndarray:
         """Return signals (.., T) at the rows that count, in deviations of white noise."""
-        return lfilter(np.append(1.0, self.f), [1.0], x, axis=-1)[..., self.rows] / self.sigma[self.rows]
+        return linear_filter(np.append(1.0, self.f), [1.0], x.T).T[..., self.rows] / self.sigma[self.rows]
 
     @property
     def left(self) -> np.ndarray:
@@ -254,6 +265,12 @@ class Response:
         far[self.rows] = abs(r) > FAR * local_size(r)
         far[1:] &= ~far[:-1].copy()  # of several in a row the first: the others follow
         return replace(self, used=self.used & ~far, cache={"slopes": self.slopes()}) if far.any() else self
+
+    def with_all_near(self, at: int) -> Response:
+        """Return the same with all samples about a change that were measured."""
+        used, near = self.used.copy(), slice(max(at - ONSET, 0), at + ONSET)
+        used[near] |= np.isfinite(self.record.y[near])
+        return replace(self, used=used, cache={"slopes": self.slopes()})
 
     def settled(self, times: int = 3) -> Response:
         """Return parameters, noise and outliers that fit each other."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
 
+from ..models.filtering import linear_filter
 from .delays import DelayScan, lagged, longest_delay
 from .response import Response
 from .response_record import HUBER, Record
@@ -182,7 +182,7 @@ def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     if most < 1:
         return tuple(nk)
     white = np.append(1.0, now.f)
-    x = lfilter(white, np.append(1.0, a), moving(now), axis=0)
+    x = linear_filter(white, np.append(1.0, a), moving(now))
     if len(now.f):
         y = sum(f * shifted[:, 0] for f, shifted in zip(white, (lagged(y, [j]) for j in range(len(white)))))
     scan = DelayScan(y, x, 0, (m,) * x.shape[1], most)

@@ -19,10 +19,16 @@ def linear_filter(b, a, x) -> np.ndarray:
     b, a, x = (np.asarray(values, float) for values in (b, a, x))
     T = len(x)
     columns = x.reshape(T, -1)
-    w = np.column_stack([np.convolve(b, column)[:T] for column in columns.T]) / a[0] if columns.size else columns
-    if len(a) > 1 and columns.size:
+    if x.ndim == 1 and T and len(b):
+        w = np.convolve(b / a[0], x)[:T, None]
+    else:
+        w = np.zeros(columns.shape, order="F")  # as LAPACK has it
+        for j in np.flatnonzero(b[:T]):
+            w[j:] += b[j] / a[0] * columns[: T - j]
+    if len(a) > 1 and w.size:
         from scipy.linalg.lapack import dtbtrs
 
-        band = np.repeat((a[:T] / a[0])[:, None], T, axis=1)
-        w, _ = dtbtrs(band, w, uplo="L", diag="U")
+        band = np.empty((min(len(a), T), T), order="F")
+        band[:] = (a[:T] / a[0])[:, None]
+        w, _ = dtbtrs(band, w, uplo="L", diag="U", overwrite_b=True)
     return np.asarray(w).reshape(x.shape)
