@@ -239,7 +239,7 @@ class Response:
             else:
                 return now
             now, gained, loss = tried, loss - new, new
-            if gained < 1e-4 * loss + 1e-9:
+            if gained < 1e-3 * loss + 1e-9:
                 break
         return now
 

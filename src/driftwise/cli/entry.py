@@ -13,6 +13,7 @@ def main() -> None:
     """Run the command line."""
     atexit.register(_answer, signal.SIG_IGN)  # last of all: an interpreter that is torn down would die without a word
     _answer(_leave)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of matrices as small as ours a second thread only waits
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped
 
