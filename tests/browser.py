@@ -1,5 +1,6 @@
 """A headless Chromium, driven through the DevTools protocol with what Bokeh already brings (tornado)."""
 
+import asyncio
 import base64
 import json
 import shutil
@@ -21,6 +22,7 @@ class Browser:
         options += [f"--window-size={width},{height}", "--remote-debugging-port=0", f"--user-data-dir={folder}"]
         self.process = subprocess.Popen([PROGRAM, *options, "about:blank"], stderr=subprocess.PIPE, text=True)
         self.loop, self.socket, self.count, self.said = IOLoop(make_current=False), None, 0, []
+        asyncio.set_event_loop(self.loop.asyncio_loop)  # whatever ran before has left none
         try:
             self.connect()
         except BaseException:

@@ -83,7 +83,7 @@ def test_a_run_says_options_on_the_terminal_on_the_page_and_as_json(call, bent, 
     [
         ("exponential:0", "--model arx:1,1 --memory exponential:0: lam must be a positive finite number, got 0.0"),
         ("matching:foo", "--model arx:1,1 --memory matching:foo: rule must be one of"),
-        ("window:2", "a window of 2 samples cannot learn 2 parameters and the variance of the noise: it needs"),
+        ("window:2", "a window of 2 samples cannot learn 3 parameters and the variance of the noise: it needs"),
     ],
 )
 def test_a_wrong_number_names_its_option(call, bent, memory, words):

@@ -68,11 +68,11 @@ def cleaned(found: Response) -> Response:
 
 
 def fitted(plain: Response, last: Response | None, n: int, m: int) -> Response:
-    """Return a response of order n: begun under white noise, under that of a lower order, and as a difference equation.
+    """Return a response of order n: begun under a lower order's noise, or white noise, and as a difference equation.
 
     Each is begun at the poles that leave least; the likeliest is taken.
     """
-    found = [begun(start, starts(last, n), n, m) for start in (plain, last) if start is not None]
+    found = [begun(last or plain, starts(last, n), n, m)]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
     return min(found, key=lambda one: one.criterion)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -129,6 +128,7 @@ class LiveJob(Job):
     async def _once(self, config: Any, site: Any = None) -> Any:
         """Run a configuration; return the next one, None at the end."""
         from driftwise.live.service import Service
+        from driftwise.report.printed import say
 
         service, again = Service(config, estimator_of, site or self._site(config)), list[Any]()
 
@@ -137,7 +137,7 @@ class LiveJob(Job):
                 again.append(self.config())
                 service.stop()
             except InputError as error:
-                sys.stderr.write(f"the configuration stays as it is: {error}\n")
+                say(f"the configuration stays as it is: {error}", stderr=True)
 
         loop = asyncio.get_running_loop()
         with suppress(NotImplementedError):  # Windows
@@ -149,6 +149,8 @@ class LiveJob(Job):
 
     def _site(self, config: Any) -> Any:
         """Return what makes the page of a board and says where it is; None where none is wanted."""
+        from driftwise.report.printed import say
+
         if not config.web.enabled:
             return None
         try:
@@ -157,10 +159,7 @@ class LiveJob(Job):
             words = f'the page needs {error.name}: pip install "driftwise[live]", or --no-web.'
             raise CommandError(words) from None
 
-        def say(address: str) -> None:
-            sys.stderr.write(f"the page is at {address}\n")
-
-        return lambda board: site_of(board, config.web, say)
+        return lambda board: site_of(board, config.web, lambda address: say(f"the page is at {address}", stderr=True))
 
     # --- beside it -----------------------------------------------------------------------------------------
 
@@ -200,7 +199,7 @@ class LiveJob(Job):
 
         token = new_token()
         say(f"token, for browsers and programs; it is written nowhere else: {token}")
-        print(f'[web]\ntoken_hash = "{hashed(token)}"')
+        say(f'[web]\ntoken_hash = "{hashed(token)}"')
 
     def _status(self) -> None:
         """Say what a store holds; the service may run."""
