@@ -213,7 +213,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
         yk, row = np.where(seen, y[:, k], 0), psi[:, k]
         over, rest = units.see(row, seen)
         inverse = np.where(seen[:, None], over, inverse)
-        pi = (expect != "jumps") * (struck + 0.2) / (counted + 20)
+        pi = (expect != "jumps") * np.minimum((struck + 0.2) / (counted + 20), 0.25)
         corrected, taken = update(inc, row, yk, learnt, pi[:, None], rest=rest)
         new = where(seen, corrected, inc)
         mean, out.S[:, k] = forecast(inc, row, learnt, heavy=False)

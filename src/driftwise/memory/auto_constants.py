@@ -15,6 +15,7 @@ SAMPLES, TAU, PRIOR = 300.0, 2.0, 4.0  # that count; deviations of log NVR among
 # Outliers
 STRUCK, CHANCES = 0.2, 20.0  # before data: one sample in a hundred, with the weight of twenty
 STRUCK_FADES = 0.998  # per sample, of that count: five hundred samples tell the share of outliers
+OFTEN = 0.25  # at most: what is wrong oftener is no sensor's, but the model's
 ISOLATED = 2.0  # clean samples before one that is taken for a wrong number alone: several in a row are something else
 SUSPECT = 0.9  # what is said of the others, at most
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..engine.dispatch import kernel
 from ..engine.layout import Field, Layout, numbers
-from .auto_constants import CHANCES, LEVELS, STRUCK, STRUCK_FADES
+from .auto_constants import CHANCES, LEVELS, OFTEN, STRUCK, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
 from .suspicion import open_suspicion, suspicion_size
@@ -64,7 +64,7 @@ def open_parts(memory, state, N):
 @kernel
 def share_of_outliers(memory, head):
     """Return how many samples in one are outliers, as far as that is known."""
-    return memory.outliers * (head[STRUCK_SO_FAR] + STRUCK) / (head[COUNTED] + CHANCES)
+    return memory.outliers * min((head[STRUCK_SO_FAR] + STRUCK) / (head[COUNTED] + CHANCES), OFTEN)
 
 
 @kernel
