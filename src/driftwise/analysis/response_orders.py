@@ -72,7 +72,7 @@ def fitted(plain: Response, last: Response | None, n: int, m: int) -> Response:
 
     Each is begun at the poles that leave least; the likeliest is taken.
     """
-    found = [begun(last or plain, starts(last, n), n, m)]
+    found = [begun(start, starts(last, n), n, m) for start in (plain, last) if start is not None]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
     return min(found, key=lambda one: one.criterion)
