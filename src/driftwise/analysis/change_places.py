@@ -112,9 +112,7 @@ def worth(now: Response, part: str, many: int) -> float:
     """Return the log odds of the last ``many`` numbers of a part beside all others, by the scores' own covariance."""
     last = len(now.a) + now.b.size + now.placed()[part].stop
     own = np.arange(last - many, last)
-    J = (now.whitened(now.slopes()[:-1]) * now.weight).T
-    size = np.sqrt(np.einsum("ij,ij->j", J, J))
-    J = J / np.where(size > 0, size, 1.0)
+    J, size = now.jacobian()
     Q = np.linalg.qr(np.delete(J, own, axis=1))[0]
     d = J[:, own] - Q @ (Q.T @ J[:, own])
     U, value, _ = np.linalg.svd(d, full_matrices=False)

@@ -69,11 +69,15 @@ class DelayScan:
 
     def left(self, nk, skipped: dict[int, int] | None = None) -> float:
         """Return the share of the squares of y that delays ``nk`` (k,) leave; without the first lags of some inputs."""
+        return float(self._left(np.array([self._places(nk, skipped)]))[0])
+
+    def _places(self, nk, skipped: dict[int, int] | None = None) -> list[int]:
+        """Return where the regressors of such delays are among all."""
         at = list(range(self.na))
         for i, (size, delay) in enumerate(zip(self.nb, nk)):
             first = self.na + i * self.deep + delay
             at += range(first + (skipped or {}).get(i, 0), first + size)
-        return float(self._left(np.array([at]))[0])
+        return at
 
     def _left(self, at) -> np.ndarray:
         """Return the shares that regressors at (D, m) leave, (D,)."""
@@ -84,10 +88,8 @@ class DelayScan:
     def _scanned(self, nk, i: int, least: int) -> int:
         """Return the delay of one input that leaves least, ``least`` or more."""
         before = self.na + sum(self.nb[:i])
-        at = np.concatenate([np.arange(self.na), *(self.na + j * self.deep + d + np.arange(m)
-                                                   for j, (m, d) in enumerate(zip(self.nb, nk)))])  # fmt: skip
         tried = np.arange(least, self.most + 1)
-        every = np.tile(at, (len(tried), 1))
+        every = np.tile(self._places(nk), (len(tried), 1))
         every[:, before : before + self.nb[i]] += tried[:, None] - nk[i]
         return int(tried[np.argmin(self._left(every))])
 

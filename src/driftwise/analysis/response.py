@@ -206,13 +206,18 @@ class Response:
             self.cache["weight"] = np.sqrt(np.minimum(1.0, HUBER / np.maximum(abs(self.left), 1e-300)))
         return self.cache["weight"]
 
+    def jacobian(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the slopes there, (rows, P), weighted, in units of their own sizes, and these."""
+        J = (self.whitened(self.slopes()[:-1]) * self.weight).T
+        size = np.sqrt(np.einsum("ij,ij->j", J, J))
+        size = np.where(size > 0, size, 1.0)
+        return J / size, size
+
     @property
     def basis(self) -> np.ndarray:
         """An orthonormal basis of what the parameters can do there, (rows, P)."""
         if "basis" not in self.cache:
-            J = (self.whitened(self.slopes()[:-1]) * self.weight).T
-            size = np.sqrt(np.einsum("ij,ij->j", J, J))
-            Q, R = np.linalg.qr(J / np.where(size > 0, size, 1.0))
+            Q, R = np.linalg.qr(self.jacobian()[0])
             self.cache["basis"] = Q[:, abs(np.diag(R)) > 1e-7]
         return self.cache["basis"]
 
@@ -227,11 +232,8 @@ class Response:
         """Return the parameters that fit best nearby (Gauss and Newton), under the same noise."""
         now, loss = self, self.loss()
         for _ in range(steps):
-            w = now.weight
-            J = (now.whitened(now.slopes()[:-1]) * w).T
-            size = np.sqrt(np.einsum("ij,ij->j", J, J))
-            size = np.where(size > 0, size, 1.0)
-            way = np.linalg.lstsq(J / size, now.left * w, rcond=1e-7)[0] / size
+            J, size = now.jacobian()
+            way = np.linalg.lstsq(J, now.left * now.weight, rcond=1e-7)[0] / size
             for part in SHRINK:
                 tried = now.at(now.theta + part * way)
                 if tried.is_stable and (new := tried.loss()) < loss:
@@ -327,15 +329,12 @@ class Response:
 
     def covariance(self) -> np.ndarray:
         """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""
-        w = self.weight
-        J = (self.whitened(self.slopes()[:-1]) * w).T
-        size = np.sqrt(np.einsum("ij,ij->j", J, J))
-        size = np.where(size > 0, size, 1.0)
-        Q, R = np.linalg.qr(J / size)
+        J, size = self.jacobian()
+        Q, R = np.linalg.qr(J)
         if np.any(abs(np.diag(R)) < 1e-9):
             return np.full((len(size), len(size)), np.inf)
         inverse = np.linalg.solve(R, np.eye(len(R))) / size[:, None]
-        r = self.left * w
+        r = self.left * self.weight
         scores = Q * r[:, None]
         many = min(len(r) // SHARE, int(4 * (len(r) / 100) ** (2 / 9)) * 3)
         S = scores.T @ scores
