@@ -3,17 +3,12 @@
 import os
 import random
 import signal
-import subprocess
-import sys
 import time
 
 from live_plant import configuration, found, lines, opened, outputs, states
+from live_process import asked, ended, started
 
 SAMPLES, SERIES, KILLS = 400, 12, 5
-
-
-def started(path):
-    return subprocess.Popen([sys.executable, "-m", "driftwise", "live", str(path)], stdout=subprocess.DEVNULL)
 
 
 def test_a_file_that_grows_is_followed_through_kills(tmp_path):
@@ -36,20 +31,9 @@ def test_a_file_that_grows_is_followed_through_kills(tmp_path):
     until = time.monotonic() + 120
     while b'"offset": %d' % data.stat().st_size not in _place(tmp_path) and time.monotonic() < until:
         time.sleep(0.2)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(30) == 0
+    assert ended(process) == 0
     assert found(opened(tmp_path / "store")) == states(y)
 
 
 def _place(folder):
-    import sqlite3
-
-    path = folder / "store" / "live.sqlite"
-    if not path.exists():
-        return b""
-    with sqlite3.connect(path) as base:
-        try:
-            rows = base.execute("SELECT json FROM places").fetchall()
-        except sqlite3.OperationalError:
-            return b""
-    return " ".join(row[0] for row in rows).encode()
+    return " ".join(row[0] for row in asked(folder, "SELECT json FROM places")).encode()

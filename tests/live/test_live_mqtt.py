@@ -3,14 +3,12 @@
 import os
 import random
 import signal
-import sqlite3
-import subprocess
-import sys
 import time
 
 import pytest
 from broker import Broker, messages, publisher
 from live_plant import configuration, found, opened, outputs, states
+from live_process import ended, samples, started
 
 pytestmark = pytest.mark.service
 SERIES, SAMPLES, SIZE = 200, 600, 10
@@ -41,28 +39,11 @@ def test_states_are_those_of_a_fleet(tmp_path, kills, restarts):
             if stage in (3, 9, 16)[:restarts]:
                 broker.restart()
             process = started(config)
-    broker.wait(lambda: kept(tmp_path) == SERIES * SAMPLES, 120)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(60) == 0
+    broker.wait(lambda: samples(tmp_path) == SERIES * SAMPLES, 120)
+    assert ended(process) == 0
     client.disconnect()
     client.loop_stop()
     broker.stop()
     core = opened(tmp_path / "store")
     assert found(core) == states(y)
     assert sum(len(rows) for _, rows in core.history.recent) == SERIES * SAMPLES
-
-
-def started(config):
-    return subprocess.Popen([sys.executable, "-m", "driftwise", "live", str(config)])
-
-
-def kept(folder):
-    """Return how many samples are in the store."""
-    path = folder / "store" / "live.sqlite"
-    if not path.exists():
-        return 0
-    with sqlite3.connect(path) as base:
-        try:
-            return (base.execute("SELECT SUM(LENGTH(numbers)) FROM recent").fetchone()[0] or 0) // 48
-        except sqlite3.OperationalError:
-            return 0

@@ -1,32 +1,15 @@
-"""A service that is asked to read its configuration again, and one whose outputs publish by MQTT."""
+"""A service that is asked to end or to read its configuration again, and one whose outputs publish by MQTT."""
 
 import json
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
 from broker import Broker, publisher
 from live_plant import configuration, lines, opened, outputs, states
 from live_plant import found as kept
-
-
-def started(config, **more):
-    return subprocess.Popen([sys.executable, "-m", "driftwise", "live", str(config)], text=True, **more)
-
-
-def samples(folder):
-    import sqlite3
-
-    path = folder / "store" / "live.sqlite"
-    if not path.exists():
-        return 0
-    with sqlite3.connect(path) as base:
-        try:
-            return (base.execute("SELECT SUM(LENGTH(numbers)) FROM recent").fetchone()[0] or 0) // 48
-        except sqlite3.OperationalError:
-            return 0
+from live_process import ended, listening, samples, started
 
 
 def test_a_configuration_is_read_again(tmp_path):
@@ -43,10 +26,27 @@ def test_a_configuration_is_read_again(tmp_path):
     config.write_text(good.replace("a.jsonl", "b.jsonl"))
     service.send_signal(signal.SIGHUP)
     Broker.wait(lambda: samples(tmp_path) == 600)
-    service.send_signal(signal.SIGTERM)
-    assert service.wait(30) == 0
+    assert ended(service) == 0
     service.stderr.close()
     assert kept(opened(tmp_path / "store")) == states(y)
+
+
+def test_asked_to_end_while_it_starts_it_ends_well(tmp_path):
+    """And one that is told to read a configuration that it has not read yet goes on."""
+    services = []
+    for number, after in enumerate((0.0, 0.1, 0.2, 0.4, 0.8)):
+        (folder := tmp_path / str(number)).mkdir()
+        config = configuration(folder, f'[[source]]\nkind = "file"\npath = "{folder / "a.jsonl"}"\n')
+        services.append((after, started(config, stderr=subprocess.PIPE)))
+    for after, service in services:
+        time.sleep(after / 2)
+        if after:
+            listening(service)
+            service.send_signal(signal.SIGHUP)
+            time.sleep(after / 2)
+        assert ended(service) == 0
+        assert service.stderr.read() in ("", "driftwise: stopped\n")
+        service.stderr.close()
 
 
 @pytest.mark.service
@@ -80,8 +80,7 @@ def test_events_and_estimates_are_published(tmp_path):
         )
         broker.wait(lambda: "homeassistant/sensor/driftwise_s0/config" in {topic for topic, _ in came})
     finally:
-        service.send_signal(signal.SIGTERM)
-        service.wait(30)
+        ended(service)
         client.disconnect()
         client.loop_stop()
         broker.stop()

@@ -1,4 +1,8 @@
-"""Where `driftwise` begins: asked to stop, by Ctrl-C or SIGTERM, it ends in one line from the first moment on."""
+"""Where `driftwise` begins: asked to stop, by Ctrl-C or SIGTERM, it ends in one line from the first moment on.
+
+A service is ended by SIGTERM and told by SIGHUP to read its configuration, by whoever started it and at any moment:
+the one is no failure of `driftwise live`, the other is in vain before the configuration was read at all.
+"""
 
 import atexit
 import os
@@ -11,6 +15,10 @@ STOPPED = b"driftwise: stopped\n"
 
 def main() -> None:
     """Run the command line."""
+    if sys.argv[1:2] == ["live"]:
+        CODES[signal.SIGTERM] = 0
+        if hasattr(signal, "SIGHUP"):  # not on Windows
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
     atexit.register(_answer, signal.SIG_IGN)  # last of all: an interpreter that is torn down would die without a word
     _answer(_leave)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of matrices as small as ours a second thread only waits
@@ -29,7 +37,7 @@ def main() -> None:
     try:
         run()
     except BaseException as ended:  # a library may make an error of its own of what was raised in it, or lose it
-        if not asked or (isinstance(ended, SystemExit) and ended.code):
+        if not asked or (isinstance(ended, SystemExit) and (ended.code or not CODES[asked[0]])):
             raise
         os.write(2, STOPPED)
         sys.exit(CODES[asked[0]])

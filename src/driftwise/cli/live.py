@@ -60,7 +60,7 @@ class LiveJob(Job):
             self._token()
         else:
             config = self.config()
-            self._plan(config) if self.only_check else self._run(config)
+            self._plan(config) if self.only_check else asyncio.run(self._serve(config))
 
     # --- what is asked for ---------------------------------------------------------------------------------
 
@@ -120,32 +120,36 @@ class LiveJob(Job):
 
     # --- at work -------------------------------------------------------------------------------------------
 
-    def _run(self, config: Any) -> None:
+    async def _serve(self, config: Any, site: Any = None) -> None:
         """Run until asked to end; asked to reload (SIGHUP), read the configuration again and go on."""
-        while config is not None:
-            config = asyncio.run(self._once(config))
-
-    async def _once(self, config: Any, site: Any = None) -> Any:
-        """Run a configuration; return the next one, None at the end."""
         from driftwise.live.service import Service
         from driftwise.report.printed import say
 
-        service, again = Service(config, estimator_of, site or self._site(config)), list[Any]()
+        configs, services = [config], list[Service]()
+
+        def end() -> None:
+            configs.clear()
+            for service in services:
+                service.stop()
 
         def reload() -> None:
             try:
-                again.append(self.config())
-                service.stop()
+                configs.append(self.config())
+                for service in services:
+                    service.stop()
             except InputError as error:
                 say(f"the configuration stays as it is: {error}", stderr=True)
 
         loop = asyncio.get_running_loop()
         with suppress(NotImplementedError):  # Windows
             for number in (signal.SIGTERM, signal.SIGINT):
-                loop.add_signal_handler(number, service.stop)
+                loop.add_signal_handler(number, end)
             loop.add_signal_handler(signal.SIGHUP, reload)
-        await service.run()
-        return again[-1] if again else None
+        while configs:
+            config = configs.pop()
+            configs.clear()
+            services[:] = [Service(config, estimator_of, site or self._site(config))]
+            await services[0].run()
 
     def _site(self, config: Any) -> Any:
         """Return what makes the page of a board and says where it is; None where none is wanted."""
@@ -179,7 +183,7 @@ class LiveJob(Job):
             way = f"through {demo.BROKER} at port {port}" if port else f"handed over ({demo.BROKER} is not installed)"
             say(f"{demo.PUMPS} pumps, ten samples a second of each, {way}; Ctrl-C ends it.")
             say(f"The bearing of pump {demo.FAILING:02d} fails after a minute.")
-            asyncio.run(self._once(config, lambda board: demo.Fed(site(board), board, port)))
+            asyncio.run(self._serve(config, lambda board: demo.Fed(site(board), board, port)))
 
     def _init(self, path: Path) -> None:
         """Write a commented example."""
