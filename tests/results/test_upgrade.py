@@ -1,6 +1,6 @@
 """What the version before the new names wrote is read, goes on, and gives the same numbers.
 
-Bit for bit, where no logarithm is taken: those of two libraries differ in the last bit.
+Bit for bit, where neither a logarithm is taken nor LAPACK asked: those of two machines differ in the last bit.
 """
 
 import hashlib
@@ -17,6 +17,8 @@ WRITTEN = json.loads((SAVED / "states-4.json").read_text())
 TRACES = "UntilJump", "Auto", "JointMIMO", "WindowObserver"
 # The states were written when logarithms came from the C library: the engine's own differ in the last digit, in these.
 LOGARITHMS = "Auto", "Interacting", "ModelAverage", "RunLengths", "Bank", "ARXMIMO"
+# Its gains come from the factorizations of LAPACK, whose sums are ordered as suits the processor.
+FACTORIZED = ("WindowObserver",)
 # AutoMemory weighs explanations otherwise since: what it had learnt is there, and the next prediction is the same;
 # those that follow differ by less than a hundredth of the noise, whose deviation is a tenth.
 REWRITTEN = {"Auto": 1e-3, "ModelAverage": 1e-3}
@@ -36,7 +38,7 @@ def test_a_saved_state_goes_on_as_it_would_have(name, tmp_path):
     atol = REWRITTEN.get(name, 1e-12)
     np.testing.assert_allclose(np.ravel(trace.innovation), was["innovation"], rtol=1e-9, atol=atol)
     row = digest(np.atleast_1d(trace.state))
-    assert name in LOGARITHMS or (digest(np.ravel(trace.innovation)), row) == (
+    assert name in (*LOGARITHMS, *FACTORIZED) or (digest(np.ravel(trace.innovation)), row) == (
         digest(np.array(was["innovation"])),
         was["row"],
     )
