@@ -18,7 +18,7 @@ import pytest
 import tiny_loop
 
 import driftwise as dw
-from driftwise.engine import compile, folders, objects
+from driftwise.engine import compile, finish, folders, objects
 from driftwise.engine.compilers import compilers, tcc
 
 SCRIPT = Path(tiny_loop.__file__)
@@ -255,3 +255,14 @@ def _settled(cache: Path, until=lambda: True, seconds: float = 30.0) -> None:
             return
         time.sleep(0.05)
     raise AssertionError(f"left behind: {[path.name for path in cache.iterdir()]}")
+
+
+@pytest.mark.skipif(not Path("/proc/self/autogroup").exists(), reason="cores are shared among processes alone here")
+def test_an_optimising_compiler_gives_way(tmp_path):
+    """By niceness, which counts in its session, and as a session, which counts among them."""
+    (tmp_path / "workshop").mkdir()
+    line = ["sh", "-c", f"nice > {tmp_path / 'said'}; cat /proc/self/autogroup >> {tmp_path / 'said'}", "loop.so"]
+    command = [sys.executable, "-SE", finish.__file__, tmp_path / "workshop", "key.fast", tmp_path / "pending", *line]
+    subprocess.run(command, start_new_session=True, check=False)
+    niceness, group = (tmp_path / "said").read_text().splitlines()
+    assert int(niceness) >= 10 and group.endswith("nice 10")
