@@ -75,7 +75,7 @@ docs: $(STAMP)  ## run every example of the documentation, draw its figures
 
 SERVICES += prometheus chromium  # what a live service is looked at with
 SERVICES += gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user mingw-w64 wine clang strace  # ARM, Windows, macOS
-SERVICES += mosquitto  # a broker for `driftwise live`
+SERVICES += mosquitto postgresql  # a broker and a database for `driftwise live`
 
 clean:
 	rm -rf $(VENV) out site build dist

@@ -11,6 +11,8 @@ import driftwise as dw
 from driftwise.fleet.run import FleetRun
 from driftwise.live.config import parse
 from driftwise.live.core import Core
+from driftwise.live.sources.base import Parcel
+from driftwise.live.sources.lines import Lines
 from driftwise.live.store.sqlite import SqliteStore
 from driftwise.tables.dataset import open_dataset
 
@@ -68,10 +70,16 @@ def lines(y: np.ndarray, first: int, last: int) -> str:
     return "".join(json.dumps({"key": f"s{i}", "time": 1e9 + t, "value": float(y[i, t])}) + "\n" for i, t in rows)
 
 
-def configuration(folder: Path, source: str) -> Path:
+def parcel(y: np.ndarray, first: int, last: int) -> Parcel:
+    """Return samples as a source hands them over, with the place "file"."""
+    chunks, refused = Lines("json").read(lines(y, first, last).encode())
+    return Parcel(chunks, None, ("file", last), refused)
+
+
+def configuration(folder: Path, source: str, store: str = "fsync = 0.2") -> Path:
     """Write the configuration of a service, return its path."""
     path = folder / "live.toml"
     path.write_text(
-        f'[model]\nmodel = "ar:2"\n[store]\npath = "{folder / "store"}"\nfsync = 0.2\n[web]\nenabled = false\n{source}'
+        f'[model]\nmodel = "ar:2"\n[store]\npath = "{folder / "store"}"\n{store}\n[web]\nenabled = false\n{source}'
     )
     return path

@@ -4,7 +4,7 @@ import os
 from dataclasses import replace
 
 import numpy as np
-from live_plant import found, lines, opened, outputs, states
+from live_plant import found, lines, opened, outputs, parcel, states
 
 from driftwise.live.sources.base import Parcel
 from driftwise.live.sources.lines import Lines
@@ -12,11 +12,6 @@ from driftwise.live.store.base import StoreFull
 from driftwise.live.store.sqlite import SqliteStore
 
 NOW = 2e9
-
-
-def parcel(y, first, last):
-    chunks, refused = Lines("json").read(lines(y, first, last).encode())
-    return Parcel(chunks, None, ("file", last), refused)
 
 
 def test_states_are_those_of_a_fleet_wherever_it_is_killed(tmp_path):

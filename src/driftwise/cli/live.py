@@ -208,11 +208,11 @@ class LiveJob(Job):
     def _status(self) -> None:
         """Say what a store holds; the service may run."""
         from driftwise.live.config import StoreConfig, load
-        from driftwise.live.store.sqlite import counted
+        from driftwise.live.store import counted
         from driftwise.report.printed import say
 
         store = load(self.path).store if self.path else StoreConfig(path=self.store or StoreConfig().path)
-        for words in counted(store.path):
+        for words in counted(store):
             say(words)
 
 

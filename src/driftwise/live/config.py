@@ -10,6 +10,7 @@ from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from ..engine.errors import InputError
 from .join import Clock
@@ -103,7 +104,8 @@ class StoreConfig:
     Attributes
     ----------
     path : folder; made if need be
-    url : "postgresql://.." keeps states and events there, and history in the folder
+    url : "postgresql://user@host/database" keeps states and events there, and history in the folder; its password is
+        in PGPASSWORD or ~/.pgpass
     fsync : s between two moments at which all is on the disk; 0: at every commit
     days : of history that are kept; 0: all
     most : series at a time; those beyond are refused and counted
@@ -118,6 +120,11 @@ class StoreConfig:
     def __post_init__(self):
         if self.fsync < 0 or self.days < 0 or self.most < 1:
             raise InputError("fsync and days are at least 0, most at least 1")
+        parts = urlsplit(self.url)
+        if self.url and parts.scheme not in ("postgresql", "postgres"):
+            raise InputError(f"url is postgresql://USER@HOST/DATABASE, got a {parts.scheme or 'text'}")
+        if parts.password or "password=" in parts.query:
+            raise InputError("url holds a password: put it into PGPASSWORD or ~/.pgpass")
 
 
 @dataclass(frozen=True)

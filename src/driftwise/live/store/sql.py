@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -148,6 +149,16 @@ class SqlStore:
     def forget(self, upto: int) -> None:
         with self.transaction():
             self.execute(f"DELETE FROM recent WHERE id <= {self.mark}", (upto,))
+
+
+def facts(execute: Callable[[str], Any]) -> list[str]:
+    """Return what tables hold in words; ``execute`` asks them."""
+    series, chosen = execute("SELECT COUNT(*), COUNT(grp) FROM series").fetchone()
+    events, seen = execute("SELECT COUNT(*), SUM(acknowledged) FROM events").fetchone()
+    last = execute("SELECT key, kind, sentence FROM events ORDER BY number DESC LIMIT 1").fetchone()
+    found = [f"{series} series" + (f", of {series - chosen} the model is not chosen yet" if series > chosen else "")]
+    found.append(f"{events} events, {events - (seen or 0)} of them not acknowledged")
+    return found + ([f"the last: {last[0]}: {last[1]}: {last[2]}"] if last else [])
 
 
 def _row(event: EventView) -> tuple:

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...engine.errors import InputError
 from .base import StoreFull
-from .sql import TABLES, VERSION, SqlStore
+from .sql import TABLES, VERSION, SqlStore, facts
 
 NAME = "live.sqlite"
 
@@ -106,11 +106,6 @@ def counted(folder: str | Path) -> list[str]:
         raise InputError(f"there is no store in {folder}: no {NAME}. Has a service run there?")
     with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=2.0)) as base:
         try:
-            series, unchosen = base.execute("SELECT COUNT(*), SUM(grp IS NULL) FROM series").fetchone()
-            events, unseen = base.execute("SELECT COUNT(*), SUM(acknowledged = 0) FROM events").fetchone()
-            last = base.execute("SELECT key, kind, sentence FROM events ORDER BY number DESC LIMIT 1").fetchone()
+            return facts(base.execute)
         except sqlite3.OperationalError as error:
             raise InputError(f"{path} cannot be read: {error}") from None
-    found = [f"{series} series" + (f", of {unchosen} the model is not chosen yet" if unchosen else "")]
-    found.append(f"{events} events, {unseen or 0} of them not acknowledged")
-    return found + ([f"the last: {last[0]}: {last[1]}: {last[2]}"] if last else [])
