@@ -1,9 +1,12 @@
 """What does not fit is refused at the door, in words: name, expectation, what came, likely cause."""
 
+import math
+
 import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.engine import validation
 
 Y = np.arange(10.0)
 
@@ -124,3 +127,11 @@ def test_nothing_measured_says_nothing():
     s = dw.Joint(2, inputs=1).scan(np.full(50, np.nan), np.ones(50)).summary()
     assert "too few" in s.words
     assert all(np.isinf(std) for _, _, std in s.parameters)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1.0, 1e200, 1e300])
+def test_deviations_know_no_unit(size):
+    x = np.array([1.0, np.nan, 2.0, 4.0])
+    assert validation.deviation(size * x) == pytest.approx(size * np.std([1, 2, 4]), rel=1e-12)
+    assert validation.root_mean_square(size * x) == pytest.approx(size * math.sqrt(7), rel=1e-12)
+    assert math.isnan(validation.deviation(x[1:2])) and validation.deviation(np.zeros(3)) == 0.0

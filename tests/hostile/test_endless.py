@@ -1,5 +1,6 @@
 """Files without end, where settings and plots are expected, are refused after a bounded read."""
 
+import subprocess
 import sys
 
 import numpy as np
@@ -44,3 +45,16 @@ def test_a_series_of_single_samples_is_not_whitened():
     x = np.full(400, np.nan)
     x[::5] = np.arange(80.0) % 7
     assert np.isnan(prewhitened(x)).all()
+
+
+@pytest.mark.parametrize("command", ["track - --follow", "track /dev/fd/0"])
+def test_a_stream_that_never_ends_a_line_is_refused(tmp_path, command):
+    tens = 1 << 20
+    code = f"import os\nwhile True: os.write(1, b'1234567890' * {tens})"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as endless:
+        done = subprocess.run(
+            ["prlimit", f"--as={4 << 30}", sys.executable, "-m", "driftwise", *command.split()],
+            stdin=endless.stdout, capture_output=True, text=True, cwd=tmp_path, timeout=120,
+        )  # fmt: skip
+        endless.kill()
+    assert done.returncode == 1 and "a line is longer than 64 MiB" in done.stderr, done.stderr

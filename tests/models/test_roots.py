@@ -327,3 +327,14 @@ def test_other_models_have_it_too():
     slow = dw.ContinuousJoint(2, inputs=1, dt=0.1).scan(y, u).model()
     joint = slow.poles_joint_covariance.reshape(2, 2, 2, 2)
     np.testing.assert_allclose(joint[[0, 1], :, [0, 1]], slow.poles_covariance, rtol=1e-9)
+
+
+@pytest.mark.parametrize("unit", [2.0**-200, 2.0**30, 2.0**200])
+def test_sampled_poles_do_not_depend_on_the_unit_of_the_input(unit):
+    P = 1e-4 * (np.ones((4, 4)) + np.diag([3.0, 4.0, 9.0, 8.0]))
+    scale = np.array([1.0, 1.0, unit, unit])
+    b = np.array([1.0, 0.5])
+    one, other = model([0.8, 0.75], b, P, 1), model([0.8, 0.75], unit * b, P * np.outer(scale, scale), 1)
+    assert one.method == ["sampled", "sampled"]
+    assert np.allclose(one.poles_std, other.poles_std, rtol=1e-9)
+    assert np.allclose(one.samples, other.samples / scale)

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from driftwise.engine.errors import InputError
-from driftwise.tables import checks, csvfile
+from driftwise.tables import checks, csvfile, growing
 from driftwise.tables.cells import NAT, plain, seconds
 from driftwise.tables.dialect import kind, sniff
 from driftwise.tables.parquetfile import MemorySource
@@ -613,7 +613,7 @@ def test_names_of_many_columns_are_made_different_in_linear_time():
 
 
 def test_a_line_without_an_end_is_refused_and_not_held_in_memory(monkeypatch):
-    monkeypatch.setattr(csvfile, "LONGEST_LINE", 1 << 20)
+    monkeypatch.setattr(growing, "LONGEST_LINE", 1 << 20)
 
     class Endless:
         taken = 0

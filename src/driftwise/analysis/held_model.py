@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..engine.errors import InputError
+from ..engine.validation import deviation, root_mean_square
 from ..models.canonical import Canonical
 from ..models.equation import Equation
 from ..models.filtering import linear_filter
 from ..models.noise import NoisePolynomial, OutputError, UnknownPolynomial
 
-HUGE = 1e100  # an error beyond is that of a model that ran away
+HUGE = 1e100  # deviations of y, beyond which an error is that of a model that ran away
 SIMULATION = math.inf  # steps ahead: from the inputs alone
 
 
@@ -108,19 +109,18 @@ class Fit(NamedTuple):
 
 def fits(errors: dict[float, np.ndarray], y, use) -> list[Fit]:
     """Return how large errors are where ``use`` says so."""
-    found = []
+    found, most = [], HUGE * (deviation(y) or 1.0)
     for steps, e in errors.items():
-        at = use & (np.abs(e) < HUGE)
-        spread = float(np.std(y[at])) if at.any() else math.nan
-        rmse = float(np.sqrt(np.mean(e[at] ** 2))) if at.any() else math.nan
-        fit = 100 * (1 - rmse / spread) if spread > 0 else math.nan
+        at = use & (np.abs(e) < most)
+        size, rmse = deviation(y[at]), root_mean_square(e[at])
+        fit = 100 * (1 - rmse / size) if size > 0 else math.nan
         last = math.nan
         if math.isfinite(steps):
             k = int(steps)
             step = np.full(len(y), np.nan)
             step[k:] = y[k:] - y[: max(len(y) - k, 0)]
             both = at & np.isfinite(step)
-            last = float(np.sqrt(np.mean(step[both] ** 2))) if both.any() else math.nan
+            last = root_mean_square(step[both])
         found.append(Fit(steps, fit, rmse, last))
     return found
 

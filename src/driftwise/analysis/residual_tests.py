@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..engine.validation import deviation
 from .delays import RIDGE, ROWS, lagged, longest_delay
 
 LAGS = 20  # of each cross-correlation, at least
@@ -75,6 +76,8 @@ def regressed(target, columns) -> np.ndarray:
     if np.count_nonzero(use) > 2 * (columns.shape[1] + 1):
         X, y = columns[use], target[use]
         X, y = X - X.mean(axis=0), y - y.mean()
+        largest = np.abs(X).max(axis=0, initial=0.0)
+        X = X / np.where(largest > 0, largest, 1.0)  # whose squares are numbers
         size = np.sqrt(np.einsum("ij,ij->j", X, X))
         X = X / np.where(size > 0, size, 1.0)
         left[use] = y - X @ np.linalg.solve(X.T @ X + RIDGE * np.eye(X.shape[1]), X.T @ y)
@@ -86,21 +89,24 @@ def prewhitened(x) -> np.ndarray:
     left = regressed(x, lagged(x, range(1, min(PAST, len(x) // 20) + 1)))
     if not np.isfinite(left).any():  # no sample has a past of which nothing is missing
         return left
-    size = float(np.nanstd(x))
-    return left if np.nanstd(left) > 1e-4 * size else np.full(len(x), np.nan)
+    return left if deviation(left) > 1e-4 * deviation(x) else np.full(len(x), np.nan)
 
 
 def moves(x) -> float:
     """Return how many samples moved a series: (sum of squares)^2 over the sum of fourth powers."""
     x = x[np.isfinite(x)]
-    return float((x @ x) ** 2 / max((x**2) @ (x**2), 1e-300)) if len(x) else 0.0
+    largest = np.abs(x).max(initial=0.0)
+    if not largest > 0:
+        return 0.0
+    square = (x / largest) ** 2
+    return float(square.sum() ** 2 / (square @ square))
 
 
 def correlate(z, x, lags, level: float) -> Correlated:
     """Return how far sums of z(t) x(t - k) lie from zero, k of ``lags``, each over the root of its sum of squares."""
     if moves(x) < MOVES:
         return NOTHING
-    products = z[:, None] * lagged(x, lags)
+    products = z[:, None] * lagged(x / np.nanmax(np.abs(x)), lags)
     seen = np.isfinite(products)
     products = np.where(seen, products, 0.0)
     scale = np.sqrt(np.einsum("ij,ij->j", products, products))
@@ -141,11 +147,11 @@ def is_computed(y, u) -> bool:
     """Say whether an input is computed from y: three samples of y and two of its own tell most of its moves exactly."""
     own = lagged(u, range(1, 3))
     columns = np.column_stack([np.ones(len(u)), own, lagged(y, range(3))])
-    moved = (np.abs(u - own[:, 0]) > EXACT * np.nanstd(u)) & np.isfinite(columns).all(axis=1) & np.isfinite(u)
+    moved = (np.abs(u - own[:, 0]) > EXACT * deviation(u)) & np.isfinite(columns).all(axis=1) & np.isfinite(u)
     if np.count_nonzero(moved) < MOVES:
         return False
     X = columns[moved] / np.maximum(np.abs(columns[moved]).max(axis=0), 1e-300)
-    alone, size = unexplained(X[:, :3], u[moved]), float(np.nanstd(u))
+    alone, size = unexplained(X[:, :3], u[moved]), deviation(u)
     return alone > EXACT * size and unexplained(X, u[moved]) < EXACT * alone
 
 
@@ -173,15 +179,15 @@ def squares(z, y, u, prediction, nk, many: int, level: float) -> tuple[float, fl
     linear = np.hstack(lags)
 
     def about(x):
-        return (x - np.nanmean(x)) / max(float(np.nanstd(x)), 1e-300)
+        return (x - np.nanmean(x)) / (deviation(x) or 1.0)
 
     block = [about(prediction) ** 2, *lagged(about(y) ** 2, [1]).T]
     for x, k in zip(u.T, nk):
         block += list(lagged(about(x) ** 2, range(k, k + min(many, 4))).T)
     left = [regressed(b, linear) for b in block]
-    seen = [g for g, b in zip(left, block) if np.nanstd(g) > 1e-6 * max(float(np.nanstd(b)), 1e-300) and moves(g) > 20]
+    seen = [g for g, b in zip(left, block) if deviation(g) > 1e-6 * max(deviation(b), 1e-300) and moves(g) > 20]
     e = regressed(z, linear)
-    if not seen or not np.nanstd(e) > 1e-3 * np.nanstd(z):
+    if not seen or not deviation(e) > 1e-3 * deviation(z):
         return math.nan, math.inf, 0
     G = np.column_stack(seen)
     use = np.isfinite(G).all(axis=1) & np.isfinite(e)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..engine.validation import deviation
 from .delays import lagged
 from .held_model import filled
 
@@ -33,7 +34,7 @@ def recorded(y, u) -> tuple[Record, float, np.ndarray, np.ndarray]:
     y = np.asarray(y, float)
     u = np.column_stack([filled(x) for x in u.T]) if u.shape[1] else np.zeros((len(y), 0))
     seen = y[np.isfinite(y)]
-    y_scale, u_scale = float(seen.std()) or 1.0, np.where(u.std(axis=0) > 0, u.std(axis=0), 1.0)
+    y_scale, u_scale = deviation(seen) or 1.0, np.array([deviation(x) or 1.0 for x in u.T])
     middle = u.mean(axis=0)
     v = (u - middle) / u_scale
     record = Record((y - np.median(seen)) / y_scale, v, tuple(shapes(x) for x in v.T), rounding(seen) / y_scale)
@@ -58,7 +59,7 @@ def rounding(y) -> float:
     step = float(steps.min()) if len(steps) else 0.0
     if not step > 1e-9 * float(steps.sum() if len(steps) else 0.0) or np.any(abs(steps / step % 1 - 0.5) < 0.45):
         step = 0.0  # not all of them are multiples of the smallest
-    return max(step / math.sqrt(12), FLOOR * float(np.std(y)) if len(y) else 0.0)
+    return max(step / math.sqrt(12), FLOOR * deviation(y) if len(y) else 0.0)
 
 
 def delayed(x, lag: int) -> np.ndarray:

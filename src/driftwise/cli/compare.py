@@ -79,7 +79,7 @@ class CompareJob(RecordJob):
         if record.bad:
             where = f" (first: {record.first_bad})" if record.first_bad else ""
             said.append(f"{record.bad} cells are not finite numbers and were taken as missing{where}.")
-        said += record.code_notes()
+        said += record.code_notes() + record.unit_notes()
         if values:
             means = ", ".join(f"{name} {number(value)}" for name, value in values.items())
             said.append(f"means of the first chunk were subtracted, for all alike: {means}.")

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from driftwise.cli.results import line
+from driftwise.engine.errors import InputError
 from driftwise.tables.growing import Growing
 
 REFRESH = 0.5  # s between two pictures of the live table
@@ -22,7 +23,13 @@ def follow(path: str, live, tracker, quiet: bool) -> None:
     with _teller(quiet) as tell, _asked_to_stop() as asked:
         try:
             while not (source.has_ended or asked()):
-                data, begins = source.read()
+                try:
+                    data, begins = source.read()
+                except InputError as error:  # a line without end
+                    if not tracker.counts["plots"]:
+                        raise
+                    live.leave_out(str(error))
+                    continue
                 tell(tracker, _feed(tracker, live.take(data, begins)) if data else [], not data)
             tell(tracker, _feed(tracker, live.take(source.rest())) + tracker.finish(), True)
         except BrokenPipeError:  # nobody reads what is told

@@ -106,6 +106,7 @@ def notes(job) -> list[str]:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
         said.append(f"{cells} cells are not finite numbers and were taken as missing{where}.")
     said += [f"{text[:-1]} (--raw takes them as they stand)." for text in record.code_notes()]
+    said += record.unit_notes()
     for name, value, row in offsets.extremes:
         said.append(
             f"{name!r} is {value:g} in row {row + 1}, ten thousand times farther out than the rest: an error code? "

@@ -40,7 +40,7 @@ class ObserveJob(RunOptions):
         from driftwise.cli.downsample import ObserverDownsampler
         from driftwise.results.observer_summary import ObserverSummary
 
-        self.open(*self.outputs, find_clock=False)
+        self.open(*self.outputs, find_clock=False).is_of_plant = True
         state = None
         with Saver(self.save) as saver:
             for chunk in self.chunks("estimating"):

@@ -65,6 +65,21 @@ def sizes(name, value, size) -> np.ndarray:
     return _sizes(name, each(name, value, size), value)
 
 
+def root_mean_square(values) -> float:
+    """Return that of the finite values, NaN without one; no unit is too large or too small for their squares."""
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return math.nan
+    exponent = int(np.frexp(np.abs(values).max())[1])
+    return float(np.ldexp(np.sqrt(np.mean(np.ldexp(values, -exponent) ** 2)), exponent))
+
+
+def deviation(values) -> float:
+    """Return the standard deviation of the finite values, as `root_mean_square` does."""
+    values = values[np.isfinite(values)]
+    return root_mean_square(values - values.mean()) if values.size else math.nan
+
+
 def _sizes(name, numbers, value):
     if np.any(numbers <= 0):
         raise InputError(f"{name} must be positive, got {value!r}")

@@ -12,12 +12,11 @@ from ..engine.errors import InputError
 from .canonical import Canonical
 from .markup import markup
 from .response import denominator_std, gain_interval, response
-from .roots import Roots, WithPoles, estimate, parts, solve, spread
+from .roots import Roots, WithPoles, drawn, estimate, parts, solve, spread
 from .simulation import simulate
 from .structure import Structure
 
 ONE = np.ones(1)
-DRAWS = 8192  # a sampled std is good to one percent
 
 
 class StateSpace:
@@ -114,8 +113,7 @@ class Model(StateSpace, WithPoles):
     @cached_property
     def samples(self) -> np.ndarray:
         """Parameters (8192, m) drawn from their posterior with a fixed seed."""
-        rng = np.random.default_rng(0)
-        return rng.multivariate_normal(self.values, self.covariance, DRAWS, check_valid="ignore", method="eigh")
+        return drawn(self.values, self.covariance, np.random.default_rng(0))
 
     @cached_property
     def _poles(self) -> Roots:

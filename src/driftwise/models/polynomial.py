@@ -10,9 +10,9 @@ import numpy as np
 
 from ..engine.errors import InputError
 from .canonical import Canonical
-from .convert import DRAWS, Model
+from .convert import Model
 from .family import Family
-from .roots import Roots, WithPoles, estimate, order, spread
+from .roots import Roots, WithPoles, drawn, estimate, order, spread
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class PolynomialModel(WithPoles):
             c = np.insert(self.values[start : start + size], 0, 1.0)
 
             def draws(c=c, P=P):
-                return rng.multivariate_normal(c, P, DRAWS, check_valid="ignore", method="eigh")
+                return drawn(c, P, rng)
 
             if size:
                 found.append(estimate(c, P, draws, "pole", ["1", *self.names[start : start + size]]))

@@ -11,6 +11,7 @@ import numpy as np
 # A root whose std exceeds this fraction of the distance to its nearest neighbour is sampled: there the first-order
 # variance is 4 % short, at twice that 20 % and more (tests/models/test_roots.py).
 CLOSE = 0.05
+DRAWS = 8192  # a sampled std is good to one percent
 # A leading coefficient, or a denominator, known to this fraction: its inverse has 8 % more variance than first order.
 SMALL = 0.1
 # One that lies within so many std of zero has an inverse without a variance.
@@ -34,6 +35,15 @@ class Roots(NamedTuple):
     def std(self) -> np.ndarray:
         """Root mean square radius of uncertainty of each root."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
+
+
+def drawn(mean, covariance, rng) -> np.ndarray:
+    """Return draws (8192, m) of a normal law, of each number in its own unit: large ones blur no small one."""
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.where((size > 0) & np.isfinite(size), size, 1.0)
+    P = covariance / unit / unit[:, None]
+    found = rng.multivariate_normal(np.zeros(len(unit)), P, DRAWS, check_valid="ignore", method="eigh")
+    return np.asarray(mean + unit * found)
 
 
 class WithPoles:

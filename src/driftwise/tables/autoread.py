@@ -152,7 +152,7 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
         turned = _turned(table, time, stamps)
         head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
-        found = recognise(head, output, inputs, time, table.source.units, stamps)
+        found = recognise(head, output, inputs, time, table.source.units, stamps, table.tens)
         found = found if dt is None else on_clock(found, dt)
         return replace(found, notes=(*turned, *found.notes))
     except InputError as error:

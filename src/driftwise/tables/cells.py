@@ -9,6 +9,7 @@ from driftwise.tables.dates import are_compact, counted, iso
 from driftwise.tables.dialect import MINUS, MISSING
 
 LARGEST = 1e100  # whose square is a number yet
+USUAL = 30  # powers of ten: sizes of data beyond, either way, are counted in a unit of their own
 LOOK = 2000  # cells by which the kind of a column is settled
 NAT = -(2**63)  # nanoseconds of a missing time stamp: what NumPy calls NaT
 PER_SECOND = {"s": 1e0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -52,6 +53,24 @@ def numbers(column, decimal: str = "."):
     if infinite.any():
         values = np.where(infinite, np.nan, values)
     return values, infinite if bad is None else bad | infinite
+
+
+def ten_of(values) -> int:
+    """Return the power of ten that the numbers of a column are counted in: 0 unless they are beyond `USUAL`.
+
+    Fourth powers, and the inverse of products of them, then stay within doubles whatever the unit of a file is.
+    """
+    import numpy as np
+
+    sizes = np.abs(values[np.isfinite(values) & (values != 0)])
+    ten = int(np.floor(np.log10(np.median(sizes)))) if sizes.size else 0
+    return ten if abs(ten) > USUAL else 0
+
+
+def in_tens(values, ten: int):
+    """Return numbers in units of a power of ten."""
+    half = ten // 2
+    return values / 10.0**half / 10.0 ** (ten - half) if ten else values
 
 
 def plain(column):

@@ -7,12 +7,13 @@ from collections.abc import Iterator
 
 from driftwise.engine.errors import InputError
 from driftwise.tables.dialect import MISSING, Dialect, sniff
+from driftwise.tables.growing import refuse_long
 from driftwise.tables.marks import plain
 from driftwise.tables.source import Source
 
 BLOCK = 1 << 21
 HEAD = 1 << 18
-LEAST_LINES, LONGEST_LINE = 4, 1 << 26  # whole lines by which a table is known; bytes that a line may have
+LEAST_LINES = 4  # whole lines by which a table is known
 _COMMENT_LINE = re.compile(rb"(?m)^[ \t]*[#%][^\n]*(?:\n|\Z)")
 
 
@@ -36,7 +37,7 @@ class CsvSource(Source):
         _refuse_binary(head)
         while head.count(b"\n") + head.count(b"\r") < LEAST_LINES and (more := self._bytes(len(head))):
             head += more  # a header of many columns is longer than a head
-            _refuse_long(len(head) - max(head.rfind(b"\n"), head.rfind(b"\r")))
+            refuse_long(len(head) - max(head.rfind(b"\n"), head.rfind(b"\r")))
         head = head.removeprefix(b"\xef\xbb\xbf")
         self._old_mac = b"\n" not in head and b"\r" in head
         head = self._line_ends(head)
@@ -81,7 +82,7 @@ class CsvSource(Source):
             cut = _cut(buffer)
             block = buffer[:cut].rstrip(b"\r\n")
             rest = buffer[len(block) :]
-            _refuse_long(len(rest))
+            refuse_long(len(rest))
             if block and rest:  # the line end that belongs to the block
                 rest = rest.removeprefix(b"\r").removeprefix(b"\n")
             self._rest = rest
@@ -145,14 +146,6 @@ class CsvSource(Source):
             where = pa.array(np.cumsum(~ragged) - 1, mask=ragged)
             arrays = [array.take(where) for array in arrays]
         return arrays, ragged
-
-
-def _refuse_long(size: int) -> None:
-    if size > LONGEST_LINE:
-        raise InputError(
-            f"a line is longer than {LONGEST_LINE >> 20} MiB, which no row of a table is. Are line ends missing, or "
-            "does a quote open that never closes?"
-        )
 
 
 def _cut(buffer: bytes) -> int:

@@ -7,11 +7,26 @@ import select
 import sys
 from time import sleep
 
+from driftwise.engine.errors import InputError
+
 MOST = 1 << 22  # bytes taken at a time
+LONGEST_LINE = 1 << 26  # bytes that a line may have
+
+
+def refuse_long(size: int, title: str = "") -> None:
+    """Raise `InputError` where so many bytes came without the end of a line; ``title`` says of what."""
+    if size > LONGEST_LINE:
+        where = f"{title}: " if title else ""
+        raise InputError(
+            f"{where}a line is longer than {LONGEST_LINE >> 20} MiB, which no row of a table is. Are line ends "
+            "missing, or does a quote open that never closes?"
+        )
 
 
 class Growing:
     """Hands out complete lines; a file may be truncated and begun anew, or moved away and another put in its place.
+
+    A line beyond 64 MiB is told as an `InputError` and left out: the next call goes on behind it.
 
     Bad at: a file that is cut and has grown beyond its old length between two looks; it is then read on from there.
 
@@ -25,7 +40,8 @@ class Growing:
     def __init__(self, path: str, pause: float = 0.1, begin: int = 0):
         self.path, self.pause = path, pause
         self.has_ended = False  # a pipe was closed: nothing more will come
-        self._partial = b""
+        self._partial: list[bytes] = []  # of the line that is not complete yet
+        self._is_left_out = False  # whether that line is too long
         self._begins = False  # the next line is the first of another file
         self._file = sys.stdin.buffer.raw if path == "-" else open(path, "rb", buffering=0)  # type: ignore
         if begin:
@@ -34,7 +50,7 @@ class Growing:
     @property
     def place(self) -> tuple[int, int]:
         """Which file is read (its inode), and the bytes of it that were handed out."""
-        return os.fstat(self._file.fileno()).st_ino, self._file.tell() - len(self._partial)
+        return os.fstat(self._file.fileno()).st_ino, self._file.tell() - sum(map(len, self._partial))
 
     def read(self) -> tuple[bytes, bool]:
         """Return complete lines, b"" where none came within the pause, and whether they begin another file."""
@@ -51,7 +67,7 @@ class Growing:
 
     def rest(self) -> bytes:
         """Return the last line if it was never completed."""
-        rest, self._partial = self._partial, b""
+        rest, self._partial = b"".join(self._partial), []
         return rest
 
     def close(self) -> None:
@@ -67,9 +83,19 @@ class Growing:
         return self._complete(data or b"")
 
     def _complete(self, data: bytes) -> bytes:
-        lines, end, rest = (self._partial + data).rpartition(b"\n")
-        self._partial = rest
-        return lines + end
+        lines, end, rest = data.rpartition(b"\n")
+        if end:
+            whole = b"".join([*self._partial, lines, end])
+            whole = whole.partition(b"\n")[2] if self._is_left_out else whole
+            self._partial, self._is_left_out = [rest], False
+            return whole
+        if rest and not self._is_left_out:
+            self._partial.append(rest)
+            size = sum(map(len, self._partial))
+            self._is_left_out = size > LONGEST_LINE
+            self._partial = [] if self._is_left_out else self._partial
+            refuse_long(size, "standard input" if self.path == "-" else self.path)
+        return b""
 
     def _is_other(self) -> bool:
         """Say whether the path now names another file, or the same one cut short."""
@@ -86,8 +112,9 @@ class Growing:
         if data:
             return data
         was_cut = os.fstat(self._file.fileno()).st_size < self._file.tell()
-        if self._partial and not was_cut:
+        if any(self._partial) and not was_cut:
             return b"\n"  # nobody will complete the last line
         self._file.close()
-        self._file, self._partial, self._begins = open(self.path, "rb", buffering=0), b"", True
+        self._file, self._partial, self._begins = open(self.path, "rb", buffering=0), [], True
+        self._is_left_out = False
         return b""

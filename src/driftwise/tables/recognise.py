@@ -40,6 +40,7 @@ class Column:
     doubted : values of the first rows that are not believed
     helps : share of the error variance of a prediction that a proposed input takes away
     stuck : segments of the first rows in which the sensor is stuck
+    ten : power of ten that the numbers are counted in
     """
 
     name: str
@@ -52,6 +53,7 @@ class Column:
     doubted: int = 0
     helps: float = 0.0
     stuck: tuple[Segment, ...] = ()
+    ten: int = 0
 
 
 class Reading(NamedTuple):
@@ -137,6 +139,7 @@ def recognise(
     time: str | None = None,
     units: Mapping[str, str] | None = None,
     stamps=(),
+    tens: Mapping[str, int] | None = None,
 ) -> Table:
     """Recognise a table by the first rows of its columns.
 
@@ -148,6 +151,7 @@ def recognise(
     output, inputs, time : names, where they are known; `inputs=()` for none
     units : unit per name, where a row of units gives one
     stamps : names of the columns that were time stamps and are seconds now
+    tens : power of ten per name that the numbers of a column were divided by
 
     Examples
     --------
@@ -226,7 +230,8 @@ def recognise(
             role, reason = "input", "given" if given["inputs"] is not None else why.get(name, "")
         elif role == "spare":
             reason = why.get(name, reason)
-        final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0)))
+        ten = (tens or {}).get(name, 0)
+        final.append(replace(column, role=role, why=reason, helps=helps.get(name, 0.0), ten=ten))
     timed = time in stamps or (time is not None and (_unit_of(names[time]) in SECONDS or scale != 1.0))
     known = frozenset(key for key, value in given.items() if value is not None)
     return worded(Table(tuple(final), output, tuple(inputs), time, sampling, scale, timed, rows, known, rivals))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from driftwise.engine.errors import InputError
+from driftwise.tables.growing import MOST, refuse_long
 
 DEVICE = 1 << 26  # bytes of a file of settings, and of what may be a device without end
 
@@ -108,13 +109,27 @@ def refuse_missing(path) -> None:
 
 
 def bounded(file, title: str, most: int = DEVICE) -> bytes:
-    """Return all that is in a binary file, of which there may be so much; of a device, which may never end, less."""
-    if stat.S_ISCHR(os.fstat(file.fileno()).st_mode):
-        most = min(most, DEVICE)
-    data = file.read(most + 1)
+    """Return all that is in a binary file, of which there may be so much; of a device, which may never end, less.
+
+    A stream may not go on without the end of a line, either.
+    """
+    try:
+        mode = os.fstat(file.fileno()).st_mode
+    except OSError:  # it is no file of the system
+        mode = stat.S_IFREG
+    if stat.S_ISREG(mode):
+        data = file.read(most + 1)
+    else:
+        most = min(most, DEVICE) if stat.S_ISCHR(mode) else most
+        data, since = bytearray(), 0  # the last line end
+        while len(data) <= most and (part := file.read(min(MOST, most + 1 - len(data)))):
+            end = part.rfind(b"\n")
+            since = since + len(part) if end < 0 else len(part) - end - 1
+            data += part
+            refuse_long(since if len(data) <= most else 0, title)
     if len(data) > most:
         raise InputError(f"{title} holds more than {most >> 20} MB, as nothing of its kind does; is it the right file?")
-    return data
+    return bytes(data)
 
 
 def _similar_file(path: Path) -> str:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.tables import checks
 from driftwise.tables.calendar import calendar_of, is_part, joined
-from driftwise.tables.cells import converted, kind_of, numbers, seconds
+from driftwise.tables.cells import converted, in_tens, kind_of, numbers, seconds, ten_of
 from driftwise.tables.cleaning import codes_in
 from driftwise.tables.clock import DAY, Clock, TimeOfDay
 from driftwise.tables.parts import source_of
@@ -104,8 +104,10 @@ class Record:
     source : the reader; it knows units, the rows of the file, those that were ragged, and how far it is
     clock : the `Clock` of the time column
     bad, first_bad : bad cells so far, and where the first one is
-    raw : whether codes for a missing value, such as -9999, are taken as they stand
+    raw : whether codes for a missing value, such as -9999, and very large or small numbers are taken as they stand
+    is_of_plant : whether the numbers are in the units of a known plant, and stay in them
     codes, coded : those codes per output and input, by its first rows, and how many values were taken as missing so far
+    tens : power of ten that an output or input is counted in, where its numbers are very large or very small
     whole : the table with all its columns, where it was looked at
     """
 
@@ -119,8 +121,10 @@ class Record:
     bad: int = 0
     first_bad: str = ""
     raw: bool = False
+    is_of_plant: bool = False
     codes: dict[str, tuple[float, ...]] = field(default_factory=dict)
     coded: dict[str, int] = field(default_factory=dict)
+    tens: dict[str, int] = field(default_factory=dict)
     whole: OpenTable | None = None
 
     @property
@@ -136,8 +140,11 @@ class Record:
         first = checks.first_chunks(self, chunks)
         names = [] if self.raw else [self.output, *self.inputs]
         self.codes = {name: codes for name in names if (codes := codes_in(first[0].columns[name]))}
+        signals = () if self.raw or self.is_of_plant else (self.output, *self.inputs)
+        self.tens = {name: ten for name in signals if (ten := ten_of(first[0].columns[name]))}
         for chunk in chain(first, chunks):
             self._decode(chunk)
+            chunk.columns.update((name, in_tens(chunk.columns[name], ten)) for name, ten in self.tens.items())
             yield chunk
 
     def _decode(self, chunk: Chunk) -> None:
@@ -158,6 +165,10 @@ class Record:
             "value, and taken as missing."
             for name, count in self.coded.items()
         ]
+
+    def unit_notes(self) -> list[str]:
+        """Return a sentence for each column whose numbers are so large or small that they have a unit of their own."""
+        return [f"{name!r} is counted in units of 1e{ten}." for name, ten in self.tens.items()]
 
     def _chunks(self) -> Iterator[Chunk]:
         """Yield chunks of exactly `chunk_rows` rows, the last shorter: results do not depend on the file."""
@@ -260,6 +271,7 @@ class OpenTable:
         per column of text. A column of dates takes in the time of day that a column of its own holds.
     calendar : part -> name of the columns that make up a date between them; seconds then stand in that of the year
     time_of_day : the column of times of day that the column of dates takes in, None where there is none
+    tens : power of ten that a column is counted in, where its numbers are very large or very small
     bad : cells so far that were no finite number, per column of numbers that was read
     """
 
@@ -268,6 +280,7 @@ class OpenTable:
 
         self.title, self.source, self.chunk_rows, self.names = title, source, chunk_rows, tuple(source.names)
         self.bad: dict[str, int] = {}
+        self.tens: dict[str, int] = {}
         self.time_of_day: str | None = None
         self._date: str | None = None  # the column of dates that takes them in
         self.calendar: dict[str, str] = {}
@@ -285,6 +298,9 @@ class OpenTable:
         self._is_whole = sum(len(ragged) for _, ragged in first) < head_rows
         self.head = {name: np.concatenate([part[name] for part in parts])[:head_rows] if kind != "text" else None
                      for name, kind in self.kinds.items()}  # fmt: skip
+        numbers = {name: values for name, values in self.head.items() if self.kinds[name] == "number"}
+        self.tens = {name: ten for name, values in numbers.items() if (ten := ten_of(values))}
+        self.head |= {name: in_tens(self.head[name], ten) for name, ten in self.tens.items()}
         self.bad = {}
 
     def moment(self, name: str | None, option: str, said: float | str, is_end: bool = False) -> float:
@@ -372,6 +388,7 @@ class OpenTable:
                     columns[name] = values if self._date else days[name].push(values)
                 else:
                     self.bad[name] = self.bad.get(name, 0) + int(bad.sum())
+            columns |= {name: in_tens(columns[name], ten) for name, ten in self.tens.items() if name in columns}
             if self._date in columns:
                 columns[self._date] = columns[self._date] + columns.pop(self.time_of_day)
             yield columns

@@ -141,6 +141,8 @@ def _value_notes(table: Any) -> list[Claim]:
         if column.role not in ("output", "input", "stuck"):
             continue
         called = _called(column)
+        if column.ten:
+            add(column, f"{called} is counted in units of 1e{column.ten}.", column.ten)
         belief = column.belief
         if column.doubted:
             what = []

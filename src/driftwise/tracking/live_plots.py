@@ -76,6 +76,11 @@ class LivePlots:
             return None
         return self._with_faults(found)
 
+    def leave_out(self, why: str) -> None:
+        """Count a line that was never handed over."""
+        self._line += 1
+        self._faults.append(Fault(self.title, self._line + len(self._waiting), why))
+
     def _nothing(self, fault: Fault):
         """Return no plots, for this reason."""
         import numpy as np

@@ -135,7 +135,7 @@ def read_bytes(path):
     if not isinstance(path, str | os.PathLike):
         return path, title, []
     if title == "standard input":
-        data = sys.stdin.buffer.read()
+        data = bounded(sys.stdin.buffer, title, LARGEST)
     else:
         refuse_missing(path)
         with open(path, "rb") as file:

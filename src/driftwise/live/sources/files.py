@@ -81,7 +81,11 @@ class FileSource(LineOptions):
     async def _read(self, inbox: Inbox, lines: Lines, growing: Growing, is_last: bool = False) -> None:
         try:
             while True:
-                data, begins = await asyncio.to_thread(growing.read)
+                try:
+                    data, begins = await asyncio.to_thread(growing.read)
+                except InputError as error:  # a line without end
+                    await inbox.put(Parcel([], None, None, (str(error),), 0))
+                    continue
                 if data:
                     chunks, refused = lines.read(data, begins)
                     inode, offset = growing.place
@@ -115,7 +119,11 @@ class StdinSource(LineOptions):
     async def run(self, inbox: Inbox, place: Any) -> None:
         growing, lines = Growing("-", PAUSE), self.lines("stdin")
         while not growing.has_ended:
-            data, _ = await asyncio.to_thread(growing.read)
+            try:
+                data, _ = await asyncio.to_thread(growing.read)
+            except InputError as error:  # a line without end
+                await inbox.put(Parcel([], None, None, (str(error),), 0))
+                continue
             if growing.has_ended:
                 data += growing.rest()
             if data:
