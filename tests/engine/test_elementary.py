@@ -120,7 +120,7 @@ def worst(name, count, seed):
 
 @pytest.mark.parametrize("name", PROMISED)
 def test_error_is_as_promised(name):
-    found, where = worst(name, 40_000, 1)
+    found, where = worst(name, 12_000, 1)
     assert found < PROMISED[name], where
 
 
