@@ -14,6 +14,7 @@ from driftwise.cli import saving
 
 COMMAND = [sys.executable, "-c", "from driftwise.cli import entry; print('.', flush=True); entry.main()"]
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+ROWS = 120_000
 
 
 def stop(number, after, *words):
@@ -30,7 +31,7 @@ def stop(number, after, *words):
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """A table that takes seconds."""
-    y, u = dw.simulate([-0.8], [1.0], samples=300_000, noise_std=0.1, seed=1)
+    y, u = dw.simulate([-0.8], [1.0], samples=ROWS, noise_std=0.1, seed=1)
     path = tmp_path_factory.mktemp("long") / "table.csv"
     np.savetxt(path, np.column_stack([y, u, np.arange(len(y)) % 9]), "%.5f", ",", header="y,u,k", comments="")
     return path
@@ -42,7 +43,7 @@ def test_a_run_ends_in_one_line(table, tmp_path, number, after):
     code, complaint = stop(number, after, "run", table, "-o", "y", "-i", "u", "--chunk", 2000,
                            "--json", tmp_path / "r.json", "--save", tmp_path / "t.csv")  # fmt: skip
     left = sorted(path.name for path in tmp_path.iterdir())
-    rows, is_stopped = 300_000, False
+    rows, is_stopped = ROWS, False
     if "r.json" in left:  # done before, or Ctrl-C while samples came: what was read is told
         told = json.loads((tmp_path / "r.json").read_text())
         rows, is_stopped = told["summary"]["samples"], "stopped early" in " ".join(told["notes"])
@@ -50,7 +51,7 @@ def test_a_run_ends_in_one_line(table, tmp_path, number, after):
         with open(tmp_path / "t.csv") as file:
             assert sum(1 for line in file) == rows + 1
     if code == 0:
-        assert complaint == "" and left == ["r.json", "t.csv"] and rows == 300_000 and not is_stopped
+        assert complaint == "" and left == ["r.json", "t.csv"] and rows == ROWS and not is_stopped
     else:
         assert (code, complaint) == (CODES[number], "driftwise: stopped\n")
         assert left in ([], ["t.csv"], ["r.json", "t.csv"])
@@ -73,7 +74,10 @@ def test_a_fleet_says_how_to_go_on(table, tmp_path, number):
 
 def test_a_signal_that_nobody_is_to_hear_is_not_heard(table, tmp_path):
     """As `nohup`, or a shell that puts a command into the background, asks for."""
-    shell = f"trap '' INT; exec {sys.executable} -m driftwise run {table} -o y -i u --json {tmp_path / 'r.json'}"
+    short = tmp_path / "short.csv"
+    with open(table) as long:
+        short.write_text("".join(next(long) for _ in range(5000)))
+    shell = f"trap '' INT; exec {sys.executable} -m driftwise run {short} -o y -i u --json {tmp_path / 'r.json'}"
     process = subprocess.Popen(["sh", "-c", shell], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)

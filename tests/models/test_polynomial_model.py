@@ -51,7 +51,7 @@ def test_control_and_scipy():
 
 def test_bars_agree_with_sampling():
     m = model()
-    draws = [model(S.theta + e) for e in np.random.default_rng(2).standard_normal((1000, len(S.theta))) @ L.T]
+    draws = [model(S.theta + e) for e in np.random.default_rng(2).standard_normal((500, len(S.theta))) @ L.T]
 
     def rms(of):
         at = of(m)

@@ -276,9 +276,9 @@ def test_poles_vary_together_as_draws_do(poles):
     root = RNG(4).standard_normal((n, n)) * 1e-3
     m = model(poles, P=root @ root.T)
     found = m.poles_joint_covariance
-    drawn = np.cov(apart(m, RNG(5).multivariate_normal(m.values, m.covariance, 20_000)).T)
+    drawn = np.cov(apart(m, RNG(5).multivariate_normal(m.values, m.covariance, 6_000)).T)
     size = np.sqrt(np.diag(drawn)) + 1e-12
-    # a covariance of 20 000 draws has a standard error of 1/141 of the product of deviations; second order adds some
+    # a covariance of 6000 draws has a standard error of 1/77 of the product of deviations; second order adds some
     np.testing.assert_allclose(found / np.outer(size, size), drawn / np.outer(size, size), atol=0.05)
     blocks = found.reshape(n, 2, n, 2)[np.arange(n), :, np.arange(n)]
     np.testing.assert_allclose(blocks, m.poles_covariance, rtol=1e-9)
