@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 ROWS = 20_000  # of a record that are looked at, at most
 LEAST = 4  # rows for each unknown, below which nothing is compared
@@ -45,17 +46,29 @@ class DelayScan:
     def __init__(self, y, u, na: int, nb, most: int):
         self.na, self.nb, self.most = na, tuple(nb), most
         self.deep = most + max(self.nb)
-        y, u = y[:ROWS], u[:ROWS]
-        columns = [lagged(y, range(1, na + 1)), *(lagged(x, range(self.deep)) for x in u.T), y[:, None]]
-        X = np.hstack(columns)
-        X = X[np.isfinite(X).all(axis=1)]
+        X = self._table(y[:ROWS], u[:ROWS])
         self.rows = len(X)
         if self.rows:
-            X = X - X.mean(axis=0)
+            X -= X.mean(axis=0)
         size = np.sqrt(np.einsum("ij,ij->j", X, X))
-        X = X / np.where(size > 0, size, 1.0)
+        X /= np.where(size > 0, size, 1.0)
         self.scale = float(size[-1]) ** 2
         self.products = X.T @ X
+
+    def _table(self, y, u) -> np.ndarray:
+        """Return past outputs, past inputs of every lag, and the output, where all of them are known."""
+        spans = [(y, self.na + 1), *((x, self.deep) for x in u.T)]
+        first = max(span for _, span in spans) - 1
+        if len(y) <= first:
+            return np.zeros((0, self.na + u.shape[1] * self.deep + 1))
+        views = [sliding_window_view(x, span)[first + 1 - span :, ::-1] for x, span in spans]
+        known = [sliding_window_view(np.isfinite(x), span)[first + 1 - span :].all(axis=1) for x, span in spans]
+        rows = np.flatnonzero(np.logical_and.reduce(known))
+        X = np.empty((len(rows), self.na + u.shape[1] * self.deep + 1))
+        X[:, : self.na], X[:, -1] = views[0][rows, 1:], views[0][rows, 0]
+        for i, view in enumerate(views[1:]):
+            X[:, self.na + i * self.deep : self.na + (i + 1) * self.deep] = view[rows]
+        return X
 
     @property
     def unknowns(self) -> int:

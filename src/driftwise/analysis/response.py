@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import accumulate, pairwise, starmap
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from ..models.filtering import linear_filter
 from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, local_size
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
+PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
 INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
 EDGE = 0.9998  # of a pole, at most
 ONSET = 5  # samples about the date of a change that may have been called outliers for it
@@ -64,12 +66,18 @@ class Response:
     def at(self, theta) -> Response:
         """Return the same with other parameters."""
         n, m = len(self.a), self.b.size
-        return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache={})
+        kept = {name: self.cache[name] for name in ("placed", "rows") if name in self.cache}
+        return replace(self, a=theta[:n], b=theta[n : n + m].reshape(self.b.shape), more=theta[n + m :], cache=kept)
 
     @property
     def is_stable(self) -> bool:
-        """Whether what the inputs did dies out."""
-        return not len(self.a) or bool(np.all(abs(np.roots(np.append(1.0, self.a))) < EDGE))
+        """Whether what the inputs did dies out: no pole reaches EDGE (reflections, by Schur's recursion)."""
+        a = [1.0, *(value / EDGE**j for j, value in enumerate(self.a.tolist(), 1))]
+        while len(a) > 1:
+            if not abs(a[-1]) < abs(a[0]):
+                return False
+            a = [a[0] * ahead - a[-1] * back for ahead, back in zip(a[:-1], a[:0:-1])]
+        return True
 
     @property
     def parts(self) -> tuple:
@@ -78,12 +86,12 @@ class Response:
 
     def placed(self) -> dict[str, slice]:
         """Return where the parts of ``more`` are."""
-        bends = sum(len(self.record.shapes[i]) for i in self.bent)
-        many = [bends, len(self.gains), len(self.gains), len(self.ramps), len(self.a)]
-        ends = np.cumsum([0, *many, len(self.columns), len(self.levels)])
-        return dict(
-            zip(("bends", "gains", "shifts", "ramps", "start", "columns", "levels"), map(slice, ends[:-1], ends[1:]))
-        )
+        if "placed" not in self.cache:
+            bends = sum(len(self.record.shapes[i]) for i in self.bent)
+            many = [bends, len(self.gains), len(self.gains), len(self.ramps), len(self.a)]
+            ends = list(accumulate([0, *many, len(self.columns), len(self.levels)]))
+            self.cache["placed"] = dict(zip(PARTS, starmap(slice, pairwise(ends))))
+        return self.cache["placed"]
 
     def factor(self, i: int) -> np.ndarray:
         """Return what the gain of an input is multiplied by, (T,)."""
@@ -113,6 +121,14 @@ class Response:
         """Return B_i of a signal, its delay included, before A."""
         return linear_filter(self.numerator(i), [1.0], x)
 
+    @property
+    def drives(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Each input with its bends, what B makes of it, and the factor of its gain."""
+        if "drives" not in self.cache:
+            w = [self.moved(i) for i in range(len(self.b))]
+            self.cache["drives"] = [(x, self.driven(i, x), self.factor(i)) for i, x in enumerate(w)]
+        return self.cache["drives"]
+
     def numerator(self, i: int) -> np.ndarray:
         """Return B of an input with its delay."""
         return np.concatenate([np.zeros(self.nk[i]), self.b[i]])
@@ -131,17 +147,16 @@ class Response:
         """Return the mean's derivative by each parameter, (P, T), the mean itself in the last row."""
         if "slopes" in self.cache:
             return self.cache["slopes"]
-        T, k, A = len(self.record.y), len(self.b), self.denominator
+        T, A, drives = len(self.record.y), self.denominator, self.drives
         t = np.arange(T)
-        w = [self.moved(i) for i in range(k)]
-        factors = [self.factor(i) for i in range(k)]
-        m = [self.driven(i, w[i]) for i in range(k)]
-        before = [sum((factors[i] * m[i] for i in range(k)), np.zeros(T))]
-        before += [factors[i] * delayed(w[i], self.nk[i] + j) for i in range(k) for j in range(self.b.shape[1])]
-        before += [factors[i] * self.driven(i, shape) for i in self.bent for shape in self.record.shapes[i]]
-        before += [m[i] * (t >= since) for i, since in self.gains]
+        before = [sum((factor * m for _, m, factor in drives), np.zeros(T))]
+        before += [
+            factor * delayed(w, d + j) for (w, _, factor), d in zip(drives, self.nk) for j in range(self.b.shape[1])
+        ]
+        before += [drives[i][2] * self.driven(i, shape) for i in self.bent for shape in self.record.shapes[i]]
+        before += [drives[i][1] * (t >= since) for i, since in self.gains]
         before += [(t >= since).astype(float) for _, since in self.gains]
-        before += [m[i] * (t / T - 1) for i in self.ramps]
+        before += [drives[i][1] * (t / T - 1) for i in self.ramps]
         before += [np.eye(1, T, j)[0] for j in range(len(self.a))]
         after = linear_filter([1.0], A, np.array(before).T).T
         at, first = self.placed(), 1 + self.b.size
@@ -165,7 +180,7 @@ class Response:
             return self.cache["slopes"][-1]
         if "mean" not in self.cache:
             T, at = len(self.record.y), self.placed()
-            x = sum((self.factor(i) * self.driven(i, self.moved(i)) for i in range(len(self.b))), np.zeros(T))
+            x = sum((factor * m for _, m, factor in self.drives), np.zeros(T))
             for (_, since), shift in zip(self.gains, self.more[at["shifts"]]):
                 x[since:] += shift
             x[: len(self.a)] += self.more[at["start"]]

@@ -177,8 +177,10 @@ def linear(start: Response, a, nk, m: int) -> Response:
 
 def delays(now: Response, a, nk, m: int) -> tuple[int, ...]:
     """Return the delays that leave least with such poles, under the noise of ``now``, one input after the other."""
-    y = levelled(now)
-    most = min(longest_delay(y), LATEST)
+    if "levelled" not in now.cache:  # the same for all poles that are tried
+        y = levelled(now)
+        now.cache["levelled"] = y, min(longest_delay(y), LATEST)
+    y, most = now.cache["levelled"]
     if most < 1:
         return tuple(nk)
     white = np.append(1.0, now.f)

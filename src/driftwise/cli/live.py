@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import signal
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -50,6 +49,8 @@ class LiveJob(Job):
 
     def run(self) -> None:
         """Write an example, ask a store, check, or run."""
+        import asyncio  # here and below: no other command has to wait for it
+
         if self.what == "init":
             self._init(Path(self.path or CONFIG))
         elif self.what == "status":
@@ -122,6 +123,8 @@ class LiveJob(Job):
 
     async def _serve(self, config: Any, site: Any = None) -> None:
         """Run until asked to end; asked to reload (SIGHUP), read the configuration again and go on."""
+        import asyncio
+
         from driftwise.live.service import Service
         from driftwise.report.printed import say
 
@@ -169,6 +172,7 @@ class LiveJob(Job):
 
     def _demo(self) -> None:
         """Run a plant of pumps, the service and its page; forget all of it at the end."""
+        import asyncio
         from tempfile import TemporaryDirectory
 
         from driftwise.live import demo

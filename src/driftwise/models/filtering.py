@@ -18,17 +18,34 @@ def linear_filter(b, a, x) -> np.ndarray:
     """
     b, a, x = (np.asarray(values, float) for values in (b, a, x))
     T = len(x)
-    columns = x.reshape(T, -1)
-    if x.ndim == 1 and T and len(b):
-        w = np.convolve(b / a[0], x)[:T, None]
+    columns, b = x.reshape(T, -1), b / a[0]
+    if x.ndim == 1 and T and len(b) > 1:
+        w = np.convolve(b, x)[:T, None]
+    elif T and len(b) > 1:
+        w = _shifted_sums(b[:T], columns)
     else:
-        w = np.zeros(columns.shape, order="F")  # as LAPACK has it
-        for j in np.flatnonzero(b[:T]):
-            w[j:] += b[j] / a[0] * columns[: T - j]
+        w = np.multiply(b[0] if len(b) else 0.0, columns, order="F")  # as LAPACK has it
     if len(a) > 1 and w.size:
         from scipy.linalg.lapack import dtbtrs
 
         band = np.empty((min(len(a), T), T), order="F")
-        band[:] = (a[:T] / a[0])[:, None]
+        for j in range(len(band)):  # one broadcast over all makes what follows four times slower
+            band[j] = a[j] / a[0]
         w, _ = dtbtrs(band, w, uplo="L", diag="U", overwrite_b=True)
     return np.asarray(w).reshape(x.shape)
+
+
+def _shifted_sums(b, columns) -> np.ndarray:
+    """Return sum b[j] x(t - j) of columns (T, k), which lie one after the other, with room for the longest shift.
+
+    So every shift is one pass over numbers in a row.
+    """
+    T, k = columns.shape
+    room = len(b) - 1
+    x = np.zeros((k, room + T))
+    x[:, room:] = columns.T
+    x = x.reshape(-1)
+    w = b[0] * x
+    for j in np.flatnonzero(b[1:]) + 1:
+        w[j:] += b[j] * x[: len(x) - j]
+    return w.reshape(k, room + T)[:, room:].T
