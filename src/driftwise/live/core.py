@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..engine.errors import InputError
+from ..results.sentences import SOMETHING, alarm_words
 from .board import EventView
 from .config import Config
 from .decode import Chunk
@@ -190,11 +191,15 @@ class Core:
         self.picture.take(found, shown.starts)
         seen = shown.events
         for i, at in enumerate(shown.events_at):
-            odds = None if math.isnan(seen.statistic[i]) else float(seen.statistic[i])
-            events.append((float(seen.time[i]), self._members[group][at], seen.kind[i].lower(), seen.text[i], odds))
+            odds, text, name = float(seen.statistic[i]), seen.text[i], seen.parameter[i]
+            if name and len(rows.drift.parameters) > 1:  # so soon the detector can only guess which it was
+                text = alarm_words(f"{SOMETHING}, perhaps {name}", odds, float(seen.since[i]))
+            known = None if math.isnan(odds) else odds
+            events.append((float(seen.time[i]), self._members[group][at], seen.kind[i].lower(), text, known))
         told = words(rows.watch.least)
         for i in np.flatnonzero(shown.signs).tolist():
             events.append((float(taken.time[i]), int(numbers[i]), *told[float(shown.signs[i])], None))
+        events += [(one.time, int(numbers[i]), "drift", one.text, None) for i, one in shown.drifts]
         lost = self.picture.columns["is_lost"]
         for i in shown.starts[:-1][lost[numbers[shown.starts[:-1]]] > 0].tolist():
             events.append((float(taken.time[i]), int(numbers[i]), "back", "it sends again", None))
