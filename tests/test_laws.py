@@ -183,6 +183,7 @@ OBSERVERS = {
         hold="foh",
         detector=dw.detect.Parity(),
     ),
+    "window, irregular": dw.WindowObserver(MOTOR, 0.5, noise_std=0.02, hold="zoh", dt=0.05, irregular=True),
     "window, two outputs, derived, tolerance": dw.WindowObserver(
         MOTOR._replace(C=[[1, 0, 0], [0, 0, 1]], D=[0, 0.3]), 0.3, noise_std=(0.01, 0.2), disturbances=CONSTANT,
         dt=0.02, hold="zoh", derived={"acceleration": [0, 0, 0.2]}, tolerance=[0.1, 0.1, 2.0],
@@ -461,3 +462,13 @@ def test_covariance_stays_non_negative_over_a_million_samples():
     assert np.all(state["D"] >= 0)
     eigenvalues = np.linalg.eigvalsh(est.covariance(state))
     assert eigenvalues[0] >= -1e-14 * eigenvalues[-1]  # round-off of the eigenvalues themselves; D is exact
+
+
+@pytest.mark.parametrize("name", ESTIMATORS | OBSERVERS)
+def test_what_lay_in_the_memory_of_a_run_is_not_read(name, monkeypatch):
+    est, found = (ESTIMATORS | OBSERVERS)[name], []
+    for lies in (0.0, np.nan):
+        monkeypatch.setattr(est, "scratch", lambda: np.full(est.scratch_size, lies), raising=False)
+        found.append(est.scan(*example(est, samples=40)))
+    zeros, nans = found
+    assert same(zeros.table, nans.table) and same(zeros.state, nans.state)

@@ -194,12 +194,12 @@ def measure(at, plant, c, y, u, is_end, M):
 
 @kernel
 def keep(at, c, M, rows):
-    """Make the rows stacked in M those of c."""
+    """Make the rows stacked in M those of c; the others are 0, for c may become part of a state."""
     triangularise(M, rows, at.m)
     rows = min(rows, at.m)
-    for i in range(rows):
+    for i in range(at.m):
         for j in range(at.m + 1):
-            c[at.R + i * (at.m + 1) + j] = M[j, i]
+            c[at.R + i * (at.m + 1) + j] = M[j, i] if i < rows else 0.0
     c[at.rows] = rows
 
 
