@@ -11,6 +11,7 @@ from typing import Any
 
 from ..results.claims import Claim
 from ..results.numbers import sentence
+from ..results.sentences import CHANGES_UNKNOWN
 from ..results.stable import is_integrator, swings
 from ..tables.table_words import column_claims, table_claims, taken_words
 from . import identification_words as say
@@ -146,7 +147,7 @@ def change_claims(found) -> Iterator[Claim]:
 def _no_change(visible, table) -> Claim:
     """Claim that nothing jumped by more than what would have been seen."""
     if visible is None:
-        return Claim("change", "unknown", say.CHANGES_UNKNOWN)
+        return Claim("change", "unknown", CHANGES_UNKNOWN)
     seen = {name: share for name, share in zip(table.inputs, visible.gains) if share < 1}
     value = {"level": visible.level, "noise": visible.noise, "gain": seen}
     return Claim("change", "none", say.no_change_words(visible.level, seen, visible.noise), value)

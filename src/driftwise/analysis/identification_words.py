@@ -9,7 +9,6 @@ from ..results.numbers import count_of, listed, sentence
 from ..results.sentences import pole_words
 from ..results.stable import NEAR, is_integrator, swings
 
-CHANGES_UNKNOWN = "Whether anything jumped cannot be said: too few samples follow each other."
 FIRST_GUESSES = "measured outputs are too few to compare models: the numbers are first guesses."
 
 

@@ -9,7 +9,7 @@ from driftwise.report import fleet_plots, fleet_report
 from driftwise.report.fleet_report import shown
 from driftwise.report.page import Card, Page, Panel, columns, group, say, table, tag
 from driftwise.results.numbers import fixed, number
-from driftwise.results.sentences import HOW_JUMPS_COUNT
+from driftwise.results.sentences import HOW_JUMPS_COUNT, WHEN_JUMPED
 
 LISTED, OF_EACH = 300, 60  # series in the table, and of each kind before the others come
 PARAMETERS = 12  # of which the spread is shown
@@ -68,7 +68,7 @@ def _jumps(report) -> Panel | None:
         return None
     origin = "1970-01-01" if report.is_dated else None
     figure = fleet_plots.jumps(time, report.span, report.outliers.together, origin, "time")
-    return Panel("jumps", "When they jumped", HOW_JUMPS_COUNT, (figure,))
+    return Panel("jumps", WHEN_JUMPED, HOW_JUMPS_COUNT, (figure,))
 
 
 def _spreads(report) -> Panel:

@@ -6,6 +6,7 @@ from typing import Any
 
 from driftwise.report.axes import FONT, Timeline, dress, legend, shade, single, zoomable
 from driftwise.report.figure import PALETTE
+from driftwise.results.sentences import SERIES_JUMPED
 
 BINS = 80
 NAMES = 5  # written beside their marks
@@ -126,7 +127,7 @@ def jumps(time, span, bursts, origin: str | None, label: str) -> Any:
     for burst in bursts:
         together |= (edges[1:] >= burst.start) & (edges[:-1] <= burst.end) & (counts > 0)
     top = 1.15 * max(counts.max(initial=0), 1)
-    fig, at, groups = line.figure(220, "series that jumped", y_range=(0, top), name="jumps"), line.at(edges), []
+    fig, at, groups = line.figure(220, SERIES_JUMPED, y_range=(0, top), name="jumps"), line.at(edges), []
     for name, chosen, color in (("one by one", ~together, "predicted"), ("together", together, "alert")):
         some = np.flatnonzero(chosen & (counts > 0))
         if len(some):

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from driftwise.results.numbers import capital, count_of, grouped, instant, lasting, number
-from driftwise.results.sentences import NOTHING, burst_words, false_jumps_words
+from driftwise.results.sentences import COUNT_JUMPED, NOTHING, burst_words, false_jumps_words
 
 COUNTED = {  # of each kind, for one and for several
-    "jumped": ("{} jumped", "{} jumped"),
+    "jumped": (COUNT_JUMPED, COUNT_JUMPED),
     "drifts": ("{} drifts", "{} drift"),
     "differs": ("{} is not like the rest", "{} are not like the rest"),
     "noise": ("{} is louder or quieter than the rest", "{} are louder or quieter than the rest"),

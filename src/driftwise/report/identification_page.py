@@ -15,6 +15,7 @@ from driftwise.report.run_page import facts, input_figures, parameter_figures, p
 from driftwise.report.terminal import SO_FAR
 from driftwise.report.validation_page import validation_panel
 from driftwise.results.numbers import fixed, number, odds_words
+from driftwise.results.sentences import NOTHING_JUMPED
 
 
 def write(found, path, title: str | None = None, events=None, notes=()) -> Path:
@@ -90,7 +91,7 @@ def by_structure(forecast):
 
 def _cards(found, line) -> list[str]:
     f, last = found.quoted, found.last
-    what = f"last {line.words(last.time)[0]}: {last.moved}" if last else "nothing jumped"
+    what = f"last {line.words(last.time)[0]}: {last.moved}" if last else NOTHING_JUMPED
     naive = f"last value: {number(found.naive['last value'], 3)} rms"
     held = grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85)
     return [
