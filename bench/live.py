@@ -18,10 +18,11 @@ import numpy as np
 import driftwise as dw
 from driftwise.live.config import parse
 from driftwise.live.core import Core
-from driftwise.live.decode import chunks, samples
+from driftwise.live.decode import chunks
 from driftwise.live.sources.base import Parcel
 from driftwise.live.store.sqlite import SqliteStore
 from driftwise.live.view import gathered
+from driftwise.live.web.samples import samples_of
 
 from .memory import resident
 from .verdicts import Verdict, at_least, at_most
@@ -77,7 +78,7 @@ def _core(folder: Path, total: int) -> Iterator[Verdict]:
         b'{"key": "h%d", "time": %d, "value": %.3f}\n' % (i % 50, 1e9 + i // 50, i % 7) for i in range(50_000)
     )
     begun = time.process_time()
-    core.take([Parcel(gathered(samples(body, "json")))], NOW)
+    core.take([Parcel(gathered(samples_of(body, "json")[0]))], NOW)
     core.commit()
     yield at_least("live: a body of 50 000 lines by HTTP", 50_000 / (time.process_time() - begun), 50_000.0,
                    "samples/s of CPU time", SOURCE)  # fmt: skip

@@ -52,6 +52,19 @@ def test_keys_stand_in_messages_or_outside():
     assert sum(isinstance(one, InputError) for one in found) == 2
 
 
+def test_lines_are_read_one_by_one_where_one_of_them_is_none():
+    good = [b'{"key": "a", "value": %d.5}' % i for i in range(3)]
+    assert [one.fields["value"] for one in json_lines(b"\n".join(good))] == [[0.5], [1.5], [2.5]]
+    for bad in (b'{"key": "a"', b'{"value": 1},{"value": 2}', b'{"value": Infinity, "key": "b"}', b"{}"):
+        found = list(json_lines(b"\n".join([good[0], bad, good[1]])))
+        assert [isinstance(each, InputError) for each in found] == [False, True, False]
+
+
+def test_truths_of_the_line_protocol():
+    found = list(influx_lines("\n".join(f"m v={word}" for word in "t T true True TRUE f F false False FALSE".split())))
+    assert [one.fields["v"][0] for one in found] == [1.0] * 5 + [0.0] * 5
+
+
 def test_line_protocol():
     text = 'pump,site=a\\ b,nr=7 flow=1.5,on=t,n=3i,text="x=1, y" 1000000000000000000\n# no\nbad\npump v=1'
     found = list(influx_lines(text))

@@ -68,6 +68,8 @@ def _of(found, key: str, shape: Shape) -> list[Chunk]:
     key = str(named) if named is not None else key
     if not key:
         raise InputError(f"a message without a key: no {shape.key!r} in it")
+    if found and all(type(value) is float and not math.isinf(value) for value in found.values()):  # most of them
+        return [Chunk(key, [instant(when, shape.unit)], {name: [value] for name, value in found.items()})]
     found = {name: value for name, value in found.items() if not (isinstance(value, str) and _is_text(value))}
     if not found:
         raise InputError(f"a message about {key} without a number")
@@ -152,13 +154,23 @@ def instant(value, unit: str = "s") -> float:
 
 def json_lines(text: bytes, key: str = "", shape: Shape = Shape()) -> Iterator[Chunk | InputError]:
     """Yield what each line holds, in order; a line that cannot be used is the error that says why."""
-    for line in text.splitlines():
-        if not line.strip():
-            continue
+    lines = [line for line in map(bytes.strip, text.splitlines()) if line]
+    for line, found in zip(lines, _objects(lines) or lines):
         try:
-            yield from chunks(line, key, shape)
+            yield from chunks(line, key, shape) if found is line else _of(found, key, shape)
         except InputError as error:
             yield error
+
+
+def _objects(lines: list[bytes]) -> list | None:
+    """Return lines as JSON at one go, where each is an object; None where one of them is not, or is too long."""
+    if not all(line[:1] == b"{" and line[-1:] == b"}" and len(line) <= LARGEST for line in lines):
+        return None
+    try:
+        found = json.loads(b"[" + b",".join(lines) + b"]")
+    except (ValueError, RecursionError):
+        return None
+    return found if len(found) == len(lines) else None
 
 
 def influx_lines(text: bytes | str, unit: str = "ns", time: str = "time") -> Iterator[Chunk | InputError]:
@@ -198,7 +210,8 @@ def _influx(line: str, unit: str) -> Chunk:
     return Chunk(key, [when], fields)
 
 
-TRUTHS = {**dict.fromkeys(("t", "T", "true", "True", "TRUE"), 1.0), **dict.fromkeys(("f", "F", "false", "False"), 0.0)}
+TRUTHS = dict.fromkeys(("t", "T", "true", "True", "TRUE"), 1.0)
+TRUTHS |= dict.fromkeys(("f", "F", "false", "False", "FALSE"), 0.0)
 
 
 def _influx_value(value: str, field: str) -> float:

@@ -21,7 +21,7 @@ from .store.base import StoreFull
 from .view import LiveBoard
 
 AT_ONCE = 20_000  # samples between two commits
-PAUSE = 0.002, 0.05  # s between two commits, at least and at most
+PAUSE = 0.002, 0.01  # s between two commits, at least and at most
 UNCOMMITTED = 1_000_000  # samples that may wait for a store that is full
 AGAIN = 1.0  # s until a store that was full is tried again
 LAST_WORDS = 3.0  # s that outputs have at the end
