@@ -1,10 +1,15 @@
 """A model with very many unknowns is told before the work, and is not judged by what takes minutes."""
 
+import time
+
+import numpy as np
 import pytest
 
 import driftwise as dw
 from driftwise.analysis import diagnose
 from driftwise.cli import estimate
+from driftwise.engine import ud
+from driftwise.models.canonical import Canonical
 
 
 @pytest.fixture(scope="module")
@@ -36,3 +41,20 @@ def test_odds_that_would_take_minutes_are_not_asked_for(record, monkeypatch):
     monkeypatch.setattr(diagnose, "odds", None)  # not to be called
     found = trace.diagnose().find("drift or jump")
     assert "odds" not in found.advice
+
+
+def test_poles_of_high_orders_are_not_sampled_for_minutes():
+    rng = np.random.default_rng(1)
+    for order, most in ((60, 3.0), (200, 3.0)):
+        a = np.real(np.poly(rng.uniform(-0.9, 0.9, order)))[1:]
+        found = dw.models.Model(Canonical(order), a, 1e-4 * np.eye(order))
+        begin = time.process_time()
+        assert found.poles_std.shape == (order,)
+        assert time.process_time() - begin < most
+        assert set(found.method) == ({"first order"} if order > 100 else {"sampled"})
+
+
+def test_a_diagonal_prior_of_many_unknowns_is_factored_at_once():
+    begin = time.process_time()
+    U, D = ud.factor(np.diag(np.linspace(1.0, 2.0, 2000)))
+    assert time.process_time() - begin < 1.0 and np.array_equal(U, np.eye(2000)) and D[-1] == 2.0

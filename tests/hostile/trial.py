@@ -20,7 +20,7 @@ COMPILED = 30.0  # the same, where loops had to be compiled for it first
 PATIENCE = 120.0  # s of the clock: machines are shared
 MEMORY = 512 << 20  # bytes
 SILENT = "refused without a word"
-WORDS = 12_000  # characters that may be said of one table
+WORDS = 16_000  # characters that may be said of one table, all of it as JSON
 
 
 @dataclass

@@ -283,5 +283,6 @@ def factor(P):
                 raise ValueError("the matrix has a negative eigenvalue")
             continue
         D[j], U[:j, j] = pivot, column / pivot
-        P[:j, :j] -= np.outer(U[:j, j], column)
+        if column.any():  # a prior of thousands of unknowns is mostly a diagonal
+            P[:j, :j] -= np.outer(U[:j, j], column)
     return U, D

@@ -12,6 +12,7 @@ import numpy as np
 # variance is 4 % short, at twice that 20 % and more (tests/models/test_roots.py).
 CLOSE = 0.05
 DRAWS = 8192  # a sampled std is good to one percent
+USUAL, HIGHEST = 20, 100  # orders up to which all draws are taken, and beyond which none: each is an eigenvalue problem
 # A leading coefficient, or a denominator, known to this fraction: its inverse has 8 % more variance than first order.
 SMALL = 0.1
 # One that lies within so many std of zero has an inverse without a variance.
@@ -152,8 +153,12 @@ def estimate(c, covariance, draws, kind: str, names: list[str]) -> Roots:
     if lost or ratio > SMALL:
         sampled[:] = True
     sampled[:lost] = False
+    if len(p) > HIGHEST:
+        sampled[:], pairs = False, {}
+        notes.append(f"{len(p)} {kind}s are too many to be sampled: first order")
     if sampled.any():
-        own, joint = _sampled(p, draws(), lost)
+        many = DRAWS if len(p) <= USUAL else DRAWS * USUAL**3 // len(p) ** 3
+        own, joint = _sampled(p, draws()[:many], lost)
         C[sampled] = own[sampled]
         method = ["sampled" if s else m for s, m in zip(sampled, method)]
     if lost:
@@ -161,7 +166,7 @@ def estimate(c, covariance, draws, kind: str, names: list[str]) -> Roots:
         joint = _apart(np.diag(np.full(2 * lost, np.inf)), joint[2 * lost :, 2 * lost :], np.nan)
         method[:lost] = ["infinite"] * lost
         notes.append(_lost_words(c, covariance, lost, kind, names))
-    elif ratio > SMALL:
+    elif ratio > SMALL and sampled.any():
         notes.append(f"{names[0]} is known to {100 * ratio:.0f} % only: the {kind}s are sampled")
     notes += [f"{kind}s {i + 1} and {j + 1} nearly coincide: sampled" for (i, j), far in pairs.items() if far < CLEAR]
     return Roots(p, C, method, notes, joint, J)
