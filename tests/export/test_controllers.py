@@ -66,6 +66,17 @@ def test_misra_finds_what_the_readme_says(name, tmp_path, no_board):
     assert not re.findall(r": (?:error|warning):.*", said)
 
 
+@pytest.mark.parametrize("target", ["x86_64-pc-windows-msvc", "aarch64-pc-windows-msvc", "arm64-apple-macos11"])
+def test_compilers_that_are_not_here_take_it(target, tmp_path, no_board):
+    """As a compiler with none of GNU's constructs would, where it is Microsoft's."""
+    if shutil.which("clang") is None:
+        pytest.skip("no clang: EXPORTS WERE NOT CHECKED FOR OTHER SYSTEMS")
+    CASES["automatic"][0].export(tmp_path, name="pump")
+    how = ["-fms-compatibility", "-U__GNUC__", "-U__clang__"] if "windows" in target else []
+    command = ["clang", f"--target={target}", "-std=c99", "-ffreestanding", "-fsyntax-only", "-Wall", "-Werror", *how]
+    subprocess.run([*command, "-pedantic", "pump.c"], cwd=tmp_path, check=True)
+
+
 def test_the_readme_tells_what_it_takes(tmp_path):
     dw.ARX(1, 1).export(tmp_path, name="pump")
     text = (tmp_path / "README.md").read_text()

@@ -108,6 +108,31 @@ def test_it_goes_on_from_a_state_as_the_estimator_does(name, tmp_path, monkeypat
 
 
 @needs_gcc
+@pytest.mark.parametrize("name", ["forgets", "clock"])
+def test_a_state_beyond_every_number_begins_afresh_and_says_so(name, tmp_path, monkeypatch):
+    """At the sample, and with the bits, at which the estimator does."""
+    monkeypatch.setenv("DRIFTWISE_ENGINE", "python")
+    forgets = dw.ARX(2, 2, memory=dw.ExponentialForgetting(0.05))
+    est = forgets if name == "forgets" else CASES["continuous"]
+    samples = record(est, est.start(), 160)
+    state, made = est.start(), library(est, tmp_path)
+    if name == "forgets":  # what it makes of these is infinite
+        samples[50:150, :2] = 1e45
+    else:
+        state["theta"] = np.nan
+        made = library(est, tmp_path, state)
+    shown = made.run(samples)
+    said = []
+    with np.errstate(all="ignore"):
+        for sample in samples:
+            state, step = est.update(state, *sample[:2], **({"time": sample[2]} if est.takes_instants else {}))
+            said.append([step.prediction, step.innovation, step.variance, step.status])
+    np.testing.assert_array_equal(shown[:, :4], said)
+    np.testing.assert_array_equal(made.row, state.reshape(1).view(float))
+    assert (shown[:, 3].astype(int) & dw.Status.LOST).any() and np.isfinite(shown[-1]).all()
+
+
+@needs_gcc
 def test_a_copy_is_a_snapshot_and_what_is_asked_is_there(tmp_path):
     est = CASES["restart"]
     made, samples = library(est, tmp_path), record(est, est.start(), 300)
@@ -188,6 +213,16 @@ def test_single_precision_takes_what_is_absurd_for_missing(est, tmp_path):
 
 
 @needs_gcc
+def test_single_precision_begins_afresh_where_it_is_no_number_any_more(tmp_path):
+    est = dw.ARX(2, 2)
+    state = est.start()
+    state["theta"] = np.nan
+    shown = library(est, tmp_path, state, is_single=True).run(record(est, state, 60))
+    status = shown[:, est.columns["status"].start].astype(int)
+    assert np.flatnonzero(status & dw.Status.LOST).tolist() == [0] and np.isfinite(shown[-1]).all()
+
+
+@needs_gcc
 def test_single_precision_has_no_number_of_double(tmp_path):
     for est in (dw.ARX(2, 2, memory=dw.RestartOnChange()), dw.Joint(2, 1), dw.ARMAX(2, 2, 1)):
         est.export(tmp_path, name="pump", precision="single")
@@ -245,7 +280,7 @@ def test_the_command_exports_a_spec_and_a_state(call, tmp_path):
     state["theta"] = 0.125, 7.0
     dw.save_state(est, state, tmp_path / "state.json")
     assert call("export", tmp_path / "state.json", "--out", tmp_path / "b")[0] == 0
-    assert re.search(r"0\.125,\s+7\.0", (tmp_path / "b" / "driftwise.c").read_text())
+    assert re.search(r"= 0\.125;\s+state->row\[\d+\] = 7\.0;", (tmp_path / "b" / "driftwise.c").read_text())
 
 
 def test_the_command_refuses_in_a_sentence(call, tmp_path):

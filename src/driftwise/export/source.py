@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..engine import recovery
 from ..engine.errors import InputError
 from ..engine.layout import layout_of
 from ..engine.status import MEANING
@@ -16,6 +17,7 @@ from . import single
 from .step import ControllerPrinter, step
 
 KEEP = ("means", "std")
+FEW = 8  # numbers of the start that are written one by one, the others being those of a fresh state
 
 
 class Source:
@@ -40,7 +42,8 @@ class Source:
         self.inputs, self.outputs = est.model.inputs, est.outputs or 1
         self.columns, self.scratch = est.table_width(keep), max(est.scratch_size, 1)
         self.printer = ControllerPrinter(is_single)
-        self.entry, self.settings = step(single.settled(est) if is_single else est.policies)
+        self.fresh = recovery.tail(est.start(), est.unknown_parts)
+        self.entry, self.settings = step(single.settled(est) if is_single else est.policies, self.outputs)
         self.body = self.printer.text(self.entry)
         self.estimates = [*est.state_names, *est.names]
 
@@ -126,6 +129,7 @@ class Source:
             "settings": (
                 f"V1 settings = {{{f'(F *){name}_settings' if len(self.settings) else '0'}, {len(self.settings)}}};"
             ),
+            "fresh": f"V1 fresh = {{(F *){name}_fresh, {self.fresh.size}}};",
             "y": f"V2 y_ = {{ys, 1, {self.outputs}}};",
             "u": f"V2 u_ = {{us, 1, {width}}};",
             "out": f"V2 out = {{state->out, 1, {self.columns}}};",
@@ -141,14 +145,22 @@ class Source:
         lines.append(f"return {several};")
         if "u" not in given:
             lines = [line for line in lines if not line.startswith((f"{F} us[", "us["))]
-        begin, table = self.printer.numbers(self.start), self.printer.numbers(self.settings)
-        settings = (
-            f"static const F {name}_settings[{len(self.settings)}] = {{\n{table}\n}};\n" if len(self.settings) else ""
-        )
+        tables = [("settings", self.settings), ("fresh", self.fresh)]
+        other = np.flatnonzero(self.fresh[:-1].view(np.int64) != self.start.view(np.int64))
+        begun = "start" if len(other) > FEW else "fresh"
+        if begun == "start":
+            tables, other = [*tables, ("start", self.start)], other[:0]
+        constants = [
+            f"static const F {name}_{word}[{len(table)}] = {{\n{self.printer.numbers(table)}\n}};\n"
+            for word, table in tables
+            if len(table)
+        ]
+        begin = [f"    state->row[{i}] = {self.printer.number(float(self.start[i]))};\n" for i in other]
         calls = [f"{head}\n{{\n{body}\n}}" for _, head, body in self.functions()]
         self.printer.need("DW_NAN")
         return SOURCE.format(
-            name=name, what=comment(repr(self.est)), body=self.printer.text(step_of), settings=settings, begin=begin,
+            name=name, what=comment(repr(self.est)), body=self.printer.text(step_of),
+            constants="\n".join(constants), begun=begun, begin="".join(begin),
             row=self.start.size, columns=self.columns, scratch=self.scratch, arguments=self.arguments,
             nothing="0.0F" if self.is_single else "0.0", update="\n    ".join(lines), calls="\n\n".join(calls),
         )  # fmt: skip
@@ -227,18 +239,14 @@ SOURCE = """\
 
 {body}
 
-{settings}
-static const F {name}_start[{row}] = {{
-{begin}
-}};
-
+{constants}
 void {name}_init(struct {name}_state *state)
 {{
     int32_t i;
     for (i = 0; i < {row}; i++) {{
-        state->row[i] = {name}_start[i];
+        state->row[i] = {name}_{begun}[i];
     }}
-    for (i = 0; i < {columns}; i++) {{
+{begin}    for (i = 0; i < {columns}; i++) {{
         state->out[i] = {nothing};
     }}
     for (i = 0; i < {scratch}; i++) {{

@@ -8,6 +8,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from ..engine.dispatch import PerParameter, Vector, advance, open_row, open_scratch, written
+from ..engine.recovery import is_sound, settle
 from ..engine.translate import prelude
 from ..engine.translate.bodies import reachable
 from ..engine.translate.c99 import Printer
@@ -34,7 +35,8 @@ def settled(policies) -> tuple[dict[str, Any], list[str], np.ndarray]:
     A number is a constant of the code, so that sizes, branches and what follows from settings are worked out here; a
     vector is a stretch of a constant table.
     """
-    names: dict[str, Any] = dict(__name__=__name__, open_row=open_row, open_scratch=open_scratch, advance=advance)
+    used = dict(open_row=open_row, open_scratch=open_scratch, advance=advance, is_sound=is_sound, settle=settle)
+    names: dict[str, Any] = {"__name__": __name__, **used}
     lines: list[str] = []
     table: list[float] = []
     for i, policy in enumerate(policies):
@@ -53,20 +55,30 @@ def settled(policies) -> tuple[dict[str, Any], list[str], np.ndarray]:
     return names, lines, np.array(table)
 
 
-def step(policies) -> tuple[Function, np.ndarray]:
-    """Return the step of an estimator with these policies as a typed tree, and its table of settings."""
+def step(policies, outputs: int) -> tuple[Function, np.ndarray]:
+    """Return the step of an estimator with these policies as a typed tree, and its table of settings.
+
+    As in the loops of this machine a state that is poisoned begins afresh, and takes the sample again (`recovery`).
+    """
     names, lines, table = settled(policies)
     given = ", ".join(f"policy_{i}" for i in range(1, len(policies)))
     text = [
-        "def one_sample(row, work, settings, y, u, out):",
+        "def one_sample(row, work, settings, fresh, y, u, out):",
         '    """Take one sample."""',
         *(f"    {line}" for line in lines),
         "    scratch = open_scratch(policy_0, work)",
-        f"    advance(policy_0, {given}, open_row(policy_0, row), scratch, y, u, out, 0)",
+        "    state = open_row(policy_0, row)",
+        "    count, clock, is_taken = -1.0, 0.0, False",
+        "    while not is_taken:",
+        f"        advance(policy_0, {given}, state, scratch, y, u, out, 0)",
+        "        is_taken = True",
+        f"        if count >= 0.0 or not is_sound(out[0], {outputs}):",
+        f"            count, clock = settle(row, fresh, out[0], {outputs}, count, clock)",
+        "            is_taken = count < 0.0",
     ]
     function = written("\n".join(text), "one_sample", names)
     row, table_of = View(1), View(2)
-    return Program().function(function, [row, row, row, table_of, table_of, table_of]), table
+    return Program().function(function, [row, row, row, row, table_of, table_of, table_of]), table
 
 
 class ControllerPrinter(Printer):
