@@ -107,3 +107,16 @@ def test_the_command_that_was_shown_and_take_best_are_answered(call, even, tmp_p
     assert len(said["alternatives"]) == 2 and said["columns"]["output"] == said["alternatives"][0]["output"]
     code, out, _ = call("run", even, "--model", "auto", "-o", "ch 2")
     assert code == 0 and "more than one way" not in out
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_slow_answer_measured_at_every_fifth_row_is_the_effect(seed):
+    """No row has all rows of its past: regressions have nothing to go by, a response has."""
+    rng = np.random.default_rng(seed)
+    u, y = np.repeat(rng.normal(size=20), 30), np.zeros(600)
+    for k in range(1, 600):
+        y[k] = 0.9 * y[k - 1] + 0.1 * u[k - 1]
+    y = np.where(np.arange(600) % 5 == 0, y + 0.05 * rng.normal(size=600), np.nan)
+    for columns in ({"a": y, "b": u}, {"a": u, "b": y}):
+        table = settled(open_table(columns))
+        assert columns[table.output] is y and not table.is_ambiguous

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from driftwise.analysis.change_log import ChangeLog
 from driftwise.analysis.segmentation import GAIN, LEVEL, NOISE, hindsight
@@ -91,3 +92,21 @@ def test_a_record_of_any_length_is_looked_at():
     y, u = plant()
     for samples in range(50, 110):
         assert len(found(y[:samples], u[:samples])) <= 1
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_level_beside_a_noise_as_slow_as_the_plant_is_the_only_jump(seed):
+    rng, A = np.random.default_rng(seed), np.poly([0.95, 0.9])
+    u = np.repeat(rng.choice([-3.0, 0.0, 3.0], 20), 20)
+    y = lfilter([A.sum()], A, u) + lfilter([1.0], A, 0.01 * rng.standard_normal(400))
+    y[250:] -= 0.3
+    (jump,) = found(y, u[:, None])
+    assert (jump.kind, jump.at) == (LEVEL, 250)
+
+
+def test_a_level_without_an_input_is_told():
+    for seed in range(4):
+        y = np.random.default_rng(seed).standard_normal(300)
+        y[160:] += 1.5
+        (jump,) = found(y, np.zeros((300, 0)))
+        assert jump.kind == LEVEL and abs(jump.at - 160) < 8 and jump.interval[0] <= 160 <= jump.interval[1]

@@ -126,7 +126,7 @@ def test_decimal_comma_only_where_no_point_was_seen():
     assert sniff(["a;b", "1,500.5;2.5", "3;4"]).decimal == "."
 
 
-@pytest.mark.parametrize("cell", ["", "NA", "nan", "-", "null", "#N/A", " ? "])
+@pytest.mark.parametrize("cell", ["", "NA", "nan", "-", "---", "null", "#N/A", " ? "])
 def test_markers_of_a_missing_value(cell, tmp_path):
     assert kind(cell) == "missing"
     record, columns, _ = read(put(tmp_path, f"u,y\n1,2\n2,{cell}\n3,4\n"))

@@ -15,41 +15,59 @@ from .response_record import long_run, long_run_of
 
 PLACES, NEAR = 64, 64  # at which a change is looked for, and about the likeliest of them
 LEVEL, GAIN = "level", "gain"
+NUMBERS = {LEVEL: 1, GAIN: 2}  # of a change: a gain has the point about which it turns
 
 
 class Place(NamedTuple):
-    """Where a change would be, as a sample, in which interval, and its log odds."""
+    """Where a change would be, as a sample, in which interval, and its log odds.
+
+    taken, calm : what it takes off half the squares, and by how much such a sum is too large (the log odds count it)
+    """
 
     at: int
     interval: tuple[int, int]
     log_odds: float
+    taken: float
+    calm: float
 
 
-def effects(now: Response, kind: str, i: int, places, turn: float = 0.0) -> np.ndarray:
-    """Return what a change at each of some samples does to y per unit, whitened, (places, rows).
+def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
+    """Return what a change at each of some samples does to y per unit, whitened, (places, rows) each.
 
-    A gain turns about some point: ``turn`` is what the level moves with it.
+    A gain turns about a point that nobody knows: the second is what the level moves with it.
     """
-    t = np.arange(len(now.record.y))
-    after = t >= np.asarray(places)[:, None]
+    after = (np.arange(len(now.record.y)) >= np.asarray(places)[:, None]).astype(float)
     if kind == LEVEL:
-        return now.whitened(after.astype(float))
-    moved = (now.driven(i, now.moved(i)) + turn) * after
-    return now.whitened(linear_filter([1.0], now.denominator, moved.T).T)
+        return [now.whitened(after)]
+    driven = now.driven(i, now.moved(i)) * after
+    return [now.whitened(linear_filter([1.0], now.denominator, x.T).T) for x in (driven, after)]
 
 
-def scanned(now: Response, kind: str, i: int, places, r, turn: float = 0.0):
-    """Return what a change at each place takes off half the squares of ``r``, (places,), its size, and what is free."""
-    Q = now.basis
-    d = effects(now, kind, i, places, turn) * now.weight
-    d -= (d @ Q) @ Q.T
+def scanned(now: Response, kind: str, i: int, places, r):
+    """Return what a change at each place takes off half the squares of ``r``, (places,), how, and its own direction.
+
+    The latter two are (places, rows): the part of ``r`` that it takes, and what one unit of it does to the rows beside
+    all else.
+    """
+    Q, taken, part = now.basis, np.zeros(len(places)), 0.0
+    own = np.zeros((0, 0))
+    for j, d in enumerate(reversed(effects(now, kind, i, places))):
+        d = d * now.weight
+        d -= (d @ Q) @ Q.T
+        if j:  # a gain beside the level that moves with it
+            d -= share(np.einsum("ij,ij->i", d, own), own) * own
+        size = share(d @ r, d)
+        taken, part, own = taken + 0.5 * size[:, 0] * (d @ r), part + size * d, d
+    return taken, part, own
+
+
+def share(product, d) -> np.ndarray:
+    """Return products with directions (places, rows) as multiples of these, (places, 1); 0 of what is not free."""
     free = np.einsum("ij,ij->i", d, d)
-    score = d @ r
-    size = np.where(free > 1e-9 * len(r), score / np.maximum(free, 1e-300), 0.0)
-    return 0.5 * score * size, size, d
+    return np.where(free > 1e-9 * d.shape[1], product / np.maximum(free, 1e-300), 0.0)[:, None]
 
 
-def place(now: Response, kind: str, i: int, r, hint: int = -1, turn: float = 0.0) -> Place | None:
+def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     """Return the likeliest place of a change and the odds that there is one.
 
     ``r`` (rows,) is what it has to explain; every sample near the ``hint`` is looked at, for a change whose onset says
@@ -69,27 +87,27 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1, turn: float = 0.0
     grid = apart(np.unique(grid), others)
     if not len(grid):
         return None
-    taken, _, _ = scanned(now, kind, i, grid, r, turn)
+    taken, _, _ = scanned(now, kind, i, grid, r)
     best = int(np.argmax(taken))
     a, b = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     fine = rows[(rows >= a) & (rows <= b)]
     fine = apart(fine[:: max(len(fine) // NEAR, 1)], others)
-    finer, sizes, d = scanned(now, kind, i, fine, r, turn)
+    finer, parts, _ = scanned(now, kind, i, fine, r)
     at = int(np.argmax(finer))
     if not finer[at] > 0:
         return None
-    rest = d[at] * (r - d[at] * sizes[at])
-    calm = max(long_run(rest) / max(float(np.mean(d[at] ** 2)), 1e-300), 1.0)
-    calm /= 1.0 - float(np.max(d[at] ** 2) / np.sum(d[at] ** 2)) + 1e-9  # one sample alone is none of a change
+    d = parts[at]
+    calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
+    calm /= 1.0 - float(np.max(d**2) / np.sum(d**2)) + 1e-9  # one sample alone is none of a change
     gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm
     where = np.concatenate([grid[grid < a], fine, grid[grid > b]])
     width = np.gradient(np.searchsorted(rows, where).astype(float)) if len(where) > 1 else np.ones(1)
     weight = width * np.exp(gain - gain.max())
-    share = np.cumsum(weight) / weight.sum()
-    ends = [int(where[min(int(np.searchsorted(share, q)), len(where) - 1)]) for q in (0.025, 0.975)]
-    odds = float(gain.max()) + math.log(weight.sum() / (n - 2 * LEAST + 1)) - 0.5 * math.log(n)
+    total = np.cumsum(weight) / weight.sum()
+    ends = [int(where[min(int(np.searchsorted(total, q)), len(where) - 1)]) for q in (0.025, 0.975)]
+    odds = float(gain.max()) + math.log(weight.sum() / (n - 2 * LEAST + 1)) - NUMBERS[kind] * 0.5 * math.log(n)
     odds -= math.log(2 + len(now.b))
-    return Place(min(max(int(fine[at]), low), high), (ends[0], ends[1]), odds)
+    return Place(min(max(int(fine[at]), low), high), (ends[0], ends[1]), odds, float(finer[at]), calm)
 
 
 def apart(places, others) -> np.ndarray:
@@ -102,10 +120,16 @@ def located(now: Response, part: str, j: int) -> Place | None:
     kind, i = (LEVEL, 0) if part == "levels" else (GAIN, now.gains[j][0])
     less = now.without(part, j)
     less.cache["weight"] = now.weight
-    if kind == LEVEL:
-        return place(less, kind, i, less.left, now.levels[j])
-    size, shift = (float(now.more[now.placed()[one].start + j]) for one in ("gains", "shifts"))
-    return place(less, kind, i, less.left, now.gains[j][1], shift / size if size else 0.0)
+    return place(less, kind, i, less.left, now.levels[j] if kind == LEVEL else now.gains[j][1])
+
+
+def standing(now: Response, part: str, j: int) -> Place | None:
+    """Return the same with no more than is lost where all else is fitted without the change."""
+    found = located(now, part, j)
+    if found is None:
+        return None
+    lost = max(now.without(part, j).refined().loss() - now.loss(), 0.0)
+    return found._replace(log_odds=found.log_odds - max(found.taken - lost, 0.0) / found.calm)
 
 
 def worth(now: Response, part: str, many: int) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, Place, colourless, located, place, worth
+from .change_places import GAIN, LEVEL, Place, colourless, located, place, standing, worth
 from .noise_jumps import LEAST, PIECES, SURE, noisy
 from .response import Response
 from .response_orders import respond, stripped
@@ -30,36 +30,47 @@ def searched(now: Response) -> Response:
 
 
 def changed(now: Response) -> Response:
-    """Return a response with the changes, bends and lines that it asks for, one after the other, the surest first."""
+    """Return a response with the changes, bends and lines that it asks for, one by one, the likeliest first."""
     for _ in range(PIECES):
-        tried = [other for other in alternatives(now) if other is not None]
-        if not tried:
+        sure = [pair for pair in alternatives(now) if pair is not None and pair[0] > SURE]
+        best = min((other for _, other in sure), key=lambda other: other.criterion, default=now)
+        if best.criterion >= now.criterion:  # no fit with a change is better: they have gone astray
             break
-        odds, other = max(tried, key=lambda pair: pair[0])
-        if odds <= SURE:
-            break
-        now = other
+        now = best
     return now
 
 
 def pruned(now: Response) -> Response:
-    """Return a response without changes that the others explain."""
-    for part in ("levels", "gains"):
-        j = 0
-        while j < len(getattr(now, part)):
-            found = located(now, part, j)
-            if found is None or found.log_odds <= SURE:
+    """Return a response without changes that the others explain, the least sure first; each where it is likeliest."""
+    while True:
+        found: list[tuple[str, int, Place]] = []
+        changes = [("levels", j) for j in range(len(now.levels))] + [("gains", j) for j in range(len(now.gains))]
+        for part, j in changes:
+            where = standing(now, part, j)
+            if where is None:
                 now = now.without(part, j).settled(1)
-                continue
-            dates: list[Any] = list(getattr(now, part))
-            new = found.at if part == "levels" else (dates[j][0], found.at)
-            if dates[j] != new:
-                dates[j] = new
-                dated: dict[str, Any] = {part: tuple(dates)}
-                moved = replace(now, cache={}, **dated).settled(1)
-                now = moved if moved.loss() < now.loss() else now
-            j += 1
+                break
+            found.append((part, j, where))
+        else:
+            weakest = min(found, key=lambda one: one[2].log_odds, default=None)
+            if weakest is None or weakest[2].log_odds > SURE:
+                break
+            now = now.without(*weakest[:2]).settled(1)
+    for part, j, where in found:
+        now = dated(now, part, j, where.at)
     return now
+
+
+def dated(now: Response, part: str, j: int, at: int) -> Response:
+    """Return a response with one of its changes at another sample, where it fits better there."""
+    dates: list[Any] = list(getattr(now, part))
+    new = at if part == "levels" else (dates[j][0], at)
+    if dates[j] == new:
+        return now
+    dates[j] = new
+    others: dict[str, Any] = {part: tuple(dates)}
+    moved = replace(now, cache={}, **others).settled(1)
+    return moved if moved.loss() < now.loss() else now
 
 
 def alternatives(now: Response):
@@ -116,19 +127,33 @@ def weighed(other: Response, part: str, many: int):
 
 
 def abrupt(now: Response) -> tuple[int, float] | None:
-    """Return where the level of what is left steps most, and by how much."""
-    seen = np.flatnonzero(np.isfinite(now.record.y))
-    seen = seen[seen >= now.rows[0]] if len(now.rows) else seen[:0]
-    if len(seen) < 2 * LEAST + REACH:
+    """Return where the level steps within a sample, and by how much, by the onset alone; None where none does.
+
+    A noise with a slow colour takes a level for its own, but not the first samples of a step, which it whitens to a
+    pattern of its own. A lone sample that is far off has another: where that explains more, nothing steps.
+    """
+    whole = replace(now, used=np.isfinite(now.record.y), cache={"slopes": now.slopes()})
+    f = np.append(1.0, now.f)
+    T, reach = len(whole.used), REACH + len(f)
+    z = np.zeros(T)
+    z[whole.rows] = whole.left
+    if T < 2 * (LEAST + reach):
         return None
-    left = now.record.y[seen] - now.mean[seen]
-    middles = np.median(np.lib.stride_tricks.sliding_window_view(left, REACH), axis=1)
-    steps = middles[REACH:] - middles[:-REACH]
-    steps[: LEAST - REACH] = steps[len(steps) - LEAST + REACH :] = 0.0
-    at = int(np.argmax(abs(steps)))
-    about = np.arange(at, at + 2 * REACH)  # of those samples, that of the largest single step
-    at = int(about[1 + np.argmax(np.diff(left[about]) * np.sign(steps[at]))])
-    return int(seen[at]), float(steps[np.argmax(abs(steps))])
+    windows = np.lib.stride_tricks.sliding_window_view(z, 2 * reach)
+    spikes = [np.pad(f, (reach + k, reach - k - len(f))) for k in (-1, 0, 1)]
+    step, spike, onset = np.cumsum(spikes[1]), np.array(spikes), slice(LEAST - reach, T - LEAST - reach)
+    calm = np.full(2 * reach, step[-1] / math.sqrt(2 * reach))
+    calm /= max(float(np.linalg.norm(calm)), 1e-3)  # a level that was there before
+    taken, size = [], np.zeros(0)
+    for pattern in (step, *spike):
+        pattern = pattern - (pattern @ calm) * calm
+        size = (windows @ pattern) / (pattern @ pattern)
+        taken.append(0.5 * size**2 * (pattern @ pattern))
+        if len(taken) == 1:
+            sizes = size
+    more = (taken[0] - np.max(taken[1:], axis=0))[onset]
+    at = int(np.argmax(more)) + onset.start
+    return (at + reach, float(sizes[at] * now.sigma[at + reach])) if more.max() > SURE else None
 
 
 def lines(now: Response) -> list[np.ndarray]:

@@ -13,8 +13,11 @@ from ..tables.autoread import Segments, recognised
 from ..tables.cleaning import judged
 from ..tables.recognise import Reading, Table, worded
 from ..tables.table import CHUNK_ROWS, HEAD_ROWS, OpenTable, open_table
+from .response import Response
+from .response_orders import begin
+from .response_record import recorded
 
-ROWS = 8192  # that are looked at
+ROWS, FITTED = 8192, 2048  # that are looked at, and that a response is fitted to
 LAGS = 6  # single rows of the past of each column
 SPANS = (7, 12), (13, 24), (25, 48)  # rows back over which means are taken: what acts slowly shows there
 MOST = 8  # columns that are tried against one another
@@ -90,6 +93,40 @@ def _left(y, A) -> float:
     return float(np.sum((y - A @ theta) ** 2))
 
 
+def answering(columns: dict[str, Any], name: str) -> Explained:
+    """Return how far a column answers to the past of the others: a response to them beside coloured noise, or none.
+
+    It has few numbers and needs no output that follows another, where `explained` has many and needs whole rows.
+    """
+    y = np.asarray(columns[name], float)[:FITTED]
+    others = [_held(np.asarray(column, float)[:FITTED]) for other, column in columns.items() if other != name]
+    u = np.column_stack([np.concatenate([column[:1], column[:-1]]) for column in others])
+    if not np.isfinite(u).any(axis=0).all() or not np.isfinite(y).any():
+        return NOTHING
+    with_them, alone = (begin(recorded(y, some)[0]) for some in (u, u[:, :0]))
+    if with_them is None or alone is None:
+        return NOTHING
+    more, n = len(with_them.theta) + len(with_them.f) - len(alone.theta) - len(alone.f), len(with_them.rows)
+    share = 1.0 - _missed(with_them) / _missed(alone)
+    if not n or share >= 1.0:
+        return NOTHING
+    by_squares = -0.5 * n * math.log(1.0 - share) - 0.5 * more * math.log(n)
+    nats = min(by_squares, 0.5 * (alone.criterion - with_them.criterion))  # neither steps that rest nor outliers do it
+    return Explained(nats, share) if min(nats, share) > 0.0 else Explained(min(nats, 0.0), 0.0)
+
+
+def _missed(response: Response) -> float:
+    """Return the mean square of a response's errors one step ahead, of all that was measured."""
+    whole = replace(response, used=np.isfinite(response.record.y), sigma=np.ones(len(response.sigma)), cache={})
+    return float(np.mean(whole.left**2)) if len(whole.rows) else math.inf
+
+
+def _held(column) -> np.ndarray:
+    """Return a column that keeps its last value where it is missing: a line to the next would know what comes."""
+    last = np.maximum.accumulate(np.where(np.isfinite(column), np.arange(len(column)), 0))
+    return column[last]
+
+
 def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> Table:
     """Return what an open table holds, as `tables.autoread.recognised` does, direction included.
 
@@ -108,6 +145,10 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
     by = explained(clean)
     order = sorted(rivals, key=lambda name: -by[name].nats)
     shares = _shares([by[name] for name in order])
+    if shares[0] < SURE / (1.0 + SURE):  # few rows in a row, or an answer that is slow: a response asks for less
+        by |= {name: answering(clean, name) for name in order}
+        order = sorted(rivals, key=lambda name: -by[name].nats)
+        shares = _shares([by[name] for name in order])
     tables = [_reading(table, found, name, inputs, time, dt, by) for name in order[:2]]
     if shares[0] >= SURE / (1.0 + SURE):
         return tables[0]

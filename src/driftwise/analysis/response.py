@@ -195,7 +195,7 @@ class Response:
         """The samples that count: used, as are those before by which the noise is whitened."""
         if "rows" not in self.cache:
             clear = self.used.copy()
-            clear[: max(self.nk, default=0) + self.b.shape[1] - 1] = False  # driven by inputs before the record
+            clear[: max(max(self.nk, default=0) + self.b.shape[1] - 1, 0)] = False  # driven by inputs before the record
             for j in range(1, len(self.f) + 1):
                 clear[j:] &= self.used[:-j]
                 clear[:j] = False
@@ -336,11 +336,12 @@ class Response:
 
     @property
     def criterion(self) -> float:
-        """Schwarz's: less is better, of responses of one record."""
-        n = max(int(self.used.sum()), 1)
+        """Schwarz's: less is better, of responses of one record; an outlier counts as a sample at that distance."""
+        measured = int(np.isfinite(self.record.y).sum())
         s = self.sigma[self.rows]
-        misfit = 2 * self.loss() / max(len(self.rows), 1)
-        return n * (2 * float(np.mean(np.log(s))) + misfit) + (len(self.theta) + len(self.f)) * math.log(n)
+        misfit = 2 * float(np.mean(np.log(s))) + 2 * self.loss() / max(len(self.rows), 1)
+        misfit += (measured - int(self.used.sum())) / measured * (2 * HUBER * FAR - HUBER**2)
+        return measured * misfit + (len(self.theta) + len(self.f)) * math.log(measured)
 
     def covariance(self) -> np.ndarray:
         """Return the covariance of theta: of white noise or, in each direction, of scores as they were, if larger."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, located, scanned
+from .change_places import GAIN, LEVEL, scanned, standing
 from .change_search import searched
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
@@ -51,12 +51,12 @@ class Hindsight(NamedTuple):
         now, found = self.response, []
         T = len(now.used)
         for j, since in enumerate(now.levels):
-            where = located(now, "levels", j)
+            where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
             if where is not None and where.log_odds > SURE:
                 found.append(Jump(since, _about(where.interval, since), where.log_odds, LEVEL, 0, 0.0, size))
         for j, (i, since) in enumerate(now.gains):
-            where = located(now, "gains", j)
+            where = standing(now, "gains", j)
             factor = now.factor(i)
             gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))

@@ -13,10 +13,10 @@ from driftwise.tables.dates import SLASHED, STAMP, are_compact
 from driftwise.tables.marks import Marks, marks_of
 
 MISSING = frozenset(
-    "|-|--|.|?|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT|\u2212|\u2013|\u2014".split(
+    "|--.-|---.-|NA|N/A|n/a|na|#N/A|nan|NaN|NAN|Nan|-nan|-NaN|null|NULL|Null|None|none|NONE|missing|<NA>|NaT|\u2212|\u2013|\u2014".split(
         "|"
     )
-)
+) | {mark * times for mark in "-.?*" for times in range(1, 6)}
 # How minus is written besides, and as it is read: a typographer's (which reports here print), an accountant's, SAP's.
 MINUS = (("\u2212", "-"), (r"^\(\s*([0-9.,]*[0-9][0-9.,]*)\s*\)$", r"-\1"), (r"^([0-9.,]*[0-9][0-9.,]*)-$", r"-\1"))
 COMMENTS = ("#", "%")
