@@ -106,8 +106,9 @@ class Simulated:
         rows = self.rows[key]
         return [row for row in rows if (start is None or row.time >= start) and (end is None or row.time <= end)]
 
-    def events(self, since=0, key=None):
-        return [seen for seen in self.told if seen.number > since and key in (None, seen.key)]
+    def events(self, since=0, key=None, most=None, latest=False):
+        found = [seen for seen in self.told if seen.number > since and key in (None, seen.key)]
+        return found[-most:] if latest and most else found[:most]
 
     def acknowledge(self, number):
         if not 0 < number <= len(self.told):

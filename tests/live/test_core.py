@@ -60,6 +60,7 @@ def test_events_keep_their_numbers(tmp_path):
     core.store.close()
     again = opened(tmp_path)
     assert again.store.events(0, None) == events
+    assert again.store.events(0, None, 2) == events[:2] and again.store.events(0, None, 2, latest=True) == events[-2:]
     seen = again.store.acknowledge(events[0].number)
     assert seen.acknowledged
     assert again.store.events(0, events[0].key)[0].acknowledged

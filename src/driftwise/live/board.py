@@ -42,7 +42,7 @@ class SeriesView:
     count : samples taken
     time : seconds since 1970 of the last one
     prediction, band : of the last output, before it came: the forecast and the bounds of 95 %
-    ahead : forecasts of the next outputs, nearest first: (prediction, low, high) each
+    ahead : forecasts of the next outputs, nearest first, with inputs as they are: (prediction, low, high) each
     model : in words, "arx:2,2 with auto memory"; "identifying: 120 of 500 samples" while it is not chosen
     status : "identifying", "warming up", "well", or the kind of trouble
     nis : mean of e^2 / variance, 1 where error bars are true
@@ -114,8 +114,10 @@ class Board(Protocol):
     def history(self, key: str, start: float | None = None, end: float | None = None) -> list[Row]:
         """Return what is kept of a series between two instants, oldest first; it reads files: call it in a thread."""
 
-    def events(self, since: int = 0, key: str | None = None) -> list[EventView]:
-        """Return events whose number is above ``since``, oldest first."""
+    def events(
+        self, since: int = 0, key: str | None = None, most: int | None = None, latest: bool = False
+    ) -> list[EventView]:
+        """Return events whose number is above ``since``, oldest first; at most so many, or the ``latest``."""
 
     def acknowledge(self, number: int) -> EventView:
         """Note that somebody saw an event; return it as it is now."""

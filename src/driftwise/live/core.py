@@ -154,6 +154,7 @@ class Core:
         if not rows:
             return
         self.counters["samples"] += len(rows)
+        series.held = rows[-1].inputs
         if series.group is None:
             series.samples += [(row.time, row.output, *row.inputs) for row in rows]
             self._dirty.add(series.number)

@@ -26,6 +26,7 @@ class Series:
     waiting: Waiting = field(default_factory=Waiting)
     samples: list[tuple[float, ...]] = field(default_factory=list)  # until its model is chosen: time, output, inputs
     kept: int = 0  # of them, in the store
+    held: tuple[float, ...] = ()  # inputs of the last row since the start
     is_asked: bool = False  # whether its model is being chosen
     is_plain: bool = field(init=False)  # nothing is waited for: a message with an output is a row
 

@@ -98,8 +98,10 @@ class LiveBoard:
         found: dict[str, Any] = {
             "parameters": tuple(ParameterView(*one) for one in zip(est.names, theta.tolist(), std.tolist()))
         }
-        if not series.config.inputs:
-            mean, sd = est.predict(state, horizon=AHEAD)
+        held = np.array(series.held)
+        if len(held) == len(series.config.inputs) and np.isfinite(held).all():  # inputs stay as they are
+            u = np.tile(held - rows.intake.levels[1][row], (AHEAD, 1)) if len(held) else None
+            mean, sd = est.predict(state, u, AHEAD)
             mean = mean + rows.intake.levels[0][row, 0]
             ahead = np.column_stack([mean, mean - BAND * sd, mean + BAND * sd])
             if np.isfinite(ahead).all():
@@ -111,8 +113,10 @@ class LiveBoard:
 
     # --- events --------------------------------------------------------------------------------------------
 
-    def events(self, since: int = 0, key: str | None = None) -> list[EventView]:
-        return self.core.store.events(since, key)
+    def events(
+        self, since: int = 0, key: str | None = None, most: int | None = None, latest: bool = False
+    ) -> list[EventView]:
+        return self.core.store.events(since, key, most, latest)
 
     def acknowledge(self, number: int) -> EventView:
         event = self.core.store.acknowledge(number)

@@ -77,8 +77,8 @@ class Store(Protocol):
     def sync(self) -> None:
         """Return when all commits are on the disk."""
 
-    def events(self, since: int, key: str | None) -> list[EventView]:
-        """Return events above a number, oldest first."""
+    def events(self, since: int, key: str | None, most: int | None = None, latest: bool = False) -> list[EventView]:
+        """Return events above a number, oldest first; at most so many: the first, or the ``latest``."""
 
     def acknowledge(self, number: int) -> EventView:
         """Note that an event was seen; `KeyError` where there is none."""

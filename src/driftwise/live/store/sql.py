@@ -126,13 +126,14 @@ class SqlStore:
             [event_of(row) for row in opened],
         )
 
-    def events(self, since: int, key: str | None) -> list[EventView]:
+    def events(self, since: int, key: str | None, most: int | None = None, latest: bool = False) -> list[EventView]:
         names, values = ", ".join(EVENT), (since,) if key is None else (since, key)
         only = "" if key is None else f" AND key = {self.mark}"
+        order, limit = "DESC" if latest else "ASC", "" if most is None else f" LIMIT {int(most)}"
         found = self.execute(
-            f"SELECT {names} FROM events WHERE number > {self.mark}{only} ORDER BY number", values
+            f"SELECT {names} FROM events WHERE number > {self.mark}{only} ORDER BY number {order}{limit}", values
         ).fetchall()
-        return [event_of(row) for row in found]
+        return [event_of(row) for row in (reversed(found) if latest else found)]
 
     def acknowledge(self, number: int) -> EventView:
         with self.transaction():

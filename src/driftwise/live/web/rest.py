@@ -58,7 +58,7 @@ class Api:
         try:
             if segments[1:]:
                 return await self._history(request, key)
-            events = self.board.events(key=key)[-FULL_PAST:]
+            events = self.board.events(0, key, FULL_PAST, latest=True)
             return _json(encode.full(self.board.view(key), events) | {"paths": self.hub.paths.told(key)})
         except KeyError:
             raise HTTPException(404, "no such series") from None
@@ -83,8 +83,8 @@ class Api:
 
     async def events(self, request: Request) -> Response:
         since, limit = int(_number(request, "since") or 0), int(_number(request, "limit") or self.limits.events)
-        found = self.board.events(since, request.query_params.get("key"))
         most = min(max(limit, 1), self.limits.events)
+        found = self.board.events(since, request.query_params.get("key"), most + 1)
         return _json({"events": [encode.event(seen) for seen in found[:most]], "more": len(found) > most})
 
     async def acknowledge(self, request: Request) -> Response:
