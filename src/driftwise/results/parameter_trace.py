@@ -10,6 +10,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..engine.validation import count
+from ..models.quantities import derive, derived_columns
 from . import verbs
 from .bands import unpack
 from .events import Event, events_of, jumps_of
@@ -158,6 +159,25 @@ class ParameterTrace(Trace):
         is_full = self.keep == "covariance"
         P = self.covariance[at, n:, n:] if is_full else np.diag(self.parameters_std[at] ** 2)
         return est.model_at(self.parameters[at].copy(), P)
+
+    def derived(self, quantities, every: int = 1) -> dict[str, np.ndarray]:
+        """Return what follows from the parameters along a record, with bars; needs keep="covariance".
+
+        Columns ``name``, ``name_std``, ``name_low`` and ``name_high``, (T,) each, of every ``every``-th sample from the
+        first on; ``est.derived`` is the same of one state.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+        >>> trace = dw.ARX(1, 1).scan(y, u, keep="covariance")
+        >>> list(trace.derived({"gain": lambda p: p["b1"] / (1 + p["a1"])}, every=100))
+        ['gain', 'gain_std', 'gain_low', 'gain_high']
+        """
+        n, every = self.estimator.model.n, count("every", every)
+        P = self.covariance[::every, n:, n:]
+        rows = zip(self.parameters[::every], P)
+        return derived_columns([derive(self.names, theta, one, quantities) for theta, one in rows])
 
     def predict(self, u=None, horizon: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (h,) and standard deviation (h,) of the outputs that follow, given the inputs to come."""

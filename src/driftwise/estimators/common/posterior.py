@@ -10,6 +10,7 @@ import numpy as np
 from ...engine import ud
 from ...models import noise as noises
 from ...models.convert import Model
+from ...models.quantities import Derived, derive
 from ...models.scale import KnownScale, sigma2
 from ..base import Estimator
 
@@ -38,6 +39,31 @@ class Posterior(Estimator):
     def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters, in the order of ``names``, and their covariance."""
         return np.array(state["theta"]), self.unit_of(state) * self._theta_covariance(state)
+
+    def derived(self, state, quantities) -> dict[str, Derived]:
+        """Return what follows from the parameters of a state, with bars: as `update` goes on, sample by sample.
+
+        Parameters
+        ----------
+        state : one state, as `update` or a trace leaves it
+        quantities : mapping from a name to a function of the parameters, which come as a dictionary by their ``names``
+
+        Notes
+        -----
+        By slopes and the joint covariance; by draws where the quantity bends within its interval
+        (`models.quantities.derive`). ``trace.derived`` does it for a record.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> y, u = dw.simulate([-0.8], [1.0], samples=500, noise_std=0.1, seed=1)
+        >>> est = dw.ARX(1, 1)
+        >>> found = est.derived(est.scan(y, u).state, {"gain": lambda p: p["b1"] / (1 + p["a1"])})["gain"]
+        >>> low, high = found.interval
+        >>> low < 5.0 < high, high - low < 0.2
+        (True, True)
+        """
+        return derive(self.names, *self.parameters_of(state), quantities)
 
     def unit_of(self, state) -> Any:
         """Return what the covariance is relative to: sigma^2."""
