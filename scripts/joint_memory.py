@@ -116,14 +116,15 @@ def told(world: World, record: Record):
     return [np.concatenate(part) for part in zip(*parts)]
 
 
-def untold(world: World, record: Record, memory):
+def untold(world: World, record: Record, memory, kind=dw.Joint):
     """Return the same of the filter that is told nothing."""
-    trace = dw.Joint(world.order, 1, noise=noise_of(world), memory=memory).scaled_to(record.y, record.u)
+    order = (world.order,) if kind is dw.JointMIMO else world.order
+    trace = kind(order, 1, noise=noise_of(world), memory=memory).scaled_to(record.y, record.u)
     trace = trace.scan(record.y, record.u)
     return [trace.x, trace.parameters, trace.x_std, trace.parameters_std]
 
 
-def measure(world: World, memory, seeds: int, samples: int, first: int = 0):
+def measure(world: World, memory, seeds: int, samples: int, first: int = 0, kind=dw.Joint):
     """Return ratios of x and theta, coverage of both (and of the filter that knows), and microseconds a sample."""
     mine, best, inside, known, spent = [], [], [], [], 0.0
     for seed in range(first, first + seeds):
@@ -131,7 +132,7 @@ def measure(world: World, memory, seeds: int, samples: int, first: int = 0):
         truth = np.hstack([record.x, record.theta])[BEGIN:]
         reference = told(world, record)
         begun = time.perf_counter()
-        found = untold(world, record, memory)
+        found = untold(world, record, memory, kind)
         spent += time.perf_counter() - begun if seed > first else 0.0
         for errors, covered, (x, theta, x_std, theta_std) in ((mine, inside, found), (best, known, reference)):
             off = np.hstack([x, theta])[BEGIN:] - truth
@@ -152,15 +153,17 @@ def main():
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--samples", type=int, default=1000)
     parser.add_argument("--memory", default="auto", help="as the command line writes it")
+    parser.add_argument("--mimo", action="store_true", help="by JointMIMO, of one output: it has no output errors")
     parser.add_argument("--only", default="", help="part of the name of a plant")
     given = parser.parse_args()
     print(f"{'':22s}  error: state  theta   inside: state  theta   told: state  theta   us/sample")
     found = []
     for name, world in WORLDS.items():
-        if given.only not in name:
+        if given.only not in name or (given.mimo and world.output_error):
             continue
         x, theta, in_x, in_theta, told_x, told_theta, cost = measure(
-            world, specs.memory(given.memory), given.seeds, given.samples, given.first
+            world, specs.memory(given.memory), given.seeds, given.samples, given.first,
+            dw.JointMIMO if given.mimo else dw.Joint,
         )
         found += [x, theta]
         inside = f"{in_x:15.3f} {in_theta:6.3f} {told_x:12.3f} {told_theta:6.3f}"

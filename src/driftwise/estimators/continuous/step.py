@@ -38,6 +38,7 @@ from ..common.given_state import (
     sigma2_of_few,
 )
 from ..joint.row import HUGE
+from ..joint.step import DOUBTED, SURE
 from .chain import decay, respond
 
 SAMPLES, OBSERVED, STATUS, IN_A_ROW, CHI2, LOGDET, PEAK, TIME, STARTED, SINCE, LAST = range(11)  # of the head of a row
@@ -377,8 +378,11 @@ def advance_continuous(form, noise, memory, gate, scale, detector, state, scratc
                 alarm = found_jump(memory, state.memory_state, state.detector_state)
             else:
                 head[CHI2] += residual * residual / T
-            if form.learns > 0.0 and outlier_probability(memory, state.memory_state) > 0.5:
+            rho = outlier_probability(memory, state.memory_state) if form.learns > 0.0 else 0.0
+            if rho > SURE:
                 is_measured = False  # the straight line passes it by
+            elif rho > DOUBTED:  # it ends at what y is on average
+                z -= rho * e
             if head[OBSERVED] > form.settle:
                 alarm += watch(detector, state.detector_state, residual / math.sqrt(s2 * T), state.detector_state[:0])
         else:

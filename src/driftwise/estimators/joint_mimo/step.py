@@ -23,7 +23,7 @@ from ..common.given_state import (
     sigma2_of_few,
 )
 from ..joint.row import HUGE
-from ..joint.step import LIMIT, take_inputs
+from ..joint.step import DOUBTED, LIMIT, SURE, take_inputs
 from .predict import propagate
 from .row import MimoForm, add_row, covariance, gather, make_room, open_group, place, scatter
 
@@ -262,11 +262,12 @@ def correct_group(form, noise, memory, memory_state, gate, scale, detector, stat
             T = predicted_variance(f, D, R)
         state.status[i] = status
         out[t, i], out[t, outputs + i], out[t, 2 * outputs + i] = yhat, e, s2 * T
-        if not is_measured:
-            scratch.z[i], scratch.spread[i] = -yhat, s2 * T
+        rho = outlier_probability(memory, memory_state) if form.learns > 0.0 and is_measured and T > 0.0 else 0.0
+        if not is_measured or rho > SURE:
+            scratch.spread[i] = s2 * T
             set_output(form, noise, scratch, group, g, i, front)
-        elif form.learns > 0.0 and T > 0.0 and outlier_probability(memory, memory_state) > 0.5:
-            scratch.z[i], scratch.spread[i] = 0.5 * e - y[t, i], 0.25 * e * e  # the plant's or the sensor's: as likely
+        elif rho > DOUBTED:
+            scratch.z[i], scratch.spread[i] = rho * e - y[t, i], rho * (1.0 - rho) * e * e
             if int(scratch.q[g]) < front:
                 widen_front(form, scratch, group, g, front)
             set_datum(form, scratch, group, g, i)
@@ -276,14 +277,15 @@ def correct_group(form, noise, memory, memory_state, gate, scale, detector, stat
 @rare
 def set_output(form, noise, scratch, group, g, i, front):
     """Let the error of a missing output stand in its place in front: what it is made of, and its own part."""
-    if int(scratch.q[g]) < front:  # the gate's decision came late
+    if int(scratch.q[g]) < front:  # the decision of the gate, or the memory, came late
         widen_front(form, scratch, group, g, front)
-    _, extra = project(form, noise, scratch, group, g, group.A, i)
+    yhat, extra = project(form, noise, scratch, group, g, group.A, i)
     at = place(form, i)
     for c in range(at + 1, int(scratch.q[g]) + group.N):
         group.A[c * (c - 1) // 2 + at] = -scratch.f[c]
     group.D[at] = extra
     group.s[at] = 0.0
+    scratch.z[i] = -yhat
 
 
 @kernel
