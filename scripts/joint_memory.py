@@ -162,7 +162,11 @@ def main():
         if given.only not in name or (given.mimo and world.output_error):
             continue
         x, theta, in_x, in_theta, told_x, told_theta, cost = measure(
-            world, specs.memory(given.memory), given.seeds, given.samples, given.first,
+            world,
+            specs.memory(given.memory),
+            given.seeds,
+            given.samples,
+            given.first,
             dw.JointMIMO if given.mimo else dw.Joint,
         )
         found += [x, theta]

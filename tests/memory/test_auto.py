@@ -220,3 +220,15 @@ def test_a_missing_output_among_the_regressors_does_not_look_like_drift():
         error = np.array([est.scan(y, u).parameters for y, u in zip(r.y, r.u)]) - r.theta
         errors.append(rms((error / plant.deviations)[:, 50:]))
     assert plant.missing[0] > 0.2 and errors[1] <= 1.6 * errors[0]
+
+
+def test_what_wrong_numbers_among_the_first_samples_taught_is_given_up():
+    """They are fitted, since nothing is known yet, and stay among the regressors: a later start has seen none."""
+    errors, best = [], []
+    for seed in range(20):
+        y, u = dw.simulate([-1.5, 0.7], [1.0, 0.5], samples=200, noise_std=0.1, seed=seed)
+        y[[3, 6]] += [3.0, -3.0]
+        for found, first in ((errors, 0), (best, 12)):
+            trace = dw.ARX(2, 2, memory=dw.AutoMemory()).scan(y[first:], u[first:])
+            found.append(np.abs(trace.parameters[-1] - [-1.5, 0.7, 1.0, 0.5]).max())
+    assert np.quantile(errors, 0.9) < 1.2 * np.quantile(best, 0.9)

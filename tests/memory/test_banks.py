@@ -41,7 +41,7 @@ def records(early=100.0):
         y, psi = s.y[:, samples], s.psi[:, samples]
         y[:, 1:][rng.uniform(size=y[:, 1:].shape) < 0.02] = np.nan
         y[1] += 3.0 * (rng.uniform(size=y.shape[1]) < 0.03)
-        y[2, 6], y[0, -10] = early, 30.0
+        y[1, 2], y[2, 6], y[0, -10] = 30.0, early, 30.0
         if name == "c":
             y[0, 250:] += 0.6 * rng.standard_normal(y.shape[1] - 250)
         found[name] = y, psi, s.phi

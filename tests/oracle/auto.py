@@ -43,6 +43,11 @@ class Learner:
         size = np.sqrt(taken.s2[:, -1:] * St)
         return e / size, dS / St, np.clip(de / size, -10, 10), part[..., 0]
 
+    def forget(self, s):
+        """Nothing is known of the speeds of this series."""
+        self.eta[s], self.J[s], self.cross[s], self.corner[s] = self.eta0, np.eye(self.n) / self.sd**2, 0, self.sd**-2
+        self.dtheta[s] = self.dP[s] = 0
+
     def climb(self, z, dS, de, part, moves):
         """One step of eta, where it moves."""
         n, keep, sd, tau = self.n, 1 - 1 / self.memory, self.sd, self.tau
@@ -182,6 +187,30 @@ class Trial:
         self.F = phi[:, None] * self.F
 
 
+class Second:
+    """Of one series: a filter that begins anew among the first samples, and what it is better by than all others."""
+
+    def __init__(self, mean, wide, nu):
+        n = len(mean)
+        self.age, self.score = 0, 0.0
+        self.filter = start(1, 1, n, 1.0, nu, 0.0)
+        self.filter.theta[0, 0], self.filter.P[0, 0] = mean, np.diag(wide)
+
+    def is_over(self, n):
+        return self.score < -14 or self.age >= n + 40
+
+    def see(self, row, y, pi, learnt, evidence, phi):
+        self.filter, taken = update(self.filter, row[None], np.array([y]), learnt, pi)
+        self.filter.theta, self.filter.P = self.filter.theta * phi, self.filter.P * outer(phi, phi)
+        self.age += 1
+        if self.age > len(phi) + 10:
+            self.score += taken.evidence[0] - evidence
+
+    def has_won(self, trial):
+        running = trial is not None and trial.age > 0
+        return self.score > 5 and not (running and self.score < max(trial.found[1:]) - trial.beside + 5)
+
+
 def blend(bank, trial, inverse):
     """theta, P and sigma^2 of what is shown."""
     theta, P, s2 = moments(bank)
@@ -206,6 +235,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     units, A, learner = Units(S, n), staying(M, 0.9998), Learner(S, n, learnt)
     inc, out = start(S, M, n, P0, *((1 - n, 0.0) if learnt else (2.0, 2 * told))), Run.of(S, T, n, M)
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
+    seconds = [None] * S
     sums, shown = [Suspicion(n) for _ in range(S)], inc.s2[:, 0]  # sigma^2 so far
     alm, inverse, struck, counted = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S)
     for k in range(T):
@@ -233,12 +263,24 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
 
         # the trials
         for s in np.flatnonzero(seen):
+            here = moments(inc.at([s]))[0][0] if views[s] is None else views[s][0]
             rho, what, views[s] = float(np.sum(corrected.w[s] * taken.rho[s])), None, None
             if not rest[s] and units.count[s] > 4 * n:
                 surprise = eps[s] ** 2 / out.S[s, k]
                 suspected = sums[s].see(row[s], eps[s] / np.sqrt(out.S[s, k]), out.S[s, k] / shown[s])
+                suspected = suspected or units.count[s] < 100
                 if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields():
                     trials[s] = Trial(inc.at([s]), over[s], surprise, learnt)
+            if not rest[s] and 2 * n < units.count[s] < 200:
+                if seconds[s] is None or seconds[s].is_over(n):
+                    seconds[s] = Second(here, np.minimum(P0, 1e6 * over[s]), 1 - n if learnt else 2.0)
+                    seconds[s].filter.chi2[:] = 0.0 if learnt else 2 * told
+                seconds[s].see(row[s], yk[s], pi[s], learnt, taken.evidence[s], phi)
+                if seconds[s].has_won(trials[s]):
+                    for name in ("theta", "P", "nu", "chi2"):
+                        getattr(new, name)[s] = getattr(seconds[s].filter, name)[0]
+                    learner.forget(s)
+                    trials[s] = seconds[s] = None
             trial = trials[s]
             if trial is not None and not rest[s]:
                 own = trial.see(row[s], yk[s], pi[s], over[s], taken.evidence[s])

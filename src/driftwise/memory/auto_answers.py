@@ -7,7 +7,7 @@ from ..engine.dense import at
 from ..engine.dispatch import kernel
 from ..engine.status import AT_REST, CAPPED, NOISE, OUTLIER
 from ..engine.ud import predicted_variance
-from .auto_constants import ISOLATED, SUSPECT
+from .auto_constants import ISOLATED, SUSPECT, YOUNG, YOUNG_ENOUGH
 from .auto_shown import blend, drift_together, mixture_with_copies
 from .auto_state import (
     CLEAN,
@@ -26,6 +26,7 @@ from .likelihood_drift import carry, climb, follow, ratio
 from .mixing import drift_apart, drift_beside_state, interact, merge, take_dense_along, take_modes_along
 from .modes import begin_modes, fold, unfold
 from .modes import update as update_bank
+from .second_start import is_explained, let_start, start_again
 from .suspicion import calm, suspect
 from .trial import argue, begin_trial, end_trial, is_to_begin, is_to_end, time_update_copies
 from .trial_state import AGE, ODDS, show_none
@@ -73,7 +74,8 @@ def adapt_auto(memory, state, e, R, view):
     outliers, is_on = share_of_outliers(memory, head), False
     if not is_unexcited and drift.head[SEEN] > 4.0 * N:
         surprise, is_on = e * e / (s2 * T), trial.head[AGE] > 0.0
-        if is_to_begin(trial, surprise, suspect(parts.sums, view.psi, e, T, s2)):
+        is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
+        if is_to_begin(trial, surprise, is_suspicious):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
             is_on = True
     evidence, rho = update_bank(
@@ -87,6 +89,12 @@ def adapt_auto(memory, state, e, R, view):
     if drift.head[SEEN] > 2.0 * N and not is_unexcited:
         climb(memory, learner, error / math.sqrt(own_s2 * spread), part)
     head[VERDICT] = NOTHING
+    if 2.0 * N < drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited:
+        has_won = start_again(memory, parts.second, e, R, evidence, outliers, drift.unit, theta, own.P, view)
+        if has_won and not is_explained(trial, parts.second):
+            let_start(parts.second, own.bank, own.dense, learner, M)
+            end_trial(trial)
+            is_on = False
     if is_on:
         rho = try_out(memory, parts, e, R, evidence, rho, outliers, view)
     elif trial.head[AGE] > 0.0:  # at rest nothing is decided, and what was probable stays so

@@ -50,3 +50,9 @@ FRESH = 1.0  # samples, besides one for each parameter, before it does, or befor
 HOPELESS = -1.0  # log odds below which one ends after OLD samples, or at a surprise
 OLD, OLDEST = 32.0, 100.0  # samples; after the second any ends
 JUMP_AGE, LEVEL_AGE = 2.0, 8.0  # samples before one is told: one alone may be an outlier; a level takes several
+
+# A second start
+YOUNG_ENOUGH = 200.0  # samples in which one is looked for
+FARTHEST = 1e6  # variance of its parameters, in units: a thousand deviations
+LEARNING, YOUTH = 10.0, 30.0  # samples, besides one a parameter, before its predictions count; and in which they do
+BETTER, UNFIT = 5.0, -14.0  # log evidence at which it takes over; below which another begins

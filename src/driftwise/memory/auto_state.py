@@ -9,6 +9,7 @@ from ..engine.layout import Field, Layout, numbers
 from .auto_constants import CHANCES, LEVELS, OFTEN, STRUCK, STRUCK_FADES
 from .bank import bank_size, open_bank
 from .likelihood_drift import learner_size, open_learner
+from .second_start import open_second, second_size
 from .suspicion import open_suspicion, suspicion_size
 from .trial_state import open_trial, trial_size
 from .unknown_drift import open_drift_state
@@ -30,10 +31,12 @@ AUTO = Layout(
     Field("bank", ("bank_size(N, M)",), "the filters that interact"),
     Field("suspicion", ("suspicion_size(N)",), "whether something may have happened"),
     Field("trial", ("trial_size(N, M)",), "what may have happened a moment ago"),
+    Field("second", ("second_size(N)",), "another start"),
     Field("learner", ("learner_size(N, N)",), "what learns the ratio of the last mode"),
     given=("N", "M"),
     bank_size=bank_size,
     suspicion_size=suspicion_size,
+    second_size=second_size,
     trial_size=trial_size,
     learner_size=learner_size,
 )
@@ -48,6 +51,7 @@ class Parts(NamedTuple):
     head: np.ndarray
     sums: tuple
     trial: tuple
+    second: tuple
     learner: tuple
 
 
@@ -58,7 +62,8 @@ def open_parts(memory, state, N):
     parts = open_auto(drift.own, N, MODES)
     bank, trial = open_bank(parts.bank, N, MODES), open_trial(parts.trial, N, MODES)
     sums = open_suspicion(parts.suspicion, N)
-    return Parts(drift, bank, parts.head, sums, trial, open_learner(parts.learner, N, N))
+    second = open_second(parts.second, N)
+    return Parts(drift, bank, parts.head, sums, trial, second, open_learner(parts.learner, N, N))
 
 
 @kernel

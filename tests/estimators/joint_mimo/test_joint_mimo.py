@@ -60,6 +60,24 @@ NOISES = [
 ]
 
 
+def test_one_output_is_joint_where_everything_is_found_out():
+    """Wrong numbers, doubtful and certain, and a jump that reaches b2 a sample later than b1."""
+    rng = np.random.default_rng(0)
+    u, y, x, theta = rng.standard_normal(400), np.empty(400), np.zeros(2), np.array([-1.0, 0.3, 1.0, 0.5])
+    for t in range(400):
+        theta[2:] += (t == 250) * np.array([1.4, -1.4])
+        y[t] = x[0] + 0.2 * rng.standard_normal()
+        x = np.append(x[1:], 0.0) - theta[:2] * y[t] + theta[2:] * u[t]
+    y += 0.2 * (rng.random(400) < 0.04) * rng.uniform(3, 15, 400) * rng.choice([-1, 1], 400)
+    one, many = (
+        dw.Joint(2, 1, memory=dw.AutoMemory()).scan(y, u),
+        dw.JointMIMO((2,), 1, memory=dw.AutoMemory()).scan(y, u),
+    )
+    assert len(one.jumps()) == 1 and np.sum(one.status & int(dw.Status.OUTLIER) != 0) > 5
+    for name in ("x", "x_std", "parameters", "parameters_std"):
+        np.testing.assert_allclose(getattr(many, name), getattr(one, name), rtol=1e-7, atol=1e-9)
+
+
 @pytest.mark.parametrize("options", NOISES, ids=lambda o: "-".join(o) or "default")
 @pytest.mark.parametrize("direct, lost_y, lost_u", [(False, 0, 0), (True, 0, 0), (True, 0.2, 0), (False, 0.2, 0.1)])
 def test_one_output_is_joint(options, direct, lost_y, lost_u):

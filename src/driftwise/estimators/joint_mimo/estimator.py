@@ -199,9 +199,10 @@ class JointMIMO(Estimator):
             scale = self.scale
             if isinstance(scale, InverseGamma):
                 scale = InverseGamma(scale.alpha - self.spent[g] / 2, scale.beta)
+            lags = form.lags[theta - n]
             setting = Setting(
                 self._units[theta], cap[theta], scale, float(np.mean(noise.R[group])), len(theta),
-                prior_of_parameters(*prior, states), states, (form.lags[theta - n] - form.lags[theta - n].min()).astype(float),
+                prior_of_parameters(*prior, states), states, (lags - lags.min()).astype(float),
             )  # fmt: skip
             own, fades, learns = memory_of_joint(of_some(memory, theta - n, form.N - n), setting)
             found.append((own, state_size(own, len(theta))))

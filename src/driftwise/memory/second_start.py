@@ -1,0 +1,81 @@
+"""Was the start wrong? Another filter begins a little later, and takes over if it predicts better.
+
+A wrong number among the first samples is fitted, since nothing is known yet that it could contradict; it stays among
+the regressors of an `ARX`, and what it taught is as certain as all that is right. So in the first samples a filter
+with a wide prior begins again and again. It is not weighed by what it says while it learns: from then on what it
+predicts competes with what all others do, who have seen more, and are better unless what they have seen misleads them.
+"""
+
+from ..engine.dispatch import kernel, rare
+from ..engine.layout import Field, Layout, numbers
+from ..engine.ud import expand
+from .auto_constants import BETTER, FARTHEST, LEARNING, UNFIT, YOUTH
+from .gauss_markov import relax
+from .modes import CHI2, FREEDOM, WEIGHT, mode, size_of, take
+from .trial_state import AGE as TRIAL_AGE
+from .trial_state import BESIDE, FREED, LEVEL
+from .unknown_drift import ROOM
+
+AGE, SCORE = range(2)  # of the head
+
+SECOND = Layout(
+    *numbers("head", age="samples it has seen; 0: none runs", score="its log evidence over that of all others"),
+    Field("row", ("size_of(N)",), "the filter that begins later"),
+    given=("N",),
+    size_of=size_of,
+)
+open_second, second_size = kernel(SECOND.open), kernel(SECOND.size)
+
+
+@kernel
+def begin_second(memory, second, theta, unit):
+    """Begin from here on, with a wide prior and nothing known of sigma^2."""
+    one = mode(second.row, 0, theta.size)
+    one.own[WEIGHT], one.own[FREEDOM], one.own[CHI2] = 1.0, memory.freedom, memory.chi2
+    for i in range(theta.size):
+        one.theta[i], one.D[i] = theta[i], min(memory.cap[i] / ROOM, FARTHEST * unit[i])
+    for i in range(one.U.size):
+        one.U[i] = 0.0
+    second.head[AGE] = second.head[SCORE] = 0.0
+
+
+@rare
+def start_again(memory, second, e, R, evidence, outliers, unit, theta, P, view):
+    """Let it see a sample; say whether it has won."""
+    N, head = theta.size, second.head
+    if head[AGE] == 0.0 or head[SCORE] < UNFIT or head[AGE] >= N + LEARNING + YOUTH:
+        begin_second(memory, second, theta, unit)
+    one, error = mode(second.row, 0, N), e
+    for i in range(N):
+        error += view.psi[i] * (theta[i] - one.theta[i])
+    log_p, _, _, _ = take(memory, one, P, error, R, view, outliers, False, True)
+    relax(one.theta, one.U, one.D, memory.phi, view.b)
+    head[AGE] += 1.0
+    if head[AGE] > N + LEARNING:
+        head[SCORE] += log_p - evidence
+    return head[SCORE] > BETTER
+
+
+@kernel
+def is_explained(trial, second):
+    """Say whether a trial knows another explanation that does as well: another level of the noise, or a jump."""
+    head, found = trial.head, trial.found
+    best = max(found[FREED], found[LEVEL]) - head[BESIDE]
+    return head[TRIAL_AGE] > 0.0 and second.head[SCORE] < best + BETTER
+
+
+@rare
+def let_start(second, bank, dense, learner, M):
+    """Let every filter of the bank be the one that began later, and know no speed yet."""
+    N = learner.eta.size
+    half, one = N * (N + 1) // 2, mode(second.row, 0, N)
+    for m in range(M):
+        to = mode(bank, m, N).own
+        to[FREEDOM], to[CHI2] = one.own[FREEDOM], one.own[CHI2]
+        for i in range(N):
+            mode(bank, m, N).theta[i] = one.theta[i]
+        expand(one.U, one.D, dense[m * half : (m + 1) * half])
+    for known in (learner.eta, learner.shares, learner.known, learner.J, learner.dtheta, learner.dP):
+        for i in range(known.size):
+            known[i] = 0.0
+    second.head[AGE] = 0.0
