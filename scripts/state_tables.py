@@ -29,6 +29,7 @@ from driftwise.memory.bank import BANK
 from driftwise.memory.bayesian_change_point import CHANGE_POINT, HYPOTHESIS
 from driftwise.memory.likelihood_drift import LEARNER
 from driftwise.memory.modes import MODE
+from driftwise.memory.second_start import SECOND
 from driftwise.memory.suspicion import SUSPICION
 from driftwise.memory.trial_state import TRIAL
 from driftwise.memory.unknown_drift import DRIFT_STATE
@@ -61,6 +62,7 @@ MEMORIES = {
     "each mode of a bank": MODE,
     "`AutoMemory`, its own": AUTO,
     "`suspicion` of `AutoMemory`": SUSPICION,
+    "`second` of `AutoMemory`": SECOND,
     "`trial` of `AutoMemory`": TRIAL,
     "`Window`": WINDOW,
     "`BayesianChangePoint`": CHANGE_POINT,
