@@ -4,6 +4,7 @@ import csv
 import gzip
 import json
 import os
+import tracemalloc
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from driftwise.engine.errors import InputError
+from driftwise.tracking import read
 from driftwise.tracking.frames import geographic
 from driftwise.tracking.read import read_plots, recognise_plots, unpacked
 
@@ -287,3 +289,14 @@ def test_a_file_that_grows_a_thousandfold_is_no_log():
     data = gzip.compress(b"time,lat,lon\n" + b'"\n' * (40 << 20), 1)
     with pytest.raises(InputError, match="unpacks to more than 64 MB; 100 times its size"):
         unpacked(data, "bomb.csv.gz")
+
+
+def test_what_unpacks_without_end_is_refused_before_it_is_held(monkeypatch):
+    monkeypatch.setattr(read, "SMALL", 1 << 20)
+    monkeypatch.setattr(read, "PIECE", 1 << 10)
+    data = gzip.compress(bytes(40 << 20))
+    tracemalloc.start()
+    with pytest.raises(InputError, match="unpacks to more than 1 MB; 100 times its size"):
+        unpacked(data, "bomb.csv.gz")
+    assert tracemalloc.get_traced_memory()[1] < 8 << 20
+    tracemalloc.stop()

@@ -19,6 +19,7 @@ from .plots import Fault, Plots, checked
 
 LARGEST = 4 << 30  # bytes a compressed file may grow to
 RATIO, SMALL = 100, 64 << 20  # beyond so many bytes it may not grow by more: logs grow by 3 to 30
+PIECE = 1 << 16  # packed bytes taken at a time: at most 64 MB unpacked
 PCAP = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\xa1\xb2\x3c\x4d", b"\x0a\x0d\x0d\x0a")
 ASTERIX_NAMES = (".raw", ".ast", ".asterix", ".asx", ".pcap", ".pcapng")
 _AIS = re.compile(rb"[!$][A-Z]{2}VD[MO],\d")
@@ -152,21 +153,23 @@ def read_bytes(path):
 
 def unpacked(data: bytes, title: str) -> tuple[bytes, list[Fault]]:
     """Return what is packed by gzip, in one part or several, and faults: of a file that is cut, whole lines."""
-    out, size, packed, faults = [], 0, len(data), []
-    most = min(LARGEST, max(SMALL, RATIO * packed))
-    while data[:2] == b"\x1f\x8b":
+    out, size, at, faults = [], 0, 0, []
+    while data[at : at + 2] == b"\x1f\x8b":
         unpack = zlib.decompressobj(wbits=31)
-        try:
-            out.append(unpack.decompress(data, most - size))
-        except zlib.error as error:
-            raise InputError(f"{title}: the gzip file is damaged ({error}). Was it copied as text?") from None
-        size += len(out[-1])
-        if unpack.unconsumed_tail:
-            why = "split it" if most == LARGEST else f"{RATIO} times its size, as no log does: what is in it?"
-            raise InputError(f"{title} unpacks to more than {most >> 20} MB; {why}")
-        data = unpack.unused_data
+        while at < len(data) and not unpack.eof:
+            part = data[at : at + PIECE]
+            try:
+                out.append(unpack.decompress(part))
+            except zlib.error as error:
+                raise InputError(f"{title}: the gzip file is damaged ({error}). Was it copied as text?") from None
+            at += len(part) - len(unpack.unused_data)
+            size += len(out[-1])
+            most = min(LARGEST, max(SMALL, RATIO * at))
+            if size > most:
+                why = "split it" if most == LARGEST else f"{RATIO} times its size, as no log does: what is in it?"
+                raise InputError(f"{title} unpacks to more than {most >> 20} MB; {why}")
         if not unpack.eof:
-            faults.append(Fault(title, packed, "the gzip file is cut short here; whole lines before it are read"))
+            faults.append(Fault(title, at, "the gzip file is cut short here; whole lines before it are read"))
     whole = b"".join(out)
     if faults and not whole:
         raise InputError(f"{title}: nothing is left in the gzip file, which is cut short. Was the copy interrupted?")
