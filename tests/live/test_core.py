@@ -1,5 +1,6 @@
 """The core of the service: the bits of a fleet, whatever is lost between two commits."""
 
+import json
 import os
 from dataclasses import replace
 
@@ -111,6 +112,17 @@ def test_bad_input_is_counted_and_hurts_nobody(tmp_path):
     assert found(core) == states(y)
     assert core.counters["refused"] == 40
     assert core.counters["future"] == 10
+
+
+def test_half_a_character_is_refused(tmp_path):
+    """JSON may hold it, and neither a database nor a page can."""
+    core = opened(tmp_path)
+    text = b'{"key": "\\ud800", "value": 1}\n{"key": "a", "\\ud800": 1}\n{"key": "\\ud800", "value": "x"}\n'
+    chunks, refused = Lines("json").read(text)
+    core.take([Parcel(chunks, None, None, refused)], NOW)
+    core.commit()
+    assert list(core.series) == ["a"] and core.counters["refused"] == 2
+    json.dumps(core.reasons, ensure_ascii=False).encode()
 
 
 def test_keys_are_bounded(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -28,6 +29,7 @@ from .watch import words
 
 AHEAD = 86_400.0  # s that a stamp may be ahead of the clock here
 DATES = 1e8  # stamps above are dates
+UNWRITABLE = re.compile("[\0\ud800-\udfff]")
 REASONS = 20  # last reasons of refusals that are kept
 
 
@@ -91,6 +93,7 @@ class Core:
 
     def refuse(self, reason: str) -> None:
         """Count what cannot be used, and keep the reason."""
+        reason = reason.encode("utf-8", "replace").decode()  # half a character can neither be written nor sent
         self.counters["refused"] += 1
         if self._told is not None:
             self._told.append(reason)
@@ -132,8 +135,8 @@ class Core:
         if len(self.series) >= self.config.store.most:
             self.counters["keys_refused"] += 1
             raise InputError(f"there are {len(self.series)} series already (most in [store]); further keys are refused")
-        if len(key) > 500 or "\0" in key:
-            raise InputError(f"a key of {len(key)} characters: at most 500, and none of them 0")
+        if len(key) > 500 or UNWRITABLE.search(key):
+            raise InputError(f"a key of {len(key)} characters: at most 500, none of them 0 or half a character")
         series = Series(len(self.by_number), key, self.config.of(key))
         self.series[key] = series
         self.by_number.append(series)

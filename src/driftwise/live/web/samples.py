@@ -20,7 +20,7 @@ def samples_of(body: bytes, kind: str) -> tuple[list[Sample], list[str]]:
     refused = []
     for found in json_lines(body) if kind == "json" else influx_lines(body):
         if isinstance(found, InputError):
-            refused.append(str(found))
+            refused.append(str(found).encode("utf-8", "replace").decode())
             continue
         times = [None if isnan(time) else time for time in found.time]
         names = list(found.fields)
