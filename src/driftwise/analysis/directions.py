@@ -20,7 +20,7 @@ from .response_record import recorded
 ROWS, FITTED = 8192, 2048  # that are looked at, and that a response is fitted to
 LAGS = 6  # single rows of the past of each column
 SPANS = (7, 12), (13, 24), (25, 48)  # rows back over which means are taken: what acts slowly shows there
-MOST = 8  # columns that are tried against one another
+MOST, FEW = 8, 3  # columns that are tried against one another; and by a response, which takes a second each
 SURE = 20.0  # odds from which the evidence decides
 CLEAR = 4.0  # times that one column is explained better than any other, where each explains the other
 RIDGE = 1e-9
@@ -145,7 +145,8 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
     by = explained(clean)
     order = sorted(rivals, key=lambda name: -by[name].nats)
     shares = _shares([by[name] for name in order])
-    if shares[0] < SURE / (1.0 + SURE):  # few rows in a row, or an answer that is slow: a response asks for less
+    is_open = shares[0] < SURE / (1.0 + SURE)
+    if is_open and len(rivals) <= FEW:  # few rows in a row, or an answer that is slow: a response asks for less
         by |= {name: answering(clean, name) for name in order}
         order = sorted(rivals, key=lambda name: -by[name].nats)
         shares = _shares([by[name] for name in order])
