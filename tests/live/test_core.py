@@ -5,12 +5,14 @@ import os
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from live_plant import found, lines, opened, outputs, parcel, states
 
+from driftwise.engine.errors import InputError
 from driftwise.live.sources.base import Parcel
 from driftwise.live.sources.lines import Lines
 from driftwise.live.store.base import StoreFull
-from driftwise.live.store.sqlite import SqliteStore
+from driftwise.live.store.sqlite import SqliteStore, counted
 
 NOW = 2e9
 
@@ -141,3 +143,15 @@ def test_a_store_that_was_closed_is_free_at_once(tmp_path):
     first.close()
     SqliteStore(tmp_path).close()
     os.close(copy)
+
+
+@pytest.mark.parametrize("damage", [b"", b"no store " * 500, "half", "flipped"])
+def test_a_damaged_store_is_a_sentence(tmp_path, damage):
+    SqliteStore(tmp_path).close()
+    path = tmp_path / "live.sqlite"
+    data = bytearray(path.read_bytes())
+    if damage == "flipped":
+        data[200:4000] = bytes(byte ^ 255 for byte in data[200:4000])
+    path.write_bytes(data[: len(data) // 2] if damage == "half" else data if damage == "flipped" else damage)
+    with pytest.raises(InputError, match=r"live\.sqlite cannot be read"):
+        counted(tmp_path)

@@ -107,5 +107,5 @@ def counted(folder: str | Path) -> list[str]:
     with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=2.0)) as base:
         try:
             return facts(base.execute)
-        except sqlite3.OperationalError as error:
+        except sqlite3.DatabaseError as error:
             raise InputError(f"{path} cannot be read: {error}") from None
