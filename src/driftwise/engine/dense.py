@@ -10,6 +10,15 @@ def at(i, j):
 
 
 @kernel
+def dot(a, b):
+    """Return a' b."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@kernel
 def multiply(M, x, v):
     """Fill v = M x for a packed symmetric M; return x' M x."""
     square, start = 0.0, 0

@@ -1,11 +1,18 @@
-"""Standard normal tail areas, and back."""
+"""Normal densities, standard tail areas, and back."""
 
 import math
 
 from .dispatch import kernel
 from .elementary import erfc, exp, log
 
+ROOT_2PI = math.sqrt(2 * math.pi)
 RAREST = 1e-300  # smallest tail area that is told from none; 37 standard deviations
+
+
+@kernel
+def density(e, v):
+    """Return the density of N(0, v), never quite zero."""
+    return exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
 
 
 @kernel

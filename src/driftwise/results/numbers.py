@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from math import floor, isfinite, log10
+from typing import Any
 
 SECONDS, SAMPLES = "s", "samples"  # what time is counted in: the latter where there is no clock
 MOST_ODDS = 1e6  # beyond them odds are no longer told apart
@@ -197,3 +199,12 @@ def _spec(value: float, std: float) -> str:
 def _minus(text: str) -> str:
     """Return the text with real minus signs before numbers (exponents keep the hyphen)."""
     return " ".join("\u2212" + word[1:] if word.startswith("-") else word for word in text.split(" "))
+
+
+def finite(value: Any) -> Any:
+    """Return what JSON can hold: None for each number that is not finite."""
+    if isinstance(value, dict):
+        return {name: finite(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..models.markup import markup
-from .summary import Summary, _finite
+from .numbers import finite
+from .summary import Summary
 from .whiteness import Nis
 
 
@@ -130,7 +131,7 @@ class ObserverSummary:
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, ready for JSON (NaN becomes None)."""
         names = self.estimator.model.output_names
-        return _finite({
+        return finite({
             "samples": self.samples, "ready": self.ready, "first_ready": self.first_ready, "settling": self.settling,
             "missing_inputs": self.outputs[0].missing_inputs, "jumps": self.jumps, "last_jump": self.last_jump,
             "loglik": self.loglik,

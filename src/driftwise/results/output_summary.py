@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .summary import ModelSummary, Summary, _finite
+from .numbers import finite
+from .summary import ModelSummary, Summary
 from .whiteness import LEAST, Nis, Whiteness
 
 LINKED = 0.2  # correlation of two noises from which error bars across outputs suffer
@@ -207,4 +208,4 @@ class SummaryMIMO(ModelSummary):
             "unlearned": [{"direction": d, "ratio": r} for d, r in self.unlearned],
             "notes": self.notes, "words": self.words,
         }  # fmt: skip
-        return _finite(data)
+        return finite(data)

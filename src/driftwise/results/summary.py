@@ -12,7 +12,7 @@ from ..engine.status import Status
 from ..models.markup import markup
 from .bands import quantile, share_within
 from .events import runs
-from .numbers import SECONDS
+from .numbers import SECONDS, finite
 from .stable import moduli
 from .whiteness import LEAST, Correlations, Nis, Whiteness, score, verdict
 
@@ -301,7 +301,7 @@ class Summary(ModelSummary):
             "unlearned": [{"direction": d, "ratio": r} for d, r in self.unlearned],
             "words": self.words,
         }  # fmt: skip
-        return _finite(data)
+        return finite(data)
 
 
 def pool(count: int, mean: float, m2: float, y) -> tuple[int, float, float]:
@@ -328,12 +328,3 @@ def combination(direction, names) -> str:
     big = [(c, n) for c, n in zip(direction, names) if abs(c) > 0.2]
     big = [(c * np.sign(big[0][0]), n) for c, n in big]
     return " ".join(f"{'-' if c < 0 else '+'} {abs(c):.2f} {n}" for c, n in big).removeprefix("+ ").replace("1.00 ", "")
-
-
-def _finite(value):
-    """Replace what JSON cannot hold by None."""
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

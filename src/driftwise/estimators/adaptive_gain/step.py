@@ -6,6 +6,7 @@ import numpy as np
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import SINCE, STATISTIC, WHICH, watch
+from ...engine.dense import dot
 from ...engine.dispatch import advance, kernel, listens
 from ...engine.elementary import log
 from ...engine.status import BAD_VALUE, EXACT, LOST, MISSING_INPUT, MISSING_OUTPUT, PROJECTED, REJECTED, SKIPPED
@@ -17,15 +18,6 @@ from ..arx.step import project
 from .row import COLUMNS, INNOVATION, PROBES, PULL, GainForm
 
 HALVINGS = 30
-
-
-@kernel
-def dot(a, b):
-    """Return a' b."""
-    s = 0.0
-    for i in range(a.size):
-        s += a[i] * b[i]
-    return s
 
 
 @kernel

@@ -16,11 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...detect.gate import admit, count_rejections
+from ...engine.dense import dot
 from ...engine.dispatch import Vector, advance, kernel, open_scratch, rare, watch
 from ...engine.elementary import log, square
 from ...engine.layout import Field, Layout, joined, numbers, policy
 from ...engine.status import BAD_VALUE, EXACT, FLOORED, MISSING_OUTPUT, REJECTED
-from ...engine.ud import entry, measurement_update, predicted_variance
+from ...engine.ud import entry, measurement_update, predicted_variance, project
 from ...memory.registry import Alarm, View, count, found_jump, on_alarm, outlier_probability, time_update
 from ...models.scale import sigma2
 from ..adaptive_gain.step import take_inputs
@@ -211,27 +212,6 @@ def own_weights(form, state, scratch, i):
         scratch.own[j] = mix(form, n, i, j, scratch.line)
         total += (form.lam[j] - state.s[n + j]) * scratch.own[j]
     return total
-
-
-@kernel
-def dot(a, b):
-    """Return a . b."""
-    total = 0.0
-    for i in range(a.size):
-        total += a[i] * b[i]
-    return total
-
-
-@kernel
-def project(U, h, f):
-    """Fill f = U' h."""
-    at = 0
-    for j in range(h.size):
-        total = h[j]
-        for i in range(j):
-            total += U[at + i] * h[i]
-        f[j] = total
-        at += j
 
 
 @kernel

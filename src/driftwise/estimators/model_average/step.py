@@ -22,6 +22,7 @@ import numpy as np
 from ...engine.dispatch import kernel, pass_over
 from ...engine.elementary import erfc, exp, log, log1p, square
 from ...engine.layout import Field, Layout, each, numbers
+from ...engine.normal import density
 from ...engine.status import BAD_VALUE, MISSING_OUTPUT
 from .blend import BLENDS, ETA, HASTE, regret_of, trust, weigh_by_squares
 
@@ -38,7 +39,6 @@ UNSURE = 16.0  # times the least variance that anyone claims, over eta: by squar
 TINY, ABSURD = 1e-12, 1e60  # of y_scale^2 the least variance; of y_scale what no y can be
 LONG_MEMORY, SETTLE = 1000.0, 60  # samples of the long-run mean, and those it leaves out at first
 YOUNG, TENTH = 10.0, 0.1  # tails remember 10 samples and a tenth of the record, up to their full memory
-ROOT_2PI = math.sqrt(2 * math.pi)
 
 
 class Averaging(NamedTuple):
@@ -141,12 +141,6 @@ def fill_tails(q):
 def scale_of(j, s, long, floor):
     """Return the variance v_j."""
     return max(FAST[j] * s if j < len(FAST) else SLOW[j - len(FAST)] * long, floor)
-
-
-@kernel
-def normal(e, v):
-    """Return the density of N(0, v), never quite zero."""
-    return exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
 
 
 @kernel
@@ -262,9 +256,9 @@ def learn_tails(task, row, q, e, base, floor):
     fade = min(1.0 - 1.0 / task.tails, 1.0 - 1.0 / (YOUNG + TENTH * row[SEEN]))
     total = 0.0
     for j in range(SCALES):
-        total += q[j] * normal(e, scale_of(j, base, row[LONG], floor))
+        total += q[j] * density(e, scale_of(j, base, row[LONG], floor))
     for j in range(SCALES):
-        part = q[j] * normal(e, scale_of(j, base, row[LONG], floor)) / total
+        part = q[j] * density(e, scale_of(j, base, row[LONG], floor)) / total
         q[j] = fade * q[j] + (1.0 - fade) * prior_count(j) + part
     if row[SEEN] < SETTLE:
         row[LONG], row[LONG_COUNT] = base, 0.5 * SETTLE
@@ -294,7 +288,7 @@ def tell(row, q, y, prediction, mean, base, floor, out):
         v, share = scale_of(j, base, row[LONG], floor), q[j] / weight
         out[TOLD + j] = share
         variance += share * v
-        p += share * normal(e, v)
+        p += share * density(e, v)
         lower += share * 0.5 * erfc(-e / math.sqrt(2.0 * v))
         upper += share * 0.5 * erfc(e / math.sqrt(2.0 * v))
     out[PREDICTION], out[INNOVATION], out[VARIANCE] = prediction, y - prediction, variance

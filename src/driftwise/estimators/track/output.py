@@ -3,18 +3,11 @@
 import math
 
 from ...engine.dispatch import kernel
-from ...engine.elementary import exp, log, square
+from ...engine.elementary import log, square
 from ...engine.elementary.complementary import erfc_both
+from ...engine.normal import density
 from ...engine.status import NOT_READY
 from . import bank, circle, linear, pole
-
-ROOT_2PI = math.sqrt(2 * math.pi)
-
-
-@kernel
-def normal(e, v):
-    """Return the density of N(0, v), never quite zero."""
-    return exp(-0.5 * min(e * e / v, 1400.0)) / (ROOT_2PI * math.sqrt(v))
 
 
 @kernel
@@ -43,7 +36,7 @@ def tell(row, C, y, w, mean, S, parts, out):
         e, p, lower, upper = y[c] - m, 0.0, 0.0, 0.0
         for j in range(bank.TAILS):
             v, share = bank.SCALES[j] * s, out[bank.sample_at(C).shares + j]
-            parts[c * bank.TAILS + j] = share * normal(e, v)
+            parts[c * bank.TAILS + j] = share * density(e, v)
             p += parts[c * bank.TAILS + j]
             above, below = erfc_both(e / math.sqrt(2.0 * v))
             lower += share * 0.5 * below

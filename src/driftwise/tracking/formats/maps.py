@@ -13,6 +13,7 @@ import numpy as np
 
 from ...engine.atomic import write_text
 from ...engine.errors import InputError
+from ...results.numbers import finite
 from ..frames import geographic
 from ..times import dated, iso
 from ..tracks import Track, Tracks
@@ -60,7 +61,7 @@ def write_geojson(tracks: Tracks, path, points: bool = False) -> Path:
         features.append(_feature(_geometry(places), about))
         if points:
             features += _points(track, places, named)
-    text = json.dumps(_plain({"type": "FeatureCollection", "features": features}), allow_nan=False, ensure_ascii=False)
+    text = json.dumps(finite({"type": "FeatureCollection", "features": features}), allow_nan=False, ensure_ascii=False)
     write_text(path, text)
     return Path(path)
 
@@ -89,15 +90,6 @@ def _points(track: Track, places: np.ndarray, named: list) -> list[dict]:
 
 def _feature(geometry: dict, properties: dict) -> dict:
     return {"type": "Feature", "geometry": geometry, "properties": properties}
-
-
-def _plain(value: Any) -> Any:
-    """Return what JSON can say: a number that is not finite is null."""
-    if isinstance(value, dict):
-        return {name: _plain(v) for name, v in value.items()}
-    if isinstance(value, list):
-        return [_plain(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_kml(tracks: Tracks, path) -> Path:
