@@ -377,8 +377,8 @@ def second_names() -> Fact:
     return Fact("second names of memories; types that kernels see, called <Public>Kernel", counts, "0;", odd)
 
 
-def moves(trip, skipped: str = "") -> int:
-    """Return how many moves between files a trip makes the second time; loops of the file ``skipped`` are one step."""
+def moves(trip, skipped: str = "") -> list[tuple[str, str]]:
+    """Return the moves between files of a trip, the second time; loops of the file ``skipped`` are one step."""
     trip()
     files: list[str] = []
     depth = 0
@@ -397,7 +397,7 @@ def moves(trip, skipped: str = "") -> int:
         trip()
     finally:
         sys.setprofile(None)
-    return sum(a != b for a, b in itertools.pairwise(files))
+    return [(a, b) for a, b in itertools.pairwise(files) if a != b]
 
 
 def one(est, sample):
@@ -438,13 +438,17 @@ def trips(loops: str) -> list[Fact]:
     sys.addaudithook(lambda event, given: opened.append(str(given[0])) if event == "open" else None)
     report()
     times = sum(file.endswith("flight.csv") for file in opened)
+    ways = moves(report, loops)
     return [
         Fact("times that driftwise run opens FILE, without a named clock", times, "1"),
-        Fact(what + "one Joint.update", moves(one(joint, sample)), "<= 14"),
-        Fact(what + "one sample of ARX with AutoMemory", moves(one(auto, sample))),
-        Fact(what + "driftwise run FILE --report, loops as one step", moves(report, loops), "<= 500"),
-        Fact(what + "one sample of a fleet, loops as one step", moves(lambda: step(None, [1.0], [0.5]), loops), "5"),
-        Fact(what + "one TrackEstimator.update", moves(one(load("TrackEstimator")(), plots))),
+        Fact(what + "one Joint.update", len(moves(one(joint, sample))), "<= 14"),
+        Fact(what + "one sample of ARX with AutoMemory", len(moves(one(auto, sample)))),
+        Fact(what + "driftwise run FILE --report, loops as one step", len(ways), "<= 500"),
+        Fact(what + "the same, each counted once however often a search makes it", len(set(ways))),
+        Fact(
+            what + "one sample of a fleet, loops as one step", len(moves(lambda: step(None, [1.0], [0.5]), loops)), "5"
+        ),
+        Fact(what + "one TrackEstimator.update", len(moves(one(load("TrackEstimator")(), plots)))),
     ]
 
 
