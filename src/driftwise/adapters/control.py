@@ -160,14 +160,14 @@ def create_adaptive_controller(
     --------
     >>> import control, driftwise as dw, numpy as np
     >>> from driftwise.adapters.control import create_adaptive_controller
-    >>> plant = control.nlsys(lambda t, x, u, p: 0.9 * x + (0.2 if t < 300 else 1.0) * u, lambda t, x, u, p: x,
-    ...     inputs=["u"], outputs=["y"], states=1, dt=1, name="plant")
+    >>> plant = control.nlsys(lambda t, x, u, p: 0.9 * x + (0.2 if t < 300 else 1.0) * u[0] + u[1],
+    ...     lambda t, x, u, p: x, inputs=["u", "e"], outputs=["y"], states=1, dt=1, name="plant")
     >>> tuner = create_adaptive_controller(dw.ARX(1, 1, memory=dw.AutoMemory()), limits=(-5, 5), name="tuner")
-    >>> loop = control.interconnect([plant, tuner], inputs=["r", "v"], outputs=["y", "u", "b1"],
+    >>> loop = control.interconnect([plant, tuner], inputs=["r", "v", "e"], outputs=["y", "u", "b1"],
     ...     check_unused=False)
     >>> t, rng = np.arange(600), np.random.default_rng(0)
     >>> r, v = np.where(t // 50 % 2, 1.0, -1.0), rng.choice([-0.02, 0.02], 600)
-    >>> y, u, b1 = control.input_output_response(loop, t, [r, v]).outputs
+    >>> y, u, b1 = control.input_output_response(loop, t, [r, v, 0.003 * rng.standard_normal(600)]).outputs
     >>> print(b1[[290, 590]].round(2), np.abs((r - y)[[290, 590]]).max() < 0.2)
     [0.2 1. ] True
     """

@@ -58,9 +58,11 @@ class AutoMemory(NamedTuple):
     another level of the noise, which is told as such if it is louder (``NOISE``). A plant at rest (``AT_REST``) teaches
     nothing about speeds and noise. ``phi`` as in `Drift`.
 
-    Bad at: very smooth motion, and speeds that differ a thousandfold, where the right Q is 10 % better; for a few
-    samples after a jump its bars are too narrow; outliers of y that stay among the regressors of an `ARX` are doubted
-    there, but frequent ones still look like jumps now and then. The learnt speeds take a few hundred samples.
+    Bad at: records almost without noise, where a jump of more than two thousand of its deviations (`WIDEST`) may be
+    followed a hundred samples late, or not at all; very smooth motion, and speeds that differ a thousandfold, where
+    the right Q is 10 % better; for a few samples after a jump its bars are too narrow; outliers of y that stay
+    among the regressors of an `ARX` are doubted there, but frequent ones still look like jumps now and then. The
+    learnt speeds take a few hundred samples.
     Source: Abid and Kamoun (2008) pose the problem; Blom and Bar-Shalom (1988), Willsky and Jones (1976) the parts.
     """
 
