@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import signal
@@ -20,7 +21,8 @@ COMPILED = 30.0  # the same, where loops had to be compiled for it first
 PATIENCE = 120.0  # s of the clock: machines are shared
 MEMORY = 512 << 20  # bytes
 SILENT = "refused without a word"
-WORDS = 16_000  # characters that may be said of one table, all of it as JSON
+WORDS = 12_000  # characters that may be said of one table: sentences and tables, or the texts of its JSON
+ENTRIES = 100  # of a list in its JSON: claims, models and changes, never one for every sample
 
 
 @dataclass
@@ -123,6 +125,24 @@ def _code_of() -> int:
     return code
 
 
+def _told(text: str) -> tuple[int, int]:
+    """Return how many characters a text says, and the entries of its longest list; of JSON its own texts, as often."""
+    try:
+        left, said, longest = [json.loads(text)], 0, 0
+    except ValueError:
+        return len(text), 0
+    while left:
+        value = left.pop()
+        if isinstance(value, dict):
+            left += [*value, *value.values()]
+        elif isinstance(value, list):
+            longest = max(longest, len(value))
+            left += value
+        elif isinstance(value, str):
+            said += len(value)
+    return said, longest
+
+
 def faults(outcome: Outcome, written: dict[Path, bytes | None], codes=CODES, seconds: float = SECONDS) -> list[str]:
     """Return what is wrong with an outcome; ``written``: places it might write to, and what was there before."""
     found = []
@@ -135,8 +155,11 @@ def faults(outcome: Outcome, written: dict[Path, bytes | None], codes=CODES, sec
             if word in text:
                 found.append(f"{word!r} on {what}: {text.strip().splitlines()[-1][:200]}")
                 break
-    if len(outcome.out) + len(outcome.err) > WORDS:
-        found.append(f"{len(outcome.out) + len(outcome.err)} characters were printed")
+    said, longest = _told(outcome.out)
+    if said + len(outcome.err) > WORDS:
+        found.append(f"{said + len(outcome.err)} characters were printed")
+    if longest > ENTRIES:
+        found.append(f"a list of {longest} entries was printed")
     if outcome.code in (1, 2) and not outcome.err.strip():
         found.append(SILENT)
     if outcome.cpu > (max(seconds, COMPILED) if outcome.compiled > 0.05 else seconds):
