@@ -60,13 +60,13 @@ def read(path, estimator=None) -> Kept:
     for schema in range(header["schema"], SCHEMA):
         header = UPGRADES[schema](header)
     estimators = [_estimator(found, estimator, path) for found in header["estimators"]]
-    states = numbers["state"]
-    if all(upgrade.fields(est) == header["fields"] != _fields(est) for est in estimators):
-        states, header = upgrade.rows(estimators[0], states), header | {"fields": _fields(estimators[0])}
-    if any(_fields(est) != header["fields"] for est in estimators):
+    states, fields = numbers["state"], upgrade.parts(header["fields"])  # of which some files of schema 4 kept old names
+    if all(fields in upgrade.fields(est) and fields != _fields(est) for est in estimators):
+        states, fields = upgrade.rows(estimators[0], states), _fields(estimators[0])
+    if any(_fields(est) != fields for est in estimators):
         raise InputError(
             f"the states in {path} are laid out otherwise than those of {estimators[0]!r}: "
-            f"they have {', '.join(name for name, _ in header['fields'])}. Were they written by another version?"
+            f"they have {', '.join(name for name, _ in fields)}. Were they written by another version?"
         )
     keys = [READ[kind](text) for text, kind in zip(words["key"], words["kind"])]
     found = numbers | loose
@@ -85,8 +85,8 @@ def _with_columns(header: dict) -> dict:
 
 
 def _with_names(header: dict) -> dict:
-    """Return a header of schema 3 as schema 4 has it: parts of a state under today's names, the empty ones left out."""
-    return header | {"schema": 4, "fields": upgrade.parts(header["fields"])}
+    """Return a header of schema 3 as schema 4 has it: `read` knows old names, and leaves empty parts out."""
+    return header | {"schema": 4}
 
 
 UPGRADES: dict[int, Callable[[dict], dict]] = {

@@ -57,16 +57,19 @@ def parts(fields: list) -> list:
     return [[PARTS.get(name, name), size] for name, size in fields if size]
 
 
-# --- rows of AutoMemory, which kept two more banks before its trials were what they are, and of an average, whose mean
-# was by likelihood alone ----------------------------------------------------------------------------------------------
+# --- rows of AutoMemory and of an average, as they were ---------------------------------------------------------------
+# First: AutoMemory kept two more banks instead of its trials; the mean of an average was by likelihood alone.
+# Second: AutoMemory began once only.
+
+FORMER = 2
 
 
 class Piece(NamedTuple):
-    """Neighbouring numbers of a row: how many there were, how many there are, what makes them, and of what they are."""
+    """Neighbouring numbers of a row: how many there were in each former row, how many there are, what makes them."""
 
-    before: int
+    before: tuple[int, ...]
     now: int
-    again: Any = None  # function of the numbers and of this
+    again: tuple[Any, ...] = (None,) * FORMER  # functions of the numbers and of this
     owner: Any = None
 
 
@@ -77,13 +80,18 @@ def rows(estimator, found: np.ndarray) -> np.ndarray:
     average goes on from its weights by likelihood.
     """
     pieces = list(_pieces(estimator))
-    if not found.ndim or found.shape[-1] != sum(p.before for p in pieces):
-        return found
+    for form in range(FORMER):
+        if found.ndim and found.shape[-1] == sum(p.before[form] for p in pieces) != sum(p.now for p in pieces):
+            return _rows(pieces, form, found)
+    return found
+
+
+def _rows(pieces: list[Piece], form: int, found: np.ndarray) -> np.ndarray:
     parts, at = [], 0
     for piece in pieces:
-        part = found[..., at : at + piece.before]
-        parts.append(part if piece.again is None else piece.again(part, piece))
-        at += piece.before
+        part, again = found[..., at : at + piece.before[form]], piece.again[form]
+        parts.append(part if again is None else again(part, piece))
+        at += piece.before[form]
     return np.concatenate(parts, axis=-1)
 
 
@@ -99,12 +107,13 @@ def table(estimator, found: np.ndarray, width: int) -> np.ndarray:
     return np.insert(found, [estimator.columns["mixture"].stop - 3 * COPIES] * 3 * COPIES, 0.0, axis=1)
 
 
-def fields(estimator) -> list:
-    """Return [name, size] of the parts of a state as they were, those of no size left out."""
-    found: dict[str, int] = {}
-    for name, sizes in _parts(estimator):
-        found[name] = sum(piece.before for piece in sizes)
-    return [[name, size] for name, size in found.items() if size]
+def fields(estimator) -> list[list]:
+    """Return, of each former row, [name, size] of the parts of a state, those of no size left out."""
+    all_parts = list(_parts(estimator))
+    sizes = [
+        [(name, sum(piece.before[form] for piece in pieces)) for name, pieces in all_parts] for form in range(FORMER)
+    ]
+    return [[[name, size] for name, size in found if size] for found in sizes]
 
 
 def _pieces(estimator) -> Iterator[Piece]:
@@ -130,7 +139,7 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
             policies = [policy for one in getattr(estimator, "parts", [estimator]) for policy in one.policies]
             kept = [policy for policy in policies if isinstance(policy, AutoMemoryKernel)]
         pieces = [_piece(memory) for memory in kept]
-        yield name, pieces if sum(p.now for p in pieces) == size else [Piece(size, size)]
+        yield name, pieces if sum(p.now for p in pieces) == size else [Piece((size,) * FORMER, size)]
 
 
 def _piece(memory) -> Piece:
@@ -139,30 +148,39 @@ def _piece(memory) -> Piece:
     from ..memory.bank import bank_size
     from ..memory.likelihood_drift import learner_size
     from ..memory.modes import size_of
+    from ..memory.second_start import second_size
     from ..memory.unknown_drift import drift_state_size
 
-    N = memory.cap.size
-    own = HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
-    return Piece(drift_state_size(N, own), memory.state_size(N), _auto, memory)
+    N, now = memory.cap.size, memory.state_size(memory.cap.size)
+    first = HEAD + bank_size(N, MODES) + 2 * MODES * size_of(N) + learner_size(N, N)
+    return Piece((drift_state_size(N, first), now - second_size(N)), now, (_trials, _second_start), memory)
 
 
 def _average(estimator, size: int) -> Piece:
     """Return how long what an average keeps of its own was and is."""
     start = estimator.start()["own"]
     before = sum(start[name].size for name in start.dtype.names[: start.dtype.names.index("brief")])
-    return Piece(before, size, _blended, start)
+    return Piece((before, size), size, (_blended, None), start)
 
 
 def _blended(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what an average keeps, with weights by squared errors: those by likelihood, for a beginning."""
     now = np.broadcast_to(np.atleast_1d(piece.owner).view(float), (*was.shape[:-1], piece.now)).copy()
-    now[..., : piece.before] = was
+    now[..., : was.shape[-1]] = was
     found = now.view(piece.owner.dtype)[..., 0]
     found["brief"] = found["lasting"] = found["logs"]
     return now
 
 
-def _auto(was: np.ndarray, piece: Piece) -> np.ndarray:
+def _second_start(was: np.ndarray, piece: Piece) -> np.ndarray:
+    """Return what one `AutoMemory` keeps, which has not begun again; what learns a speed stands last."""
+    from ..memory.likelihood_drift import learner_size
+
+    N = piece.owner.cap.size
+    return np.insert(was, [was.shape[-1] - learner_size(N, N)] * (piece.now - was.shape[-1]), 0.0, axis=-1)
+
+
+def _trials(was: np.ndarray, piece: Piece) -> np.ndarray:
     """Return what one `AutoMemory` keeps; it kept on, age, jumped, louder, verdict, rho, clean, and three banks."""
     from ..memory.auto_constants import ISOLATED
     from ..memory.auto_state import CLEAN, HEAD, IS_ISOLATED, MODES, RHO
