@@ -17,8 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from driftwise.engine.errors import InputError
-from driftwise.tables import checks, csvfile, growing
+from driftwise.tables import autoread, checks, csvfile, growing
 from driftwise.tables.cells import NAT, plain, seconds
+from driftwise.tables.dataset import open_dataset
 from driftwise.tables.dialect import kind, sniff
 from driftwise.tables.parquetfile import MemorySource
 from driftwise.tables.parts import parts_of
@@ -184,6 +185,22 @@ def test_a_column_of_mostly_text_is_refused(tmp_path):
     path = put(tmp_path, "u,y\n" + "".join(f"{k},state{k}\n" for k in range(9)))
     with pytest.raises(InputError, match="column 'y': 9 of the first 9 cells are not finite numbers"):
         list(open_record(path, "y"))
+
+
+def test_numbers_beyond_all_bounds_are_called_so(tmp_path):
+    path = put(tmp_path, "t,y,u\n" + "".join(f"{k},{k % 7}.5e{120 - 400 * (k % 5 == 4)},{k % 3}\n" for k in range(90)))
+    said = "column 'y': most of its first 90 cells are numbers beyond 1e100"
+    with pytest.raises(InputError, match=said):
+        list(open_record(path, "y"))
+    with pytest.raises(InputError, match=said):
+        open_dataset(path, "t", "y")
+    with pytest.raises(InputError, match="column 'y' has numbers beyond 1e100"):
+        autoread.read(path, output="y")
+    table, _ = autoread.read(path, output="u")
+    assert table["y"].why == "numbers beyond 1e100"
+    few = put(tmp_path, "t,y\n" + "".join(f"{k},{k % 7}.5{'e120' * (k == 3)}\n" for k in range(90)))
+    record = open_record(few, "y")
+    assert sum(chunk.bad for chunk in record) == 1 and not record.beyond
 
 
 @settings(max_examples=60, deadline=None)

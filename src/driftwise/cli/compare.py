@@ -78,7 +78,7 @@ class CompareJob(RecordJob):
         said = clock_notes(record)
         if record.bad:
             where = f" (first: {record.first_bad})" if record.first_bad else ""
-            said.append(f"{record.bad} cells are not finite numbers and were taken as missing{where}.")
+            said.append(f"{record.bad} cells are not finite numbers below 1e100 and were taken as missing{where}.")
         said += record.code_notes() + record.unit_notes()
         if values:
             means = ", ".join(f"{name} {number(value)}" for name, value in values.items())

@@ -104,7 +104,7 @@ def notes(job) -> list[str]:
     cells = record.bad - record.source.ragged * len(record.columns)
     if cells > 0:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
-        said.append(f"{cells} cells are not finite numbers and were taken as missing{where}.")
+        said.append(f"{cells} cells are not finite numbers below 1e100 and were taken as missing{where}.")
     said += [f"{text[:-1]} (--raw takes them as they stand)." for text in record.code_notes()]
     said += record.unit_notes()
     for name, value, row in offsets.extremes:

@@ -38,7 +38,7 @@ class Segments:
     def losses(self) -> list[str]:
         """Return which cells and rows could not be read so far, a sentence each."""
         notes = [
-            f"{count} cell{'s' * (count > 1)} of {name!r} cannot be read as a number: taken as missing."
+            f"{count} cell{'s' * (count > 1)} of {name!r} cannot be read as a number below 1e100: taken as missing."
             for name, count in self.table.bad.items()
             if count and name in self.signals
         ]
@@ -152,7 +152,7 @@ def recognised(table: OpenTable, output=None, inputs=None, time=None, dt=None) -
         stamps = [name for name, kind in table.kinds.items() if kind == "stamp"]
         turned = _turned(table, time, stamps)
         head = {name: column for name, column in table.head.items() if name != table.time_of_day or name == time}
-        found = recognise(head, output, inputs, time, table.source.units, stamps, table.tens)
+        found = recognise(head, output, inputs, time, table.source.units, stamps, table.tens, table.beyond)
         found = found if dt is None else on_clock(found, dt)
         return replace(found, notes=(*turned, *found.notes))
     except InputError as error:

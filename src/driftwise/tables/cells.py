@@ -29,6 +29,33 @@ def numbers(column, decimal: str = "."):
     decimal : decimal mark of the text cells
     """
     import numpy as np
+
+    values, bad = _any_size(column, decimal)
+    beyond = np.abs(values) > LARGEST
+    if beyond.any():
+        values = np.where(beyond, np.nan, values)
+    return values, bad | beyond
+
+
+def are_beyond(column, decimal: str = ".") -> bool:
+    """Say whether most cells are numbers, and beyond 1e100; of the first ones, which settle what a column is.
+
+    >>> import pyarrow as pa
+    >>> [are_beyond(pa.array(cells)) for cells in (["1e120", "-1e400", "x"], ["1", "2e120", "x"])]
+    [True, False]
+    """
+    import numpy as np
+
+    column = column.slice(0, LOOK)
+    try:
+        return 2 * int((np.abs(_any_size(column, decimal)[0]) > LARGEST).sum()) > len(column) - column.null_count
+    except InputError:
+        return False
+
+
+def _any_size(column, decimal: str):
+    """Return (values, bad), however large the numbers are."""
+    import numpy as np
     import pyarrow as pa
 
     kind = column.type
@@ -46,13 +73,10 @@ def numbers(column, decimal: str = "."):
     ):
         column = column.cast(pa.uint8()) if pa.types.is_boolean(kind) else column
         column = column.cast(pa.float64(), safe=False)
-        values, bad = plain(column), None
+        values, bad = plain(column), np.zeros(len(column), bool)
     else:
         raise InputError(f"a column of type {kind} cannot be used as numbers")
-    infinite = np.abs(values) > LARGEST
-    if infinite.any():
-        values = np.where(infinite, np.nan, values)
-    return values, infinite if bad is None else bad | infinite
+    return values, bad
 
 
 def ten_of(values) -> int:

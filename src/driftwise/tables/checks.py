@@ -48,11 +48,16 @@ def _refuse_strangers(record, chunk, signals) -> None:
         bad = int(chunk.bad_cells[name].sum())
         good = int(np.isfinite(chunk.columns[name]).sum()) if name != record.time else chunk.rows - bad
         if bad > good:
-            refuse_text(name, bad, chunk.rows, name == record.time)
+            refuse_text(name, bad, chunk.rows, name == record.time, are_beyond=name in record.beyond)
 
 
-def refuse_text(name: str, bad: int, rows: int, is_time: bool, where: str = "") -> None:
-    """Raise `InputError` about a column whose cells are no numbers."""
+def refuse_text(name: str, bad: int, rows: int, is_time: bool, where: str = "", are_beyond: bool = False) -> None:
+    """Raise `InputError` about a column whose cells are no numbers, or beyond 1e100."""
+    if are_beyond:
+        raise InputError(
+            f"{where}column {name!r}: most of its first {rows} cells are numbers beyond 1e100, of which no square is a "
+            "number. Is it the wrong column, or are they counted in a unit that is far too small?"
+        )
     what = "neither numbers nor time stamps" if is_time else "not finite numbers"
     raise InputError(
         f"{where}column {name!r}: {bad} of the first {rows} cells are {what}. Is it the wrong column, or are the "

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from driftwise.engine.errors import InputError
-from driftwise.tables.cells import instants, trimmed
+from driftwise.tables.cells import are_beyond, instants, trimmed
 from driftwise.tables.checks import refuse_text
 from driftwise.tables.csvfile import CsvSource
 from driftwise.tables.filling import Filling, Piece
@@ -178,7 +178,8 @@ class Dataset:
             bad = filling.add(piece, None)
             for name, count, array in zip(piece.columns[1:], bad, piece.arrays[1:]):
                 if 2 * count > len(array) - array.null_count:
-                    refuse_text(name, count, len(array), name == self.time, f"{piece.title}: ")
+                    beyond = are_beyond(array, piece.decimal)
+                    refuse_text(name, count, len(array), name == self.time, f"{piece.title}: ", beyond)
             if np.all(self._batch(0, filling, Keys()).codes < 0):
                 raise InputError(f"{piece.title}: column {self.by!r} has no key in its first {filling.size} rows.")
             self._done, self._source = 0, None

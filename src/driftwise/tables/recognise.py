@@ -21,6 +21,7 @@ from .stuck_sensor import LEAST, Segment, stuck
 from .table_words import notes_of, words_of
 
 SHOWN = 8  # columns that a message lists
+LARGE = "numbers beyond 1e100"
 DAY = 86_400.0
 STEPS = (1, 2, 5, 10, 15, 20, 30, 60, 120, 300, 600, 900, 1200, 1800, 3600)  # seconds between rows of a spreadsheet
 OUT_OF_STEP = 0.05  # share of stamps that may go back
@@ -140,6 +141,7 @@ def recognise(
     units: Mapping[str, str] | None = None,
     stamps=(),
     tens: Mapping[str, int] | None = None,
+    beyond=(),
 ) -> Table:
     """Recognise a table by the first rows of its columns.
 
@@ -152,6 +154,7 @@ def recognise(
     units : unit per name, where a row of units gives one
     stamps : names of the columns that were time stamps and are seconds now
     tens : power of ten per name that the numbers of a column were divided by
+    beyond : names of columns of numbers that are beyond 1e100, which are None among ``columns``
 
     Examples
     --------
@@ -164,18 +167,26 @@ def recognise(
     units = units or {}
     rows = max((len(values) for values in columns.values() if values is not None), default=0)
     if not rows:
-        raise InputError("the table has no column of numbers: nothing can be estimated. Is the decimal mark unusual?")
+        unusual = f"Some are {LARGE}: is their unit far too small?" if beyond else "Is the decimal mark unusual?"
+        raise InputError(f"the table has no column of numbers: nothing can be estimated. {unusual}")
     given = {"output": output, "inputs": inputs, "time": time}
     inputs = (inputs,) if isinstance(inputs, str) else inputs
     for name in (output, time, *(inputs or ())):
         if name is not None and columns.get(name) is None:
             there = ", ".join(n for n, values in columns.items() if values is not None)
+            if name in beyond:
+                raise InputError(
+                    f"column {name!r} has {LARGE}, of which no square is a number. Is its unit far too small?"
+                )
             raise InputError(f"no column of numbers {name!r}; those of numbers are: {there}.")
     names = {name: parse(name, units.get(name, "")) for name in columns}
     numbers = {name: np.asarray(values, float) for name, values in columns.items() if values is not None}
     beliefs = judged(numbers)
     clean = {name: np.where(beliefs[name][1], np.nan, values) for name, values in numbers.items()}
-    found = {name: Column(name, "text", "words, not numbers", names[name].unit) for name in columns}
+    found = {
+        name: Column(name, "text", LARGE if name in beyond else "words, not numbers", names[name].unit)
+        for name in columns
+    }
     found |= {name: _measured(name, values, names[name].unit, *beliefs[name]) for name, values in numbers.items()}
     for name in (output, time):
         if name is not None and found[name].role in ("constant", "empty"):

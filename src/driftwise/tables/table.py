@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from driftwise.engine.errors import CommandError, InputError
 from driftwise.tables import checks
 from driftwise.tables.calendar import calendar_of, is_part, joined
-from driftwise.tables.cells import converted, in_tens, kind_of, numbers, seconds, ten_of
+from driftwise.tables.cells import are_beyond, converted, in_tens, kind_of, numbers, seconds, ten_of
 from driftwise.tables.cleaning import codes_in
 from driftwise.tables.clock import DAY, Clock, TimeOfDay
 from driftwise.tables.parts import source_of
@@ -108,6 +108,7 @@ class Record:
     is_of_plant : whether the numbers are in the units of a known plant, and stay in them
     codes, coded : those codes per output and input, by its first rows, and how many values were taken as missing so far
     tens : power of ten that an output or input is counted in, where its numbers are very large or very small
+    beyond : outputs and inputs whose numbers are beyond 1e100
     whole : the table with all its columns, where it was looked at
     """
 
@@ -125,6 +126,7 @@ class Record:
     codes: dict[str, tuple[float, ...]] = field(default_factory=dict)
     coded: dict[str, int] = field(default_factory=dict)
     tens: dict[str, int] = field(default_factory=dict)
+    beyond: set[str] = field(default_factory=set)
     whole: OpenTable | None = None
 
     @property
@@ -203,7 +205,10 @@ class Record:
 
     def _numbers(self, name, array):
         try:
-            return numbers(array, self.source.decimal)
+            values, bad = numbers(array, self.source.decimal)
+            if 2 * bad.sum() > len(bad) and are_beyond(array, self.source.decimal):
+                self.beyond.add(name)
+            return values, bad
         except InputError as error:
             raise InputError(f"column {name!r}: {error}.") from None
 
@@ -290,6 +295,8 @@ class OpenTable:
             raise InputError(f"{title}: the table has a header but no rows. Was the recording stopped before it began?")
         self._how = source.decimal, source.day_first
         self._cells = {name: kind_of(array, *self._how) for name, array in zip(self.names, first[0][0], strict=True)}
+        texts = {name: array for name, array in zip(self.names, first[0][0]) if self._cells[name] == "text"}
+        self.beyond = {name for name, array in texts.items() if are_beyond(array, source.decimal)}
         self._clocks = {name: Clock(name) for name, kind in self._cells.items() if kind == "stamp"}
         self.kinds = {name: "stamp" if kind == "time of day" else kind for name, kind in self._cells.items()}
         self._pair(dict(zip(self.names, first[0][0])))
