@@ -282,3 +282,22 @@ def test_a_key_that_is_the_time_is_doubted(tmp_path, call):
         "fleet", "run", str(tmp_path / "t.csv"), "-b", "stamp", "-o", "level", "--out", str(tmp_path / "o")
     )
     assert code == 0 and "is 'stamp' the column that names the series" in " ".join(out.split())
+
+
+def test_a_fleet_whose_memory_finds_jumps_by_itself_is_told_how_many_may_be_false():
+    from types import SimpleNamespace as FleetReport
+
+    from driftwise.fleet.counters import UNUSED
+    from driftwise.report.fleet_report import fleet_notes
+
+    tally = dict.fromkeys(("samples", *UNUSED), np.zeros(20))
+    nobody, somebody = FleetReport(rows=[]), FleetReport(rows=[3])
+    for memory, samples, jumped, is_told in (
+        (dw.AutoMemory(), 1_000_000, somebody, True), (dw.AutoMemory(), 1_000_000, nobody, False),
+        (dw.AutoMemory(), 10_000, somebody, False), (dw.RestartOnChange(), 1_000_000, somebody, False),
+    ):  # fmt: skip
+        fleet = dw.Fleet(dw.ARX(1, 1, memory=memory), range(20))
+        found = FleetReport(found={"jumped": jumped, "differs": nobody})
+        report = FleetReport(fleet=fleet, outliers=found, samples=samples, tally=tally)
+        told = " ".join(fleet_notes(report))
+        assert ("Up to 10 jumps may be false alarms" in told) is is_told

@@ -9,8 +9,6 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..engine.validation import deviation, root_mean_square
-from ..models.canonical import Canonical
-from ..models.equation import Equation
 from ..models.filtering import linear_filter
 from ..models.noise import NoisePolynomial, OutputError, UnknownPolynomial
 
@@ -134,14 +132,9 @@ def filled(x) -> np.ndarray:
     return np.interp(at, at[known], x[known]) if known.any() else np.zeros(len(x))
 
 
-def is_kind(estimator: Any) -> bool:
-    """Say whether an estimator is a difference equation of one output."""
-    return estimator.outputs is None and isinstance(estimator.model, Equation | Canonical) and bool(estimator.names)
-
-
 def check_kind(estimator: Any) -> None:
     """Refuse what is none."""
-    if is_kind(estimator):
+    if estimator.is_equation:
         return
     raise InputError(
         "validate() is of difference equations of one output (ARX, ARMAX, OE, BJ, Joint and their kin), not of "

@@ -15,7 +15,7 @@ from ..results import verbs
 from ..results.numbers import SECONDS, complex_number, fixed, number, plus_minus
 from ..results.verdicts import Diagnosis
 from .delays import lagged
-from .held_model import SIMULATION, Fit, HeldModel, check_kind, filled, fits, is_kind
+from .held_model import SIMULATION, Fit, HeldModel, check_kind, filled, fits
 from .residual_tests import CLIP, Correlated
 from .validation_verdicts import Residuals, judge_residuals
 
@@ -142,7 +142,7 @@ def can_be_validated(trace) -> bool:
     """Say whether a trace is a whole one, not thinned out, of a difference equation, and long enough to judge by."""
     rows, est = getattr(trace, "rows", None), trace.estimator
     is_whole = len(trace) > 0 and (rows is None or int(rows[-1]) == len(trace) - 1) and trace.has_bars
-    return is_whole and is_kind(est) and np.count_nonzero(np.isfinite(trace.y)) >= ENOUGH * est.model.N
+    return is_whole and est.is_equation and np.count_nonzero(np.isfinite(trace.y)) >= ENOUGH * est.model.N
 
 
 def settled(est, samples: int) -> int:

@@ -11,6 +11,8 @@ import numpy as np
 from ..detect.variance import VarianceCUSUM
 from ..memory.auto import AutoMemory
 from ..memory.constant import Constant
+from ..models.canonical import Canonical
+from ..models.equation import Equation
 from ..models.scale import KnownScale
 
 
@@ -19,6 +21,7 @@ class Answers:
 
     model: Any
     options: dict[str, Any]
+    outputs: int | None = None  # p of an estimator of several outputs
     y_scale: Any = None  # typical size of an output; several have one each
     scale: Any = None  # how sigma^2 is known, if there is one
 
@@ -34,6 +37,16 @@ class Answers:
     for_colour = "a higher order, or another noise model"  # what to try where the noise is not white
 
     # --- what it is ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def parts(self) -> list[Any]:
+        """The estimators whose rows lie side by side in its own: itself, or one for each of several equations."""
+        return [self]
+
+    @property
+    def is_equation(self) -> bool:
+        """Whether its model is a difference equation of one output, with parameters to learn."""
+        return self.outputs is None and isinstance(self.model, Equation | Canonical) and bool(self.names)
 
     @cached_property
     def order(self) -> int:
@@ -93,10 +106,14 @@ class Answers:
         return getattr(self.memory, "odds", None)
 
     @cached_property
+    def detector(self) -> Any:
+        """What watches its innovations, for its memory or by itself; None where nothing does."""
+        return getattr(self.memory, "detector", None) or self.options.get("detector")
+
+    @cached_property
     def watches(self) -> str:
         """What tells the jumps: the "width" or the "level" of the innovations, or "", the memory itself."""
-        detector = getattr(self.memory, "detector", None) or self.options.get("detector")
-        return "" if detector is None else "width" if isinstance(detector, VarianceCUSUM) else "level"
+        return "" if self.detector is None else "width" if isinstance(self.detector, VarianceCUSUM) else "level"
 
     # --- what a state says ---------------------------------------------------------------------------------
 

@@ -45,13 +45,12 @@ class Estimator(Answers, Portable):
     """
 
     model: Any
-    policies: Any
+    policies: Any = ()
     dtype: np.dtype
     scratch_size: int
     options: dict[str, Any]
     dt: float
     u_scale: np.ndarray
-    outputs: int | None = None  # p of an estimator of several outputs
     takes_instants = False  # whether the step goes by ``time=``; if not, a trace only shows it
     starting: Any = None  # what makes its start from its first samples, if anything
     trace_kind: Any = ParameterTrace  # what a run over a record returns

@@ -138,7 +138,7 @@ def fleet_notes(report: FleetReport) -> list[str]:
 
     found, said = report.outliers.found, []
     alarms = ALARMS * report.samples
-    if len(found["jumped"].rows) and alarms >= 1 and hasattr(report.fleet.estimators[0].policies[2], "trials"):
+    if len(found["jumped"].rows) and alarms >= 1 and report.fleet.estimators[0].odds is not None:
         said.append(false_jumps_words(shown(alarms)))
     if report.tally["late"].sum() > MOST_LATE * _rows(report):
         said.append("Most rows are late: is the newest row first? Sort the table by time.")

@@ -175,13 +175,13 @@ def _gain(summary) -> Card | None:
 
 def _changes(trace, summary, line) -> Card:
     """Return the card of the jumps, and of what else moved."""
-    est, memory = trace.estimator, trace.estimator.memory
+    est = trace.estimator
     if summary.jumps:
         moved = f": {summary.last_moved}" if summary.last_moved else ""
         return Card("Jumps", str(summary.jumps), f"last {line.words(summary.last_jump)[0]}{moved}")
     rises, when = summary.happened["noise_rises"]
     louder = f"; noise rose {'once,' if rises == 1 else f'{rises} times, last'} {line.words(when)[0]}" if rises else ""
-    if not (est.watches or est.odds is not None or hasattr(memory, "detector")):
+    if est.detector is None and est.odds is None:
         return Card("Jumps", "\u2013", "not looked for" + louder)
     drift = summary.drift.words.partition(", or else")[0] if summary.drift else "none found"
     return Card("Jumps", "none", drift + louder)
@@ -313,8 +313,8 @@ def _memory(trace, line, found) -> Panel | None:
 
     if "weight" not in trace.estimator.columns:
         return None
-    memory, figures, said = trace.estimator.options.get("memory"), [], []
-    detector, name = getattr(memory, "detector", None), type(memory).__name__
+    memory, detector, figures, said = trace.estimator.memory, trace.estimator.detector, [], []
+    name = type(memory).__name__
     if not isinstance(memory, RandomWalk):  # which counts no samples: it adds a variance at every one
         figures.append(plots.weight(line, trace.weight, found))
         said.append("how many samples the estimate rests on (it grows until the past is forgotten)")
@@ -322,12 +322,12 @@ def _memory(trace, line, found) -> Panel | None:
         figures.append(plots.statistic(line, trace.statistic, found))
     if not figures:
         return None
-    if hasattr(memory, "detector"):
+    if detector is not None:
         said.append("how near the detector came to an alarm (1)")
     elif len(figures) > len(said):
         said.append("how near a jump came to being told (1)")
     words = f"{name}: {', and '.join(said)}."
-    if hasattr(memory, "detector"):
+    if detector is not None:
         words += f" {type(detector).__name__} promises {getattr(detector, 'words', 'nothing')}."
     return Panel("adaptation", "Memory", words, tuple(named("adaptation", figures)), name)
 

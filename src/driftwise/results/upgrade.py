@@ -100,7 +100,7 @@ def table(estimator, found: np.ndarray, width: int) -> np.ndarray:
     from ..memory.auto import AutoMemoryKernel
     from ..memory.trial_state import COPIES
 
-    if not any(isinstance(policy, AutoMemoryKernel) for policy in getattr(estimator, "policies", ())):
+    if not any(isinstance(policy, AutoMemoryKernel) for policy in estimator.policies):
         return found
     if found.ndim != 2 or found.shape[1] != width - 3 * COPIES:
         return found
@@ -125,7 +125,7 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
     """Yield each part of a row, and the pieces it is made of."""
     from ..memory.auto import AutoMemoryKernel
 
-    members = {f"member{i}": one for i, one in enumerate(getattr(estimator, "members", ()))}
+    members = {f"member{i}": one for i, one in enumerate(estimator.members)}
     for name in estimator.dtype.names:
         size = estimator.dtype[name].itemsize // 8
         if name in members:
@@ -136,7 +136,7 @@ def _parts(estimator) -> Iterator[tuple[str, list[Piece]]]:
             continue
         kept = []
         if name == "memory_state":
-            policies = [policy for one in getattr(estimator, "parts", [estimator]) for policy in one.policies]
+            policies = [policy for one in estimator.parts for policy in one.policies]
             kept = [policy for policy in policies if isinstance(policy, AutoMemoryKernel)]
         pieces = [_piece(memory) for memory in kept]
         yield name, pieces if sum(p.now for p in pieces) == size else [Piece((size,) * FORMER, size)]

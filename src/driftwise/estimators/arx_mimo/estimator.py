@@ -139,7 +139,6 @@ class ARXMIMO(Estimator):
         self.outputs = p
         self._set_units(dt, y_scale, u_scale)
         self.unknowns, self.groups = form.sizes, [[i] for i in range(p)]
-        self.parts = self._equations()
         first = self.parts[0]
         is_reference = scale is None and not isinstance(first.scale, KnownScale)
         self.scale = InverseGamma(0.5, 1e-20) if is_reference else first.scale
@@ -158,8 +157,9 @@ class ARXMIMO(Estimator):
     def _sample_sizes(self) -> tuple[int, ...]:
         return self.model.outputs, 0
 
-    def _equations(self) -> list[OneOfSeveral]:
-        """Return the policies of each equation, each with its part of the prior."""
+    @cached_property
+    def parts(self) -> list[Any]:
+        """The policies of each equation, each with its part of the prior."""
         form, options, found = self.model, self.options, []
         p, N, at = form.outputs, form.N, form.theta_at
         units = form.units(self.y_scale, self.u_scale)

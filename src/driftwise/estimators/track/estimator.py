@@ -92,6 +92,7 @@ class TrackEstimator(Portable):
 
     trace_kind = TrackTrace
     unknown_parts = ("plots",)  # of a state, where NaN says that something is not known
+    policies = members = ()  # no memory that it is told, and no estimators: its models of motion are its own
 
     def __init__(
         self,
