@@ -20,6 +20,7 @@ import importlib
 import io
 import itertools
 import json
+import os
 import re
 import statistics
 import sys
@@ -103,7 +104,8 @@ def is_dispatcher(node) -> bool:
 
 def load(*names: str) -> Any:
     """Return what the package defines at the top of a file under the first of these names that there is."""
-    for name, (path, (_, tree)) in itertools.product(names, own().items()):
+    files = sorted(own().items(), key=lambda item: folder(item[0]) not in KERNELS)  # a drift of live is no memory
+    for name, (path, (_, tree)) in itertools.product(names, files):
         is_tree = "translate" in Path(path).parts  # a kernel's parts, which have names like those of memories
         if not is_tree and any(isinstance(node, OWNERS) and node.name == name for node in tree.body):
             return getattr(importlib.import_module(dotted(path)), name)
@@ -343,11 +345,17 @@ def words() -> list[Fact]:
 # --- what has to run: policies taken, and trips ------------------------------------------------------------
 
 
-def uncompile() -> str:
-    """Replace every compiled loop by its plain twin, before anybody holds one; return the file of the loops."""
+@contextlib.contextmanager
+def uncompiled():
+    """Let every loop that is asked for meanwhile be the plain function that would have been compiled."""
     loops: Any = sys.modules[load("plain_driver").__module__]
-    loops._compile = lambda make, kinds, dimensions: make(0)
-    return loops.__file__
+    held, before = [loops.driver, loops.passage, loops.function], os.environ.get("DRIFTWISE_ENGINE", "c")
+    for engine in ("python", before):
+        for each_kind in held:
+            each_kind.cache_clear()
+        os.environ["DRIFTWISE_ENGINE"] = engine
+        if engine == "python":
+            yield
 
 
 def taken() -> Fact:
@@ -377,20 +385,15 @@ def second_names() -> Fact:
     return Fact("second names of memories; types that kernels see, called <Public>Kernel", counts, "0;", odd)
 
 
-def moves(trip, skipped: str = "") -> list[tuple[str, str]]:
-    """Return the moves between files of a trip, the second time; loops of the file ``skipped`` are one step."""
+def moves(trip) -> list[tuple[str, str]]:
+    """Return the moves between files of a trip, the second time."""
     trip()
     files: list[str] = []
-    depth = 0
 
     def look(frame, event, argument):
-        nonlocal depth
         code = frame.f_code
-        if event in ("call", "return") and code.co_filename.startswith(str(PACKAGE)):
-            if code.co_filename == skipped and "<locals>" in code.co_qualname:
-                depth += 1 if event == "call" else -1
-            elif event == "call" and not depth and not code.co_name.startswith("<"):
-                files.append(code.co_filename)
+        if event == "call" and code.co_filename.startswith(str(PACKAGE)) and not code.co_name.startswith("<"):
+            files.append(code.co_filename)
 
     sys.setprofile(look)
     try:
@@ -424,31 +427,33 @@ def report() -> None:
             sys.argv = before
 
 
-def trips(loops: str) -> list[Fact]:
-    """Moves between files of the five trips."""
-    y, u, ARX = [0.3, 1.2, -0.7, 0.4, 1.0], [0.5, -1.0, 0.2], load("ARX")
-    joint, auto, pair = (
-        load("Joint")(2, 1),
-        ARX(2, 2, memory=load("AutoMemory", "Auto")()),
-        load("Fleet")(ARX(2, 2), ["a"]),
-    )
-    step = getattr(pair, "update_batch", None) or pair.update_batch
+def samples() -> list[Fact]:
+    """Moves between files of one sample, followed into its kernels."""
+    y, u = [0.3, 1.2, -0.7, 0.4, 1.0], [0.5, -1.0, 0.2]
     plots, sample = (lambda i: (4.0 * i, [200.0 * i, 9.0 * i])), (lambda i: (y[i % 5], u[i % 3]))
+    joint, auto = load("Joint")(2, 1), load("ARX")(2, 2, memory=load("AutoMemory", "Auto")())
+    what = "moves between files: "
+    return [
+        Fact(what + "one Joint.update", len(moves(one(joint, sample))), "<= 14"),
+        Fact(what + "one sample of ARX with AutoMemory", len(moves(one(auto, sample)))),
+        Fact(what + "one TrackEstimator.update", len(moves(one(load("TrackEstimator")(), plots)))),
+    ]
+
+
+def trips() -> list[Fact]:
+    """Moves between files of a run with a report, and of a sample of a fleet; loops are compiled, one step each."""
+    pair = load("Fleet")(load("ARX")(2, 2), ["a"])
+    step = pair.update_batch
     what, opened = "moves between files: ", []
     sys.addaudithook(lambda event, given: opened.append(str(given[0])) if event == "open" else None)
     report()
     times = sum(file.endswith("flight.csv") for file in opened)
-    ways = moves(report, loops)
+    ways = moves(report)
     return [
         Fact("times that driftwise run opens FILE, without a named clock", times, "1"),
-        Fact(what + "one Joint.update", len(moves(one(joint, sample))), "<= 14"),
-        Fact(what + "one sample of ARX with AutoMemory", len(moves(one(auto, sample)))),
         Fact(what + "driftwise run FILE --report, loops as one step", len(ways), "<= 500"),
         Fact(what + "the same, each counted once however often a search makes it", len(set(ways))),
-        Fact(
-            what + "one sample of a fleet, loops as one step", len(moves(lambda: step(None, [1.0], [0.5]), loops)), "5"
-        ),
-        Fact(what + "one TrackEstimator.update", len(moves(one(load("TrackEstimator")(), plots)))),
+        Fact(what + "one sample of a fleet, loops as one step", len(moves(lambda: step(None, [1.0], [0.5]))), "5"),
     ]
 
 
@@ -472,8 +477,9 @@ def main() -> None:
     facts = [*size(), code(), docstrings(), *floors(), dispatchers(), touched(), *hand_rows(), *runners(), twins(),
              asked(), *words()]  # fmt: skip
     if "--static" not in sys.argv:
-        loops = uncompile()
-        facts += [taken(), second_names(), *trips(loops)]
+        with uncompiled():
+            facts += [taken(), second_names(), *samples()]
+        facts += trips()
     print(table(facts))
     if "--json" in sys.argv:
         found = json.dumps([fact._asdict() for fact in facts], indent=1)
