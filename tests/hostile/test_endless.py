@@ -47,6 +47,16 @@ def test_a_series_of_single_samples_is_not_whitened():
     assert np.isnan(prewhitened(x)).all()
 
 
+def test_a_stream_of_plots_that_never_ends_is_refused_before_memory_is_gone(tmp_path):
+    with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
+        done = subprocess.run(
+            ["prlimit", f"--as={2 << 30}", sys.executable, "-m", "driftwise", "track", "/dev/fd/0"],
+            stdin=endless.stdout, capture_output=True, text=True, cwd=tmp_path, timeout=120,
+        )  # fmt: skip
+        endless.kill()
+    assert done.returncode == 1 and "goes on after 256 MB" in done.stderr, done.stderr
+
+
 @pytest.mark.parametrize("command", ["track - --follow", "track /dev/fd/0"])
 def test_a_stream_that_never_ends_a_line_is_refused(tmp_path, command):
     tens = 1 << 20

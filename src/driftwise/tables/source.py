@@ -12,6 +12,7 @@ from driftwise.engine.errors import InputError
 from driftwise.tables.growing import MOST, refuse_long
 
 DEVICE = 1 << 26  # bytes of a file of settings, and of what may be a device without end
+STREAM = 1 << 28  # bytes of a stream that is held whole, and may be without end, too
 
 
 class Source:
@@ -109,7 +110,7 @@ def refuse_missing(path) -> None:
 
 
 def bounded(file, title: str, most: int = DEVICE) -> bytes:
-    """Return all that is in a binary file, of which there may be so much; of a device, which may never end, less.
+    """Return all that is in a binary file, of which there may be so much; of a device or stream, without end, less.
 
     A stream may not go on without the end of a line, either.
     """
@@ -120,13 +121,18 @@ def bounded(file, title: str, most: int = DEVICE) -> bytes:
     if stat.S_ISREG(mode):
         data = file.read(most + 1)
     else:
-        most = min(most, DEVICE) if stat.S_ISCHR(mode) else most
+        most = min(most, DEVICE if stat.S_ISCHR(mode) else STREAM)
         data, since = bytearray(), 0  # the last line end
         while len(data) <= most and (part := file.read(min(MOST, most + 1 - len(data)))):
             end = part.rfind(b"\n")
             since = since + len(part) if end < 0 else len(part) - end - 1
             data += part
             refuse_long(since if len(data) <= most else 0, title)
+    if len(data) > most == STREAM:
+        raise InputError(
+            f"{title} goes on after {most >> 20} MB, and all of it is held: save it in a file first, or follow it line "
+            "by line (--follow)"
+        )
     if len(data) > most:
         raise InputError(f"{title} holds more than {most >> 20} MB, as nothing of its kind does; is it the right file?")
     return bytes(data)
