@@ -88,7 +88,7 @@ def _core(folder: Path, total: int) -> Iterator[Verdict]:
         at += total // 4 // size // TOPICS * size + size
         part = core.history.part()
         if part is not None:
-            core.history.write(part, [series.key for series in core.by_number])
+            core.history.write(part, core.keys(part.numbers))
             core.store.forget(part.last)
             core.history.written(part)
         after.append(resident())

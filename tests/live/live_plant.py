@@ -55,7 +55,7 @@ def states(y: np.ndarray) -> dict[str, bytes]:
 
 def found(core: Core) -> dict[str, bytes]:
     """Return the states of a core, by key."""
-    return {key: rows.fleet.state(key).tobytes() for rows in core.groups for key in rows.fleet.keys}
+    return {key: rows.fleet.state(key).tobytes() for rows in core.roster.groups for key in rows.fleet.keys}
 
 
 def opened(folder, model='model = "ar:2"') -> Core:

@@ -2,7 +2,6 @@
 
 import json
 import os
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -47,7 +46,7 @@ def test_samples_that_come_twice_count_once(tmp_path):
         core.take([parcel(y, max(at - 15, 0), at + 10)], NOW)
     core.commit()
     assert found(core) == states(y)
-    assert core.groups[0].tally["duplicate"].sum() > 0
+    assert core.roster.groups[0].tally["duplicate"].sum() > 0
 
 
 def test_events_keep_their_numbers(tmp_path):
@@ -125,15 +124,6 @@ def test_half_a_character_is_refused(tmp_path):
     core.commit()
     assert list(core.series) == ["a"] and core.counters["refused"] == 2
     json.dumps(core.reasons, ensure_ascii=False).encode()
-
-
-def test_keys_are_bounded(tmp_path):
-    core = opened(tmp_path)
-    core.config = replace(core.config, store=replace(core.config.store, most=5))
-    chunks, _ = Lines("json").read(b"".join(b'{"key": "k%d", "value": 1}\n' % i for i in range(9)))
-    core.take([Parcel(chunks)], NOW)
-    assert len(core.by_number) == 5
-    assert core.counters["keys_refused"] == 4
 
 
 def test_a_store_that_was_closed_is_free_at_once(tmp_path):

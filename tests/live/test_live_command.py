@@ -41,14 +41,14 @@ def test_a_model_is_chosen_by_the_first_samples(tmp_path):
     found = driftwise("-", "-i", "speed", "--store", tmp_path, text=text)
     assert found.returncode == 0, found.stderr
     core = opened(tmp_path, 'inputs = ["speed"]')
-    assert len(core.by_number[0].samples) == 400  # not enough yet: all of them are kept
+    assert len(core.roster.by_number[0].samples) == 400  # not enough yet: all of them are kept
     core.store.close()
     more = "".join(json.dumps({"time": t, "value": 0.0, "speed": 0.0}) + "\n" for t in range(400, 700))
     assert driftwise("-", "-i", "speed", "--store", tmp_path, text=more).returncode == 0
     core = opened(tmp_path, 'inputs = ["speed"]')
-    words = json.loads(core.group_words[0])[0]
-    assert words.startswith("ARX(") and "chosen by the first 500 samples" in words
-    assert core.groups[0].tally["samples"][0] == 700
+    words = json.loads(core.roster.words[0])[0]
+    assert words.startswith("ARX(") and "chosen by 500 samples" in words
+    assert core.roster.groups[0].tally["samples"][0] == 700
 
 
 def test_init_check_and_complaints(tmp_path):

@@ -104,4 +104,4 @@ def test_a_jump_is_told_with_its_doubt(tmp_path):
     core = Core(config, SqliteStore(tmp_path), estimator_of)
     jumps = [event for event in core.take([parcel(y, 0, 600)], 2e9) if event.kind == "jump"]
     assert jumps and jumps[0].sentence.startswith("parameters jumped, perhaps ")
-    assert json.loads(core.group_words[0])[0].startswith("ar:2")
+    assert json.loads(core.roster.words[0])[0].startswith("ar:2")

@@ -97,9 +97,9 @@ def test_a_commit_whose_answer_is_lost_counts_once(tmp_path, database, model):
     core.commit()
     core.store.close()
     again = opened(database, tmp_path, model)
-    assert sum(len(rows) for _, rows in again.history.recent) == (360 if again.groups else 0)
-    assert again.groups or [len(one.samples) for one in again.by_number] == [120] * 3
-    if again.groups:
+    assert sum(len(rows) for _, rows in again.history.recent) == (360 if again.roster.groups else 0)
+    assert again.roster.groups or [len(one.samples) for one in again.roster.by_slot] == [120] * 3
+    if again.roster.groups:
         assert found(again) == states(y)
     again.store.close()
 

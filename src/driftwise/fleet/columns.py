@@ -40,6 +40,11 @@ class Columns:
         self.grow(len(table))
         self._numbers[: np.shape(table)[1], : self._size] = np.asarray(table).T
 
+    def keep(self, is_kept) -> None:
+        """Forget series, (S,) True for those that stay, in order; the memory of the others is given back."""
+        self._numbers = self._numbers[:, : self._size].compress(is_kept, axis=1)
+        self._size = self._numbers.shape[1]
+
     def grow(self, size: int) -> None:
         """Make room for so many series."""
         room = self._numbers.shape[1]

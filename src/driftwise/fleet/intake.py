@@ -51,8 +51,8 @@ class Intake:
     Parameters
     ----------
     fleet : Fleet
-        Keys that are new are added to it, in order of appearance. Series it has already keep their settings. Drop none
-        while the intake is in use.
+        Keys that are new are added to it, in order of appearance. Series it has already keep their settings. Where some
+        are dropped, tell the intake (`keep`).
     dt : float, optional
         Step of the clock, in the units of the time column. A sample belongs to the tick nearest to it, counted from the
         first of its series; ticks without a row become samples without values. If omitted, samples are taken one after
@@ -297,11 +297,27 @@ class Intake:
         """Go on from a `snapshot`, with the fleet as it was then."""
         if len(found["columns"]) > len(self.fleet):
             raise InputError(f"the snapshot has {len(found['columns'])} series, the fleet {len(self.fleet)}")
-        self.columns.restore(found["columns"])
         self.keyless = int(found["keyless"][0])
         self._buffer = RowBuffer(self.first, len(self._y_levels), len(self._u_levels))
         self._names, self._map = [], np.array([-1])
-        held = Samples(*(np.asarray(found[f"held_{name}"]) for name in Samples._fields))
+        self.columns.restore(found["columns"])
+        self._hold(Samples(*(np.asarray(found[f"held_{name}"]) for name in Samples._fields)))
+
+    def put(self, at, columns, held: Samples) -> None:
+        """Go on with series that were kept elsewhere: new rows ``at`` of the fleet, their columns, and what is held."""
+        self.columns.grow(len(self.fleet))
+        self.columns.table[at] = columns
+        self._hold(held)
+
+    def keep(self, is_kept) -> None:
+        """Forget the series that the fleet has dropped: (S,) True for those that it has."""
+        waiting = np.flatnonzero((self.columns["stage"] == WAITING) & ~is_kept)
+        self._buffer.empty(self.columns["slot"][waiting].astype(np.int64))
+        self.columns.keep(is_kept)
+        self._names, self._map = [], np.array([-1])
+
+    def _hold(self, held: Samples) -> None:
+        """Hold samples back, of series that hold none."""
         starts = starts_of(held.at)
         series = held.at[starts[:-1]]
         is_complete = _are_complete(held)

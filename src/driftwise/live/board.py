@@ -19,7 +19,8 @@ class ParameterView(NamedTuple):
 
 @dataclass(frozen=True)
 class EventView:
-    """What happened to a series: one of the kinds jump, drift, noise, stuck, lost, outliers, silent, back.
+    """What happened to a series: one of the kinds jump, drift, noise, stuck, lost, outliers, silent, back,
+    model.
 
     number : counts up over the life of the store, without holes
     time : seconds since 1970 of the sample that told it

@@ -108,7 +108,7 @@ class StoreConfig:
         in PGPASSWORD or ~/.pgpass
     fsync : s between two moments at which all is on the disk; 0: at every commit
     days : of history that are kept; 0: all
-    most : series at a time; those beyond are refused and counted
+    most : series in memory; beyond, those that were silent longest are on the disk alone until they speak again
     """
 
     path: str = "driftwise-live"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,22 +13,27 @@ import numpy as np
 from ..engine.errors import InputError
 from ..results.sentences import SOMETHING, alarm_words
 from .board import EventView
+from .choosing import Choice, Choosing
 from .config import Config
 from .decode import Chunk
+from .fit import ASKED
 from .history import WIDTH, History
 from .models import Models
-from .packing import listed, packed, unpacked
 from .picture import Picture
-from .rows import Rows, Shown
-from .series import Series, arrays, keys_of
+from .roster import Roster
+from .rows import Shown
+from .series import Series, keys_of
 from .sources.base import Parcel
-from .store.base import Change, Group, Store
+from .store.base import Change, Member, Store, StoreFull
 from .watch import words
 
 AHEAD = 86_400.0  # s that a stamp may be ahead of the clock here
 DATES = 1e8  # stamps above are dates
 UNWRITABLE = re.compile("[\0\ud800-\udfff]")
 REASONS = 20  # last reasons of refusals that are kept
+SPARE = 50_000  # series beyond `most` that may come between two commits
+RESERVE = 16  # of the series, one of so many goes to rest at a time
+UNHEARD = "nothing came"  # begins the sentence of a series that is lost
 
 
 class Core:
@@ -49,22 +52,20 @@ class Core:
     def __init__(self, config: Config, store: Store, estimator_of: Callable[[Any], Any]):
         self.config, self.store = config, store
         self.models = Models(estimator_of)
-        self.series: dict[str, Series] = {}
-        self.by_number: list[Series] = []
-        self._unchosen: dict[int, Series] = {}
-        self.groups: list[Rows] = []
-        self.group_words: list[str] = []
-        self._members: list[list[int]] = []  # of each group, the numbers of its series by code
-        self._kept: list[int] = []  # of each group, how many of its rows are in the store
+        self.roster = Roster(lambda key: self.config.of(key))
+        self.choosing = Choosing(self.roster, self.models)
+        self.series = self.roster.by_key
         self.picture, self.history = Picture(), History(config.store.path, config.store.days)
         self.counters: Counter[str] = Counter()
         self.reasons: dict[str, int] = {}
         self.places: dict[str, Any] = {}
-        self.last_event = 0
+        self.last_event, self.last_series = 0, -1
+        self.resting = 0  # series that are on the disk alone
         self.commits = 0
-        self._change, self._dirty, self._waited = Change(), set[int](), set[int]()
+        self._change, self._dirty, self._waited = Change(), dict[int, Series](), dict[int, Series]()  # by number
         self._history: list[np.ndarray] = []
         self._buffers: dict[int, tuple[list, list, list, list]] = {}
+        self._later: list[Chunk] = []  # of keys about which the store could not be asked
         self._told: list[str] | None = None
         self._now, self._committed = 0.0, list[np.ndarray]()
         self._load()
@@ -74,6 +75,7 @@ class Core:
     def take(self, parcels: Iterable[Parcel], now: float) -> list[EventView]:
         """Take parcels that came at an instant; return what happened."""
         self._now = now
+        self._ask_again()
         for parcel in parcels:
             self.counters["bytes_in"] += parcel.size
             self.counters["messages"] += 1
@@ -112,6 +114,9 @@ class Core:
                 self._chunk(chunk, now)
                 return
         found = self.series.get(chunk.key)
+        if self._later and found is None:
+            self._later.append(chunk)
+            return
         try:
             for one in [chunk] if found is not None else keys_of(chunk, self.config.of(chunk.key)):
                 series = self.series.get(one.key) or self._new(one.key)
@@ -120,6 +125,14 @@ class Core:
                 self._rows(series, one)
         except InputError as error:
             self.refuse(str(error))
+        except StoreFull:
+            self._later.append(chunk)
+
+    def _ask_again(self) -> None:
+        """Read what waits until the store can be asked about its keys."""
+        later, self._later = self._later, []
+        for chunk in later:
+            self._chunk(chunk, self._now)
 
     def _ahead(self, chunk: Chunk, last: float) -> None:
         """Leave out, and count, the samples of a chunk that are ahead of an instant."""
@@ -131,86 +144,120 @@ class Core:
             values[:] = [values[i] for i in good]
 
     def _new(self, key: str) -> Series:
-        """Return a series that comes for the first time."""
-        if len(self.series) >= self.config.store.most:
-            self.counters["keys_refused"] += 1
-            raise InputError(f"there are {len(self.series)} series already (most in [store]); further keys are refused")
+        """Return a series that is not in memory: it was at rest, or comes for the first time."""
         if len(key) > 500 or UNWRITABLE.search(key):
             raise InputError(f"a key of {len(key)} characters: at most 500, none of them 0 or half a character")
-        series = Series(len(self.by_number), key, self.config.of(key))
-        self.series[key] = series
-        self.by_number.append(series)
-        self.picture.grow(len(self.by_number))
-        self.picture.columns["silence"][series.number] = series.config.silence
+        if len(self.series) >= self.config.store.most + SPARE:
+            self.counters["keys_refused"] += 1
+            raise InputError(
+                f"{len(self.series)} series are in memory ({self.config.store.most} is most in [store]) and none "
+                "of them is at rest; further keys are refused"
+            )
+        found = self.store.asleep(key) if self.resting else None
+        if found is not None:
+            series = self.roster.wake(found)
+            self.resting -= 1
+            self._change.woken.append(series.number)
+            series.restore(found.samples, found.waiting)
+            self._seen(series, found.open_events)
+            self.counters["woken"] += 1
+            return series
+        self.last_series += 1
+        series = self.roster.enter(self.last_series, key)
+        self.picture.enter(series.slot, series.number, series.config.silence)
         if series.config.model == "auto":
-            self._unchosen[series.number] = series
+            self.choosing.add(series)
         else:
-            self._assign(series, *self.models.named(series.config))
-        self._change.members.append(listed(series))
+            self.roster.assign(series, *self.models.named(series.config))
+        self._change.members.append(Member(series.number, key, series.group))
         return series
+
+    def find(self, key: str) -> Series:
+        """Return a series, also one at rest, which it is no longer then; `KeyError` where there is none."""
+        if key not in self.series and self.resting and self.store.asleep(key) is not None:
+            return self._new(key)
+        return self.series[key]
 
     def _rows(self, series: Series, chunk: Chunk) -> None:
         """Take the rows that a chunk frees."""
         rows = series.rows(chunk)
         if not series.is_plain:
-            self._waited.add(series.number)
+            self._waited[series.number] = series
         if not rows:
             return
         self.counters["samples"] += len(rows)
         series.held = rows[-1].inputs
+        self.picture.columns["heard"][series.slot] = self._now
+        self._dirty[series.number] = series
         if series.group is None:
             series.samples += [(row.time, row.output, *row.inputs) for row in rows]
-            self._dirty.add(series.number)
             self.picture.revision += 1
-            self.picture.columns["revision"][series.number] = self.picture.revision
+            self.picture.columns["revision"][series.slot] = self.picture.revision
             return
+        self._queue(series, rows)
+
+    def _queue(self, series: Series, rows: Iterable[tuple[float, float, Sequence[float]]]) -> None:
+        """Let rows wait for `_advance`."""
+        assert series.group is not None
         codes, time, y, u = self._buffers.setdefault(series.group, ([], [], [], []))
-        codes.extend([series.code] * len(rows))
-        for row in rows:
-            time.append(row.time)
-            y.append(row.output)
-            u.append(row.inputs)
+        for instant, output, inputs in rows:
+            codes.append(series.code)
+            time.append(instant)
+            y.append(output)
+            u.append(inputs)
 
     def _advance(self) -> list[EventView]:
         """Let the fleets take what has come; return what happened."""
         events: list[EventView] = []
         buffers, self._buffers = self._buffers, {}
         for group, buffer in buffers.items():
-            self._dirty.update(map(self._members[group].__getitem__, set(buffer[0])))
-            for shown in self.groups[group].take(*buffer):
+            for shown in self.roster.groups[group].take(*buffer):
                 events += self._shown(group, shown)
         self.counters["events"] += len(events)
         return events
 
     def _shown(self, group: int, shown: Shown) -> list[EventView]:
         """Put down what samples showed, and return what happened."""
-        rows, taken, outs = self.groups[group], shown.taken, shown.outs
-        numbers = np.array(self._members[group])[taken.at]
+        rows, taken, outs = self.roster.groups[group], shown.taken, shown.outs
+        members = self.roster.members[group]
+        slots = np.array([members[code] for code in taken.at.tolist()], np.int64)
         level = rows.intake.levels[0][taken.at, 0]
         events: list[tuple[float, int, str, str, float | None]] = []
-        found = np.empty((len(numbers), WIDTH))
-        found[:, 0], found[:, 1], found[:, 2] = numbers, taken.time, taken.ys[:, 0] + level
+        found = np.empty((len(slots), WIDTH))
+        found[:, 0], found[:, 1], found[:, 2] = (
+            self.picture.columns["number"][slots],
+            taken.time,
+            taken.ys[:, 0] + level,
+        )
         found[:, 3], found[:, 4], found[:, 5] = outs[:, 0] + level, np.sqrt(outs[:, 2]), outs[:, 3]
         self._history.append(found)
-        self.picture.take(found, shown.starts)
+        self.picture.take(slots, found, shown.starts)
         seen = shown.events
         for i, at in enumerate(shown.events_at):
             odds, text, name = float(seen.statistic[i]), seen.text[i], seen.parameter[i]
             if name and len(rows.drift.parameters) > 1:  # so soon the detector can only guess which it was
                 text = alarm_words(f"{SOMETHING}, perhaps {name}", odds, float(seen.since[i]))
             known = None if math.isnan(odds) else odds
-            events.append((float(seen.time[i]), self._members[group][at], seen.kind[i].lower(), text, known))
+            events.append((float(seen.time[i]), members[at], seen.kind[i].lower(), text, known))
         told = words(rows.watch.least)
         for i in np.flatnonzero(shown.signs).tolist():
-            events.append((float(taken.time[i]), int(numbers[i]), *told[float(shown.signs[i])], None))
-        events += [(one.time, int(numbers[i]), "drift", one.text, None) for i, one in shown.drifts]
+            events.append((float(taken.time[i]), int(slots[i]), *told[float(shown.signs[i])], None))
+        events += [(one.time, int(slots[i]), "drift", one.text, None) for i, one in shown.drifts]
+        for i in np.flatnonzero(shown.fits).tolist():
+            series, u = self.roster.at(int(slots[i])), taken.us[i] + rows.intake.levels[1][taken.at[i]]
+            if shown.fits[i] == ASKED:
+                self.choosing.add(series)
+                text = f"{self.roster.model(series)}, predicts otherwise than it says ({rows.fit.words(series.code)}): "
+                text += f"a model is chosen again by the next {rows.fit.window} samples"
+                events.append((float(taken.time[i]), series.slot, "model", text, None))
+            else:
+                series.samples.append((float(taken.time[i]), float(found[i, 2]), *u.tolist()))
         lost = self.picture.columns["is_lost"]
-        for i in shown.starts[:-1][lost[numbers[shown.starts[:-1]]] > 0].tolist():
-            events.append((float(taken.time[i]), int(numbers[i]), "back", "it sends again", None))
-        lost[numbers] = 0.0
-        self.picture.columns["heard"][numbers] = self._now
+        for i in shown.starts[:-1][lost[slots[shown.starts[:-1]]] > 0].tolist():
+            events.append((float(taken.time[i]), int(slots[i]), "back", "it sends again", None))
+        lost[slots] = 0.0
         events.sort(key=lambda event: event[:3])
-        return [self.tell(number, time, kind, text, odds) for time, number, kind, text, odds in events]
+        return [self.tell(self.roster.at(slot), time, kind, text, odds) for time, slot, kind, text, odds in events]
 
     def silent(self, now: float) -> list[EventView]:
         """Return the series of which nothing has come for as long as was said, as events."""
@@ -218,70 +265,45 @@ class Core:
         is_late = (columns["silence"] > 0) & (columns["is_lost"] == 0) & (columns["heard"] > 0)
         is_late &= now - columns["heard"] > columns["silence"]
         events = []
-        for number in np.flatnonzero(is_late).tolist():
-            columns["is_lost"][number] = 1.0
-            events.append(self.tell(number, now, "lost", f"nothing came for {columns['silence'][number]:g} s"))
+        for slot in np.flatnonzero(is_late).tolist():
+            columns["is_lost"][slot] = 1.0
+            text = f"{UNHEARD} for {columns['silence'][slot]:g} s"
+            events.append(self.tell(self.roster.at(slot), now, "lost", text))
         return events
 
     def shown(self) -> list[tuple]:
         """Return the last sample of each series that was in the last commit: key and numbers."""
         found = {int(row[0]): row for rows in self._committed for row in rows}
-        return [(self.by_number[number].key, *row[1:5].tolist(), int(row[5])) for number, row in found.items()]
+        known = self.roster.by_number
+        return [
+            (known[number].key, *row[1:5].tolist(), int(row[5])) for number, row in found.items() if number in known
+        ]
 
-    def tell(self, number: int, time: float, kind: str, text: str, odds: float | None = None) -> EventView:
+    def tell(self, series: Series, time: float, kind: str, text: str, odds: float | None = None) -> EventView:
         """Put down that something happened to a series."""
         self.last_event += 1
-        event = EventView(self.last_event, self.by_number[number].key, time, kind, text.removeprefix(f"{kind}: "), odds)
+        event = EventView(self.last_event, series.key, time, kind, text.removeprefix(f"{kind}: "), odds)
         self._change.events.append(event)
-        self.picture.happened(number, event)
+        self.picture.happened(series.slot, event)
         return event
 
     # --- models --------------------------------------------------------------------------------------------
 
-    def _assign(self, series: Series, words: str, make: Callable[[], Any]) -> None:
-        """Give a series to the group of its model."""
-        config = series.config
-        options: dict[str, Any] = {"dt": config.dt, "first": config.first, "stuck": config.stuck}
-        name = json.dumps([words, options, config.inputs])
-        if name not in self.group_words:
-            self.groups.append(Rows(make(), **options))
-            self.group_words.append(name)
-            self._members.append([])
-            self._kept.append(0)
-        series.group = self.group_words.index(name)
-        series.code = self.groups[series.group].add(series.key)
-        self._members[series.group].append(series.number)
-
-    def asking(self) -> Series | None:
-        """Return a series that has samples enough to choose its model, and is not being asked for."""
-        found = next((series for series in self._unchosen.values() if series.can_choose), None)
-        if found is not None:
-            found.is_asked = True
-        return found
-
-    @property
-    def is_choosing(self) -> bool:
-        """Whether a model is being chosen, or is about to be."""
-        return any(series.is_asked or series.can_choose for series in self._unchosen.values())
-
-    def choose(self, series: Series) -> tuple[str, Callable[[], Any]]:
-        """Return words and maker of the model of a series, from its first samples; it takes seconds: use a thread."""
-        return self.models.chosen(series.config, *arrays(series.samples[: series.config.identify]))
-
-    def chosen(self, series: Series, words: str, make: Callable[[], Any]) -> list[EventView]:
-        """Go on with a model; the samples so far are its first."""
-        del self._unchosen[series.number]
-        self._assign(series, words, make)
-        self._change.members.append(listed(series))
+    def chosen(self, series: Series, choice: Choice) -> list[EventView]:
+        """Go on with a model that was chosen; of the first one, the samples so far are its first."""
         self._change.chosen.append(series.number)
-        codes, time, y, u = self._buffers.setdefault(series.group or 0, ([], [], [], []))
-        codes.extend([series.code] * len(series.samples))
-        for t, output, *inputs in series.samples:
-            time.append(t)
-            y.append(output)
-            u.append(tuple(inputs))
-        series.samples, series.kept = [], 0
-        return self._advance()
+        self._dirty[series.number] = series
+        if series.group is None:
+            samples = self.choosing.taken(series)
+            self.roster.assign(series, choice.words, choice.make)
+            self._queue(series, ((time, output, inputs) for time, output, *inputs in samples))
+            events = self._advance()
+        else:
+            last = series.samples[-1][0]
+            events = [self.tell(series, last, "model", self.choosing.chosen(series, choice))]
+            self.counters["events"] += 1
+        self._change.members.append(Member(series.number, series.key, series.group))
+        return events
 
     # --- keeping -------------------------------------------------------------------------------------------
 
@@ -294,80 +316,99 @@ class Core:
     def is_dirty(self) -> bool:
         """Whether anything is not committed."""
         change = self._change
-        return bool(self._dirty or self._waited or self._history or change.events or change.places or change.members)
+        return bool(
+            self._dirty or self._waited or self._history or self._later
+            or change.events or change.places or change.members or change.woken or change.resting
+        )  # fmt: skip
 
     def commit(self) -> None:
         """Keep all that has come since the last commit; where that cannot be (`StoreFull`), all of it stays to come."""
-        change = self._change
-        dirty = [self.by_number[number] for number in sorted(self._dirty)]
-        change.rows = []
-        for group, (rows, members, size) in enumerate(zip(self.groups, self._members, self._kept)):
-            codes = {series.code for series in dirty if series.group == group}
-            change.rows += packed(rows, members, codes | set(range(size, len(rows.fleet))))
-        self._change.groups = self._new_groups()
-        change.waiting = [(number, self.by_number[number].waits()) for number in sorted(self._waited)]
-        kept = {one.number: one.kept for one in dirty if one.group is None}
-        change.samples = [(one.number, one.more()) for one in dirty if one.group is None]
+        self._ask_again()
+        if self._later:
+            raise StoreFull("it cannot be asked about keys that came")
+        change, dirty = self._change, [self._dirty[number] for number in sorted(self._dirty)]
+        change.rows = self.roster.packed(dirty)
+        change.groups = self.roster.new_groups()
+        change.waiting = [(number, series.waits()) for number, series in sorted(self._waited.items())]
+        kept = [(series, series.kept) for series in dirty]
+        change.samples = [(series.number, series.more()) for series in dirty if len(series.samples) > series.kept]
         change.history = np.concatenate(self._history).tobytes() if self._history else b""
         try:
             number = self.store.commit(change)
         except BaseException:
-            for number, before in kept.items():
-                self.by_number[number].kept = before
-            for rows in self.groups:
+            for series, before in kept:
+                series.kept = before
+            for rows in self.roster.groups:
                 rows._described = 0
             raise
         self.commits += 1
-        self._kept = [len(rows.fleet) for rows in self.groups]
         if change.history:
             self.history.add(number, change.history)
         self._committed = self._history
-        self._change, self._dirty, self._waited, self._history = Change(), set(), set(), []
+        self._change, self._dirty, self._waited, self._history = Change(), {}, {}, []
+        self._rest()
 
-    def _new_groups(self) -> list[Group]:
-        """Return groups with what is new of their settings."""
-        found = []
-        for number, rows in enumerate(self.groups):
-            settings = rows.new_settings()
-            if settings:
-                options = json.loads(self.group_words[number])[1]
-                found.append(Group(number, self.group_words[number], rows.fields, options, settings))
-        return found
+    def _rest(self) -> None:
+        """Where there are too many series, let those that were silent longest be on the disk alone."""
+        most = self.config.store.most
+        if len(self.series) <= most:
+            return
+        heard, silence, is_lost = (self.picture.columns[name] for name in ("heard", "silence", "is_lost"))
+        able = [
+            series.slot for series in self.series.values()
+            if not series.is_asked and (silence[series.slot] == 0 or is_lost[series.slot])
+        ]  # fmt: skip
+        able.sort(key=heard.__getitem__)
+        some = [self.roster.at(slot) for slot in able[: len(self.series) - most + most // RESERVE]]
+        for series in some:
+            self.choosing.series.pop(series.number, None)
+            heard[series.slot] = 0.0
+        self.roster.remove(some)
+        self._change.resting += [series.number for series in some]
+        self.resting += len(some)
+
+    def keys(self, numbers: Iterable[int]) -> dict[int, str]:
+        """Return keys of series by number, also of those at rest."""
+        known = self.roster.by_number
+        found = {number: known[number].key for number in numbers if number in known}
+        return found | self.store.keys([number for number in numbers if number not in known])
+
+    def _seen(self, series: Series, open_events: list[EventView]) -> None:
+        """Begin the picture of a series that the store had, and go on collecting where it was at that."""
+        self.picture.enter(series.slot, series.number, series.config.silence)
+        for event in open_events:
+            self.picture.happened(series.slot, event)
+        last = self.picture.last.get(series.slot)
+        self.picture.columns["is_lost"][series.slot] = last is not None and last.sentence.startswith(UNHEARD)
+        if series.group is None:
+            self.choosing.add(series)
+            return
+        rows = self.roster.groups[series.group]
+        if series.code < len(rows.tally):
+            self.picture.columns["count"][series.slot] = rows.tally["samples"][series.code]
+        if rows.fit.window and series.code < len(rows.fit) and rows.fit["collected"][series.code] > 0:
+            self.choosing.add(series)
 
     def _load(self) -> None:
         """Go on from what the store has."""
         found = self.store.load()
-        inputs = {group.number: tuple(json.loads(group.words)[2]) for group in found.groups}
-        for member in found.members:
-            config = self.config.of(member.key)
-            if member.group is not None and config.inputs != inputs[member.group]:  # a series keeps the model it has
-                config = replace(config, inputs=inputs[member.group])
-            series = Series(member.number, member.key, config, member.group, member.code)
-            self.series[member.key] = series
-            self.by_number.append(series)
-            if member.group is None:
-                self._unchosen[series.number] = series
-            series.restore(found.samples.get(member.number, b""), found.waiting.get(member.number))
-        self.picture.grow(len(self.by_number))
-        self.picture.columns["silence"][:] = [series.config.silence for series in self.by_number]
-        for group in found.groups:
-            members = sorted((one for one in self.by_number if one.group == group.number), key=lambda one: one.code)
-            rows = unpacked(group, members, found.rows)
-            self.groups.append(rows)
-            self.group_words.append(group.words)
-            self._members.append([one.number for one in members])
-            self._kept.append(len(rows.fleet))
         self.places, self.last_event = found.places, found.last_event
+        self.last_series, self.resting = found.last_series, found.resting
+        self.roster.load(found.groups, found.members, found.rows)
+        opened: dict[str, list[EventView]] = {}
         for event in found.open_events:
-            self.picture.happened(self.series[event.key].number, event)
+            opened.setdefault(event.key, []).append(event)
+        for series in self.series.values():
+            series.restore(found.samples.get(series.number, b""), found.waiting.get(series.number))
+            self._seen(series, opened.get(series.key, []))
         for number, blob in self.store.recent():
             self.history.add(number, blob)
-        for rows, numbers, size in zip(self.groups, self._members, self._kept):
-            kept = numbers[:size]
-            self.picture.columns["count"][kept] = rows.tally["samples"][: len(kept)]
-        for _, some in self.history.recent:
-            np.subtract.at(self.picture.columns["count"], some[:, 0].astype(np.int64), 1.0)
-        for _, some in self.history.recent:
-            order = np.argsort(some[:, 0], kind="stable")
-            edges = np.flatnonzero(np.append(True, np.diff(some[order, 0]) != 0))
-            self.picture.take(some[order], np.append(edges, len(some)))
+        known = self.roster.by_number
+        parts = [rows[np.array([one in known for one in rows[:, 0].tolist()], bool)] for _, rows in self.history.recent]
+        slots = [np.array([known[one].slot for one in rows[:, 0].tolist()], np.int64) for rows in parts]
+        for at in slots:
+            np.subtract.at(self.picture.columns["count"], at, 1.0)
+        for at, rows in zip(slots, parts):
+            order = np.argsort(at, kind="stable")
+            edges = np.flatnonzero(np.append(True, np.diff(at[order]) != 0))
+            self.picture.take(at[order], rows[order], np.append(edges, len(at)))

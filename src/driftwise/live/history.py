@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +25,11 @@ class Part(NamedTuple):
     first: int
     last: int
     rows: np.ndarray
+
+    @property
+    def numbers(self) -> list[int]:
+        """Numbers of the series in it."""
+        return np.unique(self.rows[:, 0]).astype(int).tolist()
 
 
 class History:
@@ -51,8 +57,8 @@ class History:
         some = list(self.recent)
         return Part(some[0][0], some[-1][0], np.concatenate([rows for _, rows in some]))
 
-    def write(self, part: Part, keys: list[str]) -> None:
-        """Write a part, a file for each day in it; it may be called in a thread."""
+    def write(self, part: Part, keys: Mapping[int, str]) -> None:
+        """Write a part, a file for each day in it, with keys by number; it may be called in a thread."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 

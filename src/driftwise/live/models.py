@@ -30,4 +30,4 @@ class Models:
         identifier = Identifier(u.shape[1], config.dt or 1.0)
         identifier.add(y, u if u.shape[1] else None)
         candidate = identifier.chosen.candidate
-        return f"{candidate.name}, chosen by the first {len(y)} samples", lambda: candidate.best
+        return f"{candidate.name}, chosen by {len(y)} samples", lambda: candidate.best

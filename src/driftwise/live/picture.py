@@ -12,15 +12,26 @@ from ..fleet.samples import rank_of
 from .board import SPARKLINE, EventView
 
 BAND = 1.96  # deviations that hold 95 % of a normal variable
-WEIGHT = {"lost": 5.0, "jump": 4.0, "stuck": 4.0, "silent": 3.0, "drift": 3.0, "noise": 2.0, "outliers": 1.0}
+WEIGHT = {
+    "lost": 5.0,
+    "jump": 4.0,
+    "stuck": 4.0,
+    "silent": 3.0,
+    "drift": 3.0,
+    "noise": 2.0,
+    "outliers": 1.0,
+    "model": 1.0,
+}
 ONES = dict(time=np.nan, output=np.nan, prediction=np.nan, std=np.nan, status=0.0, count=0.0, revision=0.0)
-ONES |= dict(
-    heard=0.0, silence=0.0, is_lost=0.0
-)  # when something came last, the s after which it is lost, whether it is
+ONES |= dict(number=-1.0, heard=0.0, silence=0.0, is_lost=0.0)
 
 
 class Picture:
-    """What is seen of each series, in columns by its number; ``revision`` counts what has changed."""
+    """What is seen of each series, in columns by its slot; ``revision`` counts what has changed.
+
+    ``number`` is that of the series, ``heard`` when something came last, ``silence`` the s after which it is lost, and
+    ``is_lost`` whether it is.
+    """
 
     def __init__(self):
         self.columns = Columns(ONES)
@@ -28,6 +39,15 @@ class Picture:
         self.last: dict[int, EventView] = {}
         self.open: dict[int, dict[int, EventView]] = {}  # of a series, events that nobody acknowledged
         self.revision = 0
+
+    def enter(self, slot: int, number: int, silence: float) -> None:
+        """Begin the picture of a series, in a slot that may have been another's."""
+        self.grow(slot + 1)
+        for name, value in (ONES | dict(number=number, silence=silence)).items():
+            self.columns[name][slot] = value
+        self.lines[slot] = np.nan
+        self.last.pop(slot, None)
+        self.open.pop(slot, None)
 
     def grow(self, size: int) -> None:
         """Make room for so many series."""
@@ -37,59 +57,59 @@ class Picture:
             wider[: len(self.lines)] = self.lines
             self.lines = wider
 
-    def take(self, rows: np.ndarray, starts: np.ndarray) -> None:
-        """Take samples (n, 6) as `History` has them; those of a series stand between two ``starts``."""
+    def take(self, slots: np.ndarray, rows: np.ndarray, starts: np.ndarray) -> None:
+        """Take samples (n, 6) as `History` has them, of ``slots``; those of a series stand between two ``starts``."""
         if not len(rows):
             return
         self.revision += 1
-        ends, number = starts[1:] - 1, rows[:, 0].astype(np.int64)
-        series = number[ends]
+        ends = starts[1:] - 1
+        series = slots[ends]
         count = self.columns["count"]
         place = (np.repeat(count[series], np.diff(starts)) + rank_of(starts)).astype(np.int64)
-        self.lines[number, place % SPARKLINE] = rows[:, 2]
+        self.lines[slots, place % SPARKLINE] = rows[:, 2]
         count[series] += np.diff(starts)
         for i, name in enumerate(("time", "output", "prediction", "std", "status"), 1):
             self.columns[name][series] = rows[ends, i]
         self.columns["revision"][series] = self.revision
 
-    def line(self, number: int) -> tuple[float, ...]:
+    def line(self, slot: int) -> tuple[float, ...]:
         """Return the last outputs of a series, oldest first."""
-        count = int(self.columns["count"][number])
+        count = int(self.columns["count"][slot])
         at = count % SPARKLINE
-        line = self.lines[number]
+        line = self.lines[slot]
         return tuple((np.concatenate([line[at:], line[:at]]) if count > SPARKLINE else line[:count]).tolist())
 
-    def happened(self, number: int, event: EventView) -> None:
+    def happened(self, slot: int, event: EventView) -> None:
         """Take an event, or one that was acknowledged."""
         self.revision += 1
-        self.columns["revision"][number] = self.revision
-        last = self.last.get(number)
+        self.columns["revision"][slot] = self.revision
+        last = self.last.get(slot)
         if last is None or last.number <= event.number:
-            self.last[number] = event
-        waiting = self.open.setdefault(number, {})
+            self.last[slot] = event
+        waiting = self.open.setdefault(slot, {})
         waiting.pop(event.number, None)
         if not event.acknowledged and event.kind != "back":
             waiting[event.number] = event
             if len(waiting) > SPARKLINE:  # bounded; all are in the store
                 del waiting[next(iter(waiting))]
 
-    def score(self, number: int, nis: float | None) -> float:
+    def score(self, slot: int, nis: float | None) -> float:
         """Say how much a series needs a look: its gravest open event, how many, and error bars that are not true."""
-        waiting = self.open.get(number) or {}
+        waiting = self.open.get(slot) or {}
         worst = max((WEIGHT.get(event.kind, 1.0) for event in waiting.values()), default=0.0)
         excess = abs(math.log(nis)) if nis and nis > 0 else 0.0
         return worst + 0.1 * math.log1p(len(waiting)) + max(excess - 0.5, 0.0)
 
-    def seen(self, number: int) -> dict[str, Any]:
+    def seen(self, slot: int) -> dict[str, Any]:
         """Return fields of a `SeriesView`."""
-        c = {name: float(self.columns[name][number]) for name in ("time", "output", "prediction", "std")}
+        c = {name: float(self.columns[name][slot]) for name in ("time", "output", "prediction", "std")}
         known = {name: None if math.isnan(value) else value for name, value in c.items()}
         band = None
         if known["prediction"] is not None and known["std"] is not None:
             half = BAND * c["std"]
             band = (c["prediction"] - half, c["prediction"] + half)
         return {
-            "count": int(self.columns["count"][number]), "time": known["time"], "output": known["output"],
-            "prediction": known["prediction"], "band": band, "last_event": self.last.get(number),
-            "acknowledged": not self.open.get(number),
+            "count": int(self.columns["count"][slot]), "time": known["time"], "output": known["output"],
+            "prediction": known["prediction"], "band": band, "last_event": self.last.get(slot),
+            "acknowledged": not self.open.get(slot),
         }  # fmt: skip

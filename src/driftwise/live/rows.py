@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..engine.errors import InputError
-from ..fleet.crew import Crew
+from ..fleet.columns import Columns
 from ..fleet.events import FleetEvents, Seen
 from ..fleet.fleet import Fleet
 from ..fleet.intake import Intake, Taken
-from ..fleet.samples import rank_of, starts_of
-from ..fleet.store import Kept, settings
+from ..fleet.samples import Samples, rank_of, starts_of
+from ..fleet.store import settings
 from ..results.snapshot import rebuild
 from .drift import LOOK, Drift, Drifting
+from .fit import Fit
 from .watch import Watch
 
 
@@ -42,17 +43,22 @@ class Shown(NamedTuple):
     events_at: np.ndarray
     events: Seen
     signs: np.ndarray  # of each sample, what `Watch` tells
+    fits: np.ndarray  # of each sample, what `Fit` tells
     drifts: list[tuple[int, Drifting]]  # and at which of them a parameter was told to drift
 
 
 class Rows:
-    """The series of one model. The numbers are those of a `Fleet` on the same samples, bit for bit."""
+    """The series of one model. The numbers are those of a `Fleet` on the same samples, bit for bit.
 
-    def __init__(self, estimator: Any, dt: float = 0.0, first: int = 32, stuck: int = 100, fleet: Fleet | None = None):
-        self.fleet = Fleet(estimator, threads=1) if fleet is None else fleet
+    ``window`` is that of `Fit`: samples by which a model that was chosen is judged; 0 for one that was named.
+    """
+
+    def __init__(self, estimator: Any, dt: float = 0.0, first: int = 32, stuck: int = 100, window: int = 0):
+        self.fleet = Fleet(estimator, threads=1)
         self.intake = Intake(self.fleet, dt or None, first)
         self.tally, self.events = self.intake.tally, FleetEvents(self.fleet, most=None)
         self.watch, self.drift = Watch(stuck), Drift(list(self.fleet.estimators[0].names))
+        self.fit = Fit(window)
         self.names: list[str] = []
         self.taken = 0
         self._described = 0
@@ -62,8 +68,8 @@ class Rows:
         self.names.append(key)
         return len(self.names) - 1
 
-    def take(self, codes: Sequence[int], time: Sequence[float], y: Sequence[float], u: Sequence) -> Iterator[Shown]:
-        """Take rows in the order they stand in; yield what the samples among them showed."""
+    def take(self, codes: Sequence[int], time: Any, y: Any, u: Any) -> Iterator[Shown]:
+        """Take rows (n,), (n,), (n, k) in the order they stand in; yield what the samples among them showed."""
         k = self.fleet.crew.inputs
         at, ys = np.array(codes, np.int64), np.array(y, float).reshape(-1, 1)
         us = np.array(u, float).reshape(len(at), k)
@@ -86,7 +92,8 @@ class Rows:
         found = self.events.take(taken, outs, sample)
         self.tally.add(taken, outs)
         signs = self.watch.take(taken.at, taken.ys[:, 0])
-        return Shown(taken, outs, sample, starts, *found, signs, self._drifts(taken, sample, starts[1:] - 1))
+        fits = self.fit.take(taken.at, outs)
+        return Shown(taken, outs, sample, starts, *found, signs, fits, self._drifts(taken, sample, starts[1:] - 1))
 
     def _drifts(self, taken: Taken, sample: np.ndarray, ends: np.ndarray) -> list[tuple[int, Drifting]]:
         """Look at the estimates of series that have come to a look with one of the samples ``ends``."""
@@ -102,35 +109,75 @@ class Rows:
     # --- keeping -------------------------------------------------------------------------------------------
 
     @property
+    def _tables(self) -> tuple[Columns, ...]:
+        """What is remembered of each series in columns, besides its state and its runs of trouble."""
+        return self.tally, self.intake.columns, self.watch, self.drift, self.fit
+
+    @property
     def widths(self) -> tuple[int, ...]:
-        """How many numbers of a row are state, counts, runs of trouble, and intake."""
-        return (
-            self.fleet.crew.width, len(self.tally.names), self.events.table.shape[1], len(self.intake.columns.names),
-            len(self.watch.names), len(self.drift.names),
-        )  # fmt: skip
+        """How many numbers of a row are state, counts, runs of trouble, intake, watch, drift, settings, and fit."""
+        tally, intake, watch, drift, fit = (len(table.names) for table in self._tables)
+        return self.fleet.crew.width, tally, self.events.table.shape[1], intake, watch, drift, 1, fit
 
     @property
     def fields(self) -> str:
         """What the numbers of a row are, as JSON: rows of another version are known by it."""
-        est = self.fleet.estimators[0]
+        est, (tally, *others, fit) = self.fleet.estimators[0], (table.names for table in self._tables)
         sizes = [[name, int(np.prod(est.dtype[name].shape))] for name in est.dtype.names]
-        return json.dumps(
-            [sizes, self.tally.names, self.widths, self.intake.columns.names, self.watch.names, self.drift.names]
-        )
+        return json.dumps([sizes, tally, self.widths[:6], *others, *([fit] if fit else [])])
 
     def rows(self, at: np.ndarray) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-        """Return series (n,) as rows of numbers, the number of their settings last, and what is held back of some."""
-        self.tally.grow(len(self.fleet))
-        self.events.grow()
-        self.watch.grow(len(self.fleet))
-        self.drift.grow(len(self.fleet))
-        found = [
-            self.fleet._rows[at], self.tally.table[at], self.events.table[at], self.intake.columns.table[at],
-            self.watch.table[at], self.drift.table[at], self.fleet._group[at, None].astype(float),
-        ]  # fmt: skip
+        """Return series (n,) as rows of numbers, and what is held back of some."""
+        self._grow()
+        tally, *others, fit = (table.table[at] for table in self._tables)
+        group = self.fleet._group[at, None].astype(float)
+        found = [self.fleet._rows[at], tally, self.events.table[at], *others, group, fit]
         held = self.intake.held(at)
         numbers, starts = np.column_stack(held[1:]).astype(float), starts_of(held.at)
         return np.concatenate(found, axis=1), dict(zip(held.at[starts[:-1]].tolist(), np.split(numbers, starts[1:-1])))
+
+    def _grow(self) -> None:
+        """Make room for the series that the fleet has now."""
+        self.events.grow()
+        for table in self._tables:
+            table.grow(len(self.fleet))
+
+    def put(self, keys: list[str], numbers: np.ndarray, held: dict[int, np.ndarray]) -> None:
+        """Take series as `rows` gave them, with what is held back of those (by their place here) that have some."""
+        if numbers.shape[1] != sum(self.widths):
+            raise InputError("the states that were kept are laid out otherwise: were they written by another version?")
+        self.intake._rows_of(self.names)  # those that wait for their first sample have their places before
+        at = np.arange(len(self.fleet), len(self.fleet) + len(keys))
+        self.names += keys
+        self.fleet.add(keys)
+        self._grow()
+        parts = np.split(numbers, np.cumsum(self.widths)[:-1], axis=1)
+        state, tally, events, columns, watch, drift, group, fit = parts
+        self.fleet._rows[at], self.fleet._group[at] = state, group[:, 0].astype(np.int64)
+        self.events.table[at] = events
+        for table, found in zip((self.tally, self.watch, self.drift, self.fit), (tally, watch, drift, fit)):
+            table.table[at] = found
+        p, k = self.fleet.crew.outputs, self.fleet.crew.inputs
+        rows = np.repeat(at[list(held)], [len(one) // (1 + p + k + 3) for one in held.values()])
+        flat = np.concatenate([*held.values(), np.zeros(0)]).reshape(-1, 1 + p + k + 3)
+        self.intake.put(at, columns, Samples(
+            rows, flat[:, 0], flat[:, 1 : 1 + p], flat[:, 1 + p : 1 + p + k], flat[:, -3].astype(bool),
+            flat[:, -2].astype(np.int64), flat[:, -1].astype(np.int32),
+        ))  # fmt: skip
+
+    def drop(self, codes: Iterable[int]) -> np.ndarray:
+        """Forget series; return which stay, (S,) bool: their codes close up."""
+        self.intake._rows_of(self.names)
+        self._grow()
+        is_kept = np.ones(len(self.names), bool)
+        is_kept[list(codes)] = False
+        self.fleet.drop(name for name, is_left in zip(self.names, is_kept) if not is_left)
+        self.events.table = self.events.table[is_kept]
+        self.intake.keep(is_kept)
+        for table in (self.tally, self.watch, self.drift, self.fit):
+            table.keep(is_kept)
+        self.names = [name for name, is_left in zip(self.names, is_kept) if is_left]
+        return is_kept
 
     def new_settings(self) -> list[tuple[int, str]]:
         """Return settings that were not asked for yet, with their numbers."""
@@ -139,33 +186,11 @@ class Rows:
         return found
 
     @classmethod
-    def restored(
-        cls, described: list[str], keys: list[str], numbers: np.ndarray, held: dict[int, np.ndarray], **options
-    ) -> Rows:
-        """Return what was kept, with the settings of its series, so that it goes on as if nothing had been."""
-        estimators = [rebuild(text) for text in described]
-        width = Crew(estimators[0], None, None).width
-        group = numbers[:, -1].astype(np.int64)
-        states = numbers[:, :width].copy()
-        fleet = Fleet._of(Kept(estimators, keys, states, group, {}, {}), threads=1)
-        rows = cls(estimators[0], fleet=fleet, **options)
-        rows._described, rows.names = len(estimators), list(keys)
-        if not len(keys):
-            return rows
-        if numbers.shape[1] != sum(rows.widths) + 1:
-            raise InputError("the states that were kept are laid out otherwise: were they written by another version?")
-        _, tally, events, columns, watch, drift, _ = np.split(numbers, np.cumsum(rows.widths), axis=1)
-        rows.tally.restore(tally)
-        rows.events.table = events.copy()
-        rows.watch.restore(watch)
-        rows.drift.restore(drift)
-        p, k = fleet.crew.outputs, fleet.crew.inputs
-        wide = 1 + p + k + 3
-        at = np.repeat(np.array(list(held), np.int64), [len(one) // wide for one in held.values()])
-        flat = np.concatenate([*held.values(), np.zeros(0)]).reshape(-1, wide)
-        rows.intake.restore({
-            "columns": columns, "keyless": np.zeros(1), "held_at": at, "held_time": flat[:, 0],
-            "held_ys": flat[:, 1 : 1 + p], "held_us": flat[:, 1 + p : 1 + p + k], "held_bad": flat[:, -3].astype(bool),
-            "held_source": flat[:, -2].astype(np.int64), "held_gap": flat[:, -1].astype(np.int32),
-        })  # fmt: skip
+    def restored(cls, described: list[str], **options) -> Rows:
+        """Return rows of these settings, without a series."""
+        first, *others = [rebuild(text) for text in described]
+        rows = cls(first, **options)
+        for other in others:
+            rows.fleet._settings(other)
+        rows._described = len(described)
         return rows

@@ -16,15 +16,16 @@ from .join import Row, Waiting, join
 
 @dataclass
 class Series:
-    """One key. ``number`` counts series as they come; ``code`` is its row within its ``group``, once it has one."""
+    """One key; `Roster` says what its number, slot, group and code are. It has a group once it has a model."""
 
     number: int
     key: str
     config: SeriesConfig
+    slot: int
     group: int | None = None
     code: int = -1
     waiting: Waiting = field(default_factory=Waiting)
-    samples: list[tuple[float, ...]] = field(default_factory=list)  # until its model is chosen: time, output, inputs
+    samples: list[tuple[float, ...]] = field(default_factory=list)  # to choose a model by: time, output, inputs
     kept: int = 0  # of them, in the store
     held: tuple[float, ...] = ()  # inputs of the last row since the start
     is_asked: bool = False  # whether its model is being chosen

@@ -92,7 +92,7 @@ class Service:
                 asked.cancel()
                 while len(self.inbox):
                     await asyncio.sleep(PAUSE[0])
-                while self.core.is_choosing:
+                while self.core.choosing.is_busy:
                     await asyncio.sleep(PAUSE[1])
                 return
 
@@ -189,12 +189,12 @@ class Service:
     async def _choose(self) -> None:
         """Choose models, one series after the other, beside the work."""
         while True:
-            series = self.core.asking()
+            series = self.core.choosing.asking()
             if series is None:
                 await asyncio.sleep(0.1)
                 continue
-            words, make = await asyncio.to_thread(self.core.choose, series)
-            self._events += self.core.chosen(series, words, make)
+            choice = await asyncio.to_thread(self.core.choosing.choose, series)
+            self._events += self.core.chosen(series, choice)
             self._commit()
 
     async def _slow(self) -> None:
@@ -221,8 +221,7 @@ class Service:
         """Write the recent history to files."""
         part = self.core.history.part()
         if part is not None:
-            keys = [series.key for series in self.core.by_number]
-            await asyncio.to_thread(self.core.history.write, part, keys)
+            await asyncio.to_thread(self.core.history.write, part, self.core.keys(part.numbers))
             self.core.store.forget(part.last)
             self.core.history.written(part)
 

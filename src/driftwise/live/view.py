@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -34,30 +33,30 @@ class LiveBoard:
     # --- series --------------------------------------------------------------------------------------------
 
     def series(self) -> list[SeriesView]:
-        return [self._view(series) for series in self.core.by_number]
+        return [self._view(series) for series in self.core.series.values()]
 
     def view(self, key: str) -> SeriesView:
-        series = self.core.series[key]
+        series = self.core.find(key)
         return self._view(series, **self._learnt(series))
 
     def _view(self, series: Series, **more: Any) -> SeriesView:
         nis, config = self._nis(series), series.config
         return SeriesView(
             key=series.key, name=config.name or series.key, unit=config.unit, model=self._model(series),
-            status=self._status(series), nis=nis, sparkline=self.core.picture.line(series.number),
-            score=self.core.picture.score(series.number, nis), **self.core.picture.seen(series.number), **more,
+            status=self._status(series), nis=nis, sparkline=self.core.picture.line(series.slot),
+            score=self.core.picture.score(series.slot, nis), **self.core.picture.seen(series.slot), **more,
         )  # fmt: skip
 
     def _row(self, series: Series) -> int | None:
         """Return the row of a series in its fleet, None before its first sample went there."""
-        is_there = series.group is not None and series.code < len(self.core.groups[series.group].fleet)
+        is_there = series.group is not None and series.code < len(self.core.roster.groups[series.group].fleet)
         return series.code if is_there else None
 
     def _nis(self, series: Series) -> float | None:
         row = self._row(series)
         if row is None or series.group is None:
             return None
-        tally = self.core.groups[series.group].tally
+        tally = self.core.roster.groups[series.group].tally
         if row >= len(tally) or not tally["scored"][row]:
             return None
         return float(tally["z2"][row] / tally["scored"][row])
@@ -65,15 +64,16 @@ class LiveBoard:
     def _model(self, series: Series) -> str:
         if series.group is None:
             return f"identifying: {len(series.samples)} of {series.config.identify} samples"
-        return str(json.loads(self.core.group_words[series.group])[0])
+        again = f"; choosing again: {len(series.samples)} of {series.config.identify} samples"
+        return self.core.roster.model(series) + (again if series.number in self.core.choosing.series else "")
 
     def _status(self, series: Series) -> str:
         if series.group is None:
             return "identifying"
-        row, rows = self._row(series), self.core.groups[series.group]
+        row, rows = self._row(series), self.core.roster.groups[series.group]
         if row is None or rows.intake.columns["stage"][row] != SETTLED or not rows.tally["scored"][row]:
             return "warming up"
-        if self.core.picture.columns["is_lost"][series.number]:
+        if self.core.picture.columns["is_lost"][series.slot]:
             return "lost"
         watch = rows.watch
         if row < len(watch) and watch["is_stuck"][row]:
@@ -89,7 +89,7 @@ class LiveBoard:
         row = self._row(series)
         if row is None or series.group is None:
             return {}
-        rows = self.core.groups[series.group]
+        rows = self.core.roster.groups[series.group]
         if rows.intake.columns["stage"][row] != SETTLED:
             return {}
         est, state = rows.fleet.estimator_of(series.key), rows.fleet.state(series.key)
@@ -120,14 +120,15 @@ class LiveBoard:
 
     def acknowledge(self, number: int) -> EventView:
         event = self.core.store.acknowledge(number)
-        self.core.picture.happened(self.core.series[event.key].number, event)
+        if event.key in self.core.series:
+            self.core.picture.happened(self.core.series[event.key].slot, event)
         self.stir()
         return event
 
     def changes(self, after: int) -> tuple[int, list[str]]:
         picture = self.core.picture
         which = np.flatnonzero(picture.columns["revision"] > after)
-        return picture.revision, [self.core.by_number[number].key for number in which]
+        return picture.revision, [series.key for series in map(self.core.roster.by_slot.__getitem__, which) if series]
 
     async def changed(self, after: int) -> int:
         while self.core.picture.revision <= after:
@@ -153,8 +154,8 @@ class LiveBoard:
     def counters(self) -> dict[str, float]:
         found = {name: float(value) for name, value in self.core.counters.items()}
         for name in ("late", "duplicate", "timeless", "early", "jumped"):
-            found[name] = float(sum(rows.tally[name].sum() for rows in self.core.groups))
-        return found | {"commits": float(self.core.commits)}
+            found[name] = float(sum(rows.tally[name].sum() for rows in self.core.roster.groups))
+        return found | {"commits": float(self.core.commits), "resting": float(self.core.resting)}
 
     async def put(self, samples: Sequence[Sample]) -> Receipt:
         done, told = asyncio.get_running_loop().create_future(), list[str]()

@@ -20,16 +20,15 @@ class Group(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A series: numbers count them as they come; ``group`` is None until its model is chosen, ``code`` its row."""
+    """A series: numbers count them as they come; ``group`` is None until its model is chosen."""
 
     number: int
     key: str
     group: int | None
-    code: int
 
 
 class RowBytes(NamedTuple):
-    """A series as it is: its row of numbers, what is held back of it, and what waits to be joined (JSON)."""
+    """A series as it is: its row of numbers, and what is held back of it."""
 
     number: int
     row: bytes
@@ -49,11 +48,13 @@ class Change:
     events: list[EventView] = field(default_factory=list)
     history: bytes = b""
     places: dict[str, Any] = field(default_factory=dict)
+    resting: list[int] = field(default_factory=list)  # series that are on the disk alone from now on
+    woken: list[int] = field(default_factory=list)  # and those that are not any more
 
 
 @dataclass
 class Found:
-    """What was kept."""
+    """What was kept; of series at rest, how many there are."""
 
     groups: list[Group]
     members: list[Member]
@@ -63,6 +64,18 @@ class Found:
     places: dict[str, Any]
     last_event: int
     open_events: list[EventView]  # the last of each series, and those that nobody acknowledged
+    resting: int
+    last_series: int  # the highest number of a series, -1 for none
+
+
+class Asleep(NamedTuple):
+    """A series that is at rest."""
+
+    member: Member
+    row: RowBytes | None
+    waiting: str | None
+    samples: bytes
+    open_events: list[EventView]
 
 
 class Store(Protocol):
@@ -70,6 +83,12 @@ class Store(Protocol):
 
     def load(self) -> Found:
         """Return what was kept."""
+
+    def asleep(self, key: str) -> Asleep | None:
+        """Return a series that is not in memory, None where there is none; `StoreFull` where it cannot be known now."""
+
+    def keys(self, numbers: Sequence[int]) -> dict[int, str]:
+        """Return keys of series by number."""
 
     def commit(self, change: Change) -> int:
         """Write a change; return the number of its history, 0 for none. `StoreFull` where nothing could be written."""

@@ -6,6 +6,7 @@ export const STATES = {
   drift: { name: "Drifts", kind: "bad", help: "parameters move steadily" },
   noise: { name: "Noise", kind: "bad", help: "louder or quieter than before" },
   stuck: { name: "Stuck", kind: "warn", help: "the sensor gives one value" },
+  model: { name: "Model", kind: "warn", help: "the model is chosen again" },
   silent: { name: "Silent", kind: "warn", help: "no sample for too long" },
   outliers: { name: "Outliers", kind: "warn", help: "single samples far from what was predicted" },
   back: { name: "Back", kind: "warn", help: "samples come again" },
