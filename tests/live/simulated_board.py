@@ -9,7 +9,7 @@ import numpy as np
 import driftwise as dw
 from driftwise.engine.status import Status
 from driftwise.fleet.fleet_snapshot import census
-from driftwise.live.board import SPARKLINE, EventView, ParameterView, Receipt, Row, SeriesView
+from driftwise.live.board import SPARKLINE, EventView, ParameterRow, ParameterView, Receipt, Row, SeriesView
 
 A, B, NOISE = 0.8, 0.5, 0.05
 KEPT = 600  # samples of a history
@@ -26,6 +26,7 @@ class Simulated:
         n = len(self.keys)
         self.y, self.u = np.zeros(n), np.zeros(n)
         self.rows = {key: [] for key in self.keys}
+        self.past = {key: [] for key in self.keys}
         self.views = {key: SeriesView(key, key, "m3/h", model="arx:1,1") for key in self.keys}
         self.told, self.revision, self.revised = [], 0, {}
         self.posted, self.is_healthy = [], True
@@ -56,6 +57,7 @@ class Simulated:
         if found is not None:
             columns = zip(found.names, found.theta[at], found.std[at])
             parameters = tuple(ParameterView(n, float(v), float(s)) for n, v, s in columns)
+            self.past[key] += [ParameterRow(self.time, *one) for one in parameters]
         square = (y - prediction) ** 2 / variance if variance > 0 else 1.0
         ahead, level = [], y
         for h in range(5):
@@ -104,6 +106,10 @@ class Simulated:
 
     def history(self, key, start=None, end=None):
         rows = self.rows[key]
+        return [row for row in rows if (start is None or row.time >= start) and (end is None or row.time <= end)]
+
+    def parameters(self, key, start=None, end=None):
+        rows = self.past[key]
         return [row for row in rows if (start is None or row.time >= start) and (end is None or row.time <= end)]
 
     def events(self, since=0, key=None, most=None, latest=False):

@@ -81,6 +81,15 @@ class Row(NamedTuple):
     status: int
 
 
+class ParameterRow(NamedTuple):
+    """A parameter of a series as it was; ``std`` is its standard deviation."""
+
+    time: float
+    name: str
+    value: float
+    std: float
+
+
 class Sample(NamedTuple):
     """One message about a series: ``values`` by field; a plain number is the field "value".
 
@@ -114,6 +123,9 @@ class Board(Protocol):
 
     def history(self, key: str, start: float | None = None, end: float | None = None) -> list[Row]:
         """Return what is kept of a series between two instants, oldest first; it reads files: call it in a thread."""
+
+    def parameters(self, key: str, start: float | None = None, end: float | None = None) -> list[ParameterRow]:
+        """Return the same of its parameters: every 100 samples, after jumps, and once a minute."""
 
     def events(
         self, since: int = 0, key: str | None = None, most: int | None = None, latest: bool = False

@@ -17,7 +17,7 @@ from .choosing import Choice, Choosing
 from .config import Config
 from .decode import Chunk
 from .fit import ASKED
-from .history import WIDTH, History
+from .history import PARAMETERS, WIDTH, History
 from .models import Models
 from .picture import Picture
 from .roster import Roster
@@ -56,6 +56,7 @@ class Core:
         self.choosing = Choosing(self.roster, self.models)
         self.series = self.roster.by_key
         self.picture, self.history = Picture(), History(config.store.path, config.store.days)
+        self.past = History(config.store.path, config.store.days, PARAMETERS)
         self.counters: Counter[str] = Counter()
         self.reasons: dict[str, int] = {}
         self.places: dict[str, Any] = {}
@@ -64,6 +65,7 @@ class Core:
         self.commits = 0
         self._change, self._dirty, self._waited = Change(), dict[int, Series](), dict[int, Series]()  # by number
         self._history: list[np.ndarray] = []
+        self._past: list[np.ndarray] = []
         self._buffers: dict[int, tuple[list, list, list, list]] = {}
         self._later: list[Chunk] = []  # of keys about which the store could not be asked
         self._told: list[str] | None = None
@@ -211,7 +213,7 @@ class Core:
         events: list[EventView] = []
         buffers, self._buffers = self._buffers, {}
         for group, buffer in buffers.items():
-            for shown in self.roster.groups[group].take(*buffer):
+            for shown in self.roster.groups[group].take(*buffer, self._now):
                 events += self._shown(group, shown)
         self.counters["events"] += len(events)
         return events
@@ -232,6 +234,9 @@ class Core:
         found[:, 3], found[:, 4], found[:, 5] = outs[:, 0] + level, np.sqrt(outs[:, 2]), outs[:, 3]
         self._history.append(found)
         self.picture.take(slots, found, shown.starts)
+        for i, theta, std in shown.points:
+            one = [np.full(len(theta), value) for value in (found[i, 0], found[i, 1], group)]
+            self._past.append(np.column_stack([*one, np.arange(len(theta)), theta, std]))
         seen = shown.events
         for i, at in enumerate(shown.events_at):
             odds, text, name = float(seen.statistic[i]), seen.text[i], seen.parameter[i]
@@ -333,8 +338,9 @@ class Core:
         kept = [(series, series.kept) for series in dirty]
         change.samples = [(series.number, series.more()) for series in dirty if len(series.samples) > series.kept]
         change.history = np.concatenate(self._history).tobytes() if self._history else b""
+        change.past = np.concatenate(self._past).tobytes() if self._past else b""
         try:
-            number = self.store.commit(change)
+            numbers = self.store.commit(change)
         except BaseException:
             for series, before in kept:
                 series.kept = before
@@ -342,10 +348,11 @@ class Core:
                 rows._described = 0
             raise
         self.commits += 1
-        if change.history:
-            self.history.add(number, change.history)
+        for past, number, blob in zip((self.history, self.past), numbers, (change.history, change.past)):
+            if blob:
+                past.add(number, blob)
         self._committed = self._history
-        self._change, self._dirty, self._waited, self._history = Change(), {}, {}, []
+        self._change, self._dirty, self._waited, self._history, self._past = Change(), {}, {}, [], []
         self._rest()
 
     def _rest(self) -> None:
@@ -401,8 +408,9 @@ class Core:
         for series in self.series.values():
             series.restore(found.samples.get(series.number, b""), found.waiting.get(series.number))
             self._seen(series, opened.get(series.key, []))
-        for number, blob in self.store.recent():
-            self.history.add(number, blob)
+        for past, table in ((self.history, "recent"), (self.past, "past")):
+            for number, blob in self.store.recent(table):
+                past.add(number, blob)
         known = self.roster.by_number
         parts = [rows[np.array([one in known for one in rows[:, 0].tolist()], bool)] for _, rows in self.history.recent]
         slots = [np.array([known[one].slot for one in rows[:, 0].tolist()], np.int64) for rows in parts]

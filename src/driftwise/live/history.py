@@ -1,26 +1,28 @@
-"""What was measured and expected, sample by sample: the latest in the store, all else in Parquet, a folder a day."""
+"""The past: samples and parameters, the latest in the store, all else in Parquet, a folder a day."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..engine.atomic import replaced
-from .board import Row
 
-WIDTH = 6  # numbers of a sample: series, time, output, prediction, std, status
+WIDTH = 6  # numbers of a row: series, time, and four more
+SAMPLES = "output", "prediction", "std", "status"
+PARAMETERS = "group", "index", "value", "std"  # whose model, which of its parameters
+WHOLE = "status", "group", "index"  # numbers that are whole
 UNDATED = "undated"  # the folder of instants that are no dates
 FIRST_DATE, LAST_DATE = 1e8, 4e9  # s since 1970 that are taken for dates
 LARGE = 500_000  # samples that are enough for a part
 
 
 class Part(NamedTuple):
-    """Samples that are to become Parquet: numbers of commits, first and last, and rows (n, 6)."""
+    """Rows (n, 6) that are to become Parquet, with the numbers of their commits, first and last."""
 
     first: int
     last: int
@@ -33,19 +35,21 @@ class Part(NamedTuple):
 
 
 class History:
-    """The history of all series; ``add`` what was committed, and ``write`` it when it is worth a file.
+    """The past of all series; ``add`` what was committed, and ``write`` it when it is worth a file.
 
-    A part is named after the first commit in it: one that was written and not yet forgotten by the store when the
-    process was killed is written again under its name, so that no sample is there twice.
+    Rows are a series, an instant, and four ``columns``: `SAMPLES`, or `PARAMETERS`. A part is named after the first
+    commit in it: one that was written and not yet forgotten by the store when the process was killed is written again
+    under its name, so that nothing is there twice.
     """
 
-    def __init__(self, folder: str | Path, days: int = 0):
-        self.folder, self.days = Path(folder) / "history", days
+    def __init__(self, folder: str | Path, days: int = 0, columns: tuple[str, ...] = SAMPLES):
+        self.folder, self.days = Path(folder) / ("history" if columns == SAMPLES else "parameters"), days
+        self.columns = columns
         self.recent: list[tuple[int, np.ndarray]] = []
         self.samples = 0
 
     def add(self, number: int, blob: bytes) -> None:
-        """Take samples of a commit."""
+        """Take rows of a commit."""
         rows = np.frombuffer(blob).reshape(-1, WIDTH)
         self.recent.append((number, rows))
         self.samples += len(rows)
@@ -57,8 +61,11 @@ class History:
         some = list(self.recent)
         return Part(some[0][0], some[-1][0], np.concatenate([rows for _, rows in some]))
 
-    def write(self, part: Part, keys: Mapping[int, str]) -> None:
-        """Write a part, a file for each day in it, with keys by number; it may be called in a thread."""
+    def write(self, part: Part, keys: Mapping[int, str], names: Sequence[Sequence[str]] = ()) -> None:
+        """Write a part, a file for each day in it, with keys by number; it may be called in a thread.
+
+        ``names`` are those of the parameters of each group.
+        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -70,10 +77,14 @@ class History:
             name = UNDATED if day < 0 else (date(1970, 1, 1) + timedelta(int(day))).isoformat()
             folder = self.folder / name
             folder.mkdir(parents=True, exist_ok=True)
-            columns = dict(zip(("output", "prediction", "std"), part.rows[at, 2:5].T))
+            columns: dict[str, Any] = dict(zip(self.columns, part.rows[at, 2:].T))
+            columns |= {name: columns[name].astype(np.int32) for name in WHOLE if name in columns}
+            if names:
+                columns["name"] = pa.array([names[i][j] for i, j in zip(columns["group"], columns["index"])])
+                columns["name"] = columns["name"].dictionary_encode()
             used, codes = np.unique(numbers[at], return_inverse=True)
             key = pa.DictionaryArray.from_arrays(codes.astype(np.int32), pa.array([keys[i] for i in used]))
-            table = pa.table({"key": key, "time": time[at], **columns, "status": part.rows[at, 5].astype(np.int32)})
+            table = pa.table({"key": key, "time": time[at], **columns})
             with replaced(folder / f"part-{part.first:012d}.parquet") as beside:
                 pq.write_table(table, beside, row_group_size=1 << 16)
 
@@ -93,15 +104,15 @@ class History:
             shutil.rmtree(path, ignore_errors=True)
         return [path.name for path in old]
 
-    def read(self, number: int, key: str, start: float | None, end: float | None) -> list[Row]:
-        """Return the samples of a series between two instants, oldest first."""
+    def read(self, number: int, key: str, start: float | None, end: float | None) -> np.ndarray:
+        """Return the rows (n, 5) of a series between two instants, without its number, oldest first."""
         recent, low, high = list(self.recent), -np.inf if start is None else start, np.inf if end is None else end
         found = [rows[rows[:, 0] == number, 1:] for _, rows in recent]
         found += [self._parquet(key, low, high)]
         rows = np.concatenate(found)
         rows = rows[(rows[:, 0] >= low) & (rows[:, 0] <= high)]
-        _, first = np.unique(rows[:, 0], return_index=True)  # a part that was just written is there twice
-        return [Row(t, y, ahead, std, int(status)) for t, y, ahead, std, status in rows[first].tolist()]
+        identity = rows[:, : 1 if self.columns == SAMPLES else 3]
+        return rows[np.unique(identity, axis=0, return_index=True)[1]]  # a part that was just written is there twice
 
     def _parquet(self, key: str, low: float, high: float) -> np.ndarray:
         import pyarrow.dataset as ds
@@ -110,7 +121,7 @@ class History:
         files = [str(path) for day in days for path in sorted(day.glob("part-*.parquet"))]
         if not files:
             return np.zeros((0, WIDTH - 1))
-        names = ["time", "output", "prediction", "std", "status"]
+        names = ["time", *self.columns]
         table = ds.dataset(files).to_table(names, filter=ds.field("key") == key)
         return np.column_stack([np.asarray(table[name], float) for name in names])
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..fleet.columns import Columns
+from ..fleet.counters import JUMP
 from ..fleet.events import FleetEvents, Seen
 from ..fleet.fleet import Fleet
 from ..fleet.intake import Intake, Taken
@@ -19,6 +20,8 @@ from ..results.snapshot import rebuild
 from .drift import LOOK, Drift, Drifting
 from .fit import Fit
 from .watch import Watch
+
+MINUTE = 60.0  # s after which the parameters of a series are noted again
 
 
 class Batch(NamedTuple):
@@ -45,6 +48,7 @@ class Shown(NamedTuple):
     signs: np.ndarray  # of each sample, what `Watch` tells
     fits: np.ndarray  # of each sample, what `Fit` tells
     drifts: list[tuple[int, Drifting]]  # and at which of them a parameter was told to drift
+    points: list[tuple[int, np.ndarray, np.ndarray]]  # parameters and their deviations after some of them
 
 
 class Rows:
@@ -59,6 +63,7 @@ class Rows:
         self.tally, self.events = self.intake.tally, FleetEvents(self.fleet, most=None)
         self.watch, self.drift = Watch(stuck), Drift(list(self.fleet.estimators[0].names))
         self.fit = Fit(window)
+        self.noted = Columns(dict(time=-np.inf))  # when parameters were noted last, by the clock here
         self.names: list[str] = []
         self.taken = 0
         self._described = 0
@@ -68,7 +73,7 @@ class Rows:
         self.names.append(key)
         return len(self.names) - 1
 
-    def take(self, codes: Sequence[int], time: Any, y: Any, u: Any) -> Iterator[Shown]:
+    def take(self, codes: Sequence[int], time: Any, y: Any, u: Any, now: float = 0.0) -> Iterator[Shown]:
         """Take rows (n,), (n,), (n, k) in the order they stand in; yield what the samples among them showed."""
         k = self.fleet.crew.inputs
         at, ys = np.array(codes, np.int64), np.array(y, float).reshape(-1, 1)
@@ -83,9 +88,9 @@ class Rows:
             sample = rank_of(starts) + np.repeat(before + 1, np.diff(starts))
             part = (sample - 1) // LOOK - np.repeat(before // LOOK, np.diff(starts))
             for number in range(int(part.max(initial=0)) + 1):  # a look is between samples, however they come
-                yield self._shown(Taken(*(column[part == number] for column in taken)), sample[part == number])
+                yield self._shown(Taken(*(column[part == number] for column in taken)), sample[part == number], now)
 
-    def _shown(self, taken: Taken, sample: np.ndarray) -> Shown:
+    def _shown(self, taken: Taken, sample: np.ndarray, now: float) -> Shown:
         """Advance the fleet by a stretch; return what it showed."""
         starts = starts_of(taken.at)
         outs = self.fleet.advance(taken.at, taken.ys, taken.us, self.fleet.estimators[0].n_columns)
@@ -93,18 +98,28 @@ class Rows:
         self.tally.add(taken, outs)
         signs = self.watch.take(taken.at, taken.ys[:, 0])
         fits = self.fit.take(taken.at, outs)
-        return Shown(taken, outs, sample, starts, *found, signs, fits, self._drifts(taken, sample, starts[1:] - 1))
+        return Shown(taken, outs, sample, starts, *found, signs, fits, *self._looks(taken, outs, sample, starts, now))
 
-    def _drifts(self, taken: Taken, sample: np.ndarray, ends: np.ndarray) -> list[tuple[int, Drifting]]:
-        """Look at the estimates of series that have come to a look with one of the samples ``ends``."""
-        found = []
-        for i in ends[sample[ends] % LOOK == 0].tolist():
+    def _looks(self, taken: Taken, outs: np.ndarray, sample: np.ndarray, starts: np.ndarray, now: float):
+        """Return drifts and points: parameters every 100 samples of a series, after a jump, and once a minute."""
+        drifts: list[tuple[int, Drifting]] = []
+        points: list[tuple[int, np.ndarray, np.ndarray]] = []
+        self.noted.grow(len(self.fleet))
+        ends, noted = starts[1:] - 1, self.noted["time"]
+        has_jumped = np.maximum.reduceat(outs[:, 3].astype(np.int64) & JUMP, starts[:-1]) > 0
+        is_look = sample[ends] % LOOK == 0
+        for k in np.flatnonzero(is_look | has_jumped | (now - noted[taken.at[ends]] >= MINUTE)).tolist():
+            i = int(ends[k])
             row = int(taken.at[i])
             key = self.names[row]
             theta, P = self.fleet.estimator_of(key).parameters_of(self.fleet.state(key))
             std = np.sqrt(np.diag(np.atleast_2d(P)).clip(0))
-            found += [(i, one) for one in self.drift.look(row, int(sample[i]), float(taken.time[i]), theta, std)]
-        return found
+            points.append((i, theta, std))
+            noted[row] = now
+            if is_look[k]:
+                looked = self.drift.look(row, int(sample[i]), float(taken.time[i]), theta, std)
+                drifts += [(i, one) for one in looked]
+        return drifts, points
 
     # --- keeping -------------------------------------------------------------------------------------------
 
@@ -139,7 +154,7 @@ class Rows:
     def _grow(self) -> None:
         """Make room for the series that the fleet has now."""
         self.events.grow()
-        for table in self._tables:
+        for table in (*self._tables, self.noted):
             table.grow(len(self.fleet))
 
     def put(self, keys: list[str], numbers: np.ndarray, held: dict[int, np.ndarray]) -> None:
@@ -174,7 +189,7 @@ class Rows:
         self.fleet.drop(name for name, is_left in zip(self.names, is_kept) if not is_left)
         self.events.table = self.events.table[is_kept]
         self.intake.keep(is_kept)
-        for table in (self.tally, self.watch, self.drift, self.fit):
+        for table in (self.tally, self.watch, self.drift, self.fit, self.noted):
             table.keep(is_kept)
         self.names = [name for name, is_left in zip(self.names, is_kept) if is_left]
         return is_kept

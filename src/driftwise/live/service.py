@@ -214,16 +214,19 @@ class Service:
             try:
                 await self._roll()
                 self.core.history.sweep(day)
+                self.core.past.sweep(day)
             except (OSError, StoreFull) as error:
                 self.board.store_trouble = f"history cannot be written: {error}"
 
     async def _roll(self) -> None:
         """Write the recent history to files."""
-        part = self.core.history.part()
-        if part is not None:
-            await asyncio.to_thread(self.core.history.write, part, self.core.keys(part.numbers))
-            self.core.store.forget(part.last)
-            self.core.history.written(part)
+        names = [rows.drift.parameters for rows in self.core.roster.groups]
+        for past, table, more in ((self.core.history, "recent", []), (self.core.past, "past", names)):
+            part = past.part()
+            if part is not None:
+                await asyncio.to_thread(past.write, part, self.core.keys(part.numbers), more)
+                self.core.store.forget(part.last, table)
+                past.written(part)
 
     async def _sync(self) -> None:
         """Bring commits to the disk at the declared interval."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..fleet.intake import SETTLED
-from .board import EventView, ParameterView, Receipt, Row, Sample, SeriesView
+from .board import EventView, ParameterRow, ParameterView, Receipt, Row, Sample, SeriesView
 from .core import Core
 from .decode import Chunk
 from .inbox import ServiceInbox
@@ -109,7 +109,13 @@ class LiveBoard:
         return found
 
     def history(self, key: str, start: float | None = None, end: float | None = None) -> list[Row]:
-        return self.core.history.read(self.core.series[key].number, key, start, end)
+        rows = self.core.history.read(self.core.series[key].number, key, start, end).tolist()
+        return [Row(t, y, ahead, std, int(status)) for t, y, ahead, std, status in rows]
+
+    def parameters(self, key: str, start: float | None = None, end: float | None = None) -> list[ParameterRow]:
+        groups = [rows.drift.parameters for rows in self.core.roster.groups]
+        rows = self.core.past.read(self.core.series[key].number, key, start, end).tolist()
+        return [ParameterRow(t, groups[int(group)][int(i)], value, std) for t, group, i, value, std in rows]
 
     # --- events --------------------------------------------------------------------------------------------
 

@@ -12,10 +12,10 @@ pytest.importorskip("httpx")
 from live.simulated_board import Simulated
 from starlette.testclient import TestClient
 
-from driftwise.live.board import Row, Sample
+from driftwise.live.board import ParameterRow, Row, Sample
 from driftwise.live.web.access import Access, hashed
 from driftwise.live.web.app import application
-from driftwise.live.web.encode import history
+from driftwise.live.web.encode import history, past
 from driftwise.live.web.limits import Limits
 
 KEYS = ["pump 1", "hall/a", "x/history", "<b>&\"'", "größe\u2028"]
@@ -50,8 +50,12 @@ def test_one_series_whatever_its_name(board, ask, key):
     assert [(p["name"], p["value"], p["std"]) for p in told["parameters"]] == list(map(tuple, view.parameters))
     assert told["model"] == view.model and told["ahead"] == [list(step) for step in view.ahead]
     assert told["sparkline"] == list(view.sparkline)
-    past = ask.get(f"/api/series/{quote(key, safe='')}/history?start={board.time - 9.5}").json()
-    assert past["output"] == [row.output for row in board.rows[key][-10:]] and len(past["time"]) == 10
+    found = ask.get(f"/api/series/{quote(key, safe='')}/history?start={board.time - 9.5}").json()
+    assert found["output"] == [row.output for row in board.rows[key][-10:]] and len(found["time"]) == 10
+    rows = [row for row in board.past[key] if row.time >= board.time - 9.5]
+    assert found["past"]["time"] == sorted({row.time for row in rows}) and rows
+    for one in found["past"]["parameters"]:
+        assert list(zip(one["value"], one["std"])) == [row[2:] for row in rows if row.name == one["name"]]
 
 
 def test_paths_that_lead_nowhere(ask):
@@ -69,6 +73,18 @@ def test_a_long_history_keeps_its_extremes():
     told = history(rows, 100)
     assert len(told["time"]) <= 100 and told["time"] == sorted(told["time"]) and max(told["output"]) == 50.0
     assert history(rows[7000:7006], 100)["output"][3] is None
+
+
+def test_a_long_past_of_parameters_is_thinned_and_a_model_may_change():
+    rows = [
+        ParameterRow(float(t), name, float(t), 1.0) for t in range(1000) for name in ("a1", "b1" if t < 500 else "c1")
+    ]
+    told = past(rows, 100)
+    assert len(told["time"]) == 100 and told["time"][0] == 0.0 and told["time"][-1] == 999.0
+    a1, b1, c1 = told["parameters"]
+    assert [one["name"] for one in (a1, b1, c1)] == ["a1", "b1", "c1"] and a1["value"] == told["time"]
+    assert b1["value"][:50] == told["time"][:50] and set(b1["value"][50:]) == {None} == set(c1["std"][:50])
+    assert past(rows[:10], 100)["time"] == [0.0, 1.0, 2.0, 3.0, 4.0] and past([], 9) == {"time": [], "parameters": []}
 
 
 def test_events_are_told_in_order_and_acknowledged(board, ask):

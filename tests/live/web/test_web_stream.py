@@ -10,7 +10,6 @@ from live.simulated_board import Simulated
 
 from driftwise.live.web import stream
 from driftwise.live.web.encode import LAST
-from driftwise.live.web.paths import Paths
 from driftwise.live.web.stream import Hub
 
 
@@ -64,26 +63,3 @@ def test_a_page_too_far_behind_begins_anew(monkeypatch):
 
     found = follow(board, hurry, wanted=2)
     assert [name for name, _ in found] == ["all", "all"] and found[1][1]["rows"][0][3] == 8
-
-
-def test_paths_are_bounded_and_cover_the_whole_time():
-    board, paths = Simulated(["a", "b", "c"], at=1.7e9), Paths(points=20, series=2)
-    for _ in range(200):
-        board.tick()
-        for key in board.keys:
-            paths.take(board.view(key))
-    told = paths.told("b")
-    assert paths.told("c") == {"time": [], "parameters": []}, "only the first that came have one"
-    assert 8 <= len(told["time"]) <= 20 and told["time"][0] == 1.7e9 + 1.0
-    assert told["time"] == sorted(told["time"]) and told["time"][-1] > board.time - 30
-    assert [len(p["value"]) for p in told["parameters"]] == 2 * [len(told["time"])]
-
-
-def test_parameters_of_many_series_are_noted_in_turn():
-    board = Simulated([str(k) for k in range(50)], at=1.7e9)
-    hub, noted = Hub(board, 4), []
-    view, board.view = board.view, lambda key: noted.append(key) or view(key)
-    for _ in range(5):
-        board.tick()
-        hub.look()
-    assert sorted(noted) == sorted(board.keys), "ten at a look, nobody twice before all were"

@@ -46,7 +46,8 @@ class Change:
     samples: list[tuple[int, bytes]] = field(default_factory=list)  # more, of series whose model is not chosen
     chosen: list[int] = field(default_factory=list)  # series whose samples are not needed any more
     events: list[EventView] = field(default_factory=list)
-    history: bytes = b""
+    history: bytes = b""  # samples
+    past: bytes = b""  # parameters
     places: dict[str, Any] = field(default_factory=dict)
     resting: list[int] = field(default_factory=list)  # series that are on the disk alone from now on
     woken: list[int] = field(default_factory=list)  # and those that are not any more
@@ -90,8 +91,11 @@ class Store(Protocol):
     def keys(self, numbers: Sequence[int]) -> dict[int, str]:
         """Return keys of series by number."""
 
-    def commit(self, change: Change) -> int:
-        """Write a change; return the number of its history, 0 for none. `StoreFull` where nothing could be written."""
+    def commit(self, change: Change) -> tuple[int, int]:
+        """Write a change; return the numbers of its history and of its past, 0 for none.
+
+        `StoreFull` where nothing could be written.
+        """
 
     def sync(self) -> None:
         """Return when all commits are on the disk."""
@@ -102,11 +106,11 @@ class Store(Protocol):
     def acknowledge(self, number: int) -> EventView:
         """Note that an event was seen; `KeyError` where there is none."""
 
-    def recent(self) -> list[tuple[int, bytes]]:
-        """Return history that is not in Parquet yet, with numbers that count up."""
+    def recent(self, table: str = "recent") -> list[tuple[int, bytes]]:
+        """Return history ("past": parameters) that is not in Parquet yet, with numbers that count up."""
 
-    def forget(self, upto: int) -> None:
-        """Forget history up to a number: it is in Parquet."""
+    def forget(self, upto: int, table: str = "recent") -> None:
+        """Forget what is so up to a number: it is in Parquet."""
 
     def close(self) -> None:
         """End."""

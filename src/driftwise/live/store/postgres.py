@@ -13,6 +13,7 @@ from .base import Change, StoreFull
 from .sql import TABLES, VERSION, SqlStore, facts
 
 LOCK = 0x647266  # of the database, while a service runs on it
+ADDED = "recent", "past", "samples"  # tables whose rows are numbered as they come
 PATIENCE = 10.0  # s that a server may take to start, or to notice that a service was killed
 CONNECT = {"connect_timeout": 5, "tcp_user_timeout": 10_000, "keepalives_idle": 10}
 
@@ -30,7 +31,7 @@ class PostgresStore(SqlStore):
     def __init__(self, url: str, is_safe: bool = False):
         self.psycopg, self.url, self.is_safe = needed(), url, is_safe
         self.holder = str(uuid.uuid4())
-        self._known = 0, 0  # highest numbers of history and of first samples that are certain
+        self._known: tuple[int, ...] = (0,) * len(ADDED)  # their highest numbers that are certain
         try:
             self.base = self._awaited()
             with self.base.transaction():
@@ -93,19 +94,19 @@ class PostgresStore(SqlStore):
             self.base.close()
             raise StoreFull("another service has written to it meanwhile; this one must be started again")
         with self.base.transaction():
-            for table, number in zip(("recent", "samples"), self._known):
+            for table, number in zip(ADDED, self._known):
                 self.base.execute(f"DELETE FROM {table} WHERE id > %s", (number,))
 
-    def commit(self, change: Change) -> int:
-        number = super().commit(change)
-        if change.history or change.samples:
+    def commit(self, change: Change) -> tuple[int, int]:
+        numbers = super().commit(change)
+        if change.history or change.past or change.samples:
             self._known = self._numbers()
-        return number
+        return numbers
 
-    def _numbers(self) -> tuple[int, int]:
-        """Return the highest numbers of history and of first samples."""
-        return self.execute("SELECT COALESCE((SELECT MAX(id) FROM recent), 0), "
-                            "COALESCE((SELECT MAX(id) FROM samples), 0)").fetchone()  # fmt: skip
+    def _numbers(self) -> tuple[int, ...]:
+        """Return the highest numbers in the tables that are added to."""
+        asked = ", ".join(f"COALESCE((SELECT MAX(id) FROM {table}), 0)" for table in ADDED)
+        return tuple(self.execute(f"SELECT {asked}").fetchone())
 
     def _fact(self, name: str) -> str | None:
         """Return a fact."""

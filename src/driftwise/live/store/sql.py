@@ -28,6 +28,7 @@ CREATE TABLE IF NOT EXISTS events (
     sentence TEXT NOT NULL, odds DOUBLE PRECISION, acknowledged INTEGER NOT NULL);
 CREATE INDEX IF NOT EXISTS events_of ON events (key, number);
 CREATE TABLE IF NOT EXISTS recent (id {serial}, numbers {blob} NOT NULL);
+CREATE TABLE IF NOT EXISTS past (id {serial}, numbers {blob} NOT NULL);
 CREATE TABLE IF NOT EXISTS places (name TEXT PRIMARY KEY, json TEXT NOT NULL)
 """
 PUT = {
@@ -79,8 +80,7 @@ class SqlStore:
         if numbers:
             self.execute_many(f"DELETE FROM {table} WHERE number = {self.mark}", [(number,) for number in numbers])
 
-    def commit(self, change: Change) -> int:
-        number = 0
+    def commit(self, change: Change) -> tuple[int, int]:
         with self.transaction():
             self._put("groups", [(g.number, g.words, g.fields, json.dumps(g.options)) for g in change.groups])
             self._put("settings", [(g.number, number, text) for g in change.groups for number, text in g.settings])
@@ -95,13 +95,16 @@ class SqlStore:
             self._put("resting", [(number,) for number in change.resting])
             self._drop("resting", change.woken)
             self._put("events", [_row(event) for event in change.events])
-            if change.history:
-                told = self.execute(
-                    f"INSERT INTO recent (numbers) VALUES ({self.mark}) RETURNING id", (change.history,)
-                )
-                number = told.fetchone()[0]
+            numbers = self._added("recent", change.history), self._added("past", change.past)
             self._put("places", [(name, json.dumps(place)) for name, place in change.places.items()])
-        return number
+        return numbers
+
+    def _added(self, table: str, numbers: bytes) -> int:
+        """Add rows of the past; return the number they have, 0 where there are none."""
+        if not numbers:
+            return 0
+        told = self.execute(f"INSERT INTO {table} (numbers) VALUES ({self.mark}) RETURNING id", (numbers,))
+        return int(told.fetchone()[0])
 
     def load(self) -> Found:
         settings: dict[int, list[str]] = {}
@@ -190,13 +193,13 @@ class SqlStore:
             raise KeyError(number)
         return event_of(row)
 
-    def recent(self) -> list[tuple[int, bytes]]:
-        found = self.execute("SELECT id, numbers FROM recent ORDER BY id").fetchall()
+    def recent(self, table: str = "recent") -> list[tuple[int, bytes]]:
+        found = self.execute(f"SELECT id, numbers FROM {table} ORDER BY id").fetchall()
         return [(number, bytes(numbers)) for number, numbers in found]
 
-    def forget(self, upto: int) -> None:
+    def forget(self, upto: int, table: str = "recent") -> None:
         with self.transaction():
-            self.execute(f"DELETE FROM recent WHERE id <= {self.mark}", (upto,))
+            self.execute(f"DELETE FROM {table} WHERE id <= {self.mark}", (upto,))
 
 
 def facts(execute: Callable[[str], Any]) -> list[str]:

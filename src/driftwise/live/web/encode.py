@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from math import isfinite
 from typing import Any
 
-from driftwise.live.board import EventView, Row, SeriesView
+from driftwise.live.board import EventView, ParameterRow, Row, SeriesView
 
 COLUMNS = ("key", "name", "unit", "count", "time", "output", "prediction", "low", "high", "nis", "status", "score")
 LAST = (*COLUMNS, "acknowledged", "event")  # of a row of the stream
@@ -58,6 +58,19 @@ def full(view: SeriesView, events: Iterable[EventView] = ()) -> dict[str, Any]:
         "sparkline": [finite(value) for value in view.sparkline],
         "events": [event(seen) for seen in events],
     }
+
+
+def past(rows: list[ParameterRow], points: int) -> dict[str, Any]:
+    """Return instants, at most ``points`` and evenly many, and of each parameter values and deviations there."""
+    times = sorted({r.time for r in rows})
+    times = [times[i * len(times) // points] for i in range(points - 1)] + times[-1:] if len(times) > points else times
+    at = {time: i for i, time in enumerate(times)}
+    told: dict[str, dict[str, Any]] = {}
+    for r in rows:
+        one = told.setdefault(r.name, {"name": r.name, "value": [None] * len(times), "std": [None] * len(times)})
+        if r.time in at:
+            one["value"][at[r.time]], one["std"][at[r.time]] = finite(r.value), finite(r.std)
+    return {"time": times, "parameters": list(told.values())}
 
 
 def history(rows: list[Row], points: int) -> dict[str, list[Any]]:

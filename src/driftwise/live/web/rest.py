@@ -59,7 +59,7 @@ class Api:
             if segments[1:]:
                 return await self._history(request, key)
             events = self.board.events(0, key, FULL_PAST, latest=True)
-            return _json(encode.full(self.board.view(key), events) | {"paths": self.hub.paths.told(key)})
+            return _json(encode.full(self.board.view(key), events))
         except KeyError:
             raise HTTPException(404, "no such series") from None
 
@@ -67,8 +67,10 @@ class Api:
         start, end = _number(request, "start"), _number(request, "end")
         points = int(_number(request, "points") or self.limits.points)
         self.board.view(key)
+        points = min(max(points, 2), self.limits.points)
         rows = await asyncio.to_thread(self.board.history, key, start, end)
-        return _json(encode.history(rows, min(max(points, 2), self.limits.points)))
+        parameters = await asyncio.to_thread(self.board.parameters, key, start, end)
+        return _json(encode.history(rows, points) | {"past": encode.past(parameters, points)})
 
     async def recent(self, request: Request) -> Response:
         """The last outputs of some series, for sparklines."""

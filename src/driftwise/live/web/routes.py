@@ -73,7 +73,7 @@ TABLE = [
         "GET",
         "/api/series/{key}/history",
         "one",
-        "Columns of the past of a series; of many rows the extremes of each stretch",
+        "Columns of the past of a series, and of its parameters; of many rows the extremes of each stretch",
         {"start": "seconds since 1970", "end": "seconds since 1970", "points": "rows at most"},
     ),
     Asked("GET", "/api/recent", "recent", "The last outputs of some series", {"key": "of a series; may come often"}),

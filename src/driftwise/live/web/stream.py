@@ -13,7 +13,6 @@ from sse_starlette import ServerSentEvent
 from driftwise.live.board import Board, SeriesView
 
 from .encode import LAST, dumps, full, row
-from .paths import Paths
 
 PACE = 0.25  # s between two messages
 BEAT = 10.0  # s after which silence is broken
@@ -26,7 +25,6 @@ class Hub:
 
     def __init__(self, board: Board, limit: int):
         self.board, self.limit = board, limit
-        self.paths = Paths()
         self._queues: set[asyncio.Queue[tuple[str, set[str]]]] = set()
         self._revision = 0
         self._woken = asyncio.Event()
@@ -80,9 +78,6 @@ class Hub:
 
     def _tell(self, keys: list[str]) -> None:
         rows = [row(view) for view in self._views(keys)]
-        for key in self.paths.due(keys, WHOLE):
-            with contextlib.suppress(KeyError):  # gone to disk meanwhile
-                self.paths.take(self.board.view(key))
         text = dumps({"now": time.time(), "rows": rows}).decode()
         for queue in self._queues:
             self._put(queue, text, set(keys))

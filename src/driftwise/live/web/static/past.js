@@ -5,13 +5,13 @@ const MOST = 3000; // rows
 
 export class Past {
   constructor() {
-    this.begin({ time: [], output: [], prediction: [], std: [] }, { time: [], parameters: [] });
+    this.begin({ time: [], output: [], prediction: [], std: [], past: { time: [], parameters: [] } });
   }
 
-  begin({ time, output, prediction, std }, paths) {
+  begin({ time, output, prediction, std, past }) {
     Object.assign(this, { time, output, prediction, std });
-    this.pathTime = paths.time;
-    this.parameters = paths.parameters;
+    this.pathTime = past.time;
+    this.parameters = past.parameters;
   }
 
   // Take a series as it is now.
@@ -25,16 +25,21 @@ export class Past {
       if (this.time.length > MOST) for (const name of ["time", "output", "prediction", "std"]) this[name].splice(0, MOST / 3);
     }
     if (view.time <= this.pathTime.at(-1)) return;
-    const names = view.parameters.map(({ name }) => name);
-    if (names.join() !== this.parameters.map(({ name }) => name).join()) {
-      this.pathTime = [];
-      this.parameters = names.map((name) => ({ name, value: [], std: [] }));
+    const known = this.parameters.map(({ name }) => name);
+    for (const { name } of view.parameters) {
+      if (known.includes(name)) continue; // another model
+      this.parameters.push({ name, value: this.pathTime.map(() => null), std: this.pathTime.map(() => null) });
     }
     this.pathTime.push(view.time);
-    view.parameters.forEach(({ value, std }, k) => {
-      this.parameters[k].value.push(value);
-      this.parameters[k].std.push(std);
-    });
+    const tooMany = this.pathTime.length > MOST ? MOST / 3 : 0;
+    this.pathTime.splice(0, tooMany);
+    for (const one of this.parameters) {
+      const now = view.parameters.find(({ name }) => name === one.name);
+      one.value.push(now?.value ?? null);
+      one.std.push(now?.std ?? null);
+      one.value.splice(0, tooMany);
+      one.std.splice(0, tooMany);
+    }
   }
 
   get begins() {

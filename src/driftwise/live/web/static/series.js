@@ -59,7 +59,7 @@ export class Series {
     const start = Number.isFinite(this.span) && one.time != null ? `?start=${one.time - this.span}` : "";
     const past = await ask(`${path}/history${start}`).catch(() => null);
     if (past === null || this.key !== key) return;
-    this.past.begin(past, one.paths);
+    this.past.begin(past);
     this.events = one.events;
     this.#take(one);
     this.#events();
