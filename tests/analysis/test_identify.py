@@ -94,6 +94,8 @@ def test_candidates_come_simplest_first():
     assert sizes == sorted(sizes)
     assert {c.kind for c in candidates(1)} == {"ARX", "ARMAX", "OE", "Joint"}
     assert {c.kind for c in candidates(0)} == {"level", "AR", "ARMA"}
+    for c in [*candidates(0), *candidates(1, delays=(7,)), *candidates(3, delays=(2, 9, 4), samples=10_000)]:
+        assert c.unknowns == len(c.estimator().names), c
 
 
 def test_a_joint_filter_is_chosen_where_it_predicts_better():

@@ -98,8 +98,10 @@ class Candidate(NamedTuple):
 
     @property
     def unknowns(self) -> int:
-        """How many parameters it has; a state is none."""
-        return len(self.estimator().names)
+        """How many parameters it has, the offset among them; a state is none."""
+        if self.kind == JOINT:  # a, b of each input, c
+            return self.orders["order"] * (self.inputs + 2) + 1
+        return 1 + sum(sum(v) if isinstance(v, tuple) else v for name, v in self.orders.items() if name != "nk")
 
 
 def _written(orders) -> str:

@@ -91,7 +91,7 @@ def of_response(found: Hindsight) -> Effects:
     value, vector = np.linalg.eigh(P)
     root = vector * np.sqrt(np.maximum(value, 0.0))
     draws = now.theta + np.random.default_rng(SEED).standard_normal((DRAWS, len(P))) @ root.T
-    drawn = [(now.denominator, numerators(now)), *(parts(now, theta) for theta in draws)]
+    drawn = [parts(now, theta) for theta in (now.theta, *draws)]
     steps = answers(drawn)
     gains = []
     for i in range(k):
@@ -117,16 +117,13 @@ def swing(drawn) -> Swing | None:
     return Swing(periods[0], -1 / math.log(abs(pairs[0])), (float(min(low, periods[0])), float(max(high, periods[0]))))
 
 
-def numerators(now: Response) -> list[np.ndarray]:
-    """Return B of each input with its delay, all of one length."""
-    long = max(now.nk) + now.b.shape[1]
-    return [np.pad(now.numerator(i), (0, long - now.nk[i] - now.b.shape[1])) for i in range(len(now.b))]
-
-
-def parts(now: Response, theta) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return A and B with other parameters."""
-    other = now.at(theta)
-    return other.denominator, numerators(other)
+def parts(now: Response, theta) -> tuple[np.ndarray, np.ndarray]:
+    """Return A and B of each input with its delay, (k, lags), of parameters in the order of a response."""
+    n, (k, m) = len(now.a), now.b.shape
+    found = np.zeros((k, max(now.nk) + m))
+    for row, lag, b in zip(found, now.nk, theta[n : n + k * m].reshape(k, m)):
+        row[lag : lag + m] = b
+    return np.append(1.0, theta[:n]), found
 
 
 def gain_of(now: Response, i: int) -> float:

@@ -119,7 +119,7 @@ class Response:
 
     def driven(self, i: int, x) -> np.ndarray:
         """Return B_i of a signal, its delay included, before A."""
-        return linear_filter(self.numerator(i), [1.0], x)
+        return np.convolve(self.numerator(i), x)[: len(x)]
 
     @property
     def drives(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:

@@ -25,8 +25,8 @@ def add_command(app, name: str, job: type) -> None:
 
     def call(**options):
         for name, value in options.items():
-            if isinstance(value, int) and value > bounds.most(name):
-                raise CommandError(f"--{name} is at most {bounds.most(name)}, got {value}{bounds.why(name)}.")
+            if isinstance(value, int) and value > (most := bounds.MOST.get(name, bounds.COUNT)):
+                raise CommandError(f"--{name} is at most {most}, got {value}{bounds.why(name)}.")
         try:
             job(**options).run()
         except KeyboardInterrupt:

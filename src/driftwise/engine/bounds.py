@@ -30,11 +30,6 @@ WHY = {
 DIGITS = 18  # that a whole number is written with
 
 
-def most(name: str) -> int:
-    """Return the largest count of this name."""
-    return MOST.get(name, COUNT)
-
-
 def why(name: str) -> str:
     """Return what to think of, behind a bound that was passed."""
     hint = WHY.get("order" if MOST.get(name) == ORDER and name[0] == "n" else name)

@@ -21,8 +21,8 @@ def count(name, value, least=0) -> int:
     """Return a whole number of at least ``least``, and at most what `bounds` says of this name."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
-    if value > bounds.most(name):
-        raise InputError(f"{name} is at most {bounds.most(name)}, got {value!r}{bounds.why(name)}")
+    if value > (most := bounds.MOST.get(name, bounds.COUNT)):
+        raise InputError(f"{name} is at most {most}, got {value!r}{bounds.why(name)}")
     return int(value)
 
 

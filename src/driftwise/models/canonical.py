@@ -78,14 +78,16 @@ class Canonical:
         )
 
     def polynomials(self, theta):
-        """Return A (n + 1,) and B (k, n + 1) in powers of q^-1 for a parameter vector in kernel order."""
+        """Return A (.., n + 1) and B (.., k, n + 1) in powers of q^-1 for parameters (.., N) in kernel order."""
         n, k = self.n, self.inputs
         theta = np.asarray(theta, float)
-        B = np.zeros((k, n + 1))
-        B[:, 1:] = theta[n : n + n * k].reshape(k, n)
+        each = theta.shape[:-1]
+        A, B = np.ones((*each, n + 1)), np.zeros((*each, k, n + 1))
+        A[..., 1:] = theta[..., :n]
+        B[..., 1:] = theta[..., n : n + n * k].reshape(*each, k, n)
         if self.direct:
-            B[:, 0] = theta[self.direct_at : self.direct_at + self.direct_terms]
-        return np.concatenate([[1.0], theta[:n]]), B
+            B[..., 0] = theta[..., self.direct_at : self.direct_at + self.direct_terms]
+        return A, B
 
     def noise_polynomial(self, theta):
         """Return C (n + 1,) in powers of q^-1 for a parameter vector in kernel order; 1 where it is not a parameter."""

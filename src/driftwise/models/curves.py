@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .filtering import linear_filter
+from .filtering import many_filters
 
 DRAWN = 400  # of the posterior, for the band of a step response
 SETTLED, MOST = 5.0, 400  # time constants that a step response lasts; samples at most
@@ -94,15 +94,9 @@ def step_response(model, input: int, dt: float) -> Curve:
     slow = min(float(sizes.max(initial=0.0)), SLOW)
     dead = int(np.argmax(np.append(np.abs(one.form.polynomials(one.values)[1][at]), 1.0) > 0))
     size = min(max(int(SETTLED / -math.log(max(slow, 0.05))) + dead, 12), MOST)
-    u = np.ones(size)
-
-    def of(theta):
-        a, b = one.form.polynomials(theta)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return linear_filter(b[at], a, u)
-
-    value = of(one.values)
-    drawn = np.array([of(theta) for theta in one.samples[:DRAWN]])
+    a, b = one.form.polynomials(np.vstack([one.values, one.samples[:DRAWN]]))
+    with np.errstate(over="ignore", invalid="ignore"):
+        value, *drawn = many_filters(b[:, at], a, np.ones(size))
     low, high = np.quantile(np.nan_to_num(drawn, nan=0.0, posinf=1e300, neginf=-1e300), [0.025, 0.975], axis=0)
     return Curve(dt * np.arange(size), value, low, high)
 
