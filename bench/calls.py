@@ -15,8 +15,9 @@ SERIES = 10_000
 
 
 def verdicts() -> Iterator[Verdict]:
-    """Yield the budgets of streaming calls and of fleets."""
+    """Yield the budgets of streaming calls, of forecasts and of fleets."""
     yield from _streaming()
+    yield _ahead()
     yield from _fleet("N = 6, no input", inputs=0, direct=False)
     yield from _fleet("N = 10, input and direct term")
 
@@ -42,6 +43,20 @@ def _streaming(samples: int = 10_000) -> Iterator[Verdict]:
         raw_us, friendly_us = np.median(alternate(raw, friendly, rounds=7), axis=0) / samples * 1e6
         yield at_most(f"one sample, raw call, {noise}", raw_us, 1.5, "us", SOURCE)
         yield at_most(f"one sample, est.update, {noise}", friendly_us, 6, "us", SOURCE)
+
+
+def _ahead(calls: int = 500) -> Verdict:
+    import driftwise as dw
+
+    est, (y, u) = dw.ARX(2, 2), record(1000)
+    state, inputs = est.scan(y, u).state, np.ones(24)
+
+    def forecasts():
+        for _ in range(calls):
+            est.predict(state, inputs)
+
+    us = np.median(alternate(forecasts, rounds=7)) / calls * 1e6
+    return at_most("24 samples ahead with bands, ARX(2, 2).predict", us, 100, "us", SOURCE)
 
 
 def _fleet(what: str, **options) -> Iterator[Verdict]:

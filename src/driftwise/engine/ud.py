@@ -4,6 +4,8 @@
 *Factorization Methods for Discrete Sequential Estimation*, chapters V-VI; Thornton (1976); Agee and Turner (1972).
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from .dispatch import kernel
@@ -234,12 +236,13 @@ def expand(U, D, P):
 def unpack(U, D) -> np.ndarray:
     """Return the full covariance P = U D U' of shape (..., N, N)."""
     N = D.shape[-1]
-    full = np.zeros((*D.shape[:-1], N, N)) + np.eye(N)
+    full, own = np.zeros((*D.shape[:-1], N, N)), np.arange(N)
     i, j = packed_indices(N)
-    full[..., i, j] = U
+    full[..., i, j], full[..., own, own] = U, 1.0
     return (full * D[..., None, :]) @ np.swapaxes(full, -1, -2)
 
 
+@lru_cache(maxsize=64)
 def packed_indices(N: int):
     """Return the row and column indices of the packed entries of U, in storage order."""
     j, i = np.tril_indices(N, -1)

@@ -1,5 +1,6 @@
 """Several samples ahead: exact for known parameters, honest for estimated ones."""
 
+import sys
 import time
 
 import numpy as np
@@ -8,6 +9,7 @@ from oracle.polynomial import System
 from test_polynomials import SYSTEMS, estimator, inputs
 
 import driftwise as dw
+from driftwise.estimators.arx import forecast
 
 HORIZON = 12
 
@@ -135,3 +137,31 @@ def test_a_forecast_costs_some_updates_not_hundreds():
 
     est.predict(state, ahead), est.update(state, 1.0, 1.0)  # compiled by now
     assert fastest(lambda: est.predict(state, ahead)) < 60 * fastest(lambda: est.update(state, 1.0, 1.0))
+
+
+def test_a_forecast_is_one_call_of_compiled_code_however_far_ahead(monkeypatch):
+    """Mean and deviation come of the same loop; no work is done in Python for a sample."""
+    real, ran = forecast.compile.function, []
+
+    def counted(function, *types):
+        go = real(function, *types)
+        return lambda *arguments: (ran.append(function), go(*arguments))
+
+    monkeypatch.setattr(forecast.compile, "function", counted)
+    y, u = dw.simulate([-0.8], [1.0], samples=300, noise_std=0.1, seed=1)
+    est = dw.ARX(2, 2)
+    state, steps = est.scan(y, u).state, []
+    for horizon in (24, 24, 960):  # the first compiles
+        ran.clear()
+        steps.append(0)
+
+        def count(frame, event, argument):
+            steps[-1] += event in ("call", "c_call")
+
+        sys.setprofile(count)
+        try:
+            est.predict(state, np.ones(horizon))
+        finally:
+            sys.setprofile(None)
+        assert ran == [forecast.run_on]
+    assert steps[1] == steps[2]

@@ -21,22 +21,29 @@ def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
     u = validation.inputs_to_come(u, horizon, est.model.inputs)
     past = Past(est, est._rows(state)[0])
     theta, s2 = np.array(state["theta"]), est.sigma2(state)
-    z = past.z
-    step = STEP * np.sqrt(est._theta_units())
+    step, unknown = STEP * np.sqrt(est._theta_units()), np.flatnonzero(past.covariance.diagonal())
+    N, own = len(step), np.arange(len(step))
 
-    shift, moved = np.diag(step), (past.slope * step).T
-    ahead = run(form, theta + np.vstack([0 * step, shift, -shift]), z + np.vstack([0 * z, moved, -moved]), u)
-    mean, J = ahead[0], (ahead[1 : 1 + len(step)] - ahead[1 + len(step) :]) / (2 * step[:, None])
+    # the recursion itself, with each parameter a step more and less; then, from rest, what is linear: the noise to
+    # come and what is unknown of the past, as impulses
+    up, down, pulse = slice(1, 1 + N), slice(1 + N, 1 + 2 * N), 1 + 2 * N
+    thetas, pasts = np.empty((pulse + 1 + len(unknown), N)), np.zeros((pulse + 1 + len(unknown), len(past.z)))
+    thetas[:], pasts[:pulse] = theta, past.z
+    thetas[1 + own, own] += step
+    thetas[1 + N + own, own] -= step
+    pasts[up] += (past.slope * step).T
+    pasts[down] -= (past.slope * step).T
+    pasts[pulse] = past.pulse
+    pasts[pulse + 1 + np.arange(len(unknown)), unknown] = 1.0
+    ahead = run(form, thetas, pasts, u, (np.arange(len(thetas)) < pulse).astype(float))
+
+    J = (ahead[up] - ahead[down]) / (2 * step[:, None])
     variance = (J * (s2 * est._theta_covariance(state) @ J)).sum(axis=0)
-
-    # linear in the noise to come and in what is unknown of the past: impulses from rest
-    unknown = np.flatnonzero(np.diag(past.covariance))
-    impulses = np.vstack([past.pulse, np.eye(len(z))[unknown]])
-    response, *G = run(form._replace(offset=0.0), np.repeat(theta[None], len(impulses), axis=0), impulses, 0 * u)
-    variance += s2 * est.policies[1].R * np.cumsum(np.append(1.0, response[:-1]) ** 2)
-    if G:
-        variance += (np.array(G) * (past.covariance[np.ix_(unknown, unknown)] @ G)).sum(axis=0)
-    return mean, np.sqrt(variance.clip(0))
+    variance += s2 * est.policies[1].R * np.cumsum(np.append(1.0, ahead[pulse, :-1]) ** 2)
+    if len(unknown):
+        G = ahead[pulse + 1 :]
+        variance += (G * (past.covariance[np.ix_(unknown, unknown)] @ G)).sum(axis=0)
+    return ahead[0], np.sqrt(variance.clip(0))
 
 
 class Past:
@@ -57,7 +64,7 @@ class Past:
         self.pulse[:na][:1] = 1.0
         self.covariance = np.diag(np.concatenate([np.zeros(na), view.us_variance.ravel(), np.zeros(len(r))]))
         self.covariance[:na, :na] = view.ys_covariance.reshape(na, na)
-        self.covariance[range(na), range(na)] = np.abs(np.diag(self.covariance)[:na])
+        self.covariance[range(na), range(na)] = np.abs(self.covariance.diagonal()[:na])
         if not is_rational:
             return
         kept, nc, nd = open_kept(form, view), int(form.nc), int(form.nd)
@@ -78,18 +85,21 @@ class Past:
             self.covariance[np.ix_(at, at)] = kept.S[np.ix_(inner, inner)] * np.outer(sign, sign)
 
 
-def run(form, theta, z, u) -> np.ndarray:
-    """Return the outputs (K, h) of K parameter vectors (K, N) from K pasts (K, ..), without noise."""
+def run(form, theta, z, u, driven) -> np.ndarray:
+    """Return the outputs (K, h) of K parameter vectors (K, N) from K pasts (K, ..), without noise.
+
+    ``driven`` (K,) is 1 where inputs and offset act, 0 where they do not.
+    """
     k, is_rational = int(form.inputs), isinstance(form, Polynomials)
     nc, nd, nf = (form.nc, form.nd, form.nf) if is_rational else (0, 0, np.zeros(k))
     sizes = np.array([form.na, k, form.deep, nc, nd, *form.nb, *form.nk, *nf], np.int64)
     out = np.empty((len(theta), len(u)))
-    go = compile.function(run_on, 2, 2, 2, 1, 2, "index")
-    go(np.ascontiguousarray(theta), np.array(z, order="C"), u, np.array([form.offset]), out, sizes)
+    go = compile.function(run_on, 2, 2, 2, 1, 1, 2, "index")
+    go(theta, z, u, driven, driven * form.offset, out, sizes)
     return out
 
 
-def run_on(theta, past, u, offset, out, sizes):
+def run_on(theta, past, u, driven, offset, out, sizes):
     """Fill ``out``; a ``past`` is [y.. ; u of each input.. ; lags of e, -v, -w of each input], all newest first."""
     na, k, deep, nc, nd = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
     noise = na + k * deep  # where the lags of e begin
@@ -110,7 +120,7 @@ def run_on(theta, past, u, offset, out, sizes):
                 for j in range(deep - 1, 0, -1):
                     z[first + j] = z[first + j - 1]
                 if deep > 0:
-                    z[first] = u[t, l]
+                    z[first] = driven[i] * u[t, l]
                 for j in range(nb):
                     own += p[at + j] * z[first + nk + j]
                 for j in range(nf):
@@ -124,7 +134,7 @@ def run_on(theta, past, u, offset, out, sizes):
                 b += nf
                 w += nf
             for j in range(b, p.size):
-                y += p[j] * offset[0]
+                y += p[j] * offset[i]
             y += v
             out[i, t] = y
             for j in range(na - 1, 0, -1):
