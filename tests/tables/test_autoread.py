@@ -280,6 +280,21 @@ def test_what_a_stuck_sensor_reads_is_missing_and_the_rest_is_not(first, last, w
         assert lost.tolist() == list(range(first - 1, last))
 
 
+@pytest.mark.parametrize("rows", [7, 100, 2000])
+def test_a_stuck_sensor_is_one_beside_missing_cells_and_coarse_steps(rows):
+    """Cells that are missing meanwhile are no readings; steps repeat themselves, but not for as long."""
+    u, y, rng = noisy()
+    coarse = np.round(y + 0.15 * rng.standard_normal(1500), 1)
+    with_gaps = np.where(rng.random(1500) < 0.2, NaN, y)
+    for level in (with_gaps, coarse):
+        level[700:800] = np.where(np.isnan(level[700:800]), NaN, level[np.flatnonzero(np.isfinite(level))[500]])
+        table = recognise({"valve": u, "level": level})
+        assert table["level"].stuck and "stuck, and taken as missing there" in " ".join(table.notes)
+        segments = read({"valve": u, "level": level}, chunk_rows=rows)[1]
+        lost = np.isnan(np.concatenate([part[1] for part in segments]))
+        assert lost[700:800].all() and np.array_equal(lost[:700], np.isnan(level[:700]))
+
+
 def test_what_rests_for_good_reasons_is_not_stuck():
     u, y, rng = noisy()
     k = np.arange(1500)

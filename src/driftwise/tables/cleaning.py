@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .stuck_sensor import repeats
+from .stuck_sensor import SILENT, repeats
 
 LONGEST = 3  # samples that a drop-out lasts at most
 REACH = 16  # rows over which its neighbours are looked for
@@ -82,7 +82,7 @@ def doubtful(values, belief: Belief):
     values = np.asarray(values, float)
     doubt = np.isin(values, belief.codes)
     for one in repeats(values, belief.still) if belief.still else ():
-        doubt[one.start : one.stop] = True
+        doubt[one.start : one.stop] = np.isfinite(values[one.start : one.stop])
     rows = np.flatnonzero(np.isfinite(values) & ~doubt)
     short = _short(values[rows] == belief.rail)
     doubt[rows[short]] = True
@@ -113,10 +113,11 @@ class Cleaner:
         self.cleaned = np.zeros(len(self.beliefs), int)
         self._known: np.ndarray | None = None  # rows around those held back; None before the first
         self._before = 0  # of them, already handed over
+        self._near = max(REACH, *(belief.still * SILENT for belief in self.beliefs))  # rows that say what is believed
 
     def push(self, values):
         """Take the next rows (T, k); return the rows that are ready, cleaned."""
-        return self._out(np.asarray(values, float), max(REACH, *(belief.still for belief in self.beliefs)))
+        return self._out(np.asarray(values, float), self._near)
 
     def flush(self):
         """Return the rows that were held back."""
@@ -130,7 +131,7 @@ class Cleaner:
             doubt = doubtful(joined[:, j], belief)[self._before : ready]
             clean[doubt, j] = np.nan
             self.cleaned[j] += int(doubt.sum())
-        keep = max(ready - 2 * REACH, 0)
+        keep = max(ready - max(2 * REACH, self._near), 0)
         self._known, self._before = joined[keep:].copy(), ready - keep
         return clean
 

@@ -17,7 +17,7 @@ from .column_candidates import propose_inputs, propose_output
 from .column_roles import SCORES, SECONDS, Name, parse
 from .derived import derived, is_copy
 from .sampling import Sampling, judge_sampling
-from .stuck_sensor import LEAST, Segment, stuck
+from .stuck_sensor import Segment, stuck
 from .table_words import notes_of, words_of
 
 SHOWN = 8  # columns that a message lists
@@ -295,7 +295,8 @@ def _take_stuck(found: dict[str, Column], clean, names: dict[str, Name], clocks)
     for name in sensors:
         belief = found[name].belief
         if segments[name] and belief is not None:
-            found[name] = replace(found[name], stuck=tuple(segments[name]), belief=belief._replace(still=LEAST))
+            still = min(int(np.isfinite(clean[name][one.start : one.stop]).sum()) for one in segments[name])
+            found[name] = replace(found[name], stuck=tuple(segments[name]), belief=belief._replace(still=still))
             for one in segments[name]:
                 clean[name][one.start : one.stop] = np.nan
 

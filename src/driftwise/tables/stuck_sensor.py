@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-LEAST = 20  # equal readings in a row
-MOVES = 0.95  # share of the rows, elsewhere, in which the sensor reads something new
+LEAST = 12  # equal readings in a row
+SILENT = 10  # rows from one of them to the next, at most: what is missing in between says nothing else
+MOVES = 0.3  # share of the rows, elsewhere, in which the sensor reads something new
+LONGER = 4  # times as long as any other run of equal readings: a sensor that is written in steps has some
 TURNS = 0.05  # share of them in which it turns round: a ramp does not, noise does
 REST = 0.3  # share of the readings that must be elsewhere
 WITNESS = 0.2  # of the range of another column, which it must cross meanwhile
@@ -24,39 +26,55 @@ class Segment(NamedTuple):
 def repeats(values, least: int = LEAST) -> list[Segment]:
     """Return the segments in which a column (T,) reads the same at least so many times in a row.
 
-    >>> repeats([1, 2, 2, 2, 3, np.nan, np.nan, np.nan], 3)
-    [Segment(start=1, stop=4, value=2.0)]
+    >>> repeats([1, 2, 2, np.nan, 2, 3, np.nan, np.nan, np.nan], 3)
+    [Segment(start=1, stop=5, value=2.0)]
     """
-    values = np.asarray(values, float)
-    edges = np.flatnonzero(np.concatenate(([True], values[1:] != values[:-1], [True])))  # NaN equals nothing
+    edges, rows, read = _runs(values)
     at = np.flatnonzero(np.diff(edges) >= least)
-    return [Segment(int(edges[k]), int(edges[k + 1]), float(values[edges[k]])) for k in at]
+    return [Segment(int(rows[edges[k]]), int(rows[edges[k + 1] - 1]) + 1, float(read[edges[k]])) for k in at]
+
+
+def _runs(values):
+    """Return where runs of equal readings begin among the readings of a column, and where the last ends; their rows."""
+    values = np.asarray(values, float)
+    rows = np.flatnonzero(np.isfinite(values))
+    read = values[rows]
+    is_new = (read[1:] != read[:-1]) | (np.diff(rows) > SILENT)
+    return np.flatnonzero(np.concatenate(([True], is_new, [True]))), rows, read
 
 
 def stuck(values, others) -> list[Segment]:
     """Return the segments in which a column (T,) is stuck, judged beside the other columns of the table.
 
-    It must read something new in nearly every other row, as a noisy sensor does and a switch, a set point or a column
-    written in coarse steps does not. All that it repeats must lie between its other values, each once, as a plant at
-    rest at the end of its range does not; and another column must move meanwhile.
+    It must read something new in many other rows, as a noisy sensor does and a switch or a set point does not, and
+    nowhere else repeat itself for nearly as long. All that it repeats must lie between its other values, each once, as
+    a plant at rest at the end of its range does not; and another column must move meanwhile.
 
     Bad at: sensors that move seldom, and segments in which nothing else is known to move.
     """
     values = np.asarray(values, float)
-    found = repeats(values)
     rest = np.isfinite(values)
     readings = np.count_nonzero(rest)
+    found = repeats(values, _least(values))
     for one in found:
         rest[one.start : one.stop] = False
     if not found or np.count_nonzero(rest) < max(REST * readings, 2 * LEAST):
         return []
-    steps = np.diff(values)[rest[1:] & rest[:-1]]
+    steps = np.diff(values[rest])
     if not steps.size or np.mean(steps != 0) < MOVES or np.mean(steps[1:] * steps[:-1] < 0) < TURNS:
         return []
     low, high = values[rest].min(), values[rest].max()
     levels = {one.value for one in found}
     is_rest = len(levels) < len(found) or min(levels) <= low or max(levels) >= high
     return [] if is_rest or not any(_moved(other, one) for one in found for other in others) else found
+
+
+def _least(values) -> int:
+    """Return how many equal readings in a row stand out of all others of a column."""
+    edges, rows, _ = _runs(values)
+    lengths = np.sort(np.diff(edges))[::-1] if rows.size else np.zeros(1, int)
+    clear = np.flatnonzero((lengths >= LEAST) & (lengths >= LONGER * np.append(lengths[1:], 1)))
+    return int(lengths[clear[-1]]) if clear.size else rows.size + 1
 
 
 def _moved(other, segment: Segment) -> bool:
