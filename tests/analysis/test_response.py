@@ -70,3 +70,18 @@ def test_a_season_is_no_jump_and_hides_no_gain():
     y = clean(u, factor=np.where(t < 900, 1.0, 0.6)) + noise(10) + 1.5 * np.sin(2 * np.pi * t / 140)
     (jump,) = hindsight(y, u).jumps()
     assert jump.kind == GAIN and abs(jump.at - 900) < 15 and jump.after == pytest.approx(1.8, abs=0.15)
+
+
+@pytest.mark.parametrize("periods", [2.0, 5.3, 20.6])
+def test_a_season_is_a_line_and_no_pair_of_poles_of_the_plant(periods):
+    """However few periods there are: its frequency is found beside the answer, and the gain is that of the plant."""
+    held = 0
+    for seed in range(4):
+        u, t = inputs(seed), np.arange(T)
+        season = 2.0 * np.sin(2 * np.pi * periods * t / T + seed)
+        found = hindsight(20 + clean(u) + season + noise(100 + seed, (1.0,), 0.3), u)
+        now, e = found.response, of_response(found).of[0]
+        assert np.all(abs(np.roots(now.denominator)) < 1 - 8 / T)
+        is_line = len(now.columns) == 4 and not now.levels and not now.gains
+        held += is_line and abs(e.gain - 3.0) < 1.5 * 1.96 * e.std and e.std < 0.3
+    assert held >= 3

@@ -15,6 +15,7 @@ from .response_orders import respond, stripped
 from .response_record import HUBER, local_size
 
 HOPE = 3.0  # log odds from which a change is tried
+STEPS = 4  # by which the frequency of a line is sharpened
 REACH = 5  # samples by which a level before and after is compared
 
 
@@ -94,8 +95,8 @@ def alternatives(now: Response):
             yield weighed(now.with_bend(i), "bends", len(now.record.shapes[i]))
         if i not in now.ramps:
             yield weighed(now.with_ramp(i), "ramps", 1)
-    for line in lines(now):
-        other = now.with_columns(line).settled(1)
+    for w in lines(bare):
+        other = swinging(now, bare, w)
         yield 0.5 * (now.criterion - other.criterion) - math.log(len(now.rows)), other
 
 
@@ -156,26 +157,44 @@ def abrupt(now: Response) -> tuple[int, float] | None:
     return (at + reach, float(sizes[at] * now.sigma[at + reach])) if more.max() > SURE else None
 
 
-def lines(now: Response) -> list[np.ndarray]:
-    """Return sines and cosines, (2, T) each, of the lines of a spectrum that stand out most of what is left."""
-    if len(now.columns) > 4:
+def swinging(now: Response, bare: Response, w: float) -> Response:
+    """Return a response beside a line of about that frequency (radians a sample); sharpened, where it is worth it.
+
+    It begins beside the noise of ``now``, which may have taken the line for its colour, and beside white, ``bare``.
+    """
+    T, before = len(now.used), now.columns
+    other = min((look.with_columns(wave(w, T)).settled(1) for look in (now, bare)), key=lambda one: one.criterion)
+    for _ in range(STEPS if other.criterion < now.criterion else 0):
+        at = other.placed()["columns"]
+        size, (sine, cosine) = other.more[at.stop - 2 : at.stop], other.columns[-2:]
+        by_w = np.arange(T) * (size[0] * cosine - size[1] * sine)  # what the line moves by with its frequency
+        w += float(np.clip(other.with_columns(by_w[None]).refined(1).more[at.stop], -np.pi / T, np.pi / T))
+        again = replace(other, columns=np.vstack([before, wave(w, T)]), cache={}).settled(1)
+        if not again.criterion < other.criterion - 0.1:
+            break
+        other = again
+    return other
+
+
+def wave(w: float, T: int) -> np.ndarray:
+    """Return sine and cosine, (2, T)."""
+    return np.array([np.sin(w * np.arange(T)), np.cos(w * np.arange(T))])
+
+
+def lines(bare: Response) -> list[float]:
+    """Return the frequencies of the lines of a spectrum that stand out most of what is left, radians a sample."""
+    if len(bare.columns) > 4:
         return []
-    T, bare = len(now.used), colourless(now)
-    x = np.zeros(T)
-    r = bare.left
-    size = HUBER * local_size(r)
+    T, r = len(bare.used), bare.left
+    x, size = np.zeros(T), HUBER * local_size(r)
     x[bare.rows] = np.clip(r, -size, size)
     power = abs(np.fft.rfft(x, 4 * T)) ** 2
     k = np.arange(len(power))
     usable = (k >= 6) & (k < 4 * T // 6)
-    found: list[tuple[int, np.ndarray]] = []
-    t = np.arange(T)
+    found: list[int] = []
     for scaled in (power, power * np.minimum(k, T) ** 2):
         scaled = np.where(usable, scaled, 0.0)
         at = int(np.argmax(scaled))
-        if scaled[at] > 0 and not any(abs(at - other) < 6 for other, _ in found):
-            around = 2 * np.pi * (at + np.linspace(-2, 2, 41)) / (4 * T)
-            rows = bare.rows
-            w = float(around[int(np.argmax(abs(np.exp(1j * np.outer(around, rows)) @ x[rows])))])
-            found.append((at, np.array([np.sin(w * t), np.cos(w * t)])))
-    return [line for _, line in found]
+        if scaled[at] > 0 and not any(abs(at - other) < 6 for other in found):
+            found.append(at)
+    return [2 * np.pi * at / (4 * T) for at in found]

@@ -143,12 +143,12 @@ def settled(table: OpenTable, output=None, inputs=None, time=None, dt=None) -> T
     heads = {name: np.asarray(table.head[name], float) for name in names}
     clean = {name: np.where(doubt, np.nan, heads[name]) for name, (_, doubt) in judged(heads).items()}
     by = explained(clean)
-    order = sorted(rivals, key=lambda name: -by[name].nats)
+    order = sorted(rivals, key=lambda name: -max(by[name].nats, 0.0))
     shares = _shares([by[name] for name in order])
     is_open = shares[0] < SURE / (1.0 + SURE)
     if is_open and len(rivals) <= FEW:  # few rows in a row, or an answer that is slow: a response asks for less
         by |= {name: answering(clean, name) for name in order}
-        order = sorted(rivals, key=lambda name: -by[name].nats)
+        order = sorted(rivals, key=lambda name: -max(by[name].nats, 0.0))  # nothing explained: as they stand
         shares = _shares([by[name] for name in order])
     tables = [_reading(table, found, name, inputs, time, dt, by) for name in order[:2]]
     if shares[0] >= SURE / (1.0 + SURE):

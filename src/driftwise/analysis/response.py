@@ -14,12 +14,15 @@ from typing import Any
 import numpy as np
 
 from ..models.filtering import linear_filter
+from ..results.stable import is_endless
 from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, local_size
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
 INNER = "shifts", "start"  # parts of the mean that pass through 1/A without an input
 EDGE = 0.9998  # of a pole, at most
+RINGS = 8.0  # time constants of a pair that a record must hold
+MATTERS = 0.05  # of the gain, which a mode must make up to have a say in it
 ONSET = 5  # samples about the date of a change that may have been called outliers for it
 
 
@@ -71,7 +74,15 @@ class Response:
 
     @property
     def is_stable(self) -> bool:
-        """Whether what the inputs did dies out: no pole reaches EDGE (reflections, by Schur's recursion)."""
+        """Whether what the inputs did dies out: no pole reaches EDGE (reflections, by Schur's recursion).
+
+        A pair has to do so within the record: one that swings all along is a disturbance, to be told as one.
+        """
+        if len(self.a) > 1:
+            poles = np.roots(self.denominator)
+            pairs = abs(poles[abs(poles.imag) > 1e-9])
+            if len(pairs) and pairs.max() > 1 - RINGS / len(self.record.y):
+                return False
         a = [1.0, *(value / EDGE**j for j, value in enumerate(self.a.tolist(), 1))]
         while len(a) > 1:
             if not abs(a[-1]) < abs(a[0]):
@@ -360,3 +371,18 @@ class Response:
         value, vector = np.linalg.eigh(S)
         free = len(r) / max(len(r) - len(size) - len(self.f), 1)
         return inverse @ (vector * (free * np.maximum(value, np.mean(r**2)))) @ vector.T @ inverse.T
+
+    def endless(self, covariance) -> list[bool]:
+        """Say of each input whether its answer may never end, as far as the record tells: it has no gain, then."""
+        n, A = len(self.a), self.denominator
+        poles, found = np.roots(A), [False] * len(self.b)
+        for k, p in enumerate(poles):
+            way = -(p ** np.arange(n - 1, -1, -1)) / np.polyval(np.polyder(A), p)  # of the pole by each coefficient
+            way = (way * np.conj(p)).real / max(abs(p), 1e-300)
+            std = math.sqrt(max(float(way @ covariance[:n, :n] @ way), 0.0))
+            if is_endless(abs(p), std, len(self.record.y)):
+                rest = np.prod(1 - np.delete(poles, k) / p) * (1 - p)
+                for i, b in enumerate(self.b):  # what this mode does to the end of a step, of all that is done to it
+                    part = abs(np.polyval(b[::-1], 1 / p) / rest)
+                    found[i] |= bool(part > MATTERS * abs(b.sum() / A.sum()))
+        return found
