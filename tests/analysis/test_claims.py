@@ -1,6 +1,7 @@
 """What an identification claims: its words are the texts of its claims, each a number to hold against the truth."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -107,3 +108,37 @@ def test_the_most_likely_and_the_simplest_are_not_confused(found):
     said = dataclasses.replace(found, rivals=[best, other], chosen=other).claims
     (choice,) = [claim for claim in said if claim.kind == "model choice"]
     assert choice.subject == "errors" and "as well as" not in choice.text and choice.odds < 1e-100
+
+
+@pytest.mark.parametrize("after", [1.0, 0.5])
+def test_an_answer_whose_end_was_not_seen_has_no_gain_in_any_sentence(after, tmp_path):
+    """A tank integrates its valve: no gain, no time; a change of it is told as a share of what it was."""
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.choice([-1.0, 0.0, 1.0], 150), 6)
+    rate = np.where(np.arange(900) < 400, 0.2, 0.2 * after)
+    y = np.cumsum(rate * u) + 0.3 * rng.standard_normal(900)
+    found = dw.identify({"valve_V": u, "level [cm]": np.concatenate([[0.0], y[:-1]])})
+    assert [claim.value for claim in of(found, "gain")] == [None] and not of(found, "time constant")
+    assert "the plant may integrate" in of(found, "gain")[0].text
+    told = [claim.subject for claim in of(found, "change") if "the gain" in claim.subject]
+    assert len(told) == (after < 1) and all("of what it was" in one for one in told)
+    page = re.sub("<[^>]*>", " ", found.report(tmp_path / "page.html").read_text(encoding="utf-8"))
+    assert re.search(r"Steady-state gain\s+not known\s+may integrate", page)
+
+
+def test_a_gain_that_is_claimed_is_not_taken_back_by_another_sentence():
+    """An ARX whose level wanders has a pole at one; the response beside a slow noise knows the gain all the same."""
+    rng = np.random.default_rng(2)
+    u, y = plant()
+    found = dw.identify({"heater_V": u, "temperature [degC]": y + np.cumsum(0.3 * rng.standard_normal(len(y)))})
+    assert any(claim.value is not None for claim in of(found, "gain"))
+    assert "cannot be told from 1" not in found.words
+
+
+def test_what_follows_one_change_of_the_noise_begins_where_it_ended():
+    rng = np.random.default_rng(5)
+    u, y = plant()
+    size = np.select([np.arange(900) < 300, np.arange(900) < 600], [3.0, 1.0], 0.2)
+    found = dw.identify({"heater_V": u, "temperature [degC]": y + size * rng.standard_normal(900)})
+    told = [claim.subject.split() for claim in of(found, "change") if "the noise" in claim.subject]
+    assert len(told) == 2 and told[0][-1] == told[1][-3]  # fell from .. to ..

@@ -90,6 +90,8 @@ def moved(jump: Jump, inputs) -> str:
     a, b = jump.before, jump.after
     if jump.kind == LEVEL:
         return f"the level {'rose' if b > a else 'fell'} by {abs(b - a):.3g}"
+    if jump.kind == GAIN and jump.is_factor:
+        return f"the gain from {inputs[jump.input]} {way(a, b)} to {b:.3g} of what it was"
     if jump.kind == GAIN:
         return f"the gain from {inputs[jump.input]} {way(a, b)} from {a:.3g} to {b:.3g}"
     return f"the noise {way(a, b)} from {a:.3g} to {b:.3g}"

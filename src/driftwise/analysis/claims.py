@@ -121,7 +121,7 @@ def _gains(found) -> Iterator[Claim]:
         else:
             open_.append(name)
     if open_:
-        yield Claim("gain", ", ".join(open_), say.no_gain_words(open_))
+        yield Claim("gain", ", ".join(open_), say.no_gain_words(open_, found.effects.is_endless))
 
 
 def _is_known(ends) -> bool:

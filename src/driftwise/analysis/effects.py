@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..results.stable import swings
+from ..results.stable import is_endless, swings
 from .response import Response
 from .segmentation import Hindsight
 from .step_response import DRAWS, StepResponse, answers, step_responses
@@ -38,6 +38,9 @@ class Effect(NamedTuple):
         return self._replace(step=self.step._replace(time=self.step.time + wait / 2, interval=(low, high + wait)))
 
 
+UNKNOWN = Effect(math.nan, math.inf, (-math.inf, math.inf), None, None)
+
+
 class Swing(NamedTuple):
     """A mode that swings: its period and time constant in samples, and the 95 % interval of the period."""
 
@@ -53,6 +56,7 @@ class Effects(NamedTuple):
     swing: Swing | None = None
     error: float = math.inf
     is_hindsight: bool = False
+    is_endless: bool = False  # whether an input may be integrated: it has no gain, then
 
     def held(self, waits) -> Effects:
         """Return the same of inputs that are known at some rows only and held between them.
@@ -63,10 +67,12 @@ class Effects(NamedTuple):
         return self._replace(of=tuple(effect.held(wait) for effect, wait in zip(self.of, waits)))
 
 
-def of_model(model, inputs: int) -> Effects:
-    """Return the effects that a model says."""
+def of_model(model, inputs: int, count: int) -> Effects:
+    """Return the effects that a model says, learnt from so many samples."""
     if not inputs:
         return Effects(())
+    if any(is_endless(abs(p), std, count) for p, std in zip(model.poles, model.poles_std)):
+        return Effects((UNKNOWN,) * inputs, is_endless=True)
     ends, steps = model.dc_gain_interval(), step_responses(model)
     if not model.is_stable:
         ends = [(-math.inf, math.inf)] * inputs
@@ -87,7 +93,8 @@ def of_response(found: Hindsight) -> Effects:
         return Effects((), None, error, True)
     P = now.covariance()
     if not np.isfinite(P).all():
-        return Effects((Effect(math.nan, math.inf, (-math.inf, math.inf), None, None),) * k, None, error, True)
+        return Effects((UNKNOWN,) * k, None, error, True)
+    endless = now.endless(P)
     value, vector = np.linalg.eigh(P)
     root = vector * np.sqrt(np.maximum(value, 0.0))
     draws = now.theta + np.random.default_rng(SEED).standard_normal((DRAWS, len(P))) @ root.T
@@ -95,6 +102,9 @@ def of_response(found: Hindsight) -> Effects:
     steps = answers(drawn)
     gains = []
     for i in range(k):
+        if endless[i]:
+            gains.append(UNKNOWN)
+            continue
         scale = found.y_scale / found.u_scale[i]
         slope = gain_slope(now, i)
         std = float(math.sqrt(max(float(slope @ P @ slope), 0.0)) * scale)
@@ -102,7 +112,7 @@ def of_response(found: Hindsight) -> Effects:
         gains.append(
             Effect(gain, std, (gain - 1.96 * std, gain + 1.96 * std), bend(now, i, gain), steps[i], may_bend(now, i))
         )
-    return Effects(tuple(gains), swing([np.roots(a) for a, _ in drawn]), error, True)
+    return Effects(tuple(gains), swing([np.roots(a) for a, _ in drawn]), error, True, any(endless))
 
 
 def swing(drawn) -> Swing | None:

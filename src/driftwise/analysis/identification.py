@@ -285,19 +285,21 @@ class Finder:
             useless = self.identifier.chosen.rmse >= min(self.identifier.naive.values())
             if useless or not found.error > WORSE * self.identifier.chosen.rmse:
                 return found
-        return of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs))
+        return of_model(self.estimator.model_of(self.summary.state), len(self.table.inputs), self.summary.observed)
 
     def found(self, trace: ParameterTrace, forecast: AverageTrace, losses=()) -> Identification:
         """Return the answer; trace and forecast may be thinned out, ``losses`` is what could not be read."""
         naive = self.identifier.baselines
-        own = quoted(self.forecast_summary, self.own_summary, naive).verdicts
+        own, effects = quoted(self.forecast_summary, self.own_summary, naive).verdicts, self.effects()
         names = {verdict.name for verdict in own}
         rest = [v for v in diagnose(trace, self.summary, are_reported=True) if v.name not in names]
         if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
             rest = [v for v in rest if v.name != "missing"]
+        if effects.of and effects.is_hindsight and not effects.is_endless:  # the whole record tells a pole from one
+            rest = [v for v in rest if v.name != "stability" or v.value > 1]
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,
             self.identifier.center, self.origin, self.log.count, self.log.last, tuple(losses),
-            self.effects(), self.log.visible,
+            effects, self.log.visible,
         )  # fmt: skip

@@ -87,9 +87,10 @@ def gain_sentence(gain: float, std: float, interval, name: str, bend=None, is_op
     return f"Gain {said} from {name} on average: it is nonlinear, {least:.3g} to {most:.3g} over what {name} did."
 
 
-def no_gain_words(names: list[str]) -> str:
-    """Return the inputs whose steady effect is hardly known, if there is any."""
-    return f"How much {listed(names)} {'moves' if len(names) == 1 else 'move'} it in the long run is not known."
+def no_gain_words(names: list[str], is_endless: bool = False) -> str:
+    """Return the inputs whose steady effect is hardly known; ``is_endless``: because their answers may never end."""
+    why = ": the end of an answer was not seen, the plant may integrate" * is_endless
+    return f"How much {listed(names)} {'moves' if len(names) == 1 else 'move'} it in the long run is not known{why}."
 
 
 def no_change_words(level: float, gains: dict[str, float], noise: float) -> str:

@@ -39,10 +39,13 @@ def noises(now: Response) -> list[NoiseJump]:
         odds, at, (low, high) = _noise(r[a:b], LEAST, now.record.floor)
         odds -= math.log(2 + len(now.b))
         if odds > SURE:
-            sizes = float(np.std(r[a : a + at])), float(np.std(r[a + at : b]))
-            found.append(NoiseJump(int(rows[a + at]), (int(rows[a + low]), int(rows[a + high])), odds, *sizes))
+            ends = int(rows[a + low]), int(rows[a + high])
+            found.append(NoiseJump(int(rows[a + at]), ends, odds, math.nan, math.nan))
             pieces += [(a, a + at), (a + at, b)]
-    return sorted(found)
+    found.sort()
+    edges = [0, *np.searchsorted(rows, [jump.at for jump in found]), len(r)]
+    sizes = [float(np.std(r[a:b])) for a, b in pairwise(edges)]  # from one jump to the next
+    return [jump._replace(before=a, after=b) for jump, (a, b) in zip(found, pairwise(sizes))]
 
 
 def noisy(now: Response) -> Response:

@@ -19,7 +19,10 @@ NOISE = "noise"
 
 
 class Jump(NamedTuple):
-    """A jump: the first sample after it, where that lies in 95 of 100 cases, the log odds, and what jumped."""
+    """A jump: the first sample after it, where that lies in 95 of 100 cases, the log odds, and what jumped.
+
+    A gain of a plant whose answer is not seen to end is none: ``before`` is 1, then, and ``after`` its factor.
+    """
 
     at: int
     interval: tuple[int, int]
@@ -28,6 +31,7 @@ class Jump(NamedTuple):
     input: int  # of a gain
     before: float
     after: float
+    is_factor: bool = False
 
 
 class Visible(NamedTuple):
@@ -49,7 +53,7 @@ class Hindsight(NamedTuple):
     def jumps(self) -> list[Jump]:
         """Return what jumped, in order of time."""
         now, found = self.response, []
-        T = len(now.used)
+        T, endless = len(now.used), now.endless(now.covariance()) if now.gains else []
         for j, since in enumerate(now.levels):
             where = standing(now, "levels", j)
             size = float(now.more[now.placed()["levels"].start + j]) * self.y_scale
@@ -60,8 +64,11 @@ class Hindsight(NamedTuple):
             factor = now.factor(i)
             gain = now.b[i].sum() / now.denominator.sum() * self.y_scale / self.u_scale[i]
             before, after = (float(gain * factor[k]) for k in (max(since - 1, 0), min(since, T - 1)))
+            if endless[i]:
+                before, after = 1.0, after / before if before else math.inf
             if where is not None and where.log_odds > SURE:
-                found.append(Jump(since, _about(where.interval, since), where.log_odds, GAIN, i, before, after))
+                ends = _about(where.interval, since)
+                found.append(Jump(since, ends, where.log_odds, GAIN, i, before, after, endless[i]))
         for jump in noises(now):
             sizes = jump.before * self.y_scale, jump.after * self.y_scale
             found.append(Jump(jump.at, jump.interval, jump.log_odds, NOISE, 0, *sizes))

@@ -95,10 +95,31 @@ def _cards(found, line) -> list[str]:
     naive = f"last value: {number(found.naive['last value'], 3)} rms"
     held = grade(found.diagnosis.find("coverage").is_fine, f.coverage >= 0.85)
     return [
-        group("The plant", plant_cards(found.summary, found.trace.dt, found.table.lasting, f.rmse)),
+        group("The plant", _plant(found)),
         group("Changes", [Card("Changes", str(found.alarms or "none"), what)]),
         group("How sure", [Card("One-step fit", fixed(f.fit, 1), naive, "", "%"), held_card(f.coverage, held)]),
     ]
+
+
+def _plant(found) -> list[Card]:
+    """Return the cards of what the words claim of the first input that they know; of no input, the model's own."""
+    lasting = found.table.lasting
+    if not found.table.inputs:
+        return plant_cards(found.summary, found.trace.dt, lasting, found.quoted.rmse)
+    known = {claim.kind: claim for claim in reversed(found.claims) if claim.interval is not None}
+    cards, open_ = [], "may integrate" if found.effects.is_endless else "the data leave it open"
+    if one := known.get("time constant"):
+        value, _, unit = lasting(one.value).partition(" ")
+        low, high = (lasting(end) for end in one.interval)
+        cards.append(Card("63 % of a step", value, f"{one.subject}: {low} to {high}", unit=unit))
+    else:
+        cards.append(Card("63 % of a step", "not known", open_, "warn"))
+    if one := known.get("gain"):
+        bar = number((one.interval[1] - one.interval[0]) / 2, 2)
+        cards.append(Card("Steady-state gain", number(one.value, 3), f"{one.subject}: 95 %", unit=f"\u00b1 {bar}"))
+    else:
+        cards.append(Card("Steady-state gain", "not known", open_, "warn"))
+    return cards
 
 
 def _changes(found, line) -> str:

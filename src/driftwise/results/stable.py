@@ -9,11 +9,20 @@ import numpy as np
 from .verdicts import Verdict
 
 NEAR = 0.05  # to one, within which an uncertain pole is called an integrator
+SEEN = 4.0  # time constants that a record must hold, for the end of an answer to be seen
 
 
 def is_integrator(p: complex, std: float) -> bool:
     """Say whether a pole cannot be told from one, and is near it: far away that only says how little is known."""
     return abs(p - 1) < min(max(2 * std, 1e-6), NEAR) if math.isfinite(std) else False
+
+
+def is_endless(size: float, std: float, count: int) -> bool:
+    """Say whether ``count`` samples leave open that a mode of this modulus never ends: it has no gain, then.
+
+    Its modulus cannot be told from one, or so little of it dies out within the record that the end was not seen.
+    """
+    return is_integrator(size, std) or 1 - size < SEEN / max(count, 1)
 
 
 def swings(p: complex) -> bool:
