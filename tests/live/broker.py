@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
+import random
 import shutil
 import signal
 import socket
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 CONFIG = """
 listener {port} 127.0.0.1
-allow_anonymous true
+{more}
 persistence true
 persistence_location {folder}/
 max_queued_messages 0
@@ -25,19 +27,17 @@ log_type all
 
 
 class Broker:
-    """Debian's mosquitto; it keeps sessions through a restart."""
+    """Debian's mosquitto; it keeps sessions, and its port, through a restart. ``more`` says who may talk to it."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, more: str = "allow_anonymous true"):
         if shutil.which("mosquitto") is None:
             pytest.skip("mosquitto is not installed: make services")
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
+        self.port = kept_port()
         self.folder = folder
         folder.mkdir()
         self.config = folder / "mosquitto.conf"
         folder.chmod(0o777)
-        self.config.write_text(CONFIG.format(port=self.port, folder=folder) + "user root\n")
+        self.config.write_text(CONFIG.format(port=self.port, folder=folder, more=more) + "user root\n")
         self.start()
 
     def start(self):
@@ -67,6 +67,15 @@ class Broker:
         while not condition():
             assert time.monotonic() < until, "it did not come to pass in time"
             time.sleep(0.05)
+
+
+def kept_port() -> int:
+    """Return a free port that no connection is given while a broker is restarted: one below those that are given."""
+    while True:
+        port = random.randrange(10_000, 30_000)
+        with socket.socket() as free, suppress(OSError):
+            free.bind(("127.0.0.1", port))
+            return port
 
 
 def publisher(port: int):

@@ -29,14 +29,17 @@ def test_states_are_those_of_a_fleet(tmp_path, kills, restarts):
     stages = max(kills, 1)
     step = SAMPLES // stages
     for stage in range(stages):
-        for topic, payload in messages(y, stage * step, (stage + 1) * step, SIZE):
+        said = list(messages(y, stage * step, (stage + 1) * step, SIZE))
+        for i, (topic, payload) in enumerate(said):
+            if restarts and stage == 9 and i == len(said) // 2:
+                broker.restart()  # while all are at work
             broker.wait(client.is_connected)  # what is published into a reconnection overtakes what waits for it
             client.publish(topic, payload, qos=1)
         if kills:
             time.sleep(drawn.uniform(0.0, 1.5))
             os.kill(process.pid, signal.SIGKILL)
             process.wait()
-            if stage in (3, 9, 16)[:restarts]:
+            if restarts and stage in (3, 16):
                 broker.restart()
             process = started(config)
     broker.wait(lambda: samples(tmp_path) == SERIES * SAMPLES, 120)

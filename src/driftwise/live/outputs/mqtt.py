@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 from ...engine.errors import InputError
 from ..board import EventView
-from ..sources.mqtt import credentials, needed
+from ..sources.mqtt import introduced, needed
 from .base import Estimate, message
 
 WORDS = re.compile(r"[^\w-]+")  # what no identifier of Home Assistant may hold
@@ -34,6 +34,7 @@ class MqttOutput:
     user_env: str = "DRIFTWISE_MQTT_USER"
     password_env: str = "DRIFTWISE_MQTT_PASSWORD"
     password_file: str = ""
+    ca_file: str = ""
 
     def __post_init__(self):
         parts = urlsplit(self.url)
@@ -64,7 +65,7 @@ class MqttOutput:
                         client.publish(f"{self.prefix}/estimates/{item.key}", _estimate(item), retain=True)
                 if last:
                     while not sent.is_published():
-                        await asyncio.sleep(0.01)
+                        await asyncio.sleep(0.002)
                     delivered(self.name, last)
         finally:
             client.disconnect()
@@ -73,11 +74,7 @@ class MqttOutput:
     def _client(self, note: Callable[[str, str], None]) -> Any:
         paho, parts = needed(), urlsplit(self.url)
         client = paho.Client(paho.CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5)
-        user, password = credentials(self, parts)
-        if user:
-            client.username_pw_set(user, password)
-        if parts.scheme == "mqtts":
-            client.tls_set()
+        introduced(client, self)
         client.reconnect_delay_set(1, 30)
         client.on_connect = lambda c, u, f, reason, p: note(self.name, str(reason) if reason.is_failure else "")
         client.on_disconnect = lambda c, u, f, reason, p: note(self.name, f"the broker is gone ({reason})")

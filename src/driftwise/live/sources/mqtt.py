@@ -34,6 +34,7 @@ class MqttSource:
     client : name of the session, under which the broker keeps what comes meanwhile
     qos : 1: nothing is lost; 0: quicker
     user_env, password_env, password_file : where the credentials are
+    ca_file : certificates that vouch for the broker, where those of the system do not
     """
 
     url: str
@@ -48,6 +49,7 @@ class MqttSource:
     user_env: str = "DRIFTWISE_MQTT_USER"
     password_env: str = "DRIFTWISE_MQTT_PASSWORD"
     password_file: str = ""
+    ca_file: str = ""
 
     def __post_init__(self):
         parts = urlsplit(self.url)
@@ -96,12 +98,7 @@ class MqttSource:
             paho.CallbackAPIVersion.VERSION2, client_id=self.client, protocol=paho.MQTTv5, manual_ack=self.qos > 0
         )
         client.reconnect_delay_set(1, 30)
-        parts = urlsplit(self.url)
-        user, password = credentials(self, parts)
-        if user:
-            client.username_pw_set(user, password)
-        if parts.scheme == "mqtts":
-            client.tls_set()
+        introduced(client, self)
         shape = Shape(self.key_field, self.time_field, self.time_unit)
 
         def connected(client, userdata, flags, reason, properties):
@@ -162,7 +159,20 @@ def _session() -> Any:
     return wishes
 
 
-def credentials(settings: Any, parts: Any) -> tuple[str | None, str | None]:
+def introduced(client: Any, settings: Any) -> None:
+    """Give a client its credentials, and TLS for an address mqtts://."""
+    parts = urlsplit(settings.url)
+    user, password = _credentials(settings, parts)
+    if user:
+        client.username_pw_set(user, password)
+    if parts.scheme == "mqtts":
+        try:
+            client.tls_set(settings.ca_file or None)
+        except OSError as error:
+            raise InputError(f"ca_file {settings.ca_file} cannot be read: {error}") from None
+
+
+def _credentials(settings: Any, parts: Any) -> tuple[str | None, str | None]:
     """Return user and password from the address, a file and the environment."""
     user = unquote(parts.username) if parts.username else os.environ.get(settings.user_env)
     if settings.password_file:
