@@ -31,7 +31,7 @@ test: $(STAMP)  ## the tests, a few minutes
 test-all: $(STAMP)  ## the tests, the slow statistics, and what is tried with programs that are installed apart
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-hostile: $(STAMP)  ## two hundred drawn files, fifty signals and faults, with the seed of the last commit
+hostile: $(STAMP)  ## two hundred drawn files, fifty signals and faults, five hundred requests, with the seed of the last commit
 	$(BIN)/python -m tests.hostile
 
 services:  ## install those programs (Debian, as root)

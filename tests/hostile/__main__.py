@@ -19,6 +19,7 @@ KINDS = {
     "troubles": (day.happenings, 40, "signals, streams and calls that fail"),
     "disks": (day.disks, 6, "disks that are full"),
     "caches": (day.caches, 4, "damaged caches"),
+    "requests": (day.requests, 500, "requests to a live service"),
 }
 
 
@@ -46,7 +47,7 @@ def main() -> int:
                 print("".join(f"  ! {line[:400]}\n" for line in wrong), end="", flush=True)
             if asked.only:
                 print(outcome.out, outcome.err, f"exit code {outcome.code}, {outcome.cpu:.2f} s of CPU", sep="\n")
-    print(f"{broken} of {tried} broke a promise; exit codes {dict(sorted(codes.items()))}")
+    print(f"{broken} of {tried} broke a promise; codes {dict(sorted(codes.items()))}")
     return int(broken > 0)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from . import tables, troubles
+from . import service, tables, troubles
 from .cases import Case, drawn, try_case
 
 
@@ -65,3 +66,14 @@ def caches(seed: int, numbers: Iterable[int]) -> Iterator:
             wrong, outcome = try_case(case)
             said = said or outcome.out
             yield number, case, wrong + ["another answer"] * (outcome.out != said), outcome
+
+
+def requests(seed: int, numbers: range) -> Iterator:
+    """Yield the same of requests to one live service, and in the end of the service as a whole."""
+    if not numbers or find_spec("starlette") is None:
+        return
+    with tempfile.TemporaryDirectory() as folder, service.served(Path(folder)) as served:
+        for number in numbers:
+            request = service.drawn(np.random.default_rng([seed, 4, number]))
+            yield number, Case({}, [request.told], "a request"), *served.tried(request)
+        yield numbers[-1], Case({}, ["live"], "the service after all of them"), *served.end()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..engine.errors import InputError
+from ..engine.errors import InputError, brief
 from ..results.sentences import SOMETHING, alarm_words
 from .board import EventView
 from .choosing import Choice, Choosing
@@ -97,7 +97,7 @@ class Core:
 
     def refuse(self, reason: str) -> None:
         """Count what cannot be used, and keep the reason."""
-        reason = reason.encode("utf-8", "replace").decode()  # half a character can neither be written nor sent
+        reason = brief(reason).encode("utf-8", "replace").decode()  # half a character can neither be written nor sent
         self.counters["refused"] += 1
         if self._told is not None:
             self._told.append(reason)

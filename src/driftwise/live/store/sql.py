@@ -12,6 +12,7 @@ from .base import EVENT, Asleep, Change, Found, Group, Member, RowBytes, event_o
 
 VERSION = 1
 NAMES = ", ".join(EVENT)
+MOST = (1 << 63) - 1  # number of an event that a database can be asked for
 TABLES = """
 CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS groups (
@@ -177,6 +178,7 @@ class SqlStore:
         return found
 
     def events(self, since: int, key: str | None, most: int | None = None, latest: bool = False) -> list[EventView]:
+        since = min(max(since, 0), MOST)
         values = (since,) if key is None else (since, key)
         only = "" if key is None else f" AND key = {self.mark}"
         order, limit = "DESC" if latest else "ASC", "" if most is None else f" LIMIT {int(most)}"
@@ -186,6 +188,8 @@ class SqlStore:
         return [event_of(row) for row in (reversed(found) if latest else found)]
 
     def acknowledge(self, number: int) -> EventView:
+        if number > MOST:
+            raise KeyError(number)
         with self.transaction():
             self.execute(f"UPDATE events SET acknowledged = 1 WHERE number = {self.mark}", (number,))
         row = self.execute(f"SELECT {NAMES} FROM events WHERE number = {self.mark}", (number,)).fetchone()

@@ -8,7 +8,7 @@ from collections import OrderedDict
 from typing import NamedTuple
 
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 
 
 class Limits(NamedTuple):
@@ -71,4 +71,6 @@ async def body_of(request: Request, limits: Limits) -> bytes:
                 parts.append(part)
     except TimeoutError:
         raise HTTPException(408, "the body did not come in time") from None
+    except ClientDisconnect:  # nobody hears the answer
+        raise HTTPException(400, "the body broke off") from None
     return b"".join(parts)

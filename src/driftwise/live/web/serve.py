@@ -54,7 +54,7 @@ class Site:
             port=port,
             ssl_certfile=certificate,
             ssl_keyfile=private_key,
-            log_level=logging.WARNING,
+            log_level=logging.ERROR,  # a stranger who sends what is no HTTP fills no log
             access_log=False,
             server_header=False,
             proxy_headers=False,

@@ -1,0 +1,27 @@
+"""Requests that once broke a live service."""
+
+import pytest
+
+from hostile.service import Request, served
+
+pytest.importorskip("starlette")
+SAMPLES = b"POST /samples HTTP/1.1\r\nHost: localhost\r\nX-Driftwise: 1\r\nContent-Type: application/x-ndjson\r\n"
+LATE = b'{"key": "%s", "time": 1e300, "value": 1}' % (b"k " * 2500)
+BROKE = {
+    "a body that breaks off": (SAMPLES + b'Content-Length: 99\r\n\r\n{"key"', True),
+    "an event beyond every number": (
+        b"POST /api/events/99999999999999999999/acknowledge HTTP/1.1\r\nHost: localhost\r\nX-Driftwise: 1\r\n\r\n",
+        False,
+    ),
+    "events since such a one": (b"GET /api/events?since=1e300 HTTP/1.1\r\nHost: localhost\r\n\r\n", False),
+    "a long key, far ahead": (SAMPLES + b"Content-Length: %d\r\n\r\n%s" % (len(LATE), LATE), False),
+    "no HTTP at all": (b"\x16\x03\x01 hello\r\n\r\n", True),
+}  # fmt: skip
+
+
+def test_what_once_broke_a_service_is_answered_or_refused(tmp_path):
+    with served(tmp_path) as service:
+        wrong = {told: service.tried(Request(data, told, is_cut))[0] for told, (data, is_cut) in BROKE.items()}
+        after, outcome = service.end()
+    assert not any(wrong.values()) and not after, (wrong, after)
+    assert len(outcome.err.splitlines()) == 1, outcome.err  # where the page is; nothing of what strangers sent
