@@ -15,6 +15,9 @@ BROKE = {
     ),
     "events since such a one": (b"GET /api/events?since=1e300 HTTP/1.1\r\nHost: localhost\r\n\r\n", False),
     "a long key, far ahead": (SAMPLES + b"Content-Length: %d\r\n\r\n%s" % (len(LATE), LATE), False),
+    "a body of chunks that are none": (
+        b"GET /api/series HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nno\r\n", False,
+    ),
     "no HTTP at all": (b"\x16\x03\x01 hello\r\n\r\n", True),
 }  # fmt: skip
 

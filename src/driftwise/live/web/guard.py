@@ -6,6 +6,7 @@ import asyncio
 import re
 from http.cookies import CookieError, SimpleCookie
 
+from h11 import LocalProtocolError
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -54,7 +55,11 @@ class Guard:
 
         scope["guard"] = self
         refused = await self._refuse(scope)
-        await (refused or self.app)(scope, receive, sealed)
+        try:
+            await (refused or self.app)(scope, receive, sealed)
+        except LocalProtocolError:  # what came after the request's head was no HTTP: the server said so, and hangs up
+            while (await receive())["type"] != "http.disconnect":
+                pass
 
     async def _refuse(self, scope: Scope) -> Response | None:
         headers, address = Headers(scope=scope), (scope.get("client") or ("",))[0]
