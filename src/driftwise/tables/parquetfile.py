@@ -32,7 +32,7 @@ class ParquetSource(Source):
             if found:
                 options: Any = dict(pre_buffer=False, buffer_size=1 << 20, read_dictionary=found)
                 self._file = pq.ParquetFile(path, metadata=self._file.metadata, **options)
-        except (pa.ArrowInvalid, OSError) as error:
+        except (pa.ArrowException, UnicodeDecodeError, OSError) as error:  # a name that is no text is damage, too
             raise InputError(
                 f"{path} begins like a Parquet file but cannot be read ({error}). Was the copy cut short?"
             ) from None
@@ -42,7 +42,7 @@ class ParquetSource(Source):
         units = {
             name: f.metadata[b"unit"] for name, f in zip(self.names, schema) if f.metadata and b"unit" in f.metadata
         }
-        self.units = {name: unit.decode() for name, unit in units.items()}
+        self.units = {name: unit.decode("utf-8", "replace") for name, unit in units.items()}
         self.size = self.rows
         if self.rows < least:
             raise InputError(
