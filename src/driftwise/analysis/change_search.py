@@ -79,9 +79,9 @@ def alternatives(now: Response):
     bare = colourless(now)
     for kind, i in [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]:
         seen: list[int] = []
-        for look in (now, bare):  # a noise that was learnt beside a jump has taken it for its colour
+        for look, least in ((now, HOPE - SURE), (bare, SURE)):  # a noise learnt beside a jump has taken it for its colour
             found = place(look, kind, i, look.left)
-            if found is None or found.log_odds < HOPE - SURE or any(abs(found.at - at) < LEAST for at in seen):
+            if found is None or found.log_odds < least or any(abs(found.at - at) < LEAST for at in seen):
                 continue
             result = tried(look, kind, i, found.at)
             if result is not None and result[0] > SURE:
@@ -108,7 +108,7 @@ def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
         other = (now.with_level(at, size) if kind == LEVEL else now.with_gain(i, at, size)).settled(1)
         part, j = ("levels", len(now.levels)) if kind == LEVEL else ("gains", len(now.gains))
         found = located(other, part, j)
-        if found is None:
+        if found is None or found.log_odds < HOPE - SURE:
             return None
         if found.at == at:
             break

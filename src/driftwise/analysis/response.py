@@ -15,7 +15,7 @@ import numpy as np
 
 from ..models.filtering import linear_filter
 from ..results.stable import is_endless
-from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, local_size
+from .response_record import COLOUR, FAR, HUBER, SHARE, Record, autoregression, delayed, least_squares, local_size
 
 STEPS, SHRINK = 8, (1.0, 0.4, 0.1)  # of Gauss and Newton, and how much of one is tried
 PARTS = "bends", "gains", "shifts", "ramps", "start", "columns", "levels"  # of the numbers beside A and B, in order
@@ -259,7 +259,7 @@ class Response:
         now, loss = self, self.loss()
         for _ in range(steps):
             J, size = now.jacobian()
-            way = np.linalg.lstsq(J, now.left * now.weight, rcond=1e-7)[0] / size
+            way = least_squares(J, now.left * now.weight) / size
             for part in SHRINK:
                 tried = now.at(now.theta + part * way)
                 if tried.is_stable and (new := tried.loss()) < loss:

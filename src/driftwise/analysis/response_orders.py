@@ -10,7 +10,7 @@ import numpy as np
 from ..models.filtering import linear_filter
 from .delays import DelayScan, lagged, longest_delay
 from .response import Response
-from .response_record import HUBER, Record
+from .response_record import HUBER, Record, least_squares
 
 ORDERS = (1, 2, 3)
 TIMES = (0.7, 2.0, 5.0, 12.0, 30.0, 80.0)  # samples, of real poles that are tried
@@ -75,7 +75,7 @@ def fitted(plain: Response, last: Response | None, n: int, m: int) -> Response:
     found = [begun(start, starts(last, n), n, m) for start in (plain, last) if start is not None]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
-    return min(found, key=lambda one: one.criterion)
+    return min(found, key=lambda one: one.criterion).settled(2)
 
 
 def begun(start: Response, poles, n: int, m: int) -> Response:
@@ -85,7 +85,7 @@ def begun(start: Response, poles, n: int, m: int) -> Response:
     _, a, nk = min(tried, key=lambda one: one[0])
     best: Response | None = None
     for _ in range(2):
-        now = linear(start, a, nk, m).refined(3).coloured().settled(2)
+        now = linear(start, a, nk, m).refined(3).coloured().refined(3)
         if best is None or now.criterion < best.criterion:
             best = now
         late = delays(now, now.a, now.nk, m)
@@ -167,7 +167,7 @@ def linear(start: Response, a, nk, m: int) -> Response:
     w: np.ndarray = np.ones(len(y))
     value = np.zeros(len(free))
     for _ in range(2):
-        value = np.linalg.lstsq(X * w[:, None], y * w, rcond=1e-8)[0]
+        value = least_squares(X * w[:, None], y * w)
         r = y - X @ value
         w = np.sqrt(np.minimum(1.0, HUBER * 1.4826 * float(np.median(abs(r))) / np.maximum(abs(r), 1e-300)))
     theta = found.theta

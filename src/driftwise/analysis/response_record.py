@@ -16,6 +16,7 @@ LOCAL = 50  # samples either side by which the size of the noise is known
 COLOUR = 8  # past values of the noise by which it is whitened, at most
 HALF = 0.5  # of the samples, which whitening by past values must leave
 FLOOR = 1e-4  # of the deviation of y, below which noise is none
+TOLD = 1e-14  # of what is told best, squared: a direction of less is not told by a record
 LAGS, SHARE = 200, 8  # lags of the correlation of scores at most, and as a share of them
 
 
@@ -77,22 +78,38 @@ def local_size(r) -> np.ndarray:
     return np.maximum(size, 1e-12 * (abs(r).max(initial=0.0) + 1e-300))
 
 
+def least_squares(X, y) -> np.ndarray:
+    """Return the parameters of columns X (T, P) that leave least of y (T,); what X hardly tells apart stays near zero.
+
+    By the normal equations of columns of one size: a fifth of the time of singular values of X, and half the digits.
+    """
+    G, g = X.T @ X, X.T @ y
+    size = np.sqrt(np.diag(G))
+    size = np.maximum(size, max(1e-8 * size.max(initial=0.0), 1e-150))
+    value, vector = np.linalg.eigh(G / size / size[:, None])
+    told = value > TOLD * value[-1:]
+    V = vector[:, told]
+    return V @ (V.T @ (g / size) / value[told]) / size
+
+
 def autoregression(v, most: int) -> np.ndarray:
     """Return f of v(t) = -f1 v(t-1) .. + e, as many as Schwarz's criterion asks for; v is NaN where not known."""
     most = min(most, max(len(v) // 30, 0))
-    known = int(np.isfinite(v).sum())
+    known = np.isfinite(v)
     X = lagged(v, range(1, most + 1))
     for p in range(most, 0, -1):
-        use = np.isfinite(X[:, :p]).all(axis=1) & np.isfinite(v)
-        if use.sum() > HALF * known:
+        use = np.isfinite(X[:, :p]).all(axis=1) & known
+        if use.sum() > HALF * known.sum():
             break
     else:
         return np.zeros(0)
     X, y = X[use, :p], v[use]
-    best, found = math.log(float(np.mean(y**2)) + 1e-300) * len(y), np.zeros(0)
+    G, g, power = X.T @ X, X.T @ y, float(y @ y)
+    best, found = math.log(power / len(y) + 1e-300) * len(y), np.zeros(0)
     for q in range(1, p + 1):
-        f = np.linalg.lstsq(X[:, :q], y, rcond=None)[0]
-        value = math.log(float(np.mean((y - X[:, :q] @ f) ** 2)) + 1e-300) * len(y) + q * math.log(len(y))
+        f = np.linalg.lstsq(G[:q, :q], g[:q], rcond=TOLD)[0]
+        left = max(power - float(g[:q] @ f), TOLD * power)
+        value = math.log(left / len(y) + 1e-300) * len(y) + q * math.log(len(y))
         if value < best:
             best, found = value, -f
     return found
