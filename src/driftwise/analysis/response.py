@@ -26,6 +26,16 @@ MATTERS = 0.05  # of the gain, which a mode must make up to have a say in it
 ONSET = 5  # samples about the date of a change that may have been called outliers for it
 
 
+def dies_out(a: list[float], edge: float) -> bool:
+    """Say whether no pole of 1, a1, .. reaches ``edge`` (reflections, by Schur's recursion)."""
+    a = [1.0, *(value / edge**j for j, value in enumerate(a, 1))]
+    while len(a) > 1:
+        if not abs(a[-1]) < abs(a[0]):
+            return False
+        a = [a[0] * ahead - a[-1] * back for ahead, back in zip(a[:-1], a[:0:-1])]
+    return True
+
+
 @dataclass(frozen=True)
 class Response:
     """A fitted response: what it is made of, and its numbers.
@@ -74,21 +84,17 @@ class Response:
 
     @property
     def is_stable(self) -> bool:
-        """Whether what the inputs did dies out: no pole reaches EDGE (reflections, by Schur's recursion).
+        """Whether what the inputs did dies out: no pole reaches EDGE.
 
         A pair has to do so within the record: one that swings all along is a disturbance, to be told as one.
         """
-        if len(self.a) > 1:
-            poles = np.roots(self.denominator)
-            pairs = abs(poles[abs(poles.imag) > 1e-9])
-            if len(pairs) and pairs.max() > 1 - RINGS / len(self.record.y):
-                return False
-        a = [1.0, *(value / EDGE**j for j, value in enumerate(self.a.tolist(), 1))]
-        while len(a) > 1:
-            if not abs(a[-1]) < abs(a[0]):
-                return False
-            a = [a[0] * ahead - a[-1] * back for ahead, back in zip(a[:-1], a[:0:-1])]
-        return True
+        if not dies_out(self.a.tolist(), EDGE):
+            return False
+        most = 1 - RINGS / len(self.record.y)
+        if len(self.a) < 2 or dies_out(self.a.tolist(), most):  # no pole is out there, so no pair is
+            return True
+        poles = np.roots(self.denominator)
+        return not np.any(abs(poles[abs(poles.imag) > 1e-9]) > most)
 
     @property
     def parts(self) -> tuple:
