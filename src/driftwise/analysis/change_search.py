@@ -79,7 +79,8 @@ def alternatives(now: Response):
     bare = colourless(now)
     for kind, i in [(LEVEL, 0), *((GAIN, i) for i in range(len(now.b)))]:
         seen: list[int] = []
-        for look, least in ((now, HOPE - SURE), (bare, SURE)):  # a noise learnt beside a jump has taken it for its colour
+        # a noise that was learnt beside a jump has taken it for its colour; beside none, what is slow looks like one
+        for look, least in ((now, HOPE - SURE), (bare, SURE)):
             found = place(look, kind, i, look.left)
             if found is None or found.log_odds < least or any(abs(found.at - at) < LEAST for at in seen):
                 continue
