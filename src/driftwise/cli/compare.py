@@ -72,13 +72,13 @@ class CompareJob(RecordJob):
 
     def summarise(self) -> None:
         """Say what to beware of."""
-        from driftwise.cli.notes import clock_notes
+        from driftwise.cli.notes import clock_notes, unreadable
 
         record, values = self.record, self.offsets.values
         said = clock_notes(record)
         if record.bad:
             where = f" (first: {record.first_bad})" if record.first_bad else ""
-            said.append(f"{record.bad} cells are not finite numbers below 1e100 and were taken as missing{where}.")
+            said.append(f"{unreadable(record.bad)}{where}.")
         said += record.code_notes() + record.unit_notes()
         if values:
             means = ", ".join(f"{name} {number(value)}" for name, value in values.items())

@@ -15,6 +15,13 @@ STOPPED = "stopped early; the results are those of the rows read so far."
 SHOWN = ("excitation", "identifiability")  # a line of their own says it
 
 
+def unreadable(cells: int) -> str:
+    """Return what is said of cells that could not be read, without the full stop."""
+    if cells == 1:
+        return "1 cell is neither a number below 1e100 nor a time, and was taken as missing"
+    return f"{cells} cells are neither numbers below 1e100 nor times, and were taken as missing"
+
+
 def clock_notes(record) -> list[str]:
     """Return a sentence about the column that looks like the clock, where the whole table was looked at for one."""
     from driftwise.tables.autoread import recognised
@@ -104,7 +111,7 @@ def notes(job) -> list[str]:
     cells = record.bad - record.source.ragged * len(record.columns)
     if cells > 0:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
-        said.append(f"{cells} cells are not finite numbers below 1e100 and were taken as missing{where}.")
+        said.append(f"{unreadable(cells)}{where}.")
     said += [f"{text[:-1]} (--raw takes them as they stand)." for text in record.code_notes()]
     said += record.unit_notes()
     for name, value, row in offsets.extremes:
