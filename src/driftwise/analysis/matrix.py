@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from ..detect.variance import VarianceCUSUM
 from ..engine.errors import InputError
 from ..estimators.adaptive_gain.estimator import AdaptiveGain
 from ..estimators.adaptive_observer.estimator import AdaptiveObserver
@@ -17,25 +16,8 @@ from ..estimators.common.refusals import why_not
 from ..estimators.continuous.estimator import ContinuousJoint
 from ..estimators.joint.estimator import Joint
 from ..estimators.joint_mimo.estimator import JointMIMO
-from ..memory.auto import AutoMemory
-from ..memory.autocovariance_ls import AutocovarianceLS
-from ..memory.auxiliary_filter import AuxiliaryFilter
-from ..memory.bayesian_change_point import BayesianChangePoint
-from ..memory.constant import Constant
-from ..memory.covariance_matching import CovarianceMatching
-from ..memory.directional_forgetting import DirectionalForgetting
-from ..memory.drift import Drift
-from ..memory.exponential_forgetting import ExponentialForgetting
-from ..memory.fuzzy_drift import FuzzyDrift
-from ..memory.gain_floor import GainFloor
-from ..memory.imm import IMM
-from ..memory.likelihood_drift import LikelihoodDrift
-from ..memory.multiple_model import MultipleModel
-from ..memory.random_walk import RandomWalk
-from ..memory.restart_on_change import RestartOnChange
-from ..memory.variable_forgetting import VariableForgetting
-from ..memory.variational_bayes import VariationalBayes
-from ..memory.window import Window
+from ..memory.registry import MEMORIES as ANSWERING
+from ..memory.registry import public
 from .laws import example
 
 YES = "yes"
@@ -57,28 +39,9 @@ MODELS: dict[str, Callable[[Any], Any]] = {
 }
 
 MEMORIES: dict[str, Any] = {
-    type(memory).__name__: memory
-    for memory in (
-        Constant(),
-        GainFloor(20),
-        ExponentialForgetting(0.95),
-        VariableForgetting(20),
-        DirectionalForgetting(0.95),
-        RandomWalk(1e-4),
-        Drift(nvr=1e-3),
-        Window(10),
-        RestartOnChange(VarianceCUSUM(threshold=1.0), settle=10),
-        BayesianChangePoint(0.3, 50, 4),
-        AutoMemory(),
-        MultipleModel(),
-        IMM(),
-        LikelihoodDrift(),
-        FuzzyDrift(),
-        CovarianceMatching(),
-        AuxiliaryFilter(),
-        AutocovarianceLS(3),
-        VariationalBayes(),
-    )
+    name: entry.kind(**entry.example)
+    for name, entry in public().items()
+    if entry.kind in ANSWERING and entry.kind.__module__.startswith("driftwise.")
 }
 
 

@@ -21,7 +21,7 @@ from .unknown_drift import START, common, drift_state_size, learns_drift, revise
 from .wind_up import hold_within
 
 
-@register("autocovariance", about="the ratio is learnt from correlations of the innovations")
+@register("autocovariance", about="the ratio is learnt from correlations of the innovations", lags=3)
 class AutocovarianceLS(NamedTuple):
     """The speed of drift of each parameter by autocovariance least squares over ``lags``, fading in ``memory`` samples.
 

@@ -46,6 +46,9 @@ open_change_point = kernel(CHANGE_POINT.open)
     "change-point:JUMP/EVERY",
     about="jumps of that size every so many samples, all instants considered",
     read=lambda words: BayesianChangePoint(*words.jump_every()),
+    jump=0.3,
+    every=50,
+    hypotheses=4,
 )
 class BayesianChangePoint(NamedTuple):
     """Jumps of size ``jump``, one every so many samples on average: all instants are considered, the likely ones kept.

@@ -11,7 +11,7 @@ from .registry import adapt, least_squares, on_alarm, register, resolve, time_up
 from .wind_up import shrink
 
 
-@register("directional:LAM", about="exponential, but only what new samples speak about")
+@register("directional:LAM", about="exponential, but only what new samples speak about", lam=0.95)
 class DirectionalForgetting(NamedTuple):
     """Forget by the factor ``lam`` what the regressors psi of the new sample speak about; all else is kept as it is.
 

@@ -26,6 +26,7 @@ def _read(words):
     "drift:NVR/PHI",
     about="they wander with that noise variance ratio, a memory of 1/sqrt(NVR) samples, and relax by PHI",
     read=_read,
+    nvr=1e-3,
 )
 class Drift(NamedTuple):
     """Each parameter relaxes and wanders: theta(k+1) = phi theta(k) + w(k), var w = q (a Gauss-Markov process).

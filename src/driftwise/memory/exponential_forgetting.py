@@ -12,7 +12,7 @@ from .registry import on_alarm, register, resolve, time_update
 from .wind_up import MEMORIES, shrink
 
 
-@register("exponential:LAM", about="a sample fades to LAM of its weight with each new one")
+@register("exponential:LAM", about="a sample fades to LAM of its weight with each new one", lam=0.95)
 class ExponentialForgetting(NamedTuple):
     """A sample of age k counts ``lam`` to the power k: exponential forgetting, gain (1 - lam)/(1 - lam^n).
 

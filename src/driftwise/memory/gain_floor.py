@@ -8,7 +8,7 @@ from .settings import more_than_one
 from .wind_up import MEMORIES
 
 
-@register("gain-floor:N", about="gain 1/n, then 1/N")
+@register("gain-floor:N", about="gain 1/n, then 1/N", samples=20)
 class GainFloor(NamedTuple):
     """The gain falls like 1/n and stops at 1/``samples``: then the past fades with that many samples of memory.
 

@@ -23,6 +23,7 @@ def _read(words):
     "random-walk:JUMP/EVERY",
     about="they drift: variance per sample, such as 1e-6, or as jumps of that size every so many samples would have it",
     read=_read,
+    q=1e-4,
 )
 class RandomWalk(NamedTuple):
     """Each parameter takes a random step of variance ``q`` per sample, never wider than its prior.

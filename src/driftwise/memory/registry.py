@@ -23,18 +23,24 @@ MEMORIES: set[type] = set()  # every type that answers one of the questions
 
 
 class Entry(NamedTuple):
-    """A public memory: its settings, how the command line writes it, what it is for, and what makes one of `Words`."""
+    """A public memory: its settings, how the command line writes it, what it is for, what makes one of `Words`.
+
+    ``example`` are settings with which it is tried on short records.
+    """
 
     kind: type
     forms: tuple[str, ...]
     about: str
     read: Callable[[Any], Any]
+    example: dict[str, Any]
 
 
 ENTRIES = Registry("driftwise.memory", "memory")
 
 
-def register(*forms: str, about: str = "", read: Callable[[Any], Any] | None = None) -> Callable[[type], type]:
+def register(
+    *forms: str, about: str = "", read: Callable[[Any], Any] | None = None, **example: Any
+) -> Callable[[type], type]:
     """Make a memory public: a file finds it by its name, the command line by its word.
 
     Parameters
@@ -42,10 +48,11 @@ def register(*forms: str, about: str = "", read: Callable[[Any], Any] | None = N
     *forms : how ``--memory`` writes it, as "window:T" or "restart", "restart:STEP"
     about : what it is, in a few words
     read : what makes it of the `Words` behind the colon; one number, if omitted
+    **example : settings with which it is tried with every model, on short records, where those it has do not serve
     """
 
     def add(kind: type) -> type:
-        ENTRIES.add(Entry(kind, forms, about, read or (lambda words: kind(words.number()))))
+        ENTRIES.add(Entry(kind, forms, about, read or (lambda words: kind(words.number())), example))
         return kind
 
     return add

@@ -36,7 +36,12 @@ def _read(words):
     return RestartOnChange(response=CovarianceInflation(steps))
 
 
-@register("restart", "restart:STEP", about="constant until they jump; size to expect, 1 if omitted", read=_read)
+QUICK = {"detector": VarianceCUSUM(threshold=1.0), "settle": 10}  # one that does alarm in a short record
+
+
+@register(
+    "restart", "restart:STEP", about="constant until they jump; size to expect, 1 if omitted", read=_read, **QUICK
+)
 class RestartOnChange(NamedTuple):
     """Nothing is forgotten until the parameters jump; then they are freed as ``response`` says.
 

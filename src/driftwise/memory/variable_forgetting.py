@@ -11,7 +11,7 @@ from .settings import more_than_one
 from .wind_up import MEMORIES, shrink
 
 
-@register("variable:N", about="forgets when surprised, else N samples")
+@register("variable:N", about="forgets when surprised, else N samples", samples=20)
 class VariableForgetting(NamedTuple):
     """Forget as much as the last error surprises: lambda = 1 - e^2/(sigma^2 T ``samples``), at least ``least``.
 

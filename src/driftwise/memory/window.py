@@ -31,7 +31,7 @@ WINDOW = Layout(
 open_window = kernel(WINDOW.open)
 
 
-@register("window:T", about="the last T samples", read=lambda words: Window(words.whole()))
+@register("window:T", about="the last T samples", read=lambda words: Window(words.whole()), samples=10)
 class Window(NamedTuple):
     """The last ``samples`` measured samples and the prior are all that counts: batch least squares that moves along.
 

@@ -67,11 +67,11 @@ class Words(NamedTuple):
 def read(text: str) -> Any:
     """Return the memory that a text such as "exponential:0.99" names."""
     words = Words(text)
-    for kind, forms, _, make in public().values():
-        if text in forms and ":" not in text:
-            return kind()
-        if words.rest and any(form.startswith(f"{words.kind}:") for form in forms):
-            return make(words)
+    for entry in public().values():
+        if text in entry.forms and ":" not in text:
+            return entry.kind()
+        if words.rest and any(form.startswith(f"{words.kind}:") for form in entry.forms):
+            return entry.read(words)
     if words.kind == "ekf":
         raise InputError(f"--memory ekf: {EKF}.")
     raise InputError(f"--memory must be {all_forms()}; got {text!r}.")
@@ -79,4 +79,4 @@ def read(text: str) -> Any:
 
 def all_forms() -> str:
     """Return how every memory is written, and what it is, in one sentence."""
-    return ", ".join(f"{' or '.join(forms)} ({about})" for _, forms, about, _ in public().values() if forms)
+    return ", ".join(f"{' or '.join(entry.forms)} ({entry.about})" for entry in public().values() if entry.forms)
