@@ -16,6 +16,7 @@ from .response_record import HUBER, local_size
 
 HOPE = 3.0  # log odds from which a change is tried
 STEPS = 4  # by which the frequency of a line is sharpened
+EVEN = 6.0  # of the criterion: of changes no further apart, the surest is taken
 REACH = 5  # samples by which a level before and after is compared
 
 
@@ -31,14 +32,21 @@ def searched(now: Response) -> Response:
 
 
 def changed(now: Response) -> Response:
-    """Return a response with the changes, bends and lines that it asks for, one by one, the likeliest first."""
+    """Return a response with the changes, bends and lines that it asks for, one by one, the likeliest first.
+
+    One that is sure but not worth its numbers is kept where the next one is: a noise that has taken two things for its
+    colour keeps it until both are there.
+    """
+    best, is_worse = now, False
     for _ in range(PIECES):
         sure = [pair for pair in alternatives(now) if pair is not None and pair[0] > SURE]
-        best = min((other for _, other in sure), key=lambda other: other.criterion, default=now)
-        if best.criterion >= now.criterion:  # no fit with a change is better: they have gone astray
-            break
-        now = best
-    return now
+        least = min((one.criterion for _, one in sure), default=math.inf)
+        was_worse, is_worse = is_worse, least >= now.criterion
+        if least > now.criterion + (0.0 if was_worse else 2 * math.log(len(now.rows))):
+            break  # they have gone astray
+        _, now = max((pair for pair in sure if pair[1].criterion < least + EVEN), key=lambda pair: pair[0])
+        best = min(best, now, key=lambda one: one.criterion)
+    return best
 
 
 def pruned(now: Response) -> Response:
