@@ -11,6 +11,7 @@ from driftwise_studies.papers import radar_filters, recordings
 from driftwise_studies.papers.verdict import Table, Verdict
 from driftwise_studies.score import acceptance, labels, opponents, page, protocol, records, run, tables, tracks
 from driftwise_studies.score import board as scored
+from driftwise_studies.score.second import SECOND
 
 from driftwise.engine.errors import InputError
 
@@ -188,6 +189,19 @@ def _measured(ours):
         for name in records.ROWS
     }
     return run.Measured(rows=rows)
+
+
+def test_both_sets_are_counted_and_what_misses_is_named():
+    rows = {}
+    for name in [*records.ROWS, *SECOND]:
+        fit, samples = {"nile": (40.0, 100), "ball_beam": (48.0, 1000)}.get(name, (49.8, 1000))
+        scores = {one: _score(50.0) for one in scored.CONSTANT} | {scored.OURS: _score(fit, 1.0, 95.0, -0.01)}
+        rows[name] = scored.Row(name, samples, opponents.Structure(1, 1, 0), 0.0, scores, 0.1, 0.0)
+    found = list(acceptance.both_sets(run.Measured(rows=rows)))
+    assert [v.confirmed for v in found] == [True, False, True, True, True]
+    assert "(not: nile -10; ball_beam -2)" in found[0].value and "(not: ball_beam -2)" in found[1].value
+    assert not list(acceptance.both_sets(run.Measured(rows={"nile": rows["nile"]})))
+    assert acceptance._within(1.3, 0.8, 1.25, 1.0, 2.0, 200) and not acceptance._within(1.3, 0.8, 1.25, 1.0, 2.0, 2000)
 
 
 def test_targets_can_be_met_and_missed():

@@ -15,6 +15,7 @@ from . import labels
 from .board import CONSTANT, OURS, UNTUNED
 from .records import ROWS
 from .run import Measured
+from .second import SECOND
 
 PAGE = "docs/score.md"
 STEADY = {"hair_dryer": 95.5, "robot_arm": 99.5, "heating_system": 98.7, "soldering_station": 98.0}
@@ -25,6 +26,7 @@ ADAPTIVE = ("mur_groundwater", "gas_furnace", "heat_exchanger", "air_quality_NO2
 MOST = 13  # records, of all 17, on which a row of the table has to hold
 GAIN, LEVEL = (0.98, 0.49), (329.95, 330.80)  # of the river and the head, before and after the dam
 YEAR, DAM = 52, 621  # weeks
+SHORT = 200  # samples, of a record that may lose
 
 
 def verdicts(found: Measured) -> list[Verdict]:
@@ -75,7 +77,7 @@ def bars(found: Measured) -> Iterator[Verdict]:
     """Rows 2 and 3: error bars and densities on all records."""
     if not found.is_whole or not found.rows:
         return
-    scores = {name: row.scores[OURS] for name, row in found.rows.items()}
+    scores = {name: row.scores[OURS] for name, row in found.rows.items() if name in ROWS}
     least, count = MOST, len(ROWS)  # a record that failed counts as one that is not good
     nis = {name: s.nis for name, s in scores.items()}
     good = [name for name, v in nis.items() if 0.8 <= v <= 1.25]
@@ -92,6 +94,48 @@ def bars(found: Measured) -> Iterator[Verdict]:
         dense >= least,
         3,
     )
+
+
+def both_sets(found: Measured) -> Iterator[Verdict]:
+    """Row 29: all records of both sets, what misses by name."""
+    if not found.rows.keys() >= ROWS.keys() | SECOND.keys():
+        return
+    rows = found.rows
+
+    def share(what: str, misses: dict[str, float], least: float) -> Verdict:
+        part = 1 - len(misses) / len(rows)
+        named = "; ".join(f"{name} {value:.3g}" for name, value in sorted(misses.items(), key=lambda pair: pair[1]))
+        text = f"{len(rows) - len(misses)} of {len(rows)}" + (f" (not: {named})" if named else "")
+        return _row(f"both sets: {what}", text, f">= {100 * least:.0f} %", part >= least, 29)
+
+    behind = {name: row.lead for name, row in rows.items() if row.lead < -0.3}
+    yield share("fit within .3 points of the best opponent", behind, 0.9)
+    far = {name: lead for name, lead in behind.items() if lead < -1 and rows[name].samples >= SHORT}
+    yield share(f"never more than 1 point behind, {SHORT} samples or more", far, 1.0)
+    score = {name: row.scores[OURS].log_score - row.density for name, row in rows.items()}
+    yield share(
+        "log score at least the better of Kalman and RLS .995, minus .02",
+        {name: gap for name, gap in score.items() if not gap >= -0.02},
+        0.95,
+    )
+    nis = {name: row.scores[OURS].nis for name, row in rows.items()}
+    yield share(
+        "NIS in .8 to 1.25, or what chance allows",
+        {name: value for name, value in nis.items() if not _within(value, 0.8, 1.25, 1.0, 2.0, rows[name].samples)},
+        0.9,
+    )
+    held = {name: row.scores[OURS].share / 100 for name, row in rows.items()}
+    yield share(
+        "92 to 97 % in 95 % bands, or what chance allows",
+        {n: value for n, value in held.items() if not _within(value, 0.92, 0.97, 0.95, 0.05 * 0.95, rows[n].samples)},
+        0.9,
+    )
+
+
+def _within(value: float, low: float, high: float, right: float, variance: float, samples: int) -> bool:
+    """Say whether a mean over the second half lies in an interval, or in that of 99 % about what is ``right``."""
+    half = 2.576 * float(np.sqrt(variance / max(samples // 2, 1)))
+    return min(low, right - half) <= value <= max(high, right + half)
 
 
 def opponents(found: Measured) -> Iterator[Verdict]:
@@ -344,5 +388,5 @@ def newcomer(where: Path) -> list[Verdict]:
 
 
 PARTS: tuple[Callable[[Measured], Iterator[Verdict]], ...] = (
-    fits, bars, opponents, groundwater, exchanger, drive, nile, pump, air_handler, tracks,
+    fits, bars, opponents, groundwater, exchanger, drive, nile, pump, air_handler, tracks, both_sets,
 )  # fmt: skip

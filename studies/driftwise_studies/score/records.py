@@ -94,14 +94,18 @@ def drive(where: Path) -> Record:
     return Record(v, np.column_stack([u, np.sign(np.r_[0.0, v[:-1]])]), 0.01 * np.arange(n))
 
 
-def cell(where: Path) -> Record:
-    """Return voltage and current of the cell, sample and hold to 1 s, from 60 s before the first discharge."""
-    table = columns(where / "leaf_cell_hppc_25C.csv")
-    t, current = np.asarray(table["t_s"], float), np.asarray(table["current_A"], float)
-    start = t[np.argmax(current < -1)] - 60
-    grid = np.arange(start, t[-1] + 0.5, 1.0)
-    at = np.searchsorted(t, grid, side="right") - 1
-    return Record(np.asarray(table["voltage_V"], float)[at], current[at, None], grid - start)
+def cell_of(file: str) -> Callable[[Path], Record]:
+    """Return a reader of voltage and current of a cell, held to 1 s, from 60 s before the first discharge."""
+
+    def read(where: Path) -> Record:
+        table = columns(where / file)
+        t, current = np.asarray(table["t_s"], float), np.asarray(table["current_A"], float)
+        start = t[np.argmax(current < -1)] - 60
+        grid = np.arange(start, t[-1] + 0.5, 1.0)
+        at = np.searchsorted(t, grid, side="right") - 1
+        return Record(np.asarray(table["voltage_V"], float)[at], current[at, None], grid - start)
+
+    return read
 
 
 def heat_load(name: str) -> Callable[[Path], Record]:
@@ -217,7 +221,7 @@ ROWS: dict[str, Callable[[Path], Record]] = {
     "hydraulic_hanging_load": hanging_load,
     "dc_motor_hoop": plain("dc_motor_hoop_random.csv", "speed_V", "u", dt=0.1),
     "emps_train": drive,
-    "leaf_hppc_25C": cell,
+    "leaf_hppc_25C": cell_of("leaf_cell_hppc_25C.csv"),
     "building_heat_load": heat_load("heatload_kW"),
     "building_heat_load16": heat_load("heatload16_kW"),
     "mur_groundwater": groundwater,
@@ -229,5 +233,7 @@ ROWS: dict[str, Callable[[Path], Record]] = {
 
 
 def read(name: str, where: Path) -> Record:
-    """Return one of ``ROWS``."""
-    return ROWS[name](where)
+    """Return one of ``ROWS``, or of the second set."""
+    from .second import SECOND
+
+    return (ROWS | SECOND)[name](where)

@@ -16,6 +16,7 @@ from driftwise.engine.errors import InputError
 
 from ..papers.verdict import Verdict
 from . import labels, records
+from .second import SECOND
 from .tracks import SETS
 
 # Rows of the acceptance table that are tasks of their own: "module.function" of this package, which takes the folder of
@@ -28,7 +29,15 @@ TASKS: dict[str, str] = {
     "resistance": "tasks.cells.resistance",
     "ageing": "tasks.cells.ageing",
 }
-SLOW = ("leaf_hppc_25C", "gliders", "ahu_szvav", "calibration flights 5 s")  # begun first
+SLOW = (
+    "leaf_hppc_25C",
+    "leaf_hppc_40C",
+    "wye_flow",
+    "ahu_szcav",
+    "gliders",
+    "ahu_szvav",
+    "calibration flights 5 s",
+)  # begun first
 
 
 class Job(NamedTuple):
@@ -79,6 +88,7 @@ def jobs(where: Path, only: str = "") -> list[Job]:
             "has sysid and tracking in it"
         )
     found = [Job("board.row", name) for name in records.ROWS]
+    found += [Job("board.row", name) for name in SECOND] if (where / "second").is_dir() else []
     found += [Job("board.labelled", name) for name in dict.fromkeys(c.record for c in labels.CHANGES)]
     found += [Job("board.pump", name) for name in records.pump_files(where)]
     found += [Job("board.day", name) for name in (*labels.FAULTS, *labels.NO_FAULT)]
