@@ -278,11 +278,10 @@ class Core:
 
     def shown(self) -> list[tuple]:
         """Return the last sample of each series that was in the last commit: key and numbers."""
-        found = {int(row[0]): row for rows in self._committed for row in rows}
-        known = self.roster.by_number
-        return [
-            (known[number].key, *row[1:5].tolist(), int(row[5])) for number, row in found.items() if number in known
-        ]
+        rows = np.concatenate(self._committed) if self._committed else np.zeros((0, WIDTH))
+        last, known = dict(zip(rows[:, 0].tolist(), range(len(rows)))), self.roster.by_number
+        found = rows[[at for number, at in last.items() if number in known]].tolist()
+        return [(known[number].key, *numbers, int(status)) for number, *numbers, status in found]
 
     def tell(self, series: Series, time: float, kind: str, text: str, odds: float | None = None) -> EventView:
         """Put down that something happened to a series."""

@@ -196,9 +196,8 @@ class Rows:
 
     def new_settings(self) -> list[tuple[int, str]]:
         """Return settings that were not asked for yet, with their numbers."""
-        found = [(i, json.dumps(settings(est))) for i, est in enumerate(self.fleet.estimators)][self._described :]
-        self._described = len(self.fleet.estimators)
-        return found
+        first, self._described = self._described, len(self.fleet.estimators)
+        return [(i, json.dumps(settings(self.fleet.estimators[i]))) for i in range(first, self._described)]
 
     @classmethod
     def restored(cls, described: list[str], **options) -> Rows:

@@ -14,6 +14,7 @@ from .base import StoreFull
 from .sql import TABLES, VERSION, SqlStore, facts
 
 NAME = "live.sqlite"
+PAGES = 4000  # of the log, 16 MB: beyond, a commit brings it into the file itself
 
 
 class SqliteStore(SqlStore):
@@ -31,6 +32,7 @@ class SqliteStore(SqlStore):
             self.base = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False, timeout=1.0)
             self.base.execute("PRAGMA journal_mode = WAL")
             self.base.execute(f"PRAGMA synchronous = {'FULL' if is_safe else 'NORMAL'}")
+            self.base.execute(f"PRAGMA wal_autocheckpoint = {PAGES}")
             found = self.base.execute("PRAGMA user_version").fetchone()[0]
             if found > VERSION:
                 raise InputError(f"{self.path} was written by a later version ({found}, this one knows {VERSION})")
@@ -68,13 +70,15 @@ class SqliteStore(SqlStore):
         self.base.executemany(text, rows)
 
     def sync(self) -> None:
-        """Return when the log is on the disk; it may be called in a thread."""
+        """Return when the log is on the disk, and bring it into the file, so that no commit has to; for a thread."""
         with suppress(FileNotFoundError):
             number = os.open(f"{self.path}-wal", os.O_RDWR)
             try:
                 os.fsync(number)
             finally:
                 os.close(number)
+        with suppress(sqlite3.OperationalError), closing(sqlite3.connect(self.path, timeout=0.1)) as beside:
+            beside.execute("PRAGMA wal_checkpoint(PASSIVE)")  # waits for nobody; what it cannot do is done next time
 
     def close(self) -> None:
         self.base.close()
