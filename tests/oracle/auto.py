@@ -83,7 +83,7 @@ class Suspicion:
         x, z = row / np.sqrt(variance), np.clip(z, -3, 3)
         self.score, self.known = 15 / 16 * self.score + x * z, 15 / 16 * self.known + x**2
         self.energy = 15 / 16 * self.energy + z**2 - 1
-        return np.any(self.score**2 > 3 * self.known) or self.energy > 10 or self.energy < -7.5
+        return np.any(self.score**2 > 4 * self.known) or self.energy > 10 or self.energy < -7.5
 
     def calm(self):
         self.score, self.energy = np.zeros_like(self.score), 0.0
@@ -117,14 +117,15 @@ class Trial:
         best = max(self.found[1], self.found[0] + self.alone, self.found[2]) - self.found[0]
         return best + np.log(1e-3 * self.gap)
 
-    def yields(self):
-        """Whether a surprise begins another."""
-        return (self.gap > 1 or self.age >= len(self.F) + 1) and self.hope < -1
+    def yields(self, clean):
+        """Whether a surprise begins another, ``clean`` samples after the last outlier."""
+        known = 0.0 if clean >= 2 else max(self.beside - self.found[0], 0.0)
+        return (self.gap > 1 or self.age >= len(self.F) + 1) and self.hope < -1 + known
 
     def is_over(self):
         if self.age >= 32:
             return self.age >= 100 or self.hope < -1
-        return self.age >= len(self.F) + 1 and self.hope < -4
+        return self.age >= len(self.F) + 1 and self.hope < -6
 
     def see(self, row, y, pi, inverse, evidence):
         """Take a sample in; the probability of an outlier to each."""
@@ -166,7 +167,7 @@ class Trial:
         every = np.exp(-top) + moved.sum()
         clear = (shown > 0.05 * total) & (against.max() >= -4)
         self.shown, self.moved = np.where(clear, shown / total, 0), np.where(clear, moved / every, 0)
-        least = 2.0 if seen > 100 else 4.0
+        least = -2.0 if seen > 200 else 4.0
         if self.odds > 1 and self.age >= 2 and best > least:
             return "jump"
         if level > max(none, best) + np.log(1000) and self.age >= 8 and level > least:
@@ -237,7 +238,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
     cap, trials, views = 2 * P0, [None] * S, [None] * S  # of a view: mean, P, sigma^2
     seconds = [None] * S
     sums, shown = [Suspicion(n) for _ in range(S)], inc.s2[:, 0]  # sigma^2 so far
-    alm, inverse, struck, counted = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S)
+    alm, inverse, struck, counted, clean = np.zeros((S, M, n)), np.zeros((S, n)), np.zeros(S), np.zeros(S), np.zeros(S)
     for k in range(T):
         seen = np.isfinite(y[:, k])
         yk, row = np.where(seen, y[:, k], 0), psi[:, k]
@@ -269,7 +270,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 surprise = eps[s] ** 2 / out.S[s, k]
                 suspected = sums[s].see(row[s], eps[s] / np.sqrt(out.S[s, k]), out.S[s, k] / shown[s])
                 suspected = suspected or units.count[s] < 100
-                if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields():
+                if (suspected or surprise >= 9) if trials[s] is None else surprise >= 9 and trials[s].yields(clean[s]):
                     trials[s] = Trial(inc.at([s]), over[s], surprise, learnt)
             if not rest[s] and 2 * n < units.count[s] < 200:
                 if seconds[s] is None or seconds[s].is_over(n):
@@ -313,6 +314,7 @@ def run_auto(y, psi, phi, told=None, levels=(0.0, 1e-1), expect="both", P0=1e4):
                 out.odds[s, k] = trial.odds
                 if trial.shown.any():
                     views[s] = blend(new.at([s]), trial, over[s])
+            clean[s] = 0 if rho > 0.5 else clean[s] + 1
             if what is None and rho > 0.5:
                 out.events.append((int(s), k, "outlier"))
             if what is None and not rest[s]:

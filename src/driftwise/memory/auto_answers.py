@@ -75,7 +75,7 @@ def adapt_auto(memory, state, e, R, view):
     if not is_unexcited and drift.head[SEEN] > 4.0 * N:
         surprise, is_on = e * e / (s2 * T), trial.head[AGE] > 0.0
         is_suspicious = suspect(parts.sums, view.psi, e, T, s2) or drift.head[SEEN] < YOUNG
-        if is_to_begin(trial, surprise, is_suspicious):
+        if is_to_begin(trial, surprise, is_suspicious, head[CLEAN] >= ISOLATED):
             begin_trial(memory, trial, own.bank, drift.unit, M, surprise, view.b)
             is_on = True
     evidence, rho = update_bank(

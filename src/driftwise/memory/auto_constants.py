@@ -24,8 +24,9 @@ RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand
 FALSE_RATE = 1e-5  # of jumps told that are none, as promised: .02 in such a record
 JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963)
 LEVEL_ODDS = log(1000.0)  # of a level against none, or a jump: loud samples make it suspected, and so begin its trial
-BY_DRIFT = 2.0  # log odds that either needs against the interacting bank: it may have begun to drift fast
-BY_DRIFT_YOUNG, YOUNG = 4.0, 100.0  # and in the first samples, as long as speeds are guessed
+BY_DRIFT = -2.0  # log odds that either needs against the interacting bank: it may have begun to drift fast, which
+# is so many logs rarer than the bank takes it for; its fast filter follows a small jump as well as who knows of it
+BY_DRIFT_YOUNG, LEARNT = 4.0, 200.0  # and in the first samples, as long as speeds are guessed
 SHY, SHY_OF_OUTLIERS = 1 / 8, 5e-4  # of the odds of a jump in the mean shown; or the second over the share of outliers:
 # to move for nothing costs more than to wait for another sample, the more the oftener surprises are wrong numbers
 UNSEEN = -4.0  # log odds of which FAINT is out of reach
@@ -43,9 +44,11 @@ FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level m
 SURPRISE = 9.0  # times the variance of a prediction: a trial begins, as one sample in 370 does by chance
 KEPT, WINDOW = 15 / 16, 16.0  # a sample, of the sums that suspicion rests on; so many samples they look back
 CLIP = 3.0  # deviations that one sample says at most: an outlier alone is a surprise, not a suspicion
-SUSPECT_JUMP = 3.0  # times what is known: about two and a half deviations of the sum
+SUSPECT_JUMP = 4.0  # times what is known: nearly three deviations of the sum
 SUSPECT_LOUD, SUSPECT_QUIET = 10.0, -7.5  # of the squares: two deviations (their distribution is lopsided)
-DEAD = -4.0  # log odds of the best explanation other than none, below which a trial ends
+DEAD = -6.0  # log odds of the best explanation other than none, below which a trial ends: a surprise that comes to
+# nothing; a suspicion goes on, since who has seen a jump of one deviation needs thirty samples to be sure
+YOUNG = 100.0  # samples in which everything is suspicious
 FRESH = 1.0  # samples, besides one for each parameter, before it does, or before a surprise begins another
 HOPELESS = -1.0  # log odds below which one ends after OLD samples, or at a surprise
 OLD, OLDEST = 32.0, 100.0  # samples; after the second any ends

@@ -62,13 +62,17 @@ def is_hopeless(trial, odds):
 
 
 @kernel
-def is_to_begin(trial, surprise, is_suspicious):
-    """Say whether a trial is to begin: at a surprise or a suspicion; only the first ends another, a fruitless one."""
+def is_to_begin(trial, surprise, is_suspicious, is_alone):
+    """Say whether a trial is to begin: at a surprise or a suspicion; only the first ends another, a fruitless one.
+
+    That is one with nothing to tell; or nothing that the bank does not know, if the surprise ``is_alone`` no more.
+    """
     head = trial.head
     if head[AGE] == 0.0:
         return is_suspicious or surprise >= SURPRISE
     if surprise >= SURPRISE and (head[GAP] > 1.0 or head[AGE] >= trial.score.size + FRESH):
-        return is_hopeless(trial, HOPELESS)
+        known = 0.0 if is_alone else max(head[BESIDE] - trial.found[SAME], 0.0)
+        return is_hopeless(trial, HOPELESS + known)
     return False
 
 

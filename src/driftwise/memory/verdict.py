@@ -8,13 +8,13 @@ from .auto_constants import (
     FAINT,
     JUMP_AGE,
     JUMP_ODDS,
+    LEARNT,
     LEVEL_AGE,
     LEVEL_ODDS,
     RATE,
     SHY,
     SHY_OF_OUTLIERS,
     UNSEEN,
-    YOUNG,
 )
 from .likelihood_drift import begin_again, derivatives
 from .lone_jump import move_alone
@@ -38,7 +38,7 @@ def judge(memory, trial, outliers, seen):
     none = max(found[SAME] - head[BESIDE], level)
     head[ODDS] = max((best - none) / JUMP_ODDS, 0.0) if memory.jumps > 0.0 else 0.0
     weigh_up(shown, moved, min(SHY, SHY_OF_OUTLIERS / max(outliers, SHY_OF_OUTLIERS)))
-    by_drift = BY_DRIFT if seen > YOUNG else BY_DRIFT_YOUNG
+    by_drift = BY_DRIFT if seen > LEARNT else BY_DRIFT_YOUNG
     if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
         return A_JUMP
     if level > max(found[SAME] - head[BESIDE], best) + LEVEL_ODDS and head[AGE] >= LEVEL_AGE and level > by_drift:
