@@ -232,3 +232,24 @@ def test_what_wrong_numbers_among_the_first_samples_taught_is_given_up():
             trace = dw.ARX(2, 2, memory=dw.AutoMemory()).scan(y[first:], u[first:])
             found.append(np.abs(trace.parameters[-1] - [-1.5, 0.7, 1.0, 0.5]).max())
     assert np.quantile(errors, 0.9) < 1.2 * np.quantile(best, 0.9)
+
+
+@pytest.mark.parametrize("deviations, least", [(1.0, 0.5), (1.5, 0.8)])
+def test_small_jumps_are_told(deviations, least):
+    """One of two parameters jumps by as much as one sample tells of it: within 50 samples, and none before."""
+    est, told, SIGMA, AT = dw.Regression(2, memory=dw.AutoMemory()), [], 0.3, 400
+    for seed in range(100):
+        rng = np.random.default_rng([seed, 5])
+        psi, theta = rng.standard_normal((AT + 50, 2)), np.tile([1.0, -0.5], (AT + 50, 1))
+        theta[AT:, 0] += deviations * SIGMA
+        y = (psi * theta).sum(axis=1) + SIGMA * rng.standard_normal(AT + 50)
+        told.append(est.scan(y, psi).status & int(dw.Status.JUMP) != 0)
+    assert np.mean(np.any(told, axis=1)) >= least and np.sum(np.array(told)[:, :AT]) <= 1
+
+
+def test_a_jump_is_followed_while_something_else_is_tried():
+    """A trial that explains no more than the bank does gives way when wrong numbers follow one another."""
+    s = system("d", range(94, 95))
+    r = follow(s)
+    error = np.linalg.norm(r.theta - s.theta, axis=2)[0]
+    assert error[s.jumps[0] + 25 : s.jumps[1]].max() <= 0.5

@@ -139,10 +139,10 @@ class Trial:
                 self.known += gain * c**2
                 self.score += gain * c * taken.e[0, 0]
                 self.F = self.F - gain * np.outer(b.P[0, 0] @ row, c)
-                fits = 0.5 * self.score**2 / (self.known + 1 / (16 * inverse)) / new.s2[0, 0]
+                fits = 0.5 * self.score**2 / (self.known + 1 / (5 * inverse)) / new.s2[0, 0]
                 if fits.max() > 0:
                     self.which = int(np.argmax(fits))
-                logs = fits - 0.5 * np.log1p(16 * inverse * self.known)
+                logs = fits - 0.5 * np.log1p(5 * inverse * self.known)
                 self.alone = logsumexp(logs) - np.log(len(logs)) if fits.max() > 2 else 0.0
             if k == 2:
                 new.P = new.P * b.s2[0, 0] / new.s2[0, 0]
@@ -170,13 +170,13 @@ class Trial:
         least = -2.0 if seen > 200 else 4.0
         if self.odds > 1 and self.age >= 2 and best > least:
             return "jump"
-        if level > max(none, best) + np.log(1000) and self.age >= 8 and level > least:
+        if level > max(none, best) + np.log(1000) and self.age >= 8 and level > max(least, 2.0):
             return "noise level"
         return None
 
     def jumped(self, inverse):
         """The first copy if its likeliest parameter jumped."""
-        v = 1 / (self.known[self.which] + 1 / (16 * inverse[self.which]))
+        v = 1 / (self.known[self.which] + 1 / (5 * inverse[self.which]))
         b, f = self.copies[0].at([0]), self.F[:, self.which]
         b.theta, b.P = b.theta + v * self.score[self.which] * f, b.P + v * np.outer(f, f)
         return b

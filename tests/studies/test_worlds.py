@@ -197,27 +197,35 @@ def test_the_odds_of_every_moment_are_those_of_the_filter_that_is_told_it():
     system = changed(REGRESSION, outliers=(0.0, 0.0), missing=(0.0, 1), steps=())
     r, samples, variances = worlds.record(system, 1, 120), 120, np.array([0.0, 0.4])
     rows, q = (r.u[0], r.y[0], r.sigma[0]), told.walk(system, 120)
-    moments, P0 = ceiling.Moments(variances), np.array([10.0, 10.0])
+    moments, P0 = ceiling.Moments([variances, 4 * variances], np.log(0.5)), np.array([10.0, 10.0])
     steps = list(ceiling.filtered(*rows, q, np.zeros(2), np.diag(P0)))
     for *seen, _, _ in steps:
-        logs, d, _ = moments.take(*seen)
+        logs, moved, _ = (found.reshape(2, len(moments.A), -1) for found in moments.take(*seen))
     theta = steps[-1][-2]
     path, (e0, v0) = dense(r.y[0], r.u[0], r.sigma[0], q, P0)
     np.testing.assert_allclose(theta, path[-1], rtol=1e-9)
-    for k in (1, 40, 119):
+    for size, k in ((0, 1), (0, 40), (1, 40), (1, 119)):
         jumping = q.copy()
-        jumping[k - 1] += variances
+        jumping[k - 1] += [1, 4][size] * variances
         path, (e, v) = dense(r.y[0], r.u[0], r.sigma[0], jumping, P0)
-        assert logs[k] == pytest.approx(0.5 * np.sum(np.log(v0 / v) + e0**2 / v0 - e**2 / v), abs=1e-9)
-        np.testing.assert_allclose(theta + moments.A[k] @ d[k], path[samples - 1], rtol=1e-8, atol=1e-10)
+        ratio = 0.5 * np.sum(np.log(v0 / v) + e0**2 / v0 - e**2 / v) + np.log(0.5)
+        assert logs[size, k] == pytest.approx(ratio, abs=1e-9)
+        np.testing.assert_allclose(theta + moved[size, k], path[samples - 1], rtol=1e-8, atol=1e-10)
 
 
-def test_the_mixture_tells_a_large_jump_and_not_a_tiny_one():
+def test_mixtures_tell_a_large_jump_and_not_a_tiny_one():
     for size, tells in ((8.0, True), (1e-3, False)):
         system = changed(REGRESSION, outliers=(0.0, 0.0), missing=(0.0, 1), steps=(), jumps=((size, (1,)),))
         r = worlds.record(system, 2, 900)
-        found = ceiling.of_record(system, r.u[0], r.y[0], r.sigma[0], r.theta[0], r.jumps[0], r.moved[0])
-        assert [one for one, _ in found] == [tells] and 0.5 < found[0][1] <= 1.0
+        [found] = ceiling.of_record(system, r.u[0], r.y[0], r.sigma[0], r.theta[0], r.jumps[0], r.moved[0])
+        assert [one.told for one in found[1:]] == [tells, tells] and all(0.5 < one.held <= 1.0 for one in found)
+        assert not tells or found[0].square < min(one.square for one in found[1:])  # who is told when errs less
+
+
+def test_who_knows_the_law_of_jumps_gives_each_a_share():
+    guesses = ceiling.statistics(None, np.array([1.0, 2.0, 0.5]))
+    assert [len(g.precision) for g in guesses] == [len(ceiling.SCALES)] * 4
+    assert sum(len(g.precision) * np.exp(g.log_prior) for g in guesses) == pytest.approx(1.0)
 
 
 # --- measuring ---------------------------------------------------------------------------------------------

@@ -92,7 +92,7 @@ def adapt_auto(memory, state, e, R, view):
     if 2.0 * N < drift.head[SEEN] < YOUNG_ENOUGH and not is_unexcited:
         has_won = start_again(memory, parts.second, e, R, evidence, outliers, drift.unit, theta, own.P, view)
         if has_won and not is_explained(trial, parts.second):
-            let_start(parts.second, own.bank, own.dense, learner, M)
+            let_start(parts.second, own.bank, own.dense, learner, own.P)
             end_trial(trial)
             is_on = False
     if is_on:

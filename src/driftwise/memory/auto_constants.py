@@ -24,9 +24,10 @@ RATE = 1e-3  # of each, a sample, before data: two in a record of two thousand
 FALSE_RATE = 1e-5  # of jumps told that are none, as promised: .02 in such a record
 JUMP_ODDS = log(RATE / FALSE_RATE)  # at these odds against none, or a level: sums of ratios keep that (Shiryaev 1963)
 LEVEL_ODDS = log(1000.0)  # of a level against none, or a jump: loud samples make it suspected, and so begin its trial
-BY_DRIFT = -2.0  # log odds that either needs against the interacting bank: it may have begun to drift fast, which
-# is so many logs rarer than the bank takes it for; its fast filter follows a small jump as well as who knows of it
-BY_DRIFT_YOUNG, LEARNT = 4.0, 200.0  # and in the first samples, as long as speeds are guessed
+BY_DRIFT = -2.0  # log odds that a jump needs against the interacting bank: it may have begun to drift fast, which is
+# so many logs rarer than the bank takes it for; its fast filter follows a small jump as well as who knows of it
+LEVEL_BY_DRIFT = 2.0  # and that a level needs: one that beats standing still only is drift
+BY_DRIFT_YOUNG, LEARNT = 4.0, 200.0  # and both in the first samples, as long as speeds are guessed
 SHY, SHY_OF_OUTLIERS = 1 / 8, 5e-4  # of the odds of a jump in the mean shown; or the second over the share of outliers:
 # to move for nothing costs more than to wait for another sample, the more the oftener surprises are wrong numbers
 UNSEEN = -4.0  # log odds of which FAINT is out of reach
@@ -36,6 +37,9 @@ WIDE, WIDEST = 16.0, 4e6  # variance of a jump, in units: four deviations; or if
 # shared among the parameters: who is allowed more than outliers are would have them all
 FAR, RAREST = 256.0, -1.0  # jumps beyond that variance become rarer (Cauchy's tail), by so many logs at most: wrong
 # numbers do not, and the next sample decides
+LONE = (
+    5.0  # variance of a jump of one parameter, to weigh it: a wider one makes small jumps improbable; large ones tell
+)
 LOUD, LOUD_FREEDOM = 3.0, 1.0  # at a surprise the new sigma^2 over the old: so many times, hardly known (one sample)
 PLAIN_FREEDOM = 2.0  # without one it may be either way: as it was, by two samples
 FREED_FREEDOM = 4.0  # what is known of sigma^2 after a jump, at most: a level may have changed with it

@@ -11,7 +11,7 @@ import math
 from ..engine.dense import add_square
 from ..engine.dispatch import kernel
 from ..engine.elementary import exp, log
-from .auto_constants import SLIGHT, WIDE
+from .auto_constants import LONE, SLIGHT
 from .modes import mode
 from .trial_state import ALONE, SAME, WHICH
 
@@ -34,14 +34,14 @@ def weigh_alone(trial, error, rho, T, view, unit, s2):
     head[ALONE] = 0.0
     if best > SLIGHT:
         for i in range(N):
-            total += exp(view.c[i] - best) / math.sqrt(1.0 + WIDE * unit[i] * trial.known[i])
+            total += exp(view.c[i] - best) / math.sqrt(1.0 + LONE * unit[i] * trial.known[i])
         head[ALONE] = best + log(total / N)
 
 
 @kernel
 def spread_alone(trial, unit, i):
     """Return the variance of the jump of parameter i, if it jumped: as known as its information allows."""
-    wide = WIDE * unit[i]
+    wide = LONE * unit[i]
     return wide / (1.0 + wide * trial.known[i])
 
 

@@ -77,6 +77,19 @@ def begin_modes(memory, bank, theta, U, D):
             one.U[i] = U[i]
 
 
+@rare
+def hand_over(bank, dense, one, P):
+    """Let every mode be ``one``, but for its weight; their P in ``dense`` are ``P`` (packed)."""
+    N = one.theta.size
+    for m in range(count_of(bank, N)):
+        to = mode(bank, m, N)
+        to.own[FREEDOM], to.own[CHI2] = one.own[FREEDOM], one.own[CHI2]
+        for i in range(N):
+            to.theta[i] = one.theta[i]
+        for i in range(P.size):
+            dense[m * P.size + i] = P[i]
+
+
 @kernel
 def log_density(nu, z, V):
     """Return the log of Student's t with nu degrees of freedom and squared scale V at z = e^2/V (normal: inf).

@@ -11,7 +11,7 @@ from ..engine.layout import Field, Layout, numbers
 from ..engine.ud import expand
 from .auto_constants import BETTER, FARTHEST, LEARNING, UNFIT, YOUTH
 from .gauss_markov import relax
-from .modes import CHI2, FREEDOM, WEIGHT, mode, size_of, take
+from .modes import CHI2, FREEDOM, WEIGHT, hand_over, mode, size_of, take
 from .trial_state import AGE as TRIAL_AGE
 from .trial_state import BESIDE, FREED, LEVEL
 from .unknown_drift import ROOM
@@ -64,17 +64,12 @@ def is_explained(trial, second):
     return head[TRIAL_AGE] > 0.0 and second.head[SCORE] < best + BETTER
 
 
-@rare
-def let_start(second, bank, dense, learner, M):
-    """Let every filter of the bank be the one that began later, and know no speed yet."""
-    N = learner.eta.size
-    half, one = N * (N + 1) // 2, mode(second.row, 0, N)
-    for m in range(M):
-        to = mode(bank, m, N).own
-        to[FREEDOM], to[CHI2] = one.own[FREEDOM], one.own[CHI2]
-        for i in range(N):
-            mode(bank, m, N).theta[i] = one.theta[i]
-        expand(one.U, one.D, dense[m * half : (m + 1) * half])
+@kernel
+def let_start(second, bank, dense, learner, P):
+    """Let every filter of the bank be the one that began later, and know no speed yet; ``P`` is scratch."""
+    one = mode(second.row, 0, learner.eta.size)
+    expand(one.U, one.D, P)
+    hand_over(bank, dense, one, P)
     for known in (learner.eta, learner.shares, learner.known, learner.J, learner.dtheta, learner.dP):
         for i in range(known.size):
             known[i] = 0.0

@@ -190,18 +190,3 @@ def end_trial(trial):
     """Let no trial run."""
     trial.head[AGE] = 0.0
     show_none(trial)
-
-
-@rare
-def hand_over(trial, bank, dense, k, M):
-    """Let every filter of the bank be copy k, with the weights from before the trial, which ends."""
-    N = trial.score.size
-    half, one = N * (N + 1) // 2, mode(trial.copies, k, N)
-    for m in range(M):
-        to = mode(bank, m, N)
-        to.own[WEIGHT], to.own[FREEDOM], to.own[CHI2] = trial.weights[m], one.own[FREEDOM], one.own[CHI2]
-        for i in range(N):
-            to.theta[i] = one.theta[i]
-        for i in range(half):
-            dense[m * half + i] = trial.dense[k * half + i]
-    trial.head[AGE] = 0.0

@@ -10,6 +10,7 @@ from .auto_constants import (
     JUMP_ODDS,
     LEARNT,
     LEVEL_AGE,
+    LEVEL_BY_DRIFT,
     LEVEL_ODDS,
     RATE,
     SHY,
@@ -18,8 +19,7 @@ from .auto_constants import (
 )
 from .likelihood_drift import begin_again, derivatives
 from .lone_jump import move_alone
-from .modes import mode, own_sigma2
-from .trial import hand_over
+from .modes import WEIGHT, hand_over, mode, own_sigma2
 from .trial_state import AGE, ALONE, BEFORE, BESIDE, COPIES, FREED, GAP, IMPOSSIBLE, LEVEL, ODDS, SAME
 
 NOTHING, A_JUMP, A_LEVEL = range(3)
@@ -41,7 +41,11 @@ def judge(memory, trial, outliers, seen):
     by_drift = BY_DRIFT if seen > LEARNT else BY_DRIFT_YOUNG
     if head[ODDS] > 1.0 and head[AGE] >= JUMP_AGE and best > by_drift:
         return A_JUMP
-    if level > max(found[SAME] - head[BESIDE], best) + LEVEL_ODDS and head[AGE] >= LEVEL_AGE and level > by_drift:
+    if (
+        level > max(found[SAME] - head[BESIDE], best) + LEVEL_ODDS
+        and head[AGE] >= LEVEL_AGE
+        and level > max(by_drift, LEVEL_BY_DRIFT)
+    ):
         return A_LEVEL
     return NOTHING
 
@@ -87,5 +91,9 @@ def follow(memory, trial, learner, bank, dense, unit, what):
                 dP[i] *= change
             eta = memory.start + learner.eta[j] + log(change)
             learner.eta[j] = min(max(eta, memory.least), memory.most) - memory.start
-    hand_over(trial, bank, dense, k, memory.levels.size)
+    half = N * (N + 1) // 2
+    hand_over(bank, dense, mode(trial.copies, k, N), trial.dense[k * half : (k + 1) * half])
+    for m in range(memory.levels.size):
+        mode(bank, m, N).own[WEIGHT] = trial.weights[m]
+    trial.head[AGE] = 0.0
     return since
