@@ -6,8 +6,10 @@ ALONE := $(VENV)/.alone
 STAMP := $(VENV)/.ready
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-# What `make test-services` needs, as Debian calls it: compilers and machines for controllers, a MISRA checker.
-SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck
+# What `make test-services` needs, as Debian calls it.
+SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck  # controllers, a MISRA checker
+SERVICES += gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user mingw-w64 wine clang strace  # ARM, Windows, macOS
+SERVICES += mosquitto postgresql prometheus chromium  # a broker, a database and eyes for `driftwise live`
 
 .PHONY: run test test-all hostile test-services services check format mutants bench score worlds judge claims docs clean
 
@@ -37,7 +39,7 @@ hostile: $(STAMP)  ## two hundred drawn files, fifty signals and faults, five hu
 services:  ## install those programs (Debian, as root)
 	apt-get install -y --no-install-recommends $(SERVICES)
 
-test-services: $(STAMP)  ## controllers in QEMU; what is not installed is skipped, loudly
+test-services: $(STAMP)  ## controllers, brokers, databases, browsers; what is not installed is skipped, loudly
 	$(BIN)/python -m pytest -m service -s
 
 check: $(STAMP)  ## format, lint, types, import floors; every loop translates
@@ -72,10 +74,6 @@ claims: $(STAMP)  ## what `driftwise run FILE` claims of four hundred drawn file
 docs: $(STAMP)  ## run every example of the documentation, draw its figures
 	$(BIN)/python scripts/make_figures.py
 	$(BIN)/python -m pytest tests/test_docs.py
-
-SERVICES += prometheus chromium  # what a live service is looked at with
-SERVICES += gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user mingw-w64 wine clang strace  # ARM, Windows, macOS
-SERVICES += mosquitto postgresql  # a broker and a database for `driftwise live`
 
 clean:
 	rm -rf $(VENV) out site build dist
