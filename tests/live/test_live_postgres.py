@@ -3,6 +3,7 @@
 import json
 import random
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from live_process import ended, started
 from driftwise.engine.errors import InputError
 from driftwise.live.config import parse
 from driftwise.live.core import Core
+from driftwise.live.sources.base import Parcel
+from driftwise.live.sources.lines import Lines
 from driftwise.live.store.base import StoreFull
 
 pytestmark = pytest.mark.service
@@ -142,3 +145,34 @@ def test_what_is_kept_is_what_sqlite_keeps(tmp_path, database):
         cores[0].store.acknowledge(10**6)
     for core in cores:
         core.store.close()
+
+
+def test_series_at_rest_come_back_with_their_bits(tmp_path, database):
+    """Also where the server is killed while it is asked about them."""
+    y, core = outputs(8, 80), opened(database, tmp_path)
+    core.config = replace(core.config, store=replace(core.config.store, most=3))
+    for at in (0, 40):
+        for i in range(8):
+            if (at, i) == (40, 4):
+                database.restart()
+            said = lines(y[i : i + 1], at, at + 40).replace('"s0"', f'"s{i}"')
+            core.take([Parcel(Lines("json").read(said.encode())[0])], 2e9 + at + i)
+            Broker.wait(lambda: committed(core))
+    assert len(core.series) == 3 and core.resting == 5 and core.counters["woken"] == 8
+    kept = {}
+    for i in range(8):
+        series = core.find(f"s{i}")
+        kept[series.key] = core.roster.groups[series.group].fleet.state(series.key).tobytes()
+        core.commit()
+    assert kept == states(y)
+    core.store.close()
+
+
+def committed(core):
+    """Try as a service does; say whether it came to pass."""
+    try:
+        core.take([], 2e9)
+        core.commit()
+    except StoreFull:
+        return False
+    return True

@@ -126,6 +126,9 @@ def test_a_store_that_cannot_be_asked_is_asked_again(tmp_path, monkeypatch):
     with pytest.raises(StoreFull):
         core.commit()
     monkeypatch.setattr(core.store, "asleep", asleep)
+    core.take([], NOW)
+    core.commit()
+    core.commit()
     told(core, y, 0, 50, 60)
     for i in range(1, 7):
         told(core, y, i, 40, 60)

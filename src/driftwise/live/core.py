@@ -77,7 +77,9 @@ class Core:
     def take(self, parcels: Iterable[Parcel], now: float) -> list[EventView]:
         """Take parcels that came at an instant; return what happened."""
         self._now = now
-        self._ask_again()
+        later, self._later = self._later, []
+        for chunk in later:
+            self._chunk(chunk, now)
         for parcel in parcels:
             self.counters["bytes_in"] += parcel.size
             self.counters["messages"] += 1
@@ -129,12 +131,6 @@ class Core:
             self.refuse(str(error))
         except StoreFull:
             self._later.append(chunk)
-
-    def _ask_again(self) -> None:
-        """Read what waits until the store can be asked about its keys."""
-        later, self._later = self._later, []
-        for chunk in later:
-            self._chunk(chunk, self._now)
 
     def _ahead(self, chunk: Chunk, last: float) -> None:
         """Leave out, and count, the samples of a chunk that are ahead of an instant."""
@@ -327,8 +323,7 @@ class Core:
 
     def commit(self) -> None:
         """Keep all that has come since the last commit; where that cannot be (`StoreFull`), all of it stays to come."""
-        self._ask_again()
-        if self._later:
+        if self._later:  # until `take` has asked again
             raise StoreFull("it cannot be asked about keys that came")
         change, dirty = self._change, [self._dirty[number] for number in sorted(self._dirty)]
         change.rows = self.roster.packed(dirty)

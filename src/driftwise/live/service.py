@@ -112,10 +112,9 @@ class Service:
 
         While the store is full nothing is acknowledged or told, and estimating goes on, up to a bound.
         """
-        if self.core.uncommitted < UNCOMMITTED:
-            parcels = self.inbox.drain(AT_ONCE)
-            self._events += self.core.take(parcels, time.time())
-            self._done += [parcel.done for parcel in parcels if parcel.done is not None]
+        parcels = self.inbox.drain(AT_ONCE) if self.core.uncommitted < UNCOMMITTED else []
+        self._events += self.core.take(parcels, time.time())
+        self._done += [parcel.done for parcel in parcels if parcel.done is not None]
         self._commit()
 
     def _commit(self) -> bool:

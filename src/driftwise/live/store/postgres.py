@@ -9,7 +9,7 @@ from contextlib import closing, contextmanager, suppress
 from typing import Any
 
 from ...engine.errors import InputError
-from .base import Change, StoreFull
+from .base import Asleep, Change, StoreFull
 from .sql import TABLES, VERSION, SqlStore, facts
 
 LOCK = 0x647266  # of the database, while a service runs on it
@@ -102,6 +102,10 @@ class PostgresStore(SqlStore):
         if change.history or change.past or change.samples:
             self._known = self._numbers()
         return numbers
+
+    def asleep(self, key: str) -> Asleep | None:
+        with self.transaction():  # which connects again
+            return super().asleep(key)
 
     def _numbers(self) -> tuple[int, ...]:
         """Return the highest numbers in the tables that are added to."""
