@@ -142,3 +142,15 @@ def test_what_follows_one_change_of_the_noise_begins_where_it_ended():
     found = dw.identify({"heater_V": u, "temperature [degC]": y + size * rng.standard_normal(900)})
     told = [claim.subject.split() for claim in of(found, "change") if "the noise" in claim.subject]
     assert len(told) == 2 and told[0][-1] == told[1][-3]  # fell from .. to ..
+
+
+def test_a_plant_that_runs_away_has_no_gain_in_any_sentence():
+    """A pole outside of the unit circle, held near by steps of its input: what it does in the end is not told."""
+    rng, y = np.random.default_rng(4), np.zeros(600)
+    u = np.zeros(600)
+    for t in range(1, 600):
+        y[t] = 1.08 * y[t - 1] + 0.5 * u[t - 1] + 0.02 * rng.standard_normal()
+        u[t] = -0.5 * y[t] + 0.2 * rng.choice([-1.0, 1.0])
+    found = dw.identify({"valve_V": u, "level [cm]": y})
+    assert "is unstable" in found.words and not of(found, "time constant")
+    assert [claim.value for claim in of(found, "gain")] == [None]

@@ -66,6 +66,10 @@ class Effects(NamedTuple):
         """
         return self._replace(of=tuple(effect.held(wait) for effect, wait in zip(self.of, waits)))
 
+    def unending(self) -> Effects:
+        """Return the same of answers that have no end."""
+        return self._replace(of=(UNKNOWN,) * len(self.of), swing=None, is_endless=True)
+
 
 def of_model(model, inputs: int, count: int) -> Effects:
     """Return the effects that a model says, learnt from so many samples."""

@@ -15,6 +15,7 @@ from ..results import verbs
 from ..results.claims import Claim, told
 from ..results.frames import as_frame
 from ..results.parameter_trace import ParameterTrace
+from ..results.stable import runs_away
 from ..results.summary import Summary
 from ..results.verdicts import Diagnosis
 from ..tables.recognise import Reading, Table
@@ -295,8 +296,10 @@ class Finder:
         rest = [v for v in diagnose(trace, self.summary, are_reported=True) if v.name not in names]
         if self.table.sampling.kind == "irregular":  # a tick without a row is no loss
             rest = [v for v in rest if v.name != "missing"]
-        if effects.of and effects.is_hindsight and not effects.is_endless:  # the whole record tells a pole from one
-            rest = [v for v in rest if v.name != "stability" or v.value > 1]
+        if effects.of and any(runs_away(abs(p), std) for p, std in self.summary.moduli):
+            effects = effects.unending()
+        elif effects.of and effects.is_hindsight and not effects.is_endless:  # the whole record tells a pole from one
+            rest = [v for v in rest if v.name != "stability"]
         return Identification(
             self.table, trace, forecast, self.summary, self.forecast_summary, self.own_summary, self.log.changes,
             Diagnosis([*own, *rest]), self.identifier.rivals, self.identifier.chosen, naive, self.identifier.naive,

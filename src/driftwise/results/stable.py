@@ -25,6 +25,11 @@ def is_endless(size: float, std: float, count: int) -> bool:
     return is_integrator(size, std) or 1 - size < SEEN / max(count, 1)
 
 
+def runs_away(size: float, std: float) -> bool:
+    """Say whether a mode of this modulus surely grows: it has no gain, either."""
+    return size - 2 * std > 1
+
+
 def swings(p: complex) -> bool:
     """Say whether a mode is seen to swing: a twentieth is left of it, at least, half a period later."""
     return abs(p.imag) > 1e-9 and abs(p) ** (math.pi / abs(math.atan2(p.imag, p.real))) > 0.05
