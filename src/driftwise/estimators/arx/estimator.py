@@ -128,8 +128,8 @@ class Recursive(Posterior):
     def _theta_units(self) -> np.ndarray:
         """Return the squared units of theta: none for a, those of y over u for b, those of y for an offset."""
         form, gain = self.model, (self.y_scale / self.u_scale) ** 2
-        b = np.repeat(gain, form.nb) if form.inputs else np.zeros(0)
-        return np.concatenate([np.ones(form.na), b, np.ones(form.kept), np.full(form.constants, self.y_scale**2)])
+        b = [value for value, nb in zip(np.ravel(gain), form.nb) for _ in range(nb)] if form.inputs else []
+        return np.array([1.0] * form.na + b + [1.0] * form.kept + [self.y_scale**2] * form.constants)
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""

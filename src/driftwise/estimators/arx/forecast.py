@@ -39,7 +39,9 @@ def forecast(est, state, u, horizon) -> tuple[np.ndarray, np.ndarray]:
 
     J = (ahead[up] - ahead[down]) / (2 * step[:, None])
     variance = (J * (s2 * est._theta_covariance(state) @ J)).sum(axis=0)
-    variance += s2 * est.policies[1].R * np.cumsum(np.append(1.0, ahead[pulse, :-1]) ** 2)
+    noise = np.ones(len(u))
+    noise[1:] = ahead[pulse, :-1] ** 2
+    variance += s2 * est.policies[1].R * noise.cumsum()
     if len(unknown):
         G = ahead[pulse + 1 :]
         variance += (G * (past.covariance[np.ix_(unknown, unknown)] @ G)).sum(axis=0)
@@ -62,9 +64,10 @@ class Past:
         size, first = len(self.z), na + wide
         self.slope, self.pulse = np.zeros((size, N)), np.zeros(size)
         self.pulse[:na][:1] = 1.0
-        self.covariance = np.diag(np.concatenate([np.zeros(na), view.us_variance.ravel(), np.zeros(len(r))]))
+        self.covariance = np.zeros((size, size))
         self.covariance[:na, :na] = view.ys_covariance.reshape(na, na)
-        self.covariance[range(na), range(na)] = np.abs(self.covariance.diagonal()[:na])
+        own = self.covariance.reshape(-1)[:: size + 1]  # the diagonal
+        own[:na], own[na:first] = np.abs(own[:na]), view.us_variance.ravel()
         if not is_rational:
             return
         kept, nc, nd = open_kept(form, view), int(form.nc), int(form.nd)
