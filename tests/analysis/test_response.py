@@ -1,10 +1,16 @@
 """A response in hindsight: gains of plants that are known, where difference equations have no rows, or other noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from driftwise.analysis.change_places import colourless
+from driftwise.analysis.change_search import lines
 from driftwise.analysis.effects import of_response
+from driftwise.analysis.response_orders import begin
+from driftwise.analysis.response_record import recorded
 from driftwise.analysis.segmentation import GAIN, LEVEL, hindsight
 
 T, A = 1500, np.array([1.0, -1.5, 0.56])  # poles at 0.8 and 0.7
@@ -88,3 +94,11 @@ def test_a_season_is_a_line_and_no_pair_of_poles_of_the_plant(periods):
         is_line = len(now.columns) == 4 and not now.levels and not now.gains
         held += is_line and abs(e.gain - 3.0) < 1.5 * 1.96 * e.std and e.std < 0.3
     assert held >= 3
+
+
+def test_lines_are_looked_for_in_any_unit():
+    """Squares of what is left of a response that is far off would overflow."""
+    now = colourless(begin(recorded(clean(inputs(0)) + noise(1) + np.sin(0.3 * np.arange(T)), inputs(0))[0]))
+    with np.errstate(over="raise", invalid="raise"):
+        one, far = (lines(replace(now, sigma=now.sigma * scale)) for scale in (1.0, 1e-200))
+    assert one == far and abs(one[0] - 0.3) < 0.01

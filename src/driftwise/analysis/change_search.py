@@ -197,7 +197,10 @@ def lines(bare: Response) -> list[float]:
     T, r = len(bare.used), bare.left
     x, size = np.zeros(T), HUBER * local_size(r)
     x[bare.rows] = np.clip(r, -size, size)
-    power = abs(np.fft.rfft(x, 4 * T)) ** 2
+    most = float(abs(x).max(initial=0.0))
+    if not 0.0 < most < math.inf:
+        return []
+    power = abs(np.fft.rfft(x / most, 4 * T)) ** 2
     k = np.arange(len(power))
     usable = (k >= 6) & (k < 4 * T // 6)
     found: list[int] = []
