@@ -9,6 +9,7 @@ import numpy as np
 
 from ..engine import compile
 from ..engine.status import Status
+from ..models.curves import WIDE
 from .columns import Columns
 
 COUNTED = {  # status bits that are counted as they are
@@ -24,7 +25,6 @@ SUMS = ("scored", "z2", "inside", "compared", "e2", "dy2", "y1", "y2")
 LAST = ("first_time", "last_time", "last_jump", "last_y")
 CLOCK = ("gaps", "step", "votes")  # they stand behind all others
 COLUMNS = ("samples", "measured", "bad", "filled", "jumped", *UNUSED, *COUNTED, *SUMS, *LAST)
-BAND = 1.96  # deviations that hold 95 % of a normal variable
 FEW = 30  # samples scored, or compared, that make a verdict
 GAP = 1.5  # usual steps of the clock from which on one is a gap
 REJECTED, SET_ASIDE, JUMP = int(Status.REJECTED), int(Status.REJECTED | Status.OUTLIER), int(Status.JUMP)
@@ -138,4 +138,4 @@ def add_up(numbers, at, ys, time, bad, filled, outs, settle):
                 z2 = e * e / variance
                 numbers[SCORED, s] += 1
                 numbers[Z2, s] += z2
-                numbers[INSIDE, s] += z2 <= BAND**2
+                numbers[INSIDE, s] += z2 <= WIDE**2

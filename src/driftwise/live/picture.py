@@ -9,9 +9,9 @@ import numpy as np
 
 from ..fleet.columns import Columns
 from ..fleet.samples import rank_of
+from ..models.curves import WIDE
 from .board import SPARKLINE, EventView
 
-BAND = 1.96  # deviations that hold 95 % of a normal variable
 WEIGHT = {
     "lost": 5.0,
     "jump": 4.0,
@@ -106,7 +106,7 @@ class Picture:
         known = {name: None if math.isnan(value) else value for name, value in c.items()}
         band = None
         if known["prediction"] is not None and known["std"] is not None:
-            half = BAND * c["std"]
+            half = WIDE * c["std"]
             band = (c["prediction"] - half, c["prediction"] + half)
         return {
             "count": int(self.columns["count"][slot]), "time": known["time"], "output": known["output"],

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..models.curves import WIDE
+
 KINDS = {  # what an answer speaks of, and what `value` is
     "column": "the part of columns: their names",
     "clock": "the time between samples: seconds, or the unit of the clock",
@@ -65,4 +67,4 @@ def told(claims: Iterable[Claim]) -> str:
 
 def around(value: float, std: float) -> tuple[float, float] | None:
     """Return the interval of a number with a normal error; None where it has no bound."""
-    return (value - 1.96 * std, value + 1.96 * std) if math.isfinite(std) else None
+    return (value - WIDE * std, value + WIDE * std) if math.isfinite(std) else None
