@@ -105,8 +105,10 @@ def alternatives(now: Response):
         if i not in now.ramps:
             yield weighed(now.with_ramp(i), "ramps", 1)
     for w in lines(bare):
-        other = swinging(now, bare, w)
-        yield 0.5 * (now.criterion - other.criterion) - math.log(len(now.rows)), other
+        looks = [look.with_columns(wave(w, len(now.used))) for look in (now, bare)]
+        if max(worth(look, "columns", 2) for look in looks) > HOPE - SURE:
+            other = swinging(now, looks, w)
+            yield 0.5 * (now.criterion - other.criterion) - math.log(len(now.rows)), other
 
 
 def tried(now: Response, kind: str, i: int, at: int, size: float = 0.0):
@@ -166,13 +168,13 @@ def abrupt(now: Response) -> tuple[int, float] | None:
     return (at + reach, float(sizes[at] * now.sigma[at + reach])) if more.max() > SURE else None
 
 
-def swinging(now: Response, bare: Response, w: float) -> Response:
+def swinging(now: Response, looks, w: float) -> Response:
     """Return a response beside a line of about that frequency (radians a sample); sharpened, where it is worth it.
 
-    It begins beside the noise of ``now``, which may have taken the line for its colour, and beside white, ``bare``.
+    It begins with that line beside the noise of ``now``, which may have taken it for its colour, and beside white.
     """
     T, before = len(now.used), now.columns
-    other = min((look.with_columns(wave(w, T)).settled(1) for look in (now, bare)), key=lambda one: one.criterion)
+    other = min((look.settled(1) for look in looks), key=lambda one: one.criterion)
     for _ in range(STEPS if other.criterion < now.criterion else 0):
         at = other.placed()["columns"]
         size, (sine, cosine) = other.more[at.stop - 2 : at.stop], other.columns[-2:]
