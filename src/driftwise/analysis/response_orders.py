@@ -30,10 +30,11 @@ def plainest(record: Record) -> Response:
     )  # fmt: skip
 
 
-def respond(plain: Response, orders=ORDERS) -> Response | None:
+def respond(plain: Response, is_again: bool = False) -> Response | None:
     """Return the response that Schwarz's criterion prefers; None where too few outputs were measured for any.
 
-    What moves the level, which inputs bend and whose gains change is taken from ``plain``.
+    What moves the level, which inputs bend and whose gains change is taken from ``plain``. Where a response is there
+    already, ``is_again``, each order begins under the noise of the one below alone.
     """
     many, k = int(plain.used.sum()), len(plain.b)
     if many < ENOUGH * (4 + 2 * k):
@@ -41,11 +42,11 @@ def respond(plain: Response, orders=ORDERS) -> Response | None:
     if not k:
         return cleaned(plain.settled())
     best = last = None
-    for n in orders:
+    for n in ORDERS:
         m = max(2, n)
         if many < ENOUGH * (n + k * m + len(plain.more)):
             break
-        last = fitted(plain, last, n, m)
+        last = fitted(plain, (plain, last) if last is None or not is_again else (last,), n, m)
         if best is None or last.criterion < best.criterion - MORE:
             best = last
     return None if best is None else cleaned(best)
@@ -67,12 +68,12 @@ def cleaned(found: Response) -> Response:
     return found if less is found else less.coloured().settled(2)
 
 
-def fitted(plain: Response, last: Response | None, n: int, m: int) -> Response:
-    """Return a response of order n: begun under a lower order's noise, or white noise, and as a difference equation.
+def fitted(plain: Response, noises, n: int, m: int) -> Response:
+    """Return a response of order n: begun under the noise of others, white or of a lower order, and as an equation.
 
-    Each is begun at the poles that leave least; the likeliest is taken.
+    Each is begun at the poles that leave least, those of the last beside others; the likeliest is taken.
     """
-    found = [begun(start, starts(last, n), n, m) for start in (plain, last) if start is not None]
+    found = [begun(start, starts(noises[-1], n), n, m) for start in noises if start is not None]
     if (start := equation(plain, n, m)) is not None:
         found.append(begun(start, [np.roots(np.append(1.0, start.f))], n, m))
     return min(found, key=lambda one: one.criterion).settled(2)
