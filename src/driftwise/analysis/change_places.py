@@ -43,28 +43,38 @@ def effects(now: Response, kind: str, i: int, places) -> list[np.ndarray]:
     return [now.whitened(linear_filter([1.0], now.denominator, x.T).T) for x in (driven, after)]
 
 
-def scanned(now: Response, kind: str, i: int, places, r):
-    """Return what a change at each place takes off half the squares of ``r``, (places,), how, and its own direction.
+def scanned(now: Response, kind: str, i: int, places, r) -> np.ndarray:
+    """Return what a change at each place takes off half the squares of ``r``, (places,), beside all else."""
+    Q, level, taken = now.basis, None, np.zeros(len(places))
+    for d in reversed(effects(now, kind, i, places)):
+        d *= now.weight
+        c = d @ Q  # what all else can do of it
+        free, product = np.einsum("ij,ij->i", d, d) - np.einsum("ij,ij->i", c, c), d @ r - c @ (Q.T @ r)
+        if level is not None:  # a gain beside the level that moves with it
+            own, own_c, own_free, own_product = level
+            shared = np.einsum("ij,ij->i", d, own) - np.einsum("ij,ij->i", c, own_c)
+            size = share(shared, own_free, d.shape[1])
+            free, product = free - size * shared, product - size * own_product
+        taken += 0.5 * share(product, free, d.shape[1]) * product
+        level = d, c, free, product
+    return taken
 
-    The latter two are (places, rows): the part of ``r`` that it takes, and what one unit of it does to the rows beside
-    all else.
-    """
-    Q, taken, part = now.basis, np.zeros(len(places)), 0.0
-    own = np.zeros((0, 0))
-    for j, d in enumerate(reversed(effects(now, kind, i, places))):
-        d = d * now.weight
-        d -= (d @ Q) @ Q.T
-        if j:  # a gain beside the level that moves with it
-            d -= share(np.einsum("ij,ij->i", d, own), own) * own
-        size = share(d @ r, d)
-        taken, part, own = taken + 0.5 * size[:, 0] * (d @ r), part + size * d, d
-    return taken, part, own
+
+def part_of(now: Response, kind: str, i: int, at: int, r) -> tuple[np.ndarray, np.ndarray]:
+    """Return the part of ``r`` (rows,) that a change takes, and what a unit of it does to the rows beside all else."""
+    Q, part, own = now.basis, np.zeros(len(r)), np.zeros(0)
+    for j, d in enumerate(reversed(effects(now, kind, i, [at]))):
+        d = d[0] * now.weight
+        d -= Q @ (Q.T @ d)
+        if j:
+            d -= share(d @ own, own @ own, len(d)) * own
+        part, own = part + share(d @ r, d @ d, len(d)) * d, d
+    return part, own
 
 
-def share(product, d) -> np.ndarray:
-    """Return products with directions (places, rows) as multiples of these, (places, 1); 0 of what is not free."""
-    free = np.einsum("ij,ij->i", d, d)
-    return np.where(free > 1e-9 * d.shape[1], product / np.maximum(free, 1e-300), 0.0)[:, None]
+def share(product, free, rows: int):
+    """Return products with directions as multiples of these, whose squares are ``free``; 0 of what is not free."""
+    return np.where(free > 1e-9 * rows, product / np.maximum(free, 1e-300), 0.0)
 
 
 def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
@@ -87,16 +97,16 @@ def place(now: Response, kind: str, i: int, r, hint: int = -1) -> Place | None:
     grid = apart(np.unique(grid), others)
     if not len(grid):
         return None
-    taken, _, _ = scanned(now, kind, i, grid, r)
+    taken = scanned(now, kind, i, grid, r)
     best = int(np.argmax(taken))
     a, b = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     fine = rows[(rows >= a) & (rows <= b)]
     fine = apart(fine[:: max(len(fine) // NEAR, 1)], others)
-    finer, parts, _ = scanned(now, kind, i, fine, r)
+    finer = scanned(now, kind, i, fine, r)
     at = int(np.argmax(finer))
     if not finer[at] > 0:
         return None
-    d = parts[at]
+    d, _ = part_of(now, kind, i, int(fine[at]), r)
     calm = max(long_run(d * (r - d)) / max(float(np.mean(d**2)), 1e-300), 1.0)
     calm /= 1.0 - float(np.max(d**2) / np.sum(d**2)) + 1e-9  # one sample alone is none of a change
     gain = np.concatenate([taken[grid < a], finer, taken[grid > b]]) / calm

@@ -26,7 +26,11 @@ def searched(now: Response) -> Response:
         before, now = now.parts, noisy(changed(noisy(now)))
         if now.parts == before:
             break
-        if len(now.b) and (again := respond(stripped(now), is_again=True)) is not None and again.criterion < now.criterion:
+        if (
+            len(now.b)
+            and (again := respond(stripped(now), is_again=True)) is not None
+            and again.criterion < now.criterion
+        ):
             now = again
     return pruned(now)
 

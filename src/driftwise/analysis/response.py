@@ -93,6 +93,8 @@ class Response:
         most = 1 - RINGS / len(self.record.y)
         if len(self.a) < 2 or dies_out(self.a.tolist(), most):  # no pole is out there, so no pair is
             return True
+        if len(self.a) == 2:
+            return not (self.a[0] ** 2 < 4 * self.a[1] and self.a[1] > most**2)
         poles = np.roots(self.denominator)
         return not np.any(abs(poles[abs(poles.imag) > 1e-9]) > most)
 

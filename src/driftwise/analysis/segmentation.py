@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .change_places import GAIN, LEVEL, scanned, standing
+from .change_places import GAIN, LEVEL, part_of, standing
 from .change_search import searched
 from .noise_jumps import LEAST, SURE, noises
 from .response import Response
@@ -83,8 +83,8 @@ class Hindsight(NamedTuple):
         places, sizes = now.rows[[n // EDGE, n - n // EDGE]], []
         r = now.left * now.weight
         for kind, i in [(LEVEL, 0), *((GAIN, i) for i in range(k))]:
-            _, _, d = scanned(now, kind, i, places, r)
-            free = max(float(np.einsum("ij,ij->i", d, d).min()), 1e-300)
+            d = [part_of(now, kind, i, at, r)[1] for at in places]
+            free = max(float(min(x @ x for x in d)), 1e-300)
             calm = max(max(long_run(x * r) / max(float(np.mean(x * x)), 1e-300) for x in d), 1.0)
             sizes.append(math.sqrt(2 * need * calm / free))
         share, factors, z = 1 / EDGE, np.linspace(1.05, 10.0, 200), r**2 / max(float(np.mean(r**2)), 1e-300) - 1
