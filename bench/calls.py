@@ -41,8 +41,8 @@ def _streaming(samples: int = 10_000) -> Iterator[Verdict]:
                 state, _ = est.update(state, value, input)
 
         raw_us, friendly_us = np.median(alternate(raw, friendly, rounds=7), axis=0) / samples * 1e6
-        yield at_most(f"one sample, raw call, {noise}", raw_us, 1.5, "us", SOURCE)
-        yield at_most(f"one sample, est.update, {noise}", friendly_us, 6, "us", SOURCE)
+        yield at_most(f"one sample, raw call, {noise}", raw_us, 0.5, "us", SOURCE)
+        yield at_most(f"one sample, est.update, {noise}", friendly_us, 2.5, "us", SOURCE)
 
 
 def _ahead(calls: int = 500) -> Verdict:
