@@ -1,6 +1,7 @@
 """Compiled loops as functions of Python: what is no array of theirs is refused, and nothing is kept or held up."""
 
 import gc
+import math
 import shutil
 import sys
 import threading
@@ -9,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+import driftwise as dw
 from driftwise.engine import caller, compile, objects
 from driftwise.engine.compilers import compilers
 
@@ -180,3 +182,65 @@ def _seconds(loop, row, calls=20_000):
     for _ in range(calls):
         loop(row, 0)
     return (time.perf_counter() - begin) / calls
+
+
+# --- one sample of plain numbers ---------------------------------------------------------------------------
+
+
+def joint() -> dw.Joint:
+    return dw.Joint(2, 1)
+
+
+NUMBERS = [0.5, -1.0, math.nan, 3, np.float64(0.25), np.float32(0.5), True, np.int64(2), np.array(0.5), np.array([1.5])]
+
+
+@pytest.mark.parametrize("est", [joint(), dw.AR(2), dw.ARX(1, 1, memory=dw.AutoMemory())], ids=repr)
+def test_a_sample_taken_as_numbers_has_the_bits_of_the_record(est):
+    """Also where most come as arrays and odd types, which go the general way."""
+    ys = np.array([float(np.ravel(y)[0]) for y in NUMBERS] * 5)
+    us = ys[::-1].copy() if est.model.inputs else None
+    state, shown = est.start(), []
+    for i, y in enumerate(NUMBERS * 5):
+        state, step = est.update(state, y, None if us is None else us[i].item())
+        shown.append(step)
+    trace = est.scan(ys, us)
+    assert state.tobytes() == trace.state.tobytes()
+    assert np.array_equal([s.prediction for s in shown], trace.prediction, equal_nan=True)
+    assert {type(s.status) for s in shown} == {int} and {type(s.variance) for s in shown} == {float}
+
+
+def test_what_is_no_sample_is_left_to_the_general_way():
+    est = joint()
+    rows = est.start(1).view(float).reshape(1, -1)
+    before = rows.tobytes()
+    step = est._stream
+    for y, u in [(math.inf, 0.0), (0.0, -math.inf), (10**400, 0.0), ("1", 0.0), (0.0, None), (True, 0.0), (None, 0.0)]:
+        assert step(rows, y, u, est.spec) == ()
+    for wrong in (rows[0], rows.astype(np.float32), rows.tolist(), np.asfortranarray(np.ones((3, 4)))):
+        assert step(wrong, 0.0, 0.0, est.spec) == ()
+    assert step(rows, 0.0, 0.0) == () == step(rows, 0.0, 0.0, est.spec[::2])
+    rows.flags.writeable = False
+    assert step(rows, 0.0, 0.0, est.spec) == ()
+    assert rows.tobytes() == before
+
+
+@pytest.mark.parametrize("y, u", [(math.inf, 0.0), (10**400, 0.0), (0.0, 10**400), ("one", 0.0), (0.0, None)])
+def test_a_sample_that_is_none_is_refused_in_a_sentence(y, u):
+    with pytest.raises(dw.InputError, match="y"):
+        joint().update(joint().start(), y, u)
+
+
+def test_steps_of_many_estimators_are_kept_once():
+    before = len(caller._kept)
+    for _ in range(5):
+        est = joint()
+        est.update(est.start(), 0.0, 0.0)
+    assert len(caller._kept) <= before + 3  # the loop, the table of what it takes, and one step
+
+
+def test_what_is_wide_goes_the_general_way():
+    """Two inputs, two outputs, a start in the loop, an average: no step of their own, the same call."""
+    assert dw.ARX(1, (1, 1))._stream(None, 0.0, (0.0, 0.0), None) == ()
+    est = dw.Joint(1, 1, start="algebraic")
+    _, shown = est.update(est.start(), 0.5, 1.0)
+    assert est._stream is not joint()._stream and np.isfinite(shown.variance)

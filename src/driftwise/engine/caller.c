@@ -1,4 +1,4 @@
-/* Call compiled loops with arrays of NumPy, in a tenth of a microsecond each.
+/* Call compiled loops with arrays of NumPy, in a tenth of a microsecond each; and with the numbers of one sample.
 
 Everything of Python's stable interface that is used is declared here and handed over by `caller.py`: no header, no
 library, whatever compiler there is. */
@@ -50,11 +50,17 @@ typedef struct { /* what of Python is used */
     I (*as_integer)(Object *);
     double (*as_float)(Object *);
     Object *(*from_integer)(I);
+    Object *(*from_float)(double);
+    Object *(*new_tuple)(I);
+    int (*put)(Object *, I, Object *);
     Object *(*occurred)(void);
+    void (*clear_error)(void);
     void (*set_error)(Object *, const char *);
     Object *type_error;
     void *array_type; /* numpy.ndarray; NULL: always ask for buffers */
     Object *floats, *integers; /* its usual types of numbers */
+    void *number_types[3];     /* of one number: float, int, numpy.float64 */
+    Object *nothing;           /* None */
 } Python;
 
 #define READY 0x101 /* an array's flags: C-contiguous, aligned */
@@ -69,6 +75,13 @@ typedef struct {
     int kinds[MOST]; /* dimensions of an array of floats; -1 of integers; -2 an integer, -3 a float */
     int reads[MOST]; /* whether the loop only reads it */
 } Loop;
+
+#define WIDEST 16 /* numbers that a sample on its own is shown */
+#define ROOM 1024 /* of scratch */
+typedef struct {
+    Loop *loop;
+    int inputs, columns, room; /* inputs: none, or one */
+} Stream;
 
 static const char NAME[] = "driftwise loop";
 static Python python;
@@ -165,4 +178,62 @@ static Method method = {"loop", (void *)call, 0x0080, "loop(*arrays): advance ro
 EXPORT Object *make(Loop *loop)
 {
     return python.new_function(&method, python.new_capsule(loop, NAME, 0), 0);
+}
+
+/* A number of Python that is finite, or NaN; 0 if it is anything else. */
+static int take(Object *given, double *number)
+{
+    int i = 0;
+    while (i < 3 && given->type != python.number_types[i])
+        i += 1;
+    if (i == 3)
+        return 0;
+    *number = python.as_float(given);
+    if (*number == -1.0 && python.occurred()) { /* a whole number too large */
+        python.clear_error();
+        return 0;
+    }
+    return *number != *number || *number - *number == 0.0;
+}
+
+static Object *step(Object *self, Object *const *args, I count)
+{
+    Stream *stream = (Stream *)python.get_pointer(self, NAME);
+    Array *rows, *spec;
+    double y, u = 0.0, outs[WIDEST], scratch[ROOM];
+    void *data[6];
+    I sizes[13], i;
+    Object *seen;
+    if (!stream)
+        return 0;
+    if (count != 4)
+        return python.new_tuple(0);
+    rows = (Array *)args[0], spec = (Array *)args[3];
+    if (!python.array_type || rows->head.type != python.array_type || spec->head.type != python.array_type
+        || rows->dims != 2 || spec->dims != 1 || rows->descr != python.floats || spec->descr != python.floats
+        || (rows->flags & (READY | WRITABLE)) != (READY | WRITABLE) || (spec->flags & READY) != READY || !take(args[1], &y)
+        || (stream->inputs ? !take(args[2], &u) : args[2] != python.nothing))
+        return python.new_tuple(0);
+    data[0] = rows->data, sizes[0] = rows->shape[0], sizes[1] = rows->shape[1];
+    data[1] = &y, data[2] = &u, data[3] = outs, data[4] = spec->data, data[5] = scratch;
+    for (i = 2; i < 11; i++)
+        sizes[i] = 1;
+    sizes[7] = stream->inputs;
+    sizes[10] = stream->columns;
+    sizes[11] = spec->shape[0];
+    sizes[12] = stream->room;
+    stream->loop->entry(data, sizes);
+    seen = python.new_tuple(4);
+    for (i = 0; seen && i < 4; i++)
+        python.put(seen, i, i < 3 ? python.from_float(outs[i]) : python.from_integer((I)outs[3]));
+    return seen;
+}
+
+static Method one = {"step", (void *)step, 0x0080, "step(rows, y, u, spec): one sample; () if these are not plain numbers"};
+
+/* A function of Python that advances one row by one sample; for a loop, as `make` returns it, of one output. */
+EXPORT Object *make_step(Stream *stream, Object *loop)
+{
+    stream->loop = (Loop *)python.get_pointer(loop, NAME);
+    return stream->loop ? python.new_function(&one, python.new_capsule(stream, NAME, 0), 0) : 0;
 }

@@ -19,6 +19,7 @@ import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import BuiltinFunctionType
 from typing import Any, NamedTuple
 
 from . import finish
@@ -68,6 +69,17 @@ def load(key: str, text: Callable[[], str], dimensions, reads=(), native: bool =
         if ".quick." in path.name:
             _improve(key, text)
         return function
+
+
+def step(drive, *sizes: int) -> Callable | None:
+    """Return ``step(rows, y, u, spec)`` of a driver that was loaded, if it is one: `caller.Caller.step`."""
+    return _step(drive, *sizes) if type(drive) is BuiltinFunctionType else None
+
+
+@cache
+def _step(drive, *sizes: int) -> Callable | None:
+    caller = _caller()
+    return None if caller is None else caller.step(drive, *sizes)
 
 
 def is_there(key: str, how: str = "*") -> bool:

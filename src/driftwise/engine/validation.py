@@ -11,9 +11,6 @@ from . import bounds
 from .errors import InputError, brief
 
 LARGEST = 1e100  # typical size of data
-INFINITE, ONE, EMPTY = math.inf, (1, 1, 1), np.empty
-NO_INPUT = np.empty((1, 1, 0))  # of one sample: nothing to write to
-NUMBER = (float, int)  # what a stream hands over
 HOLDS = ("zoh", "foh")  # what an input does between its samples: held, or a straight line
 
 
@@ -252,18 +249,9 @@ def one(value, size: int) -> np.ndarray:
 
 def sample(y, u, inputs: int, outputs: int | None = None):
     """Return y (1, 1, p) and u (1, 1, k) of one sample; one output, a number, where ``outputs`` is None."""
-    if outputs is None and inputs < 2 and isinstance(y, NUMBER) and abs(y) != INFINITE:  # a stream has a short way in
-        if inputs and isinstance(u, NUMBER) and abs(u) != INFINITE:
-            ys, us = EMPTY(ONE), EMPTY(ONE)
-            ys[0, 0, 0], us[0, 0, 0] = y, u
-            return ys, us
-        if not inputs and u is None:
-            ys = EMPTY(ONE)
-            ys[0, 0, 0] = y
-            return ys, NO_INPUT
     try:
         ys, us = one(y, outputs or 1), one(() if u is None else u, inputs)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         what = "a number y" if outputs is None else f"{outputs} output(s) y"
         raise InputError(
             f"one sample is {what} and {inputs} input(s), got y = {y!r}, u = {u!r}; for records use scan"

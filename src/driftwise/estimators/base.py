@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..engine import compile, recovery, validation
+from ..engine import compile, objects, recovery, validation
 from ..engine.dispatch import flatten
 from ..engine.errors import InputError
 from ..engine.layout import Layout
 from ..engine.portable import Portable
-from ..engine.validation import sample
 from ..models.canonical import power_of_two
 from ..results import verbs
 from ..results.parameter_trace import ParameterTrace
@@ -25,7 +24,7 @@ from .common.columns import SAMPLE
 from .common.times import instants
 
 NUMBERS = np.dtype(np.float64)
-ARRAY, EMPTY, NEW = np.ndarray, np.empty, tuple.__new__  # what a stream makes at every sample
+ARRAY, NEW = np.ndarray, tuple.__new__  # what a stream makes at every sample
 
 
 class Step(NamedTuple):
@@ -128,9 +127,10 @@ class Estimator(Answers, Portable):
         return self.columns["status"].stop
 
     @cached_property
-    def _step_sizes(self) -> tuple[int, int | None, tuple[int, int, int], int]:
-        """How many inputs and outputs a sample on its own has, the shape of what it is shown, the scratch it takes."""
-        return self.model.inputs, self.outputs, (1, 1, self.step_columns), self.scratch_size
+    def _stream(self):
+        """The loop for one sample of plain numbers, ``(rows, y, u, spec)``; it answers () where they are not."""
+        sizes = self.model.inputs, self.step_columns, self.scratch_size
+        return (objects.step(self.drive, *sizes) if self.outputs is None else None) or _leave
 
     @cached_property
     def _row_shape(self) -> tuple[int, int]:
@@ -163,16 +163,19 @@ class Estimator(Answers, Portable):
         time : instant in seconds, of an estimator that goes by it; dt after the sample before if omitted
         """
         rows = self._rows(state)
-        inputs, outputs, shape, room = self._step_sizes
-        ys, us = sample(y, u, inputs, outputs)
+        shown = self._stream(rows, y, u, self.spec) if time is None else ()
+        if shown:
+            return ARRAY((), self.dtype, rows), NEW(Step, shown)
+        p = self.outputs
+        ys, us = validation.sample(y, u, self.model.inputs, p)
         if time is not None:
             us = np.concatenate([us, self._instants([time], 1, state)[None, :, None]], axis=2)
-        outs = EMPTY(shape)
-        self.drive(rows, ys, us, outs, self.spec, EMPTY(room))
-        if outputs is None:
-            prediction, innovation, variance, status = outs.tolist()[0][0][:4]
-            return ARRAY((), self.dtype, rows), NEW(Step, (prediction, innovation, variance, int(status)))
-        of_each = outs[0, 0, : 4 * outputs].reshape(4, outputs)
+        outs = np.empty((1, 1, self.step_columns))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        of_each = outs[0, 0, : 4 * (p or 1)].reshape(4, p or 1)
+        if p is None:
+            prediction, innovation, variance, status = of_each[:, 0].tolist()
+            return ARRAY((), self.dtype, rows), Step(prediction, innovation, variance, int(status))
         return ARRAY((), self.dtype, rows), Step(of_each[0], of_each[1], of_each[2], of_each[3].astype(int))
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None):
@@ -334,6 +337,11 @@ class Estimator(Answers, Portable):
         if not state.flags.c_contiguous:
             state = np.ascontiguousarray(state)
         return np.ndarray((state.size, self.width), np.float64, state).copy()  # faster than field by field
+
+
+def _leave(*sample) -> tuple[()]:
+    """Take no sample: it goes by the general way."""
+    return ()
 
 
 def is_estimator(value: Any) -> bool:
