@@ -81,5 +81,5 @@ def test_tracks_do_not_overwrite_their_plots(call, tmp_path, option):
     table = tmp_path / "table.csv"
     table.write_text("time,y\n0,1\n1,x\n")
     code, out, complaint = call("track", table, option, table)
-    assert (code, out) == (2, "") and f"{option} would overwrite the table that is being read" in complaint
+    assert (code, out) == (2, "") and f"{option} would overwrite what is being read" in complaint
     assert table.read_text().startswith("time,y")

@@ -218,7 +218,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path):
     for roles, words in [
         (dict(by="aset"), "no column 'aset' for the key. Did you mean 'asset'"),
         (dict(inputs=["y"]), "column 'y' is given two parts"),
-        (dict(output="note"), "500 of the first 500 cells are not finite numbers"),
+        (dict(output="note"), "500 of the first 500 cells are not numbers"),
         (dict(time="note"), "cells are neither numbers nor time stamps"),
     ]:
         with pytest.raises(InputError, match=words):

@@ -21,6 +21,8 @@ def main() -> None:
             signal.signal(signal.SIGHUP, signal.SIG_IGN)
     atexit.register(_answer, signal.SIG_IGN)  # last of all: an interpreter that is torn down would die without a word
     _answer(_leave)
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # what its encoding lacks is spelled
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of matrices as small as ours a second thread only waits
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped

@@ -13,7 +13,7 @@ import typer
 from driftwise.cli import specs
 from driftwise.cli.job import Job
 from driftwise.cli.options import Inputs, Quiet, time_option
-from driftwise.cli.targets import refuse_file, refuse_folder
+from driftwise.cli.targets import refuse_files, refuse_folder
 from driftwise.engine.atomic import replaced
 from driftwise.engine.errors import CommandError, InputError, Stopped
 from driftwise.tables.spreadsheet import harmless
@@ -169,8 +169,7 @@ class FleetRunJob(Job):
         refuse_folder("--out", self.out)
         if os.path.isdir(self.out) and os.path.isdir(self.data) and os.path.samefile(self.out, self.data):
             raise CommandError("--out is the folder of the data: results would be taken for data; give another one.")
-        if self.json and self.json != "-":
-            refuse_file("--json", self.json)
+        refuse_files([("--json", self.json)], [self.data])
         if self.dt is not None and not self.dt > 0:
             raise CommandError(f"--dt must be a positive step of the clock, got {self.dt:g}.")
         if self.dt is not None and self.time is None:
@@ -311,7 +310,11 @@ def _notes(result) -> list[str]:
     """Return what to beware of."""
     found = []
     if result.keyless:
-        found.append(f"{result.keyless} rows have no key: they belong to no series and were left out.")
+        found.append(
+            "1 row has no key: it belongs to no series and was left out."
+            if result.keyless == 1
+            else f"{result.keyless} rows have no key: they belong to no series and were left out."
+        )
     if 0 < result.began < result.rows:
         found.append(f"resumed: went on from row {result.began} of {result.rows}.")
     elif result.began:

@@ -105,9 +105,7 @@ def notes(job) -> list[str]:
     said += [] if job.table is None else job.table.notes
     said += clock_notes(record)
     if record.source.ragged:
-        said.append(
-            f"{record.source.ragged} rows have too many or too few cells; each was counted as a missing sample."
-        )
+        said.append(f"{_rows(record.source.ragged)} too many or too few cells; each was counted as a missing sample.")
     cells = record.bad - record.source.ragged * len(record.columns)
     if cells > 0:
         where = f" (first: {record.first_bad})" if record.first_bad else ""
@@ -148,3 +146,7 @@ def verdicts(diagnosis) -> list[str]:
     """Return a sentence for each verdict that is not fine and not shown anyway."""
     unsaid = [v for v in diagnosis.not_fine if v.name not in SHOWN]
     return [f"{v.name} {v.shown} (fine: {v.limits}): {v.advice}." for v in unsaid]
+
+
+def _rows(count: int) -> str:
+    return "1 row has" if count == 1 else f"{count} rows have"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 
@@ -43,6 +44,8 @@ def write(content, path: str) -> None:
     """Write JSON to a file, or to standard output where the path is -; what is not finite becomes null."""
     text = line(content, indent=2)
     if path == "-":
+        if not (sys.stdout.encoding or "").lower().startswith("utf"):  # JSON has its own spelling of every letter
+            text = json.dumps(json.loads(text), indent=2) + "\n"
         sys.stdout.write(text)
         return
     write_text(path, text)

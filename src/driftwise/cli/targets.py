@@ -19,18 +19,22 @@ def refuse_files(named: list[tuple[str, str | None]], read: list[str]) -> None:
     """Refuse options that name a file which cannot be written, is being ``read``, or which another writes as well."""
     taken: dict[str, str] = {}
     for option, path in named:
-        if not path or (path == "-" and option == "--json"):
+        if path is None or (path == "-" and option == "--json"):
             continue
         refuse_file(option, path)
         if os.path.exists(path) and any(os.path.samefile(path, file) for file in read if os.path.exists(file)):
-            raise CommandError(f"{option} would overwrite the table that is being read, {path}; give another name.")
+            raise CommandError(f"{option} would overwrite what is being read, {path}; give another name.")
         other = taken.setdefault(os.path.realpath(path), option)
         if other != option and (os.path.isfile(path) or not os.path.exists(path)):
             raise CommandError(f"{other} and {option} would both write {path}; give one of them another name.")
 
 
 def refuse_file(option: str, path: str) -> None:
-    """Refuse a file that cannot be written."""
+    """Refuse a file that cannot be written; a link is followed."""
+    if path in ("", "-"):
+        raise CommandError(f"{option} wants the name of a file, got {path!r}; only --json writes to standard output.")
+    if os.path.islink(path):
+        path = os.path.realpath(path)
     folder = os.path.dirname(path) or "."
     if not os.path.isdir(folder):
         raise CommandError(

@@ -138,7 +138,8 @@ class TrackJob(Job):
         wrong = [kind for kind in self.kinds if kind not in WRITERS]
         if wrong or not self.kinds:
             raise CommandError(f"--format takes {', '.join(WRITERS)}, with commas between several; got {self.format!r}")
-        refuse_files([("--report", self.report), ("--json", self.json)], self.files)
+        read = [*self.files, *filter(None, [self.sites])]
+        refuse_files([("--report", self.report), ("--json", self.json)], read)
         if self.out:
             refuse_folder("--out", self.out)
         if "-" in self.files and not self.follow:

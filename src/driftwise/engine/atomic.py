@@ -19,7 +19,12 @@ def replaced(path) -> Iterator[str]:
     """
     path = os.path.realpath(os.fspath(path))
     if os.path.exists(path) and not os.path.isfile(path):
-        yield path
+        try:
+            yield path
+        except OSError as error:
+            if error.errno is not None and error.filename is None:
+                error.filename = path
+            raise
         return
     folder, name = os.path.split(path)
     beside = os.path.join(folder, f".{name}.{secrets.token_hex(4)}{SUFFIX}")

@@ -58,7 +58,7 @@ def refuse_text(name: str, bad: int, rows: int, is_time: bool, where: str = "", 
             f"{where}column {name!r}: most of its first {rows} cells are numbers beyond 1e100, of which no square is a "
             "number. Is it the wrong column, or are they counted in a unit that is far too small?"
         )
-    what = "neither numbers nor time stamps" if is_time else "not finite numbers"
+    what = "neither numbers nor time stamps" if is_time else "not numbers"
     raise InputError(
         f"{where}column {name!r}: {bad} of the first {rows} cells are {what}. Is it the wrong column, or are the "
         "numbers written in another way (thousands separators, units in the cells, a decimal comma beside decimal "

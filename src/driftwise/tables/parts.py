@@ -75,6 +75,8 @@ def _opened(data) -> Source:
 
     try:
         if str(data) == "-":
+            if sys.stdin is None:
+                raise InputError("standard input is closed: nothing can be read from it.")
             return CsvSource(sys.stdin.buffer)
         refuse_missing(data)
         if is_stream(data):
