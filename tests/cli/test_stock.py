@@ -9,6 +9,7 @@ import pytest
 from driftwise.engine.compilers import compilers
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(all(c.is_quick for c in compilers()), reason="no gcc or clang here")
 def test_a_build_without_the_library_for_terminals_compiles_ahead(tmp_path):
     """It was imported to say what had been compiled, so that the build ended with the first loop."""

@@ -1,6 +1,7 @@
 """Parameters that move faster than the filters of the family: battery cells, whose R0 jumps by a hundred deviations."""
 
 import sys
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -36,6 +37,7 @@ def name_of(memory):
     return type(memory).__name__
 
 
+@cache
 def seen(family, memory, number, jump):
     """Return a trace, and how many of its bars R0 is off at each sample."""
     voltage, current, R0, *_ = cell(number, jump=jump, seed=5)
