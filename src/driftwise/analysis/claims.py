@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from ..models.curves import WIDE
+from ..models.quantities import NORMAL_95
 from ..results.claims import Claim
 from ..results.numbers import sentence
 from ..results.sentences import CHANGES_UNKNOWN
@@ -106,7 +106,7 @@ def _mode(p: complex, std: float, table) -> Claim:
         return Claim("pole", output, say.mode_words(p, std, table), period)
     tau, interval = -dt / math.log(r), None
     if math.isfinite(std):
-        low, high = (min(max(r + side * WIDE * std, 1e-9), 1.0) for side in (-1, 1))
+        low, high = (min(max(r + side * NORMAL_95 * std, 1e-9), 1.0) for side in (-1, 1))
         interval = -dt / math.log(low), -dt / math.log(high) if high < 1 else math.inf
     text = say.time_constant_words(tau, interval, table, bool(p.imag))
     return Claim("time constant", output, text, tau, interval)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..models.curves import WIDE
+from ..models.quantities import NORMAL_95
 from ..results.stable import is_endless, swings
 from .response import Response
 from .segmentation import Hindsight
@@ -115,7 +115,14 @@ def of_response(found: Hindsight) -> Effects:
         std = float(math.sqrt(max(float(slope @ P @ slope), 0.0)) * scale)
         gain = float(gain_of(now, i) * scale)
         gains.append(
-            Effect(gain, std, (gain - WIDE * std, gain + WIDE * std), bend(now, i, gain), steps[i], may_bend(now, i))
+            Effect(
+                gain,
+                std,
+                (gain - NORMAL_95 * std, gain + NORMAL_95 * std),
+                bend(now, i, gain),
+                steps[i],
+                may_bend(now, i),
+            )
         )
     return Effects(tuple(gains), swing([np.roots(a) for a, _ in drawn]), error, True, any(endless))
 

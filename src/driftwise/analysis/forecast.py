@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..models.quantities import NORMAL_95
 from ..results.bands import share_within
 from ..results.summary import is_inside
-from .forecast_verdicts import BAND, WIDE
+from .forecast_verdicts import BAND
 
 
 class Forecast(NamedTuple):
@@ -25,7 +26,7 @@ def forecast(trace) -> Forecast:
     """Return what a trace of one output forecast; an average tells its own density."""
     e, T = np.asarray(trace.innovation), np.asarray(trace.variance)
     if hasattr(trace, "log_score"):
-        inside = np.abs(trace.normal_score) <= WIDE
+        inside = np.abs(trace.normal_score) <= NORMAL_95
         return Forecast(e, T, np.full(len(e), np.inf), trace.log_score, inside)
     is_there = np.isfinite(e) & np.isfinite(T) & (T > 0)
     dof = np.asarray(trace.dof)

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..models.quantities import NORMAL_95
 from ..results.bands import normal_score
 from ..results.parameter_trace import ParameterTrace
 from ..results.verdicts import Diagnosis
 from ..results.whiteness import Correlations, score, verdict
-from .forecast_verdicts import LEVEL, WIDE, coverage_verdict, nis_verdict, whiteness_verdict
+from .forecast_verdicts import LEVEL, coverage_verdict, nis_verdict, whiteness_verdict
 
 
 class Own:
@@ -67,7 +68,7 @@ class ForecastSummary:
         self._log += float(trace.log_score[used].sum())
         more, spread, _ = score(z, np.ones(len(z)), np.full(len(z), math.inf))
         self._nis, self._spread = self._nis + more, self._spread + spread
-        self._held += int(np.count_nonzero(abs(z) <= WIDE))
+        self._held += int(np.count_nonzero(abs(z) <= NORMAL_95))
         self._lags.add(np.where(used, trace.normal_score, np.nan).clip(-4, 4))
         return self
 

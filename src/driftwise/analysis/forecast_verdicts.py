@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..models.quantities import NORMAL_95
 from ..results.numbers import chance
 from ..results.sentences import off
 from ..results.verdicts import Diagnosis, Verdict
@@ -16,7 +17,6 @@ LEVEL = 0.99  # of each threshold that a chance can cross
 RIGHT, HELD = (0.8, 1.25), (0.92, 0.975)  # so far off, NIS and coverage are right for all practical purposes
 FAINT = 0.01  # of the variance: less is too little to predict
 BAND = 0.95
-WIDE = 1.959963984540054  # of the 95 % band of a standard normal
 
 
 def calibration(normal_score, settle: int = 0) -> Diagnosis:
@@ -50,7 +50,7 @@ def calibration(normal_score, settle: int = 0) -> Diagnosis:
 
     z = validation.floats("normal_score", normal_score)[settle:]
     seen = z[np.isfinite(z)]
-    held = int(np.count_nonzero(abs(seen) <= WIDE))
+    held = int(np.count_nonzero(abs(seen) <= NORMAL_95))
     lags = Correlations().add(np.where(np.isfinite(z), z, np.nan).clip(-4, 4))
     return Diagnosis(
         [

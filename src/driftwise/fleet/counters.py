@@ -9,7 +9,7 @@ import numpy as np
 
 from ..engine import compile
 from ..engine.status import Status
-from ..models.curves import WIDE
+from ..models.quantities import NORMAL_95
 from .columns import Columns
 
 COUNTED = {  # status bits that are counted as they are
@@ -138,4 +138,4 @@ def add_up(numbers, at, ys, time, bad, filled, outs, settle):
                 z2 = e * e / variance
                 numbers[SCORED, s] += 1
                 numbers[Z2, s] += z2
-                numbers[INSIDE, s] += z2 <= WIDE**2
+                numbers[INSIDE, s] += z2 <= NORMAL_95**2

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..fleet.columns import Columns
 from ..fleet.samples import rank_of
-from ..models.curves import WIDE
+from ..models.quantities import NORMAL_95
 from .board import SPARKLINE, EventView
 
 WEIGHT = {
@@ -106,7 +106,7 @@ class Picture:
         known = {name: None if math.isnan(value) else value for name, value in c.items()}
         band = None
         if known["prediction"] is not None and known["std"] is not None:
-            half = WIDE * c["std"]
+            half = NORMAL_95 * c["std"]
             band = (c["prediction"] - half, c["prediction"] + half)
         return {
             "count": int(self.columns["count"][slot]), "time": known["time"], "output": known["output"],

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..engine.errors import InputError
 from ..fleet.intake import SETTLED
-from ..models.curves import WIDE
+from ..models.quantities import NORMAL_95
 from .board import EventView, ParameterRow, ParameterView, Receipt, Row, Sample, SeriesView
 from .core import Core
 from .decode import Chunk
@@ -103,7 +103,7 @@ class LiveBoard:
             u = np.tile(held - rows.intake.levels[1][row], (AHEAD, 1)) if len(held) else None
             mean, sd = est.predict(state, u, AHEAD)
             mean = mean + rows.intake.levels[0][row, 0]
-            ahead = np.column_stack([mean, mean - WIDE * sd, mean + WIDE * sd])
+            ahead = np.column_stack([mean, mean - NORMAL_95 * sd, mean + NORMAL_95 * sd])
             if np.isfinite(ahead).all():
                 found["ahead"] = tuple((mean, low, high) for mean, low, high in ahead.tolist())
         return found

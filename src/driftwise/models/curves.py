@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .filtering import many_filters
+from .quantities import NORMAL_95
 
 DRAWN = 400  # of the posterior, for the band of a step response
 SETTLED, MOST = 5.0, 400  # time constants that a step response lasts; samples at most
 FREQUENCIES = 160
-WIDE = 1.96  # deviations either side of a 95 % band
 SLOW = 0.999  # a pole nearer the circle counts as that
 
 
@@ -110,8 +110,8 @@ def frequency_response(model, input: int, dt: float) -> Frequencies:
     across = np.stack([-radial[:, 1], radial[:, 0]], axis=1)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         along_std, across_std = (np.sqrt(np.einsum("fi,fij,fj->f", v, C, v).clip(0)) / size for v in (radial, across))
-        band = np.exp(np.minimum(WIDE * along_std, 700.0))
+        band = np.exp(np.minimum(NORMAL_95 * along_std, 700.0))
         angle = np.degrees(np.unwrap(np.angle(G)))
-        turn = np.minimum(np.degrees(WIDE * across_std), 180.0)
+        turn = np.minimum(np.degrees(NORMAL_95 * across_std), 180.0)
         gain = Curve(hertz, size, size / band, size * band)
     return Frequencies(hertz, gain, Curve(hertz, angle, angle - turn, angle + turn), G, C)

@@ -12,7 +12,8 @@ from ..engine.errors import InputError
 from .roots import drawn
 
 Quantity = Callable[[dict[str, float]], float]
-SURE, STEP = 1.959964, 1e-3  # deviations of an interval of 95 %, and those by which slopes are taken
+NORMAL_95 = 1.959963984540054  # deviations either side of the mean that hold 95 % of a normal distribution
+STEP = 1e-3  # deviations by which slopes are taken
 BENT = 0.1  # of the half-width, by which a quantity may bend within it and still count as straight
 KNOWN = 0.95  # of the draws that must have a value
 
@@ -60,10 +61,10 @@ def _derive(name: str, f: Quantity, names: list[str], theta, P) -> Derived:
     moves = np.diag(h) * (size > 0)
     g = np.array([of(theta + move) - of(theta - move) for move in moves]) / (2 * h)
     std = math.sqrt(max(float(g @ P @ g), 0.0))
-    ways = [*(SURE * np.diag(size)), *([SURE * (P @ g) / std] if std > 0 else [])]
+    ways = [*(NORMAL_95 * np.diag(size)), *([NORMAL_95 * (P @ g) / std] if std > 0 else [])]
     bends = [abs(of(theta + side * way) - value - side * float(g @ way)) for way in ways for side in (-1, 1)]
-    if all(bend <= BENT * SURE * std for bend in bends):
-        return Derived(value, std, (value - SURE * std, value + SURE * std), False)
+    if all(bend <= BENT * NORMAL_95 * std for bend in bends):
+        return Derived(value, std, (value - NORMAL_95 * std, value + NORMAL_95 * std), False)
     found = np.array([of(row) for row in drawn(theta, P, np.random.default_rng(0))])
     known = found[np.isfinite(found)]
     if len(known) < KNOWN * len(found):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from driftwise.models.curves import WIDE
+from driftwise.models.quantities import NORMAL_95
 from driftwise.report.axes import across, dress, shade
 from driftwise.report.figure import PALETTE
 
@@ -28,7 +28,7 @@ def autocorrelations(values, count: float):
     import numpy as np
 
     values = np.asarray(values, float)
-    bound = WIDE / np.sqrt(max(count, 1.0))
+    bound = NORMAL_95 / np.sqrt(max(count, 1.0))
     reach = max(1.25 * np.nanmax(np.abs(values), initial=0.0), 2.2 * bound)
     ranges = {"y_range": (-reach, reach), "x_range": (0.3, len(values) + 0.7)}
     fig = _blank("acf", 250, "lag (samples)", "autocorrelation", **ranges)

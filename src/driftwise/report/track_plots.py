@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from driftwise.models.curves import WIDE
+from driftwise.models.quantities import NORMAL_95
 from driftwise.report.axes import Timeline, across, legend, shade
 from driftwise.report.figure import LINES, PALETTE, steady_range
 from driftwise.report.plots import edges, limits
@@ -195,7 +195,7 @@ def _columns(track, most: int) -> dict:
         "onset": np.where(trace.onset, 0.96, np.nan),
     }  # fmt: skip
     for name, middle, width in (
-        (SPEED, speed, WIDE * trace.speed_sd), (TURN, rate, WIDE * np.degrees(trace.turn_rate_sd)),
+        (SPEED, speed, NORMAL_95 * trace.speed_sd), (TURN, rate, NORMAL_95 * np.degrees(trace.turn_rate_sd)),
         (EAST, 0 * time, half[:, 0]), (NORTH, 0 * time, half[:, 1]),
     ):  # fmt: skip
         found[f"{name}_low"], found[f"{name}_high"] = edges(middle, width)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..models.curves import WIDE
+from ..models.quantities import NORMAL_95
 
 KINDS = {  # what an answer speaks of, and what `value` is
     "column": "the part of columns: their names",
@@ -67,4 +67,4 @@ def told(claims: Iterable[Claim]) -> str:
 
 def around(value: float, std: float) -> tuple[float, float] | None:
     """Return the interval of a number with a normal error; None where it has no bound."""
-    return (value - WIDE * std, value + WIDE * std) if math.isfinite(std) else None
+    return (value - NORMAL_95 * std, value + NORMAL_95 * std) if math.isfinite(std) else None

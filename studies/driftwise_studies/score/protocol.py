@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LEVEL = 1.959963984540054  # of the normal distribution: 95 % lie within
+from driftwise.models.quantities import NORMAL_95
 
 
 class Score(NamedTuple):
@@ -35,7 +35,7 @@ def inside_and_density(e, variance, inside=None, log_score=None):
     S = np.asarray(variance, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         if inside is None:
-            inside = np.where(np.isnan(S), np.nan, np.abs(e) <= LEVEL * np.sqrt(S))
+            inside = np.where(np.isnan(S), np.nan, np.abs(e) <= NORMAL_95 * np.sqrt(S))
         if log_score is None:
             log_score = -0.5 * np.log(2 * np.pi * S) - 0.5 * e**2 / S
     return np.asarray(inside, float), np.asarray(log_score, float)
