@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 import driftwise as dw
-from driftwise.analysis.forecast_verdicts import WIDE
 from driftwise.analysis.identification import Finder
 from driftwise.analysis.identifier import PILOT
+from driftwise.models.quantities import NORMAL_95
 from driftwise.tables.recognise import recognise
 
 from ..papers.recordings import Series
@@ -44,7 +44,7 @@ def ours(y, u, time=None) -> Ours:
     finder = Finder(recognise(columns, output="y", inputs=names))
     forecast, _ = finder.add(np.arange(len(y), dtype=float), y, u)
     z = forecast.normal_score
-    inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
+    inside = np.where(np.isfinite(z), np.abs(z) <= NORMAL_95, np.nan)
     return Ours(forecast.prediction, forecast.variance, inside, forecast.log_score, told(z))
 
 
@@ -61,7 +61,7 @@ def tracked(east: Series, north: Series, speed: float) -> list[Ours]:
     """Return what `TrackEstimator` says of both coordinates of a track, told the speed of the class."""
     trace = dw.TrackEstimator(speed).scan(east.time, np.stack([east.y, north.y], axis=1))
     z = trace.normal_score
-    inside = np.where(np.isfinite(z), np.abs(z) <= WIDE, np.nan)
+    inside = np.where(np.isfinite(z), np.abs(z) <= NORMAL_95, np.nan)
     none = np.zeros(0, int)
     return [
         Ours(trace.prediction[:, i], trace.variance[:, i], inside[:, i], trace.log_score[:, i], none) for i in (0, 1)
