@@ -23,7 +23,8 @@ _GCC = ("-fno-tree-loop-distribute-patterns", "-fno-tree-vectorize", *_VIEWS)
 _SHORT = ("-mllvm", "-unroll-runtime=false", "-mllvm", "-disable-loop-idiom-all")
 _CLANG = ("-fno-vectorize", "-fno-slp-vectorize", *_SHORT)
 # Nor is it worth an address of its own for each array they go along: these do not stay in registers from loop to loop.
-_ONE_BY_ONE = ("-mllvm", "-disable-lsr")
+# And sixteen bytes of a view, copied at once, wait for the two numbers that were just written there.
+_ONE_BY_ONE = ("-mllvm", "-disable-lsr", "-mno-implicit-float")
 _NATIVE = ("-march=native", "-fno-trapping-math", "-Wno-psabi")  # nobody looks at the flags of exceptions
 # clang's way to say of all loops what DW_UNROLL says to gcc; with -O3 as well, lanes of Joint take a tenth longer.
 _WRITTEN_OUT = ("-mllvm", "-unroll-threshold=1000")
