@@ -24,6 +24,7 @@ _HOME = {
     "AlgebraicObserver": "estimators.algebraic_observer.estimator",
     "ModelAverage": "estimators.model_average.estimator",
     "TrackEstimator": "estimators.track.estimator",
+    "StateSpace": "estimators.state_space.estimator",
     "Constant": "memory.constant",
     "ExponentialForgetting": "memory.exponential_forgetting",
     "RandomWalk": "memory.random_walk",

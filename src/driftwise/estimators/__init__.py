@@ -28,6 +28,7 @@ _HOME = {
     "ModelAverage": "model_average.estimator",
     "AverageTrace": "model_average.trace",
     "TrackEstimator": "track.estimator",
+    "StateSpace": "state_space.estimator",
 }
 
 __all__ = list(_HOME)

@@ -1,0 +1,275 @@
+"""The Kalman filter of the user's own matrices."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import InnovationGate, resolve_gate
+from ...detect.resolve import resolve_detector
+from ...detect.watch import Silent
+from ...engine import ud, validation
+from ...engine.errors import InputError
+from ...memory.constant import Constant
+from ...memory.exponential_forgetting import ExponentialForgetting
+from ...models.scale import InverseGamma, KnownScale, resolve_scale
+from ...models.state_space import LinearSystem, units
+from ..base import Step
+from ..common.observer import Observed, Observer, check_names
+from ..common.priors import factors_of
+from ..common.settings import arguments
+from . import step as _step  # noqa: F401  (registers the step)
+from .given import packed
+from .row import SCRATCH, STATE_SAMPLE, STATE_SPACE, StateSpaceForm
+from .trace import StateTrace
+
+WIDE = 1e8  # default prior variance in squared units of the data
+SETTLE = 20.0  # outputs before a detector watches
+
+
+class StateSpace(Observer):
+    """State of a linear system with the user's own matrices: the Kalman filter, in U D U'.
+
+        x(t) = F x(t-1) + G u(t-1) + w,  w ~ N(0, Q)        y(t) = H x(t) + D u(t) + v,  v ~ N(0, R)
+
+    Each matrix is constant, or handed over with every sample: ``scan(y, u, F=..)`` takes (T, n, n), `update` (n, n).
+    Those of sample t bring the state from sample t - 1 to t, and say how y(t) measures it.
+
+    Parameters
+    ----------
+    F : (n, n), or a number for a single state
+        Transition over one sample.
+    G : (n, k), optional
+        How inputs act on the state one sample later; no input if omitted.
+    H : (p, n), optional
+        How outputs measure the state; the first state is measured if omitted. One row: y is (T,).
+    D : (p, k), optional
+        How inputs act on outputs at once.
+    Q, R : (n, n) and (p, p), or diagonals, or variances
+        Covariances of the noise on the state, over one sample, and on the outputs. R may be singular, and zero.
+    x0 : (n,), optional
+        State expected at the first sample; zero if omitted.
+    P0 : (n, n), (n,) or a number, optional
+        Its covariance. By default wide: 1e8 times the square of what shows as `y_scale` in an output within n samples.
+    memory : Constant or ExponentialForgetting
+        ``ExponentialForgetting(lam)`` divides the state's covariance by lam at each step, before Q is added: the fading
+        filter of Sorenson and Sacks (1971), for matrices that are not quite right.
+    gate : InnovationGate, optional
+        Treat outliers of each output as missing.
+    detector : optional
+        What watches the whitened innovations, such as ``PageHinkley()``; an alarm is told (status JUMP), and changes
+        nothing.
+    scale : InverseGamma, optional
+        Q, R and P0 are relative to an unknown sigma^2 with this prior: it is learnt, bands are Student's.
+    states, inputs, outputs : names, optional
+    y_scale : float or (p,)
+        Typical size of the outputs, for the default prior; `scaled_to` sets it.
+    dt : float
+        Seconds between samples.
+
+    Raises
+    ------
+    InputError
+        Where sizes do not fit, Q, R or P0 is no covariance, or a matrix has NaN; the message says which and why.
+
+    Notes
+    -----
+    NaN in y is a missing output, in part or in whole; a missing input is held, which the bars do not know. ``notes``
+    says which states no output shows. Bad at: matrices that are wrong (see NIS: ``trace.nis`` is p on average), noise
+    that is not white, and a default prior that decides: the evidence depends on P0.
+
+    References
+    ----------
+    Bierman (1977), *Factorization Methods for Discrete Sequential Estimation*, chapters V-VI.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> rng = np.random.default_rng(1)
+    >>> F, Q = [[1, 1], [0, 1]], 0.01 * np.array([[1 / 3, 1 / 2], [1 / 2, 1]])  # constant velocity
+    >>> way = np.cumsum(1 + 0.1 * np.cumsum(rng.standard_normal(200)))
+    >>> est = dw.StateSpace(F, H=[1, 0], Q=Q, R=4.0, states=("way", "speed"))
+    >>> trace = est.scan(way + 2 * rng.standard_normal(200))
+    >>> speed, std = trace.of("speed")
+    >>> print(f"{speed[-1]:.1f} +- {std[-1]:.1f}, the truth is {way[-1] - way[-2]:.1f}")
+    """
+
+    trace_kind = StateTrace
+    sample_layout = STATE_SAMPLE
+    window = math.inf
+    is_growing, irregular, hold = True, False, "zoh"
+
+    def __init__(
+        self,
+        F,
+        G=None,
+        H=None,
+        D=None,
+        Q=None,
+        R=None,
+        *,
+        x0=None,
+        P0=None,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
+        detector: Any = None,
+        scale: InverseGamma | None = None,
+        states=None,
+        inputs=None,
+        outputs=None,
+        y_scale=1.0,
+        dt: float = 1.0,
+    ):
+        self.options = arguments(locals())
+        self.system = system = LinearSystem(F, G, H, D, Q, R, states, inputs, outputs)
+        n, k, p = system.n, system.inputs, system.outputs
+        self.outputs = p if p > 1 else None
+        self.model: Any = Observed(n, n, n, k, p, system.names, [], system.input_names, system.output_names)
+        check_names(self.model)
+        self._set_units(dt, y_scale)
+        self._x0 = np.zeros(n) if x0 is None else validation.vector("x0", np.atleast_1d(x0), n)
+        P = WIDE * np.diag(units(system, np.atleast_1d(self.y_scale)))
+        self.prior_covariance = P if P0 is None else validation.covariance("P0", P0, n)
+        self._U0, self._D0 = factors_of(self.prior_covariance)
+        self.scale = resolve_scale(scale, scale is not None, n)
+        found = Silent() if detector is None else resolve_detector(detector)
+        q, D_q = ud.factor(system.Q)
+        self.policies = (
+            StateSpaceForm(
+                float(n), float(k), float(p), float(found.state_size(0)), self.dt, SETTLE, _fade(memory),
+                float(np.linalg.matrix_rank(system.R) < p), system.F.ravel(), system.G.ravel(), system.H.ravel(),
+                system.D.ravel(), q[ud.packed_indices(n)], D_q, system.R.ravel(), self._x0, self._U0, self._D0,
+            ),
+            KnownScale(), Constant(), resolve_gate(gate, n), self.scale, found,
+        )  # fmt: skip
+        self.dtype = STATE_SPACE.dtype(self.policies[0])
+        self.scratch_size = SCRATCH.size(self.policies[0])
+
+    @property
+    def plant(self) -> Any:
+        """The system, which observers call their plant."""
+        return self.system
+
+    @property
+    def noise_std(self) -> np.ndarray:
+        """Deviations of the outputs' noise, (p,)."""
+        return np.sqrt(np.diag(self.system.R))
+
+    @property
+    def notes(self) -> list[str]:
+        """What to know of the system before it is believed: sentences, none where every state is observable."""
+        return self.system.notes
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state = super().start(series)
+        state["x"], state["D"], state["U"] = self._x0, self._D0, self._U0
+        return state
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def update(self, state, y, u=None, *, time: float | None = None, **matrices) -> tuple[np.ndarray, Step]:
+        """Return the next state and what this sample showed; NaN means missing.
+
+        Parameters
+        ----------
+        state : from `start`, `update`, or a trace
+        y : the output; with several (p,)
+        u : the input, or a sequence of k inputs
+        time : instant in seconds, for a record of regular samples; dt after the sample before if omitted
+        **matrices : F, G, H, D, Q, R of this sample, where they are not those of the constructor
+        """
+        if not matrices:
+            return super().update(state, y, u, time=time)
+        states, step = self._run(state, *validation.sample(y, u, self.model.inputs, self.outputs), time, matrices, None)
+        p = self.outputs
+        found = step[0, 0, : 4 * (p or 1)].reshape(4, p or 1)
+        shown = found if p else found[:, 0]
+        return states, Step(*shown[:3], shown[3].astype(int))
+
+    def scan(self, y, u=None, *, state=None, keep: str = "std", time=None, **matrices):
+        """Run over a record and return its trace; ``trace.state`` continues where it ended.
+
+        Parameters
+        ----------
+        y : (T,) outputs, with several (T, p); NaN where missing
+        u : (T,) or (T, k) inputs; NaN where missing (the last one is held on)
+        state : state to start from; a fresh one if omitted
+        keep : "innovations", "means" or "std": how much of each sample the trace holds
+        time : (T,) increasing instants in seconds; steps of dt if omitted
+        **matrices : F, G, H, D, Q, R of each sample, (T, n, n) and so on, or (n, n) for all
+        """
+        if not matrices:
+            return super().scan(y, u, state=state, keep=keep, time=time)
+        y, u = validation.record(y, u, self.model.inputs, self.outputs)
+        start = self.start() if state is None else state
+        ys = y.reshape(1, len(y), -1)
+        end, outs = self._run(start, ys, u[None], time, matrices, self.table_width(keep))
+        clock = self._clock(np.asarray(start), end, len(y)) if time is None else time
+        return self._trace(y, u, outs[0], keep, np.array(start), end, clock)
+
+    def _run(self, state, ys, us, time, matrices, columns):
+        """Return the state after samples with matrices of their own, and what was written of them."""
+        T = ys.shape[1]
+        if time is None:
+            stamps = np.full((1, T, 1), np.nan)
+        else:
+            stamps = self._instants(np.atleast_1d(time), T, state)[None, :, None]
+        us = np.concatenate([us, stamps, packed(self.system, matrices, T)[None]], axis=2)
+        rows, outs = self._rows(state), np.empty((1, T, columns or self.n_columns))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        return rows.view(self.dtype).reshape(()), outs
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return E x(t | t)."""
+        return np.array(state["x"])
+
+    def covariance(self, state) -> np.ndarray:
+        """Return the covariance of x(t | t)."""
+        return np.asarray(self.sigma2(state))[..., None, None] * ud.unpack(state["U"], state["D"])
+
+    def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return x(t | t) and its standard deviations."""
+        P = self.covariance(state)
+        return self.mean(state), np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))
+
+    def sigma2(self, state):
+        """Return the scale of Q, R and P0 learnt so far; 1 where it is known."""
+        if not isinstance(self.scale, InverseGamma):
+            return np.ones(np.shape(state["chi2"]))[()]
+        alpha, beta = self.scale
+        return (beta + 0.5 * state["chi2"]) / np.maximum(alpha + 0.5 * state["observed"], 0.5)
+
+    def loglik(self, state) -> float:
+        """Return log p(y) of all samples so far: the evidence of the model."""
+        return float(state["score"])
+
+    def degrees_of_freedom(self, is_used, observed) -> np.ndarray:
+        """Return those of each prediction: infinite where the scale is known."""
+        if not isinstance(self.scale, InverseGamma):
+            return np.full(is_used.shape, np.inf)
+        used = is_used.reshape(len(is_used), -1)
+        each = used.sum(axis=1)
+        before = observed + np.cumsum(each) - each
+        found = np.maximum(2 * self.scale.alpha + before, 1.0)
+        return np.broadcast_to(found.reshape(-1, *[1] * (is_used.ndim - 1)), is_used.shape).copy()
+
+    def smooth(self, *args, **options):
+        """Refuse (InputError): there is no smoother of a user's matrices yet."""
+        raise InputError("StateSpace has no smoother: Joint, AR, ARX and Regression look back")
+
+
+def _fade(memory) -> float:
+    """Return what is left of the past's weight after a sample."""
+    if isinstance(memory, ExponentialForgetting):
+        return validation.share("lam", memory.lam, "a weight per sample")
+    if not isinstance(memory, Constant):
+        raise InputError(
+            "memory says here how the state's own past fades: Constant() or ExponentialForgetting(lam), got "
+            f"{memory!r}. The other memories are about parameters; how the state moves is what F and Q say"
+        )
+    return 1.0
