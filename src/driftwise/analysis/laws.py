@@ -211,6 +211,11 @@ def _law_scaling_of_an_observer(est, y, u):
     for name in ("noise_std", "tolerance", "x0", "x_std"):
         if options.get(name) is not None:
             options[name] = c * np.asarray(options[name], float)
+    for name in ("Q", "R", "P0"):
+        if options.get(name) is not None:
+            options[name] = c * c * np.asarray(options[name], float)
+    if "y_scale" in options:
+        options["y_scale"] = c * np.asarray(options["y_scale"], float)
     one, two = est.scan(y, u), type(est)(**options).scan(c * y, _times(u, c))
     assert same(c * one.prediction, two.prediction), "predictions do not scale"
     assert same(c * one.estimates, two.estimates) and same(c * one.std, two.std), "estimates do not scale"

@@ -88,12 +88,12 @@ class StateSpace(Observer):
     --------
     >>> import numpy as np, driftwise as dw
     >>> rng = np.random.default_rng(1)
-    >>> F, Q = [[1, 1], [0, 1]], 0.01 * np.array([[1 / 3, 1 / 2], [1 / 2, 1]])  # constant velocity
-    >>> way = np.cumsum(1 + 0.1 * np.cumsum(rng.standard_normal(200)))
-    >>> est = dw.StateSpace(F, H=[1, 0], Q=Q, R=4.0, states=("way", "speed"))
-    >>> trace = est.scan(way + 2 * rng.standard_normal(200))
-    >>> speed, std = trace.of("speed")
-    >>> print(f"{speed[-1]:.1f} +- {std[-1]:.1f}, the truth is {way[-1] - way[-2]:.1f}")
+    >>> speeds = 1 + 0.1 * np.cumsum(rng.standard_normal(200))
+    >>> y = np.cumsum(speeds) + 2 * rng.standard_normal(200)
+    >>> est = dw.StateSpace([[1, 1], [0, 1]], H=[1, 0], Q=[0, 0.01], R=4.0, states=("way", "speed"))
+    >>> speed, std = est.scan(y).of("speed")
+    >>> print(f"{speed[-1]:.1f} +- {std[-1]:.1f}, the truth is {speeds[-1]:.1f}")
+    SHOWN
     """
 
     trace_kind = StateTrace

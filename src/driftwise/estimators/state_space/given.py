@@ -34,9 +34,13 @@ def _each(name, value, usual, samples) -> np.ndarray:
         return np.broadcast_to(usual, (samples, *usual.shape))
     found, shape = floats(name, value), usual.shape
     if found.ndim and samples > 1 and found.shape[1:] == shape and found.shape[0] != samples:
-        raise InputError(f"{name} has matrices for {found.shape[0]} samples, and y has {samples}: one for each is needed")
+        raise InputError(
+            f"{name} has matrices for {found.shape[0]} samples, and y has {samples}: one for each is needed"
+        )
     if found.shape not in (shape, (samples, *shape)):
-        raise InputError(f"{name} must be {(samples, *shape)}, one matrix a sample, or {shape}, got shape {found.shape}")
+        raise InputError(
+            f"{name} must be {(samples, *shape)}, one matrix a sample, or {shape}, got shape {found.shape}"
+        )
     return np.broadcast_to(finite(name, found), (samples, *shape))
 
 

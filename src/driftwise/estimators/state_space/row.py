@@ -59,7 +59,9 @@ SCRATCH = Layout(
     *each("n", a="vector", b="vector", f="vector"),
     *each("2 * n", weight="of the columns of Y", g="vector"),
     Field("Y", ("n", "2 * n")),
-    *each("outputs", z="y - D u of what was taken, less what the noise of those before says", d="its own noise variance"),
+    *each(
+        "outputs", z="y - D u of what was taken, less what the noise of those before says", d="its own noise variance"
+    ),
     Field("rows", ("outputs * n",), "and its row of H"),
     Field("L", ("outputs", "outputs"), "R = L diag(d) L' of what was taken"),
 )
