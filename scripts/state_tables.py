@@ -18,6 +18,7 @@ from driftwise.estimators.joint.row import JOINT
 from driftwise.estimators.joint_mimo.row import JOINT_MIMO
 from driftwise.estimators.manoeuvre.row import MANOEUVRE
 from driftwise.estimators.model_average.step import AVERAGE, AVERAGE_SAMPLE
+from driftwise.estimators.state_space.row import STATE_SAMPLE, STATE_SPACE
 from driftwise.estimators.track.bank import TRACK, TRACK_SAMPLE
 from driftwise.estimators.window_observer.fir import FIR
 from driftwise.estimators.window_observer.growing import GROWING
@@ -46,6 +47,7 @@ STATES = {
     RECURSIVE: LAGS,
     "`ARXMIMO`": SEVERAL,
     "`AdaptiveGain`": GAIN,
+    "`StateSpace`": STATE_SPACE,
     "`WindowObserver` of regular samples": FIR,
     "`WindowObserver(window=math.inf)`": GROWING,
     "`WindowObserver(irregular=True)`": QUEUE,
@@ -73,6 +75,7 @@ SAMPLES = {
     "`AdaptiveGain`": GAIN_SAMPLE,
     f"{RECURSIVE}, `ARXMIMO`": RECURSIVE_SAMPLE,
     "`WindowObserver`, `AlgebraicObserver`": OBSERVER_SAMPLE,
+    "`StateSpace`": STATE_SAMPLE,
     "`ModelAverage`": AVERAGE_SAMPLE,
     "`TrackEstimator`": TRACK_SAMPLE,
 }

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
+from driftwise.analysis.laws import same
 from driftwise.models.scale import InverseGamma
 
 SYSTEMS = range(200)
@@ -91,7 +92,7 @@ def test_matrices_of_every_sample_are_those_of_the_dense_joint_gaussian():
         for t in range(T):
             at = {name: M[t] for name, M in matrices.items()}
             state, _ = est.update(state, ys[t], None if us is None else us[t], **at)
-        assert dw.analysis.laws.same(state, trace.state)
+        assert same(state, trace.state)
 
 
 def test_it_is_filterpy():

@@ -93,7 +93,7 @@ class StateSpace(Observer):
     >>> est = dw.StateSpace([[1, 1], [0, 1]], H=[1, 0], Q=[0, 0.01], R=4.0, states=("way", "speed"))
     >>> speed, std = est.scan(y).of("speed")
     >>> print(f"{speed[-1]:.1f} +- {std[-1]:.1f}, the truth is {speeds[-1]:.1f}")
-    SHOWN
+    -0.4 +- 0.3, the truth is -0.5
     """
 
     trace_kind = StateTrace
@@ -126,6 +126,8 @@ class StateSpace(Observer):
         self.system = system = LinearSystem(F, G, H, D, Q, R, states, inputs, outputs)
         n, k, p = system.n, system.inputs, system.outputs
         self.outputs = p if p > 1 else None
+        self.plant: Any = system  # which observers call their plant
+        self.noise_std = np.sqrt(np.diag(system.R))  # of each output
         self.model: Any = Observed(n, n, n, k, p, system.names, [], system.input_names, system.output_names)
         check_names(self.model)
         self._set_units(dt, y_scale)
@@ -146,16 +148,6 @@ class StateSpace(Observer):
         )  # fmt: skip
         self.dtype = STATE_SPACE.dtype(self.policies[0])
         self.scratch_size = SCRATCH.size(self.policies[0])
-
-    @property
-    def plant(self) -> Any:
-        """The system, which observers call their plant."""
-        return self.system
-
-    @property
-    def noise_std(self) -> np.ndarray:
-        """Deviations of the outputs' noise, (p,)."""
-        return np.sqrt(np.diag(self.system.R))
 
     @property
     def notes(self) -> list[str]:
@@ -183,11 +175,12 @@ class StateSpace(Observer):
         """
         if not matrices:
             return super().update(state, y, u, time=time)
-        states, step = self._run(state, *validation.sample(y, u, self.model.inputs, self.outputs), time, matrices, None)
+        ys, us = validation.sample(y, u, self.model.inputs, self.outputs)
+        states, step = self._run(state, ys, us, time, matrices, None)
         p = self.outputs
         found = step[0, 0, : 4 * (p or 1)].reshape(4, p or 1)
         shown = found if p else found[:, 0]
-        return states, Step(*shown[:3], shown[3].astype(int))
+        return states, Step(shown[0], shown[1], shown[2], shown[3].astype(int))
 
     def scan(self, y, u=None, *, state=None, keep: str = "std", time=None, **matrices):
         """Run over a record and return its trace; ``trace.state`` continues where it ended.

@@ -15,7 +15,7 @@ SLACK = 1e-12
 
 
 def packed(system: LinearSystem, matrices, samples: int) -> np.ndarray:
-    """Return the numbers of so many samples, (T, ..): F, G, H, D, the factors of Q, R; what is not given is constant."""
+    """Return F, G, H, D, the factors of Q, and R of so many samples, (T, ..); what is not given is constant."""
     for name in matrices:
         if name not in NAMES:
             raise InputError(f"{name!r} is no matrix of a sample: they are {', '.join(NAMES)}")
