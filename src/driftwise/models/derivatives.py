@@ -10,13 +10,21 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from ..engine.errors import InputError
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tanh", "abs", "sign", "min", "max")
 CONSTANTS = {"pi": math.pi}
 COMPARE = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+
+
+def parsed(text: str, where: str) -> ast.expr:
+    """Return a formula as a tree."""
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError) as error:
+        raise InputError(f"{where}: this is no formula ({getattr(error, 'msg', error)})") from None
 
 
 class Value(NamedTuple):
@@ -47,7 +55,7 @@ class Tape:
         self.lines: list[str] = []
         self.count = 0
 
-    def refuse(self, message: str) -> None:
+    def refuse(self, message: str) -> NoReturn:
         """Say what is wrong with the line."""
         raise InputError(f"{self.where}: {message}")
 
@@ -72,10 +80,10 @@ class Tape:
 
     def value(self, node) -> Value:
         """Return the value of an expression."""
-        read: Callable | None = getattr(self, f"of_{type(node).__name__}", None)
+        read: Callable[[ast.expr], Value] | None = getattr(self, f"of_{type(node).__name__}", None)
         if read is None:
             self.refuse(f"a formula has no {type(node).__name__}: numbers, names, + - * / **, comparisons and calls do")
-        return read(node)  # type: ignore[misc]
+        return read(node)
 
     def of_Constant(self, node) -> Value:
         if isinstance(node.value, bool) or not isinstance(node.value, int | float):
@@ -122,7 +130,7 @@ class Tape:
             return self.made(_product(a.text, b.text), slopes, a, b, bent=bent)
         if isinstance(node.op, ast.Div):
             return self.quotient(node, a, b, names)
-        return self.refuse(f"{ast.unparse(node)}: the operations are + - * / **")  # type: ignore[return-value]
+        self.refuse(f"{ast.unparse(node)}: the operations are + - * / **")
 
     def quotient(self, node, a: Value, b: Value, names) -> Value:
         """Return a/b; its slope is (a' - (a/b) b')/b."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+from collections import namedtuple
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -53,12 +54,14 @@ def evaluate(plant: Formulas, x, u, theta) -> tuple[np.ndarray, np.ndarray, np.n
     ([-0.0005, 0.0], [3.73])
     """
     row = np.concatenate([np.ravel(v).astype(float) for v in (x, u, theta)])[None]
-    n, p, width, task = plant.n, plant.p, row.shape[1], kernels_of(plant)
+    n, p, width = plant.n, plant.p, row.shape[1]
+    task: Any = kernels_of(plant)
+    kind: Any = type(task)
     if width != plant.n + plant.inputs + len(plant.names):
         raise ValueError(f"{plant.name} has {plant.n} states, {plant.inputs} inputs and {len(plant.names)} parameters")
     out, nothing = np.zeros((1, (n + p) * (1 + width))), np.zeros((1, 0))
     spec = compile.dispatch.flatten([task])
-    compile.passage(type(task))(row, nothing, nothing, out, np.zeros(0), spec)
+    compile.passage(kind)(row, nothing, nothing, out, np.zeros(0), spec)
     values, slopes = out[0, : n + p], out[0, n + p :].reshape(n + p, width)
     return values[:n], values[n:], slopes[:n], slopes[n:]
 
@@ -79,10 +82,9 @@ def _source(plant: Formulas, which: str) -> str:
 def _kind(text: str, states: str, outputs: str) -> type:
     """Return the type of a plant's policy, its kernels registered; named by what it says, so that no two are alike."""
     digest = hashlib.sha256("\n".join((text, states, outputs)).encode()).hexdigest()[:16]
-    kind: Any = NamedTuple(
-        f"Plant_{digest}", [("n", float), ("k", float), ("p", float), ("constants", Vector), ("points", Vector)]
-    )  # type: ignore[misc]
-    kind.__module__ = __name__
+    fields = {"n": float, "k": float, "p": float, "constants": Vector, "points": Vector}
+    kind: Any = namedtuple(f"Plant_{digest}", list(fields), module=__name__)  # type: ignore[misc]
+    kind.__annotations__ = fields
     scope = {name: getattr(elementary, name) for name in elementary.__all__} | {
         name: getattr(primitives, name)
         for name in ("root", "signum", "hyperbolic_tangent", "divided", "table_value", "table_slope")

@@ -34,11 +34,11 @@ from pathlib import Path
 from typing import Any
 
 from ..engine.errors import InputError
-from .derivatives import CONSTANTS, FUNCTIONS, Tape, Value
+from .derivatives import Tape, Value, parsed
+from .formula_checks import check
 
 SECTIONS = ("states", "inputs", "outputs", "parameters", "tables", "formulas")
 HEAD = ("name", "about", "source", "example", "time")
-RESERVED = {"t", "dt", "time", "prediction", "innovation", "variance", "status", *FUNCTIONS, *CONSTANTS}
 PLANTS = Path(__file__).parent / "plants"
 
 
@@ -158,7 +158,7 @@ class Formulas:
     @property
     def units(self) -> dict[str, str]:
         """Units by name."""
-        return {thing.name: thing.unit for thing in self._things()}
+        return {thing.name: thing.unit for thing in self.things()}
 
     @property
     def state_names(self) -> list[str]:
@@ -175,7 +175,8 @@ class Formulas:
         """Names of the outputs."""
         return [s.name for s in self.outputs_]
 
-    def _things(self) -> list[Any]:
+    def things(self) -> list[Any]:
+        """All that has a name and a unit."""
         return [*self.states, *self.inputs_, *self.outputs_, *self.all_parameters]
 
     # --- what kernels see ----------------------------------------------------------------------------------
@@ -246,14 +247,6 @@ class Formulas:
         return all(not v.bent & own for v in self.written("states", True)[1])
 
 
-def parsed(text: str, where: str) -> ast.expr:
-    """Return a formula as a tree."""
-    try:
-        return ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError) as error:
-        raise InputError(f"{where}: this is no formula ({getattr(error, 'msg', error)})") from None
-
-
 # --- reading -----------------------------------------------------------------------------------------------------
 
 
@@ -278,7 +271,9 @@ def read(plant: Any) -> Formulas:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"the plant is no TOML: {error}. It looks like this:\n{_example()}") from None
-    return _checked(_read(table, text))
+    plant = _read(table, text)
+    check(plant)
+    return plant
 
 
 def library() -> list[str]:
@@ -366,93 +361,3 @@ def _table(name, found) -> tuple[list[float], list[float]]:
     if any(b <= a for a, b in itertools.pairwise(xs)) or not all(map(math.isfinite, xs + ys)):
         raise InputError(f"{where}: x must increase, and all be finite")
     return xs, ys
-
-
-# --- checking ----------------------------------------------------------------------------------------------------
-
-
-def _checked(plant: Formulas) -> Formulas:
-    """Return a plant, or say which line of it does not fit."""
-    from .units import check_units
-
-    names = [thing.name for thing in plant._things()] + list(plant.tables)
-    seen: set[str] = set()
-    for name in names:
-        if not name.isidentifier() or name in RESERVED:
-            raise InputError(f"{name!r} cannot be a name here: letters, digits and _, and no word that formulas have")
-        if name in seen:
-            raise InputError(f"{name!r} is named twice: states, inputs, outputs, parameters and tables share one set")
-        seen.add(name)
-    if not plant.free:
-        raise InputError("all parameters are fixed: for a plant that is known take WindowObserver")
-    for state in plant.states:
-        if state.std is None or not state.std >= 0 or not math.isfinite(state.start):
-            raise InputError(
-                f"[states] {state.name} needs std, how far from its start ({state.start:g}) it may be at first "
-                f"(not negative), got {state.std!r}"
-            )
-        if not state.walk >= 0:
-            raise InputError(f"[states] {state.name}: walk must not be negative, got {state.walk!r}")
-    for output in plant.outputs_:
-        if output.noise is not None and not output.noise > 0:
-            raise InputError(f"[outputs] {output.name}: noise must be positive, got {output.noise!r}")
-    for one in plant.all_parameters:
-        _check_parameter(one)
-    _check_lines(plant)
-    check_units(plant)
-    return plant
-
-
-def _check_parameter(one: Parameter) -> None:
-    where = f"[parameters] {one.name}"
-    if not math.isfinite(one.start):
-        raise InputError(f"{where} needs start, a number to begin with")
-    if one.fixed:
-        return
-    if not one.low < one.high:
-        raise InputError(f"{where}: low = {one.low:g} must lie below high = {one.high:g}")
-    if not one.low < one.start < one.high:
-        raise InputError(
-            f"{where}: its bounds {one.low:g} .. {one.high:g} exclude its start {one.start:g}: a start lies between"
-        )
-    if math.isfinite(one.high) and not math.isfinite(one.low):
-        raise InputError(f"{where} has high without low: give both, or estimate its negative")
-    if one.kind == "log" and not one.start > one.origin:
-        raise InputError(f"{where} is positive unless it says free = true, and starts at {one.start:g}")
-    if one.kind == "linear" and not (one.std is not None and one.std > 0):
-        raise InputError(f"{where} is free, so it needs std, how far from its start it may be, got {one.std!r}")
-    if one.factor is not None and (one.kind != "log" or not one.factor > 1):
-        raise InputError(f"{where}: factor is for positive parameters, and above 1, got {one.factor!r}")
-    if one.kind == "log" and one.std is not None:
-        raise InputError(f"{where} is positive: say how sure it is by factor (or free = true with std)")
-
-
-def _check_lines(plant: Formulas) -> None:
-    """Every state and output has a line, no other name is a known one, and every parameter is used."""
-    wanted = {f"d{s}" for s in plant.state_names} | set(plant.output_names)
-    lefts = [left for left, _ in plant.lines]
-    for name in wanted:
-        if name not in lefts:
-            what = f"state {name[1:]}: {name} = .." if name[1:] in plant.state_names else f"output: {name} = .."
-            raise InputError(f"[formulas] has no line for the {what}")
-    taken = {thing.name for thing in plant._things()} - set(plant.output_names)
-    for left in lefts:
-        if left in taken or left in RESERVED or left in plant.tables:
-            raise InputError(
-                f"[formulas] {left} = ..: {left} is a name already; on the left stand d(state) and outputs"
-            )
-    derivatives, outputs = (plant.written(which, True)[1] for which in ("states", "outputs"))
-    n, k = plant.n, plant.inputs
-    used = frozenset().union(*(v.uses for v in (*derivatives, *outputs)))
-    for i, name in enumerate(plant.names):
-        if str(n + k + i) not in used:
-            raise InputError(f"[parameters] {name} is in no formula: nothing would tell it; take it out, or fix it")
-    seen = {int(z) for v in outputs for z in v.slopes if int(z) < n}
-    while more := {int(z) for i in seen for z in derivatives[i].slopes if int(z) < n} - seen:
-        seen |= more
-    for i, state in enumerate(plant.state_names):
-        if i not in seen:
-            raise InputError(
-                f"[states] {state} reaches no output, directly or through other states: nothing would tell it "
-                "(unobservable)"
-            )

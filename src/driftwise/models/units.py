@@ -84,9 +84,10 @@ class _Reader:
     def of_BinOp(self, node) -> Kind:
         if isinstance(node.op, ast.Pow):
             base = self(node.left)
-            if base is None or not isinstance(node.right, ast.Constant):
+            power = getattr(node.right, "value", None)
+            if base is None or not isinstance(power, int | float):
                 return NONE if base == NONE else None
-            return tuple(p * node.right.value for p in base)
+            return tuple(p * power for p in base)
         a, b = self(node.left), self(node.right)
         if isinstance(node.op, ast.Add | ast.Sub):
             return self.alike(node, a, b)
