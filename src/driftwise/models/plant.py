@@ -10,6 +10,7 @@ import scipy  # scipy.linalg loads where it is used, which is not in `engine.val
 
 from ..engine.errors import InputError, brief
 from ..engine.validation import HOLDS, count
+from .discretise import added
 
 VISIBLE = 1e-9  # smallest singular value of the balanced [A - lambda I; H], relative, at which a mode counts as seen
 
@@ -222,19 +223,7 @@ class Augmented:
 
     def noise(self, dt: float) -> np.ndarray:
         """Return the covariance (m, m) that the walks of the disturbances add in dt seconds (Van Loan, 1978)."""
-        m, short, doublings = self.m, dt, 0
-        while np.linalg.norm(self.A, 1) * short > 0.5:  # in a long step, exp(-A dt) of what decays would overflow
-            short, doublings = short / 2, doublings + 1
-        unit = 2.0 ** np.frexp(np.max(self.walk**2, initial=0.0))[1]  # in other units the numbers are the same
-        M = np.zeros((2 * m, 2 * m))
-        M[:m, :m], M[:m, m:], M[m:, m:] = -self.A, np.diag(self.walk**2) / unit, self.A.T
-        E = scipy.linalg.expm(M * short)
-        Phi = E[m:, m:].T
-        Q = Phi @ E[:m, m:]
-        for _ in range(doublings):
-            Q = Q + Phi @ Q @ Phi.T
-            Phi = Phi @ Phi
-        return (Q + Q.T) * (unit / 2)
+        return added(self.A, np.diag(self.walk**2), dt)
 
 
 def _listed(disturbances) -> tuple:

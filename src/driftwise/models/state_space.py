@@ -10,6 +10,7 @@ import numpy as np
 from ..engine import ud, validation
 from ..engine.errors import InputError
 from ..engine.validation import floats
+from .discretise import added, held
 from .plant import _names
 
 STATES = 200  # that a system may have: what is known of them is a matrix
@@ -36,6 +37,13 @@ class LinearSystem:
         self.Q, self.R = noise("Q", Q, n, "state"), noise("R", R, p, "output")
         self.names = _names("states", states, n, "x")
         self.input_names, self.output_names = _names("inputs", inputs, k, "u"), _names("outputs", outputs, p, "y")
+
+    def sampled(self, dt: float) -> LinearSystem:
+        """Return what x' = F x + G u + w, w of spectral density Q, is over dt seconds with its inputs held."""
+        F, step = held(self.F, self.G, dt)
+        G, D = (step, self.D) if self.inputs else (None, None)
+        Q, names = added(self.F, self.Q, dt), (self.names, self.input_names, self.output_names)
+        return LinearSystem(F, G, self.H, D, Q, self.R, *names)
 
     def _outputs_of(self, H) -> np.ndarray:
         H = H[None, :] if H.ndim == 1 else H

@@ -54,6 +54,7 @@ class Observer(Estimator):
     """An estimator of the state of a known plant, of samples regular in time or at instants of their own."""
 
     takes_instants = is_observer = True
+    for_instants = "take WindowObserver and say irregular=True"  # what to do where samples are irregular
     fits_fleet = False
     trace_kind = ObserverTrace
     sample_layout = OBSERVER_SAMPLE
@@ -107,7 +108,7 @@ class Observer(Estimator):
                 k = int(np.argmax(abs(steps - self.dt)))
                 raise InputError(
                     f"time must step by dt = {self.dt:g} s, but one step is {steps[k]:g} s: mark the samples that "
-                    "are missing by NaN; for instants of their own take WindowObserver and say irregular=True"
+                    f"are missing by NaN; for instants of their own {self.for_instants}"
                 )
         return found
 

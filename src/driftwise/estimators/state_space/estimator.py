@@ -14,14 +14,16 @@ from ...engine import ud, validation
 from ...engine.errors import InputError
 from ...memory.constant import Constant
 from ...memory.exponential_forgetting import ExponentialForgetting
+from ...models.discretise import added, held
 from ...models.scale import InverseGamma, KnownScale, resolve_scale
 from ...models.state_space import LinearSystem, units
 from ..base import Step
 from ..common.observer import Observed, Observer, check_names
 from ..common.priors import factors_of
 from ..common.settings import arguments
+from ..common.times import instants
 from . import step as _step  # noqa: F401  (registers the step)
-from .given import packed
+from .given import over, packed
 from .row import SCRATCH, STATE_SAMPLE, STATE_SPACE, StateSpaceForm
 from .trace import StateTrace
 
@@ -35,12 +37,13 @@ class StateSpace(Observer):
         x(t) = F x(t-1) + G u(t-1) + w,  w ~ N(0, Q)        y(t) = H x(t) + D u(t) + v,  v ~ N(0, R)
 
     Each matrix is constant, or handed over with every sample: ``scan(y, u, F=..)`` takes (T, n, n), `update` (n, n).
-    Those of sample t bring the state from sample t - 1 to t, and say how y(t) measures it.
+    Those of sample t bring the state from sample t - 1 to t, and say how y(t) measures it. F, G and Q may be functions
+    of the seconds between samples; or they are those of x' = F x + G u + w, and ``continuous=True``.
 
     Parameters
     ----------
-    F : (n, n), or a number for a single state
-        Transition over one sample.
+    F : (n, n), or a number for a single state; or a function that returns it
+        Transition over one sample; a function is given the seconds since the sample before.
     G : (n, k), optional
         How inputs act on the state one sample later; no input if omitted.
     H : (p, n), optional
@@ -68,6 +71,9 @@ class StateSpace(Observer):
         Typical size of the outputs, for the default prior; `scaled_to` sets it.
     dt : float
         Seconds between samples.
+    continuous : bool
+        F and G are of a differential equation and Q is the spectral density of its noise (per second): steps of any
+        length, inputs held, are exact (Van Loan, 1978), ``time=`` gives the instants, and one may come again.
 
     Raises
     ------
@@ -97,9 +103,10 @@ class StateSpace(Observer):
     """
 
     trace_kind = StateTrace
+    for_instants = "give F, G, Q in continuous time (continuous=True), or as functions of dt"
     sample_layout = STATE_SAMPLE
     window = math.inf
-    is_growing, irregular, hold = True, False, "zoh"
+    is_growing, hold = True, "zoh"
 
     def __init__(
         self,
@@ -121,9 +128,17 @@ class StateSpace(Observer):
         outputs=None,
         y_scale=1.0,
         dt: float = 1.0,
+        continuous: bool = False,
     ):
         self.options = arguments(locals())
-        self.system = system = LinearSystem(F, G, H, D, Q, R, states, inputs, outputs)
+        self.dt = validation.size("dt", dt)
+        self.functions: dict[str, Any] = {}
+        F, G, Q = (self._now(name, value) for name, value in (("F", F), ("G", G), ("Q", Q)))
+        self.irregular = validation.yes("continuous", continuous) or bool(self.functions)
+        self.given = given = LinearSystem(F, G, H, D, Q, R, states, inputs, outputs)
+        self.system = system = given.sampled(self.dt) if continuous else given
+        if continuous and self.functions:
+            raise InputError("continuous=True takes the matrices of x' = F x + G u + w, which are no functions of dt")
         n, k, p = system.n, system.inputs, system.outputs
         self.outputs = p if p > 1 else None
         self.plant: Any = system  # which observers call their plant
@@ -138,11 +153,13 @@ class StateSpace(Observer):
         self.scale = resolve_scale(scale, scale is not None, n)
         found = Silent() if detector is None else resolve_detector(detector)
         q, D_q = ud.factor(system.Q)
+        A, B, W = (M.ravel() if continuous else np.zeros(0) for M in (given.F, given.G, given.Q))
         self.policies = (
             StateSpaceForm(
                 float(n), float(k), float(p), float(found.state_size(0)), self.dt, SETTLE, _fade(memory),
                 float(np.linalg.matrix_rank(system.R) < p), system.F.ravel(), system.G.ravel(), system.H.ravel(),
-                system.D.ravel(), q[ud.packed_indices(n)], D_q, system.R.ravel(), self._x0, self._U0, self._D0,
+                system.D.ravel(), q[ud.packed_indices(n)], D_q, system.R.ravel(),
+                A, B, W, self._x0, self._U0, self._D0,
             ),
             KnownScale(), Constant(), resolve_gate(gate, n), self.scale, found,
         )  # fmt: skip
@@ -160,6 +177,13 @@ class StateSpace(Observer):
         state["x"], state["D"], state["U"] = self._x0, self._D0, self._U0
         return state
 
+    def _now(self, name: str, value):
+        """Return a matrix; of a function, which is kept, that over dt."""
+        if not callable(value):
+            return value
+        self.functions[name] = value
+        return value(self.dt)
+
     # --- running -------------------------------------------------------------------------------------------
 
     def update(self, state, y, u=None, *, time: float | None = None, **matrices) -> tuple[np.ndarray, Step]:
@@ -170,10 +194,10 @@ class StateSpace(Observer):
         state : from `start`, `update`, or a trace
         y : the output; with several (p,)
         u : the input, or a sequence of k inputs
-        time : instant in seconds, for a record of regular samples; dt after the sample before if omitted
+        time : instant in seconds; dt after the sample before if omitted
         **matrices : F, G, H, D, Q, R of this sample, where they are not those of the constructor
         """
-        if not matrices:
+        if not matrices and (time is None or not self.functions):
             return super().update(state, y, u, time=time)
         ys, us = validation.sample(y, u, self.model.inputs, self.outputs)
         states, step = self._run(state, ys, us, time, matrices, None)
@@ -194,7 +218,7 @@ class StateSpace(Observer):
         time : (T,) increasing instants in seconds; steps of dt if omitted
         **matrices : F, G, H, D, Q, R of each sample, (T, n, n) and so on, or (n, n) for all
         """
-        if not matrices:
+        if not matrices and (time is None or not self.functions):
             return super().scan(y, u, state=state, keep=keep, time=time)
         y, u = validation.record(y, u, self.model.inputs, self.outputs)
         start = self.start() if state is None else state
@@ -203,17 +227,37 @@ class StateSpace(Observer):
         clock = self._clock(np.asarray(start), end, len(y)) if time is None else time
         return self._trace(y, u, outs[0], keep, np.array(start), end, clock)
 
+    def update_batch(self, states, y, u=None, *, time=None):
+        """Advance a fleet: one state, and one sample or a stretch of samples, per series; as of every estimator."""
+        if time is not None and self.functions:
+            raise InputError("a fleet goes by instants where continuous=True, not by functions of dt: give F, G, Q so")
+        return super().update_batch(states, y, u, time=time)
+
     def _run(self, state, ys, us, time, matrices, columns):
         """Return the state after samples with matrices of their own, and what was written of them."""
         T = ys.shape[1]
-        if time is None:
-            stamps = np.full((1, T, 1), np.nan)
-        else:
-            stamps = self._instants(np.atleast_1d(time), T, state)[None, :, None]
-        us = np.concatenate([us, stamps, packed(self.system, matrices, T)[None]], axis=2)
+        stamps, seconds = np.full(T, np.nan), np.full(T, self.dt)
+        if time is not None:
+            is_free = self.irregular or "F" in matrices
+            stamps = (
+                instants(np.atleast_1d(time), (T,), state, repeats=True)
+                if is_free
+                else self._instants(np.atleast_1d(time), T, state)
+            )
+            seconds[1:] = np.diff(stamps)
+            seconds[:1] = stamps[0] - state["time"] if T and state["samples"] > 0 else self.dt
+        functions = self.functions | (self._step_functions() if self.options["continuous"] else {})
+        own = packed(self.system, matrices | over(seconds, functions, matrices), T)
+        us = np.concatenate([us, stamps[None, :, None], own[None]], axis=2)
         rows, outs = self._rows(state), np.empty((1, T, columns or self.n_columns))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
         return rows.view(self.dtype).reshape(()), outs
+
+    def _step_functions(self):
+        """Return F, G and Q of a step of so many seconds, of a system in continuous time."""
+        A, B, W = (getattr(self.given, name) for name in "FGQ")
+        moves = {"F": lambda dt: held(A, B, dt)[0], "Q": lambda dt: added(A, W, dt)}
+        return moves | ({"G": lambda dt: held(A, B, dt)[1]} if self.system.inputs else {})
 
     # --- reading a state -----------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ...engine.dispatch import Size, Vector, open_scratch
+from ...engine.dispatch import Size, Vector, kernel, open_scratch
 from ...engine.layout import Field, Layout, each, numbers, policy
 from ..common.columns import SAMPLE
 
@@ -30,6 +30,9 @@ class StateSpaceForm(NamedTuple):
     Uq: Vector
     Dq: Vector
     R: Vector
+    A: Vector  # in continuous time, for steps of any length; empty where all are dt
+    B: Vector
+    W: Vector  # spectral density of the noise
     mean: Vector  # of the prior
     U0: Vector
     D0: Vector
@@ -55,6 +58,14 @@ STATE_SPACE = Layout(
 )
 STATE_SPACE.on(StateSpaceForm)
 
+
+@kernel
+def widest(form):
+    """Return the length of each power that an exponential takes; 0 where all steps are dt."""
+    n, k = int(form.n), int(form.inputs)
+    return 0 if form.A.size == 0 else max(4 * n * n, n * k)
+
+
 SCRATCH = Layout(
     *each("n", a="vector", b="vector", f="vector"),
     *each("2 * n", weight="of the columns of Y", g="vector"),
@@ -64,6 +75,16 @@ SCRATCH = Layout(
     ),
     Field("rows", ("outputs * n",), "and its row of H"),
     Field("L", ("outputs", "outputs"), "R = L diag(d) L' of what was taken"),
+    Field("F", ("on * n * n",), "step of an interval that is not dt"),
+    *each("on * n * inputs", G="likewise", slope="of inputs that are straight lines: not used"),
+    Field("Uq", ("on * n * (n - 1) // 2",), "likewise"),
+    Field("Dq", ("on * n",), "likewise"),
+    Field("Q", ("on * n * n",)),
+    *each("on * 4 * n * n", M="", E=""),
+    Field("powers", ("5", "wide")),
+    widest=widest,
+    wide="widest(form)",
+    on="int(wide > 0)",
 )
 open_scratch.on(StateSpaceForm)(SCRATCH.open)
 

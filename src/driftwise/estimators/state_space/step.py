@@ -8,10 +8,13 @@ import math
 
 from ...detect.gate import admit, count_rejections
 from ...detect.watch import STATISTIC as OVER
+from ...engine.dense import at
 from ...engine.dispatch import advance, kernel, rare, watch
-from ...engine.elementary import lgamma, log
+from ...engine.elementary import exp, lgamma, log
+from ...engine.expm import exponential
 from ...engine.status import BAD_VALUE, EXACT, JUMP, LOST, MISSING_OUTPUT, REJECTED
-from ...engine.ud import entry, measurement_update, orthogonalise, predicted_variance, project, variances
+from ...engine.ud import entry, factor_within, measurement_update, orthogonalise, predicted_variance, project, variances
+from ...engine.van_loan import noise as added
 from ...models.scale import freedom, sigma2
 from ..adaptive_gain.step import take_inputs
 from ..joint.row import HUGE
@@ -28,14 +31,14 @@ def along(M, at, x):
 
 
 @kernel
-def move(form, F, G, Uq, Dq, state, scratch):
+def move(form, F, G, Uq, Dq, fade, state, scratch):
     """x <- F x + G u(t-1), U D U' <- F U D U' F' / fade + Q (Thornton)."""
     n, k, x, U, Y = state.x.size, state.held.size, state.x, state.U, scratch.Y
     for i in range(n):
         scratch.a[i] = along(F, i * n, x) + along(G, i * k, state.held)
     for i in range(n):
         x[i] = scratch.a[i]
-        scratch.weight[i] = state.D[i] / form.fade
+        scratch.weight[i] = state.D[i] / fade
         scratch.weight[n + i] = Dq[i]
         at = 0
         for j in range(n):
@@ -45,6 +48,18 @@ def move(form, F, G, Uq, Dq, state, scratch):
             at += j
             Y[i, n + j] = entry(Uq, i, j) if i <= j else 0.0
     orthogonalise(Y, scratch.weight, scratch.g, n, 2 * n, U, state.D, form.exact > 0.0)
+
+
+@rare
+def discretise(form, scratch, seconds):
+    """Fill the step of so many seconds into scratch.F, G, Uq and Dq: exact, inputs held (Van Loan, 1978)."""
+    n, k = int(form.n), int(form.inputs)
+    exponential(form.A, form.B, n, k, seconds, scratch.F, scratch.G, scratch.slope, scratch.powers)
+    added(form.A, form.W, n, seconds, scratch.Q, scratch.M, scratch.E, scratch.powers)
+    for j in range(n):
+        for i in range(j + 1):
+            scratch.E[at(i, j)] = scratch.Q[i * n + j]
+    factor_within(scratch.E, scratch.Uq, scratch.Dq)
 
 
 @rare
@@ -177,18 +192,24 @@ def advance_state_space(form, noise, memory, gate, scale, detector, state, scrat
     own = u[t, min(k + 1, u.shape[1]) :]
     F = own[: n * n] if own.size > 0 else form.F
     G = own[n * n : n * n + n * k] if own.size > 0 else form.G
-    at = n * n + n * k
-    H = own[at : at + p * n] if own.size > 0 else form.H
-    D = own[at + p * n : at + p * n + p * k] if own.size > 0 else form.D
-    at += p * n + p * k
-    Uq = own[at : at + state.U.size] if own.size > 0 else form.Uq
-    Dq = own[at + state.U.size : at + state.U.size + n] if own.size > 0 else form.Dq
-    R = own[at + state.U.size + n :] if own.size > 0 else form.R
+    first = n * n + n * k
+    H = own[first : first + p * n] if own.size > 0 else form.H
+    D = own[first + p * n : first + p * n + p * k] if own.size > 0 else form.D
+    first += p * n + p * k
+    Uq = own[first : first + state.U.size] if own.size > 0 else form.Uq
+    Dq = own[first + state.U.size : first + state.U.size + n] if own.size > 0 else form.Dq
+    R = own[first + state.U.size + n :] if own.size > 0 else form.R
 
     # predict
     if head[SAMPLES] > 0.0:
+        seconds = form.dt if stamp != stamp else stamp - head[TIME]
         head[TIME] = head[TIME] + form.dt if stamp != stamp else stamp
-        move(form, F, G, Uq, Dq, state, scratch)
+        if form.A.size > 0 and own.size == 0 and seconds != form.dt:
+            discretise(form, scratch, seconds)
+            fade = exp(log(form.fade) * seconds / form.dt)
+            move(form, scratch.F, scratch.G, scratch.Uq, scratch.Dq, fade, state, scratch)
+        else:
+            move(form, F, G, Uq, Dq, form.fade, state, scratch)
         status |= restart(form, state)
     else:
         head[TIME] = 0.0 if stamp != stamp else stamp

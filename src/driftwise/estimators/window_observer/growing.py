@@ -50,7 +50,7 @@ class Growing(NamedTuple):
     Dq: Vector
     A: Vector  # in continuous time, for steps of any length; empty where all are dt
     B: Vector
-    walk: Vector
+    W: Vector  # spectral density of the walks, (m, m)
     mean: Vector  # (m,) prior, its variances (0 where infinite), and which elements those are
     prior: Vector
     free: Vector
@@ -118,7 +118,7 @@ def build(estimator, common) -> Growing:
     return Growing(
         **common, line=float(estimator.hold == "foh"), Phi=steps[0], G0=steps[1], G1=steps[2],
         Uq=U[ud.packed_indices(len(D))], Dq=D, A=system.A.ravel() if is_irregular else none,
-        B=system.B.ravel() if is_irregular else none, walk=system.walk,
+        B=system.B.ravel() if is_irregular else none, W=np.diag(system.walk**2).ravel(),
         mean=np.concatenate([estimator.x0, np.zeros(system.m - n)]), prior=np.where(np.isinf(std), 0.0, std) ** 2,
         free=np.flatnonzero(np.isinf(std)).astype(float),
     )  # fmt: skip

@@ -69,7 +69,7 @@ class Record:
         form = form._replace(r=form.r * factor**2)
         if len(walks):
             U, D = ud.factor(np.tensordot(walks**2, self.units, 1))
-            form = form._replace(Uq=U[ud.packed_indices(len(D))], Dq=D, walk=walks @ self.walks)
+            form = form._replace(Uq=U[ud.packed_indices(len(D))], Dq=D, W=np.diag((walks @ self.walks) ** 2).ravel())
         rows = est._rows(est.start())
         spec = est.spec_of((form, *est.policies[1:]))
         est.drive(rows, self.ys[None], self.us[None], self.table, spec, est.scratch())
