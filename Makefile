@@ -11,7 +11,7 @@ SERVICES := gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppche
 SERVICES += gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user mingw-w64 wine clang strace  # ARM, Windows, macOS
 SERVICES += mosquitto postgresql prometheus chromium  # a broker, a database and eyes for `driftwise live`
 
-.PHONY: run test test-all hostile test-services services check format mutants bench score worlds judge claims docs clean
+.PHONY: run test test-all hostile test-services services check format mutants bench score worlds judge motions claims docs clean
 
 $(ALONE): pyproject.toml  # the package alone: what whoever uses it installs
 	$(PYTHON) -c 'import sys; sys.exit("driftwise needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
@@ -67,6 +67,9 @@ worlds: $(STAMP)  ## the default memory on the three hundred systems that consta
 
 judge: $(STAMP)  ## and on three hundred drawn by the last commit that changed a constant; appended to docs/judged.md
 	$(BIN)/python -m driftwise_studies.score.worlds.judge --judge --processes 0
+
+motions: $(STAMP)  ## tracks of six hundred drawn scenes beside their truth; JUDGE=--judge writes docs/judged.md
+	$(BIN)/python -m driftwise_studies.score.motions.judge --processes 0 $(JUDGE)
 
 claims: $(STAMP)  ## what `driftwise run FILE` claims of four hundred drawn files, true or not; JUDGE=--judge writes docs/judged.md
 	$(BIN)/python -m driftwise_studies.score.claims.judge --files 400 --processes 0 $(JUDGE)

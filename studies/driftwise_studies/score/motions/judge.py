@@ -1,0 +1,74 @@
+"""Judge the tracker on scenes that nobody chose.
+
+Run: python -m driftwise_studies.score.motions.judge                 the choosing scenes (seed 0), to work on
+     python -m driftwise_studies.score.motions.judge --judge         those of the last commit; into docs/judged.md
+Options: --scenes 600 --processes 1 --worst 8
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from driftwise.engine.errors import InputError
+
+from ..worlds import judged
+from .field import Total, by_kind, by_trouble, worst
+from .measured import play
+
+ANSWERS = (  # what a track, or a scene, depends on
+    "src/driftwise/estimators/track", "src/driftwise/tracking/tracker.py", "src/driftwise/tracking/targets.py",
+    "src/driftwise/tracking/inbox.py", "src/driftwise/tracking/scans.py", "studies/driftwise_studies/score/motions",
+)  # fmt: skip
+GOALS = (  # words, how to read a `Total`, least, most
+    ("share of tracks of 30 plots and more whose NIS is in .5 to 1.5", lambda t: t.good, 0.95, 1.0),
+    ("share of bands of the position that hold", lambda t: t.held("position"), 0.92, 0.97),
+    ("share of bands of the velocity that hold", lambda t: t.held("velocity"), 0.92, 0.97),
+    ("the same within manoeuvres", lambda t: t.held("turning"), 0.88, 1.0),
+    ("tracks that diverged, of 1000", lambda t: t.lost, 0.0, 1.0),
+    ("share of objects that are one track", lambda t: t.whole, 0.95, 1.0),
+    ("false onsets of 1000 quiet plots", lambda t: t.false_rate, 0.0, 1.0),
+    ("share told of the manoeuvres that could be", lambda t: t.told, 0.7, 1.0),
+    ("plots refused over those truly wild", lambda t: t.refused / max(t.wild, 1), 0.0, 1.5),
+)
+
+
+def verdicts(total: Total) -> list[str]:
+    """Return each goal in words, with the number and whether it is met."""
+    made = []
+    for words, read, least, most in GOALS:
+        value = float(read(total))
+        said = "met" if least <= value <= most else "**missed**"
+        made.append(f"* {said}: {words}: {value:.3f} ({least:g} to {most:g})")
+    return made
+
+
+def main(arguments=None) -> None:
+    """Run, print, and write down what was judged."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--judge", action="store_true", help="with the seed of the last commit that changed an answer")
+    parser.add_argument("--scenes", type=int, default=600)
+    parser.add_argument("--processes", type=int, default=1, help="0: all cores")
+    parser.add_argument("--worst", type=int, default=8, help="how many tracks to name")
+    asked = parser.parse_args(arguments)
+    commit, seed = judged.seed(ANSWERS) if asked.judge else ("", judged.CHOOSING)
+    title = f"## {commit[:8]}: tracks in {asked.scenes} scenes"
+    if asked.judge:
+        judged.refuse_twice(title)
+    began = time.time()
+    found = play(seed, range(asked.scenes), asked.processes or None)
+    said, tables = verdicts(Total(found)), (by_trouble(found), by_kind(found))
+    print(f"seed {seed}, {asked.scenes} scenes, {time.time() - began:.0f} s\n")
+    print(*tables, "\n".join(said), "", worst(found, asked.worst), sep="\n")
+    if asked.judge:
+        words = f"Seed {seed} = 0x{commit[:8]}; [what is counted](motions.md)."
+        parts = [title, "", words, "", *said, "", *(one.rstrip() + "\n" for one in tables)]
+        print("written:", judged.append(parts), file=sys.stderr)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except InputError as error:
+        sys.exit(str(error))

@@ -1,0 +1,79 @@
+"""Drawn motions: the truth is a motion, the troubles are what they say, and the judge finds what is put there."""
+
+import numpy as np
+import pytest
+from driftwise_studies.score.motions import draw, simulate
+from driftwise_studies.score.motions.field import Total, by_kind, by_trouble
+from driftwise_studies.score.motions.measured import one, onsets, play, runs
+from driftwise_studies.score.motions.scene import ALONE, KINDS, Scene, Sensor
+from driftwise_studies.score.motions.simulation import Path
+
+
+def scene(name="flight", troubles=(), **what):
+    kind = KINDS[name]
+    sensors = what.pop("sensors", (Sensor("A", 4.0, 20.0),))
+    return Scene(0, (7, 0), name, kind, troubles, what.pop("plots", 200), sensors, **what)
+
+
+def test_a_scene_depends_on_its_number_alone():
+    a, b = simulate(draw(5, 17)), simulate(draw(5, 17))
+    assert np.array_equal(a.plots.position, b.plots.position) and np.array_equal(a.truth, b.truth)
+    assert not np.array_equal(a.plots.position[:30], simulate(draw(6, 17)).plots.position[:30])
+
+
+def test_every_trouble_is_drawn_alone_and_with_others():
+    scenes = [draw(0, k) for k in range(150)]
+    assert {s.troubles for s in scenes} >= {(name,) for name in ALONE[2:]} | {()}
+    assert {name for s in scenes if len(s.troubles) > 1 for name in s.troubles} == set(ALONE[1:])
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_velocity_is_that_of_the_positions_and_no_faster_than_the_class(name):
+    kind = KINDS[name]
+    made = simulate(scene(name, ("rests",), sensors=(Sensor("A", kind.scan[0], kind.deviation[0]),), plots=400))
+    step = np.diff(made.truth, axis=0) / np.diff(made.plots.time)[:, None]
+    middle = 0.5 * (made.velocity[1:] + made.velocity[:-1])
+    most = kind.acceleration[1] * kind.scan[0]
+    assert np.abs(step - middle).max() <= most + 0.02 * kind.speed[1]
+    assert np.hypot(*made.velocity.T).max() <= kind.speed[1] * 1.001
+
+
+def test_errors_are_as_large_as_the_sensor_says():
+    made = simulate(scene(plots=500))
+    assert np.std(made.plots.position - made.truth) == pytest.approx(20.0, rel=0.08)
+
+
+def test_lattice_wild_and_precise_plots():
+    made = simulate(scene(troubles=("lattice",), lattice=90.0))
+    assert np.allclose(made.plots.position / 90 - np.round(made.plots.position / 90), 0, atol=1e-6)
+    made = simulate(scene(troubles=("wild",), wild=0.05, plots=500))
+    error = np.hypot(*(made.plots.position - made.truth).T)
+    assert 10 <= made.wild.sum() <= 45 and error[made.wild].min() > 80 > error[~made.wild].max() * 0.8
+    made = simulate(scene(troubles=("precise start",), precise=(10, 1e-3)))
+    assert np.abs(made.plots.position - made.truth)[:10].max() < 0.1
+
+
+def test_a_second_sensor_is_off_by_its_offset():
+    sensors = Sensor("A", 4.0, 5.0), Sensor("B", 5.0, 5.0, 1.0, (100.0, -50.0))
+    made = simulate(scene(troubles=("second sensor",), sensors=sensors, plots=400))
+    off = (made.plots.position - made.truth)[made.plots.sensor == "B"].mean(axis=0)
+    assert off == pytest.approx([100.0, -50.0], abs=2.0)
+
+
+def test_onsets_are_true_while_a_manoeuvre_lasts_and_false_far_from_any():
+    time = 4.0 * np.arange(100)
+    path = Path(None, None, np.array([[100.0, 140.0], [300.0, 302.0]]), np.array([5000.0, 5000.0]))
+    onset = np.zeros(100, bool)
+    onset[[10, 27]] = True  # 40 s: quiet; 108 s: told after 8 s. The second one is too short to be told
+    quiet, false, delays = onsets(scene(), time, onset, path, 4.0)
+    assert (false, delays) == (1, (8.0,)) and 40 < quiet < 70
+    assert runs(np.array([1, 1, 1, 0, 1, 1]) > 0, 2) == 2
+
+
+def test_a_plain_flight_is_followed_and_tables_say_so():
+    found = [one(scene(plots=150)), *play(0, [3])]
+    assert found[0].pieces == (1,) and 0.5 < found[0].tracks[0].nis < 1.5
+    assert found[0].tracks[0].velocity[0] > 0.85
+    total = Total(found)
+    assert total.whole == 1.0 and total.lost == 0.0
+    assert by_trouble(found).count("\n") >= 4 and "flight" in by_kind(found)
