@@ -63,8 +63,9 @@ GROUPS = (
     ),
     Group(
         "What each choice costs",
-        "A memory, a noise model, a smoother, several outputs, continuous time, tracks, beside the plain filter.",
-        ("choices", "memories", "smoothing", "outputs", "continuous", "observers", "tracks", "evidence"),
+        "A memory, a noise model, a smoother, several outputs, continuous time, matrices of your own, tracks, beside "
+        "the plain filter.",
+        ("choices", "memories", "smoothing", "outputs", "continuous", "observers", "state_space", "tracks", "evidence"),
     ),
     Group(
         "Detecting jumps",
