@@ -30,7 +30,7 @@ class Smoothed:
         self.y, self.u, self.table = y.copy(), u.copy(), outs
         first = float(state["samples"]) - len(y)
         self.time = np.asarray(estimator.dt * (first + np.arange(len(y))) if time is None else time, float)
-        if self.time.shape != self.y.shape:
+        if self.time.shape != self.y.shape[:1]:
             raise InputError(f"time must be ({len(y)},) like y, got shape {self.time.shape}")
 
     def __len__(self):
@@ -44,6 +44,13 @@ class Smoothed:
     def names(self) -> list[str]:
         """Names of the parameter columns."""
         return self.estimator.names
+
+    def of(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return one state or parameter by name, and its deviation, (T,) each."""
+        names = [*self.estimator.state_names, *self.names]
+        if name not in names:
+            raise InputError(f"there is no {name!r}: {', '.join(names)}")
+        return self.table[:, names.index(name)], self._std[:, names.index(name)]
 
     @property
     def x(self) -> np.ndarray:
@@ -79,4 +86,7 @@ class Smoothed:
         """Covariance of [x ; parameters], (T, N, N); needs keep="covariance"."""
         if self.keep != "covariance":
             raise InputError(f"this record kept {self.keep!r} only; run smooth(..., keep='covariance')")
-        return unpack(self.table[:, self.estimator.model.N :], self.estimator.model.N)
+        N = self.estimator.model.N
+        if N == 1:  # as wide as its deviation, which is what was written
+            return self.table[:, 1:, None] ** 2
+        return unpack(self.table[:, N:], N)

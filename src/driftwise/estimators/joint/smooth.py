@@ -214,9 +214,14 @@ def before_correction(mu, C, g, weight, shrink, R, step):
 @look_back.on(Form)
 def look_back_form(form, row, s2, space, out):
     state = open_row(form, row)
-    s, U, D = state.s, state.U, state.D
+    mu, _, _, _, _, C, X, Z, _ = open_space(space, state.D.size)
+    hindsight(state.s, state.U, state.D, mu, C, X, Z, s2, out)
+
+
+@kernel
+def hindsight(s, U, D, mu, C, X, Z, s2, out):
+    """Write s + S mu, and of s2 S C S' nothing, its deviations, or its upper triangle; X and Z are scratch."""
     N = D.size
-    mu, _, _, _, _, C, X, Z, _ = open_space(space, N)
     for i in range(N):
         out[i] = s[i]
         for j in range(i, N):

@@ -236,6 +236,14 @@ class StateSpace(Observer):
     def _run(self, state, ys, us, time, matrices, columns):
         """Return the state after samples with matrices of their own, and what was written of them."""
         T = ys.shape[1]
+        us = self._with_matrices(us[0], state, time, matrices)[None]
+        rows, outs = self._rows(state), np.empty((1, T, columns or self.n_columns))
+        self.drive(rows, ys, us, outs, self.spec, self.scratch())
+        return rows.view(self.dtype).reshape(()), outs
+
+    def _with_matrices(self, u, state, time, matrices) -> np.ndarray:
+        """Return inputs (T, k), and behind them the instant and the matrices of each sample, as the step reads them."""
+        T = len(u)
         stamps, seconds = np.full(T, np.nan), np.full(T, self.dt)
         if time is not None:
             is_free = self.irregular or "F" in matrices
@@ -248,16 +256,61 @@ class StateSpace(Observer):
             seconds[:1] = stamps[0] - state["time"] if T and state["samples"] > 0 else self.dt
         functions = self.functions | (self._step_functions() if self.options["continuous"] else {})
         own = packed(self.system, matrices | over(seconds, functions, matrices), T)
-        us = np.concatenate([us, stamps[None, :, None], own[None]], axis=2)
-        rows, outs = self._rows(state), np.empty((1, T, columns or self.n_columns))
-        self.drive(rows, ys, us, outs, self.spec, self.scratch())
-        return rows.view(self.dtype).reshape(()), outs
+        return np.concatenate([u, stamps[:, None], own], axis=1)
 
     def _step_functions(self):
         """Return F, G and Q of a step of so many seconds, of a system in continuous time."""
         A, B, W = (getattr(self.given, name) for name in "FGQ")
         moves = {"F": lambda dt: held(A, B, dt)[0], "Q": lambda dt: added(A, W, dt)}
         return moves | ({"G": lambda dt: held(A, B, dt)[1]} if self.system.inputs else {})
+
+    # --- looking back --------------------------------------------------------------------------------------
+
+    def smooth(self, y, u=None, *, state=None, lag: int | None = None, keep: str = "std", time=None, **matrices):
+        """Return the state at every sample given the whole record, or the samples up to ``lag`` later.
+
+        The modified Bryson-Frazier recursion (1963) in the coordinates of the filter's factors: F, Q and P may be
+        singular. What the gate rejects, it does not use either.
+
+        Parameters
+        ----------
+        y, u, state, time, **matrices : as for `scan`
+        lag : samples to look ahead; None: to the end
+        keep : "means", "std" or "covariance"
+
+        Returns
+        -------
+        Smoothed
+            ``x`` and ``x_std`` (T, n), ``of(name)``, ``covariance`` (T, n, n).
+
+        Notes
+        -----
+        Bad at: long lags, whose cost grows with them; fading memories, whose forgetting counts as noise on the state.
+
+        Examples
+        --------
+        >>> import driftwise as dw
+        >>> est = dw.StateSpace(1.0, Q=0.1, R=1.0, P0=10.0, states=("level",))
+        >>> level, std = est.smooth([1.0, float("nan"), 2.0, 1.5]).of("level")
+        >>> print(level.round(2), std.round(2))
+        [1.38 1.44 1.49 1.49] [0.63 0.62 0.6  0.62]
+        """
+        from ...results.smoothed import Smoothed, width
+        from .smoother import smooth
+
+        y, u = validation.record(y, u, self.model.inputs, self.outputs)
+        if not len(y):
+            raise InputError("y is empty: there is nothing to smooth")
+        lag = None if lag is None else validation.count("lag", lag)
+        start = self.start() if state is None else np.array(state)
+        us = u
+        if matrices or (time is not None and self.functions):
+            us = self._with_matrices(u, start, time, matrices)
+        elif time is not None:
+            us = np.column_stack([u, self._instants(time, len(y), start)])
+        outs = np.empty((len(y), width(keep, self.model.N)))
+        end = smooth(self, y.reshape(len(y), -1), us, start, lag, outs)
+        return Smoothed(self, y, u, outs, keep, end, lag, self._clock(start, end, len(y)) if time is None else time)
 
     # --- reading a state -----------------------------------------------------------------------------------
 
@@ -294,10 +347,6 @@ class StateSpace(Observer):
         before = observed + np.cumsum(each) - each
         found = np.maximum(2 * self.scale.alpha + before, 1.0)
         return np.broadcast_to(found.reshape(-1, *[1] * (is_used.ndim - 1)), is_used.shape).copy()
-
-    def smooth(self, *args, **options):
-        """Refuse (InputError): there is no smoother of a user's matrices yet."""
-        raise InputError("StateSpace has no smoother: Joint, AR, ARX and Regression look back")
 
 
 def _fade(memory) -> float:

@@ -71,10 +71,17 @@ SCRATCH = Layout(
     *each("2 * n", weight="of the columns of Y", g="vector"),
     Field("Y", ("n", "2 * n")),
     *each(
-        "outputs", z="y - D u of what was taken, less what the noise of those before says", d="its own noise variance"
+        "outputs",
+        z="y - D u of what was taken, less what the noise of those before says",
+        d="its own noise variance",
+        e="its innovation",
     ),
     Field("rows", ("outputs * n",), "and its row of H"),
     Field("L", ("outputs", "outputs"), "R = L diag(d) L' of what was taken"),
+    Field("is_moved", ("1",), "1: the state was predicted, 0: it begins here; what follows is for looking back"),
+    Field("FU", ("n * n",), "F times the factor U before the prediction"),
+    *each("n", before="D before the prediction", D1="and after it"),
+    Field("U1", ("n * (n - 1) // 2",), "U after it"),
     Field("F", ("on * n * n",), "step of an interval that is not dt"),
     *each("on * n * inputs", G="likewise", slope="of inputs that are straight lines: not used"),
     Field("Uq", ("on * n * (n - 1) // 2",), "likewise"),

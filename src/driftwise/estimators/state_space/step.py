@@ -38,6 +38,7 @@ def move(form, F, G, Uq, Dq, fade, state, scratch):
         scratch.a[i] = along(F, i * n, x) + along(G, i * k, state.held)
     for i in range(n):
         x[i] = scratch.a[i]
+        scratch.before[i] = state.D[i]
         scratch.weight[i] = state.D[i] / fade
         scratch.weight[n + i] = Dq[i]
         at = 0
@@ -46,8 +47,13 @@ def move(form, F, G, Uq, Dq, fade, state, scratch):
             for l in range(j):
                 Y[i, j] += F[i * n + l] * U[at + l]
             at += j
+            scratch.FU[i * n + j] = Y[i, j]
             Y[i, n + j] = entry(Uq, i, j) if i <= j else 0.0
     orthogonalise(Y, scratch.weight, scratch.g, n, 2 * n, U, state.D, form.exact > 0.0)
+    for i in range(n):
+        scratch.D1[i] = state.D[i]
+    for i in range(U.size):
+        scratch.U1[i] = U[i]
 
 
 @rare
@@ -143,6 +149,7 @@ def correct_by(form, gate, scale, detector, H, D, R, state, scratch, y, out, t):
         given_others(H, D, R, state, scratch, y, t, i, taken)
         h, noise = scratch.rows[i * n : (i + 1) * n], scratch.d[i]
         e, s2 = scratch.z[i] - along(h, 0, state.x), sigma2(scale, head[OBSERVED], head[CHI2])
+        scratch.e[i] = e
         project(state.U, h, scratch.f)
         is_believed = admit(gate, e, scratch.f, state.D, noise, s2, state.in_a_row[i], head[OBSERVED])
         state.in_a_row[i] = count_rejections(gate, state.in_a_row[i], not is_believed)
@@ -211,7 +218,9 @@ def advance_state_space(form, noise, memory, gate, scale, detector, state, scrat
         else:
             move(form, F, G, Uq, Dq, form.fade, state, scratch)
         status |= restart(form, state)
+        scratch.is_moved[0] = 1.0 if status == 0 else 0.0
     else:
+        scratch.is_moved[0] = 0.0
         head[TIME] = 0.0 if stamp != stamp else stamp
     status |= take_inputs(state, u, t)
 
