@@ -20,6 +20,7 @@ AT_REST = 16384
 NOT_READY = 32768
 STARTED = 65536
 NOT_STARTED = 131072
+LATE = 262144
 
 
 class Status(IntFlag):
@@ -43,6 +44,7 @@ class Status(IntFlag):
     NOT_READY = NOT_READY  # too few samples, or a deviation above the tolerance: the estimate is NaN
     STARTED = STARTED  # the samples so far were identified at once, and the estimate is theirs from here on
     NOT_STARTED = NOT_STARTED  # they could not be identified, or not well: the filter keeps its own estimate
+    LATE = LATE  # it came later than what comes late is waited for: not taken
 
 
 MEANING = {
@@ -64,4 +66,5 @@ MEANING = {
     Status.NOT_READY: "estimate not ready",
     Status.STARTED: "started from the samples so far, identified at once",
     Status.NOT_STARTED: "the samples so far could not be identified, no start from them",
+    Status.LATE: "came too late, not taken",
 }

@@ -29,6 +29,7 @@ _HOME = {
     "AverageTrace": "model_average.trace",
     "TrackEstimator": "track.estimator",
     "StateSpace": "state_space.estimator",
+    "OutOfOrder": "out_of_order.estimator",
 }
 
 __all__ = list(_HOME)

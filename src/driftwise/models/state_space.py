@@ -30,13 +30,21 @@ class LinearSystem:
     def __init__(self, F, G, H, D, Q, R, states=None, inputs=None, outputs=None):
         self.F = square("F", F)
         n = self.n = len(self.F)
-        self.G = np.zeros((n, 0)) if G is None else _matrix("G", G, n, "one row for each state, one column an input")
+        self.G = np.zeros((n, 0)) if G is None else self.written("G", "G", G)
         self.H = self._outputs_of(np.eye(1, n) if H is None else floats("H", H))
         k, p = self.inputs, self.outputs = self.G.shape[1], len(self.H)
         self.D = np.zeros((p, k)) if D is None else self._direct(D)
-        self.Q, self.R = noise("Q", Q, n, "state"), noise("R", R, p, "output")
+        self.Q, self.R = self.written("Q", "Q", Q), noise("R", R, p, "output")
         self.names = _names("states", states, n, "x")
         self.input_names, self.output_names = _names("inputs", inputs, k, "u"), _names("outputs", outputs, p, "y")
+
+    def written(self, name: str, said: str, value) -> np.ndarray:
+        """Return F, G or Q in full, however it was written; ``said`` is what to call it where it does not fit."""
+        if name == "F":
+            return square(said, value)
+        if name == "G":
+            return _matrix(said, value, self.n, "one row for each state, one column an input")
+        return noise(said, value, self.n, "state")
 
     def sampled(self, dt: float) -> LinearSystem:
         """Return what x' = F x + G u + w, w of spectral density Q, is over dt seconds with its inputs held."""

@@ -255,7 +255,7 @@ class StateSpace(Observer):
             seconds[1:] = np.diff(stamps)
             seconds[:1] = stamps[0] - state["time"] if T and state["samples"] > 0 else self.dt
         functions = self.functions | (self._step_functions() if self.options["continuous"] else {})
-        own = packed(self.system, matrices | over(seconds, functions, matrices), T)
+        own = packed(self.system, matrices | over(self.system, seconds, functions, matrices), T)
         return np.concatenate([u, stamps[:, None], own], axis=1)
 
     def _step_functions(self):

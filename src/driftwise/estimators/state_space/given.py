@@ -29,17 +29,15 @@ def packed(system: LinearSystem, matrices, samples: int) -> np.ndarray:
     return np.concatenate([found[name].reshape(samples, size) for name, size in sizes(n, k, p).items()], axis=1)
 
 
-def over(seconds, functions, matrices) -> dict[str, np.ndarray]:
+def over(system: LinearSystem, seconds, functions, matrices) -> dict[str, np.ndarray]:
     """Return the matrices that are functions of dt over steps of so many seconds, (T, ..); each length once."""
     lengths, which = np.unique(seconds, return_inverse=True)
     found = {}
     for name, function in functions.items():
         if name not in matrices:
-            made = [floats(f"{name}({dt:g})", function(float(dt))) for dt in lengths]
-            if len({M.shape for M in made}) > 1:
-                raise InputError(
-                    f"{name} returns matrices of several shapes: {', '.join(str(M.shape) for M in made[:5])}"
-                )
+            made = [system.written(name, f"{name}({dt:g})", function(float(dt))) for dt in lengths]
+            if wrong := [M.shape for M in made if M.shape != made[0].shape]:
+                raise InputError(f"{name} returns matrices of several shapes: {made[0].shape} and {wrong[0]}")
             found[name] = np.stack(made)[which]
     return found
 
