@@ -14,6 +14,7 @@ from driftwise.estimators.arx.row import LAGS
 from driftwise.estimators.arx_mimo.row import SEVERAL
 from driftwise.estimators.common.columns import GAIN_SAMPLE, OBSERVER_SAMPLE, RECURSIVE_SAMPLE, SAMPLE
 from driftwise.estimators.continuous.step import CONTINUOUS
+from driftwise.estimators.grey_box.row import GREY_BOX, GREY_SAMPLE
 from driftwise.estimators.joint.row import JOINT
 from driftwise.estimators.joint_mimo.row import JOINT_MIMO
 from driftwise.estimators.manoeuvre.row import MANOEUVRE
@@ -48,6 +49,7 @@ STATES = {
     "`ARXMIMO`": SEVERAL,
     "`AdaptiveGain`": GAIN,
     "`StateSpace`": STATE_SPACE,
+    "`GreyBox`": GREY_BOX,
     "`WindowObserver` of regular samples": FIR,
     "`WindowObserver(window=math.inf)`": GROWING,
     "`WindowObserver(irregular=True)`": QUEUE,
@@ -76,6 +78,7 @@ SAMPLES = {
     f"{RECURSIVE}, `ARXMIMO`": RECURSIVE_SAMPLE,
     "`WindowObserver`, `AlgebraicObserver`": OBSERVER_SAMPLE,
     "`StateSpace`": STATE_SAMPLE,
+    "`GreyBox`": GREY_SAMPLE,
     "`ModelAverage`": AVERAGE_SAMPLE,
     "`TrackEstimator`": TRACK_SAMPLE,
 }

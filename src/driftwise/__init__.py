@@ -25,6 +25,7 @@ _HOME = {
     "ModelAverage": "estimators.model_average.estimator",
     "TrackEstimator": "estimators.track.estimator",
     "StateSpace": "estimators.state_space.estimator",
+    "GreyBox": "estimators.grey_box.estimator",
     "Constant": "memory.constant",
     "ExponentialForgetting": "memory.exponential_forgetting",
     "RandomWalk": "memory.random_walk",

@@ -11,6 +11,7 @@ LEARNING = [
     dw.Joint(1), dw.AR(1), dw.ARX(1, 1), dw.Regression(["slope"]), dw.ARMAX(1, 1, 1), dw.JointMIMO((1,)), dw.ARXMIMO(2),
     dw.ContinuousJoint(1), dw.AdaptiveGain(), dw.tracking.Manoeuvre(), dw.estimators.AdaptiveObserver(1),
     dw.StateSpace(0.9, Q=1.0, R=1.0),  # what is unknown are its states: it answers of them
+    dw.GreyBox("battery"),
 ]  # fmt: skip
 RUNNING = [
     dw.WindowObserver(PLANT, 2.0, noise_std=1.0, dt=1.0),

@@ -62,6 +62,8 @@ def _is_observer(est):
 
 def _example_of_a_plant(est, rng, samples, missing):
     """The same from the plant itself, its disturbances, and noise as stated."""
+    if est.simulates:
+        return _example_of_formulas(est, rng, samples, missing)
     system = est.plant
     Phi, G0, G1 = system.discretise(est.dt, est.hold)
     std = np.ones(system.outputs) if est.noise_std is None else est.noise_std
@@ -73,6 +75,16 @@ def _example_of_a_plant(est, rng, samples, missing):
     y[rng.random(y.shape) < missing] = np.nan
     u[rng.random(u.shape) < missing / 4] = np.nan
     return y if system.outputs > 1 else y[:, 0], u if system.inputs else None
+
+
+def _example_of_formulas(est, rng, samples, missing):
+    """The same from formulas, at parameters that are likely beforehand."""
+    k, theta = est.model.inputs, est.likely(rng)
+    u = np.repeat(rng.standard_normal((samples // 4 + 1, k)), 4, axis=0)[:samples]
+    y = est.simulate(u, theta, samples=samples, seed=int(rng.integers(2**31)))
+    y[rng.random(y.shape) < missing] = np.nan
+    u[rng.random((samples, k)) < missing / 4] = np.nan
+    return y, u if k else None
 
 
 def _outputs(est):
@@ -187,6 +199,8 @@ def law_covariance_stays_a_covariance(est, y, u):
 
 def law_scaling(est, y, u):
     """Scaling the data scales the answer, exactly for powers of two (default prior, noise learnt or absent)."""
+    if est.simulates:
+        return  # its units are those of physics
     if _is_observer(est):
         return _law_scaling_of_an_observer(est, y, u)
     options = {"noise": EquationError(), **est.options}

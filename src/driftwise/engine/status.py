@@ -21,6 +21,10 @@ NOT_READY = 32768
 STARTED = 65536
 NOT_STARTED = 131072
 LATE = 262144
+UNDEFINED = 524288
+CURVED = 1048576
+AT_EDGE = 2097152
+STIFF = 4194304
 
 
 class Status(IntFlag):
@@ -45,6 +49,10 @@ class Status(IntFlag):
     STARTED = STARTED  # the samples so far were identified at once, and the estimate is theirs from here on
     NOT_STARTED = NOT_STARTED  # they could not be identified, or not well: the filter keeps its own estimate
     LATE = LATE  # it came later than what comes late is waited for: not taken
+    UNDEFINED = UNDEFINED  # a formula of the plant gave no number: nothing was moved, or learnt, by it
+    CURVED = CURVED  # the plant bends within the error bars, which are not to be believed
+    AT_EDGE = AT_EDGE  # for long a parameter has been where its prior, or its bounds, hardly allow it to be
+    STIFF = STIFF  # the plant is too fast for the time between samples to be taken in steps
 
 
 MEANING = {
@@ -67,4 +75,8 @@ MEANING = {
     Status.STARTED: "started from the samples so far, identified at once",
     Status.NOT_STARTED: "the samples so far could not be identified, no start from them",
     Status.LATE: "came too late, not taken",
+    Status.UNDEFINED: "a formula gave no number, nothing moved by it",
+    Status.CURVED: "the plant bends within the error bars, which are too small",
+    Status.AT_EDGE: "a parameter at the edge of what its prior allows, for long",
+    Status.STIFF: "the plant is too fast for the time between samples",
 }

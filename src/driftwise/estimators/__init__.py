@@ -30,6 +30,7 @@ _HOME = {
     "TrackEstimator": "track.estimator",
     "StateSpace": "state_space.estimator",
     "OutOfOrder": "out_of_order.estimator",
+    "GreyBox": "grey_box.estimator",
 }
 
 __all__ = list(_HOME)

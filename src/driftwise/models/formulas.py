@@ -305,7 +305,7 @@ def _read(table: dict[str, Any], text: str) -> Formulas:
     for key in table:
         if key not in (*SECTIONS, *HEAD):
             raise InputError(f"{key!r} is no section of a plant: they are {', '.join((*HEAD, *SECTIONS))}")
-    for needed in ("states", "outputs", "parameters", "formulas"):
+    for needed in ("outputs", "parameters", "formulas"):
         if not table.get(needed):
             raise InputError(f"the plant has no [{needed}]. It looks like this:\n{_example()}")
     time = table.get("time", "continuous")

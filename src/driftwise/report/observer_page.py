@@ -38,18 +38,19 @@ def write(trace, path, summary=None, title=None, labels=None, events=None) -> Pa
     line = Timeline(trace.time, labels["time"], labels.get("origin"), getattr(trace, "rows", None))
     found = marks(events)
     panels = [
-        _outputs(trace, line, labels, events, each, found),
+        outputs(trace, line, labels, events, each, found),
         _estimates(trace, summary),
         *_estimated(trace, line, found),
         _parity(trace, line, found),
-        _innovations(trace, summary, line, each, found),
+        innovations(trace, summary, line, each, found),
         event_panel(events, line),
     ]
     title = title or "State and disturbances of a known plant"
-    return Page(title, panels, summary.words, _facts(trace, summary), _cards(summary)).write(path)
+    return Page(title, panels, summary.words, _facts(trace, summary), cards(summary)).write(path)
 
 
-def _outputs(trace, line, labels, events, each, found) -> Panel:
+def outputs(trace, line, labels, events, each, found) -> Panel:
+    """Return each output with its predictions, and the inputs."""
     figures = [
         plots.output(line, one.y, one.prediction, one.band(0.95), label, marks=found)
         for one, label in zip(each, labels["outputs"])
@@ -84,7 +85,8 @@ def _parity(trace, line, found) -> Panel | None:
     return Panel("parity", "Does the plant still fit?", words, (plots.statistic(line, trace.statistic, found),))
 
 
-def _innovations(trace, summary, line, each, found) -> Panel:
+def innovations(trace, summary, line, each, found) -> Panel:
+    """Return the standardised innovations of each output."""
     names = trace.estimator.model.output_names
     sizes = [f"{name}: their mean square (NIS) is {nis_words(nis)}" for name, nis in zip(names, summary.nis)]
     words = f"Divided by the standard deviation the observer itself predicted. {' '.join(sizes)}"
@@ -121,7 +123,8 @@ def _estimates(trace, summary) -> Panel:
     return Panel("estimates", "What is not measured", words, (shown,))
 
 
-def _cards(summary) -> list[str]:
+def cards(summary) -> list[str]:
+    """Return when it was ready, and how well each output is predicted."""
     first, share = summary.settling, 100 * (1 - summary.ready)
     ready, unit = ("never", "") if first != first else (f"{first:.3g}", "s")
     note = f"none in {share:.2g} % of the samples"

@@ -1,0 +1,320 @@
+"""Physical parameters of a plant that is written as formulas, sample by sample, with its state."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...detect.gate import InnovationGate, resolve_gate
+from ...engine import ud, validation
+from ...engine.errors import InputError
+from ...memory.constant import Constant
+from ...memory.settings import Setting, state_size
+from ...models import formula_kernels, formulas
+from ...models.scale import InverseGamma, KnownScale, resolve_scale
+from ...results.physical_sentences import modes_words
+from ..common.given_state import COUNT
+from ..common.memories import memory_of_joint, prior_of_parameters, watch_of_joint
+from ..common.observer import Observed, Observer, check_names
+from ..common.priors import factors_of
+from ..common.settings import arguments
+from ..common.times import instants
+from . import step as _step  # noqa: F401  (registers the step)
+from .beforehand import at_the_start, check_numbers
+from .identifiability import unlearnt
+from .row import GREY_BOX, GREY_SAMPLE, SCRATCH, GreyBoxForm
+from .start import Starting, resolve_start
+from .trace import GreyBoxTrace
+from .transform import KINDS, NORMAL_95, deviation, to_units, transformed
+
+UNKNOWN_NOISE = 0.1  # of y_scale: deviation of an output's noise where nothing is said, until the start finds it
+COUNTED = 2.0  # alpha and beta of sigma^2, where it is learnt about a noise that is known to begin with
+
+
+class GreyBox(Observer):
+    """Named physical parameters of a plant in formulas, with their units and bars, on-line, beside its state.
+
+        x' = f(x, u, theta) + w   (or the next x),        y = h(x, u, theta) + v
+
+    State and parameters are jointly Gaussian, U D U'; positive parameters are estimated as logarithms, those between
+    bounds on a logistic scale. Steps of any length are exact with their slopes by every parameter where the formulas
+    are linear in the state, else they are taken by Runge and Kutta's method, and differentiated along with it.
+
+    Parameters
+    ----------
+    plant : str, path or Formulas
+        Name of a plant of the library (``driftwise.models.formulas.library()``), a TOML file of formulas, its text, or
+        what ``formulas.from_function`` makes of a Python function.
+    memory : policy
+        How the past of the parameters is forgotten; any of `driftwise.memory`. Settings are in units of the
+        *transformed* parameters (``RandomWalk(1e-6)``: a positive one moves by 0.1 % per second; of a discrete plant,
+        and with every other memory, per sample).
+    gate : InnovationGate, optional
+        Treat outliers of each output as missing.
+    scale : InverseGamma, optional
+        Noise, walks and priors are relative to an unknown sigma^2 with this prior. Without ``noise`` in the formulas
+        it is learnt anyway, about what the start finds.
+    start : "batch", BatchStart or None
+        How the filter begins: its first samples are fitted at once, several times and from many places of the prior,
+        and it goes on from there (status STARTED). None: from the prior alone, which a wide one does not stand.
+    y_scale : float or (p,)
+        Typical size of the outputs, where the formulas say no ``noise``.
+    dt : float
+        Seconds between samples that come without instants.
+
+    Raises
+    ------
+    InputError
+        Where a formula or number does not fit; the message names the line.
+
+    Notes
+    -----
+    Notes on the record so far, as which parameters it cannot tell apart, are ``est.notes_of(state)``. Bad at: plants
+    that switch or saturate (the filter is Gaussian: status CURVED where the bars are not to be believed), walks of the
+    state so large that they explain the record without the plant, and noise that is not white.
+
+    References
+    ----------
+    Ljung (1979), "Asymptotic behavior of the extended Kalman filter as a parameter estimator for linear systems",
+    IEEE Trans. AC-24, 36-50. Bierman (1977), chapters V-VI.
+
+    Examples
+    --------
+    >>> import numpy as np, driftwise as dw
+    >>> current = np.repeat(np.random.default_rng(1).choice([-1.0, 0.0, 1.0], 60), 10)
+    >>> est = dw.GreyBox("battery")
+    >>> volts = est.simulate(current, {"R0": 0.02, "R1": 0.015, "C1": 1500.0}, noise=5e-4, seed=1)
+    >>> trace = est.scan(volts, current)
+    >>> [f"{name} {value:.3f} ± {std:.3f}" for name, value, std in trace.summary().parameters[:2]]
+    ['R0 0.020 ± 0.000', 'R1 0.015 ± 0.000']
+    """
+
+    for_instants = "GreyBox takes any"
+    trace_kind = GreyBoxTrace
+    sample_layout = GREY_SAMPLE
+    is_growing, hold, irregular = True, "zoh", True
+    simulates = True
+    unknown_parts = ("first_y", "first_u")
+
+    def __init__(
+        self,
+        plant,
+        *,
+        memory: Any = Constant(),
+        gate: InnovationGate | None = None,
+        scale: InverseGamma | None = None,
+        start: Any = "batch",
+        y_scale=1.0,
+        dt: float = 1.0,
+    ):
+        self.formulas = found = formulas.read(plant)
+        self.options = arguments(locals()) | {"plant": found.text}
+        self.options.pop("found")
+        n, m, k, p = found.n, len(found.free), found.inputs, found.p
+        self.outputs = p if p > 1 else None
+        names = found.state_names, found.names, found.input_names, found.output_names
+        self.model: Any = Observed(n, n + m, n + m, k, p, *names)
+        check_names(self.model)
+        self._set_units(dt, y_scale)
+        stated = [one.noise for one in found.outputs_]
+        self.knows_noise = all(r is not None for r in stated)
+        self.noise_std = np.array(stated) if self.knows_noise else None
+        self._noise = np.array(
+            [UNKNOWN_NOISE * size if r is None else r for r, size in zip(stated, np.broadcast_to(self.y_scale, p))]
+        )
+        self._s0 = np.array([s.start for s in found.states] + [transformed(one, one.start) for one in found.free])
+        std = np.array([s.std for s in found.states] + [deviation(one) for one in found.free], float)
+        self.prior_covariance = np.diag(std**2)
+        self._U0, self._D0 = factors_of(self.prior_covariance)
+        is_relative = scale is not None or not self.knows_noise
+        self.scale = resolve_scale(scale or (InverseGamma(COUNTED, COUNTED) if is_relative else None), is_relative, m)
+        kinds = np.array([KINDS[one.kind] for one in found.free])
+        units = np.where(kinds == KINDS["linear"], std[n:] ** 2, 1.0)
+        detector, settle, slopes = watch_of_joint(memory, n + m, units)
+        setting = Setting(
+            units, std[n:] ** 2, self.scale, 1.0, m, prior_of_parameters(self._s0, self._U0, self._D0, n), n
+        )
+        memory, fades, learns = memory_of_joint(memory, setting)
+        is_timed = found.is_continuous and getattr(memory, "per_second", False)
+        walk = np.diag([s.walk**2 for s in found.states])
+        bounds = np.array([[one.origin, min(one.high, 1e300)] for one in found.free])
+        form = GreyBoxForm(
+            float(n), float(k), float(p), float(m), float(detector.state_size(m)), float(state_size(memory, m)), fades,
+            learns, slopes, float(found.is_continuous), float(found.is_linear), float(is_timed), self.dt, settle, kinds,
+            bounds[:, 0], bounds[:, 1], walk.ravel(), self._s0, std[n:],
+        )  # fmt: skip
+        kernel_scale = InverseGamma(0.0, 0.0) if fades and is_relative else self.scale
+        kernels = formula_kernels.kernels_of(found)
+        self.policies = (form, kernels, memory, resolve_gate(gate, n + m), kernel_scale, detector)
+        self.scratch_size = SCRATCH.size(form)
+        start = resolve_start(start)
+        self.starting = None if start is None else Starting(self, start)
+        check_numbers(self)
+        self.dtype = GREY_BOX.dtype(form, more=self.starting.fields if self.starting else [])
+
+    def start(self, series: int | None = None) -> np.ndarray:
+        """Return a fresh state, or ``series`` of them."""
+        state, n = super().start(series), self.model.n
+        state["x"], state["theta"] = self._s0[:n], self._s0[n:]
+        state["fitted"] = self._s0[n:]
+        state["D"], state["U"], state["noise"], state["is_new"] = self._D0, self._U0, self._noise, 1.0
+        state["bend"] = np.where(self.policies[0].kinds == KINDS["linear"], 0.0, 0.5)  # that of exp
+        if self.policies[0].fades and isinstance(self.scale, InverseGamma):
+            state["counts"][..., COUNT], state["chi2"] = 2 * self.scale.alpha, 2 * self.scale.beta
+        return state
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the parameters, in the order of ``state["theta"]``."""
+        return self.formulas.names
+
+    @cached_property
+    def bare(self) -> GreyBox:
+        """The same filter of one thing that is known: no start, memory, gate or scale, noise as a state says."""
+        outputs = tuple(replace(one, noise=one.noise or 1.0) for one in self.formulas.outputs_)
+        return GreyBox(replace(self.formulas, outputs_=outputs), start=None, dt=self.dt)
+
+    # --- running -------------------------------------------------------------------------------------------
+
+    def simulate(self, u=None, parameters=None, *, samples: int | None = None, x0=None, time=None, noise=None, seed=0):
+        """Return outputs (T,) or (T, p) of the plant with given parameters and inputs that are held, and noise.
+
+        Parameters
+        ----------
+        u : (T,) or (T, k) inputs; omitted where there are none
+        parameters : numbers by name, in their units; others are at their start
+        samples : T, where there are no inputs
+        x0 : (n,) state at first; the start's if omitted
+        time : (T,) instants in seconds; steps of dt if omitted
+        noise : deviation of each output's noise; what the formulas say, or none, if omitted
+        seed : of the noise
+        """
+        n, p = self.model.n, self.model.outputs
+        u = validation.inputs_to_come(u, samples, self.model.inputs)
+        state = self.bare.start()
+        state["theta"], state["D"] = self.transformed(parameters), 0.0
+        state["x"] = self._s0[:n] if x0 is None else validation.vector("x0", np.atleast_1d(x0), n)
+        nothing = np.full((len(u), p) if self.outputs else len(u), np.nan)
+        given = u if self.model.inputs else None
+        y = self.bare.scan(nothing, given, state=state, time=time, keep="innovations").prediction
+        stated = [one.noise or 0.0 for one in self.formulas.outputs_] if noise is None else noise
+        std = validation.each("noise", stated, p)
+        v = std * np.random.default_rng(seed).standard_normal((len(u), p))
+        return y + (v if self.outputs else v[:, 0])
+
+    def likely(self, rng) -> dict[str, float]:
+        """Return parameters in their units by name, drawn from what is believed beforehand, half as wide."""
+        n = self.model.n
+        theta = self._s0[n:] + 0.5 * np.sqrt(np.diag(self.prior_covariance))[n:] * rng.standard_normal(len(self.names))
+        return dict(zip(self.names, to_units(self.formulas.free, theta)[0].tolist()))
+
+    def predict(self, state, u=None, horizon: int | None = None, *, time=None) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and standard deviation, (h,) or (h, p), of the next h outputs, given the inputs to come.
+
+        Parameters
+        ----------
+        state : one state, as `update` or a trace leaves it
+        u : (h,) or (h, k) inputs to come; omitted where the plant has none
+        horizon : h, the length of ``u`` if omitted
+        time : (h,) instants; steps of dt if omitted
+        """
+        u = validation.inputs_to_come(u, horizon, self.model.inputs)
+        nothing = np.full((len(u), self.outputs) if self.outputs else len(u), np.nan)
+        ahead = self.scan(nothing, u if self.model.inputs else None, state=state, keep="innovations", time=time)
+        return ahead.prediction, np.sqrt(ahead.variance)
+
+    def transformed(self, parameters=None) -> np.ndarray:
+        """Return numbers by name, in their units, as they are estimated; others are at their start."""
+        found, known = self._s0[self.model.n :].copy(), parameters or {}
+        for name, value in known.items():
+            if name not in self.names:
+                raise InputError(f"{name!r} is none of the parameters: they are {', '.join(self.names)}")
+            found[self.names.index(name)] = transformed(self.formulas.free[self.names.index(name)], value)
+        if not np.isfinite(found).all():
+            bad = self.names[int(np.argmin(np.isfinite(found)))]
+            raise InputError(f"{bad} = {known[bad]!r} is not within its bounds")
+        return found
+
+    def _instants(self, time, samples, state) -> np.ndarray:
+        """Return the instants of samples; a stream's next one has a short way in."""
+        if samples == 1 and isinstance(time[0], float) and math.isfinite(time[0]) and state is not None:
+            if time[0] > state["time"] and state["samples"] > 0:
+                return np.array([time[0]])
+        return instants(time, (samples,), state, repeats=True)
+
+    # --- reading a state -----------------------------------------------------------------------------------
+
+    def mean(self, state) -> np.ndarray:
+        """Return E [x ; transformed parameters], given all samples so far."""
+        return np.concatenate([state["x"], state["theta"]], axis=-1)
+
+    def covariance(self, state) -> np.ndarray:
+        """Return the covariance of [x ; transformed parameters]."""
+        return np.asarray(self.sigma2(state))[..., None, None] * ud.unpack(state["U"], state["D"])
+
+    def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return state and parameters, in their units, and their standard deviations."""
+        n, P = self.model.n, self.covariance(state)
+        values, rates = to_units(self.formulas.free, state["theta"])
+        std = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))
+        std = np.concatenate([std[..., :n], std[..., n:] * rates], axis=-1)
+        return np.concatenate([state["x"], values], axis=-1), std
+
+    def parameters_of(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters in their units, and their covariance (by slopes)."""
+        values, rates = to_units(self.formulas.free, state["theta"])
+        n = self.model.n
+        return values, self.covariance(state)[n:, n:] * np.outer(rates, rates)
+
+    def intervals(self, state, deviations: float = NORMAL_95) -> dict[str, tuple[float, float]]:
+        """Return the interval of each parameter, 95 % by default: not symmetric, but positive where it must be."""
+        n, theta = self.model.n, np.asarray(state["theta"])
+        std = np.sqrt(np.diag(self.covariance(state)))[n:]
+        low, high = (to_units(self.formulas.free, theta + way * std)[0] for way in (-deviations, deviations))
+        return {name: (float(a), float(b)) for name, a, b in zip(self.names, low, high)}
+
+    def notes_of(self, state) -> list[str]:
+        """Return in sentences what the record so far does not tell: parameters that cannot be told apart, and others."""
+        found, modes = unlearnt(self, state), int(state["modes"])
+        if modes > 1:
+            one, other = (to_units(self.formulas.free, state[name])[0] for name in ("fitted", "other"))
+            said = [", ".join(f"{n} = {v:.3g}" for n, v in zip(self.names, values)) for values in (one, other)]
+            samples = f"{int(state['begun'])} samples"
+            found.append(modes_words(modes, samples, said, math.exp(-float(state["other_loglik"]))))
+        return found
+
+    @cached_property
+    def notes(self) -> list[str]:
+        """What to know of the plant at its start before it is believed, in sentences."""
+        return at_the_start(self)
+
+    def sigma2(self, state):
+        """Return the scale of noise, walks and priors learnt so far; 1 where it is known."""
+        if isinstance(self.scale, KnownScale):
+            return np.ones(np.shape(state["chi2"]))[()]
+        if self.policies[0].fades:
+            count = np.asarray(state["counts"][..., COUNT])
+            return np.where(count >= 1, state["chi2"] / np.maximum(count, 1.0), np.maximum(state["chi2"], 1.0))[()]
+        alpha, beta = self.scale
+        return (beta + 0.5 * state["chi2"]) / np.maximum(alpha + 0.5 * state["observed"], 0.5)
+
+    def loglik(self, state) -> float:
+        """Return log p(y) of all samples so far: the evidence (of those that a start fitted, by Laplace)."""
+        return float(state["score"])
+
+    def degrees_of_freedom(self, is_used, observed) -> np.ndarray:
+        """Return those of each prediction: infinite where the scale is known."""
+        if isinstance(self.scale, KnownScale):
+            return np.full(is_used.shape, np.inf)
+        used = is_used.reshape(len(is_used), -1)
+        each = used.sum(axis=1)
+        found = np.maximum(2 * self.scale.alpha + observed + np.cumsum(each) - each, 1.0)
+        return np.broadcast_to(found.reshape(-1, *[1] * (is_used.ndim - 1)), is_used.shape).copy()
+
+    def smooth(self, *args, **options):
+        """Refuse (InputError): there is no smoother of a plant in formulas yet."""
+        raise InputError("GreyBox has no smoother: Joint, AR, ARX and Regression look back")
