@@ -192,6 +192,7 @@ OBSERVERS = {
         dw.Plant([[0, 1], [9, 0]]), 0.3, noise_std=None, disturbances=dw.models.Polynomial([0, 1], np.inf), dt=0.02,
         detector=dw.PageHinkley(),
     ),
+    "grey box": dw.GreyBox("battery", start=None, memory=dw.AutoMemory()),
     "state space": dw.StateSpace([[1, 1], [0, 1]], [[0.5], [1]], [1, 0], Q=[0, 0.1], R=1.0),
 }  # fmt: skip
 

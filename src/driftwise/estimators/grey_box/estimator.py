@@ -278,7 +278,7 @@ class GreyBox(Observer):
         return {name: (float(a), float(b)) for name, a, b in zip(self.names, low, high)}
 
     def notes_of(self, state) -> list[str]:
-        """Return in sentences what the record so far does not tell: parameters that cannot be told apart, and others."""
+        """Return in sentences what the record so far does not tell: parameters that cannot be told apart, say."""
         found, modes = unlearnt(self, state), int(state["modes"])
         if modes > 1:
             one, other = (to_units(self.formulas.free, state[name])[0] for name in ("fitted", "other"))

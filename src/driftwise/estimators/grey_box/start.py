@@ -33,7 +33,7 @@ class BatchStart(NamedTuple):
     """Fit the first samples at once, and let the filter go on from there.
 
     ``samples``: how many are kept, from the first measured one on; 32 for each unknown, at least 128, if None. A
-    quarter of them are fitted when they are there, then half, then all (status STARTED; NOT_STARTED where no fit was found).
+    quarter of them are fitted when they are there, then half, then all (status STARTED; NOT_STARTED: no fit found).
     Bad at: first samples in which nothing moves, which cannot tell the parameters.
     """
 
