@@ -7,8 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from driftwise.engine import objects
-
 
 def cpu(function: Callable[[], object]) -> float:
     """Return the CPU seconds of one call."""
@@ -19,6 +17,8 @@ def cpu(function: Callable[[], object]) -> float:
 
 def alternate(*functions: Callable[[], object], rounds: int = 15) -> np.ndarray:
     """Return CPU seconds (rounds, functions), run A B A B after one call of each to warm up."""
+    from driftwise.engine import objects
+
     for function in functions:
         function()
     objects.wait()  # what an optimising compiler makes takes over

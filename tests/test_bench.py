@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import driftwise as dw
-from bench import page, verdicts
+from bench import against, page, verdicts
 from bench.counting import Counted, counted, counting, work
 from bench.groups import PARTS
 from bench.lanes import operations
@@ -118,3 +118,11 @@ def test_no_option_is_taken_for_a_folder(word, tmp_path):
     done = subprocess.run(line, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(root)}, capture_output=True)
     assert done.returncode == (0 if word == "--help" else 2)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_call_is_timed_with_the_package_of_a_folder(tmp_path):
+    timed = against.Package(against.HERE / "src", tmp_path)
+    seconds, wrong = timed("raw ARX(2,2)"), timed("no such call")
+    timed.close()
+    assert 1e-5 < seconds < 10, seconds
+    assert wrong.startswith("KeyError")

@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 import unicodedata
 from pathlib import Path
 
@@ -169,3 +171,16 @@ def test_a_table_of_tracks_and_of_estimators_likewise(narrow, plant, tmp_path):
     path.write_text("\n".join(lines) + "\n")
     said = narrow("track", path)
     assert "track A long name" in said and "\u2026" not in said
+
+
+def test_a_program_that_reads_along_is_no_terminal():
+    """`main` within a process whose standard output is a text in memory."""
+    code = """
+import contextlib, io, sys
+from driftwise.cli.entry import main
+sys.argv = ["driftwise", "--version"]
+with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.suppress(SystemExit):
+    main()
+assert text.getvalue().startswith("driftwise "), text.getvalue()
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -5,6 +5,7 @@ the one is no failure of `driftwise live`, the other is in vain before the confi
 """
 
 import atexit
+import io
 import os
 import signal
 import sys
@@ -21,8 +22,9 @@ def main() -> None:
             signal.signal(signal.SIGHUP, signal.SIG_IGN)
     atexit.register(_answer, signal.SIG_IGN)  # last of all: an interpreter that is torn down would die without a word
     _answer(_leave)
-    for stream in filter(None, (sys.stdout, sys.stderr)):
-        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # what its encoding lacks is spelled
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # neither closed nor what a program reads along with
+            stream.reconfigure(errors="backslashreplace")  # what its encoding lacks is spelled
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of matrices as small as ours a second thread only waits
     from driftwise.cli.main import main as run
     from driftwise.engine.errors import Stopped

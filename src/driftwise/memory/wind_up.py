@@ -43,14 +43,14 @@ def shrink(lam, horizon, cap, state, view):
     """
     U, D, weight, p, first, status = view.U, view.D, view.weight, view.c, view.first, 0
     variances(U, D, p)
-    state[0] = min(state[0] + 1.0, horizon)
+    state[0], fading = min(state[0] + 1.0, horizon), log(weight * lam)
     for j in range(first, D.size):
         D[j] /= lam
     for i in range(D.size - first):
         if p[first + i] > 0.0:
             one = log(weight * p[first + i] / cap[i])
             most = min(state[1 + i], 0.0) if state[0] > 1.0 else 0.0
-            if one - log(weight * lam) <= most:
+            if one - fading <= most:
                 state[1 + i] += (one - state[1 + i]) / state[0]
             elif hold_one(U, D, first + i, cap[i] * exp(most), view.f, view.b):
                 state[1 + i] = min(most + 1.0 / horizon, 0.0)
