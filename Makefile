@@ -74,9 +74,11 @@ motions: $(STAMP)  ## tracks of six hundred drawn scenes beside their truth; JUD
 claims: $(STAMP)  ## what `driftwise run FILE` claims of four hundred drawn files, true or not; JUDGE=--judge writes docs/judged.md
 	$(BIN)/python -m driftwise_studies.score.claims.judge --files 400 --processes 0 $(JUDGE)
 
-docs: $(STAMP)  ## run every example of the documentation, draw its figures
+docs: $(STAMP)  ## draw the figures, run every example of the documentation, build the site into site/, check its links
 	$(BIN)/python scripts/make_figures.py
 	$(BIN)/python -m pytest tests/test_docs.py
+	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs site
+	$(BIN)/python scripts/check_site.py site
 
 clean:
-	rm -rf $(VENV) out site build dist
+	rm -rf $(VENV) out site build dist docs/reference docs/gallery docs/tutorials

@@ -26,12 +26,24 @@ def test_docstring_examples(name):
     assert failed == 0
 
 
-def test_readme_code_runs(capsys):
-    code = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+TOLD = {
+    "README.md": "second-order model",
+    "docs/start.md": "second-order model",
+    "docs/python.md": "second-order model",
+}
+
+
+@pytest.mark.parametrize("page", TOLD)
+def test_code_of_the_first_pages_runs(page, capsys):
+    code = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)
     assert code
     for block in code:
-        exec(compile(block, "README.md", "exec"), {})
-    assert "second-order model" in capsys.readouterr().out
+        exec(compile(block, page, "exec"), {})
+    assert TOLD[page] in capsys.readouterr().out
+
+
+def test_the_readme_is_short():
+    assert len((ROOT / "README.md").read_bytes()) <= 6000
 
 
 def test_contributed_code_runs(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Commands that SECURITY.md and the pages of help allow, and that once broke a promise."""
+"""Commands that docs/SECURITY.md and the pages of help allow, and that once broke a promise."""
 
 import json
 import os

@@ -1,0 +1,57 @@
+"""The site: every page is found from the start page once, broken links are seen, formulas are drawn."""
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from scripts import check_site
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture
+def extension(monkeypatch):
+    """Return the import of an extension of the site."""
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    for name in ("pages", "docstrings"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    return __import__
+
+
+def test_every_page_is_in_one_table_of_contents(extension):
+    pages = extension("pages")
+    named = Counter(pages.named(DOCS))
+    assert not [name for name, times in named.items() if times > 1]
+    ours = {str(path.relative_to(DOCS).with_suffix("")) for path in DOCS.rglob("*.md")}
+    made = ("reference", "gallery", "tutorials")
+    ours = {name for name in ours if not name.startswith(tuple(f"{folder}/" for folder in made))}
+    assert ours == {name for name in named if not name.startswith(made)} | {"index", "reference", *pages.left(DOCS)}
+
+
+def test_a_page_that_nobody_named_is_a_guide(extension, tmp_path):
+    pages = extension("pages")
+    (tmp_path / "docs").mkdir()
+    for name, text in {"index": "```{toctree}\nhowto\nTitle <a>\n```\n", "howto": "", "a": "", "b": ""}.items():
+        (tmp_path / "docs" / f"{name}.md").write_text(text)
+    assert pages.named(tmp_path / "docs") == ["howto", "a"] and pages.left(tmp_path / "docs") == ["b"]
+
+
+def test_docstrings_keep_formulas_and_bars(extension):
+    said = ["Mean of |e|, ``|z|``:", "", "    R <- R exp(|d|)", "", "x : int | None"]
+    shown = extension("docstrings").as_typed(said)
+    assert shown == [r"Mean of \|e\|, ``|z|``:", "", "::", "", "    R <- R exp(|d|)", "", r"x : int \| None"]
+
+
+def test_broken_links_are_found(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<p id="here"><a href="b.html#no">x</a><a href="#here">x</a><a href="c.html">x</a>'
+    )
+    (tmp_path / "b.html").write_text(
+        '<script src="https://cdn.example/x.js"></script><a href="https://example.org">x</a>'
+    )
+    broken, outside = check_site.check(tmp_path)
+    assert len(broken) == 3 and "no such anchor" in broken[0] and "not there" in broken[1] and "loads" in broken[2]
+    assert outside == {"https://cdn.example/x.js", "https://example.org"}
