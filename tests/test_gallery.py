@@ -23,6 +23,16 @@ def test_the_answers_are_within_two_bars_of_the_truth(script):
     assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-3000:]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("script", sorted(GALLERY.parent.rglob("plot_*.py")), ids=lambda path: path.stem)
+def test_an_example_of_the_site_runs(script, tmp_path):
+    """As somebody runs it who took it from the site: alone, with warnings for errors."""
+    env = {**os.environ, "MPLBACKEND": "Agg"}
+    line = [sys.executable, "-W", "error::RuntimeWarning", str(script)]
+    run = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=240, env=env)
+    assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-3000:]
+
+
 def test_a_pump_is_told_by_the_command_of_its_story(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(GALLERY))
     from pumps import pump

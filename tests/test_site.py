@@ -1,5 +1,6 @@
 """The site: every page is found from the start page once, broken links are seen, formulas are drawn."""
 
+import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
@@ -55,3 +56,15 @@ def test_broken_links_are_found(tmp_path):
     broken, outside = check_site.check(tmp_path)
     assert len(broken) == 3 and "no such anchor" in broken[0] and "not there" in broken[1] and "loads" in broken[2]
     assert outside == {"https://cdn.example/x.js", "https://example.org"}
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_and_its_links_hold(tmp_path):
+    pytest.importorskip("sphinx_gallery", reason="pip install -e '.[docs]': THE SITE WAS NOT BUILT")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-D", "plot_gallery=0", "-d"]
+    done = subprocess.run(
+        [*command, str(tmp_path / "doctrees"), str(DOCS), str(tmp_path / "site")], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    broken, _ = check_site.check(tmp_path / "site")
+    assert not broken, broken[:20]
