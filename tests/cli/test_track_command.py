@@ -83,7 +83,7 @@ def test_many_objects_list_the_busiest(call, tmp_path):
         (["-"], 2, "standard input is read with --follow"),
         (["FILE", "--speed", "rocket"], 2, "aircraft, helicopter, glider, uav, boat, or a typical speed"),
         (["FILE", "--site", "95,3"], 2, "--site takes LATITUDE,LONGITUDE"),
-        (["FILE", "--format", "csv,shp"], 2, "csv, parquet, geojson, kml, cat062"),
+        (["FILE", "--format", "csv,shp"], 2, "csv, parquet, geojson, kml, gpx, cat062"),
         (["FILE", "--report", "no/such/page.html"], 2, "no folder no/such"),
         (["FILE", "FILE", "--follow"], 2, "takes one file"),
         (["EMPTY"], 1, "no plot has a time and a position"),

@@ -29,6 +29,7 @@ class TrackJob(Job):
 
     Examples: driftwise track plots.csv --report tracks.html;
     driftwise track radar.pcap --sites radars.csv --out tracks --format csv,kml;
+    driftwise track walk.gpx --speed 2 --smooth --out better --format gpx;
     receiver | driftwise track - --follow
     """
 
@@ -62,6 +63,15 @@ class TrackJob(Job):
     format: Annotated[str, typer.Option(metavar="KIND,..", help=f"What is written there: {', '.join(WRITERS)}.")] = (
         "csv"
     )
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth",
+            metavar="",
+            help="Tell the motion at each plot given all plots, before and after: truer, and in hindsight. Wild plots "
+            "are set aside.",
+        ),
+    ] = False
     report: Page = None
     json: Json = None
     follow: Annotated[
@@ -196,6 +206,8 @@ class TrackJob(Job):
         from driftwise.version import __version__
 
         tracks, written = self.tracker.tracks, []
+        if self.smooth:
+            tracks = tracks.smoothed()
         rows = track_report.rows(tracks)
         if self.report:
             from driftwise.report.tracks_page import write

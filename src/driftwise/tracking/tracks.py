@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from ..estimators.track.trace import TrackTrace
 from ..results import verbs
 from .live import PLOT, Event, Live
 from .plots import Fault, Plots
+from .vertical import vertical
 
 LEARNING = 3  # plots before predictions are scored: the first has none, the next two learn speed and noise
 
@@ -40,6 +41,8 @@ class Track:
         Its scan period, s; 0 is unknown.
     state
         Of the estimator after the last plot.
+    is_smoothed : bool
+        Whether the motion at each plot is told given all plots; else given those so far.
     """
 
     id: int
@@ -54,6 +57,7 @@ class Track:
     state: Any = field(repr=False)
     estimator: Any = field(repr=False)
     table: np.ndarray = field(repr=False)
+    is_smoothed: bool = False
 
     def __len__(self):
         return len(self.plots)
@@ -81,6 +85,21 @@ class Track:
     def trace(self) -> TrackTrace:
         """What the estimator said: a `TrackTrace` with a row for each plot."""
         return self.estimator.trace_of(self.plots.time, self.plots.position, self.table, self.state)
+
+    @cached_property
+    def vertical(self) -> TrackTrace | None:
+        """What an estimator of one coordinate says of the altitude, a row for each plot; None where it is unknown.
+
+        ``position`` is the altitude, ``velocity`` the vertical rate (m/s, upwards); each with its deviation. It is of
+        the kind that was measured: pressure altitudes of Mode S, geometric ones of a satellite receiver.
+        """
+        return vertical(self)
+
+    def smoothed(self, lag: int | None = None) -> Track:
+        """Return the track with its motion told given all plots, or the next ``lag``: `TrackEstimator.smooth`."""
+        plots = self.plots
+        found = self.estimator.smooth(plots.time, plots.position, plots.covariance, lag=lag)
+        return replace(self, table=found.table, is_smoothed=True)
 
     def predict(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean (2,) and covariance (2, 2) of a plot at a later time, East and North; so a track coasts."""
@@ -147,6 +166,10 @@ class Tracks(Sequence):
         """Return the tracks of a key."""
         return Tracks([t for t in self if t.key == key], self.origin, self.faults, self.counts, self.events)
 
+    def smoothed(self, lag: int | None = None) -> Tracks:
+        """Return the tracks with their motion told given all plots, or the next ``lag`` of each."""
+        return Tracks([t.smoothed(lag) for t in self], self.origin, self.faults, self.counts, self.events)
+
     def table(self) -> dict[str, list]:
         """Return columns with an entry for each track.
 
@@ -159,7 +182,7 @@ class Tracks(Sequence):
         return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
 
     def write(self, folder, formats=("csv",)) -> list[Path]:
-        """Write ``tracks.csv``, .parquet, .geojson, .kml or .cat062 into a folder, and return the paths."""
+        """Write ``tracks.csv``, .parquet, .geojson, .kml, .gpx or .cat062 into a folder, and return the paths."""
         return verbs.call("write", self, folder, formats)
 
     def report(self, path, title: str = "Tracks", **options) -> Path:

@@ -21,6 +21,10 @@ PAIRS = {  # column of the table to column of the trace
     "predicted_east predicted_north": "prediction", "velocity_east velocity_north": "velocity",
 }  # fmt: skip
 SINGLE = "speed", "speed_sd", "course", "course_sd", "turn_rate", "turn_rate_sd", "manoeuvre", "onset", "nis"
+HEIGHTS = {  # the same of the trace of altitudes
+    "estimated_altitude": "position", "estimated_altitude_sd": "position_sd",
+    "vertical_rate": "velocity", "vertical_rate_sd": "velocity_sd",
+}  # fmt: skip
 MOTION = "velocity_east", "velocity_north", "speed", "course"
 WORDS = "key", "name", "sensor"
 
@@ -32,7 +36,8 @@ def columns(tracks: Tracks) -> dict[str, np.ndarray]:
     the origin is known) and east, north (m) of the estimate with east_sd, north_sd; plot_east, plot_north, altitude as
     they came; predicted_east, predicted_north with predicted_east_sd, predicted_north_sd before the plot was known;
     velocity_east, velocity_north and speed (m/s), course (degrees from North), turn_rate (rad/s), each with what it may
-    err (.._sd); manoeuvre (probability), onset, nis (of the plot, mean over its coordinates).
+    err (.._sd); estimated_altitude (m) and vertical_rate (m/s, upwards), with theirs, NaN where no altitude is known;
+    manoeuvre (probability), onset, nis (of the plot, mean over its coordinates).
     """
     parts = [_columns(track) for track in tracks]
     if not parts:
@@ -52,7 +57,10 @@ def _columns(track: Track) -> dict[str, np.ndarray]:
     for names, column in PAIRS.items():
         table |= zip(names.split(), getattr(trace, column).T)
     table |= zip(("predicted_east_sd", "predicted_north_sd"), np.sqrt(trace.variance).T)
-    table["altitude"] = plots.altitude
+    table["altitude"], upwards = plots.altitude, track.vertical
+    for name, column in HEIGHTS.items():
+        value = np.full(len(track), np.nan) if upwards is None else getattr(upwards, column)[:, 0]
+        table[name] = np.where(np.isfinite(value), value, np.nan)
     table |= {name: getattr(trace, name) for name in SINGLE}
     for name in MOTION:  # of the first plot nothing is known of it
         table[name] = np.where(np.isfinite(table["speed_sd"]), table[name], np.nan)

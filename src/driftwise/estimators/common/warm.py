@@ -43,6 +43,8 @@ from ..manoeuvre.estimator import Manoeuvre
 from ..model_average.step import Averaging
 from ..smoothing.moments import Backward
 from ..smoothing.passes import Disturbances, Forward, Information
+from ..track.both_ways import BothWays
+from ..track.remembered import Remembering
 from ..track.step import Tracking
 from ..window_observer.estimator import WindowObserver
 
@@ -100,6 +102,7 @@ def warm() -> Iterator[str]:
     for task in (Forward, Disturbances, Information, Backward):
         compile.passage(task)
     yield "ARX.smooth, ARX.tune"
-    compile.passage(Tracking)
+    for passage in (Tracking, Remembering, BothWays):
+        compile.passage(passage)
     yield "TrackEstimator"
     yield from front()

@@ -12,7 +12,7 @@ from ...engine.dispatch import flatten
 from ...engine.errors import InputError
 from ...engine.portable import Portable
 from ...results.snapshot import register
-from . import bank, step
+from . import bank, smoothed, step
 from .motion import unpacked
 from .step import Tracking
 from .trace import TrackTrace
@@ -167,6 +167,50 @@ class TrackEstimator(Portable):
         self._later(time, row)
         outs = self.run(row, time, position, R)
         return self.trace_of(time, position, outs, row.view(self.dtype).reshape(()))
+
+    def smooth(self, time, position, covariance=None, *, lag: int | None = None) -> TrackTrace:
+        """Return the `TrackTrace` of a record in which each plot's motion is told given all plots, before and after.
+
+        The filter goes over the record both ways; each member's state after the plots so far meets each one's that
+        comes from the end, and pairs are weighed by how well they agree (two-filter smoothing of jumping models:
+        Helmick, Blair and Hoffman 1995). A plot more than five deviations off what either side expects is set aside:
+        ``status`` has ``OUTLIER`` there. Forecast, NIS, manoeuvre and onset stay those of `scan`.
+
+        Parameters
+        ----------
+        time, position, covariance
+            As in `scan`.
+        lag : int, optional
+            Plots that are waited for (fixed lag): the motion at a plot is told given the next ``lag`` and those before
+            it. All are when omitted (fixed interval).
+
+        Notes
+        -----
+        Bad at: errors that stay for several plots (the bias between two sensors, multipath), which it takes for
+        motion; the bands of its position are narrower than the filter's, and break sooner there.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> t = np.arange(100) * 4.0
+        >>> path = np.stack([200 * t, 50 * t], axis=1)
+        >>> plots = path + 50 * np.random.default_rng(1).standard_normal(path.shape)
+        >>> est = dw.TrackEstimator("aircraft")
+        >>> for trace in (est.scan(t, plots), est.smooth(t, plots, lag=5), est.smooth(t, plots)):
+        ...     print(np.sqrt(np.mean((trace.position - path)[10:] ** 2)).round(), "m")
+        14.0 m
+        9.0 m
+        7.0 m
+        """
+        time, position, R = self._door(time, position, covariance)
+        row = self._row(self.start())
+        self._later(time, row)
+        if lag is None:
+            table = smoothed.smooth(self, time, position, R)
+        else:
+            table = smoothed.smooth_behind(self, time, position, R, validation.count("lag", lag))
+        self.run(row, time, position, R)
+        return self.trace_of(time, position, table, row.view(self.dtype).reshape(()))
 
     def table_width(self, keep) -> int:
         """Return the number of columns of a trace; a track's are always all."""

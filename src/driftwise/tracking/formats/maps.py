@@ -33,7 +33,9 @@ def _places(track: Track, what: str) -> np.ndarray:
     known = np.isfinite(track.altitude)
     if not known.any():
         return degrees
-    time = track.plots.time
+    time, upwards = track.plots.time, track.vertical
+    if upwards is not None and track.is_smoothed:
+        return np.column_stack([degrees, upwards.position[:, 0].round(1)])
     return np.column_stack([degrees, np.interp(time, time[known], track.altitude[known]).round(1)])
 
 
@@ -106,11 +108,11 @@ def write_kml(tracks: Tracks, path) -> Path:
 
 def _placemark(track: Track) -> str:
     places, times = _places(track, "KML"), track.plots.time
-    name = _xml(track.name or track.key or f"track {track.id}")
+    name = xml(track.name or track.key or f"track {track.id}")
     about = {name: value for name, value in track.summary().items() if value not in (None, "")}
     if dated(times):
         about |= {"start": iso(times)[0], "end": iso(times)[-1]}
-    data = "".join(f'<Data name="{key}"><value>{_xml(str(value))}</value></Data>' for key, value in about.items())
+    data = "".join(f'<Data name="{key}"><value>{xml(str(value))}</value></Data>' for key, value in about.items())
     mode = f"<altitudeMode>{'absolute' if places.shape[1] == 3 else 'clampToGround'}</altitudeMode>"
     if dated(times):
         when = "".join(f"<when>{stamp}</when>" for stamp in iso(times))
@@ -136,5 +138,6 @@ def _height(place: list[float]) -> list[float]:
     return place if len(place) == 3 else [*place, 0.0]
 
 
-def _xml(text: str) -> str:
+def xml(text: str) -> str:
+    """Return text as XML can hold it."""
     return escape(NOT_XML.sub("", text))

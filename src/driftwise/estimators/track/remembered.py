@@ -1,0 +1,64 @@
+"""A record that is followed with every member's state kept: what a smoother needs of each of two directions."""
+
+import math
+from typing import NamedTuple
+
+from ...engine.dispatch import kernel, pass_over
+from . import bank, output, step
+
+Remembering = NamedTuple("Remembering", [*step.Tracking.__annotations__.items(), ("ahead", float)])  # type: ignore
+"""The numbers of a tracker, and which states are kept: 0 those after each plot, 1 those before it."""
+
+
+@kernel
+def told(C):
+    """Return how many members have a state: all but those with a learnt pole."""
+    return bank.KALMAN + bank.circles(C)
+
+
+@kernel
+def each(C):
+    """Return the numbers kept of a member: log weight, mean, upper triangle of the covariance."""
+    return 1 + 3 * C + bank.triangle(3 * C)
+
+
+@kernel
+def keep(task, row, C, R, kept, to):
+    """Write every member's weight and state into ``to``; weights of -inf where they have not begun."""
+    M, n, size = bank.members(C), max(3 * C, 5), each(C)
+    for k in range(told(C)):
+        to[k * size] = -math.inf
+    T = bank.period(row)
+    unit, g, x, V = kept[1, :C], kept[1, C : 2 * C], kept[1, 3 * C : 3 * C + n], kept[4 + 2 * M :]
+    step.measure_units(task, row, C, T, R, unit, g)
+    for k in range(told(C)):
+        at = k * size
+        to[at] = row[bank.row_at(C).weights + k]
+        output.member_state(row, C, k, T, unit, x, V)
+        at += 1
+        for i in range(3 * C):
+            to[at + i] = x[i]
+        at += 3 * C
+        for i in range(3 * C):
+            for j in range(i, 3 * C):
+                to[at] = V[i, j]
+                at += 1
+
+
+@pass_over.on(Remembering)
+def pass_over_remembering(task, rows, q, kept, out, numbers):
+    """Track over a record as `Tracking` does; what is kept of the members stands behind the columns of the trace."""
+    C = int(task.coordinates)
+    width, nothing = bank.columns(C), kept[kept.shape[0] - 1, :C]
+    for k in range(rows.shape[0]):
+        told_of, to = out[k, :width], out[k, width:]
+        for i in range(to.size):
+            to[i] = -math.inf
+        if task.ahead > 0.0 and numbers[bank.SEEN] > 0.0:
+            for c in range(C):
+                nothing[c] = math.nan
+            step.advance(task, numbers, rows[k, 0], nothing, q[k], told_of, kept)
+            keep(task, kept[0], C, q[k], kept, to)
+        step.advance(task, numbers, rows[k, 0], rows[k, 1:], q[k], told_of, kept)
+        if task.ahead == 0.0 and numbers[bank.SEEN] > 1.0:  # the room has it at this time, with or without a plot
+            keep(task, kept[0], C, q[k], kept, to)
