@@ -135,3 +135,18 @@ def test_variances_are_the_diagonal():
     ud.project(U, psi, f)
     ud.covariances(U, D, f, q)
     np.testing.assert_allclose(q, P @ psi, rtol=1e-12)
+
+
+def test_a_covariance_of_low_rank_is_factored_whatever_its_units_and_its_rounding():
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        n = rng.integers(2, 7)
+        root = rng.standard_normal((n, rng.integers(1, n + 1))) * 10.0 ** rng.integers(-6, 6, (n, 1))
+        P = rng.uniform(0.5, 2) * (root @ root.T)
+        U, D = ud.factor(P)
+        assert (D >= 0).all()
+        size = np.sqrt(np.diag(P))
+        np.testing.assert_allclose((U * D) @ U.T / np.outer(size, size), P / np.outer(size, size), atol=1e-13)
+    for wrong in ([[1.0, 1.0 + 1e-9], [1.0 + 1e-9, 1.0]], [[0.0, 1e-3], [1e-3, 1.0]], [[-1e-9, 0.0], [0.0, 1.0]]):
+        with pytest.raises(ValueError, match="negative eigenvalue"):
+            ud.factor(np.array(wrong))

@@ -272,10 +272,10 @@ def factor_root(root):
 def factor(P):
     """Return (U (N, N), D (N,)) of a symmetric non-negative matrix; raise ValueError if it is not one.
 
-    A pivot within round-off of zero is zero; its column must then vanish too.
+    A pivot within round-off of zero is zero; its column must then vanish too, or eigenvalues are to tell.
     """
-    P = np.array(P, float)
-    N = len(P)
+    given = np.array(P, float)
+    P, N = given.copy(), len(given)
     U, D = np.eye(N), np.zeros(N)
     size = np.sqrt(np.diag(P).clip(0))  # Cauchy-Schwarz: |P_ij| <= size_i size_j
     slack = 8 * N * np.finfo(float).eps
@@ -283,9 +283,21 @@ def factor(P):
         column, pivot = P[:j, j], P[j, j]
         if pivot <= slack * size[j] ** 2:
             if pivot < -slack * size[j] ** 2 or np.any(np.abs(column) > np.sqrt(slack) * size[:j] * size[j]):
-                raise ValueError("the matrix has a negative eigenvalue")
+                return _factor_singular(given, size, slack)
             continue
         D[j], U[:j, j] = pivot, column / pivot
         if column.any():  # a prior of thousands of unknowns is mostly a diagonal
             P[:j, :j] -= np.outer(U[:j, j], column)
+    return U, D
+
+
+def _factor_singular(P, size, slack):
+    """Do so by eigenvalues of the correlations: a pivot just above round-off makes the next ones worse than that."""
+    units = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(P / units[:, None] / units)
+    if values[0] < -slack or np.any(P[size == 0]):
+        raise ValueError("the matrix has a negative eigenvalue")
+    D, packed = factor_root(units[:, None] * vectors * np.sqrt(values.clip(0)))
+    U = np.eye(len(D))
+    U[packed_indices(len(D))] = packed
     return U, D

@@ -12,6 +12,12 @@ _LEVEL = (
     "which the noise moves at once and a wrong gain only to second order"
 )
 
+OF_PARAMETERS = (
+    "the memories of StateSpace are Constant(), ExponentialForgetting(lam), by which the state's own past fades, and "
+    "LikelihoodDrift(), which learns how large Q is: the others are about parameters, and how the state moves is what "
+    "F and Q say. A noise level that changes is scale=InverseGamma(..) with scale_samples; tune(y) learns from a record"
+)
+
 REFUSED: dict[str, dict[str, str]] = {  # by estimator and by the name of the memory
     "AdaptiveGain": {
         **dict.fromkeys(("FuzzyDrift", "CovarianceMatching", "AuxiliaryFilter", "VariationalBayes"), _LEVEL),

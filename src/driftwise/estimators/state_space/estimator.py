@@ -13,18 +13,20 @@ from ...detect.watch import Silent
 from ...engine import ud, validation
 from ...engine.errors import InputError
 from ...memory.constant import Constant
-from ...memory.exponential_forgetting import ExponentialForgetting
-from ...models.discretise import added, held
+from ...memory.likelihood_drift import LikelihoodDrift
+from ...memory.settings import state_size
 from ...models.scale import InverseGamma, KnownScale, resolve_scale
 from ...models.state_space import LinearSystem, units
 from ..base import Step
 from ..common.observer import Observed, Observer, check_names
 from ..common.priors import factors_of
 from ..common.settings import arguments
-from ..common.times import instants
 from . import step as _step  # noqa: F401  (registers the step)
-from .given import over, packed
+from .given import with_matrices
+from .noise_factor import learnt as learnt_of
+from .noise_factor import noise_factor
 from .row import SCRATCH, STATE_SAMPLE, STATE_SPACE, StateSpaceForm
+from .settings import effective, fading, scale_fading
 from .trace import StateTrace
 
 WIDE = 1e8  # default prior variance in squared units of the data
@@ -56,9 +58,11 @@ class StateSpace(Observer):
         State expected at the first sample; zero if omitted.
     P0 : (n, n), (n,) or a number, optional
         Its covariance. By default wide: 1e8 times the square of what shows as `y_scale` in an output within n samples.
-    memory : Constant or ExponentialForgetting
+    memory : Constant, ExponentialForgetting or LikelihoodDrift
         ``ExponentialForgetting(lam)`` divides the state's covariance by lam at each step, before Q is added: the fading
-        filter of Sorenson and Sacks (1971), for matrices that are not quite right.
+        filter of Sorenson and Sacks (1971), for matrices that are not quite right. ``LikelihoodDrift()``: Q is known up
+        to a factor, learnt as samples come, up the likelihood (`noise_factor`). It may change, begins at 1, and lies
+        between ``least/start`` and ``most/start``.
     gate : InnovationGate, optional
         Treat outliers of each output as missing.
     detector : optional
@@ -66,6 +70,8 @@ class StateSpace(Observer):
         nothing.
     scale : InverseGamma, optional
         Q, R and P0 are relative to an unknown sigma^2 with this prior: it is learnt, bands are Student's.
+    scale_samples : float
+        By how many samples sigma^2 is known: older ones fade, and it may change. All of them by default.
     states, inputs, outputs : names, optional
     y_scale : float or (p,)
         Typical size of the outputs, for the default prior; `scaled_to` sets it.
@@ -123,6 +129,7 @@ class StateSpace(Observer):
         gate: InnovationGate | None = None,
         detector: Any = None,
         scale: InverseGamma | None = None,
+        scale_samples: float = math.inf,
         states=None,
         inputs=None,
         outputs=None,
@@ -151,17 +158,20 @@ class StateSpace(Observer):
         self.prior_covariance = P if P0 is None else validation.covariance("P0", P0, n)
         self._U0, self._D0 = factors_of(self.prior_covariance)
         self.scale = resolve_scale(scale, scale is not None, n)
+        self.scale_fade = scale_fading(scale_samples, scale)
+        learnt: Any = noise_factor(memory, scale is not None) if isinstance(memory, LikelihoodDrift) else Constant()
         found = Silent() if detector is None else resolve_detector(detector)
         q, D_q = ud.factor(system.Q)
         A, B, W = (M.ravel() if continuous else np.zeros(0) for M in (given.F, given.G, given.Q))
         self.policies = (
             StateSpaceForm(
-                float(n), float(k), float(p), float(found.state_size(0)), self.dt, SETTLE, _fade(memory),
-                float(np.linalg.matrix_rank(system.R) < p), system.F.ravel(), system.G.ravel(), system.H.ravel(),
-                system.D.ravel(), q[ud.packed_indices(n)], D_q, system.R.ravel(),
+                float(n), float(k), float(p), float(state_size(learnt, n)), float(found.state_size(0)),
+                self.dt, SETTLE, fading(memory), self.scale_fade, float(np.linalg.matrix_rank(system.R) < p),
+                system.F.ravel(), system.G.ravel(), system.H.ravel(), system.D.ravel(),
+                q[ud.packed_indices(n)], D_q, system.R.ravel(),
                 A, B, W, self._x0, self._U0, self._D0,
             ),
-            KnownScale(), Constant(), resolve_gate(gate, n), self.scale, found,
+            KnownScale(), learnt, resolve_gate(gate, n), self.scale, found,
         )  # fmt: skip
         self.dtype = STATE_SPACE.dtype(self.policies[0])
         self.scratch_size = SCRATCH.size(self.policies[0])
@@ -236,33 +246,41 @@ class StateSpace(Observer):
     def _run(self, state, ys, us, time, matrices, columns):
         """Return the state after samples with matrices of their own, and what was written of them."""
         T = ys.shape[1]
-        us = self._with_matrices(us[0], state, time, matrices)[None]
+        us = with_matrices(self, us[0], state, time, matrices)[None]
         rows, outs = self._rows(state), np.empty((1, T, columns or self.n_columns))
         self.drive(rows, ys, us, outs, self.spec, self.scratch())
         return rows.view(self.dtype).reshape(()), outs
 
-    def _with_matrices(self, u, state, time, matrices) -> np.ndarray:
-        """Return inputs (T, k), and behind them the instant and the matrices of each sample, as the step reads them."""
-        T = len(u)
-        stamps, seconds = np.full(T, np.nan), np.full(T, self.dt)
-        if time is not None:
-            is_free = self.irregular or "F" in matrices
-            stamps = (
-                instants(np.atleast_1d(time), (T,), state, repeats=True)
-                if is_free
-                else self._instants(np.atleast_1d(time), T, state)
-            )
-            seconds[1:] = np.diff(stamps)
-            seconds[:1] = stamps[0] - state["time"] if T and state["samples"] > 0 else self.dt
-        functions = self.functions | (self._step_functions() if self.options["continuous"] else {})
-        own = packed(self.system, matrices | over(self.system, seconds, functions, matrices), T)
-        return np.concatenate([u, stamps[:, None], own], axis=1)
+    def tune(self, y, u=None, *, time=None, which=None) -> StateSpace:
+        """Return the same estimator with Q and R as large as makes a record most likely, their shapes as given.
 
-    def _step_functions(self):
-        """Return F, G and Q of a step of so many seconds, of a system in continuous time."""
-        A, B, W = (getattr(self.given, name) for name in "FGQ")
-        moves = {"F": lambda dt: held(A, B, dt)[0], "Q": lambda dt: added(A, W, dt)}
-        return moves | ({"G": lambda dt: held(A, B, dt)[1]} if self.system.inputs else {})
+        ``found.tuned`` has the factors, the deviations of their logarithms, how much likelier that is, and a sentence.
+
+        Parameters
+        ----------
+        y, u, time : as for `scan`
+        which : "Q", "R" or both; both if omitted (where `scale` learns the common factor, Q)
+
+        Notes
+        -----
+        Bad at: shapes that are wrong, matrices F and H that are wrong (their error is taken for noise), a history
+        unlike what is to come, and records whose noise and wandering look alike; the deviations tell.
+
+        Examples
+        --------
+        >>> import numpy as np, driftwise as dw
+        >>> rng = np.random.default_rng(1)
+        >>> y = np.cumsum(0.1 * rng.standard_normal(2000)) + rng.standard_normal(2000)
+        >>> found = dw.StateSpace(1.0, Q=1.0, R=0.1).tune(y)
+        >>> print(f"Q = {found.system.Q[0, 0]:.4f}, R = {found.system.R[0, 0]:.2f}; the truth is 0.01 and 1")
+        Q = 0.0100, R = 0.99; the truth is 0.01 and 1
+        """
+        from .tuning import check, tune
+
+        which, measured = check(self, which), np.count_nonzero(np.isfinite(validation.numbers("y", y)))
+        if measured <= self.model.n + len(which):
+            raise InputError(f"y has {measured} measured values: too few to say how loud the noise is")
+        return tune(self, y, u, time, which)
 
     # --- looking back --------------------------------------------------------------------------------------
 
@@ -305,7 +323,7 @@ class StateSpace(Observer):
         start = self.start() if state is None else np.array(state)
         us = u
         if matrices or (time is not None and self.functions):
-            us = self._with_matrices(u, start, time, matrices)
+            us = with_matrices(self, u, start, time, matrices)
         elif time is not None:
             us = np.column_stack([u, self._instants(time, len(y), start)])
         outs = np.empty((len(y), width(keep, self.model.N)))
@@ -334,6 +352,11 @@ class StateSpace(Observer):
         alpha, beta = self.scale
         return (beta + 0.5 * state["chi2"]) / np.maximum(alpha + 0.5 * state["observed"], 0.5)
 
+    def noise_factor(self, state) -> tuple[float, float]:
+        """Return what multiplies Q by now, and the deviation of its logarithm; 1 and 0 where it is not learnt."""
+        memory = self.policies[2]
+        return (1.0, 0.0) if isinstance(memory, Constant) else learnt_of(memory, state["memory_state"], self.model.n)
+
     def loglik(self, state) -> float:
         """Return log p(y) of all samples so far: the evidence of the model."""
         return float(state["score"])
@@ -344,18 +367,6 @@ class StateSpace(Observer):
             return np.full(is_used.shape, np.inf)
         used = is_used.reshape(len(is_used), -1)
         each = used.sum(axis=1)
-        before = observed + np.cumsum(each) - each
+        before = effective(each, float(observed), self.scale_fade)
         found = np.maximum(2 * self.scale.alpha + before, 1.0)
         return np.broadcast_to(found.reshape(-1, *[1] * (is_used.ndim - 1)), is_used.shape).copy()
-
-
-def _fade(memory) -> float:
-    """Return what is left of the past's weight after a sample."""
-    if isinstance(memory, ExponentialForgetting):
-        return validation.share("lam", memory.lam, "a weight per sample")
-    if not isinstance(memory, Constant):
-        raise InputError(
-            "memory says here how the state's own past fades: Constant() or ExponentialForgetting(lam), got "
-            f"{memory!r}. The other memories are about parameters; how the state moves is what F and Q say"
-        )
-    return 1.0

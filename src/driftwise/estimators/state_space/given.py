@@ -7,11 +7,35 @@ import numpy as np
 from ...engine.errors import InputError
 from ...engine.ud import packed_indices
 from ...engine.validation import floats
+from ...models.discretise import added, held
 from ...models.state_space import LinearSystem, finite
+from ..common.times import instants
 from .row import sizes
 
 NAMES = ("F", "G", "H", "D", "Q", "R")
 SLACK = 1e-12
+
+
+def with_matrices(est, u, state, time, matrices) -> np.ndarray:
+    """Return inputs (T, k), and behind them the instant and the matrices of each sample, as the step reads them."""
+    T = len(u)
+    stamps, seconds = np.full(T, np.nan), np.full(T, est.dt)
+    if time is not None:
+        is_free = est.irregular or "F" in matrices
+        time = np.atleast_1d(time)
+        stamps = instants(time, (T,), state, repeats=True) if is_free else est._instants(time, T, state)
+        seconds[1:] = np.diff(stamps)
+        seconds[:1] = stamps[0] - state["time"] if T and state["samples"] > 0 else est.dt
+    functions = est.functions | (_step_functions(est) if est.options["continuous"] else {})
+    own = packed(est.system, matrices | over(est.system, seconds, functions, matrices), T)
+    return np.concatenate([u, stamps[:, None], own], axis=1)
+
+
+def _step_functions(est):
+    """Return F, G and Q of a step of so many seconds, of a system in continuous time."""
+    A, B, W = (getattr(est.given, name) for name in "FGQ")
+    moves = {"F": lambda dt: held(A, B, dt)[0], "Q": lambda dt: added(A, W, dt)}
+    return moves | ({"G": lambda dt: held(A, B, dt)[1]} if est.system.inputs else {})
 
 
 def packed(system: LinearSystem, matrices, samples: int) -> np.ndarray:

@@ -18,10 +18,12 @@ class StateSpaceForm(NamedTuple):
     n: Size
     inputs: Size
     outputs: Size
+    memory_size: Size
     detector_size: Size
     dt: float
     settle: float  # outputs taken in before the detector watches
     fade: float  # what is left of the past's weight after a sample: 1, nothing fades
+    scale_fade: float  # what is left of the weight of what sigma^2 was learnt from
     exact: float  # 1: something may be known without error
     F: Vector
     G: Vector
@@ -54,6 +56,7 @@ STATE_SPACE = Layout(
     Field("U", ("n * (n - 1) // 2",), "and the factor above it, column by column"),
     Field("held", ("inputs",), "each input: its last known value"),
     Field("in_a_row", ("outputs",), "each output: outliers in a row, until now"),
+    policy("memory_state", of="memory"),
     policy("detector_state", of="detector"),
 )
 STATE_SPACE.on(StateSpaceForm)

@@ -18,6 +18,7 @@ from ...engine.van_loan import noise as added
 from ...models.scale import freedom, sigma2
 from ..adaptive_gain.step import take_inputs
 from ..joint.row import HUGE
+from .noise_factor import carry_derivatives, factor_of, learn_factor
 from .row import CHI2, OBSERVED, READY, SAMPLES, SCORE, STATUS, TIME, StateSpaceForm
 
 
@@ -31,16 +32,18 @@ def along(M, at, x):
 
 
 @kernel
-def move(form, F, G, Uq, Dq, fade, state, scratch):
-    """x <- F x + G u(t-1), U D U' <- F U D U' F' / fade + Q (Thornton)."""
+def move(form, memory, F, G, Uq, Dq, fade, state, scratch):
+    """x <- F x + G u(t-1), U D U' <- F U D U' F' / fade + Q, times its factor (Thornton)."""
     n, k, x, U, Y = state.x.size, state.held.size, state.x, state.U, scratch.Y
+    carry_derivatives(memory, state.memory_state, F, Uq, Dq, fade, 0.0, Y)
+    factor = factor_of(memory, state.memory_state)
     for i in range(n):
         scratch.a[i] = along(F, i * n, x) + along(G, i * k, state.held)
     for i in range(n):
         x[i] = scratch.a[i]
         scratch.before[i] = state.D[i]
         scratch.weight[i] = state.D[i] / fade
-        scratch.weight[n + i] = Dq[i]
+        scratch.weight[n + i] = factor * Dq[i]
         at = 0
         for j in range(n):
             Y[i, j] = F[i * n + j]
@@ -138,7 +141,7 @@ def predict_outputs(form, scale, H, D, R, state, scratch, y, out, t):
 
 
 @kernel
-def correct_by(form, gate, scale, detector, H, D, R, state, scratch, y, out, t):
+def correct_by(form, memory, gate, scale, detector, H, D, R, state, scratch, y, out, t):
     """Take the outputs of a sample in, one after the other; return 1 where a detector alarms, else 0."""
     head, p, alarm, statistic, nis, density, taken = state.head, scratch.z.size, 0.0, 0.0, 0.0, 0.0, 0.0
     n = state.x.size
@@ -162,6 +165,7 @@ def correct_by(form, gate, scale, detector, H, D, R, state, scratch, y, out, t):
         if not T > 0.0:
             out[t, 3 * p + i] = EXACT
             continue
+        learn_factor(memory, state.memory_state, h, scratch.b, e, T, s2, head[OBSERVED], scratch.a)
         density += log_density(scale, head[OBSERVED], head[CHI2], e, T)
         nis += e * e / (s2 * T)
         head[OBSERVED] += 1.0
@@ -208,16 +212,19 @@ def advance_state_space(form, noise, memory, gate, scale, detector, state, scrat
     R = own[first + state.U.size + n :] if own.size > 0 else form.R
 
     # predict
+    head[OBSERVED], head[CHI2] = form.scale_fade * head[OBSERVED], form.scale_fade * head[CHI2]
     if head[SAMPLES] > 0.0:
         seconds = form.dt if stamp != stamp else stamp - head[TIME]
         head[TIME] = head[TIME] + form.dt if stamp != stamp else stamp
         if form.A.size > 0 and own.size == 0 and seconds != form.dt:
             discretise(form, scratch, seconds)
             fade = exp(log(form.fade) * seconds / form.dt)
-            move(form, scratch.F, scratch.G, scratch.Uq, scratch.Dq, fade, state, scratch)
+            move(form, memory, scratch.F, scratch.G, scratch.Uq, scratch.Dq, fade, state, scratch)
         else:
-            move(form, F, G, Uq, Dq, form.fade, state, scratch)
+            move(form, memory, F, G, Uq, Dq, form.fade, state, scratch)
         status |= restart(form, state)
+        if status != 0:
+            carry_derivatives(memory, state.memory_state, F, Uq, Dq, form.fade, 1.0, scratch.Y)
         scratch.is_moved[0] = 1.0 if status == 0 else 0.0
     else:
         scratch.is_moved[0] = 0.0
@@ -226,7 +233,7 @@ def advance_state_space(form, noise, memory, gate, scale, detector, state, scrat
 
     # project, correct and detect
     predict_outputs(form, scale, H, D, R, state, scratch, y, out, t)
-    if correct_by(form, gate, scale, detector, H, D, R, state, scratch, y, out, t) != 0.0:
+    if correct_by(form, memory, gate, scale, detector, H, D, R, state, scratch, y, out, t) != 0.0:
         status |= JUMP
     for i in range(p):
         out[t, 3 * p + i] = int(out[t, 3 * p + i]) | status
