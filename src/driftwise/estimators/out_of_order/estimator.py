@@ -29,8 +29,8 @@ class OutOfOrder(Portable):
     Parameters
     ----------
     estimator : any that goes by instants
-        `StateSpace`, `WindowObserver`, `ContinuousJoint`. Where its samples are regular a late one fills in what was
-        missing in its place (``update(state, nan, time=3.0)``, and later ``update(state, 1.2, time=3.0)``).
+        `StateSpace`, `GreyBox`, `WindowObserver`, `ContinuousJoint`. Where its samples are regular a late one fills in
+        what was missing in its place (``update(state, nan, time=3.0)``, and later ``update(state, 1.2, time=3.0)``).
     lag : float
         How late a sample may be, in seconds before the newest.
     samples : int
@@ -63,8 +63,6 @@ class OutOfOrder(Portable):
                 f"estimator must be one that goes by instants, as StateSpace, got {estimator!r}: others count their "
                 "samples, and one that is late has no place among them"
             )
-        if estimator.starting:
-            raise InputError("a start from the first samples is made when they are there, in order: start=None")
         self.estimator, self.lag = estimator, validation.positive("lag", lag)
         self.samples = validation.count("samples", samples, least=1)
         self.matrices = tuple(matrices)
