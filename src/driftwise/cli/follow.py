@@ -93,7 +93,7 @@ class _Picture:
         from driftwise.report import track_report
         from driftwise.report.terminal import MOST_TRACKS, track_table
 
-        rows = track_report.rows(tracker.tracks)
+        rows = track_report.rows(tracker.now())
         count = f"{tracker.counts['plots']} plots \u00b7 {len(rows)} tracks"
         count += f" ({MOST_TRACKS} shown)" if len(rows) > MOST_TRACKS else ""
         last = tracker.events[-1:]

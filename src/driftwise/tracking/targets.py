@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import heapq
 import math
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,6 +57,14 @@ class Targets:
         self.past: dict[str, tuple[int | None, dict]] = {}  # of a key: its last track, and that track's clock
         self.due: list[tuple[float, int]] = []  # a heap: when to look at which track
         self.numbers: dict[str, int] = {"": 0}  # of keys, names and sensors in the rows
+
+    def copy(self) -> Targets:
+        """Return another one that goes on from here; rows that never change again are shared."""
+        shared: dict[int, Any] = {id(self.estimator): self.estimator}
+        shared |= {id(self.events): list(self.events), id(self.ended): list(self.ended)}
+        for track in self.live.values():
+            shared |= {id(track.table): track.rows, id(track.events): list(track.events)}
+        return copy.deepcopy(self, shared)
 
     def use(self, plot: Plot) -> None:
         """Give a plot to its track, whichever that is."""

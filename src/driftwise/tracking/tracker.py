@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import math
+
 import numpy as np
 
 from ..engine import validation
@@ -170,6 +173,20 @@ class Tracker:
     def tentative(self) -> Tracks:
         """The tracks that wait to be confirmed."""
         return self._tracks([t for t in self.targets.live.values() if t.status == TENTATIVE])
+
+    def now(self) -> Tracks:
+        """Return `tracks` as they will be when the plots that are held back have been used and nothing comes between.
+
+        They are bit for bit those of all plots so far in order of time, so that plots that come late (``delay``) cost
+        no time: what is held back counts at once, and once more, for good, when its turn has come.
+        """
+        if not self.inbox.held:
+            return self.tracks
+        ahead = copy.copy(self)
+        ahead.targets, ahead.inbox = self.targets.copy(), copy.deepcopy(self.inbox)
+        for ready in ahead.inbox.take(math.inf):
+            ahead.targets.use(ready)
+        return ahead.tracks
 
     def release(self) -> Tracks:
         """Return the tracks that have ended and forget them, and the events and faults so far."""
