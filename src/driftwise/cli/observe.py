@@ -38,7 +38,6 @@ class ObserveJob(RunOptions):
     def estimate(self) -> None:
         """Run the observer over the table."""
         from driftwise.cli.downsample import ObserverDownsampler
-        from driftwise.results.observer_summary import ObserverSummary
 
         self.open(*self.outputs, find_clock=False).is_of_plant = True
         state = None
@@ -47,7 +46,7 @@ class ObserveJob(RunOptions):
                 y, u, time = self._columns(chunk)
                 if self.estimator is None:
                     self.estimator, self.notes = self._made(y, u, time)
-                    self.summary, self.keeper = ObserverSummary(self.estimator), ObserverDownsampler()
+                    self.summary, self.keeper = self.estimator.summary(), ObserverDownsampler()
                 trace = self.estimator.scan(y, u, time=time if self.estimator.irregular else None, state=state)
                 if time is not None:
                     trace.time = time
@@ -102,7 +101,7 @@ class ObserveJob(RunOptions):
         self.notes = [*self.notes, *self.record.code_notes(), *said]
 
     def draw(self, path: str) -> None:
-        from driftwise.report.observer_page import write
+        from driftwise.results import verbs
 
         names = {
             "outputs": [self.named(name) for name in self.outputs],
@@ -111,7 +110,7 @@ class ObserveJob(RunOptions):
             "origin": self.record.clock.origin if self.time else None,
         }
         title = f"{self.short_title}: {', '.join(self.outputs)}"
-        write(self.keeper.trace(), path, self.summary, title, names, self.keeper.events)
+        verbs.call("report", self.keeper.trace(), path, self.summary, title, names, self.keeper.events)
 
     def content(self) -> dict[str, Any]:
         return {

@@ -6,8 +6,10 @@ from dataclasses import fields
 
 from driftwise.cli.automatic import AutomaticJob
 from driftwise.cli.estimate import EstimateJob
+from driftwise.cli.grey_box import GreyBoxJob
 from driftwise.cli.observe import ObserveJob
 from driftwise.cli.run_options import RunOptions
+from driftwise.models.formulas import is_formulas
 
 
 class RunJob(RunOptions):
@@ -22,13 +24,14 @@ class RunJob(RunOptions):
     driftwise run plant.csv --output temperature --input heater;
     driftwise run plant.csv --model arx:2,2,1;
     driftwise run plant.csv -o temperature -i heater --model arx:2,2,1 --jumps parameters:10000;
-    driftwise run motor.csv -o angle -i voltage -t t --plant motor.toml --report report.html
+    driftwise run motor.csv -o angle -i voltage -t t --plant motor.toml --report report.html;
+    driftwise run cell.csv --plant battery
     """
 
     def run(self) -> None:
         """Run the job that the options ask for."""
         if self.plant is not None:
-            kind: type[RunOptions] = ObserveJob
+            kind: type[RunOptions] = GreyBoxJob if is_formulas(self.plant) else ObserveJob
         elif self.model == "auto" or not self.changed:
             kind = AutomaticJob
         else:

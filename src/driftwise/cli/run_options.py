@@ -52,9 +52,10 @@ class RunOptions(RecordJob):
     plant: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE",
-            help="The plant is known: a TOML file with its matrices, disturbances and derived outputs. Its state, the "
-            "disturbances and what is derived of them are estimated; several --output may be given.",
+            metavar="FILE|NAME",
+            help="The plant is known. A TOML file with its matrices, disturbances and derived outputs: its state, the "
+            "disturbances and what is derived of them are estimated. A TOML file of formulas, or a plant of the "
+            "library such as battery: its physical parameters are, with units. Several --output may be given.",
         ),
     ] = None
     order: Annotated[

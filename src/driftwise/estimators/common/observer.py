@@ -112,6 +112,12 @@ class Observer(Estimator):
                 )
         return found
 
+    def summary(self) -> Any:
+        """Return what is to sum up traces of it, one after the other."""
+        from ...results.observer_summary import ObserverSummary
+
+        return ObserverSummary(self)
+
     def estimate(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Return plant states, disturbances and what follows them, with their deviations; NaN and inf until ready."""
         is_ready = np.asarray(state["ready"] > 0)[..., None]

@@ -28,6 +28,7 @@ from .beforehand import at_the_start, check_numbers
 from .identifiability import unlearnt
 from .row import GREY_BOX, GREY_SAMPLE, SCRATCH, GreyBoxForm
 from .start import Starting, resolve_start
+from .summary import GreyBoxSummary
 from .trace import GreyBoxTrace
 from .transform import KINDS, NORMAL_95, deviation, to_units, transformed
 
@@ -155,6 +156,9 @@ class GreyBox(Observer):
         self.starting = None if start is None else Starting(self, start)
         check_numbers(self)
         self.dtype = GREY_BOX.dtype(form, more=self.starting.fields if self.starting else [])
+
+    def __repr__(self):
+        return super().__repr__().replace(f"plant={self.formulas.text!r}", f"plant=<{self.formulas.name}>")
 
     def start(self, series: int | None = None) -> np.ndarray:
         """Return a fresh state, or ``series`` of them."""
@@ -291,6 +295,10 @@ class GreyBox(Observer):
     def notes(self) -> list[str]:
         """What to know of the plant at its start before it is believed, in sentences."""
         return at_the_start(self)
+
+    def summary(self) -> Any:
+        """Return what is to sum up traces of it, one after the other."""
+        return GreyBoxSummary(self)
 
     def sigma2(self, state):
         """Return the scale of noise, walks and priors learnt so far; 1 where it is known."""

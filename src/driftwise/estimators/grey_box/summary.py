@@ -64,10 +64,14 @@ class GreyBoxSummary(ObserverSummary):
         known = ", ".join(within(n, v, intervals[n], units[n]) for n, v, _ in self.parameters)
         moves = [jump_at_words(event.moved, event.time) for event in self.moves]
         more = self.jumps - len(moves)
-        said = [f"{known}, with 95 %.", self._fit_words()]
         if moves:
-            said.append("; ".join([*moves, *([f"and {more} jumps before"] if more else [])]) + ".")
-        return " ".join(one for one in [*said, *self.notes] if one)
+            moves = ["; ".join([*moves, *([f"and {more} jumps before"] if more else [])]) + "."]
+        return " ".join([f"{known}, with 95 %.", *moves, self.remarks])
+
+    @property
+    def remarks(self) -> str:
+        """How well it predicts, and what is not told, or not to be believed."""
+        return " ".join(one for one in [self._fit_words(), *self.notes] if one)
 
     def _fit_words(self) -> str:
         """Return how well the outputs are predicted: what an observer says of it, less its jumps."""

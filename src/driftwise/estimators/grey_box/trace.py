@@ -136,6 +136,4 @@ class GreyBoxTrace(ObserverTrace):
 
     def summary(self):
         """Return the constant-memory `GreyBoxSummary` of this trace."""
-        from .summary import GreyBoxSummary
-
-        return GreyBoxSummary(self.estimator).add(self)
+        return self.estimator.summary().add(self)
