@@ -1,4 +1,4 @@
-"""`driftwise run --plant NAME` of a plant in formulas: its physical parameters, with bars and units, and when they moved."""
+"""`driftwise run --plant NAME` of a plant in formulas: its physical parameters with bars, and when they moved."""
 
 from __future__ import annotations
 
